@@ -1,0 +1,26 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace fresco::host
+{
+
+/// Damerau-Levenshtein distance (optimal string alignment): insertions, deletions, substitutions and swaps of neighbours, by
+/// byte.
+std::size_t edit_distance(std::string_view a, std::string_view b);
+
+/// The candidate nearest to `word` if it is near enough to be meant (about a third of the letters), else an empty text. Upper and
+/// lower case, '-' and '_' count as equal; of equally near ones the first.
+std::string nearest(std::string_view word, const std::vector<std::string>& candidates);
+
+/// " (did you mean 'x'?)" or, where nothing is near, " (there are: a, b, c)"; empty when there are no candidates. At most
+/// `most_listed` candidates are listed.
+std::string suggestion(std::string_view word, const std::vector<std::string>& candidates, std::size_t most_listed = 12);
+
+/// "a, b and c"; each in quotes when `quote` is set.
+std::string join(const std::vector<std::string>& words, bool quote = false);
+
+}  // namespace fresco::host

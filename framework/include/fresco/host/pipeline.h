@@ -1,0 +1,92 @@
+#pragma once
+
+#include <fresco/host/catalog.h>
+#include <fresco/value.h>
+
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace fresco::host
+{
+
+/// A place in a pipeline file; line and column count from 1. For `--set`, the file is "--set NAME=…" and the line 0.
+struct Position
+{
+    std::string file;
+    int line = 0;
+    int column = 0;
+};
+
+/// The exit code a problem leads to.
+enum class ProblemKind
+{
+    invalid = 2,
+    missing_input = 3,
+    plugin = 4
+};
+
+struct Problem
+{
+    Position position;
+    std::string text;
+    ProblemKind kind = ProblemKind::invalid;
+};
+
+/// "file:line:column: error: text" ("--set x=…: error: text" without a line).
+std::string to_string(const Problem& problem);
+
+/// What feeds one input port: another stage's output, or a user's file through a reader.
+struct Wire
+{
+    std::string port;
+    std::string artifact;
+    std::string from_stage;  ///< Empty for a file.
+    std::string from_port;
+    std::filesystem::path file;  ///< Absolute; empty for a stage.
+    Value reader;                ///< {type: read.image, options…}, complete.
+};
+
+struct PipelineStage
+{
+    std::string name;
+    const TypeDescription* type = nullptr;  ///< Owned by the catalog.
+    /// Every option with its value: defaults filled in, component configurations complete down to their own options, `auto`
+    /// expanded, paths absolute. What the worker process configures the stage with.
+    Value options;
+    std::vector<Wire> wires;
+    std::vector<std::filesystem::path> input_files;  ///< Of InputFile options (components' too) and of wires.
+    std::vector<const TypeDescription*> components;  ///< Every component type it uses, readers too, sorted, unique.
+    Position position;                               ///< Of the stage's key.
+};
+
+/// A checked pipeline: stages in a topological order that keeps the file's order where it can.
+struct Pipeline
+{
+    std::filesystem::path file;
+    std::vector<PipelineStage> stages;
+
+    const PipelineStage* find(std::string_view name) const;
+};
+
+struct PipelineRequest
+{
+    std::filesystem::path file;
+    std::vector<std::pair<std::string, std::string>> sets;  ///< `--set NAME=VALUE`, `--set stage.option=VALUE`, in order.
+    std::filesystem::path working_directory;                ///< Base of relative paths in `sets`.
+};
+
+/// Either a pipeline without problems, or problems (all of them, in the file's order) and no stages.
+struct PipelineResult
+{
+    Pipeline pipeline;
+    std::vector<Problem> problems;
+    /// 0, or the largest claim among the problems: 2 before 4 before 3.
+    int exit_code() const;
+};
+
+/// Reads, checks and completes a pipeline file against the catalog. Runs no plugin code.
+PipelineResult load_pipeline(const PipelineRequest& request, const Catalog& catalog);
+
+}  // namespace fresco::host

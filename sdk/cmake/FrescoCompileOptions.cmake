@@ -1,0 +1,21 @@
+# Options of fresco's own targets, as an interface target: nothing global, nothing imposed on users of the SDK.
+add_library(fresco_compile_options INTERFACE)
+target_compile_features(fresco_compile_options INTERFACE cxx_std_20)
+# The prefix map keeps the build folder out of the libraries: rebuilding unchanged sources gives the same bytes anywhere.
+target_compile_options(
+    fresco_compile_options
+    INTERFACE -Wall
+              -Wextra
+              -Wpedantic
+              -Wshadow
+              -Wconversion
+              -Wnon-virtual-dtor
+              -Woverloaded-virtual
+              -Werror
+              -ffile-prefix-map=${PROJECT_SOURCE_DIR}=.
+              -ffile-prefix-map=${PROJECT_BINARY_DIR}=build
+              -ffp-contract=off)
+if(FRESCO_SANITIZE)
+    target_compile_options(fresco_compile_options INTERFACE -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer)
+    target_link_options(fresco_compile_options INTERFACE -fsanitize=address,undefined)
+endif()

@@ -1,0 +1,59 @@
+#ifndef FRESCO_ABI_H
+#define FRESCO_ABI_H
+
+/* The C handshake between host and plugin. Nothing of C++ crosses before the host has compared every field of fresco_plugin_info.
+ *
+ * History of FRESCO_ABI:
+ *   1  first
+ */
+#include <stddef.h>
+#include <stdint.h>
+
+#define FRESCO_MAGIC 0x46524553u /* "FRES" */
+#define FRESCO_ABI 1u
+
+#ifdef __cplusplus
+extern "C"
+{
+#endif
+
+    /* All strings live as long as the library, which is never unloaded. An empty string: not used. */
+    struct fresco_plugin_info
+    {
+        uint32_t magic;
+        uint32_t abi;
+        const char* compiler;         /* family and major version */
+        const char* standard_library; /* with its ABI switch */
+        const char* containers;       /* "release" or "debug": what the standard containers were built as */
+        const char* torch;            /* version, where the plugin uses it */
+        const char* cuda;             /* version, where the plugin uses it */
+    };
+
+    enum fresco_entry_kind
+    {
+        FRESCO_ENTRY_STAGE = 1,
+        FRESCO_ENTRY_COMPONENT = 2,
+        FRESCO_ENTRY_LIBRARY = 3 /* type: a library's name, help: its version */
+    };
+
+    struct fresco_plugin_entry
+    {
+        int what;         /* fresco_entry_kind */
+        const char* type; /* "mesh.decimate" */
+        const char* kind; /* "stage", or the component's contract */
+        const char* help;
+        void* (*create)(void); /* a new fresco::Configurable, owned by the caller; null for a library */
+    };
+
+    /* The two symbols that a plugin exports; fresco_add_plugin adds them. */
+    typedef const struct fresco_plugin_info* (*fresco_plugin_info_function)(void);
+    typedef const struct fresco_plugin_entry* (*fresco_plugin_entries_function)(size_t* count);
+
+#define FRESCO_INFO_SYMBOL "fresco_plugin_info_1"
+#define FRESCO_ENTRIES_SYMBOL "fresco_plugin_entries_1"
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

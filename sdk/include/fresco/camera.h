@@ -1,0 +1,38 @@
+#pragma once
+
+#include <fresco/math.h>
+
+namespace fresco
+{
+
+/// Pinhole intrinsics in pixels. The centre of pixel (0,0) is at (0.5, 0.5), so the image spans [0, width] x [0, height].
+struct Intrinsics
+{
+    int width = 0;
+    int height = 0;
+    double fx = 0;
+    double fy = 0;
+    double cx = 0;
+    double cy = 0;
+
+    /// The same camera at another size, each axis scaled on its own.
+    Intrinsics scaled_to(int new_width, int new_height) const;
+    /// Width that keeps the aspect ratio at `new_height`: round(h * W / H), at least 1 (METHOD section 1).
+    int width_at(int new_height) const;
+    friend bool operator==(const Intrinsics&, const Intrinsics&) = default;
+};
+
+/// A posed pinhole camera with OpenCV axes (x right, y down, z forward), metres.
+struct Camera
+{
+    Intrinsics intrinsics;
+    RigidTransform world_from_camera;
+
+    /// Pixel coordinates (x, y) and depth z (metres along the optical axis) of a world point; x, y are meaningless for z <= 0.
+    Vec3d project(Vec3d world_point) const;
+    /// World direction through pixel coordinates (x, y), scaled so that its z in the camera is 1.
+    Vec3d ray(double x, double y) const;
+    friend bool operator==(const Camera&, const Camera&) = default;
+};
+
+}  // namespace fresco

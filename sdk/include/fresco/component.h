@@ -1,0 +1,118 @@
+#pragma once
+
+#include <fresco/configurable.h>
+#include <fresco/error.h>
+
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+
+namespace fresco
+{
+
+/// A part chosen inside a stage by the same `type:` key. A contract (a loss, a feature network, an image codec) derives from
+/// Component and has `static constexpr std::string_view component_kind`; its destructor is out of line in one shared library.
+class Component : public Configurable
+{
+  public:
+    ~Component() override;
+};
+
+namespace detail
+{
+/// Untyped half of Slot and SlotMap.
+class SlotBase : public Parameter
+{
+  public:
+    ~SlotBase() override;
+    Value describe() const override;
+
+  protected:
+    SlotBase(Configurable* owner, std::string name, std::string kind, std::string default_config, bool many, std::string help);
+    std::shared_ptr<Component> make(const Value& config, ComponentFactory& factory) const;
+    [[noreturn]] void wrong_contract(const Value& config) const;
+    [[noreturn]] void not_assigned() const;
+
+    std::string kind_;
+    Value default_;
+    bool many_;
+    std::string auto_option_;
+    Value auto_if_empty_;
+    Value auto_if_set_;
+};
+}  // namespace detail
+
+/// One component. `default_config` is a type ("image.opencv") or a JSON map; the host fills it in before the key is made, so
+/// another default is another key. An empty default makes the slot optional: test it with has_value().
+template <class T>
+class Slot final : public detail::SlotBase
+{
+  public:
+    Slot(Configurable* owner, std::string name, std::string default_config, std::string help)
+        : SlotBase(owner, std::move(name), std::string(T::component_kind), std::move(default_config), false, std::move(help))
+    {
+    }
+
+    bool has_value() const { return component_ != nullptr; }
+    T& operator*() const { return *get(); }
+    T* operator->() const { return get().get(); }
+    /// Throws Error naming the slot if it holds nothing.
+    const std::shared_ptr<T>& get() const
+    {
+        if (!component_)
+            not_assigned();
+        return component_;
+    }
+
+    void assign(const Value& value, ComponentFactory& factory) override
+    {
+        component_ = std::dynamic_pointer_cast<T>(make(value, factory));
+        if (!component_)
+            wrong_contract(value);
+    }
+
+  private:
+    std::shared_ptr<T> component_;
+};
+
+/// Named components, in the order of the names. The default is a JSON map {name: {type: …}, …}, or "auto" when a rule is given.
+template <class T>
+class SlotMap final : public detail::SlotBase
+{
+  public:
+    SlotMap(Configurable* owner, std::string name, std::string default_config, std::string help)
+        : SlotBase(owner, std::move(name), std::string(T::component_kind), std::move(default_config), true, std::move(help))
+    {
+    }
+
+    /// The word `auto` stands for the map `if_empty` (JSON) where the owner's option `option` is empty, else for `if_set`, in
+    /// which the text "${option}" is replaced by that option's value. Returns itself, to be called in the member initialiser.
+    SlotMap& auto_rule(std::string option, std::string_view if_empty, std::string_view if_set)
+    {
+        auto_option_ = std::move(option);
+        auto_if_empty_ = parse_json(if_empty, "auto rule");
+        auto_if_set_ = parse_json(if_set, "auto rule");
+        return *this;
+    }
+
+    const std::map<std::string, std::shared_ptr<T>>& operator*() const { return components_; }
+    const std::map<std::string, std::shared_ptr<T>>* operator->() const { return &components_; }
+
+    void assign(const Value& value, ComponentFactory& factory) override
+    {
+        components_.clear();
+        for (const auto& [key, config] : value.as_map())
+        {
+            auto made = std::dynamic_pointer_cast<T>(make(config, factory));
+            if (!made)
+                wrong_contract(config);
+            components_.emplace(key, std::move(made));
+        }
+    }
+
+  private:
+    std::map<std::string, std::shared_ptr<T>> components_;
+};
+
+}  // namespace fresco

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <fresco/artifact.h>
+#include <fresco/value.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace fresco
+{
+
+/// Files for the user: what an export makes. A stage writes each one below its output's folder().path under the relative name it
+/// shall have below `--out`, and lists it; the host copies it there, whole or not at all, after the stage and whenever it is
+/// missing.
+struct Files : Artifact
+{
+    static constexpr std::string_view artifact_name = "files";
+    static constexpr int artifact_version = 1;
+
+    std::vector<std::string> names;  ///< Relative, '/'-separated, without "..".
+
+    ~Files() override;
+    Files() = default;
+    Files(const Files&) = default;
+    Files(Files&&) = default;
+    Files& operator=(const Files&) = default;
+    Files& operator=(Files&&) = default;
+
+    /// Writes `files.json`. Throws Error if a listed file is missing.
+    void save(const ArtifactFolder& folder) const;
+    static std::shared_ptr<Files> load(const ArtifactFolder& folder);
+};
+
+/// A table: named columns, one Value per cell. On disk: `table.json` {"columns": […], "rows": [[…], …]}.
+struct Table : Artifact
+{
+    static constexpr std::string_view artifact_name = "table";
+    static constexpr int artifact_version = 1;
+
+    std::vector<std::string> columns;
+    std::vector<std::vector<Value>> rows;  ///< Each of columns.size().
+
+    ~Table() override;
+    Table() = default;
+    Table(const Table&) = default;
+    Table(Table&&) = default;
+    Table& operator=(const Table&) = default;
+    Table& operator=(Table&&) = default;
+
+    void save(const ArtifactFolder& folder) const;
+    static std::shared_ptr<Table> load(const ArtifactFolder& folder);
+};
+
+}  // namespace fresco

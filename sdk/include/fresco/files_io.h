@@ -1,0 +1,22 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace fresco
+{
+
+/// The whole file. Throws MissingInput if it cannot be opened, Error if it is no regular file or larger than `limit_bytes`.
+std::vector<std::byte> read_file(const std::filesystem::path& file, std::size_t limit_bytes = std::size_t{1} << 33U);
+std::string read_text_file(const std::filesystem::path& file, std::size_t limit_bytes = std::size_t{1} << 26U);
+
+/// Writes `file` whole or not at all: a temporary file beside it, fsync, rename. Throws Error naming the file and the cause
+/// (disk full among them); the temporary file is removed then.
+void write_file(const std::filesystem::path& file, std::span<const std::byte> bytes);
+void write_file(const std::filesystem::path& file, std::string_view text);
+
+}  // namespace fresco

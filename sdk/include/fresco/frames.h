@@ -1,0 +1,69 @@
+#pragma once
+
+#include <fresco/artifact.h>
+#include <fresco/camera.h>
+#include <fresco/image.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace fresco
+{
+
+class ImageIo;
+
+/// A picture on disk: a user's file, or a file of the frames' own folder. Its content hash is taken when it is first listed and
+/// compared when it is read.
+struct PictureFile
+{
+    std::filesystem::path path;  ///< Absolute.
+    std::string hash;            ///< file_hash; empty = not checked (a file of the store, which is verified anyway).
+    bool empty() const { return path.empty(); }
+};
+
+/// One recorded view: two cameras, two pictures.
+struct Frame
+{
+    std::string sequence;  ///< "seq-01"; file-name safe.
+    std::string name;      ///< "frame-000008"; file-name safe, unique in its sequence.
+    long number = 0;       ///< The recorder's frame number.
+    Camera color;
+    Camera depth;
+    PictureFile color_picture;    ///< 8-bit picture of color.intrinsics' size; NPY (uint8 H x W x 3), PNG or JPEG.
+    PictureFile depth_picture;    ///< 16-bit PNG of depth.intrinsics' size; may be empty.
+    double depth_unit_m = 0.001;  ///< Metres per step of the depth picture; 0 and 65535 mean none.
+};
+
+/// Posed RGB-D frames in recorded order; pictures stay on disk.
+/// On disk: `frames.json` (cameras, names, references), and pictures beside it where a stage made them.
+class Frames : public Artifact
+{
+  public:
+    static constexpr std::string_view artifact_name = "frames";
+    static constexpr int artifact_version = 1;
+
+    std::vector<Frame> frames;
+
+    ~Frames() override;
+    Frames() = default;
+    Frames(const Frames&) = default;
+    Frames(Frames&&) = default;
+    Frames& operator=(const Frames&) = default;
+    Frames& operator=(Frames&&) = default;
+
+    void save(const ArtifactFolder& folder) const;
+    static std::shared_ptr<Frames> load(const ArtifactFolder& folder);
+};
+
+/// The colour picture as RGB (3 channels), of exactly color.intrinsics' size. NPY needs no codec; other formats use `images`,
+/// which may be null only then. Thread-safe. Throws Error naming the file if it changed, is damaged or of another size.
+Raster8 load_color(const Frame& frame, const ImageIo* images);
+/// Depth in metres along the optical axis, 0 = none. Throws as load_color; Error if the frame has no depth picture.
+RasterF load_depth(const Frame& frame, const ImageIo* images);
+
+/// Throws Error naming `source` unless the camera is usable: positive size and focal lengths, finite entries, a pose whose
+/// rotation is one (rotation_error <= 1e-2, determinant positive).
+void check_camera(const Camera& camera, std::string_view source);
+
+}  // namespace fresco

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <fresco/artifact.h>
+#include <fresco/raster.h>
+
+#include <cstdint>
+
+namespace fresco
+{
+
+using Raster8 = Raster<std::uint8_t>;
+using Raster16 = Raster<std::uint16_t>;
+using RasterF = Raster<float>;
+
+/// An 8-bit sRGB picture: 1 (grey), 3 (RGB) or 4 (RGBA, straight alpha) channels. On disk: `image.npy`, uint8 H x W x C.
+struct Image : Artifact
+{
+    static constexpr std::string_view artifact_name = "image";
+    static constexpr int artifact_version = 1;
+
+    Raster8 pixels;
+
+    ~Image() override;
+    Image() = default;
+    explicit Image(Raster8 p) : pixels(std::move(p)) {}
+    Image(const Image&) = default;
+    Image(Image&&) = default;
+    Image& operator=(const Image&) = default;
+    Image& operator=(Image&&) = default;
+
+    void save(const ArtifactFolder& folder) const;
+    static std::shared_ptr<Image> load(const ArtifactFolder& folder);
+};
+
+}  // namespace fresco

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <fresco/component.h>
+#include <fresco/image.h>
+
+#include <cstddef>
+#include <filesystem>
+#include <vector>
+
+namespace fresco
+{
+
+/// Size of a picture as its header tells it (before EXIF orientation).
+struct ImageHeader
+{
+    int width = 0;
+    int height = 0;
+};
+
+/// Reads and writes picture files: the contract behind `image.opencv`. Thread-safe. Every reader checks the header first
+/// (limit: 200 megapixels) and refuses a picture that is cut short; errors name the file.
+class ImageIo : public Component
+{
+  public:
+    static constexpr std::string_view component_kind = "image_io";
+    ~ImageIo() override;
+
+    /// Size without decoding; PNG and JPEG.
+    virtual ImageHeader header(const std::filesystem::path& file) const = 0;
+    /// 8-bit sRGB, 3 channels: EXIF orientation applied, alpha composited on white, grey, 16-bit and CMYK converted.
+    virtual Raster8 read_rgb(const std::filesystem::path& file) const = 0;
+    /// 16-bit, 1 channel, values as stored. Throws Error for a picture that is not 16-bit grey.
+    virtual Raster16 read_depth(const std::filesystem::path& file) const = 0;
+    /// PNG of 1, 3 or 4 channels. The same pixels give the same bytes.
+    virtual std::vector<std::byte> encode_png(const Raster8& image) const = 0;
+    virtual std::vector<std::byte> encode_png(const Raster16& image) const = 0;
+    /// JPEG of 1 or 3 channels, quality 1..100.
+    virtual std::vector<std::byte> encode_jpeg(const Raster8& image, int quality) const = 0;
+};
+
+}  // namespace fresco

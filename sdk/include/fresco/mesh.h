@@ -1,0 +1,48 @@
+#pragma once
+
+#include <fresco/artifact.h>
+#include <fresco/math.h>
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace fresco
+{
+
+using Triangle = std::array<std::uint32_t, 3>;
+
+/// An indexed triangle mesh, world frame, metres. Faces are counter-clockwise seen from outside.
+/// On disk: `mesh.ply`, binary little-endian, with `list uchar float texcoord` and `int chart` per face where present.
+struct Mesh : Artifact
+{
+    static constexpr std::string_view artifact_name = "mesh";
+    static constexpr int artifact_version = 1;
+
+    std::vector<Vec3f> positions;       ///< V
+    std::vector<Rgb8> colors;           ///< V or empty; sRGB
+    std::vector<Triangle> triangles;    ///< F; indices < V
+    std::vector<Vec2f> texcoords;       ///< 3F, one per corner, or empty; uv in [0,1], origin at the lower left
+    std::vector<std::uint32_t> charts;  ///< F or empty: the atlas chart of each face, counted from 0
+
+    ~Mesh() override;
+    Mesh() = default;
+    Mesh(const Mesh&) = default;
+    Mesh(Mesh&&) = default;
+    Mesh& operator=(const Mesh&) = default;
+    Mesh& operator=(Mesh&&) = default;
+
+    void save(const ArtifactFolder& folder) const;
+    static std::shared_ptr<Mesh> load(const ArtifactFolder& folder);
+};
+
+/// Throws Error naming `source` and the first offence: no faces, an index out of range, a position that is not finite, arrays
+/// whose sizes do not match, a texcoord that is not finite.
+void check_mesh(const Mesh& mesh, std::string_view source);
+
+/// F normals by the right-hand rule, unit length; zero for degenerate faces.
+std::vector<Vec3f> face_normals(const Mesh& mesh);
+/// V normals: area-weighted mean of the faces around, unit length; zero where there is none.
+std::vector<Vec3f> vertex_normals(const Mesh& mesh);
+
+}  // namespace fresco

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <fresco/mesh.h>
+
+#include <cstddef>
+#include <filesystem>
+#include <span>
+#include <string_view>
+
+namespace fresco
+{
+
+/// Limits that bound memory and time on hostile input.
+struct MeshLimits
+{
+    std::size_t max_vertices = 200'000'000;
+    std::size_t max_faces = 400'000'000;
+};
+
+/// What a reader had to leave out or change; 0 everywhere for a clean file.
+struct MeshReadReport
+{
+    std::size_t polygons_split = 0;      ///< Faces with more than three corners, fanned into triangles.
+    std::size_t degenerate_dropped = 0;  ///< Faces that name a vertex twice.
+};
+
+/// Strict PLY reader: ASCII, binary of both byte orders, float and double coordinates, any integer index and count type, vertex
+/// colours (uchar red/green/blue), corner texcoords (face list `texcoord`) or vertex ones (s,t / u,v / texture_u,texture_v), face
+/// `chart`; unknown elements and properties are skipped. Throws Error naming `source`, the line (header, ASCII) or byte offset
+/// (binary), what was expected and what to do; a file cut at any byte, text after the data, counts beyond the file's size,
+/// indices out of range, coordinates that are not finite, 0 faces are errors.
+Mesh parse_ply(std::span<const std::byte> bytes, std::string_view source, const MeshLimits& limits = {},
+               MeshReadReport* report = nullptr);
+
+/// Strict Wavefront OBJ reader: v (with optional colour), vt, vn, f with all index forms (negative too); groups, materials and
+/// smoothing are skipped. Errors as above, by line. A file that does not end in a newline is taken as cut and refused.
+Mesh parse_obj(std::span<const std::byte> bytes, std::string_view source, const MeshLimits& limits = {},
+               MeshReadReport* report = nullptr);
+
+/// By extension (.ply, .obj). Throws MissingInput if the file cannot be read.
+Mesh read_mesh(const std::filesystem::path& file, const MeshLimits& limits = {}, MeshReadReport* report = nullptr);
+
+/// Binary little-endian PLY of everything the mesh holds; parse_ply gives the same mesh back, bit by bit.
+std::vector<std::byte> to_ply(const Mesh& mesh);
+
+}  // namespace fresco

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace fresco
+{
+
+/// Element types of a NumPy array file that fresco reads and writes, little-endian, C order.
+enum class NpyType
+{
+    uint8,
+    uint16,
+    uint32,
+    int32,
+    int64,
+    float32,
+    float64
+};
+
+struct NpyArray
+{
+    NpyType type = NpyType::uint8;
+    std::vector<std::size_t> shape;
+    std::vector<std::byte> bytes;
+
+    std::size_t count() const;
+    /// The elements, checked against `T`. Throws Error if the type is another.
+    template <class T>
+    std::span<const T> as() const;
+};
+
+/// Strict NPY reader (versions 1 and 2). Throws Error naming `source` and the offset on a wrong magic, an unknown type, Fortran
+/// order, a shape that does not fit the file's size, or bytes after the data.
+NpyArray parse_npy(std::span<const std::byte> bytes, std::string_view source);
+NpyArray read_npy(const std::filesystem::path& file);
+
+std::vector<std::byte> to_npy(NpyType type, std::span<const std::size_t> shape, std::span<const std::byte> bytes);
+
+/// Writes whole or not at all. `shape` product = values.size().
+void write_npy(const std::filesystem::path& file, std::span<const std::size_t> shape, std::span<const std::uint8_t> values);
+void write_npy(const std::filesystem::path& file, std::span<const std::size_t> shape, std::span<const std::uint16_t> values);
+void write_npy(const std::filesystem::path& file, std::span<const std::size_t> shape, std::span<const float> values);
+
+}  // namespace fresco

@@ -1,0 +1,144 @@
+#pragma once
+
+#include <fresco/configurable.h>
+
+#include <filesystem>
+#include <initializer_list>
+#include <limits>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+/// \file Options: declared once as members; parsing, validation, `describe`, docs, editor schema and cache key come from that.
+
+namespace fresco
+{
+
+/// A file that must exist when the pipeline is checked. Its contents enter the cache key. Empty = not given.
+struct InputFile
+{
+    std::filesystem::path path;
+    bool empty() const { return path.empty(); }
+};
+
+/// A folder that must exist when the pipeline is checked. What the stage reads in it enters the cache key through
+/// RunContext::reads_file and RunContext::reads_folder.
+struct InputFolder
+{
+    std::filesystem::path path;
+    bool empty() const { return path.empty(); }
+};
+
+/// A relative path below `--out`, without `..`.
+struct OutputName
+{
+    std::string path;
+};
+
+/// Closed range of accepted numbers; for a list: of each entry.
+struct Range
+{
+    double min;
+    double max;
+};
+constexpr Range range(double min, double max)
+{
+    return {min, max};
+}
+constexpr Range at_least(double min)
+{
+    return {min, std::numeric_limits<double>::infinity()};
+}
+
+/// The accepted words of a text option.
+struct OneOf
+{
+    std::vector<std::string> words;
+};
+inline OneOf one_of(std::initializer_list<const char*> words)
+{
+    return {{words.begin(), words.end()}};
+}
+
+/// In place of a default: the pipeline must give a value.
+struct Required
+{
+};
+inline constexpr Required required{};
+
+/// Last argument of an option whose value cannot change the result (how often a preview is written, …): not in the cache key.
+struct NotInKey
+{
+};
+inline constexpr NotInKey not_in_key{};
+
+/// Of the types bool, int, std::int64_t, double, std::string, std::vector<int>, std::vector<double>, InputFile, InputFolder,
+/// OutputName. `*option` is the value, valid from configure() on (in `run` and `prepare`), the default before.
+template <class T>
+class Option final : public Parameter
+{
+  public:
+    Option(Configurable* owner, std::string name, T value, std::string help)
+        : Option(owner, std::move(name), std::move(value), false, std::nullopt, {}, std::move(help), true)
+    {
+    }
+    Option(Configurable* owner, std::string name, T value, std::string help, NotInKey)
+        : Option(owner, std::move(name), std::move(value), false, std::nullopt, {}, std::move(help), false)
+    {
+    }
+    Option(Configurable* owner, std::string name, T value, Range accepted, std::string help)
+        : Option(owner, std::move(name), std::move(value), false, accepted, {}, std::move(help), true)
+    {
+    }
+    Option(Configurable* owner, std::string name, T value, Range accepted, std::string help, NotInKey)
+        : Option(owner, std::move(name), std::move(value), false, accepted, {}, std::move(help), false)
+    {
+    }
+    Option(Configurable* owner, std::string name, T value, OneOf accepted, std::string help)
+        : Option(owner, std::move(name), std::move(value), false, std::nullopt, std::move(accepted.words), std::move(help), true)
+    {
+    }
+    Option(Configurable* owner, std::string name, Required, std::string help)
+        : Option(owner, std::move(name), T{}, true, std::nullopt, {}, std::move(help), true)
+    {
+    }
+    Option(Configurable* owner, std::string name, Required, Range accepted, std::string help)
+        : Option(owner, std::move(name), T{}, true, accepted, {}, std::move(help), true)
+    {
+    }
+
+    const T& operator*() const { return value_; }
+    const T* operator->() const { return &value_; }
+
+    Value describe() const override;
+    void assign(const Value& value, ComponentFactory& factory) override;
+
+  private:
+    Option(Configurable* owner, std::string name, T value, bool is_required, std::optional<Range> accepted,
+           std::vector<std::string> words, std::string help, bool in_key)
+        : Parameter(owner, std::move(name), std::move(help)), value_(value), default_(std::move(value)), required_(is_required),
+          range_(accepted), words_(std::move(words)), in_key_(in_key)
+    {
+    }
+
+    T value_;
+    T default_;
+    bool required_;
+    std::optional<Range> range_;
+    std::vector<std::string> words_;
+    bool in_key_;
+};
+
+extern template class Option<bool>;
+extern template class Option<int>;
+extern template class Option<std::int64_t>;
+extern template class Option<double>;
+extern template class Option<std::string>;
+extern template class Option<std::vector<int>>;
+extern template class Option<std::vector<double>>;
+extern template class Option<InputFile>;
+extern template class Option<InputFolder>;
+extern template class Option<OutputName>;
+
+}  // namespace fresco

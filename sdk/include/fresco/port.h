@@ -1,0 +1,142 @@
+#pragma once
+
+#include <fresco/artifact.h>
+#include <fresco/configurable.h>
+
+#include <memory>
+#include <string>
+#include <utility>
+
+namespace fresco
+{
+
+/// Second argument of an input that a pipeline may leave unwired.
+struct Optional
+{
+};
+inline constexpr Optional optional{};
+
+/// Untyped half of Input: what the host sees.
+class InputPort
+{
+  public:
+    virtual ~InputPort();
+    InputPort(const InputPort&) = delete;
+    InputPort& operator=(const InputPort&) = delete;
+    const std::string& name() const { return name_; }
+    const std::string& artifact() const { return artifact_; }
+    int version() const { return version_; }
+    bool is_optional() const { return optional_; }
+    Value describe() const;
+    /// Loads the value from a stored artifact's folder.
+    virtual void load(const ArtifactFolder& folder) = 0;
+    /// Takes a value made elsewhere (a reader, a test). Throws Error if it is of another type.
+    virtual void set(std::shared_ptr<const Artifact> value) = 0;
+
+  protected:
+    InputPort(Configurable* owner, std::string name, std::string_view artifact, int version, bool is_optional, std::string help);
+    [[noreturn]] void not_wired() const;
+    [[noreturn]] void wrong_type() const;
+
+  private:
+    std::string name_;
+    std::string artifact_;
+    int version_;
+    bool optional_;
+    std::string help_;
+};
+
+/// An input: `*port` and `port->` give the value during `run`. Shared with other consumers, read-only.
+template <class T>
+class Input final : public InputPort
+{
+  public:
+    Input(Configurable* owner, std::string name, std::string help)
+        : InputPort(owner, std::move(name), T::artifact_name, T::artifact_version, false, std::move(help))
+    {
+    }
+    Input(Configurable* owner, std::string name, Optional, std::string help)
+        : InputPort(owner, std::move(name), T::artifact_name, T::artifact_version, true, std::move(help))
+    {
+    }
+
+    bool has_value() const { return value_ != nullptr; }
+    const T& operator*() const { return get(); }
+    const T* operator->() const { return &get(); }
+
+    void load(const ArtifactFolder& folder) override { value_ = T::load(folder); }
+    void set(std::shared_ptr<const Artifact> value) override
+    {
+        value_ = std::dynamic_pointer_cast<const T>(std::move(value));
+        if (!value_)
+            wrong_type();
+    }
+
+  private:
+    const T& get() const
+    {
+        if (!value_)
+            not_wired();
+        return *value_;
+    }
+    std::shared_ptr<const T> value_;
+};
+
+/// Untyped half of Output.
+class OutputPort
+{
+  public:
+    virtual ~OutputPort();
+    OutputPort(const OutputPort&) = delete;
+    OutputPort& operator=(const OutputPort&) = delete;
+    const std::string& name() const { return name_; }
+    const std::string& artifact() const { return artifact_; }
+    Value describe() const;
+    /// Before `run`: where the artifact goes.
+    void set_folder(ArtifactFolder folder) { folder_ = std::move(folder); }
+    /// After `run`: writes the value; throws Error if the stage gave none.
+    virtual void save() const = 0;
+    virtual std::shared_ptr<const Artifact> value() const = 0;
+
+  protected:
+    OutputPort(Configurable* owner, std::string name, std::string_view artifact, int version, std::string help);
+    [[noreturn]] void no_value() const;
+    ArtifactFolder folder_;
+
+  private:
+    std::string name_;
+    std::string artifact_;
+    int version_;
+    std::string help_;
+};
+
+/// An output: assign it once in `run`. An artifact that streams writes into folder() while the stage runs.
+template <class T>
+class Output final : public OutputPort
+{
+  public:
+    Output(Configurable* owner, std::string name, std::string help)
+        : OutputPort(owner, std::move(name), T::artifact_name, T::artifact_version, std::move(help))
+    {
+    }
+
+    Output& operator=(T value)
+    {
+        value_ = std::make_shared<const T>(std::move(value));
+        return *this;
+    }
+    const ArtifactFolder& folder() const { return folder_; }
+
+    void save() const override
+    {
+        if (!value_)
+            no_value();
+        value_->save(folder_);
+    }
+    std::shared_ptr<const Artifact> value() const override { return value_; }
+
+  private:
+    std::shared_ptr<const T> value_;
+};
+
+}  // namespace fresco

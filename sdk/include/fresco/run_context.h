@@ -1,0 +1,39 @@
+#pragma once
+
+#include <fresco/progress.h>
+#include <fresco/value.h>
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+namespace fresco
+{
+
+/// What the host gives a running stage. All functions may be called from any thread.
+class RunContext : public Progress
+{
+  public:
+    ~RunContext() override;
+    /// A line for the person watching ("3 of 125 frames dropped: blurred").
+    virtual void message(std::string_view text) = 0;
+    /// The same, marked as a warning.
+    virtual void warning(std::string_view text) = 0;
+    /// The newest value of a running figure, shown in the live line ("loss").
+    virtual void metric(std::string_view name, double value) = 0;
+    /// An entry of the stage's report, kept in the result's manifest and printed by `--json`. Counts, shares, seconds.
+    virtual void report(std::string_view key, Value value) = 0;
+    /// A file the person may look at while the stage runs; not part of the result.
+    virtual std::filesystem::path preview_folder() = 0;
+    /// An empty folder, removed when the stage ends.
+    virtual std::filesystem::path scratch_folder() = 0;
+    /// A folder that belongs to exactly this result and outlives a killed run; removed once the result is published. Write into
+    /// it with write_file (whole or not at all).
+    virtual std::filesystem::path checkpoint_folder() = 0;
+    /// Says that the result depends on a file (its contents) or on a folder (the sorted names directly in it) that no option of
+    /// type InputFile names. The next run does nothing only if these are unchanged.
+    virtual void reads_file(const std::filesystem::path& file) = 0;
+    virtual void reads_folder(const std::filesystem::path& folder) = 0;
+};
+
+}  // namespace fresco

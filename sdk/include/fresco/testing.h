@@ -1,0 +1,89 @@
+#pragma once
+
+#include <fresco/component.h>
+#include <fresco/run_context.h>
+#include <fresco/stage.h>
+
+#include <atomic>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+/// \file For the tests of plugins: run a stage without the host.
+
+namespace fresco::testing
+{
+
+/// A folder that is removed with the object.
+class TemporaryFolder
+{
+  public:
+    TemporaryFolder();
+    ~TemporaryFolder();
+    TemporaryFolder(const TemporaryFolder&) = delete;
+    TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+    const std::filesystem::path& path() const { return path_; }
+
+  private:
+    std::filesystem::path path_;
+};
+
+/// A RunContext that keeps what a stage says. cancel_after(n): the n-th check_cancelled throws.
+class TestRun final : public RunContext
+{
+  public:
+    explicit TestRun(int threads = 2);
+    ~TestRun() override;
+
+    std::vector<std::string> messages;  ///< Warnings begin with "warning: ".
+    Value reported{Value::Map{}};
+    std::map<std::string, std::vector<double>> metrics;
+    std::vector<std::filesystem::path> files_read;
+    std::vector<std::filesystem::path> folders_read;
+
+    void cancel_after(int checks) { checks_left_ = checks; }
+
+    void progress(double done, double total, std::string_view unit) override;
+    void check_cancelled() const override;
+    int threads() const override { return threads_; }
+    void message(std::string_view text) override;
+    void warning(std::string_view text) override;
+    void metric(std::string_view name, double value) override;
+    void report(std::string_view key, Value value) override;
+    std::filesystem::path preview_folder() override;
+    std::filesystem::path scratch_folder() override;
+    std::filesystem::path checkpoint_folder() override;
+    void reads_file(const std::filesystem::path& file) override;
+    void reads_folder(const std::filesystem::path& folder) override;
+
+  private:
+    TemporaryFolder folder_;
+    int threads_;
+    mutable std::atomic<int> checks_left_{-1};
+};
+
+/// Makes components from functions registered by type; for slots in stages under test.
+class TestFactory final : public ComponentFactory
+{
+  public:
+    ~TestFactory() override;
+    void add(const std::string& type, std::function<std::shared_ptr<Component>()> make) { makers_[type] = std::move(make); }
+    std::shared_ptr<Component> create(std::string_view kind, const Value& config) override;
+
+  private:
+    std::map<std::string, std::function<std::shared_ptr<Component>()>> makers_;
+    std::map<std::string, std::shared_ptr<Component>> made_;
+};
+
+/// Configures, wires and runs a stage; outputs are saved below `folder` (one folder per output) and can be loaded from there.
+void run_stage(Stage& stage, const Value& options, const std::map<std::string, std::shared_ptr<const Artifact>>& inputs,
+               const std::filesystem::path& folder, TestRun& run, ComponentFactory& factory);
+
+/// Opens a built plugin in this process after the handshake and makes one object of a type it holds; the test owns it. The
+/// library stays open. Throws Error naming the file.
+std::unique_ptr<Configurable> make_from_plugin(const std::filesystem::path& library, std::string_view type);
+
+}  // namespace fresco::testing

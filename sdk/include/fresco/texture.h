@@ -1,0 +1,61 @@
+#pragma once
+
+#include <fresco/artifact.h>
+#include <fresco/image.h>
+#include <fresco/mesh.h>
+
+#include <string>
+#include <vector>
+
+namespace fresco
+{
+
+/// An optimised texture before baking. Layers are square, 3 channels, row 0 at the top (v = 1); the value at uv is the sum over
+/// layers of a bilinear lookup with texel centres at +0.5, clamped at the borders.
+/// On disk: `texture.json` and `layer_<i>.npy` (float32 S_i x S_i x 3), `seen.npy` (uint8 S x S).
+struct Texture : Artifact
+{
+    static constexpr std::string_view artifact_name = "texture";
+    static constexpr int artifact_version = 1;
+
+    /// What the values mean: "display" = RGB in [0,1]; "network" = BGR in 0..255 minus (103.939, 116.779, 123.68).
+    std::string values = "display";
+    std::vector<RasterF> layers;  ///< Finest first; layer i has size S / 2^i.
+    Raster8 seen;                 ///< S x S: 1 where some frame saw the texel.
+
+    ~Texture() override;
+    Texture() = default;
+    Texture(const Texture&) = default;
+    Texture(Texture&&) = default;
+    Texture& operator=(const Texture&) = default;
+    Texture& operator=(Texture&&) = default;
+
+    int size_px() const { return layers.empty() ? 0 : layers.front().width; }
+    void save(const ArtifactFolder& folder) const;
+    static std::shared_ptr<Texture> load(const ArtifactFolder& folder);
+};
+
+/// A mesh with texcoords and the picture they point into (RGB, square). On disk: `mesh.ply`, `image.npy`.
+struct TexturedMesh : Artifact
+{
+    static constexpr std::string_view artifact_name = "textured_mesh";
+    static constexpr int artifact_version = 1;
+
+    Mesh mesh;
+    Image image;
+
+    ~TexturedMesh() override;
+    TexturedMesh() = default;
+    TexturedMesh(const TexturedMesh&) = default;
+    TexturedMesh(TexturedMesh&&) = default;
+    TexturedMesh& operator=(const TexturedMesh&) = default;
+    TexturedMesh& operator=(TexturedMesh&&) = default;
+
+    void save(const ArtifactFolder& folder) const;
+    static std::shared_ptr<TexturedMesh> load(const ArtifactFolder& folder);
+};
+
+/// Bilinear value at (u, v) of a raster whose row 0 is v = 1: texel centres at +0.5, clamped at the borders.
+void sample_bilinear(const RasterF& texture, float u, float v, float* out);
+
+}  // namespace fresco

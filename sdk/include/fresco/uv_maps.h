@@ -1,0 +1,65 @@
+#pragma once
+
+#include <fresco/artifact.h>
+#include <fresco/camera.h>
+#include <fresco/image.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace fresco
+{
+
+/// What the mesh shows to one colour camera at one size, per pixel centre.
+struct UvMap
+{
+    RasterF uv;     ///< H x W x 2, origin lower left; 0 where invalid.
+    RasterF depth;  ///< H x W, metres along the optical axis; 0 where invalid.
+    RasterF
+        cosine;  ///< H x W, cos of the angle between the interpolated normal and the direction to the camera, clamped to [0,1].
+    Raster8 valid;  ///< H x W, 1 = the mesh's front is seen here.
+};
+
+/// The uv maps of many frames at several heights. Only the index is in memory; load() reads one map.
+/// On disk: `uvmaps.json` (frame names, cameras, heights, counts) and, for view i (six digits) and height h,
+/// `<i>_<h>.{uv,depth,cosine,valid}.npy` (float32 HxWx2, float32 HxW, float32 HxW, uint8 HxW).
+class UvMaps : public Artifact
+{
+  public:
+    static constexpr std::string_view artifact_name = "uv_maps";
+    static constexpr int artifact_version = 1;
+
+    struct View
+    {
+        std::string sequence;                    ///< As in the frames they were made from, …
+        std::string frame;                       ///< … matched by (sequence, frame).
+        Camera camera;                           ///< The colour camera at full size.
+        std::vector<std::int64_t> valid_pixels;  ///< Per height.
+    };
+
+    std::vector<int> heights_px;  ///< Ascending.
+    std::vector<View> views;
+
+    ~UvMaps() override;
+    UvMaps() = default;
+    UvMaps(const UvMaps&) = default;
+    UvMaps(UvMaps&&) = default;
+    UvMaps& operator=(const UvMaps&) = default;
+    UvMaps& operator=(UvMaps&&) = default;
+
+    /// Writes one map while the stage runs. Thread-safe for different (view, level).
+    static void write_map(const ArtifactFolder& folder, std::size_t view, int height_px, const UvMap& map);
+    /// Reads one map. Thread-safe. Throws Error naming the file if it is missing, damaged or of the wrong size.
+    UvMap load_map(std::size_t view, std::size_t level) const;
+
+    void save(const ArtifactFolder& folder) const;
+    static std::shared_ptr<UvMaps> load(const ArtifactFolder& folder);
+
+  private:
+    std::filesystem::path folder_;
+};
+
+}  // namespace fresco

@@ -1,0 +1,135 @@
+#include "artifact_files.h"
+
+#include <fresco/error.h>
+#include <fresco/files_io.h>
+#include <fresco/frames.h>
+#include <fresco/npy.h>
+
+#include <limits>
+
+namespace fresco::detail
+{
+namespace
+{
+
+template <class T>
+void write_any(const std::filesystem::path& file, const Raster<T>& raster)
+{
+    std::vector<std::size_t> shape{static_cast<std::size_t>(raster.height), static_cast<std::size_t>(raster.width)};
+    if (raster.channels != 1)
+        shape.push_back(static_cast<std::size_t>(raster.channels));
+    write_npy(file, shape, std::span<const T>(raster.values));
+}
+
+template <class T>
+Raster<T> read_any(const std::filesystem::path& file, int channels)
+{
+    const NpyArray array = read_npy(file);
+    const auto fail = [&](const std::string& what) { throw Error(file.string() + ": " + what); };
+    if (array.shape.size() != 2 && array.shape.size() != 3)
+        fail("expected an array H x W or H x W x C");
+    constexpr std::size_t max_extent = 1U << 20U;
+    if (array.shape[0] > max_extent || array.shape[1] > max_extent)
+        fail("larger than 1048576 pixels along a side");
+    const std::size_t found = array.shape.size() == 3 ? array.shape[2] : 1;
+    if (channels == 0 ? found < 1 || found > 4 : found != static_cast<std::size_t>(channels))
+        fail(std::to_string(found) + " channels where " + (channels == 0 ? "1 to 4" : std::to_string(channels)) +
+             " are expected");
+    Raster<T> raster;
+    raster.height = static_cast<int>(array.shape[0]);
+    raster.width = static_cast<int>(array.shape[1]);
+    raster.channels = static_cast<int>(found);
+    try
+    {
+        const auto values = array.as<T>();
+        raster.values.assign(values.begin(), values.end());
+    }
+    catch (const Error& error)
+    {
+        fail(error.what());
+    }
+    return raster;
+}
+
+}  // namespace
+
+Value to_value(const Camera& camera)
+{
+    const Intrinsics& k = camera.intrinsics;
+    Value::List pose;
+    const RigidTransform& t = camera.world_from_camera;
+    const double translation[] = {t.translation.x, t.translation.y, t.translation.z};
+    for (int row = 0; row < 3; ++row)
+    {
+        for (int column = 0; column < 3; ++column)
+            pose.emplace_back(t.rotation(row, column));
+        pose.emplace_back(translation[row]);
+    }
+    return Value::Map{{"width", k.width},
+                      {"height", k.height},
+                      {"fx", k.fx},
+                      {"fy", k.fy},
+                      {"cx", k.cx},
+                      {"cy", k.cy},
+                      {"world_from_camera", std::move(pose)}};
+}
+
+Camera camera_from(const Value& value, std::string_view source)
+{
+    Camera camera;
+    try
+    {
+        Intrinsics& k = camera.intrinsics;
+        k.width = static_cast<int>(value.at("width").as_int());
+        k.height = static_cast<int>(value.at("height").as_int());
+        k.fx = value.at("fx").as_double();
+        k.fy = value.at("fy").as_double();
+        k.cx = value.at("cx").as_double();
+        k.cy = value.at("cy").as_double();
+        const auto& pose = value.at("world_from_camera").as_list();
+        if (pose.size() != 12)
+            throw Error("world_from_camera has " + std::to_string(pose.size()) + " entries; 12 are expected (3 x 4, row-major)");
+        RigidTransform& t = camera.world_from_camera;
+        double* translation[] = {&t.translation.x, &t.translation.y, &t.translation.z};
+        for (int row = 0; row < 3; ++row)
+        {
+            const auto first = static_cast<std::size_t>(4 * row);
+            for (int column = 0; column < 3; ++column)
+                t.rotation(row, column) = pose[first + static_cast<std::size_t>(column)].as_double();
+            *translation[row] = pose[first + 3].as_double();
+        }
+    }
+    catch (const Error& error)
+    {
+        throw Error(std::string(source) + ": camera: " + error.what());
+    }
+    check_camera(camera, source);
+    return camera;
+}
+
+Value read_json_file(const std::filesystem::path& file)
+{
+    return parse_json(read_text_file(file, std::size_t{1} << 30U), file.string());
+}
+
+void write_raster(const std::filesystem::path& file, const Raster8& raster)
+{
+    write_any(file, raster);
+}
+
+void write_raster(const std::filesystem::path& file, const RasterF& raster)
+{
+    write_any(file, raster);
+}
+
+Raster8 read_raster8(const std::filesystem::path& file, int channels)
+{
+    return read_any<std::uint8_t>(file, channels);
+}
+
+RasterF read_raster_f(const std::filesystem::path& file, int channels)
+{
+    return read_any<float>(file, channels);
+}
+
+}  // namespace fresco::detail

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <fresco/artifact.h>
+#include <fresco/camera.h>
+#include <fresco/image.h>
+#include <fresco/value.h>
+
+#include <filesystem>
+#include <span>
+#include <string_view>
+
+/// \file What several artifacts share in their on-disk forms.
+
+namespace fresco::detail
+{
+
+Value to_value(const Camera& camera);
+/// Throws Error naming `source` on missing entries or a camera that is not usable.
+Camera camera_from(const Value& value, std::string_view source);
+
+/// Reads a JSON file of the folder; throws Error naming it.
+Value read_json_file(const std::filesystem::path& file);
+
+/// H x W (one channel) or H x W x C.
+void write_raster(const std::filesystem::path& file, const Raster8& raster);
+void write_raster(const std::filesystem::path& file, const RasterF& raster);
+/// Throws Error naming the file if it is of another type or number of channels. `channels` 0: any from 1 to 4.
+Raster8 read_raster8(const std::filesystem::path& file, int channels);
+RasterF read_raster_f(const std::filesystem::path& file, int channels);
+
+}  // namespace fresco::detail

@@ -1,0 +1,75 @@
+#include <fresco/component.h>
+#include <fresco/image_io.h>
+#include <fresco/reader.h>
+#include <fresco/stage.h>
+
+namespace fresco
+{
+
+Component::~Component() = default;
+ImageIo::~ImageIo() = default;
+FileReader::~FileReader() = default;
+Stage::~Stage() = default;
+
+Cost Stage::cost() const
+{
+    return {};
+}
+
+namespace detail
+{
+namespace
+{
+
+/// "image.opencv" is short for {"type": "image.opencv"}.
+Value parsed_default(const std::string& text)
+{
+    if (text.empty())
+        return {};
+    if (text.front() == '{')
+        return parse_json(text, "default of a slot");
+    if (text == "auto")
+        return text;
+    return Value::Map{{"type", text}};
+}
+
+}  // namespace
+
+SlotBase::SlotBase(Configurable* owner, std::string name, std::string kind, std::string default_config, bool many,
+                   std::string help)
+    : Parameter(owner, std::move(name), std::move(help)), kind_(std::move(kind)), default_(parsed_default(default_config)),
+      many_(many)
+{
+}
+
+SlotBase::~SlotBase() = default;
+
+Value SlotBase::describe() const
+{
+    Value description = Value::Map{{"name", name()}, {"kind", many_ ? "components" : "component"}, {"component_kind", kind_}};
+    if (!default_.is_null())
+        description.set("default", default_);
+    if (!auto_option_.empty())
+        description.set("auto", Value::Map{{"option", auto_option_}, {"if_empty", auto_if_empty_}, {"if_set", auto_if_set_}});
+    description.set("help", help());
+    return description;
+}
+
+std::shared_ptr<Component> SlotBase::make(const Value& config, ComponentFactory& factory) const
+{
+    return factory.create(kind_, config);
+}
+
+void SlotBase::wrong_contract(const Value& config) const
+{
+    throw Error("option \"" + name() + "\": " + to_json(config) + " does not make a component of kind " + kind_);
+}
+
+void SlotBase::not_assigned() const
+{
+    throw Error("option \"" + name() + "\": no component of kind " + kind_ +
+                " is given and none is the default; name one by its type");
+}
+
+}  // namespace detail
+}  // namespace fresco

@@ -1,0 +1,77 @@
+#include "artifact_files.h"
+
+#include <fresco/error.h>
+#include <fresco/files.h>
+#include <fresco/files_io.h>
+
+#include <algorithm>
+
+namespace fresco
+{
+namespace
+{
+
+namespace fs = std::filesystem;
+
+void check_name(const std::string& name, const fs::path& folder)
+{
+    const fs::path path = name;
+    if (name.empty() || path.is_absolute() || std::ranges::find(path, fs::path("..")) != path.end())
+        throw Error(folder.string() + ": \"" + name + "\" is no relative file name without \"..\"");
+    if (!fs::is_regular_file(folder / path))
+        throw Error((folder / path).string() + ": is listed but was not written");
+}
+
+}  // namespace
+
+Files::~Files() = default;
+Table::~Table() = default;
+
+void Files::save(const ArtifactFolder& folder) const
+{
+    for (const std::string& name : names)
+        check_name(name, folder.path);
+    write_file(folder.path / "files.json", to_json(Value::Map{{"files", Value::List(names.begin(), names.end())}}, 1));
+}
+
+std::shared_ptr<Files> Files::load(const ArtifactFolder& folder)
+{
+    auto files = std::make_shared<Files>();
+    for (const Value& name : detail::read_json_file(folder.path / "files.json").at("files").as_list())
+    {
+        check_name(name.as_string(), folder.path);
+        files->names.push_back(name.as_string());
+    }
+    return files;
+}
+
+void Table::save(const ArtifactFolder& folder) const
+{
+    Value::List list;
+    for (const auto& row : rows)
+    {
+        if (row.size() != columns.size())
+            throw Error("a table of " + std::to_string(columns.size()) + " columns has a row of " + std::to_string(row.size()));
+        list.emplace_back(Value::List(row.begin(), row.end()));
+    }
+    write_file(folder.path / "table.json",
+               to_json(Value::Map{{"columns", Value::List(columns.begin(), columns.end())}, {"rows", std::move(list)}}, 1));
+}
+
+std::shared_ptr<Table> Table::load(const ArtifactFolder& folder)
+{
+    const fs::path file = folder.path / "table.json";
+    const Value root = detail::read_json_file(file);
+    auto table = std::make_shared<Table>();
+    for (const Value& column : root.at("columns").as_list())
+        table->columns.push_back(column.as_string());
+    for (const Value& row : root.at("rows").as_list())
+    {
+        table->rows.push_back(row.as_list());
+        if (table->rows.back().size() != table->columns.size())
+            throw Error(file.string() + ": row " + std::to_string(table->rows.size()) + " does not have one cell per column");
+    }
+    return table;
+}
+
+}  // namespace fresco

@@ -1,0 +1,126 @@
+#include <fresco/error.h>
+#include <fresco/files_io.h>
+
+#include <atomic>
+#include <cerrno>
+#include <fcntl.h>
+#include <system_error>
+#include <unistd.h>
+
+namespace fresco
+{
+namespace
+{
+
+std::string cause()
+{
+    return std::generic_category().message(errno);
+}
+
+/// Closes on every way out.
+class Descriptor
+{
+  public:
+    explicit Descriptor(int fd) : fd_(fd) {}
+    ~Descriptor()
+    {
+        if (fd_ >= 0)
+            ::close(fd_);
+    }
+    Descriptor(const Descriptor&) = delete;
+    Descriptor& operator=(const Descriptor&) = delete;
+    int get() const { return fd_; }
+
+  private:
+    int fd_;
+};
+
+std::vector<std::byte> read_all(const std::filesystem::path& file, std::size_t limit_bytes)
+{
+    const auto status = std::filesystem::status(file);
+    if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
+        throw Error(file.string() + ": is not a regular file");
+    const Descriptor input(::open(file.c_str(), O_RDONLY | O_CLOEXEC));
+    if (input.get() < 0)
+        throw MissingInput(file.string() + ": cannot be opened: " + cause());
+    const auto size = std::filesystem::file_size(file);
+    if (size > limit_bytes)
+        throw Error(file.string() + ": has " + std::to_string(size) + " bytes; at most " + std::to_string(limit_bytes) +
+                    " are accepted");
+    std::vector<std::byte> bytes(size);
+    std::size_t done = 0;
+    while (done < bytes.size())
+    {
+        const ssize_t count = ::read(input.get(), bytes.data() + done, bytes.size() - done);
+        if (count < 0 && errno == EINTR)
+            continue;
+        if (count < 0)
+            throw MissingInput(file.string() + ": reading failed: " + cause());
+        if (count == 0)
+            throw Error(file.string() + ": became shorter while it was read");
+        done += static_cast<std::size_t>(count);
+    }
+    return bytes;
+}
+
+void write_all(int fd, std::span<const std::byte> bytes, const std::filesystem::path& file)
+{
+    while (!bytes.empty())
+    {
+        const ssize_t count = ::write(fd, bytes.data(), bytes.size());
+        if (count < 0 && errno == EINTR)
+            continue;
+        if (count < 0)
+            throw Error(file.string() + ": cannot be written: " + cause());
+        bytes = bytes.subspan(static_cast<std::size_t>(count));
+    }
+    if (::fsync(fd) != 0)
+        throw Error(file.string() + ": cannot be written: " + cause());
+}
+
+}  // namespace
+
+std::vector<std::byte> read_file(const std::filesystem::path& file, std::size_t limit_bytes)
+{
+    return read_all(file, limit_bytes);
+}
+
+std::string read_text_file(const std::filesystem::path& file, std::size_t limit_bytes)
+{
+    const auto bytes = read_all(file, limit_bytes);
+    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+void write_file(const std::filesystem::path& file, std::span<const std::byte> bytes)
+{
+    static std::atomic<unsigned> counter{0};
+    auto temporary = file;
+    temporary += ".tmp-" + std::to_string(::getpid()) + "-" + std::to_string(counter++);
+    {
+        const Descriptor output(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
+        if (output.get() < 0)
+            throw Error(file.string() + ": cannot be written: " + cause());
+        try
+        {
+            write_all(output.get(), bytes, file);
+        }
+        catch (...)
+        {
+            ::unlink(temporary.c_str());
+            throw;
+        }
+    }
+    if (::rename(temporary.c_str(), file.c_str()) != 0)
+    {
+        const std::string why = cause();
+        ::unlink(temporary.c_str());
+        throw Error(file.string() + ": cannot be written: " + why);
+    }
+}
+
+void write_file(const std::filesystem::path& file, std::string_view text)
+{
+    write_file(file, std::as_bytes(std::span(text.data(), text.size())));
+}
+
+}  // namespace fresco

@@ -1,0 +1,175 @@
+#include "artifact_files.h"
+
+#include <fresco/error.h>
+#include <fresco/files_io.h>
+#include <fresco/frames.h>
+#include <fresco/hash.h>
+#include <fresco/image_io.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+namespace fresco
+{
+namespace
+{
+
+namespace fs = std::filesystem;
+
+/// The part of `path` below `base`, or nothing.
+std::optional<std::string> below(const fs::path& path, const fs::path& base)
+{
+    if (base.empty())
+        return std::nullopt;
+    const fs::path relative = path.lexically_relative(base);
+    if (relative.empty() || *relative.begin() == ".." || relative == ".")
+        return std::nullopt;
+    return relative.generic_string();
+}
+
+// A picture is referred to so that the store can be moved: "own:" = in the artifact's folder, "store:" = below the store's root,
+// and a user's file by its absolute path.
+Value picture_to_value(const PictureFile& picture, const ArtifactFolder& folder)
+{
+    if (picture.empty())
+        return {};
+    std::string reference;
+    if (const auto own = below(picture.path, folder.path))
+        reference = "own:" + *own;
+    else if (const auto stored = below(picture.path, folder.store))
+        reference = "store:" + *stored;
+    else
+        reference = "file:" + fs::absolute(picture.path).string();
+    return Value::Map{{"ref", reference}, {"hash", picture.hash}};
+}
+
+PictureFile picture_from(const Value& value, const ArtifactFolder& folder, const std::string& source)
+{
+    if (value.is_null())
+        return {};
+    const std::string& reference = value.at("ref").as_string();
+    const auto colon = reference.find(':');
+    const std::string scheme = reference.substr(0, colon);
+    const std::string rest = colon == std::string::npos ? "" : reference.substr(colon + 1);
+    PictureFile picture;
+    picture.hash = value.at("hash").as_string();
+    if (scheme == "own")
+        picture.path = folder.path / rest;
+    else if (scheme == "store")
+        picture.path = folder.store / rest;
+    else if (scheme == "file")
+        picture.path = rest;
+    else
+        throw Error(source + ": reference \"" + reference + "\" does not begin with own:, store: or file:");
+    return picture;
+}
+
+Frame frame_from(const Value& value, const ArtifactFolder& folder, const std::string& source)
+{
+    Frame frame;
+    frame.sequence = value.at("sequence").as_string();
+    frame.name = value.at("name").as_string();
+    frame.number = value.at("number").as_int();
+    const std::string where = source + ": " + frame.sequence + "/" + frame.name;
+    frame.color = detail::camera_from(value.at("color_camera"), where);
+    frame.depth = detail::camera_from(value.at("depth_camera"), where);
+    frame.color_picture = picture_from(value.at("color_picture"), folder, where);
+    frame.depth_picture = picture_from(value.at("depth_picture"), folder, where);
+    frame.depth_unit_m = value.at("depth_unit_m").as_double();
+    return frame;
+}
+
+void check_unchanged(const PictureFile& picture)
+{
+    if (!picture.hash.empty() && file_hash(picture.path) != picture.hash)
+        throw Error(picture.path.string() + ": changed since the scan was read; run again so that it is read anew");
+}
+
+const ImageIo& codec(const ImageIo* images, const fs::path& file)
+{
+    if (images == nullptr)
+        throw Error(file.string() +
+                    ": no picture codec is at hand (option \"images\"); only NPY pictures can be read without one");
+    return *images;
+}
+
+template <class T>
+void check_size(const Raster<T>& picture, const Intrinsics& intrinsics, const fs::path& file)
+{
+    if (picture.width != intrinsics.width || picture.height != intrinsics.height)
+        throw Error(file.string() + ": is " + std::to_string(picture.width) + "x" + std::to_string(picture.height) +
+                    " pixels; its intrinsics say " + std::to_string(intrinsics.width) + "x" + std::to_string(intrinsics.height));
+}
+
+}  // namespace
+
+Frames::~Frames() = default;
+
+void Frames::save(const ArtifactFolder& folder) const
+{
+    Value::List list;
+    for (const Frame& frame : frames)
+        list.emplace_back(Value::Map{{"sequence", frame.sequence},
+                                     {"name", frame.name},
+                                     {"number", static_cast<std::int64_t>(frame.number)},
+                                     {"color_camera", detail::to_value(frame.color)},
+                                     {"depth_camera", detail::to_value(frame.depth)},
+                                     {"color_picture", picture_to_value(frame.color_picture, folder)},
+                                     {"depth_picture", picture_to_value(frame.depth_picture, folder)},
+                                     {"depth_unit_m", frame.depth_unit_m}});
+    write_file(folder.path / "frames.json", to_json(Value::Map{{"frames", std::move(list)}}, 1));
+}
+
+std::shared_ptr<Frames> Frames::load(const ArtifactFolder& folder)
+{
+    const fs::path file = folder.path / "frames.json";
+    const Value root = detail::read_json_file(file);
+    auto result = std::make_shared<Frames>();
+    for (const Value& value : root.at("frames").as_list())
+        result->frames.push_back(frame_from(value, folder, file.string()));
+    return result;
+}
+
+Raster8 load_color(const Frame& frame, const ImageIo* images)
+{
+    const fs::path& file = frame.color_picture.path;
+    check_unchanged(frame.color_picture);
+    Raster8 picture = file.extension() == ".npy" ? detail::read_raster8(file, 3) : codec(images, file).read_rgb(file);
+    check_size(picture, frame.color.intrinsics, file);
+    return picture;
+}
+
+RasterF load_depth(const Frame& frame, const ImageIo* images)
+{
+    if (frame.depth_picture.empty())
+        throw Error(frame.sequence + "/" + frame.name + ": has no depth picture");
+    const fs::path& file = frame.depth_picture.path;
+    check_unchanged(frame.depth_picture);
+    const Raster16 steps = codec(images, file).read_depth(file);
+    check_size(steps, frame.depth.intrinsics, file);
+    RasterF depth(steps.width, steps.height);
+    std::ranges::transform(steps.values, depth.values.begin(),
+                           [&](std::uint16_t step)
+                           { return step == 0 || step == 65535 ? 0.0F : static_cast<float>(step * frame.depth_unit_m); });
+    return depth;
+}
+
+void check_camera(const Camera& camera, std::string_view source)
+{
+    const Intrinsics& k = camera.intrinsics;
+    const auto fail = [&](const std::string& what) { throw Error(std::string(source) + ": " + what); };
+    if (k.width < 1 || k.height < 1 || k.width > 65536 || k.height > 65536)
+        fail("camera of " + std::to_string(k.width) + "x" + std::to_string(k.height) + " pixels; 1 to 65536 are accepted");
+    if (!std::isfinite(k.fx) || !std::isfinite(k.fy) || k.fx <= 0 || k.fy <= 0)
+        fail("focal lengths must be positive numbers");
+    if (!std::isfinite(k.cx) || !std::isfinite(k.cy))
+        fail("the principal point is not finite");
+    const double error = camera.world_from_camera.rotation_error();
+    if (error > 1e-2)
+        fail(std::isinf(error) ? "the pose has an entry that is not finite, or its rotation mirrors"
+                               : "the pose's upper left 3x3 is no rotation (it deviates by " + std::to_string(error) +
+                                     " from one; 0.01 is accepted)");
+}
+
+}  // namespace fresco

@@ -1,0 +1,289 @@
+#include <fresco/error.h>
+#include <fresco/files_io.h>
+#include <fresco/npy.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cstring>
+#include <limits>
+
+namespace fresco
+{
+namespace
+{
+
+struct TypeName
+{
+    NpyType type;
+    std::string_view descr;
+    std::size_t bytes;
+};
+
+constexpr std::array<TypeName, 7> type_names{{{NpyType::uint8, "|u1", 1},
+                                              {NpyType::uint16, "<u2", 2},
+                                              {NpyType::uint32, "<u4", 4},
+                                              {NpyType::int32, "<i4", 4},
+                                              {NpyType::int64, "<i8", 8},
+                                              {NpyType::float32, "<f4", 4},
+                                              {NpyType::float64, "<f8", 8}}};
+
+const TypeName& name_of(NpyType type)
+{
+    return *std::ranges::find(type_names, type, &TypeName::type);
+}
+
+constexpr std::string_view magic("\x93NUMPY", 6);
+
+/// Reads the Python dictionary of the header: exactly the keys descr, fortran_order and shape, in any order.
+class HeaderParser
+{
+  public:
+    HeaderParser(std::string_view text, std::size_t offset, std::string_view source)
+        : text_(text), offset_(offset), source_(source)
+    {
+    }
+
+    NpyArray parse()
+    {
+        NpyArray array;
+        bool has_descr = false;
+        bool has_order = false;
+        bool has_shape = false;
+        expect("{");
+        while (!accept("}"))
+        {
+            if (accept("'descr'"))
+            {
+                expect(":");
+                array.type = parse_descr();
+                has_descr = true;
+            }
+            else if (accept("'fortran_order'"))
+            {
+                expect(":");
+                if (accept("True"))
+                    fail("the array is in Fortran order; save it with numpy.ascontiguousarray");
+                expect("False");
+                has_order = true;
+            }
+            else if (accept("'shape'"))
+            {
+                expect(":");
+                array.shape = parse_shape();
+                has_shape = true;
+            }
+            else
+                fail("expected one of the keys 'descr', 'fortran_order', 'shape'");
+            if (!accept(","))
+            {
+                expect("}");
+                break;
+            }
+        }
+        skip_blanks();
+        if (position_ != text_.size())
+            fail("unexpected text after the header");
+        if (!has_descr || !has_order || !has_shape)
+            fail("the header lacks one of the keys 'descr', 'fortran_order', 'shape'");
+        return array;
+    }
+
+  private:
+    [[noreturn]] void fail(const std::string& what) const
+    {
+        throw Error(std::string(source_) + ": byte " + std::to_string(offset_ + position_) + ": " + what);
+    }
+    void skip_blanks()
+    {
+        while (position_ < text_.size() && (text_[position_] == ' ' || text_[position_] == '\n'))
+            ++position_;
+    }
+    bool accept(std::string_view token)
+    {
+        skip_blanks();
+        if (text_.substr(position_, token.size()) != token)
+            return false;
+        position_ += token.size();
+        return true;
+    }
+    void expect(std::string_view token)
+    {
+        if (!accept(token))
+            fail("expected " + std::string(token) + " in the NPY header");
+    }
+    NpyType parse_descr()
+    {
+        for (const TypeName& name : type_names)
+            if (accept("'" + std::string(name.descr) + "'"))
+                return name.type;
+        fail("element type not supported; save it as uint8, uint16, uint32, int32, int64, float32 or float64, little-endian");
+    }
+    std::vector<std::size_t> parse_shape()
+    {
+        std::vector<std::size_t> shape;
+        expect("(");
+        while (!accept(")"))
+        {
+            skip_blanks();
+            std::size_t extent = 0;
+            const char* begin = text_.data() + position_;
+            const auto [end, error] = std::from_chars(begin, text_.data() + text_.size(), extent);
+            if (error != std::errc{} || shape.size() >= 8)
+                fail("expected at most 8 array extents");
+            position_ += static_cast<std::size_t>(end - begin);
+            shape.push_back(extent);
+            if (!accept(","))
+            {
+                expect(")");
+                break;
+            }
+        }
+        return shape;
+    }
+
+    std::string_view text_;
+    std::size_t offset_;
+    std::string_view source_;
+    std::size_t position_ = 0;
+};
+
+/// Number of elements, or nothing if it does not fit.
+bool product(std::span<const std::size_t> shape, std::size_t& count)
+{
+    count = 1;
+    for (const std::size_t extent : shape)
+        if (__builtin_mul_overflow(count, extent, &count))
+            return false;
+    return true;
+}
+
+template <class T>
+constexpr NpyType type_of()
+{
+    if constexpr (std::is_same_v<T, std::uint8_t>)
+        return NpyType::uint8;
+    else if constexpr (std::is_same_v<T, std::uint16_t>)
+        return NpyType::uint16;
+    else if constexpr (std::is_same_v<T, std::uint32_t>)
+        return NpyType::uint32;
+    else if constexpr (std::is_same_v<T, std::int32_t>)
+        return NpyType::int32;
+    else if constexpr (std::is_same_v<T, std::int64_t>)
+        return NpyType::int64;
+    else if constexpr (std::is_same_v<T, float>)
+        return NpyType::float32;
+    else
+        return NpyType::float64;
+}
+
+template <class T>
+void write_values(const std::filesystem::path& file, std::span<const std::size_t> shape, std::span<const T> values)
+{
+    write_file(file, to_npy(type_of<T>(), shape, std::as_bytes(values)));
+}
+
+}  // namespace
+
+std::size_t NpyArray::count() const
+{
+    return bytes.size() / name_of(type).bytes;
+}
+
+template <class T>
+std::span<const T> NpyArray::as() const
+{
+    if (type != type_of<T>())
+        throw Error("array of type " + std::string(name_of(type).descr) + " where " + std::string(name_of(type_of<T>()).descr) +
+                    " is expected");
+    // The bytes come from operator new, aligned for every element type.
+    return {reinterpret_cast<const T*>(bytes.data()), count()};
+}
+
+template std::span<const std::uint8_t> NpyArray::as() const;
+template std::span<const std::uint16_t> NpyArray::as() const;
+template std::span<const std::uint32_t> NpyArray::as() const;
+template std::span<const std::int32_t> NpyArray::as() const;
+template std::span<const std::int64_t> NpyArray::as() const;
+template std::span<const float> NpyArray::as() const;
+template std::span<const double> NpyArray::as() const;
+
+NpyArray parse_npy(std::span<const std::byte> bytes, std::string_view source)
+{
+    const auto fail = [&](std::size_t offset, const std::string& what)
+    { throw Error(std::string(source) + ": byte " + std::to_string(offset) + ": " + what); };
+    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    if (!text.starts_with(magic))
+        fail(0, "not an NPY file: the magic \\x93NUMPY is missing");
+    if (text.size() < 10)
+        fail(text.size(), "the file is cut inside its header");
+    const auto version = static_cast<unsigned char>(text[6]);
+    if (version != 1 && version != 2)
+        fail(6, "NPY version " + std::to_string(version) + " is not supported (1 and 2 are)");
+    const std::size_t length_bytes = version == 1 ? 2 : 4;
+    const std::size_t header_begin = 8 + length_bytes;
+    std::size_t header_size = 0;
+    for (std::size_t i = 0; i < length_bytes && 8 + i < text.size(); ++i)
+        header_size |= static_cast<std::size_t>(static_cast<unsigned char>(text[8 + i])) << (8 * i);
+    if (text.size() < header_begin || header_size > text.size() - header_begin)
+        fail(text.size(), "the file is cut inside its header");
+
+    NpyArray array = HeaderParser(text.substr(header_begin, header_size), header_begin, source).parse();
+    const std::size_t data_begin = header_begin + header_size;
+    std::size_t expected = 0;
+    if (!product(array.shape, expected) || __builtin_mul_overflow(expected, name_of(array.type).bytes, &expected))
+        fail(header_begin, "the shape is too large");
+    if (bytes.size() - data_begin != expected)
+        fail(bytes.size(), "the shape asks for " + std::to_string(expected) + " bytes of data, the file has " +
+                               std::to_string(bytes.size() - data_begin));
+    array.bytes.assign(bytes.begin() + static_cast<std::ptrdiff_t>(data_begin), bytes.end());
+    return array;
+}
+
+NpyArray read_npy(const std::filesystem::path& file)
+{
+    return parse_npy(read_file(file), file.string());
+}
+
+std::vector<std::byte> to_npy(NpyType type, std::span<const std::size_t> shape, std::span<const std::byte> bytes)
+{
+    std::size_t expected = 0;
+    if (!product(shape, expected) || expected * name_of(type).bytes != bytes.size())
+        throw Error("to_npy: the shape does not fit the number of values");
+    std::string header = "{'descr': '" + std::string(name_of(type).descr) + "', 'fortran_order': False, 'shape': (";
+    for (const std::size_t extent : shape)
+        header += std::to_string(extent) + ", ";
+    header += "), }";
+    if (!shape.empty())
+        header.replace(header.find(", ),"), 4, shape.size() == 1 ? ",)," : "),");
+    // The data begins at a multiple of 64 bytes, as NumPy writes it.
+    const std::size_t prefix = magic.size() + 4;
+    header.append(63 - (prefix + header.size()) % 64, ' ');
+    header += '\n';
+
+    std::vector<std::byte> file(prefix + header.size() + bytes.size());
+    std::memcpy(file.data(), magic.data(), magic.size());
+    file[6] = std::byte{1};
+    file[8] = static_cast<std::byte>(header.size() & 255U);
+    file[9] = static_cast<std::byte>(header.size() >> 8U);
+    std::memcpy(file.data() + prefix, header.data(), header.size());
+    if (!bytes.empty())
+        std::memcpy(file.data() + prefix + header.size(), bytes.data(), bytes.size());
+    return file;
+}
+
+void write_npy(const std::filesystem::path& file, std::span<const std::size_t> shape, std::span<const std::uint8_t> values)
+{
+    write_values(file, shape, values);
+}
+
+void write_npy(const std::filesystem::path& file, std::span<const std::size_t> shape, std::span<const std::uint16_t> values)
+{
+    write_values(file, shape, values);
+}
+
+void write_npy(const std::filesystem::path& file, std::span<const std::size_t> shape, std::span<const float> values)
+{
+    write_values(file, shape, values);
+}
+
+}  // namespace fresco

@@ -1,0 +1,172 @@
+#include <fresco/abi.h>
+#include <fresco/testing.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <dlfcn.h>
+#include <iostream>
+#include <mutex>
+
+namespace fresco::testing
+{
+namespace
+{
+
+namespace fs = std::filesystem;
+
+std::mutex& lists_mutex()
+{
+    static std::mutex mutex;
+    return mutex;
+}
+
+}  // namespace
+
+TemporaryFolder::TemporaryFolder()
+{
+    std::string name = (fs::temp_directory_path() / "fresco-test-XXXXXX").string();
+    if (::mkdtemp(name.data()) == nullptr)
+        throw Error(name + ": cannot be created");
+    path_ = name;
+}
+
+TemporaryFolder::~TemporaryFolder()
+{
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+}
+
+TestRun::TestRun(int threads) : threads_(threads) {}
+TestRun::~TestRun() = default;
+
+void TestRun::progress(double, double, std::string_view) {}
+
+void TestRun::check_cancelled() const
+{
+    if (checks_left_ > 0 && --checks_left_ == 0)
+        throw Cancelled();
+}
+
+void TestRun::message(std::string_view text)
+{
+    const std::lock_guard lock(lists_mutex());
+    messages.emplace_back(text);
+}
+
+void TestRun::warning(std::string_view text)
+{
+    message("warning: " + std::string(text));
+}
+
+void TestRun::metric(std::string_view name, double value)
+{
+    const std::lock_guard lock(lists_mutex());
+    metrics[std::string(name)].push_back(value);
+}
+
+void TestRun::report(std::string_view key, Value value)
+{
+    const std::lock_guard lock(lists_mutex());
+    reported.set(key, std::move(value));
+}
+
+fs::path TestRun::preview_folder()
+{
+    fs::create_directories(folder_.path() / "preview");
+    return folder_.path() / "preview";
+}
+
+fs::path TestRun::scratch_folder()
+{
+    fs::create_directories(folder_.path() / "scratch");
+    return folder_.path() / "scratch";
+}
+
+fs::path TestRun::checkpoint_folder()
+{
+    fs::create_directories(folder_.path() / "checkpoint");
+    return folder_.path() / "checkpoint";
+}
+
+void TestRun::reads_file(const fs::path& file)
+{
+    const std::lock_guard lock(lists_mutex());
+    files_read.push_back(file);
+}
+
+void TestRun::reads_folder(const fs::path& folder)
+{
+    const std::lock_guard lock(lists_mutex());
+    folders_read.push_back(folder);
+}
+
+TestFactory::~TestFactory() = default;
+
+std::shared_ptr<Component> TestFactory::create(std::string_view kind, const Value& config)
+{
+    const std::string key = std::string(kind) + to_json(config);
+    if (const auto made = made_.find(key); made != made_.end())
+        return made->second;
+    const std::string& type = config.at("type").as_string();
+    const auto maker = makers_.find(type);
+    if (maker == makers_.end())
+        throw Error("the test's factory has no component \"" + type + "\"");
+    auto component = maker->second();
+    Value options{Value::Map{}};
+    for (const auto& [name, value] : config.as_map())
+        if (name != "type")
+            options.set(name, value);
+    // As in the host, slots that the configuration leaves out get their defaults.
+    for (const Parameter* parameter : component->parameters())
+    {
+        const Value description = parameter->describe();
+        const std::string& kind_name = description.at("kind").as_string();
+        const Value* fallback = description.find("default");
+        if ((kind_name == "component" || kind_name == "components") && fallback != nullptr && fallback->is_map() &&
+            options.find(parameter->name()) == nullptr)
+            options.set(parameter->name(), *fallback);
+    }
+    component->configure(options, *this);
+    return made_[key] = component;
+}
+
+void run_stage(Stage& stage, const Value& options, const std::map<std::string, std::shared_ptr<const Artifact>>& inputs,
+               const fs::path& folder, TestRun& run, ComponentFactory& factory)
+{
+    stage.configure(options, factory);
+    for (const auto& [name, artifact] : inputs)
+    {
+        const auto port = std::ranges::find_if(stage.inputs(), [&](const InputPort* p) { return p->name() == name; });
+        if (port == stage.inputs().end())
+            throw Error("the stage has no input \"" + name + "\"");
+        (*port)->set(artifact);
+    }
+    for (OutputPort* port : stage.outputs())
+    {
+        fs::create_directories(folder / port->name());
+        port->set_folder({folder / port->name(), folder});
+    }
+    stage.run(run);
+    for (const OutputPort* port : stage.outputs())
+        port->save();
+}
+
+std::unique_ptr<Configurable> make_from_plugin(const fs::path& library, std::string_view type)
+{
+    // Never closed, as in the host: libtorch does not survive it.
+    void* handle = ::dlopen(library.c_str(), RTLD_NOW | RTLD_LOCAL);
+    if (handle == nullptr)
+        throw Error(library.string() + ": " + ::dlerror());
+    const auto info = reinterpret_cast<fresco_plugin_info_function>(::dlsym(handle, FRESCO_INFO_SYMBOL));
+    const auto entries = reinterpret_cast<fresco_plugin_entries_function>(::dlsym(handle, FRESCO_ENTRIES_SYMBOL));
+    if (info == nullptr || entries == nullptr || info()->magic != FRESCO_MAGIC || info()->abi != FRESCO_ABI)
+        throw Error(library.string() + ": is no plugin of this version");
+    std::size_t count = 0;
+    const fresco_plugin_entry* list = entries(&count);
+    for (std::size_t i = 0; i < count; ++i)
+        if (list[i].type == type && list[i].create != nullptr)
+            return std::unique_ptr<Configurable>(static_cast<Configurable*>(list[i].create()));
+    throw Error(library.string() + ": holds no \"" + std::string(type) + "\"");
+}
+
+}  // namespace fresco::testing

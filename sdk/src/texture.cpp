@@ -1,0 +1,83 @@
+#include "artifact_files.h"
+
+#include <fresco/error.h>
+#include <fresco/files_io.h>
+#include <fresco/texture.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace fresco
+{
+
+Texture::~Texture() = default;
+TexturedMesh::~TexturedMesh() = default;
+
+void Texture::save(const ArtifactFolder& folder) const
+{
+    write_file(folder.path / "texture.json",
+               to_json(Value::Map{{"values", values}, {"layers", layers.size()}, {"size_px", size_px()}}, 1));
+    for (std::size_t i = 0; i < layers.size(); ++i)
+        detail::write_raster(folder.path / ("layer_" + std::to_string(i) + ".npy"), layers[i]);
+    detail::write_raster(folder.path / "seen.npy", seen);
+}
+
+std::shared_ptr<Texture> Texture::load(const ArtifactFolder& folder)
+{
+    const auto file = folder.path / "texture.json";
+    const Value root = detail::read_json_file(file);
+    auto texture = std::make_shared<Texture>();
+    texture->values = root.at("values").as_string();
+    const std::int64_t layers = root.at("layers").as_int();
+    const std::int64_t size = root.at("size_px").as_int();
+    if (layers < 1 || layers > 16 || size < 1)
+        throw Error(file.string() + ": a texture has 1 to 16 layers and at least 1 texel");
+    for (std::int64_t i = 0; i < layers; ++i)
+    {
+        const auto layer_file = folder.path / ("layer_" + std::to_string(i) + ".npy");
+        texture->layers.push_back(detail::read_raster_f(layer_file, 3));
+        const RasterF& layer = texture->layers.back();
+        if (layer.width != size >> i || layer.height != size >> i)
+            throw Error(layer_file.string() + ": is " + std::to_string(layer.width) + "x" + std::to_string(layer.height) +
+                        "; layer " + std::to_string(i) + " of a texture of " + std::to_string(size) +
+                        " texels is expected to be half the one before");
+    }
+    texture->seen = detail::read_raster8(folder.path / "seen.npy", 1);
+    if (texture->seen.width != size || texture->seen.height != size)
+        throw Error((folder.path / "seen.npy").string() + ": is not of the texture's size");
+    return texture;
+}
+
+void TexturedMesh::save(const ArtifactFolder& folder) const
+{
+    mesh.save(folder);
+    image.save(folder);
+}
+
+std::shared_ptr<TexturedMesh> TexturedMesh::load(const ArtifactFolder& folder)
+{
+    auto result = std::make_shared<TexturedMesh>();
+    result->mesh = std::move(*Mesh::load(folder));
+    result->image = std::move(*Image::load(folder));
+    return result;
+}
+
+void sample_bilinear(const RasterF& texture, float u, float v, float* out)
+{
+    const float x = std::clamp(u * static_cast<float>(texture.width) - 0.5F, 0.0F, static_cast<float>(texture.width - 1));
+    const float y = std::clamp((1 - v) * static_cast<float>(texture.height) - 0.5F, 0.0F, static_cast<float>(texture.height - 1));
+    const int x0 = static_cast<int>(x);
+    const int y0 = static_cast<int>(y);
+    const int x1 = std::min(x0 + 1, texture.width - 1);
+    const int y1 = std::min(y0 + 1, texture.height - 1);
+    const float fx = x - static_cast<float>(x0);
+    const float fy = y - static_cast<float>(y0);
+    for (int c = 0; c < texture.channels; ++c)
+    {
+        const float top = texture.at(x0, y0, c) * (1 - fx) + texture.at(x1, y0, c) * fx;
+        const float bottom = texture.at(x0, y1, c) * (1 - fx) + texture.at(x1, y1, c) * fx;
+        out[c] = top * (1 - fy) + bottom * fy;
+    }
+}
+
+}  // namespace fresco

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <fresco/component.h>
+#include <fresco/progress.h>
+
+#include <torch/types.h>
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace fresco
+{
+
+/// The style picture as losses see it: RGB in [0,1], float32, 3 x H x W (METHOD section 4).
+struct StylePictures
+{
+    torch::Tensor fine;    ///< Shorter side 256 px (or the original's, if smaller).
+    torch::Tensor coarse;  ///< Up to four times as large, at most the original's size.
+};
+
+/// What a component may learn from before the first step.
+struct PrepareContext
+{
+    StylePictures style;
+    std::vector<torch::Tensor> camera_samples;  ///< A few camera pictures, RGB in [0,1], 3 x H x W, spread over the run.
+    std::uint64_t seed = 0;
+    Progress* progress = nullptr;  ///< Never null.
+};
+
+/// One layer of a feature network.
+struct FeatureLayer
+{
+    std::string name;  ///< "relu1_1"
+    int channels = 0;
+    int stride = 1;        ///< Pixels per feature cell; cell (i, j) looks at pixels around ((i + 0.5) stride, (j + 0.5) stride).
+    int margin_px = 0;     ///< Pixels beyond its own cell that a feature sees.
+    bool style = false;    ///< Its statistics describe a style: taken where a loss names no layers.
+    bool content = false;  ///< Its values describe what is seen: taken where a loss names no layers. One layer at most.
+};
+
+/// Turns a picture into features. Frozen once prepared: encode is differentiable in the picture, thread-safe, and deterministic.
+class FeatureNetwork : public Component
+{
+  public:
+    static constexpr std::string_view component_kind = "features";
+    ~FeatureNetwork() override;
+
+    /// Loads weights or learns from the style. Called once per run, before everything else.
+    virtual void prepare(const PrepareContext& context) = 0;
+    /// The layers it has, in order; valid after prepare.
+    virtual std::vector<FeatureLayer> layers() const = 0;
+    /// Features of `picture` (RGB in [0,1], float32 or float64, 3 x H x W) for the named layers, in that order, each C x h x w
+    /// with h = floor(H / stride). The network applies its own channel order, mean and scale. Throws Error naming an unknown
+    /// layer.
+    virtual std::vector<torch::Tensor> encode(const torch::Tensor& picture, const std::vector<std::string>& layers) const = 0;
+
+    /// The description of a layer. Throws Error naming the layers there are.
+    FeatureLayer layer(const std::string& name) const;
+};
+
+/// The names in a list such as "relu1_1, relu2_1": separated by commas or blanks, in order, each once.
+std::vector<std::string> split_layer_names(std::string_view list);
+
+}  // namespace fresco

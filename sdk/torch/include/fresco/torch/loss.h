@@ -1,0 +1,97 @@
+#pragma once
+
+#include <fresco/option.h>
+#include <fresco/torch/features.h>
+
+#include <torch/types.h>
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace fresco
+{
+
+/// Which pixels of a part: all that belong to its level, or those that also pass the angle filter (METHOD section 4).
+enum class Pixels
+{
+    all,
+    fine
+};
+
+/// What a loss reads, so that the optimiser encodes no more than that and can cut a frame into crops.
+struct LossNeeds
+{
+    struct Layers
+    {
+        const FeatureNetwork* network = nullptr;
+        std::vector<std::string> names;
+        bool whole = false;   ///< features() as a map C x h x w; else only selected().
+        bool camera = false;  ///< The same layers of the camera picture too.
+    };
+    std::vector<Layers> features;
+    bool picture = false;  ///< Reads image(), camera() or mask(): then the part is the whole frame.
+};
+
+/// One rendered level of one step. Made and owned by the optimiser; valid during evaluate. Several losses share it, and each
+/// network encodes it once. Tensors are float32 on the run's device; do not change them in place.
+class Part
+{
+  public:
+    virtual ~Part();
+    virtual int level() const = 0;  ///< Index into the render pyramid, 0 = the smallest height.
+    virtual int height_px() const = 0;
+    virtual std::int64_t step() const = 0;    ///< Counted from 0 over the run.
+    virtual std::int64_t view() const = 0;    ///< Which frame is seen.
+    virtual std::int64_t repeat() const = 0;  ///< 0 at the first of the consecutive steps on this view.
+    virtual std::uint64_t seed() const = 0;   ///< Depends on run seed, step and level alone.
+
+    virtual torch::Tensor image() = 0;   ///< RGB in [0,1], 3 x H x W; gradients flow through it. 0 where no pixel is valid.
+    virtual torch::Tensor camera() = 0;  ///< The camera picture at this size, RGB in [0,1], 3 x H x W; no gradient.
+    virtual torch::Tensor mask(Pixels pixels) = 0;  ///< H x W, bool.
+
+    virtual torch::Tensor features(const FeatureNetwork& network, const std::string& layer) = 0;  ///< C x h x w
+    virtual torch::Tensor camera_features(const FeatureNetwork& network,
+                                          const std::string& layer) = 0;  ///< C x h x w, no gradient
+    /// The mask on a layer's grid (nearest neighbour): h x w, bool.
+    virtual torch::Tensor feature_mask(const FeatureNetwork& network, const std::string& layer, Pixels pixels) = 0;
+    /// The features inside the mask: C x N, N may be 0.
+    virtual torch::Tensor selected(const FeatureNetwork& network, const std::string& layer, Pixels pixels) = 0;
+    virtual torch::Tensor camera_selected(const FeatureNetwork& network, const std::string& layer, Pixels pixels) = 0;
+};
+
+/// A summand of a loss: a scalar tensor, and the network layer it belongs to ("" = none). The optimiser multiplies it by the
+/// loss's weight and by the level's share ŵ_l.
+struct LossTerm
+{
+    std::string layer;
+    torch::Tensor value;
+};
+
+/// Tensors that a component needs to go on after an interruption, by name.
+using TensorMap = std::map<std::string, torch::Tensor>;
+
+/// What a picture should be like. Depth levels, angle filter, ŵ_l, gradient scaling, schedule and checkpoints are the
+/// optimiser's: a loss sees one part at a time and owns none of it. Used by one thread.
+class Loss : public Component
+{
+  public:
+    static constexpr std::string_view component_kind = "loss";
+    ~Loss() override;
+
+    Option<double> weight{this, "weight", 1.0, at_least(0), "Factor of this loss in the sum"};
+
+    /// Valid from configure() on; networks need not be prepared yet. The names of a network's default layers are known, and
+    /// given, only once that network is prepared: the optimiser asks again then.
+    virtual LossNeeds needs() const = 0;
+    /// Once per run, after every network's prepare.
+    virtual void prepare(const PrepareContext& context) = 0;
+    /// The terms for one part; none where it has no pixels for this loss.
+    virtual std::vector<LossTerm> evaluate(Part& part) = 0;
+    /// What evaluate remembers from step to step. The default remembers nothing.
+    virtual TensorMap state() const;
+    virtual void restore(const TensorMap& state);
+};
+
+}  // namespace fresco

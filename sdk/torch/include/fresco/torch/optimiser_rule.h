@@ -1,0 +1,39 @@
+#pragma once
+
+#include <fresco/torch/loss.h>
+#include <fresco/torch/texture_representation.h>
+
+#include <functional>
+#include <vector>
+
+namespace fresco
+{
+
+/// The loss at the parameters' current values and its gradients, one per parameter (without the regulariser).
+struct Evaluation
+{
+    double loss = 0;
+    std::vector<SparseGradient> gradients;
+};
+
+/// Renders, evaluates and back-propagates the step's view. A rule calls it at least once; L-BFGS calls it several times.
+using Evaluate = std::function<Evaluation()>;
+
+/// How a step changes the texture. Used by one thread.
+class OptimiserRule : public Component
+{
+  public:
+    static constexpr std::string_view component_kind = "optimiser";
+    ~OptimiserRule() override;
+
+    /// Once, before the first step; makes its state for these parameters.
+    virtual void attach(const std::vector<TextureParameter>& parameters) = 0;
+    /// One step at learning rate `rate` in the unit of the stored values; adds λ_r k_i mean(values²) itself, so that a rule for
+    /// visible texels need touch no others. Returns the loss of the first evaluation.
+    virtual double step(std::vector<TextureParameter>& parameters, const Evaluate& evaluate, double rate, double lambda_r) = 0;
+    /// Everything that step remembers; restore(state()) goes on with the same bytes.
+    virtual TensorMap state() const = 0;
+    virtual void restore(const TensorMap& state) = 0;
+};
+
+}  // namespace fresco

@@ -1,0 +1,43 @@
+// Destructors and defaults of the tensor contracts: their type information lives in this library.
+#include <fresco/torch/features.h>
+#include <fresco/torch/loss.h>
+#include <fresco/torch/optimiser_rule.h>
+#include <fresco/torch/texture_representation.h>
+
+#include <fresco/error.h>
+
+namespace fresco
+{
+
+FeatureNetwork::~FeatureNetwork() = default;
+Part::~Part() = default;
+Loss::~Loss() = default;
+TextureView::~TextureView() = default;
+TextureRepresentation::~TextureRepresentation() = default;
+OptimiserRule::~OptimiserRule() = default;
+
+FeatureLayer FeatureNetwork::layer(const std::string& name) const
+{
+    std::string known;
+    for (const auto& candidate : layers())
+    {
+        if (candidate.name == name)
+            return candidate;
+        known += (known.empty() ? "" : ", ") + candidate.name;
+    }
+    throw Error("the feature network has no layer '" + name + "'; it has: " + known);
+}
+
+TensorMap Loss::state() const
+{
+    return {};
+}
+
+void Loss::restore(const TensorMap& state)
+{
+    if (!state.empty())
+        throw Error("the checkpoint holds '" + state.begin()->first +
+                    "' for a loss that remembers nothing; remove the checkpoint folder");
+}
+
+}  // namespace fresco

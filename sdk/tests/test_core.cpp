@@ -1,0 +1,226 @@
+#include <fresco/camera.h>
+#include <fresco/error.h>
+#include <fresco/files.h>
+#include <fresco/files_io.h>
+#include <fresco/frames.h>
+#include <fresco/hash.h>
+#include <fresco/parallel.h>
+#include <fresco/testing.h>
+#include <fresco/texture.h>
+#include <fresco/uv_maps.h>
+
+#include <catch2/catch.hpp>
+
+#include <csignal>
+#include <numeric>
+#include <sys/resource.h>
+
+using Catch::Matchers::Contains;
+
+TEST_CASE("parallel_for covers every item once and its pieces do not depend on the threads")
+{
+    for (const std::size_t count : {0U, 1U, 7U, 1000U})
+        for (const int threads : {1, 2, 5})
+        {
+            std::vector<int> hits(count, 0);
+            fresco::parallel_for(count, 3, threads,
+                                 [&](std::size_t begin, std::size_t end)
+                                 {
+                                     CHECK(begin % 3 == 0);
+                                     CHECK(end - begin <= 3);
+                                     for (std::size_t i = begin; i < end; ++i)
+                                         ++hits[i];
+                                 });
+            CHECK(std::accumulate(hits.begin(), hits.end(), std::size_t{0}) == count);
+        }
+}
+
+TEST_CASE("parallel_for rethrows the first failure")
+{
+    const auto work = [](std::size_t begin, std::size_t)
+    {
+        if (begin >= 4)
+            throw fresco::Error("piece " + std::to_string(begin));
+    };
+    CHECK_THROWS_WITH(fresco::parallel_for(100, 1, 1, work), "piece 4");
+    CHECK_THROWS_AS(fresco::parallel_for(100, 1, 4, work), fresco::Error);
+}
+
+TEST_CASE("A camera projects along its own rays")
+{
+    fresco::Camera camera{{640, 480, 528, 520, 320, 238}, {{{0, -1, 0, 1, 0, 0, 0, 0, 1}}, {1, 2, 3}}};
+    const fresco::Vec3d p = camera.world_from_camera.translation + camera.ray(100.5, 50.5) * 2.0;
+    const fresco::Vec3d seen = camera.project(p);
+    CHECK(seen.x == Approx(100.5));
+    CHECK(seen.y == Approx(50.5));
+    CHECK(seen.z == Approx(2));
+    // x of the camera points along y of the world here.
+    CHECK(camera.project({1, 2 + 0.5, 3 + 1}).x == Approx(320 + 528 * 0.5));
+    const auto small = camera.intrinsics.scaled_to(341, 256);
+    CHECK(small.fx == Approx(528 * 341 / 640.0));
+    CHECK(small.cy == Approx(238 * 256 / 480.0));
+    CHECK(camera.intrinsics.width_at(256) == 341);
+    const auto back = camera.world_from_camera * camera.world_from_camera.inverse();
+    CHECK(back.rotation_error() < 1e-12);
+    CHECK(fresco::length(back.translation) < 1e-12);
+}
+
+TEST_CASE("A pose that is no rotation is refused")
+{
+    fresco::Camera camera{{64, 48, 50, 50, 32, 24}, {}};
+    CHECK_NOTHROW(fresco::check_camera(camera, "pose.txt"));
+    camera.world_from_camera.rotation(0, 0) = -1;
+    CHECK_THROWS_WITH(fresco::check_camera(camera, "pose.txt"), Contains("pose.txt") && Contains("mirrors"));
+    camera.world_from_camera.rotation(0, 0) = 1.1;
+    CHECK_THROWS_WITH(fresco::check_camera(camera, "pose.txt"), Contains("no rotation"));
+    camera.world_from_camera.rotation(0, 0) = std::nan("");
+    CHECK_THROWS_AS(fresco::check_camera(camera, "pose.txt"), fresco::Error);
+}
+
+TEST_CASE("write_file is whole or not at all, and says why not")
+{
+    const fresco::testing::TemporaryFolder folder;
+    const auto file = folder.path() / "a.txt";
+    fresco::write_file(file, "one");
+    CHECK(fresco::read_text_file(file) == "one");
+    CHECK_THROWS_WITH(fresco::write_file(folder.path() / "no" / "b.txt", "two"), Contains("b.txt"));
+
+    // A full disk, as the file size limit shows it.
+    rlimit before{};
+    getrlimit(RLIMIT_FSIZE, &before);
+    const rlimit small{1024, before.rlim_max};
+    const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+    setrlimit(RLIMIT_FSIZE, &small);
+    CHECK_THROWS_WITH(fresco::write_file(file, std::string(5000, 'x')), Contains("a.txt") && Contains("cannot be written"));
+    setrlimit(RLIMIT_FSIZE, &before);
+    std::signal(SIGXFSZ, handler);
+    CHECK(fresco::read_text_file(file) == "one");
+    CHECK(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 1);
+}
+
+TEST_CASE("Missing and special files are named")
+{
+    const fresco::testing::TemporaryFolder folder;
+    CHECK_THROWS_AS(fresco::read_file(folder.path() / "none"), fresco::MissingInput);
+    CHECK_THROWS_WITH(fresco::read_file(folder.path()), Contains("regular file"));
+    fresco::write_file(folder.path() / "big", std::string(100, 'x'));
+    CHECK_THROWS_WITH(fresco::read_file(folder.path() / "big", 99), Contains("100 bytes"));
+}
+
+TEST_CASE("Frames keep their references when the store moves")
+{
+    const fresco::testing::TemporaryFolder place;
+    const auto store = place.path() / "store";
+    const fresco::ArtifactFolder own{store / "objects" / "b" / "frames", store};
+    std::filesystem::create_directories(own.path);
+    fresco::Frames frames;
+    fresco::Frame frame;
+    frame.sequence = "seq-01";
+    frame.name = "frame-000008";
+    frame.number = 8;
+    frame.color = {{2, 2, 2, 2, 1, 1}, {}};
+    frame.depth = {{3, 3, 2, 2, 1, 1}, {}};
+    frame.color_picture = {own.path / "c.npy", ""};
+    frame.depth_picture = {store / "objects" / "a" / "d.png", ""};
+    frames.frames.push_back(frame);
+    frame.color_picture = {place.path() / "user.npy", "abc"};
+    frames.frames.push_back(frame);
+    frames.save(own);
+
+    const auto moved = place.path() / "moved";
+    std::filesystem::rename(store, moved);
+    const auto loaded = fresco::Frames::load({moved / "objects" / "b" / "frames", moved});
+    REQUIRE(loaded->frames.size() == 2);
+    CHECK(loaded->frames[0].color_picture.path == moved / "objects" / "b" / "frames" / "c.npy");
+    CHECK(loaded->frames[0].depth_picture.path == moved / "objects" / "a" / "d.png");
+    CHECK(loaded->frames[1].color_picture.path == place.path() / "user.npy");
+    CHECK(loaded->frames[0].color == frame.color);
+    CHECK(loaded->frames[0].depth == frame.depth);
+    CHECK(loaded->frames[0].number == 8);
+}
+
+TEST_CASE("A frame's picture must be the one that was listed, of its camera's size")
+{
+    const fresco::testing::TemporaryFolder folder;
+    const fresco::Image image(fresco::Raster8(4, 3, 3, 77));
+    image.save({folder.path(), {}});
+    fresco::Frame frame;
+    frame.color = {{4, 3, 2, 2, 1, 1}, {}};
+    frame.color_picture = {folder.path() / "image.npy", fresco::file_hash(folder.path() / "image.npy")};
+    CHECK(fresco::load_color(frame, nullptr).at(3, 2, 2) == 77);
+    CHECK_THROWS_WITH(fresco::load_depth(frame, nullptr), Contains("no depth"));
+    frame.color.intrinsics.width = 5;
+    CHECK_THROWS_WITH(fresco::load_color(frame, nullptr), Contains("image.npy") && Contains("5x3"));
+    frame.color.intrinsics.width = 4;
+    fresco::Image(fresco::Raster8(4, 3, 3, 78)).save({folder.path(), {}});
+    CHECK_THROWS_WITH(fresco::load_color(frame, nullptr), Contains("changed"));
+    frame.color_picture.path = folder.path() / "image.png";
+    fresco::write_file(frame.color_picture.path, "x");
+    frame.color_picture.hash.clear();
+    CHECK_THROWS_WITH(fresco::load_color(frame, nullptr), Contains("codec"));
+}
+
+TEST_CASE("uv maps stream to disk and back")
+{
+    const fresco::testing::TemporaryFolder folder;
+    const fresco::ArtifactFolder own{folder.path(), {}};
+    fresco::UvMaps maps;
+    maps.heights_px = {16, 32};
+    maps.views.push_back({"s", "f", {{64, 48, 50, 50, 32, 24}, {}}, {5, 6}});
+    fresco::UvMap map{{21, 16, 2, 0.25F}, {21, 16, 1, 1.5F}, {21, 16, 1, 0.5F}, {21, 16, 1, 1}};
+    fresco::UvMaps::write_map(own, 0, 16, map);
+    maps.save(own);
+    const auto loaded = fresco::UvMaps::load(own);
+    CHECK(loaded->views[0].valid_pixels == std::vector<std::int64_t>{5, 6});
+    CHECK(loaded->load_map(0, 0).uv == map.uv);
+    CHECK(loaded->load_map(0, 0).valid == map.valid);
+    CHECK_THROWS_AS(loaded->load_map(0, 1), fresco::MissingInput);
+    map.depth = fresco::RasterF(20, 16);
+    fresco::UvMaps::write_map(own, 0, 16, map);
+    CHECK_THROWS_WITH(loaded->load_map(0, 0), Contains("depth.npy") && Contains("20x16"));
+}
+
+TEST_CASE("A texture's lookup has texel centres at +0.5 and v upwards")
+{
+    fresco::RasterF texture(4, 4, 1);
+    for (int y = 0; y < 4; ++y)
+        for (int x = 0; x < 4; ++x)
+            texture.at(x, y) = static_cast<float>(x + 10 * y);
+    float value = 0;
+    fresco::sample_bilinear(texture, 0.125F, 0.875F, &value);
+    CHECK(value == 0);
+    fresco::sample_bilinear(texture, 0.25F, 0.875F, &value);
+    CHECK(value == 0.5F);
+    fresco::sample_bilinear(texture, 0.875F, 0.125F, &value);
+    CHECK(value == 33);
+    fresco::sample_bilinear(texture, 2.0F, -1.0F, &value);
+    CHECK(value == 33);
+}
+
+TEST_CASE("Textures, tables and files read back; what is missing is named")
+{
+    const fresco::testing::TemporaryFolder folder;
+    const fresco::ArtifactFolder own{folder.path(), {}};
+    fresco::Texture texture;
+    texture.layers = {fresco::RasterF(8, 8, 3, 0.5F), fresco::RasterF(4, 4, 3, 0.1F)};
+    texture.seen = fresco::Raster8(8, 8, 1, 1);
+    texture.save(own);
+    CHECK(fresco::Texture::load(own)->layers == texture.layers);
+    texture.layers[1] = fresco::RasterF(5, 5, 3);
+    texture.save(own);
+    CHECK_THROWS_WITH(fresco::Texture::load(own), Contains("layer_1.npy") && Contains("half"));
+
+    fresco::Table table;
+    table.columns = {"stage", "seconds"};
+    table.rows = {{"scan", 1.5}, {"mesh", 2}};
+    table.save(own);
+    CHECK(fresco::Table::load(own)->rows == table.rows);
+    table.rows.push_back({"short"});
+    CHECK_THROWS_WITH(table.save(own), Contains("row of 1"));
+
+    fresco::Files files;
+    files.names = {"views/a.png"};
+    CHECK_THROWS_WITH(files.save(own), Contains("a.png") && Contains("not written"));
+    files.names = {"../up.png"};
+    CHECK_THROWS_WITH(files.save(own), Contains("up.png"));
+}

@@ -1,0 +1,92 @@
+#include <fresco/component.h>
+#include <fresco/option.h>
+#include <fresco/testing.h>
+
+#include <catch2/catch.hpp>
+
+using Catch::Matchers::Contains;
+using fresco::Value;
+
+namespace
+{
+
+class Brush final : public fresco::Component
+{
+  public:
+    static constexpr std::string_view component_kind = "brush";
+    fresco::Option<double> width_px{this, "width_px", 3.0, fresco::range(0.5, 20), "Width of a stroke"};
+};
+
+class Painter final : public fresco::Configurable
+{
+  public:
+    fresco::Option<int> strokes_count{this, "strokes_count", 10, fresco::range(1, 100), "How many strokes"};
+    fresco::Option<std::string> style{this, "style", "wet", fresco::one_of({"wet", "dry"}), "How the paint lies"};
+    fresco::Option<std::vector<double>> color{this, "color", {0.0, 0.5, 1.0}, fresco::range(0, 1), "RGB"};
+    fresco::Option<fresco::InputFile> sketch{this, "sketch", fresco::required, "What to paint over"};
+    fresco::Option<fresco::OutputName> path{this, "path", {"a.png"}, "Where to"};
+    fresco::Option<bool> varnish{this, "varnish", false, "Shiny", fresco::not_in_key};
+    fresco::Slot<Brush> brush{this, "brush", R"({"type": "brush.round", "width_px": 4})", "The brush"};
+    fresco::SlotMap<Brush> more = fresco::SlotMap<Brush>{this, "more", "{}", "More brushes"};
+};
+
+fresco::testing::TestFactory brushes()
+{
+    fresco::testing::TestFactory factory;
+    return factory;
+}
+
+}  // namespace
+
+TEST_CASE("An option's declaration is all that a reader of the pipeline needs")
+{
+    const Painter painter;
+    const Value description = painter.describe();
+    const auto& options = description.at("options").as_list();
+    REQUIRE(options.size() == 8);
+    CHECK(options[0] == fresco::parse_json(R"({"name": "strokes_count", "kind": "int", "default": 10, "min": 1.0, "max": 100.0,
+                                               "unit": "count", "help": "How many strokes"})"));
+    CHECK(options[1].at("choices") == Value(Value::List{"wet", "dry"}));
+    CHECK(options[3].at("required").as_bool());
+    CHECK(options[3].find("default") == nullptr);
+    CHECK_FALSE(options[5].at("in_key").as_bool());
+    CHECK(options[6].at("default").at("width_px").as_int() == 4);
+    CHECK(options[7].at("kind").as_string() == "components");
+}
+
+TEST_CASE("Values are taken, and what does not fit is refused by name, value and range")
+{
+    Painter painter;
+    auto factory = brushes();
+    factory.add("brush.round", [] { return std::make_shared<Brush>(); });
+    painter.configure(Value::Map{{"strokes_count", 7},
+                                 {"color", Value::List{1, 0, 0.25}},
+                                 {"sketch", "/tmp/a"},
+                                 {"brush", Value::Map{{"type", "brush.round"}}}},
+                      factory);
+    CHECK(*painter.strokes_count == 7);
+    CHECK((*painter.color)[2] == 0.25);
+    CHECK(*painter.brush->width_px == 3.0);
+
+    const auto refuse = [&](const char* name, Value value) { painter.configure(Value::Map{{name, std::move(value)}}, factory); };
+    CHECK_THROWS_WITH(refuse("strokes_count", 101), Contains("strokes_count") && Contains("101") && Contains("1 to 100"));
+    CHECK_THROWS_WITH(refuse("strokes_count", 1.5), Contains("whole number"));
+    CHECK_THROWS_WITH(refuse("style", "moist"), Contains("wet dry"));
+    CHECK_THROWS_WITH(refuse("color", Value::List{0, 2}), Contains("0 to 1"));
+    CHECK_THROWS_WITH(refuse("path", "../up.png"), Contains("relative"));
+    CHECK_THROWS_WITH(refuse("path", "/abs.png"), Contains("relative"));
+    CHECK_THROWS_WITH(refuse("stroke", 1), Contains("unknown option"));
+    CHECK_THROWS_WITH(refuse("brush", Value::Map{{"type", "brush.flat"}}), Contains("brush.flat"));
+}
+
+TEST_CASE("Equal configurations share one component")
+{
+    Painter painter;
+    auto factory = brushes();
+    factory.add("brush.round", [] { return std::make_shared<Brush>(); });
+    const Value config = Value::Map{{"type", "brush.round"}, {"width_px", 5}};
+    painter.configure(Value::Map{{"more", Value::Map{{"a", config}, {"b", config}, {"c", Value::Map{{"type", "brush.round"}}}}}},
+                      factory);
+    CHECK(painter.more->at("a") == painter.more->at("b"));
+    CHECK(painter.more->at("a") != painter.more->at("c"));
+}

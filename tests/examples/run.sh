@@ -1,0 +1,70 @@
+#!/usr/bin/env bash
+# run.sh CMAKE BUILD SOURCE torch|plain: install to a fresh prefix, build every example against it, run a pipeline with them.
+set -euo pipefail
+cmake=$1 build=$2 source=$3 torch=$4
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+export XDG_CACHE_HOME=$work/cache XDG_DATA_HOME=$work/data
+unset FRESCO_PLUGIN_PATH
+
+"$cmake" --install "$build" --prefix "$work/prefix" >/dev/null
+examples=(mirror_stage point_cloud)
+[ "$torch" = plain ] || examples+=(loss_smooth)
+for example in "${examples[@]}"; do
+    cp -r "$source/sdk/examples/$example" "$work/$example"
+    "$cmake" -S "$work/$example" -B "$work/$example/build" -G Ninja -DCMAKE_PREFIX_PATH="$work/prefix" >"$work/log" 2>&1 || { cat "$work/log"; exit 1; }
+    "$cmake" --build "$work/$example/build" >"$work/log" 2>&1 || { cat "$work/log"; exit 1; }
+    FRESCO_PLUGIN_PATH=${FRESCO_PLUGIN_PATH:-}:$work/$example/build
+done
+export FRESCO_PLUGIN_PATH=${FRESCO_PLUGIN_PATH#:}
+fresco=$work/prefix/bin/fresco
+"$fresco" stages --all
+"$fresco" describe example.mirror | grep -q axis
+
+cat >"$work/quad.obj" <<'OBJ'
+v 0 0 1
+v 1 0 1
+v 1 1 1
+v 0 1 3
+f 1 2 3
+f 1 3 4
+OBJ
+cat >"$work/points.yaml" <<'YAML'
+version: 1
+stages:
+  mirror: {type: example.mirror, input: {file: quad.obj}, axis: z}
+  points: {type: example.sample_points, input: mirror}
+  bounds: {type: example.point_bounds, input: points}
+YAML
+"$fresco" run "$work/points.yaml" --store "$work/store" --out "$work/out"
+# Centres of the two faces of the mirrored quad, by hand: z = -(1+1+1)/3 and -(1+1+3)/3.
+python3 - "$work/out/bounds.json" <<'PY'
+import json, sys
+box = json.load(open(sys.argv[1]))
+expected = {"min": [1 / 3, 1 / 3, -5 / 3], "max": [2 / 3, 2 / 3, -1]}
+for key, point in expected.items():
+    assert all(abs(a - b) < 1e-6 for a, b in zip(box[key], point)), box
+PY
+
+if [ "$torch" = torch ]; then
+    cat >"$work/smooth.yaml" <<'YAML'
+version: 1
+stages:
+  scan: {type: scan.synthetic_room, frames_count: 4, color_width_px: 160, color_height_px: 120, edge_m: 0.15}
+  picture: {type: picture.pattern}
+  atlas: {type: atlas.project, input: scan.mesh, size_px: 128}
+  uvmaps: {type: uvmaps.raycast, input: {mesh: atlas, frames: scan.frames}, heights_px: [64]}
+  texture:
+    type: texture.optimize
+    input: {uvmaps: uvmaps, frames: scan.frames, style: picture}
+    size_px: 128
+    epochs: 1
+    repeats_count: 5
+    losses: {smooth: {type: example.smooth, weight: 1}}
+  bake: {type: texture.bake, input: {texture: texture, mesh: atlas}}
+  glb: {type: export.gltf, input: bake, path: smooth.glb}
+YAML
+    "$fresco" run "$work/smooth.yaml" --store "$work/store" --out "$work/out"
+    test -s "$work/out/smooth.glb"
+fi
+echo "examples: built against the installed SDK and run"

@@ -21,8 +21,8 @@ struct Cost
     std::string seconds = "0";
     std::string memory_mb = "100";
     std::string disk_mb = "0";
-    std::string frames;
-    std::string faces;
+    std::string frames{};
+    std::string faces{};
 };
 
 /// One step of a pipeline. Derive, declare ports and options as members, write `run`, and register with FRESCO_STAGE.

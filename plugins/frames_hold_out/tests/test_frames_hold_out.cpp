@@ -1,0 +1,49 @@
+#include <fresco/frames.h>
+#include <fresco/testing.h>
+
+#include <catch2/catch.hpp>
+
+namespace
+{
+
+std::vector<long> numbers(const std::filesystem::path& folder)
+{
+    std::vector<long> result;
+    for (const fresco::Frame& frame : fresco::Frames::load({folder, {}})->frames)
+        result.push_back(frame.number);
+    return result;
+}
+
+void run(int frames_count, const fresco::Value& options, const std::filesystem::path& folder)
+{
+    auto frames = std::make_shared<fresco::Frames>();
+    for (int i = 0; i < frames_count; ++i)
+    {
+        fresco::Frame frame;
+        frame.sequence = "s";
+        frame.name = "f" + std::to_string(i);
+        frame.number = i;
+        frame.color = frame.depth = {{4, 4, 4, 4, 2, 2}, {}};
+        frames->frames.push_back(frame);
+    }
+    const auto made = fresco::testing::make_from_plugin(FRESCO_PLUGIN_FILE, "frames.hold_out");
+    fresco::testing::TestRun context;
+    fresco::testing::TestFactory factory;
+    fresco::testing::run_stage(dynamic_cast<fresco::Stage&>(*made), options, {{"frames", frames}}, folder, context, factory);
+}
+
+}  // namespace
+
+TEST_CASE("Every frame goes to exactly one side, in order")
+{
+    const fresco::testing::TemporaryFolder folder;
+    run(7, fresco::Value::Map{{"every_count", 3}, {"first_count", 1}}, folder.path());
+    CHECK(numbers(folder.path() / "held_out") == std::vector<long>{1, 4});
+    CHECK(numbers(folder.path() / "training") == std::vector<long>{0, 2, 3, 5, 6});
+}
+
+TEST_CASE("Nothing to hold out is an error that says what to change")
+{
+    const fresco::testing::TemporaryFolder folder;
+    CHECK_THROWS_WITH(run(3, fresco::Value::Map{{"first_count", 5}}, folder.path()), Catch::Matchers::Contains("first_count"));
+}

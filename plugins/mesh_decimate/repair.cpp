@@ -1,0 +1,211 @@
+#include "repair.h"
+
+#include <fresco/geometry/topology.h>
+
+#include <algorithm>
+#include <numeric>
+#include <vector>
+
+using fresco::Mesh;
+using fresco::Triangle;
+using namespace fresco::geometry;
+
+namespace
+{
+
+/// Merges the ends of edges without length, so that the faces around stay joined when the collapsed face goes.
+std::size_t weld_zero_edges(Mesh& mesh)
+{
+    DisjointSets same(mesh.positions.size());
+    for (const auto& t : mesh.triangles)
+        for (std::size_t k = 0; k < 3; ++k)
+            if (mesh.positions[t[k]] == mesh.positions[t[(k + 1) % 3]])
+                same.join(t[k], t[(k + 1) % 3]);
+    std::size_t welded = 0;
+    for (std::uint32_t v = 0; v < mesh.positions.size(); ++v)
+        welded += same.find(v) != v ? 1 : 0;
+    if (welded > 0)
+        for (auto& t : mesh.triangles)
+            for (auto& v : t)
+                v = same.find(v);
+    return welded;
+}
+
+std::size_t remove_degenerate(Mesh& mesh)
+{
+    std::vector<Triangle> kept;
+    kept.reserve(mesh.triangles.size());
+    for (std::size_t f = 0; f < mesh.triangles.size(); ++f)
+        if (fresco::length(area_vector(mesh, f)) > 0)
+            kept.push_back(mesh.triangles[f]);
+    const auto removed = mesh.triangles.size() - kept.size();
+    mesh.triangles = std::move(kept);
+    return removed;
+}
+
+std::size_t remove_duplicates(Mesh& mesh)
+{
+    const auto turned = [&](std::uint32_t f)
+    {
+        auto t = mesh.triangles[f];
+        std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
+        return t;
+    };
+    std::vector<std::uint32_t> order(mesh.triangles.size());
+    std::iota(order.begin(), order.end(), 0u);
+    std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return turned(a) < turned(b); });
+    std::vector<bool> drop(order.size(), false);
+    std::size_t removed = 0;
+    for (std::size_t i = 1; i < order.size(); ++i)
+        if (turned(order[i]) == turned(order[i - 1]))
+        {
+            drop[order[i]] = true;
+            ++removed;
+        }
+    std::size_t next = 0;
+    for (std::size_t f = 0; f < drop.size(); ++f)
+        if (!drop[f])
+            mesh.triangles[next++] = mesh.triangles[f];
+    mesh.triangles.resize(next);
+    return removed;
+}
+
+/// Which half of an edge (face * 3 + corner) is joined with which; `none` at borders.
+using Mates = std::vector<std::uint32_t>;
+
+std::uint32_t half(const EdgeUse& use)
+{
+    return use.face * 3 + use.corner;
+}
+
+void join_best(const Mesh& mesh, std::span<const EdgeUse> uses, Mates& mates)
+{
+    struct Pair
+    {
+        double bend;
+        std::uint32_t a, b;
+    };
+    std::vector<Pair> pairs;
+    for (const auto& a : uses)
+        for (const auto& b : uses)
+            if (a.forward && !b.forward && a.face != b.face)
+                pairs.push_back(
+                    {-dot(fresco::normalized(area_vector(mesh, a.face)), fresco::normalized(area_vector(mesh, b.face))), half(a),
+                     half(b)});
+    std::stable_sort(pairs.begin(), pairs.end(), [](const Pair& a, const Pair& b) { return a.bend < b.bend; });
+    for (const auto& pair : pairs)
+        if (mates[pair.a] == none && mates[pair.b] == none)
+        {
+            mates[pair.a] = pair.b;
+            mates[pair.b] = pair.a;
+        }
+}
+
+/// The triangles after copying vertices so that two corners share a vertex only if joined edges connect them.
+std::vector<Triangle> split_fans(const Mesh& mesh, const Mates& mates, std::vector<std::uint32_t>& origin)
+{
+    DisjointSets corners(mates.size());
+    for (std::uint32_t a = 0; a < mates.size(); ++a)
+        if (const auto b = mates[a]; b != none)
+            corners.join(a, b / 3 * 3 + (b + 1 - b / 3 * 3) % 3);
+
+    origin.resize(mesh.positions.size());
+    std::iota(origin.begin(), origin.end(), 0u);
+    std::vector<bool> taken(mesh.positions.size(), false);
+    std::vector<std::uint32_t> vertex_of(mates.size());
+    std::vector<Triangle> triangles(mesh.triangles.size());
+    for (std::uint32_t c = 0; c < mates.size(); ++c)
+    {
+        const auto root = corners.find(c);
+        if (root == c)
+        {
+            const auto v = mesh.triangles[c / 3][c % 3];
+            vertex_of[c] = taken[v] ? static_cast<std::uint32_t>(origin.size()) : v;
+            if (taken[v])
+                origin.push_back(v);
+            taken[v] = true;
+        }
+        triangles[c / 3][c % 3] = vertex_of[root];
+    }
+    return triangles;
+}
+
+/// Cuts off faces that make an edge of the split surface complex: pinched fans and one-sided bands.
+std::size_t detach_misfits(const std::vector<Triangle>& triangles, std::size_t vertex_count, Mates& mates)
+{
+    std::vector<std::uint32_t> misfits;
+    for_each_edge(triangles, vertex_count,
+                  [&](std::uint32_t, std::uint32_t, std::span<const EdgeUse> uses)
+                  {
+                      if (uses.size() < 2 || (uses.size() == 2 && mates[half(uses[0])] == half(uses[1])))
+                          return;
+                      for (const auto& use : uses.subspan(1))
+                          if (mates[half(uses[0])] != half(use))
+                              misfits.push_back(use.face);
+                  });
+    std::sort(misfits.begin(), misfits.end());
+    misfits.erase(std::unique(misfits.begin(), misfits.end()), misfits.end());
+    for (const auto f : misfits)
+        for (std::uint32_t h = 3 * f; h < 3 * f + 3; ++h)
+            if (mates[h] != none)
+                mates[mates[h]] = mates[h] = none;
+    return misfits.size();
+}
+
+Mesh compacted(const Mesh& mesh, const std::vector<Triangle>& triangles, const std::vector<std::uint32_t>& origin)
+{
+    std::vector<std::uint32_t> index(origin.size(), none);
+    for (const auto& t : triangles)
+        for (const auto v : t)
+            index[v] = 0;
+    Mesh out;
+    for (std::size_t v = 0; v < origin.size(); ++v)
+        if (index[v] != none)
+        {
+            index[v] = static_cast<std::uint32_t>(out.positions.size());
+            out.positions.push_back(mesh.positions[origin[v]]);
+            if (!mesh.colors.empty())
+                out.colors.push_back(mesh.colors[origin[v]]);
+        }
+    out.triangles.reserve(triangles.size());
+    for (const auto& t : triangles)
+        out.triangles.push_back({index[t[0]], index[t[1]], index[t[2]]});
+    return out;
+}
+
+}  // namespace
+
+Mesh repaired(const Mesh& input, RepairReport& report, const fresco::Progress& progress)
+{
+    Mesh mesh;
+    mesh.positions = input.positions;
+    mesh.colors = input.colors;
+    mesh.triangles = input.triangles;
+    report.vertices_welded = weld_zero_edges(mesh);
+    report.degenerate_faces = remove_degenerate(mesh);
+    report.duplicate_faces = remove_duplicates(mesh);
+    progress.check_cancelled();
+
+    Mates mates(mesh.triangles.size() * 3, none);
+    for_each_edge(mesh.triangles, mesh.positions.size(),
+                  [&](std::uint32_t, std::uint32_t, std::span<const EdgeUse> uses)
+                  {
+                      if (uses.size() > 2 || (uses.size() == 2 && uses[0].forward == uses[1].forward))
+                          ++report.complex_edges;
+                      join_best(mesh, uses, mates);
+                  });
+    progress.check_cancelled();
+
+    std::vector<std::uint32_t> origin;
+    auto triangles = split_fans(mesh, mates, origin);
+    while (const auto detached = detach_misfits(triangles, origin.size(), mates))
+    {
+        progress.check_cancelled();
+        report.faces_detached += detached;
+        triangles = split_fans(mesh, mates, origin);
+    }
+    report.vertices_added = origin.size() - mesh.positions.size();
+    auto out = compacted(mesh, triangles, origin);
+    report.vertices_unused = origin.size() - out.positions.size() - report.vertices_welded;
+    return out;
+}

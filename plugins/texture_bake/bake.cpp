@@ -1,0 +1,78 @@
+#include "bake.h"
+
+#include "charts.h"
+#include "collapse.h"
+#include "gutter.h"
+#include "surface_fill.h"
+#include "texel_faces.h"
+
+#include <algorithm>
+#include <vector>
+
+using namespace fresco;
+
+namespace
+{
+constexpr double steps = 5;
+
+Raster8 to_bytes(const RasterF& rgb)
+{
+    Raster8 image(rgb.width, rgb.height, 3);
+    std::transform(rgb.values.begin(), rgb.values.end(), image.values.begin(),
+                   [](float v) { return static_cast<std::uint8_t>(v * 255.0F + 0.5F); });
+    return image;
+}
+
+void paint(Raster8& image, std::size_t texel, const std::array<std::uint8_t, 3>& color)
+{
+    std::copy(color.begin(), color.end(), image.values.begin() + static_cast<std::ptrdiff_t>(3 * texel));
+}
+
+/// The texels that keep their colour when the gutter is filled. A texel that was not seen and only touches a chart belongs to the
+/// gutter unless it was filled: its centre is outside.
+std::vector<std::uint8_t> gutter_sources(const TexelFaces& faces, const std::vector<std::uint8_t>& seen, Unseen unseen)
+{
+    std::vector<std::uint8_t> source(seen.size());
+    for (std::size_t texel = 0; texel < seen.size(); ++texel)
+        source[texel] = seen[texel] || faces.inside[texel] || (unseen == Unseen::fill && faces.covered(texel));
+    if (std::find(faces.inside.begin(), faces.inside.end(), std::uint8_t{1}) == faces.inside.end())
+        source.assign(source.size(), 0);
+    return source;
+}
+}  // namespace
+
+Raster8 bake(const Texture& texture, const Mesh& mesh, const BakeOptions& options, BakeCounts& counts, Progress& progress)
+{
+    check_texture(texture);
+    std::vector<std::uint8_t> seen = texture.seen.values;
+    std::transform(seen.begin(), seen.end(), seen.begin(),
+                   [](std::uint8_t s) { return s != 0 ? std::uint8_t{1} : std::uint8_t{0}; });
+
+    RasterF rgb = collapse(texture, progress);
+    progress.progress(1, steps, "steps");
+    const Charts charts = find_charts(mesh);
+    const TexelFaces faces = find_texel_faces(mesh, charts, texture.size_px(), progress);
+    progress.progress(2, steps, "steps");
+
+    counts = {};
+    for (std::size_t texel = 0; texel < seen.size(); ++texel)
+        if (faces.inside[texel])
+        {
+            ++counts.chart_texels;
+            counts.seen_texels += seen[texel];
+        }
+    if (options.unseen == Unseen::fill && counts.chart_texels > 0)
+        fill_unseen(mesh, charts, faces, seen, rgb, progress);
+    progress.progress(3, steps, "steps");
+
+    Raster8 image = to_bytes(rgb);
+    rgb = {};
+    if (options.unseen == Unseen::color)
+        for (std::size_t texel = 0; texel < seen.size(); ++texel)
+            if (faces.inside[texel] && !seen[texel])
+                paint(image, texel, options.unseen_color);
+    progress.progress(4, steps, "steps");
+    fill_from_nearest(image, gutter_sources(faces, seen, options.unseen), progress);
+    progress.progress(5, steps, "steps");
+    return image;
+}

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <fresco/image.h>
+#include <fresco/mesh.h>
+#include <fresco/progress.h>
+#include <fresco/texture.h>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+/// What happens to the texels of charts that no frame saw.
+enum class Unseen
+{
+    fill,   ///< The colours of the seen surface around, see fill_unseen.
+    color,  ///< One colour.
+    keep    ///< What the texture holds there.
+};
+
+struct BakeOptions
+{
+    Unseen unseen = Unseen::fill;
+    std::array<std::uint8_t, 3> unseen_color{128, 128, 128};
+};
+
+/// Counts of texels whose centre lies in a chart.
+struct BakeCounts
+{
+    std::size_t chart_texels = 0;
+    std::size_t seen_texels = 0;
+};
+
+/// The 8-bit picture of a texture, S x S x 3: layers collapsed, unseen texels filled, the gutter filled from the nearest chart
+/// texels. Equal for any number of threads. The mesh must have passed check_mesh and have texcoords. Throws Error, Cancelled.
+fresco::Raster8 bake(const fresco::Texture& texture, const fresco::Mesh& mesh, const BakeOptions& options, BakeCounts& counts,
+                     fresco::Progress& progress);

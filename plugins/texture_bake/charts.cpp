@@ -1,0 +1,116 @@
+#include "charts.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <numeric>
+#include <tuple>
+
+using namespace fresco;
+
+namespace
+{
+/// V: the lowest index of the vertices at the same position.
+std::vector<std::uint32_t> welded_vertices(const Mesh& mesh)
+{
+    std::vector<std::uint32_t> order(mesh.positions.size());
+    std::iota(order.begin(), order.end(), 0U);
+    const auto key = [&](std::uint32_t v)
+    {
+        const Vec3f p = mesh.positions[v];
+        return std::tuple(p.x, p.y, p.z);
+    };
+    std::sort(order.begin(), order.end(),
+              [&](std::uint32_t a, std::uint32_t b)
+              { return std::tuple_cat(key(a), std::tuple(a)) < std::tuple_cat(key(b), std::tuple(b)); });
+    std::vector<std::uint32_t> welded(order.size());
+    std::uint32_t first = 0;
+    for (std::size_t i = 0; i < order.size(); ++i)
+    {
+        if (i == 0 || key(order[i]) != key(order[i - 1]))
+            first = order[i];
+        welded[order[i]] = first;
+    }
+    return welded;
+}
+
+/// A face's side, its ends ordered by vertex.
+struct Side
+{
+    std::uint32_t low = 0;
+    std::uint32_t high = 0;
+    std::uint32_t face = 0;
+    std::array<Vec2f, 2> uv;  ///< At low, at high.
+};
+
+std::vector<Side> sorted_sides(const Mesh& mesh)
+{
+    const std::vector<std::uint32_t> welded = welded_vertices(mesh);
+    std::vector<Side> sides;
+    sides.reserve(mesh.triangles.size() * 3);
+    for (std::uint32_t face = 0; face < mesh.triangles.size(); ++face)
+        for (std::size_t i = 0; i < 3; ++i)
+        {
+            const std::size_t j = (i + 1) % 3;
+            Side side{welded[mesh.triangles[face][i]],
+                      welded[mesh.triangles[face][j]],
+                      face,
+                      {mesh.texcoords[3 * std::size_t{face} + i], mesh.texcoords[3 * std::size_t{face} + j]}};
+            if (side.low > side.high)
+            {
+                std::swap(side.low, side.high);
+                std::swap(side.uv[0], side.uv[1]);
+            }
+            if (side.low != side.high)
+                sides.push_back(side);
+        }
+    std::sort(sides.begin(), sides.end(),
+              [](const Side& a, const Side& b) { return std::tie(a.low, a.high, a.face) < std::tie(b.low, b.high, b.face); });
+    return sides;
+}
+
+class DisjointSets
+{
+  public:
+    explicit DisjointSets(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0U); }
+    std::uint32_t root(std::uint32_t i)
+    {
+        while (parent_[i] != i)
+            i = parent_[i] = parent_[parent_[i]];
+        return i;
+    }
+    void join(std::uint32_t a, std::uint32_t b)
+    {
+        a = root(a);
+        b = root(b);
+        parent_[std::max(a, b)] = std::min(a, b);
+    }
+
+  private:
+    std::vector<std::uint32_t> parent_;
+};
+}  // namespace
+
+Charts find_charts(const Mesh& mesh)
+{
+    const std::vector<Side> sides = sorted_sides(mesh);
+    Charts charts;
+    DisjointSets sets(mesh.triangles.size());
+    for (std::size_t i = 1; i < sides.size(); ++i)
+    {
+        const Side& a = sides[i - 1];
+        const Side& b = sides[i];
+        if (a.low != b.low || a.high != b.high)
+            continue;
+        if (a.uv == b.uv)
+            sets.join(a.face, b.face);
+        else
+            charts.seams.push_back({a.face, b.face, a.uv, b.uv});
+    }
+    charts.of_face.resize(mesh.triangles.size());
+    for (std::uint32_t face = 0; face < charts.of_face.size(); ++face)
+    {
+        const std::uint32_t root = sets.root(face);
+        charts.of_face[face] = root == face ? charts.count++ : charts.of_face[root];
+    }
+    return charts;
+}

@@ -1,0 +1,118 @@
+#include "collapse.h"
+
+#include <fresco/error.h>
+#include <fresco/parallel.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+#include <vector>
+
+using namespace fresco;
+
+namespace
+{
+constexpr std::size_t rows_per_block = 32;
+constexpr std::array<float, 3> network_mean_bgr{103.939F, 116.779F, 123.68F};
+
+/// The two source texels of a full-size texel centre along one axis.
+struct Tap
+{
+    int low = 0;
+    int high = 0;
+    float share = 0;  ///< Of `high`.
+};
+
+std::vector<Tap> taps(int size, int layer_size)
+{
+    std::vector<Tap> result(static_cast<std::size_t>(size));
+    for (int i = 0; i < size; ++i)
+    {
+        const double at = std::clamp((i + 0.5) * layer_size / size - 0.5, 0.0, layer_size - 1.0);
+        const int low = static_cast<int>(at);
+        const auto share = static_cast<float>(at - low);
+        result[static_cast<std::size_t>(i)] = {low, share > 0 ? low + 1 : low, share};
+    }
+    return result;
+}
+
+void add_row(const RasterF& layer, const std::vector<Tap>& taps, int y, std::vector<float>& row)
+{
+    const Tap& vertical = taps[static_cast<std::size_t>(y)];
+    for (std::size_t x = 0; x < taps.size(); ++x)
+        for (int c = 0; c < 3; ++c)
+        {
+            const Tap& t = taps[x];
+            const float top = layer.at(t.low, vertical.low, c) * (1 - t.share) + layer.at(t.high, vertical.low, c) * t.share;
+            const float bottom = layer.at(t.low, vertical.high, c) * (1 - t.share) + layer.at(t.high, vertical.high, c) * t.share;
+            row[3 * x + static_cast<std::size_t>(c)] += top * (1 - vertical.share) + bottom * vertical.share;
+        }
+}
+
+/// BGR around the network's mean to RGB in 0..1.
+void network_to_rgb(std::vector<float>& row)
+{
+    for (std::size_t i = 0; i < row.size(); i += 3)
+    {
+        const std::array<float, 3> bgr{row[i], row[i + 1], row[i + 2]};
+        for (std::size_t c = 0; c < 3; ++c)
+            row[i + c] = (bgr[2 - c] + network_mean_bgr[2 - c]) / 255;
+    }
+}
+}  // namespace
+
+void check_texture(const Texture& texture)
+{
+    if (texture.values != "display" && texture.values != "network")
+        throw Error("the texture's values are \"" + texture.values + "\"; expected \"display\" or \"network\"");
+    if (texture.layers.empty())
+        throw Error("the texture has no layers");
+    const int size = texture.size_px();
+    for (std::size_t i = 0; i < texture.layers.size(); ++i)
+    {
+        const RasterF& layer = texture.layers[i];
+        if (layer.channels != 3 || layer.width < 1 || layer.width != layer.height || i >= 31 || layer.width != size >> i ||
+            layer.width << i != size)
+            throw Error("texture layer " + std::to_string(i) + " is " + std::to_string(layer.width) + "x" +
+                        std::to_string(layer.height) + "x" + std::to_string(layer.channels) + "; expected a square of side " +
+                        std::to_string(size) + " / 2^" + std::to_string(i) + " with 3 channels");
+    }
+    if (texture.seen.width != size || texture.seen.height != size || texture.seen.channels != 1)
+        throw Error("the texture's seen mask is " + std::to_string(texture.seen.width) + "x" +
+                    std::to_string(texture.seen.height) + "; expected " + std::to_string(size) + "x" + std::to_string(size));
+}
+
+RasterF collapse(const Texture& texture, const Progress& progress)
+{
+    const int size = texture.size_px();
+    std::vector<std::vector<Tap>> layer_taps;
+    for (const RasterF& layer : texture.layers)
+        layer_taps.push_back(taps(size, layer.width));
+
+    RasterF result(size, size, 3);
+    const auto sum_row = [&](int y)
+    {
+        std::vector<float> row(static_cast<std::size_t>(size) * 3, 0.0F);
+        for (std::size_t i = 0; i < texture.layers.size(); ++i)
+            add_row(texture.layers[i], layer_taps[i], y, row);
+        if (texture.values == "network")
+            network_to_rgb(row);
+        float* target = &result.at(0, y);
+        for (std::size_t i = 0; i < row.size(); ++i)
+        {
+            if (!std::isfinite(row[i]))
+                throw Error("the texture is not finite at texel (" + std::to_string(i / 3) + ", " + std::to_string(y) +
+                            "): the optimisation diverged; use a lower learning rate");
+            target[i] = std::clamp(row[i], 0.0F, 1.0F);
+        }
+    };
+    parallel_for(static_cast<std::size_t>(size), rows_per_block, progress.threads(),
+                 [&](std::size_t begin, std::size_t end)
+                 {
+                     progress.check_cancelled();
+                     for (std::size_t y = begin; y < end; ++y)
+                         sum_row(static_cast<int>(y));
+                 });
+    return result;
+}

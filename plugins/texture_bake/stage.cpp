@@ -1,0 +1,68 @@
+#include <fresco/mesh.h>
+#include <fresco/stage.h>
+#include <fresco/texture.h>
+
+#include "bake.h"
+
+#include <string>
+#include <vector>
+
+using namespace fresco;
+
+namespace
+{
+class TextureBake final : public Stage
+{
+    Input<Texture> texture{this, "texture", "The optimised texture; its size is the picture's size"};
+    Input<Mesh> mesh{this, "mesh", "The mesh whose texcoords the texture was made for"};
+    Output<TexturedMesh> textured_mesh{this, "textured_mesh", "The mesh with its 8-bit picture"};
+    Option<std::string> unseen{this, "unseen", "fill", one_of({"fill", "color", "keep"}),
+                               "Texels that no frame saw: fill from the seen surface around, paint in unseen_color, or keep"};
+    Option<std::vector<int>> unseen_color{this, "unseen_color", {128, 128, 128}, range(0, 255), "RGB for unseen: color"};
+
+    Cost cost() const override
+    {
+        return {.seconds = "5 + faces * 4e-6",
+                .memory_mb = "1500 + faces * 0.0006",
+                .disk_mb = "55 + faces * 6e-5",
+                .frames = {},
+                .faces = {}};
+    }
+
+    BakeOptions bake_options() const
+    {
+        BakeOptions options;
+        options.unseen = *unseen == "fill" ? Unseen::fill : *unseen == "color" ? Unseen::color : Unseen::keep;
+        if (unseen_color->size() != options.unseen_color.size())
+            throw Error("unseen_color has " + std::to_string(unseen_color->size()) + " numbers; expected [red, green, blue]");
+        for (std::size_t i = 0; i < options.unseen_color.size(); ++i)
+            options.unseen_color[i] = static_cast<std::uint8_t>((*unseen_color)[i]);
+        return options;
+    }
+
+    void run(RunContext& run) override
+    {
+        check_mesh(*mesh, "the mesh on port 'mesh'");
+        if (mesh->texcoords.empty())
+            throw Error("the mesh on port 'mesh' has no texcoords: wire the atlas.* stage that the uv maps were made with");
+        BakeCounts counts;
+        TexturedMesh result;
+        result.image = Image(bake(*texture, *mesh, bake_options(), counts, run));
+        result.mesh = *mesh;
+        tell(run, counts);
+        textured_mesh = std::move(result);
+    }
+
+    void tell(RunContext& run, const BakeCounts& counts) const
+    {
+        const auto total = static_cast<double>(counts.chart_texels);
+        const double seen_share = static_cast<double>(counts.seen_texels) / total;
+        run.report("chart_texels", counts.chart_texels);
+        run.report("chart_share", total / static_cast<double>(texture->seen.values.size()));
+        run.report("seen_share", seen_share);
+        run.report("filled_share", *unseen == "keep" ? 0.0 : 1 - seen_share);
+    }
+};
+}  // namespace
+
+FRESCO_STAGE("texture.bake", TextureBake, "Collapses the texture's layers into one picture and fills what no frame saw")

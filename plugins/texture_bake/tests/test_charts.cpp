@@ -1,0 +1,92 @@
+#include "bake_scene.h"
+#include "seam_links.h"
+
+#include <fresco/testing.h>
+
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+
+using namespace fresco;
+
+TEST_CASE("charts end where the texcoords are cut, and seams join them")
+{
+    const Charts charts = find_charts(two_chart_wall());
+    CHECK(charts.count == 2);
+    CHECK(charts.of_face == std::vector<std::uint32_t>{0, 0, 1, 1});
+    REQUIRE(charts.seams.size() == 1);
+    const Seam& seam = charts.seams[0];
+    CHECK(seam.first_face == 0);
+    CHECK(seam.second_face == 3);
+    CHECK(seam.first[0] == Vec2f{0.4F, 0.1F});   // vertex 1 in the left chart
+    CHECK(seam.second[0] == Vec2f{0.9F, 0.4F});  // and in the right one
+    CHECK(seam.first[1] == Vec2f{0.4F, 0.4F});
+    CHECK(seam.second[1] == Vec2f{0.9F, 0.1F});
+}
+
+TEST_CASE("a mesh split along its seams is joined by position")
+{
+    Mesh mesh = two_chart_wall();
+    mesh.positions.push_back(mesh.positions[1]);
+    mesh.positions.push_back(mesh.positions[4]);
+    mesh.triangles[2] = {6, 2, 5};
+    mesh.triangles[3] = {6, 5, 7};
+    const Charts charts = find_charts(mesh);
+    CHECK(charts.count == 2);
+    CHECK(charts.seams.size() == 1);
+}
+
+TEST_CASE("a texel belongs to the face that holds its centre, or to one that touches it")
+{
+    Mesh mesh;
+    mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    mesh.triangles = {{0, 1, 2}};
+    // Corners at texel coordinates (1.2, 8.8), (6.2, 8.8), (1.2, 3.8) of a 10 x 10 texture, y down.
+    mesh.texcoords = {{0.12F, 0.12F}, {0.62F, 0.12F}, {0.12F, 0.62F}};
+    testing::TestRun run;
+    const Charts charts = find_charts(mesh);
+    const TexelFaces faces = find_texel_faces(mesh, charts, 10, run);
+    for (int y = 0; y < 10; ++y)
+        for (int x = 0; x < 10; ++x)
+        {
+            const auto texel = static_cast<std::size_t>(y * 10 + x);
+            const auto below_side = [](double px, double py) { return (px - 1.2) + (8.8 - py) <= 5; };
+            const bool centre = x + 0.5 >= 1.2 && y + 0.5 <= 8.8 && below_side(x + 0.5, y + 0.5);
+            const bool touched = x + 1 >= 1.2 && y <= 8.8 && below_side(std::max<double>(x, 1.2), std::min(y + 1.0, 8.8));
+            INFO(x << ", " << y);
+            CHECK(faces.covered(texel) == touched);
+            CHECK(faces.inside[texel] == centre);
+        }
+    CHECK(texel_position(mesh, faces, 85).x == Approx((5.5 - 1.2) / 5));  // texel (5, 8)
+    CHECK(texel_position(mesh, faces, 85).y == Approx((8.8 - 8.5) / 5));
+}
+
+TEST_CASE("a chart smaller than a texel owns the texels it touches")
+{
+    Mesh mesh;
+    mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    mesh.triangles = {{0, 1, 2}};
+    mesh.texcoords = {{0.31F, 0.31F}, {0.33F, 0.31F}, {0.31F, 0.33F}};
+    testing::TestRun run;
+    const TexelFaces faces = find_texel_faces(mesh, find_charts(mesh), 10, run);
+    CHECK(std::count(faces.inside.begin(), faces.inside.end(), 1) == 1);
+    CHECK(faces.inside[63] == 1);  // texel (3, 6)
+}
+
+TEST_CASE("links cross a seam at the same surface points, in both directions")
+{
+    const Mesh mesh = two_chart_wall();
+    testing::TestRun run;
+    const Charts charts = find_charts(mesh);
+    const int size = 40;
+    const TexelFaces faces = find_texel_faces(mesh, charts, size, run);
+    const auto links = seam_links(charts, faces);
+    CHECK(links.size() >= 2 * 12);
+    for (const auto& [a, b] : links)
+    {
+        CHECK(std::binary_search(links.begin(), links.end(), std::pair(b, a)));
+        CHECK(charts.of_face[faces.face[a]] != charts.of_face[faces.face[b]]);
+        const Vec3f apart = texel_position(mesh, faces, a) - texel_position(mesh, faces, b);
+        CHECK(length(apart) < 2.1F / 12);  // two texels of 1/12 m
+    }
+}

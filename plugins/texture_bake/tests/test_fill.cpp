@@ -1,0 +1,177 @@
+#include "bake.h"
+#include "bake_scene.h"
+#include "nearest_point.h"
+
+#include <fresco/error.h>
+#include <fresco/testing.h>
+
+#include <catch2/catch.hpp>
+
+#include <cmath>
+
+using namespace fresco;
+
+namespace
+{
+constexpr int size = 80;
+
+Raster8 baked(const Texture& texture, const Mesh& mesh, const BakeOptions& options = {}, int threads = 2)
+{
+    testing::TestRun run(threads);
+    BakeCounts counts;
+    return bake(texture, mesh, options, counts, run);
+}
+
+/// The red value at a uv, of the texel that holds it.
+int red(const Raster8& image, float u, float v)
+{
+    return image.at(static_cast<int>(u * size), static_cast<int>((1 - v) * size));
+}
+}  // namespace
+
+TEST_CASE("the hidden half of a wall takes the seen half's colour and no texel keeps its initial value")
+{
+    Texture texture = blank_texture(size, 0.0F);
+    see(texture, {0.1F, 0.1F}, {0.25F, 0.4F}, {0.8F, 0.4F, 0.2F});  // the left half of the left chart
+    const Raster8 image = baked(texture, two_chart_wall());
+    for (int y = 0; y < size; ++y)
+        for (int x = 0; x < size; ++x)
+        {
+            INFO(x << ", " << y);
+            CHECK(image.at(x, y, 0) == 204);
+            CHECK(image.at(x, y, 1) == 102);
+            CHECK(image.at(x, y, 2) == 51);
+        }
+}
+
+TEST_CASE("colours cross a seam at the right place and not the gutter")
+{
+    // The left chart is seen, dark below and bright above; the right one is hidden and turned by 180 degrees.
+    Texture texture = blank_texture(size, 0.0F);
+    see(texture, {0.05F, 0.05F}, {0.45F, 0.25F}, {0.2F, 0, 0});
+    see(texture, {0.05F, 0.25F}, {0.45F, 0.45F}, {0.8F, 0, 0});
+    const Raster8 image = baked(texture, two_chart_wall());
+    // Beside the seam (u = 0.9 in the right chart), v = 0.4 is the wall's bottom.
+    CHECK(red(image, 0.88F, 0.38F) < 70);
+    CHECK(red(image, 0.88F, 0.12F) > 185);
+    // The nearest texels across the gutter (u = 0.6) belong to the wall's far end: mixed.
+    const int far_bottom = red(image, 0.62F, 0.38F);
+    CHECK(far_bottom > 80);
+    CHECK(far_bottom < 130);
+}
+
+TEST_CASE("between two seen strips the fill runs smoothly from one to the other")
+{
+    Texture texture = blank_texture(size, 0.0F);
+    see(texture, {0.0F, 0.0F}, {0.15F, 0.5F}, {0.2F, 0, 0});   // the wall's left end
+    see(texture, {0.55F, 0.0F}, {0.65F, 0.5F}, {0.8F, 0, 0});  // and its right end: u = 0.6 .. 0.65 of the turned chart
+    const Raster8 image = baked(texture, two_chart_wall());
+    // A harmonic function of the distance along the wall: linear between x = 1/6 m and x = 11/6 m.
+    int previous = -1;
+    for (int i = 0; i < 20; ++i)
+    {
+        const double wall_x = 1.0 / 6 + (i + 0.5) / 20 * 10 / 6;
+        const double u = wall_x < 1 ? 0.1 + 0.3 * wall_x : 0.9 - 0.3 * (wall_x - 1);
+        const int value = red(image, static_cast<float>(u), 0.25F);
+        const double expected = 255 * (0.2 + 0.6 * (wall_x - 1.0 / 6) / (10.0 / 6));
+        INFO("at " << wall_x << " m");
+        CHECK(std::abs(value - expected) < 8);
+        CHECK(value >= previous);
+        previous = value;
+    }
+}
+
+TEST_CASE("a part that joins no seen surface takes what is nearest in space")
+{
+    // Two more squares, far from each other in space, beside each other in the atlas; only the wall is seen.
+    Mesh mesh = two_chart_wall();
+    Texture texture = blank_texture(size, 0.0F);
+    see(texture, {0.05F, 0.05F}, {0.45F, 0.45F}, {0.2F, 0, 0});
+    see(texture, {0.55F, 0.05F}, {0.95F, 0.45F}, {0.8F, 0, 0});
+    for (const float x : {-0.5F, 2.2F})
+    {
+        const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+        for (const Vec3f p : {Vec3f{x, 0, 0.1F}, {x + 0.3F, 0, 0.1F}, {x, 0.3F, 0.1F}})
+            mesh.positions.push_back(p);
+        mesh.triangles.push_back({first, first + 1, first + 2});
+        // The square near the wall's right end lies above the left chart, and the other way round.
+        const float u = x < 0 ? 0.6F : 0.1F;
+        for (const Vec2f uv : {Vec2f{u, 0.6F}, {u + 0.3F, 0.6F}, {u, 0.9F}})
+            mesh.texcoords.push_back(uv);
+    }
+    const Raster8 image = baked(texture, mesh);
+    CHECK(red(image, 0.68F, 0.68F) == 51);
+    CHECK(red(image, 0.18F, 0.68F) == 204);
+}
+
+TEST_CASE("unseen texels can be painted or kept, seen ones stay what they are")
+{
+    Texture texture = blank_texture(size, 0.6F);
+    see(texture, {0.1F, 0.1F}, {0.25F, 0.4F}, {0.2F, 0.2F, 0.2F});
+    const Mesh mesh = two_chart_wall();
+    const Raster8 colored = baked(texture, mesh, {.unseen = Unseen::color, .unseen_color = {255, 0, 7}});
+    CHECK(red(colored, 0.75F, 0.25F) == 255);
+    CHECK(colored.at(60, 60, 2) == 7);
+    CHECK(red(colored, 0.15F, 0.25F) == 51);
+    CHECK(red(colored, 0.02F, 0.25F) == 51);  // the gutter beside the seen half
+    const Raster8 kept = baked(texture, mesh, {.unseen = Unseen::keep, .unseen_color = {}});
+    CHECK(red(kept, 0.75F, 0.25F) == 153);
+    CHECK(red(kept, 0.15F, 0.25F) == 51);
+    const Raster8 filled = baked(texture, mesh);
+    CHECK(red(filled, 0.15F, 0.25F) == 51);
+}
+
+TEST_CASE("shares count the texels whose centres are in charts")
+{
+    Texture texture = blank_texture(size, 0.6F);
+    see(texture, {0.0F, 0.0F}, {0.5F, 0.5F}, {0.2F, 0.2F, 0.2F});
+    testing::TestRun run;
+    BakeCounts counts;
+    bake(texture, two_chart_wall(), {}, counts, run);
+    CHECK(counts.chart_texels == 2 * 24 * 24);
+    CHECK(counts.seen_texels == 24 * 24);
+}
+
+TEST_CASE("the picture is equal for any number of threads")
+{
+    Texture texture = blank_texture(size, 0.1F);
+    for (std::size_t i = 0; i < texture.layers[0].values.size(); ++i)
+        texture.layers[0].values[i] = static_cast<float>(i * 7919 % 997) / 997.0F;
+    see(texture, {0.15F, 0.15F}, {0.25F, 0.3F}, {0.9F, 0.5F, 0.1F});
+    CHECK(baked(texture, two_chart_wall(), {}, 1) == baked(texture, two_chart_wall(), {}, 5));
+}
+
+TEST_CASE("nothing to fill from is an error with the way out")
+{
+    CHECK_THROWS_WITH(baked(blank_texture(size, 0.5F), two_chart_wall()), Catch::Contains("unseen: color"));
+    Mesh pointless = two_chart_wall();
+    for (Vec2f& uv : pointless.texcoords)
+        uv = {3, 3};
+    Texture texture = blank_texture(8, 0.5F);
+    CHECK_NOTHROW(baked(texture, two_chart_wall(), {.unseen = Unseen::keep, .unseen_color = {}}));
+}
+
+TEST_CASE("the nearest point is the one that a look at all finds")
+{
+    std::vector<Vec3f> points;
+    unsigned seed = 7;
+    const auto next = [&seed]
+    {
+        seed = seed * 1664525U + 1013904223U;
+        return static_cast<float>(seed >> 8U) / 16777216.0F;
+    };
+    for (int i = 0; i < 300; ++i)
+        points.push_back({next(), next(), std::floor(next() * 4) / 4});  // some planes
+    points.push_back(points[17]);                                        // twice
+    const NearestPoint tree(points);
+    CHECK(tree.find(points[17]) == 17);
+    for (int i = 0; i < 300; ++i)
+    {
+        const Vec3f query{next() * 2 - 0.5F, next() * 2 - 0.5F, next() * 2 - 0.5F};
+        std::size_t best = 0;
+        for (std::size_t p = 1; p < points.size(); ++p)
+            if (dot(points[p] - query, points[p] - query) < dot(points[best] - query, points[best] - query))
+                best = p;
+        CHECK(tree.find(query) == best);
+    }
+}

@@ -1,0 +1,149 @@
+#include "texel_faces.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+using namespace fresco;
+
+namespace
+{
+using Corners = std::array<Vec2d, 3>;
+
+/// A face's corners in texels, x to the right and y down.
+Corners texel_corners(const Mesh& mesh, std::uint32_t face, int size)
+{
+    Corners corners;
+    for (std::size_t i = 0; i < 3; ++i)
+    {
+        const Vec2f uv = mesh.texcoords[3 * std::size_t{face} + i];
+        corners[i] = {double{uv.x} * size, (1 - double{uv.y}) * size};
+    }
+    return corners;
+}
+
+/// Tests squares of side 1 against one triangle.
+class TriangleTest
+{
+  public:
+    explicit TriangleTest(Corners corners) : corners_(corners)
+    {
+        if (cross(corners_[1] - corners_[0], corners_[2] - corners_[0]) < 0)
+            std::swap(corners_[1], corners_[2]);
+    }
+
+    bool holds(Vec2d centre) const { return inside_by(centre, 0); }
+
+    /// The square around `centre` and the triangle share a point. Separating axes are the square's (the caller's bounding box)
+    /// and the triangle's sides.
+    bool touches(Vec2d centre) const { return inside_by(centre, 0.5); }
+
+  private:
+    bool inside_by(Vec2d p, double half_side) const
+    {
+        for (std::size_t i = 0; i < 3; ++i)
+        {
+            const Vec2d side = corners_[(i + 1) % 3] - corners_[i];
+            if (cross(side, p - corners_[i]) + half_side * (std::abs(side.x) + std::abs(side.y)) < 0)
+                return false;
+        }
+        return true;
+    }
+
+    Corners corners_;
+};
+
+struct Box
+{
+    int x0, x1, y0, y1;  ///< Inclusive.
+};
+
+Box bounding_box(const Corners& c, int size)
+{
+    const auto texel = [size](double at) { return std::clamp(static_cast<int>(std::floor(at)), 0, size - 1); };
+    const auto [x0, x1] = std::minmax({c[0].x, c[1].x, c[2].x});
+    const auto [y0, y1] = std::minmax({c[0].y, c[1].y, c[2].y});
+    return {texel(x0), texel(x1), texel(y0), texel(y1)};
+}
+
+void draw_face(const Mesh& mesh, std::uint32_t face, TexelFaces& result)
+{
+    const Corners corners = texel_corners(mesh, face, result.size);
+    const TriangleTest test(corners);
+    const Box box = bounding_box(corners, result.size);
+    for (int y = box.y0; y <= box.y1; ++y)
+        for (int x = box.x0; x <= box.x1; ++x)
+        {
+            const std::size_t texel =
+                static_cast<std::size_t>(y) * static_cast<std::size_t>(result.size) + static_cast<std::size_t>(x);
+            const Vec2d centre{x + 0.5, y + 0.5};
+            if (result.inside[texel] || !test.touches(centre))
+                continue;
+            if (test.holds(centre))
+            {
+                result.face[texel] = face;
+                result.inside[texel] = 1;
+            }
+            else if (!result.covered(texel))
+                result.face[texel] = face;
+        }
+}
+
+/// A chart too small to hold any texel centre owns the texels it touches.
+void adopt_small_charts(const Charts& charts, TexelFaces& result)
+{
+    std::vector<std::uint8_t> has_centre(charts.count, 0);
+    for (std::size_t texel = 0; texel < result.face.size(); ++texel)
+        if (result.inside[texel])
+            has_centre[charts.of_face[result.face[texel]]] = 1;
+    for (std::size_t texel = 0; texel < result.face.size(); ++texel)
+        if (result.covered(texel) && !has_centre[charts.of_face[result.face[texel]]])
+            result.inside[texel] = 1;
+}
+}  // namespace
+
+std::size_t TexelFaces::at(Vec2f uv) const
+{
+    const auto texel = [this](double along)
+    { return static_cast<std::size_t>(std::clamp(static_cast<int>(std::floor(along * size)), 0, size - 1)); };
+    return texel(1 - double{uv.y}) * static_cast<std::size_t>(size) + texel(double{uv.x});
+}
+
+TexelFaces find_texel_faces(const Mesh& mesh, const Charts& charts, int size, const Progress& progress)
+{
+    TexelFaces result;
+    result.size = size;
+    const std::size_t texels = static_cast<std::size_t>(size) * static_cast<std::size_t>(size);
+    result.face.assign(texels, TexelFaces::none);
+    result.inside.assign(texels, 0);
+    for (std::uint32_t face = 0; face < mesh.triangles.size(); ++face)
+    {
+        if (face % 1024 == 0)
+            progress.check_cancelled();
+        draw_face(mesh, face, result);
+    }
+    adopt_small_charts(charts, result);
+    return result;
+}
+
+Vec3f texel_position(const Mesh& mesh, const TexelFaces& faces, std::size_t texel)
+{
+    const auto size = static_cast<std::size_t>(faces.size);
+    const std::uint32_t face = faces.face[texel];
+    const Corners c = texel_corners(mesh, face, faces.size);
+    const Vec2d centre{static_cast<double>(texel % size) + 0.5, static_cast<double>(texel / size) + 0.5};
+    const double area = cross(c[1] - c[0], c[2] - c[0]);
+    std::array<double, 3> weights{1, 1, 1};
+    if (area != 0)
+        weights = {cross(c[1] - centre, c[2] - centre) / area, cross(c[2] - centre, c[0] - centre) / area,
+                   cross(c[0] - centre, c[1] - centre) / area};
+    double sum = 0;
+    Vec3d point;
+    for (std::size_t i = 0; i < 3; ++i)
+    {
+        const double w = std::max(weights[i], 0.0);
+        sum += w;
+        point += vec_cast<double>(mesh.positions[mesh.triangles[face][i]]) * w;
+    }
+    return vec_cast<float>(point * (1 / sum));
+}

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <fresco/raycast/scene.h>
+
+namespace fresco::raycast
+{
+
+/// Nearer surfaces are the scanner's own noise, not something a camera saw.
+inline constexpr double nearest_surface_m = 0.05;
+
+/// What a camera's ray ends on.
+enum class Sight
+{
+    nothing,
+    surface,    ///< The front of a face, at least nearest_surface_m away.
+    back_face,  ///< The back of a face: nothing behind it is seen either.
+    too_near    ///< The front of a face nearer than nearest_surface_m along the optical axis.
+};
+
+/// Judges a hit of a ray whose length unit is a metre along the optical axis.
+Sight sight(const Hit& hit);
+
+std::array<Vec3d, 3> corners(const Mesh& mesh, std::uint32_t triangle);
+
+/// The texcoord at a hit, perspective-correct.
+Vec2d texcoord(const Mesh& mesh, const Hit& hit);
+Vec2d texcoord(const Mesh& mesh, std::uint32_t triangle, const std::array<double, 3>& weights);
+
+/// The vertex normals (V) interpolated at a hit; unit length, zero where they cancel.
+Vec3d normal(const Mesh& mesh, std::span<const Vec3f> vertex_normals, const Hit& hit);
+
+}  // namespace fresco::raycast

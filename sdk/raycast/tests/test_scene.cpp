@@ -1,0 +1,146 @@
+#include <fresco/raycast/surface.h>
+
+#include <catch2/catch.hpp>
+
+#include <cmath>
+
+using namespace fresco;
+using namespace fresco::raycast;
+
+namespace
+{
+/// A bumpy sheet z = 2 + 0.3 sin(3x) cos(2y) over [-1,1]^2, seen from the origin side.
+Mesh sheet(int cells)
+{
+    Mesh mesh;
+    for (int y = 0; y <= cells; ++y)
+        for (int x = 0; x <= cells; ++x)
+        {
+            const float px = -1 + 2 * static_cast<float>(x) / static_cast<float>(cells);
+            const float py = -1 + 2 * static_cast<float>(y) / static_cast<float>(cells);
+            mesh.positions.push_back({px, py, 2 + 0.3F * std::sin(3 * px) * std::cos(2 * py)});
+        }
+    const auto at = [cells](int x, int y) { return static_cast<std::uint32_t>(y * (cells + 1) + x); };
+    for (int y = 0; y < cells; ++y)
+        for (int x = 0; x < cells; ++x)
+        {
+            mesh.triangles.push_back({at(x, y), at(x, y + 1), at(x + 1, y)});
+            mesh.triangles.push_back({at(x + 1, y), at(x, y + 1), at(x + 1, y + 1)});
+        }
+    return mesh;
+}
+
+Camera camera(int width, int height)
+{
+    Camera c;
+    c.intrinsics = {width, height, 0.8 * width, 0.8 * width, 0.5 * width, 0.5 * height};
+    return c;
+}
+
+/// Every triangle against the ray: the slow twin.
+Hit slow_cast(const Mesh& mesh, Vec3d origin, Vec3d direction)
+{
+    Hit best;
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
+    {
+        double distance = 0;
+        std::array<double, 3> w{};
+        if (!meet_plane(corners(mesh, t), origin, direction, distance, w) || distance < 0)
+            continue;
+        if (w[0] < 0 || w[1] < 0 || w[2] < 0 || (best.found() && best.distance <= distance))
+            continue;
+        best.triangle = t;
+        best.distance = distance;
+        best.weights = w;
+    }
+    return best;
+}
+}  // namespace
+
+TEST_CASE("packets agree with every triangle tried in turn")
+{
+    const Mesh mesh = sheet(12);
+    const Scene scene(mesh);
+    Camera view = camera(37, 22);  // not a multiple of the packet's side
+    view.world_from_camera.translation = {0.1, -0.05, 0.013};
+    std::vector<Hit> hits(37 * 22);
+    scene.cast_rows(view, 0, 10, std::span(hits).first(37 * 10));
+    scene.cast_rows(view, 10, 22, std::span(hits).subspan(37 * 10));
+    int found = 0;
+    for (int y = 0; y < 22; ++y)
+        for (int x = 0; x < 37; ++x)
+        {
+            const Hit& fast = hits[static_cast<std::size_t>(y * 37 + x)];
+            const Hit slow = slow_cast(mesh, view.world_from_camera.translation, view.ray(x + 0.5, y + 0.5));
+            REQUIRE(fast.found() == slow.found());
+            if (!fast.found())
+                continue;
+            ++found;
+            CHECK(fast.distance == Approx(slow.distance).epsilon(1e-7));
+            CHECK(fast.front);
+            const auto p = corners(mesh, fast.triangle);
+            const Vec3d point = p[0] * fast.weights[0] + p[1] * fast.weights[1] + p[2] * fast.weights[2];
+            const Vec3d expected = view.world_from_camera.translation + view.ray(x + 0.5, y + 0.5) * fast.distance;
+            CHECK(length(point - expected) < 1e-6);
+        }
+    CHECK(found > 300);
+}
+
+TEST_CASE("no ray slips between faces that share an edge")
+{
+    const Mesh mesh = sheet(16);
+    const Scene scene(mesh);
+    // Straight at vertices and at the middle of edges.
+    for (const Triangle& t : mesh.triangles)
+        for (std::size_t i = 0; i < 3; ++i)
+        {
+            const Vec3d a = vec_cast<double>(mesh.positions[t[i]]);
+            const Vec3d b = vec_cast<double>(mesh.positions[t[(i + 1) % 3]]);
+            const auto inner = [](Vec3d p) { return std::abs(p.x) < 0.99 && std::abs(p.y) < 0.99; };
+            if (!inner(a) || !inner(b))
+                continue;
+            const std::array<Vec3d, 2> directions{a, (a + b) * 0.5};
+            std::array<Hit, 2> hits;
+            scene.cast({}, directions, hits);
+            REQUIRE(hits[0].found());
+            REQUIRE(hits[1].found());
+            CHECK(hits[0].distance == Approx(1).epsilon(1e-5));
+            CHECK(hits[1].distance == Approx(1).epsilon(1e-5));
+        }
+}
+
+TEST_CASE("a hit is judged by side and depth")
+{
+    Mesh mesh;
+    mesh.positions = {{-1, -1, 1}, {-1, 1, 1}, {1, -1, 1}};
+    mesh.triangles = {{0, 1, 2}};
+    const Scene scene(mesh);
+    const auto look = [&](Vec3d from, Vec3d direction)
+    {
+        Hit hit;
+        scene.cast(from, std::span(&direction, 1), std::span(&hit, 1));
+        return sight(hit);
+    };
+    CHECK(look({-0.5, -0.5, 0}, {0, 0, 1}) == Sight::surface);
+    CHECK(look({-0.5, -0.5, 2}, {0, 0, -1}) == Sight::back_face);
+    CHECK(look({-0.5, -0.5, 0.96}, {0, 0, 1}) == Sight::too_near);
+    CHECK(look({-0.5, -0.5, 0.94}, {0, 0, 1}) == Sight::surface);
+    CHECK(look({0.5, 0.5, 0}, {0, 0, 1}) == Sight::nothing);
+}
+
+TEST_CASE("texcoords and normals are interpolated by the weights")
+{
+    Mesh mesh;
+    mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    mesh.triangles = {{0, 1, 2}};
+    mesh.texcoords = {{0, 0}, {1, 0}, {0, 0.5F}};
+    Hit hit;
+    hit.triangle = 0;
+    hit.weights = {0.25, 0.25, 0.5};
+    CHECK(texcoord(mesh, hit).x == Approx(0.25));
+    CHECK(texcoord(mesh, hit).y == Approx(0.25));
+    const std::vector<Vec3f> normals{{1, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    const Vec3d n = normal(mesh, normals, hit);
+    CHECK(n.x == Approx(std::sqrt(0.5)));
+    CHECK(n.y == Approx(std::sqrt(0.5)));
+}

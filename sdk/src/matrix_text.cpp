@@ -1,0 +1,164 @@
+#include <fresco/matrix_text.h>
+
+#include <fresco/error.h>
+#include <fresco/files_io.h>
+
+#include <charconv>
+#include <cmath>
+#include <string>
+
+namespace fresco
+{
+
+namespace
+{
+
+constexpr std::size_t matrix_file_limit = 1U << 20U;
+constexpr double exactness = 1e-6;
+constexpr double rotation_tolerance = 1e-2;
+
+bool is_blank(char c)
+{
+    return c == ' ' || c == '\t' || c == '\r';
+}
+
+std::string_view next_word(std::string_view& line)
+{
+    std::size_t begin = 0;
+    while (begin < line.size() && is_blank(line[begin]))
+        ++begin;
+    std::size_t end = begin;
+    while (end < line.size() && !is_blank(line[end]))
+        ++end;
+    const auto word = line.substr(begin, end - begin);
+    line.remove_prefix(end);
+    return word;
+}
+
+double parse_number(std::string_view word, const std::string& place)
+{
+    double number = 0;
+    // from_chars knows no leading plus, which some recorders print.
+    const auto digits = word.size() > 1 && word[0] == '+' && word[1] != '-' ? word.substr(1) : word;
+    const auto [end, code] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
+    if (code == std::errc::result_out_of_range)
+        throw Error(place + ": the number \"" + std::string(word) + "\" is beyond the range of a double");
+    if (code != std::errc{} || end != digits.data() + digits.size())
+        throw Error(place + ": \"" + std::string(word.substr(0, 40)) + "\" is not a number");
+    return number;
+}
+
+std::vector<double> parse_row(std::string_view line, const std::string& place)
+{
+    std::vector<double> row;
+    for (auto word = next_word(line); !word.empty(); word = next_word(line))
+        row.push_back(parse_number(word, place));
+    return row;
+}
+
+std::string shape_text(int rows, int columns)
+{
+    return std::to_string(rows) + "x" + std::to_string(columns);
+}
+
+}  // namespace
+
+std::vector<double> parse_matrix_text(std::string_view text, int rows, int columns, std::string_view source)
+{
+    std::vector<double> values;
+    int rows_read = 0;
+    for (int line_number = 1; !text.empty(); ++line_number)
+    {
+        const auto end = text.find('\n');
+        const auto line = text.substr(0, end);
+        text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
+        const std::string place = std::string(source) + ":" + std::to_string(line_number);
+        const auto row = parse_row(line, place);
+        if (row.empty())
+            continue;
+        if (rows_read == rows)
+            throw Error(place + ": a " + shape_text(rows, columns) + " matrix was expected, but here is another row");
+        if (row.size() != static_cast<std::size_t>(columns))
+            throw Error(place + ": " + std::to_string(row.size()) + " numbers where a row of a " + shape_text(rows, columns) +
+                        " matrix has " + std::to_string(columns));
+        values.insert(values.end(), row.begin(), row.end());
+        ++rows_read;
+    }
+    if (rows_read != rows)
+        throw Error(std::string(source) + ": " + std::to_string(rows_read) + " rows where a " + shape_text(rows, columns) +
+                    " matrix was expected");
+    return values;
+}
+
+std::vector<double> read_matrix_text(const std::filesystem::path& file, int rows, int columns)
+{
+    return parse_matrix_text(read_text_file(file, matrix_file_limit), rows, columns, file.string());
+}
+
+std::vector<double> parse_numbers(std::string_view text, std::size_t count, std::string_view source)
+{
+    auto values = parse_row(text, std::string(source));
+    if (values.size() != count)
+        throw Error(std::string(source) + ": " + std::to_string(values.size()) + " numbers where " + std::to_string(count) +
+                    " were expected");
+    return values;
+}
+
+RigidTransform rigid_transform(const std::vector<double>& matrix, std::string_view source)
+{
+    const std::string name(source);
+    if (matrix.size() != 16)
+        throw Error(name + ": " + std::to_string(matrix.size()) + " numbers where a 4x4 matrix was expected");
+    for (const double entry : matrix)
+        if (!std::isfinite(entry))
+            throw Error(name + ": the transform has an entry that is not finite; leave this frame out");
+    for (std::size_t i = 12; i < 16; ++i)
+        if (std::abs(matrix[i] - (i == 15 ? 1.0 : 0.0)) > exactness)
+            throw Error(name + ": the last row of a rigid transform is 0 0 0 1");
+    RigidTransform transform;
+    for (int row = 0; row < 3; ++row)
+        for (int column = 0; column < 3; ++column)
+            transform.rotation(row, column) = matrix[static_cast<std::size_t>(row * 4 + column)];
+    transform.translation = {matrix[3], matrix[7], matrix[11]};
+    if (const double error = transform.rotation_error(); !(error <= rotation_tolerance))
+        throw Error(name + ": the upper left 3x3 part is not a rotation (it is off by " + std::to_string(error) +
+                    "); expected a rigid transform, row by row, without scale or mirror");
+    return transform;
+}
+
+RigidTransform read_rigid_transform(const std::filesystem::path& file)
+{
+    return rigid_transform(read_matrix_text(file, 4, 4), file.string());
+}
+
+Intrinsics intrinsics_from_matrix(const std::vector<double>& matrix, PixelCentre centre, int width, int height,
+                                  std::string_view source)
+{
+    const std::string name(source);
+    const std::size_t size = matrix.size() == 16 ? 4 : 3;
+    if (matrix.size() != size * size)
+        throw Error(name + ": " + std::to_string(matrix.size()) + " numbers where intrinsics are a 3x3 or 4x4 matrix");
+    for (std::size_t row = 0; row < size; ++row)
+        for (std::size_t column = 0; column < size; ++column)
+        {
+            const double entry = matrix[row * size + column];
+            if (!std::isfinite(entry))
+                throw Error(name + ": the intrinsics have an entry that is not finite");
+            const bool is_free = (row < 2 && column == row) || (row < 2 && column == 2);
+            if (!is_free && std::abs(entry - (row == column ? 1.0 : 0.0)) > exactness)
+                throw Error(name + ": intrinsics are fx 0 cx / 0 fy cy / 0 0 1 (no skew), but row " + std::to_string(row + 1) +
+                            ", column " + std::to_string(column + 1) + " is " + std::to_string(entry));
+        }
+    const double shift = centre == PixelCentre::integer ? 0.5 : 0.0;
+    const Intrinsics intrinsics{.width = width,
+                                .height = height,
+                                .fx = matrix[0],
+                                .fy = matrix[size + 1],
+                                .cx = matrix[2] + shift,
+                                .cy = matrix[size + 2] + shift};
+    if (!(intrinsics.fx > 0 && intrinsics.fy > 0))
+        throw Error(name + ": the focal lengths must be positive, in pixels");
+    return intrinsics;
+}
+
+}  // namespace fresco

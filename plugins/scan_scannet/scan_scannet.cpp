@@ -1,0 +1,84 @@
+#include "scene_frames.h"
+
+#include <fresco/image_io.h>
+#include <fresco/mesh_io.h>
+#include <fresco/stage.h>
+
+namespace
+{
+
+class ScanScannet final : public fresco::Stage
+{
+    fresco::Option<fresco::InputFolder> path{this, "path", fresco::required,
+                                             "Folder of the exported scene, with color, depth, pose and the mesh in it"};
+    fresco::Option<fresco::InputFile> mesh_file{this, "mesh", fresco::InputFile{}, "Mesh; empty: the scene's own, by mesh_kind"};
+    fresco::Option<std::string> mesh_kind{this, "mesh_kind", "auto", fresco::one_of({"auto", "full", "reduced"}),
+                                          "full: *_vh_clean.ply, reduced: *_vh_clean_2.ply, auto: the full one where it is"};
+    fresco::Option<int> every{this, "every", 1, fresco::range(1, 1'000'000), "Take every n-th view"};
+    fresco::Option<bool> align_axes{this, "align_axes", false,
+                                    "Turn the scene by its axisAlignment, so that walls follow the axes"};
+    fresco::Option<std::string> pixel_centre{
+        this, "pixel_centre", "integer", fresco::one_of({"half", "integer"}),
+        "Where the intrinsics put the centre of the first pixel: at (0.5, 0.5) or at (0, 0)"};
+    fresco::Option<double> depth_unit_m{this, "depth_unit_m", 0.001, fresco::range(1e-6, 1.0),
+                                        "Metres per step of the depth pictures"};
+    fresco::Slot<fresco::ImageIo> images{this, "images", "image.opencv", "Reader and writer of pictures"};
+
+    fresco::Output<fresco::Frames> frames{this, "frames", "The recorded views, colour and depth camera each"};
+    fresco::Output<fresco::Mesh> mesh{this, "mesh", "The scanned surface"};
+
+    void run(fresco::RunContext& run) override
+    {
+        const auto& folder = path->path;
+        const auto views = scannet::list_views(folder, *every);
+        const auto calibration = scannet::read_scene_calibration(folder, scannet::find_properties(folder));
+        if (*align_axes && !calibration.aligned_from_world)
+            throw fresco::Error(folder.string() + ": the scene has no axisAlignment; leave align_axes out");
+        const auto surface_file = mesh_file->empty() ? scannet::find_mesh(folder, *mesh_kind) : mesh_file->path;
+        record_inputs(views, calibration, surface_file, run);
+
+        auto surface = fresco::read_mesh(surface_file);
+        const auto centre = *pixel_centre == "half" ? fresco::PixelCentre::half : fresco::PixelCentre::integer;
+        auto scene = scannet::scene_frames(views, calibration, centre, "scene", *images, run);
+        for (auto& frame : scene.frames.frames)
+            frame.depth_unit_m = *depth_unit_m;
+        if (*align_axes)
+            scannet::transform_scene(*calibration.aligned_from_world, scene.frames, surface);
+
+        run.report("frames", scene.frames.frames.size());
+        run.report("poses_not_tracked", scene.not_tracked);
+        run.report("mesh", surface_file.filename().string());
+        run.message(std::to_string(scene.frames.frames.size()) + " frames, " + std::to_string(scene.not_tracked) +
+                    " left out because their pose is not finite");
+        frames = std::move(scene.frames);
+        mesh = std::move(surface);
+    }
+
+    void record_inputs(const std::vector<scannet::ViewFiles>& views, const scannet::SceneCalibration& calibration,
+                       const std::filesystem::path& surface_file, fresco::RunContext& run) const
+    {
+        run.reads_folder(path->path);
+        for (const char* folder : {"color", "depth", "pose", "intrinsic"})
+            if (std::filesystem::exists(path->path / folder))
+                run.reads_folder(path->path / folder);
+        for (const auto& file : calibration.files)
+            run.reads_file(file);
+        for (const auto& view : views)
+            for (const auto& file : {view.color, view.depth, view.pose})
+                run.reads_file(file);
+        run.reads_file(surface_file);
+    }
+
+    fresco::Cost cost() const override
+    {
+        return {.seconds = "1 + 0.006 * frames / cores + faces / 2e6",
+                .memory_mb = "50 + faces * 100 / 1e6",
+                .disk_mb = "faces * 21 / 1e6",
+                .frames = "count(path, \"pose/*.txt\") / every",
+                .faces = "bytes(path, \"*_vh_clean*.ply\") / 21"};
+    }
+};
+
+}  // namespace
+
+FRESCO_STAGE("scan.scannet", ScanScannet, "Posed frames and mesh of an exported ScanNet scene")

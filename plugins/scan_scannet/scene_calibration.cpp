@@ -1,0 +1,110 @@
+#include "scene_calibration.h"
+
+#include <fresco/error.h>
+#include <fresco/files_io.h>
+
+namespace fs = std::filesystem;
+
+namespace scannet
+{
+
+namespace
+{
+
+std::string trimmed(std::string_view text)
+{
+    const auto begin = text.find_first_not_of(" \t\r");
+    if (begin == std::string_view::npos)
+        return {};
+    return std::string(text.substr(begin, text.find_last_not_of(" \t\r") - begin + 1));
+}
+
+using Properties = std::map<std::string, std::string>;
+
+double number_property(const Properties& properties, const std::string& key, const fs::path& file)
+{
+    const auto found = properties.find(key);
+    if (found == properties.end())
+        throw fresco::Error(file.string() + ": the property " + key +
+                            " is missing, and there is no folder intrinsic with intrinsic_color.txt and intrinsic_depth.txt");
+    return fresco::parse_numbers(found->second, 1, file.string() + ": " + key)[0];
+}
+
+CameraMatrix camera_of_properties(const Properties& properties, const std::string& camera, const fs::path& file)
+{
+    const auto get = [&](const std::string& name) { return number_property(properties, name + "_" + camera, file); };
+    return {{get("fx"), 0, get("mx"), 0, 0, get("fy"), get("my"), 0, 0, 0, 1, 0, 0, 0, 0, 1}, file.string()};
+}
+
+CameraMatrix camera_of_file(const fs::path& file, SceneCalibration& calibration)
+{
+    calibration.files.push_back(file);
+    return {fresco::read_matrix_text(file, 4, 4), file.string()};
+}
+
+fresco::RigidTransform extrinsic_of_file(const fs::path& file, SceneCalibration& calibration)
+{
+    if (!fs::exists(file))
+        return {};
+    calibration.files.push_back(file);
+    return fresco::read_rigid_transform(file);
+}
+
+}  // namespace
+
+Properties parse_properties(std::string_view text, std::string_view source)
+{
+    Properties properties;
+    for (int line_number = 1; !text.empty(); ++line_number)
+    {
+        const auto end = text.find('\n');
+        const auto line = text.substr(0, end);
+        text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
+        if (trimmed(line).empty())
+            continue;
+        const std::string place = std::string(source) + ":" + std::to_string(line_number);
+        const auto equals = line.find('=');
+        if (equals == std::string_view::npos)
+            throw fresco::Error(place + ": expected \"key = value\"");
+        const auto key = trimmed(line.substr(0, equals));
+        if (!properties.emplace(key, trimmed(line.substr(equals + 1))).second)
+            throw fresco::Error(place + ": the property " + key + " is given twice");
+    }
+    return properties;
+}
+
+SceneCalibration read_scene_calibration(const fs::path& path, const fs::path& properties_file)
+{
+    SceneCalibration calibration;
+    Properties properties;
+    if (!properties_file.empty())
+    {
+        calibration.files.push_back(properties_file);
+        properties = parse_properties(fresco::read_text_file(properties_file), properties_file.string());
+    }
+    const fs::path folder = path / "intrinsic";
+    if (fs::is_directory(folder))
+    {
+        calibration.color = camera_of_file(folder / "intrinsic_color.txt", calibration);
+        calibration.depth = camera_of_file(folder / "intrinsic_depth.txt", calibration);
+        const auto rig_from_color = extrinsic_of_file(folder / "extrinsic_color.txt", calibration);
+        const auto rig_from_depth = extrinsic_of_file(folder / "extrinsic_depth.txt", calibration);
+        calibration.depth_from_color = rig_from_depth.inverse() * rig_from_color;
+    }
+    else if (!properties_file.empty())
+    {
+        calibration.color = camera_of_properties(properties, "color", properties_file);
+        calibration.depth = camera_of_properties(properties, "depth", properties_file);
+    }
+    else
+        throw fresco::MissingInput(path.string() +
+                                   ": no calibration; expected the folder intrinsic or the scene's own .txt file");
+    if (const auto found = properties.find("axisAlignment"); found != properties.end())
+    {
+        const auto source = properties_file.string() + ": axisAlignment";
+        calibration.aligned_from_world = fresco::rigid_transform(fresco::parse_numbers(found->second, 16, source), source);
+    }
+    return calibration;
+}
+
+}  // namespace scannet

@@ -21,7 +21,7 @@ struct MeshLimits
 struct MeshReadReport
 {
     std::size_t polygons_split = 0;      ///< Faces with more than three corners, fanned into triangles.
-    std::size_t degenerate_dropped = 0;  ///< Faces that name a vertex twice.
+    std::size_t degenerate_dropped = 0;  ///< Triangles that name a vertex twice.
 };
 
 /// Strict PLY reader: ASCII, binary of both byte orders, float and double coordinates, any integer index and count type, vertex
@@ -40,7 +40,8 @@ Mesh parse_obj(std::span<const std::byte> bytes, std::string_view source, const 
 /// By extension (.ply, .obj). Throws MissingInput if the file cannot be read.
 Mesh read_mesh(const std::filesystem::path& file, const MeshLimits& limits = {}, MeshReadReport* report = nullptr);
 
-/// Binary little-endian PLY of everything the mesh holds; parse_ply gives the same mesh back, bit by bit.
+/// Binary little-endian PLY of everything the mesh holds; parse_ply gives the same mesh back, bit by bit, but for faces that name
+/// a vertex twice (Mesh::load keeps those). Throws Error for what check_mesh refuses and for numbers beyond PLY's int.
 std::vector<std::byte> to_ply(const Mesh& mesh);
 
 }  // namespace fresco

@@ -1,0 +1,110 @@
+#include <fresco/mesh.h>
+#include <fresco/mesh_io.h>
+
+#include "mesh_builder.h"
+
+#include <fresco/error.h>
+#include <fresco/files_io.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <string>
+
+namespace fresco
+{
+namespace
+{
+
+bool is_finite(Vec3f p)
+{
+    return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
+}
+
+/// Twice the area times the unit normal, in double: scans have slivers whose float cross product is noise.
+Vec3d area_normal(const Mesh& mesh, const Triangle& triangle)
+{
+    const auto a = vec_cast<double>(mesh.positions[triangle[0]]);
+    const auto b = vec_cast<double>(mesh.positions[triangle[1]]);
+    const auto c = vec_cast<double>(mesh.positions[triangle[2]]);
+    return cross(b - a, c - a);
+}
+
+}  // namespace
+
+Mesh::~Mesh() = default;
+
+void Mesh::save(const ArtifactFolder& folder) const
+{
+    write_file(folder.path / "mesh.ply", to_ply(*this));
+}
+
+std::shared_ptr<Mesh> Mesh::load(const ArtifactFolder& folder)
+{
+    const auto file = folder.path / "mesh.ply";
+    return std::make_shared<Mesh>(
+        detail::parse_ply_faces(read_file(file), file.string(), MeshLimits{}, nullptr, detail::DegenerateFaces::keep));
+}
+
+void check_mesh(const Mesh& mesh, std::string_view source)
+{
+    const auto fail = [&](const std::string& what) { throw Error(std::string(source) + ": " + what); };
+    const auto sizes = [&](const char* name, std::size_t size, std::size_t expected)
+    {
+        if (size != 0 && size != expected)
+            fail(std::to_string(size) + " " + name + "; expected " + std::to_string(expected) + " or none");
+    };
+    if (mesh.triangles.empty())
+        fail("the mesh has no faces");
+    sizes("colors", mesh.colors.size(), mesh.positions.size());
+    sizes("texcoords", mesh.texcoords.size(), mesh.triangles.size() * 3);
+    sizes("charts", mesh.charts.size(), mesh.triangles.size());
+    for (std::size_t i = 0; i < mesh.positions.size(); ++i)
+        if (!is_finite(mesh.positions[i]))
+            fail("the position of vertex " + std::to_string(i) + " is not finite");
+    for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
+        for (const std::uint32_t index : mesh.triangles[i])
+            if (index >= mesh.positions.size())
+                fail("face " + std::to_string(i) + " names vertex " + std::to_string(index) + " of " +
+                     std::to_string(mesh.positions.size()));
+    for (std::size_t i = 0; i < mesh.texcoords.size(); ++i)
+        if (!std::isfinite(mesh.texcoords[i].x) || !std::isfinite(mesh.texcoords[i].y))
+            fail("the texcoord of corner " + std::to_string(i % 3) + " of face " + std::to_string(i / 3) + " is not finite");
+}
+
+std::vector<Vec3f> face_normals(const Mesh& mesh)
+{
+    std::vector<Vec3f> normals;
+    normals.reserve(mesh.triangles.size());
+    for (const Triangle& triangle : mesh.triangles)
+        normals.push_back(vec_cast<float>(normalized(area_normal(mesh, triangle))));
+    return normals;
+}
+
+std::vector<Vec3f> vertex_normals(const Mesh& mesh)
+{
+    std::vector<Vec3d> sums(mesh.positions.size());
+    for (const Triangle& triangle : mesh.triangles)
+    {
+        const Vec3d normal = area_normal(mesh, triangle);
+        for (const std::uint32_t index : triangle)
+            sums[index] += normal;
+    }
+    std::vector<Vec3f> normals(sums.size());
+    std::transform(sums.begin(), sums.end(), normals.begin(), [](Vec3d sum) { return vec_cast<float>(normalized(sum)); });
+    return normals;
+}
+
+Mesh read_mesh(const std::filesystem::path& file, const MeshLimits& limits, MeshReadReport* report)
+{
+    std::string extension = file.extension().string();
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+    if (extension != ".ply" && extension != ".obj")
+        throw Error(file.string() + ": unknown extension; a mesh is read from a .ply or .obj file");
+    const auto bytes = read_file(file);
+    return extension == ".ply" ? parse_ply(bytes, file.string(), limits, report)
+                               : parse_obj(bytes, file.string(), limits, report);
+}
+
+}  // namespace fresco

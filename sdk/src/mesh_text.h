@@ -1,0 +1,117 @@
+#pragma once
+
+#include <fresco/error.h>
+
+#include <charconv>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <span>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <type_traits>
+
+/// \file Lines, words and numbers of the text mesh formats; nothing here looks at the locale.
+
+namespace fresco::detail
+{
+
+inline std::string_view as_text(std::span<const std::byte> bytes)
+{
+    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+/// A word as it may appear in a message: cut to 40 characters, control characters shown as '?'.
+std::string in_quotes(std::string_view word);
+
+/// Walks over the lines of a text held by the caller. A line ends in LF or CRLF; a last line without an end is an error, because
+/// it cannot be told from a cut one.
+class Lines
+{
+  public:
+    Lines(std::string_view text, std::string_view source, std::size_t lines_before = 0)
+        : text_(text), source_(source), number_(lines_before)
+    {
+    }
+
+    /// The next line without its end; false at the end of the text.
+    bool next(std::string_view& line)
+    {
+        if (offset_ == text_.size())
+            return false;
+        ++number_;
+        const std::size_t end = text_.find('\n', offset_);
+        if (end == std::string_view::npos)
+            fail("the line is not ended by a newline: the file is cut; copy or export it again");
+        line = text_.substr(offset_, end - offset_);
+        if (!line.empty() && line.back() == '\r')
+            line.remove_suffix(1);
+        offset_ = end + 1;
+        return true;
+    }
+
+    std::size_t number() const { return number_; }  ///< Of the line last given, counted from 1.
+    std::size_t offset() const { return offset_; }  ///< Where the next line begins.
+
+    [[noreturn]] void fail(const std::string& what) const { fail_at(number_, what); }
+    [[noreturn]] void fail_at(std::size_t line, const std::string& what) const
+    {
+        throw Error(std::string(source_) + ":" + std::to_string(line) + ": " + what);
+    }
+
+  private:
+    std::string_view text_;
+    std::string_view source_;
+    std::size_t offset_ = 0;
+    std::size_t number_;
+};
+
+/// The words of a line, separated by spaces and tabs.
+class Words
+{
+  public:
+    explicit Words(std::string_view line = {}) : rest_(line) {}
+
+    /// The next word; empty at the end of the line.
+    std::string_view next()
+    {
+        std::size_t begin = 0;
+        while (begin < rest_.size() && is_space(rest_[begin]))
+            ++begin;
+        std::size_t end = begin;
+        while (end < rest_.size() && !is_space(rest_[end]))
+            ++end;
+        const std::string_view word = rest_.substr(begin, end - begin);
+        rest_.remove_prefix(end);
+        return word;
+    }
+    std::size_t characters_left() const { return rest_.size(); }
+
+  private:
+    static bool is_space(char c) { return c == ' ' || c == '\t'; }
+    std::string_view rest_;
+};
+
+/// The number that makes up the whole word. False if there is none or it does not fit T; "nan" and "inf" are numbers of floating
+/// types, and what is too small for a float is 0.
+template <class T>
+bool parse_number(std::string_view word, T& value)
+{
+    if (word.size() > 1 && word[0] == '+' && word[1] != '-' && word[1] != '+')
+        word.remove_prefix(1);
+    const char* const end = word.data() + word.size();
+    const auto [stop, error] = std::from_chars(word.data(), end, value);
+    if constexpr (std::is_same_v<T, float>)
+    {
+        double wide = 0;
+        if (error == std::errc::result_out_of_range && parse_number(word, wide) && std::abs(wide) < 1)
+        {
+            value = static_cast<float>(wide);
+            return true;
+        }
+    }
+    return error == std::errc{} && stop == end && !word.empty();
+}
+
+}  // namespace fresco::detail

@@ -1,0 +1,257 @@
+#include "mesh_builder.h"
+#include "mesh_text.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <utility>
+
+namespace fresco
+{
+namespace
+{
+
+using namespace detail;
+
+// Grouping, materials, display and what has no area. Free-form curves and surfaces are not among them: leaving them out would
+// change the shape.
+constexpr std::array<std::string_view, 16> skipped_statements{
+    "g", "o", "s",   "mg",    "usemtl",   "mtllib",   "usemap",     "maplib",
+    "l", "p", "lod", "bevel", "c_interp", "d_interp", "shadow_obj", "trace_obj"};
+
+/// Index of something declared elsewhere in the file: checked once everything has been read, because a face may come first.
+struct Reference
+{
+    std::size_t greatest = 0;  ///< Greatest index used, counted from 1; 0: none.
+    std::size_t line = 0;      ///< Where.
+};
+
+class ObjReader
+{
+  public:
+    ObjReader(std::span<const std::byte> bytes, std::string_view source, const MeshLimits& limits, MeshReadReport& report)
+        : lines_(as_text(bytes), source), max_vertices_(std::min<std::size_t>(limits.max_vertices, UINT32_MAX)),
+          max_faces_(limits.max_faces), fan_(report, DegenerateFaces::drop)
+    {
+    }
+
+    Mesh read()
+    {
+        std::string_view line;
+        std::string joined;
+        while (lines_.next(line))
+            statement(continued(line, joined));
+        check_references();
+        if (mesh_.triangles.empty())
+            lines_.fail("the file ends here without a triangle; export the scan as a triangle mesh");
+        spread_texcoords();
+        return std::move(mesh_);
+    }
+
+  private:
+    /// The whole statement where a line ends in a backslash; `joined` holds its text then.
+    std::string_view continued(std::string_view line, std::string& joined)
+    {
+        if (line.empty() || line.back() != '\\')
+            return line;
+        joined.clear();
+        while (!line.empty() && line.back() == '\\')
+        {
+            joined.append(line.substr(0, line.size() - 1)).append(" ");
+            if (!lines_.next(line))
+                lines_.fail("the file ends after a line that shall be continued: it is cut");
+        }
+        return joined.append(line);
+    }
+
+    void statement(std::string_view line)
+    {
+        words_ = Words(line.substr(0, line.find('#')));
+        const auto keyword = words_.next();
+        if (keyword.empty())
+            return;
+        if (keyword == "v")
+            vertex();
+        else if (keyword == "vt")
+            texcoord();
+        else if (keyword == "vn")
+            normal();
+        else if (keyword == "f")
+            face();
+        else if (std::find(skipped_statements.begin(), skipped_statements.end(), keyword) == skipped_statements.end())
+            lines_.fail("unknown statement " + in_quotes(keyword) + "; expected v, vt, vn, f, g, o, s, usemtl or mtllib");
+    }
+
+    /// The numbers up to the end of the line, at most `most`.
+    std::size_t numbers(std::array<float, 7>& values, std::size_t least, std::size_t most, const char* expected)
+    {
+        std::size_t count = 0;
+        for (auto word = words_.next(); !word.empty(); word = words_.next())
+        {
+            if (count == most)
+                lines_.fail("unexpected " + in_quotes(word) + "; expected " + expected);
+            if (!parse_number(word, values[count]) || !std::isfinite(values[count]))
+                lines_.fail("expected a finite number instead of " + in_quotes(word));
+            ++count;
+        }
+        if (count < least)
+            lines_.fail("the line ends after " + std::to_string(count) + " numbers; expected " + expected);
+        return count;
+    }
+
+    void limit(std::size_t count, const char* what) const
+    {
+        if (count >= max_vertices_)
+            lines_.fail("more than " + std::to_string(max_vertices_) + " " + what + ", the limit");
+    }
+
+    void vertex()
+    {
+        static constexpr const char* expected = "'v X Y Z', 'v X Y Z 1' or 'v X Y Z R G B'";
+        limit(mesh_.positions.size(), "vertices");
+        std::array<float, 7> values{};
+        const std::size_t count = numbers(values, 3, 6, expected);
+        if (count == 5 || (count == 4 && values[3] != 1.0F))
+            lines_.fail(std::string("expected ") + expected);
+        const bool colored = count == 6;
+        if (!mesh_.positions.empty() && colored == mesh_.colors.empty())
+            lines_.fail("some vertices have a colour and some have none; expected all or none");
+        mesh_.positions.push_back({values[0], values[1], values[2]});
+        if (colored)
+            mesh_.colors.push_back({channel(values[3]), channel(values[4]), channel(values[5])});
+    }
+
+    std::uint8_t channel(float value) const
+    {
+        if (value < 0.0F || value > 1.0F)
+            lines_.fail("a vertex colour is outside 0 to 1");
+        return static_cast<std::uint8_t>(std::lround(value * 255.0F));
+    }
+
+    void texcoord()
+    {
+        limit(texcoords_.size(), "texture coordinates");
+        std::array<float, 7> values{};
+        numbers(values, 1, 3, "'vt U', 'vt U V' or 'vt U V W'");
+        texcoords_.push_back({values[0], values[1]});
+    }
+
+    void normal()
+    {
+        limit(normal_count_, "normals");
+        std::array<float, 7> values{};
+        numbers(values, 3, 3, "'vn X Y Z'");
+        ++normal_count_;
+    }
+
+    /// One part of a corner as an index from 0; a negative one counts back from what is declared so far.
+    std::uint32_t index(std::string_view text, std::string_view corner, std::size_t declared, Reference& reference)
+    {
+        std::int64_t value = 0;
+        if (!parse_number(text, value) || value == 0 || value > UINT32_MAX || value < -static_cast<std::int64_t>(declared))
+            lines_.fail("wrong index in " + in_quotes(corner) + "; expected 1 to the number declared, or -1 to -" +
+                        std::to_string(declared));
+        const std::size_t from_one =
+            value > 0 ? static_cast<std::size_t>(value) : declared + 1 - static_cast<std::size_t>(-value);
+        if (from_one > reference.greatest)
+            reference = {from_one, lines_.number()};
+        return static_cast<std::uint32_t>(from_one - 1);
+    }
+
+    void corner(std::string_view text)
+    {
+        const auto first = text.find('/');
+        const auto second = first == std::string_view::npos ? first : text.find('/', first + 1);
+        const bool has_texcoord = first != std::string_view::npos && second != first + 1;
+        const bool has_normal = second != std::string_view::npos;
+        const int form = (has_texcoord ? 1 : 0) + (has_normal ? 2 : 0);
+        if (!corners_.empty() && form != form_)
+            lines_.fail("the corners of a face must all be of one form: V, V/VT, V//VN or V/VT/VN");
+        form_ = form;
+        corners_.push_back(index(text.substr(0, first), text, mesh_.positions.size(), used_vertices_));
+        if (has_texcoord)
+            corner_texcoords_.push_back(
+                index(text.substr(first + 1, second == std::string_view::npos ? second : second - first - 1), text,
+                      texcoords_.size(), used_texcoords_));
+        if (has_normal)
+            index(text.substr(second + 1), text, normal_count_, used_normals_);
+    }
+
+    void face()
+    {
+        corners_.clear();
+        corner_texcoords_.clear();
+        for (auto word = words_.next(); !word.empty(); word = words_.next())
+            corner(word);
+        if (corners_.size() < 3)
+            lines_.fail("a face of " + std::to_string(corners_.size()) + " corners; expected 3 or more");
+        const bool textured = !corner_texcoords_.empty();
+        if (!textured_.has_value())
+            textured_ = textured;
+        if (*textured_ != textured)
+            lines_.fail("some faces have texture coordinates and some have none; expected all or none");
+        fan_.split(corners_,
+                   [&](std::size_t a, std::size_t b, std::size_t c)
+                   {
+                       mesh_.triangles.push_back({corners_[a], corners_[b], corners_[c]});
+                       if (textured)
+                           triangle_texcoords_.push_back({corner_texcoords_[a], corner_texcoords_[b], corner_texcoords_[c]});
+                   });
+        if (mesh_.triangles.size() > max_faces_)
+            lines_.fail("more than " + std::to_string(max_faces_) + " triangles, the limit");
+    }
+
+    void check_references() const
+    {
+        const auto check = [&](const Reference& used, std::size_t declared, const char* what)
+        {
+            if (used.greatest > declared)
+                lines_.fail_at(used.line, std::string("a face names ") + what + " " + std::to_string(used.greatest) +
+                                              ", but only " + std::to_string(declared) +
+                                              " are declared: the file is cut or damaged");
+        };
+        check(used_vertices_, mesh_.positions.size(), "vertex");
+        check(used_texcoords_, texcoords_.size(), "texture coordinate");
+        check(used_normals_, normal_count_, "normal");
+    }
+
+    void spread_texcoords()
+    {
+        mesh_.texcoords.reserve(triangle_texcoords_.size() * 3);
+        for (const Triangle& triangle : triangle_texcoords_)
+            for (const std::uint32_t corner : triangle)
+                mesh_.texcoords.push_back(texcoords_[corner]);
+    }
+
+    Lines lines_;
+    Words words_;
+    std::size_t max_vertices_;
+    std::size_t max_faces_;
+    TriangleFan fan_;
+    Mesh mesh_;
+    std::vector<Vec2f> texcoords_;
+    std::vector<Triangle> triangle_texcoords_;  ///< Indices into texcoords_.
+    std::size_t normal_count_ = 0;
+    std::optional<bool> textured_;
+    Reference used_vertices_;
+    Reference used_texcoords_;
+    Reference used_normals_;
+    std::vector<std::uint32_t> corners_;
+    std::vector<std::uint32_t> corner_texcoords_;
+    int form_ = 0;
+};
+
+}  // namespace
+
+Mesh parse_obj(std::span<const std::byte> bytes, std::string_view source, const MeshLimits& limits, MeshReadReport* report)
+{
+    MeshReadReport counted;
+    Mesh mesh = ObjReader(bytes, source, limits, counted).read();
+    if (report != nullptr)
+        *report = counted;
+    return mesh;
+}
+
+}  // namespace fresco

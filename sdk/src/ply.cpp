@@ -1,0 +1,379 @@
+#include "mesh_builder.h"
+#include "ply_cursor.h"
+#include "ply_header.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <initializer_list>
+#include <optional>
+#include <utility>
+
+namespace fresco
+{
+namespace
+{
+
+using namespace detail;
+
+// Where a vertex property goes; the rest is skipped.
+enum VertexSlot : std::size_t
+{
+    slot_x,
+    slot_y,
+    slot_z,
+    slot_red,
+    slot_green,
+    slot_blue,
+    slot_u,
+    slot_v,
+    slot_count,
+    slot_none = slot_count
+};
+
+constexpr std::array<std::pair<std::string_view, std::string_view>, 4> texcoord_names{
+    {{"s", "t"}, {"u", "v"}, {"texture_u", "texture_v"}, {"texture_s", "texture_t"}}};
+
+/// What the header says about the two elements a mesh is made of.
+struct Layout
+{
+    const PlyElement* vertex = nullptr;
+    const PlyElement* face = nullptr;
+    std::vector<VertexSlot> slots;  ///< One per vertex property.
+    const PlyProperty* indices = nullptr;
+    const PlyProperty* texcoord = nullptr;
+    const PlyProperty* chart = nullptr;
+    bool has_colors = false;
+    bool has_vertex_texcoords = false;
+};
+
+class LayoutReader
+{
+  public:
+    LayoutReader(const PlyHeader& header, std::string_view source) : header_(header), source_(source) {}
+
+    Layout read()
+    {
+        layout_.vertex = &element("vertex");
+        layout_.face = &element("face");
+        vertex();
+        face();
+        return std::move(layout_);
+    }
+
+  private:
+    [[noreturn]] void fail(const std::string& what) const { throw Error(std::string(source_) + ": header: " + what); }
+
+    const PlyElement& element(std::string_view name) const
+    {
+        for (const auto& element : header_.elements)
+            if (element.name == name)
+                return element;
+        fail("there is no element " + in_quotes(name) + "; export the scan as a triangle mesh");
+    }
+
+    static std::optional<std::size_t> find(const PlyElement& element, std::string_view name)
+    {
+        for (std::size_t i = 0; i < element.properties.size(); ++i)
+            if (element.properties[i].name == name)
+                return i;
+        return std::nullopt;
+    }
+
+    void vertex()
+    {
+        const PlyElement& vertex = *layout_.vertex;
+        layout_.slots.assign(vertex.properties.size(), slot_none);
+        const bool positions = take(slot_x, {"x", "y", "z"}, "float or double", [](PlyType t) { return !is_integer(t); });
+        if (!positions)
+            fail("element 'vertex' has no properties x, y, z");
+        layout_.has_colors = take(slot_red, {"red", "green", "blue"}, "uchar", [](PlyType t) { return t == PlyType::uint8; });
+        for (const auto& [u, v] : texcoord_names)
+            layout_.has_vertex_texcoords =
+                layout_.has_vertex_texcoords || take(slot_u, {u, v}, "float or double", [](PlyType t) { return !is_integer(t); });
+    }
+
+    /// Gives the named properties to the slots from `first` on: all of them or none.
+    template <class F>
+    bool take(VertexSlot first, std::initializer_list<std::string_view> names, std::string_view expected, F&& accepts)
+    {
+        std::size_t found = 0;
+        for (const auto name : names)
+            found += find(*layout_.vertex, name).has_value() ? 1 : 0;
+        if (found == 0)
+            return false;
+        std::size_t slot = first;
+        for (const auto name : names)
+        {
+            const auto at = find(*layout_.vertex, name);
+            if (!at)
+                fail("the vertex property " + in_quotes(name) + " is missing, though others of its group are there");
+            const PlyProperty& property = layout_.vertex->properties[*at];
+            if (property.is_list || !accepts(property.type))
+                fail("the vertex property " + in_quotes(name) + " must be of type " + std::string(expected));
+            layout_.slots[*at] = static_cast<VertexSlot>(slot++);
+        }
+        return true;
+    }
+
+    void face()
+    {
+        for (const auto& property : layout_.face->properties)
+        {
+            if (is_index_list(*layout_.face, property))
+            {
+                if (layout_.indices != nullptr)
+                    fail("element 'face' has both vertex_indices and vertex_index");
+                if (!is_integer(property.type))
+                    fail("the face property " + in_quotes(property.name) + " must be a list of an integer type");
+                layout_.indices = &property;
+            }
+            else if (property.name == "texcoord")
+            {
+                if (!property.is_list || is_integer(property.type))
+                    fail("the face property 'texcoord' must be a list of float or double");
+                layout_.texcoord = &property;
+            }
+            else if (property.name == "chart")
+            {
+                if (property.is_list || !is_integer(property.type))
+                    fail("the face property 'chart' must be of an integer type");
+                layout_.chart = &property;
+            }
+        }
+        if (layout_.indices == nullptr)
+            fail("element 'face' has no list vertex_indices");
+    }
+
+    const PlyHeader& header_;
+    std::string_view source_;
+    Layout layout_;
+};
+
+template <class Cursor>
+class BodyReader
+{
+  public:
+    BodyReader(Cursor cursor, const PlyHeader& header, const Layout& layout, std::size_t max_triangles, TriangleFan fan)
+        : cursor_(std::move(cursor)), header_(header), layout_(layout), max_triangles_(max_triangles), fan_(fan)
+    {
+    }
+
+    Mesh read()
+    {
+        for (const auto& element : header_.elements)
+        {
+            if (&element == layout_.vertex)
+                vertices();
+            else if (&element == layout_.face)
+                faces();
+            else
+                cursor_.skip_rows(element);
+        }
+        cursor_.end();
+        if (layout_.has_vertex_texcoords && layout_.texcoord == nullptr)
+            spread_vertex_texcoords();
+        return std::move(mesh_);
+    }
+
+  private:
+    float finite(double value, const char* what) const
+    {
+        const auto narrow = static_cast<float>(value);
+        if (!std::isfinite(narrow))
+            cursor_.fail(std::string(what) + " is not a finite number that fits a float");
+        return narrow;
+    }
+
+    void vertices()
+    {
+        const std::size_t count = layout_.vertex->count;
+        const auto& properties = layout_.vertex->properties;
+        mesh_.positions.reserve(count);
+        if (layout_.has_colors)
+            mesh_.colors.reserve(count);
+        if (layout_.has_vertex_texcoords)
+            vertex_texcoords_.reserve(count);
+        std::array<double, slot_count> values{};
+        for (std::size_t i = 0; i < count; ++i)
+        {
+            cursor_.begin_row();
+            for (std::size_t p = 0; p < properties.size(); ++p)
+            {
+                const VertexSlot slot = layout_.slots[p];
+                if (slot == slot_none)
+                    cursor_.skip(properties[p]);
+                else
+                {
+                    values[slot] = cursor_.real(properties[p].type);
+                    if (slot <= slot_z)
+                        finite(values[slot], "the coordinate");
+                    else if (slot >= slot_u)
+                        finite(values[slot], "the texture coordinate");
+                }
+            }
+            cursor_.end_row();
+            mesh_.positions.push_back(
+                {static_cast<float>(values[slot_x]), static_cast<float>(values[slot_y]), static_cast<float>(values[slot_z])});
+            if (layout_.has_colors)
+                mesh_.colors.push_back({static_cast<std::uint8_t>(values[slot_red]),
+                                        static_cast<std::uint8_t>(values[slot_green]),
+                                        static_cast<std::uint8_t>(values[slot_blue])});
+            if (layout_.has_vertex_texcoords)
+                vertex_texcoords_.push_back({static_cast<float>(values[slot_u]), static_cast<float>(values[slot_v])});
+        }
+    }
+
+    void faces()
+    {
+        const std::size_t count = layout_.face->count;
+        mesh_.triangles.reserve(count);
+        if (layout_.texcoord != nullptr)
+            mesh_.texcoords.reserve(count * 3);
+        if (layout_.chart != nullptr)
+            mesh_.charts.reserve(count);
+        for (std::size_t i = 0; i < count; ++i)
+        {
+            cursor_.begin_row();
+            std::uint32_t chart = 0;
+            for (const auto& property : layout_.face->properties)
+            {
+                if (&property == layout_.indices)
+                    indices();
+                else if (&property == layout_.texcoord)
+                    texcoords();
+                else if (&property == layout_.chart)
+                    chart = read_chart();
+                else
+                    cursor_.skip(property);
+            }
+            cursor_.end_row();
+            add_face(chart);
+        }
+    }
+
+    void indices()
+    {
+        const std::size_t size = cursor_.list_size(*layout_.indices);
+        if (size < least_corners)
+            cursor_.fail("a face of " + std::to_string(size) + " corners; expected 3 or more");
+        corners_.resize(size);
+        const auto vertex_count = static_cast<std::int64_t>(layout_.vertex->count);
+        for (auto& corner : corners_)
+        {
+            const std::int64_t index = cursor_.integer(layout_.indices->type);
+            if (index < 0 || index >= vertex_count)
+                cursor_.fail("the face names vertex " + std::to_string(index) + "; expected 0 to " +
+                             std::to_string(vertex_count - 1));
+            corner = static_cast<std::uint32_t>(index);
+        }
+    }
+
+    void texcoords()
+    {
+        const std::size_t size = cursor_.list_size(*layout_.texcoord);
+        if (size % 2 != 0)
+            cursor_.fail("the list 'texcoord' has " + std::to_string(size) + " items; expected u and v per corner");
+        corner_texcoords_.resize(size / 2);
+        for (auto& uv : corner_texcoords_)
+        {
+            uv.x = finite(cursor_.real(layout_.texcoord->type), "the texture coordinate");
+            uv.y = finite(cursor_.real(layout_.texcoord->type), "the texture coordinate");
+        }
+    }
+
+    std::uint32_t read_chart()
+    {
+        const std::int64_t chart = cursor_.integer(layout_.chart->type);
+        if (chart < 0)
+            cursor_.fail("chart " + std::to_string(chart) + "; expected 0 or more");
+        return static_cast<std::uint32_t>(chart);
+    }
+
+    void add_face(std::uint32_t chart)
+    {
+        const bool textured = layout_.texcoord != nullptr;
+        if (textured && corner_texcoords_.size() != corners_.size())
+            cursor_.fail("a face of " + std::to_string(corners_.size()) + " corners has " +
+                         std::to_string(corner_texcoords_.size()) + " texture coordinates; expected one per corner");
+        fan_.split(corners_,
+                   [&](std::size_t a, std::size_t b, std::size_t c)
+                   {
+                       mesh_.triangles.push_back({corners_[a], corners_[b], corners_[c]});
+                       if (textured)
+                           for (const std::size_t corner : {a, b, c})
+                               mesh_.texcoords.push_back(corner_texcoords_[corner]);
+                       if (layout_.chart != nullptr)
+                           mesh_.charts.push_back(chart);
+                   });
+        if (mesh_.triangles.size() > max_triangles_)
+            cursor_.fail("more than " + std::to_string(max_triangles_) + " triangles, the limit");
+    }
+
+    void spread_vertex_texcoords()
+    {
+        mesh_.texcoords.reserve(mesh_.triangles.size() * 3);
+        for (const Triangle& triangle : mesh_.triangles)
+            for (const std::uint32_t corner : triangle)
+                mesh_.texcoords.push_back(vertex_texcoords_[corner]);
+    }
+
+    Cursor cursor_;
+    const PlyHeader& header_;
+    const Layout& layout_;
+    std::size_t max_triangles_;
+    TriangleFan fan_;
+    Mesh mesh_;
+    std::vector<Vec2f> vertex_texcoords_;
+    std::vector<std::uint32_t> corners_;
+    std::vector<Vec2f> corner_texcoords_;
+};
+
+void check_limits(const Layout& layout, const MeshLimits& limits, std::string_view source)
+{
+    const std::string begin = std::string(source) + ":";
+    if (layout.vertex->count > std::min<std::size_t>(limits.max_vertices, UINT32_MAX))
+        throw Error(begin + std::to_string(layout.vertex->line) + ": " + std::to_string(layout.vertex->count) +
+                    " vertices; the limit is " + std::to_string(limits.max_vertices));
+    if (layout.face->count > limits.max_faces)
+        throw Error(begin + std::to_string(layout.face->line) + ": " + std::to_string(layout.face->count) +
+                    " faces; the limit is " + std::to_string(limits.max_faces));
+    if (layout.face->count == 0)
+        throw Error(begin + std::to_string(layout.face->line) +
+                    ": the file holds no faces; export the scan as a triangle mesh, not as points");
+}
+
+}  // namespace
+
+Mesh detail::parse_ply_faces(std::span<const std::byte> bytes, std::string_view source, const MeshLimits& limits,
+                             MeshReadReport* report, DegenerateFaces degenerate)
+{
+    const PlyHeader header = parse_ply_header(bytes, source);
+    const Layout layout = LayoutReader(header, source).read();
+    check_limits(layout, limits, source);
+
+    MeshReadReport counted;
+    const TriangleFan fan(counted, degenerate);
+    const auto read = [&](auto cursor) { return BodyReader(std::move(cursor), header, layout, limits.max_faces, fan).read(); };
+    constexpr bool machine_is_little = std::endian::native == std::endian::little;
+    Mesh mesh;
+    if (header.format == PlyFormat::ascii)
+        mesh = read(AsciiCursor(bytes, header, source));
+    else if ((header.format == PlyFormat::little_endian) == machine_is_little)
+        mesh = read(BinaryCursor<false>(bytes, header, source));
+    else
+        mesh = read(BinaryCursor<true>(bytes, header, source));
+
+    if (mesh.triangles.empty())
+        throw Error(std::string(source) + ": every face names a vertex twice; no triangle is left");
+    if (report != nullptr)
+        *report = counted;
+    return mesh;
+}
+
+Mesh parse_ply(std::span<const std::byte> bytes, std::string_view source, const MeshLimits& limits, MeshReadReport* report)
+{
+    return detail::parse_ply_faces(bytes, source, limits, report, detail::DegenerateFaces::drop);
+}
+
+}  // namespace fresco

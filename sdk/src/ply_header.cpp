@@ -1,0 +1,214 @@
+#include "ply_header.h"
+
+#include "mesh_text.h"
+
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <utility>
+
+namespace fresco::detail
+{
+namespace
+{
+
+// A header is a few hundred bytes; this bounds the search for its end in a file that is no PLY.
+constexpr std::size_t max_header_bytes = std::size_t{1} << 20U;
+
+constexpr std::array<std::pair<std::string_view, PlyType>, 16> type_names{{{"char", PlyType::int8},
+                                                                           {"int8", PlyType::int8},
+                                                                           {"uchar", PlyType::uint8},
+                                                                           {"uint8", PlyType::uint8},
+                                                                           {"short", PlyType::int16},
+                                                                           {"int16", PlyType::int16},
+                                                                           {"ushort", PlyType::uint16},
+                                                                           {"uint16", PlyType::uint16},
+                                                                           {"int", PlyType::int32},
+                                                                           {"int32", PlyType::int32},
+                                                                           {"uint", PlyType::uint32},
+                                                                           {"uint32", PlyType::uint32},
+                                                                           {"float", PlyType::float32},
+                                                                           {"float32", PlyType::float32},
+                                                                           {"double", PlyType::float64},
+                                                                           {"float64", PlyType::float64}}};
+
+class HeaderReader
+{
+  public:
+    HeaderReader(std::span<const std::byte> bytes, std::string_view source)
+        : text_(as_text(bytes)), lines_(text_.substr(0, std::min(text_.size(), max_header_bytes)), source)
+    {
+    }
+
+    PlyHeader read()
+    {
+        std::string_view line;
+        if (!text_.starts_with("ply\n") && !text_.starts_with("ply\r\n"))
+            lines_.fail_at(1, "expected the line 'ply': this is no PLY file, or it is cut");
+        lines_.next(line);
+        if (next_statement() != "format")
+            lines_.fail("expected 'format ascii 1.0', 'format binary_little_endian 1.0' or 'format binary_big_endian 1.0'");
+        format();
+        for (std::string_view word = next_statement(); word != "end_header"; word = next_statement())
+        {
+            if (word == "element")
+                element();
+            else if (word == "property")
+                property();
+            else
+                lines_.fail("expected element, property, comment, obj_info or end_header instead of " + in_quotes(word));
+        }
+        end_of_line();
+        header_.lines = lines_.number();
+        header_.body_offset = lines_.offset();
+        check_counts();
+        return std::move(header_);
+    }
+
+  private:
+    /// The first word of the next line that is no comment; words_ stands behind it.
+    std::string_view next_statement()
+    {
+        std::string_view line;
+        while (lines_.next(line))
+        {
+            words_ = Words(line);
+            const std::string_view word = words_.next();
+            if (word != "comment" && word != "obj_info")
+                return word;
+        }
+        lines_.fail("the file ends before 'end_header': it is cut; copy or export it again");
+    }
+
+    void end_of_line()
+    {
+        if (const auto word = words_.next(); !word.empty())
+            lines_.fail("unexpected " + in_quotes(word) + " at the end of the line");
+    }
+
+    void format()
+    {
+        const auto name = words_.next();
+        if (name == "ascii")
+            header_.format = PlyFormat::ascii;
+        else if (name == "binary_little_endian")
+            header_.format = PlyFormat::little_endian;
+        else if (name == "binary_big_endian")
+            header_.format = PlyFormat::big_endian;
+        else
+            lines_.fail("unknown format " + in_quotes(name) + "; expected ascii, binary_little_endian or binary_big_endian");
+        if (const auto version = words_.next(); version != "1.0")
+            lines_.fail("unknown format version " + in_quotes(version) + "; expected 1.0");
+        end_of_line();
+    }
+
+    void element()
+    {
+        PlyElement element;
+        element.name = words_.next();
+        element.line = lines_.number();
+        if (element.name.empty())
+            lines_.fail("expected 'element NAME COUNT'");
+        for (const auto& other : header_.elements)
+            if (other.name == element.name)
+                lines_.fail("a second element " + in_quotes(element.name));
+        if (const auto count = words_.next(); !parse_number(count, element.count))
+            lines_.fail("expected the number of " + in_quotes(element.name) + " elements instead of " + in_quotes(count));
+        end_of_line();
+        header_.elements.push_back(std::move(element));
+    }
+
+    PlyType type(std::string_view word) const
+    {
+        for (const auto& [name, type] : type_names)
+            if (name == word)
+                return type;
+        lines_.fail("unknown type " + in_quotes(word) + "; expected char, uchar, short, ushort, int, uint, float or double");
+    }
+
+    void property()
+    {
+        if (header_.elements.empty())
+            lines_.fail("a property before the first element");
+        PlyProperty property;
+        std::string_view word = words_.next();
+        property.is_list = word == "list";
+        if (property.is_list)
+        {
+            property.count_type = type(words_.next());
+            if (!is_integer(property.count_type))
+                lines_.fail("a list's count must be of an integer type");
+            word = words_.next();
+        }
+        property.type = type(word);
+        property.name = words_.next();
+        if (property.name.empty())
+            lines_.fail("expected a property's name at the end of the line");
+        end_of_line();
+        auto& properties = header_.elements.back().properties;
+        for (const auto& other : properties)
+            if (other.name == property.name)
+                lines_.fail("a second property " + in_quotes(property.name) + " of element " +
+                            in_quotes(header_.elements.back().name));
+        properties.push_back(std::move(property));
+    }
+
+    /// Bytes that one row of an element takes at least. In text: a digit and a separator per value.
+    std::size_t least_row_bytes(const PlyElement& element) const
+    {
+        const bool ascii = header_.format == PlyFormat::ascii;
+        std::size_t bytes = 0;
+        for (const auto& property : element.properties)
+        {
+            const std::size_t items = !property.is_list ? 1 : is_index_list(element, property) ? least_corners : 0;
+            if (property.is_list)
+                bytes += ascii ? 2 : size_of(property.count_type);
+            bytes += items * (ascii ? 2 : size_of(property.type));
+        }
+        return bytes;
+    }
+
+    void check_counts() const
+    {
+        std::size_t left = text_.size() - header_.body_offset;
+        for (const auto& element : header_.elements)
+        {
+            if (element.count == 0)
+                continue;
+            const std::size_t row = least_row_bytes(element);
+            if (row == 0)
+                lines_.fail_at(element.line, "element " + in_quotes(element.name) + " has no properties");
+            if (element.count > left / row)
+                lines_.fail_at(element.line, std::to_string(element.count) + " elements " + in_quotes(element.name) +
+                                                 " of at least " + std::to_string(row) + " bytes each do not fit into the " +
+                                                 std::to_string(left) +
+                                                 " bytes that are left: the file is cut, or the count is wrong");
+            left -= element.count * row;
+        }
+    }
+
+    std::string_view text_;
+    Lines lines_;
+    Words words_;
+    PlyHeader header_;
+};
+
+}  // namespace
+
+std::string_view name_of(PlyType type)
+{
+    // The plain names are at even places.
+    return type_names[static_cast<std::size_t>(type) * 2].first;
+}
+
+bool is_index_list(const PlyElement& element, const PlyProperty& property)
+{
+    return element.name == "face" && property.is_list && (property.name == "vertex_indices" || property.name == "vertex_index");
+}
+
+PlyHeader parse_ply_header(std::span<const std::byte> bytes, std::string_view source)
+{
+    return HeaderReader(bytes, source).read();
+}
+
+}  // namespace fresco::detail

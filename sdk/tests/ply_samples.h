@@ -1,0 +1,179 @@
+#pragma once
+
+#include <fresco/mesh.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <charconv>
+#include <cstddef>
+#include <cstring>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+/// \file Writes small PLY files value by value in any encoding and with any types: the slow obvious counterpart of the reader.
+
+enum class PlyEncoding
+{
+    ascii,
+    little,
+    big
+};
+
+inline const std::array<PlyEncoding, 3> all_encodings{PlyEncoding::ascii, PlyEncoding::little, PlyEncoding::big};
+
+inline std::span<const std::byte> bytes_of(std::string_view text)
+{
+    return std::as_bytes(std::span(text.data(), text.size()));
+}
+
+class PlyText
+{
+  public:
+    explicit PlyText(PlyEncoding encoding) : encoding_(encoding)
+    {
+        text = "ply\nformat ";
+        text += encoding == PlyEncoding::ascii    ? "ascii"
+                : encoding == PlyEncoding::little ? "binary_little_endian"
+                                                  : "binary_big_endian";
+        text += " 1.0\n";
+    }
+
+    PlyText& line(std::string_view words)
+    {
+        text.append(words).append("\n");
+        return *this;
+    }
+
+    /// One value of a type named as in the header.
+    PlyText& value(std::string_view type, double v)
+    {
+        if (type == "char")
+            return put(static_cast<std::int8_t>(v));
+        if (type == "uchar")
+            return put(static_cast<std::uint8_t>(v));
+        if (type == "short")
+            return put(static_cast<std::int16_t>(v));
+        if (type == "ushort")
+            return put(static_cast<std::uint16_t>(v));
+        if (type == "int")
+            return put(static_cast<std::int32_t>(v));
+        if (type == "uint")
+            return put(static_cast<std::uint32_t>(v));
+        if (type == "float")
+            return put(static_cast<float>(v));
+        return put(v);
+    }
+    PlyText& values(std::string_view type, std::initializer_list<double> list)
+    {
+        for (const double v : list)
+            value(type, v);
+        return *this;
+    }
+    PlyText& end_row()
+    {
+        if (encoding_ == PlyEncoding::ascii)
+            text.back() = '\n';
+        return *this;
+    }
+
+    std::string text;
+
+  private:
+    template <class T>
+    PlyText& put(T v)
+    {
+        if (encoding_ == PlyEncoding::ascii)
+        {
+            char digits[64];
+            std::to_chars_result end{};
+            if constexpr (std::is_floating_point_v<T>)
+                end = std::to_chars(digits, digits + sizeof digits, v);
+            else
+                end = std::to_chars(digits, digits + sizeof digits, static_cast<std::int64_t>(v));
+            text.append(digits, end.ptr).append(" ");
+            return *this;
+        }
+        auto raw = std::bit_cast<std::array<char, sizeof(T)>>(v);
+        if ((encoding_ == PlyEncoding::little) != (std::endian::native == std::endian::little))
+            std::reverse(raw.begin(), raw.end());
+        text.append(raw.data(), raw.size());
+        return *this;
+    }
+
+    PlyEncoding encoding_;
+};
+
+/// Two triangles of a unit square with a fold, with colours; every number is exact in float and in its text.
+inline fresco::Mesh folded_square()
+{
+    fresco::Mesh mesh;
+    mesh.positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0.25F}, {0, 1, -1.5F}};
+    mesh.colors = {{0, 127, 255}, {1, 2, 3}, {10, 20, 30}, {255, 0, 7}};
+    mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+    return mesh;
+}
+
+struct PlyTypes
+{
+    std::string coordinate = "float";
+    std::string index = "int";
+    std::string count = "uchar";
+};
+
+inline std::string ply_of(const fresco::Mesh& mesh, PlyEncoding encoding, const PlyTypes& types = {})
+{
+    PlyText ply(encoding);
+    ply.line("comment made for a test").line("element vertex " + std::to_string(mesh.positions.size()));
+    for (const char* axis : {"x", "y", "z"})
+        ply.line("property " + types.coordinate + " " + axis);
+    if (!mesh.colors.empty())
+        ply.line("property uchar red").line("property uchar green").line("property uchar blue");
+    ply.line("element face " + std::to_string(mesh.triangles.size()));
+    ply.line("property list " + types.count + " " + types.index + " vertex_indices").line("end_header");
+    for (std::size_t i = 0; i < mesh.positions.size(); ++i)
+    {
+        const auto& p = mesh.positions[i];
+        ply.values(types.coordinate, {static_cast<double>(p.x), static_cast<double>(p.y), static_cast<double>(p.z)});
+        if (!mesh.colors.empty())
+            ply.values("uchar", {double(mesh.colors[i][0]), double(mesh.colors[i][1]), double(mesh.colors[i][2])});
+        ply.end_row();
+    }
+    for (const auto& t : mesh.triangles)
+        ply.value(types.count, 3).values(types.index, {double(t[0]), double(t[1]), double(t[2])}).end_row();
+    return ply.text;
+}
+
+inline bool same_mesh(const fresco::Mesh& a, const fresco::Mesh& b)
+{
+    const auto same_bits = [](const auto& x, const auto& y)
+    { return x.size() == y.size() && (x.empty() || std::memcmp(x.data(), y.data(), x.size() * sizeof(x[0])) == 0); };
+    return same_bits(a.positions, b.positions) && a.colors == b.colors && a.triangles == b.triangles &&
+           same_bits(a.texcoords, b.texcoords) && a.charts == b.charts;
+}
+
+/// A mesh that a reader gave: nothing a stage could trip over.
+inline void require_valid(const fresco::Mesh& mesh)
+{
+    fresco::check_mesh(mesh, "parsed mesh");
+}
+
+/// Small portable generator, the same numbers everywhere.
+class TestRandom
+{
+  public:
+    explicit TestRandom(std::uint64_t seed) : state_(seed) {}
+    std::uint64_t next()
+    {
+        std::uint64_t z = (state_ += 0x9e3779b97f4a7c15ULL);
+        z = (z ^ (z >> 30U)) * 0xbf58476d1ce4e5b9ULL;
+        z = (z ^ (z >> 27U)) * 0x94d049bb133111ebULL;
+        return z ^ (z >> 31U);
+    }
+    std::size_t below(std::size_t bound) { return static_cast<std::size_t>(next() % bound); }
+
+  private:
+    std::uint64_t state_;
+};

@@ -1,0 +1,135 @@
+#include "ply_samples.h"
+
+#include <fresco/error.h>
+#include <fresco/files_io.h>
+#include <fresco/mesh_io.h>
+#include <fresco/testing.h>
+
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <limits>
+
+using namespace fresco;
+using Catch::Matchers::Contains;
+
+namespace
+{
+
+/// The unit cube, two triangles a side, seen from outside counter-clockwise.
+Mesh cube()
+{
+    Mesh mesh;
+    for (int i = 0; i < 8; ++i)
+        mesh.positions.push_back({static_cast<float>(i & 1), static_cast<float>((i >> 1) & 1), static_cast<float>((i >> 2) & 1)});
+    mesh.triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
+                      {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
+    return mesh;
+}
+
+}  // namespace
+
+TEST_CASE("Mesh: the face normals of a cube point outwards", "[mesh]")
+{
+    const auto normals = face_normals(cube());
+    const Vec3f expected[] = {{0, 0, -1}, {0, 0, 1}, {0, -1, 0}, {0, 1, 0}, {-1, 0, 0}, {1, 0, 0}};
+    REQUIRE(normals.size() == 12);
+    for (std::size_t i = 0; i < 12; ++i)
+        CHECK(normals[i] == expected[i / 2]);
+}
+
+TEST_CASE("Mesh: vertex normals are weighted by area", "[mesh]")
+{
+    // A floor triangle of area 2 and a wall triangle of area 0.5 share an edge; vertex 4 belongs to no face.
+    Mesh mesh;
+    mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 4, 0}, {0, 0, 1}, {9, 9, 9}};
+    mesh.triangles = {{0, 1, 2}, {0, 3, 1}};
+    const auto normals = vertex_normals(mesh);
+    REQUIRE(normals.size() == 5);
+    CHECK(normals[2] == Vec3f{0, 0, 1});
+    CHECK(normals[3] == Vec3f{0, 1, 0});
+    const float norm = std::sqrt(17.0F);
+    CHECK(normals[0].x == 0);
+    CHECK(normals[0].y == Approx(1 / norm));
+    CHECK(normals[0].z == Approx(4 / norm));
+    CHECK(normals[1] == normals[0]);
+    CHECK(normals[4] == Vec3f{0, 0, 0});
+}
+
+TEST_CASE("Mesh: degenerate faces have no normal, slivers have one", "[mesh]")
+{
+    Mesh mesh;
+    mesh.positions = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {1e-20F, 0, 1e-20F}};
+    mesh.triangles = {{0, 1, 2}, {0, 0, 1}, {0, 1, 3}};
+    const auto normals = face_normals(mesh);
+    CHECK(normals[0] == Vec3f{0, 0, 0});
+    CHECK(normals[1] == Vec3f{0, 0, 0});
+    CHECK(normals[2] == Vec3f{0, -1, 0});
+}
+
+TEST_CASE("Mesh: check_mesh names the first offence", "[mesh]")
+{
+    const auto refused = [](auto&& damage, const std::string& reason)
+    {
+        Mesh mesh = cube();
+        mesh.texcoords.assign(36, {0.5F, 0.5F});
+        mesh.colors.assign(8, {1, 2, 3});
+        mesh.charts.assign(12, 0);
+        CHECK_NOTHROW(check_mesh(mesh, "cube"));
+        damage(mesh);
+        CHECK_THROWS_WITH(check_mesh(mesh, "cube"), Contains("cube: ") && Contains(reason));
+        CHECK_THROWS_AS(to_ply(mesh), Error);
+    };
+    refused([](Mesh& m) { m.triangles.clear(); }, "no faces");
+    refused([](Mesh& m) { m.triangles[3][1] = 8; }, "face 3 names vertex 8 of 8");
+    refused([](Mesh& m) { m.positions[2].z = std::numeric_limits<float>::infinity(); }, "vertex 2 is not finite");
+    refused([](Mesh& m) { m.positions[7].x = std::nanf(""); }, "vertex 7 is not finite");
+    refused([](Mesh& m) { m.texcoords[10].y = std::nanf(""); }, "corner 1 of face 3");
+    refused([](Mesh& m) { m.texcoords.pop_back(); }, "35 texcoords; expected 36");
+    refused([](Mesh& m) { m.colors.pop_back(); }, "7 colors; expected 8");
+    refused([](Mesh& m) { m.charts.push_back(0); }, "13 charts; expected 12");
+}
+
+TEST_CASE("Mesh: saved and loaded it is the same, faces that name a vertex twice included", "[mesh]")
+{
+    const testing::TemporaryFolder folder;
+    Mesh mesh = cube();
+    mesh.triangles.push_back({3, 3, 5});
+    mesh.texcoords.assign(39, {0.25F, 0.75F});
+    for (std::uint32_t f = 0; f < 13; ++f)
+        mesh.charts.push_back(f);
+    mesh.save({folder.path(), {}});
+    CHECK(same_mesh(*Mesh::load({folder.path(), {}}), mesh));
+    CHECK(parse_ply(read_file(folder.path() / "mesh.ply"), "mesh.ply").triangles.size() == 12);
+}
+
+TEST_CASE("Mesh: load refuses a missing and a damaged file", "[mesh]")
+{
+    const testing::TemporaryFolder folder;
+    CHECK_THROWS_AS(Mesh::load({folder.path(), {}}), MissingInput);
+    cube().save({folder.path(), {}});
+    const auto bytes = read_file(folder.path() / "mesh.ply");
+    write_file(folder.path() / "mesh.ply", std::span(bytes).first(bytes.size() - 1));
+    CHECK_THROWS_WITH(Mesh::load({folder.path(), {}}), Contains("mesh.ply"));
+}
+
+TEST_CASE("Mesh: a mesh that cannot be saved leaves no file", "[mesh]")
+{
+    const testing::TemporaryFolder folder;
+    CHECK_THROWS_AS(Mesh{}.save({folder.path(), {}}), Error);
+    CHECK(std::filesystem::is_empty(folder.path()));
+}
+
+TEST_CASE("Mesh: read_mesh goes by the extension", "[mesh]")
+{
+    const testing::TemporaryFolder folder;
+    write_file(folder.path() / "cube.PLY", to_ply(cube()));
+    write_file(folder.path() / "triangle.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 4 3\n");
+    write_file(folder.path() / "scan.stl", "solid\n");
+    CHECK(same_mesh(read_mesh(folder.path() / "cube.PLY"), cube()));
+    MeshReadReport report;
+    CHECK(read_mesh(folder.path() / "triangle.obj", {}, &report).triangles.size() == 2);
+    CHECK(report.polygons_split == 1);
+    CHECK_THROWS_WITH(read_mesh(folder.path() / "scan.stl"), Contains("scan.stl") && Contains(".ply or .obj"));
+    CHECK_THROWS_AS(read_mesh(folder.path() / "missing.ply"), MissingInput);
+}

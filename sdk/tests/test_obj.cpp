@@ -1,0 +1,161 @@
+#include "ply_samples.h"
+
+#include <fresco/error.h>
+#include <fresco/mesh_io.h>
+
+#include <catch2/catch.hpp>
+
+using namespace fresco;
+using Catch::Matchers::Contains;
+
+namespace
+{
+
+Mesh parse(const std::string& text, MeshReadReport* report = nullptr, const MeshLimits& limits = {})
+{
+    return parse_obj(bytes_of(text), "room.obj", limits, report);
+}
+
+const std::string square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
+const std::string uvs = "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n";
+const std::string normals = "vn 0 0 1\nvn 0 0 -1\n";
+
+}  // namespace
+
+TEST_CASE("OBJ: all index forms", "[obj]")
+{
+    const std::vector<Triangle> expected{{0, 2, 3}};
+    const std::vector<Vec2f> corners{{1, 1}, {0, 0}, {0, 1}};
+    const auto all = square + uvs + normals;
+    for (const char* face : {"f 1 3 4\n", "f 1//1 3//2 4//1\n", "f -4 -2 -1\n", "f -4//-2 -2//-1 -1//2\n"})
+    {
+        const Mesh mesh = parse(all + face);
+        CHECK(mesh.triangles == expected);
+        CHECK(mesh.texcoords.empty());
+    }
+    for (const char* face : {"f 1/3 3/1 4/4\n", "f 1/3/1 3/1/1 4/4/2\n", "f -4/-2 -2/-4 -1/-1\n", "f 1/-2/-1 -2/1/1 4/-1/-2\n"})
+    {
+        const Mesh mesh = parse(all + face);
+        CHECK(mesh.triangles == expected);
+        CHECK(mesh.texcoords == corners);
+    }
+}
+
+TEST_CASE("OBJ: negative indices count back from where they stand", "[obj]")
+{
+    const Mesh mesh = parse("v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\nv 0 0 1\nf -4 -2 -1\n");
+    CHECK(mesh.triangles == std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}});
+}
+
+TEST_CASE("OBJ: a face may come before its vertices", "[obj]")
+{
+    CHECK(parse("f 1/1 2/2 3/3\n" + square + uvs).texcoords == std::vector<Vec2f>{{0, 0}, {1, 0}, {1, 1}});
+}
+
+TEST_CASE("OBJ: polygons are fanned and faces that name a vertex twice are dropped", "[obj]")
+{
+    MeshReadReport report;
+    const Mesh mesh = parse(square + uvs + "f 1/1 2/2 3/3 4/4\nf 1/1 1/2 3/3\n", &report);
+    CHECK(mesh.triangles == std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}});
+    CHECK(mesh.texcoords == std::vector<Vec2f>{{0, 0}, {1, 0}, {1, 1}, {0, 0}, {1, 1}, {0, 1}});
+    CHECK(report.polygons_split == 1);
+    CHECK(report.degenerate_dropped == 1);
+}
+
+TEST_CASE("OBJ: colours, weights, comments, groups, line ends and continued lines", "[obj]")
+{
+    const Mesh colored = parse("v 0 0 0 0 0.5 1\nv 1 0 0 1 1 1\nv 0 1 0 0 0 0.002\nf 1 2 3\n");
+    CHECK(colored.colors == std::vector<Rgb8>{{0, 128, 255}, {255, 255, 255}, {0, 0, 1}});
+    const Mesh plain = parse("# a room\nmtllib room.mtl\n\no room\ng walls floor\nusemtl white\ns off\n  v 0 0 0 1 # origin\n"
+                             "v\t1 0 0\nv 0 1e0 0\nl 1 2\np 1\nvt 0.5\nf 1 \\\n 2 3\n");
+    CHECK(plain.positions == std::vector<Vec3f>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}});
+    CHECK(plain.triangles == std::vector<Triangle>{{0, 1, 2}});
+    CHECK(same_mesh(parse("v 0 0 0\r\nv 1 0 0\r\nv 0 1 0\r\nf 1 2\\\r\n 3\r\n"), plain));
+}
+
+TEST_CASE("OBJ: errors name the line and what was expected", "[obj]")
+{
+    const auto refused = [](const std::string& text, int line, const std::string& reason)
+    { CHECK_THROWS_WITH(parse(text), Contains("room.obj:" + std::to_string(line) + ": ") && Contains(reason)); };
+    refused(square + "f 1 2 5\n", 5, "vertex 5, but only 4");
+    refused(square + "f 1/1 2/2 3/3\n" + "vt 0 0\nvt 1 0\n", 5, "texture coordinate 3, but only 2");
+    refused(square + "f 1//1 2//1 3//1\n", 5, "normal 1, but only 0");
+    refused(square + "f 0 1 2\n", 5, "wrong index in '0'");
+    refused(square + "f -5 1 2\n", 5, "wrong index in '-5'");
+    refused(square + "f 99999999999 1 2\n", 5, "wrong index");
+    refused(square + "f -9223372036854775808 1 2\n", 5, "wrong index");
+    for (const char* bad :
+         {"f 1/ 2/ 3/\n", "f 1// 2// 3//\n", "f 1/1/ 2/2/ 3/3/\n", "f 1/2/3/4 2 3\n", "f a b c\n", "f 1.0 2 3\n", "f / 2 3\n"})
+        refused(square + uvs + normals + bad, 11, "wrong index");
+    refused(square + uvs + "f 1/1 2 3/3\n", 9, "one form");
+    refused(square + uvs + "f 1/1 2/2 3/3\nf 1 2 3\n", 10, "all or none");
+    refused(square + "f 1 2\n", 5, "a face of 2 corners");
+    refused(square + "f\n", 5, "a face of 0 corners");
+    refused("v 0 0\n", 1, "after 2 numbers");
+    refused("v 0 0 0 2\n", 1, "expected 'v X Y Z'");
+    refused("v 0 0 0 1 1\n", 1, "expected 'v X Y Z'");
+    refused("v 0 0 0 1 1 1 1\n", 1, "unexpected '1'");
+    refused("v 0 0 nan\n", 1, "finite number instead of 'nan'");
+    refused("v 0 0 1e40\n", 1, "finite number");
+    refused("v 0 0 0,5\n", 1, "instead of '0,5'");
+    refused("v 0 0 0 255 0 0\n", 1, "outside 0 to 1");
+    refused("v 0 0 0\nv 0 0 0 1 0 0\n", 2, "all or none");
+    refused("v 0 0 0 1 0 0\nv 0 0 0\n", 2, "all or none");
+    refused("vt\n", 1, "after 0 numbers");
+    refused("vn 0 0\n", 1, "after 2 numbers");
+    refused("curv 0 1 1 2\n", 1, "unknown statement 'curv'");
+    refused("vertex 0 0 0\n", 1, "unknown statement");
+    refused(square, 4, "without a triangle");
+    refused(square + "f 1 2 3\\\n", 5, "shall be continued");
+    CHECK_THROWS_AS(parse(""), Error);
+}
+
+TEST_CASE("OBJ: a file cut inside a line is refused", "[obj]")
+{
+    const std::string text = square + uvs + normals + "f 1/1/1 2/2/1 3/3/1\nf 1/1/2 3/3/2 4/4/2\n";
+    const Mesh whole = parse(text);
+    for (std::size_t size = 0; size < text.size(); ++size)
+    {
+        INFO("the first " << size << " bytes");
+        const std::string cut = text.substr(0, size);
+        if (cut.empty() || cut.back() != '\n' || cut.find('f') == std::string::npos)
+            CHECK_THROWS_AS(parse(cut), Error);
+        else
+            // Cut exactly between two lines: nothing in the format could tell.
+            CHECK(parse(cut).triangles.size() == whole.triangles.size() - 1);
+    }
+}
+
+TEST_CASE("OBJ: flipped bytes give an error or a valid mesh", "[obj]")
+{
+    const std::string good = square + uvs + normals + "g a\nf 1/1/1 2/2/1 3/3/1\nf -4/-4/2 -2/3/2 4/4/2\n";
+    TestRandom random(5);
+    std::size_t refused = 0;
+    std::size_t accepted = 0;
+    for (int trial = 0; trial < 1000; ++trial)
+    {
+        std::string text = good;
+        const std::size_t at = random.below(text.size());
+        text[at] = static_cast<char>(text[at] ^ static_cast<char>(1U << random.below(8)));
+        try
+        {
+            require_valid(parse(text));
+            ++accepted;
+        }
+        catch (const Error& error)
+        {
+            CHECK_THAT(error.what(), Contains("room.obj:"));
+            ++refused;
+        }
+    }
+    CHECK(refused > 300);
+    CHECK(accepted > 50);
+}
+
+TEST_CASE("OBJ: limits are kept", "[obj]")
+{
+    const auto text = square + uvs + normals + "f 1 2 3 4\n";
+    CHECK_NOTHROW(parse(text, nullptr, {.max_vertices = 4, .max_faces = 2}));
+    CHECK_THROWS_WITH(parse(text, nullptr, {.max_vertices = 3, .max_faces = 2}), Contains("more than 3 vertices"));
+    CHECK_THROWS_WITH(parse(text, nullptr, {.max_vertices = 4, .max_faces = 1}), Contains("more than 1 triangles"));
+}

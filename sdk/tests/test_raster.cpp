@@ -1,0 +1,155 @@
+#include <fresco/raster.h>
+
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <vector>
+
+using namespace fresco;
+
+namespace
+{
+
+/// Value of one target coordinate along one axis, straight from the definition: the mean over the footprint when shrinking, the
+/// tent between neighbouring centres when enlarging.
+double axis_weight(int target, int source, int from, int to)
+{
+    const double scale = static_cast<double>(from) / to;
+    if (scale > 1)
+    {
+        const double overlap =
+            std::min((target + 1) * scale, source + 1.0) - std::max(target * scale, static_cast<double>(source));
+        return std::max(0.0, overlap) / scale;
+    }
+    const double centre = std::clamp((target + 0.5) * scale - 0.5, 0.0, from - 1.0);
+    return std::max(0.0, 1 - std::abs(centre - source));
+}
+
+Raster<float> slow_resized(const Raster<float>& source, int width, int height)
+{
+    Raster<float> result(width, height, source.channels);
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+            for (int c = 0; c < source.channels; ++c)
+            {
+                double sum = 0;
+                for (int v = 0; v < source.height; ++v)
+                    for (int u = 0; u < source.width; ++u)
+                        sum += axis_weight(x, u, source.width, width) * axis_weight(y, v, source.height, height) *
+                               static_cast<double>(source.at(u, v, c));
+                result.at(x, y, c) = static_cast<float>(sum);
+            }
+    return result;
+}
+
+Raster<float> ramp(int width, int height, int channels)
+{
+    Raster<float> raster(width, height, channels);
+    for (std::size_t i = 0; i < raster.values.size(); ++i)
+        raster.values[i] = static_cast<float>((i * 7919) % 1000) / 10.0F;
+    return raster;
+}
+
+}  // namespace
+
+TEST_CASE("Raster: index is row-major with interleaved channels", "[raster]")
+{
+    Raster<std::uint8_t> raster(4, 3, 2);
+    CHECK(raster.values.size() == 24);
+    raster.at(3, 1, 1) = 9;
+    CHECK(raster.values[(1 * 4 + 3) * 2 + 1] == 9);
+    CHECK(Raster<float>().empty());
+}
+
+TEST_CASE("resized: a constant stays constant", "[raster]")
+{
+    const Raster<std::uint8_t> bytes(13, 7, 3, 201);
+    const Raster<float> floats(13, 7, 2, 0.1F);
+    for (const int width : {1, 5, 12, 13, 14, 40})
+        for (const int height : {1, 3, 7, 19})
+        {
+            const auto small = resized(bytes, width, height);
+            CHECK(small == Raster<std::uint8_t>(width, height, 3, 201));
+            const auto other = resized(floats, width, height);
+            REQUIRE(other.values.size() == static_cast<std::size_t>(width * height * 2));
+            for (const float v : other.values)
+                CHECK(v == Approx(0.1F).epsilon(1e-6));
+        }
+}
+
+TEST_CASE("resized: shrinking averages boxes", "[raster]")
+{
+    Raster<std::uint8_t> source(4, 2);
+    source.values = {0, 10, 20, 30, 40, 50, 60, 71};
+    CHECK(resized(source, 2, 1).values == std::vector<std::uint8_t>{25, 45});  // 25 and 45.25
+    CHECK(resized(source, 4, 1).values == std::vector<std::uint8_t>{20, 30, 40, 51});
+    // Three pixels into two: the middle one is shared half and half.
+    Raster<float> three(3, 1);
+    three.values = {3, 6, 12};
+    const auto two = resized(three, 2, 1);
+    CHECK(two.values[0] == Approx((3 + 0.5 * 6) / 1.5));
+    CHECK(two.values[1] == Approx((0.5 * 6 + 12) / 1.5));
+}
+
+TEST_CASE("resized: enlarging interpolates between pixel centres and is clamped at the border", "[raster]")
+{
+    Raster<float> source(2, 1);
+    source.values = {0, 8};
+    CHECK(resized(source, 4, 1).values == std::vector<float>{0, 2, 6, 8});
+    Raster<std::uint8_t> grid(2, 2);
+    grid.values = {0, 80, 160, 240};
+    const auto large = resized(grid, 4, 4);
+    CHECK(large.at(0, 0) == 0);
+    CHECK(large.at(3, 3) == 240);
+    CHECK(large.at(1, 1) == 60);   // 3/4 and 1/4 along both axes: 20 + 40
+    CHECK(large.at(2, 1) == 100);  // 60 + 40
+    CHECK(large.at(0, 2) == 120);
+}
+
+TEST_CASE("resized: one axis may shrink while the other grows", "[raster]")
+{
+    Raster<float> source(2, 2);
+    source.values = {1, 3, 5, 9};
+    CHECK(resized(source, 1, 4).values == std::vector<float>{2, 3.25F, 5.75F, 7});
+}
+
+TEST_CASE("resized: equals the definition for any sizes", "[raster]")
+{
+    for (const auto& [width, height] : {std::pair{5, 4}, std::pair{9, 3}, std::pair{1, 6}})
+        for (const int channels : {1, 3, 5})
+        {
+            const auto source = ramp(width, height, channels);
+            for (const int w : {1, 2, 3, 7, 9, 16})
+                for (const int h : {1, 2, 4, 5, 11})
+                {
+                    INFO(width << 'x' << height << " to " << w << 'x' << h);
+                    const auto fast = resized(source, w, h);
+                    const auto slow = slow_resized(source, w, h);
+                    REQUIRE(fast.width == w);
+                    REQUIRE(fast.height == h);
+                    REQUIRE(fast.values.size() == slow.values.size());
+                    for (std::size_t i = 0; i < slow.values.size(); ++i)
+                        CHECK(fast.values[i] == Approx(slow.values[i]).margin(1e-4));
+                }
+        }
+}
+
+TEST_CASE("resized: bytes are rounded to the nearest, not cut", "[raster]")
+{
+    Raster<std::uint8_t> source(4, 1);
+    source.values = {0, 0, 0, 3};
+    CHECK(resized(source, 1, 1).values == std::vector<std::uint8_t>{1});  // 0.75
+    source.values = {255, 255, 255, 254};
+    CHECK(resized(source, 1, 1).values == std::vector<std::uint8_t>{255});  // 254.75
+}
+
+TEST_CASE("resized: refuses an empty picture and a size below 1", "[raster]")
+{
+    const Raster<std::uint8_t> source(2, 2);
+    CHECK_THROWS_AS(resized(Raster<std::uint8_t>(), 2, 2), std::invalid_argument);
+    CHECK_THROWS_AS(resized(source, 0, 2), std::invalid_argument);
+    CHECK_THROWS_AS(resized(source, 2, -1), std::invalid_argument);
+    CHECK_THROWS_AS(resized(Raster<float>(), 1, 1), std::invalid_argument);
+}

@@ -25,7 +25,7 @@ struct LossNeeds
 {
     struct Layers
     {
-        const FeatureNetwork* network = nullptr;
+        FeatureNetwork* network = nullptr;  ///< The optimiser prepares it.
         std::vector<std::string> names;
         bool whole = false;   ///< features() as a map C x h x w; else only selected().
         bool camera = false;  ///< The same layers of the camera picture too.

@@ -1,0 +1,74 @@
+#include "convert.h"
+#include "opencv_codec.h"
+#include "picture_info.h"
+
+#include <fresco/files_io.h>
+#include <fresco/image_io.h>
+#include <fresco/stage.h>
+
+#include <utility>
+
+namespace
+{
+
+using namespace image_opencv;
+
+/// The key of a transparent grey on the scale that the decoder gives: fewer than 8 bits are spread over 0..255.
+std::optional<std::uint16_t> decoded_key(const PictureInfo& info)
+{
+    if (!info.transparent_grey || info.bits >= 8)
+        return info.transparent_grey;
+    const unsigned greatest = (1U << static_cast<unsigned>(info.bits)) - 1;
+    return static_cast<std::uint16_t>(*info.transparent_grey * 255U / greatest);
+}
+
+class OpenCvImages final : public fresco::ImageIo
+{
+  public:
+    fresco::ImageHeader header(const std::filesystem::path& file) const override
+    {
+        const PictureInfo info = picture_size(file);
+        return {info.width, info.height};
+    }
+
+    fresco::Raster8 read_rgb(const std::filesystem::path& file) const override
+    {
+        const auto [info, picture] = read(file);
+        const auto convert = [key = decoded_key(info)](const auto& raster) { return to_rgb(raster, key); };
+        return oriented(std::visit(convert, picture), info.orientation);
+    }
+
+    fresco::Raster16 read_depth(const std::filesystem::path& file) const override
+    {
+        auto [info, picture] = read(file);
+        auto* const depth = std::get_if<fresco::Raster16>(&picture);
+        if (!info.is_grey || depth == nullptr)
+            throw fresco::Error(file.string() + ": expected a depth picture, a PNG of one channel of 16 bits; this one has " +
+                                std::to_string(info.bits) + " bits" + (info.is_grey ? "" : " and colours"));
+        return std::move(*depth);
+    }
+
+    std::vector<std::byte> encode_png(const fresco::Raster8& image) const override { return image_opencv::encode_png(image); }
+    std::vector<std::byte> encode_png(const fresco::Raster16& image) const override { return image_opencv::encode_png(image); }
+    std::vector<std::byte> encode_jpeg(const fresco::Raster8& image, int quality) const override
+    {
+        return image_opencv::encode_jpeg(image, quality);
+    }
+
+  private:
+    static std::pair<PictureInfo, DecodedPicture> read(const std::filesystem::path& file)
+    {
+        const auto bytes = fresco::read_file(file);
+        const PictureInfo info = check_picture(bytes, file.string(), Walk::whole);
+        auto picture = decode(bytes, file.string());
+        const auto has_size = [&](const auto& raster) { return raster.width == info.width && raster.height == info.height; };
+        if (!std::visit(has_size, picture))
+            throw fresco::Error(file.string() + ": the picture's size is not the one in its header: it is damaged");
+        return {info, std::move(picture)};
+    }
+};
+
+}  // namespace
+
+FRESCO_COMPONENT("image.opencv", OpenCvImages, fresco::ImageIo, "PNG and JPEG files by OpenCV, checked before they are decoded")
+FRESCO_LIBRARY("OpenCV", image_opencv::opencv_version())

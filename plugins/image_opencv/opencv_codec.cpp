@@ -1,0 +1,143 @@
+#include "opencv_codec.h"
+
+#include <fresco/error.h>
+
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <initializer_list>
+#include <limits>
+#include <string>
+
+namespace image_opencv
+{
+namespace
+{
+
+// Beyond 3 the files of photographs and textures hardly get smaller, but take several times as long.
+constexpr int png_compression = 3;
+// libjpeg's own limit (JPEG_MAX_DIMENSION); libpng's is far beyond what fits into memory.
+constexpr int max_jpeg_side = 65500;
+
+/// Copies pixels between RGB(A) and OpenCV's BGR(A); grey stays as it is. The same both ways.
+template <class T>
+void copy_swapped(const T* from, T* to, std::size_t pixels, std::size_t channels)
+{
+    if (channels == 1)
+    {
+        std::copy_n(from, pixels, to);
+        return;
+    }
+    for (std::size_t i = 0; i < pixels * channels; i += channels)
+    {
+        const T first = from[i];
+        to[i] = from[i + 2];
+        to[i + 1] = from[i + 1];
+        to[i + 2] = first;
+        if (channels == 4)
+            to[i + 3] = from[i + 3];
+    }
+}
+
+template <class T>
+fresco::Raster<T> raster_of(const cv::Mat& mat)
+{
+    fresco::Raster<T> raster(mat.cols, mat.rows, mat.channels());
+    for (int y = 0; y < mat.rows; ++y)
+        copy_swapped(mat.ptr<T>(y), &raster.values[raster.index(0, y)], static_cast<std::size_t>(mat.cols),
+                     static_cast<std::size_t>(mat.channels()));
+    return raster;
+}
+
+template <class T>
+std::vector<std::byte> encode(const fresco::Raster<T>& image, const char* extension, std::initializer_list<int> channels,
+                              const std::vector<int>& parameters)
+{
+    const auto refuse = [&](const std::string& why)
+    {
+        throw fresco::Error("a picture of " + std::to_string(image.width) + " x " + std::to_string(image.height) + " x " +
+                            std::to_string(image.channels) + " cannot be written as " + extension + ": " + why);
+    };
+    if (image.empty() || image.width < 1 || image.height < 1)
+        refuse("it is empty");
+    if (std::find(channels.begin(), channels.end(), image.channels) == channels.end())
+        refuse("the format takes another number of channels");
+    cv::Mat mat(image.height, image.width, CV_MAKETYPE(cv::DataType<T>::depth, image.channels));
+    copy_swapped(image.values.data(), mat.ptr<T>(), image.values.size() / static_cast<std::size_t>(image.channels),
+                 static_cast<std::size_t>(image.channels));
+    std::vector<unsigned char> encoded;
+    bool done = false;
+    try
+    {
+        done = cv::imencode(extension, mat, encoded, parameters);
+    }
+    catch (const cv::Exception& error)
+    {
+        refuse(error.what());
+    }
+    if (!done)
+        refuse("the encoder failed");
+    std::vector<std::byte> bytes(encoded.size());
+    std::memcpy(bytes.data(), encoded.data(), encoded.size());
+    return bytes;
+}
+
+}  // namespace
+
+DecodedPicture decode(std::span<const std::byte> bytes, std::string_view source)
+{
+    const auto fail = [&](const std::string& why)
+    { throw fresco::Error(std::string(source) + ": the picture cannot be decoded (" + why + "): it is damaged"); };
+    if (bytes.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()))
+        fail("more than 2 GiB");
+    cv::Mat mat;
+    try
+    {
+        // OpenCV reads through a Mat header that cannot be const; it does not write to it.
+        const cv::Mat input(1, static_cast<int>(bytes.size()), CV_8UC1,
+                            const_cast<void*>(static_cast<const void*>(bytes.data())));
+        mat = cv::imdecode(input, cv::IMREAD_UNCHANGED);
+    }
+    catch (const cv::Exception& error)
+    {
+        fail(error.what());
+    }
+    const int channels = mat.channels();
+    if (mat.empty() || (channels != 1 && channels != 3 && channels != 4))
+        fail("OpenCV gives no picture");
+    if (mat.depth() == CV_8U)
+        return raster_of<std::uint8_t>(mat);
+    if (mat.depth() != CV_16U)
+        fail("neither 8 nor 16 bits");
+    return raster_of<std::uint16_t>(mat);
+}
+
+std::vector<std::byte> encode_png(const fresco::Raster8& image)
+{
+    return encode(image, ".png", {1, 3, 4}, {cv::IMWRITE_PNG_COMPRESSION, png_compression});
+}
+
+std::vector<std::byte> encode_png(const fresco::Raster16& image)
+{
+    return encode(image, ".png", {1, 3, 4}, {cv::IMWRITE_PNG_COMPRESSION, png_compression});
+}
+
+std::vector<std::byte> encode_jpeg(const fresco::Raster8& image, int quality)
+{
+    if (quality < 1 || quality > 100)
+        throw fresco::Error("JPEG quality " + std::to_string(quality) + "; expected 1 to 100");
+    if (image.width > max_jpeg_side || image.height > max_jpeg_side)
+        throw fresco::Error("a JPEG file takes at most " + std::to_string(max_jpeg_side) + " pixels a side, not " +
+                            std::to_string(std::max(image.width, image.height)));
+    return encode(image, ".jpg", {1, 3}, {cv::IMWRITE_JPEG_QUALITY, quality});
+}
+
+const char* opencv_version()
+{
+    return CV_VERSION;
+}
+
+}  // namespace image_opencv

@@ -1,0 +1,274 @@
+#pragma once
+
+#include <fresco/files_io.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <initializer_list>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+/// \file PNG and JPEG files written byte by byte, so that every kind a person may bring can be tested with exact values.
+
+namespace samples
+{
+
+using Bytes = std::vector<std::byte>;
+
+inline void put(Bytes& out, std::uint64_t value, int size)
+{
+    for (int i = size - 1; i >= 0; --i)
+        out.push_back(static_cast<std::byte>(value >> (8 * i)));
+}
+inline void put(Bytes& out, std::span<const std::byte> bytes)
+{
+    out.insert(out.end(), bytes.begin(), bytes.end());
+}
+inline void put(Bytes& out, std::string_view text)
+{
+    put(out, std::as_bytes(std::span(text.data(), text.size())));
+}
+inline Bytes bytes_of(std::initializer_list<int> values)
+{
+    Bytes bytes;
+    for (const int v : values)
+        put(bytes, static_cast<std::uint64_t>(v), 1);
+    return bytes;
+}
+
+// ---- PNG
+
+inline std::uint32_t slow_crc32(std::span<const std::byte> bytes)
+{
+    std::uint32_t crc = ~0U;
+    for (const std::byte b : bytes)
+    {
+        crc ^= std::to_integer<std::uint32_t>(b);
+        for (int bit = 0; bit < 8; ++bit)
+            crc = (crc & 1U) != 0 ? (crc >> 1U) ^ 0xEDB88320U : crc >> 1U;
+    }
+    return ~crc;
+}
+
+inline Bytes chunk(std::string_view type, std::span<const std::byte> data)
+{
+    Bytes out;
+    put(out, data.size(), 4);
+    put(out, type);
+    put(out, data);
+    put(out, slow_crc32(std::span(out).subspan(4)), 4);
+    return out;
+}
+
+/// A zlib stream of one stored block.
+inline Bytes stored(std::span<const std::byte> data)
+{
+    Bytes out = bytes_of({0x78, 0x01, 0x01});
+    const auto length = static_cast<unsigned>(data.size());
+    for (const unsigned v : {length & 0xFFU, length >> 8U, ~length & 0xFFU, (~length >> 8U) & 0xFFU})
+        put(out, v, 1);
+    put(out, data);
+    std::uint32_t a = 1;
+    std::uint32_t b = 0;
+    for (const std::byte value : data)
+    {
+        a = (a + std::to_integer<std::uint32_t>(value)) % 65521;
+        b = (b + a) % 65521;
+    }
+    put(out, b << 16U | a, 4);
+    return out;
+}
+
+struct Png
+{
+    std::uint32_t width = 1;
+    std::uint32_t height = 1;
+    int bits = 8;
+    int color_type = 0;
+    Bytes rows{};         ///< Each row: a filter byte 0 and its samples.
+    Bytes before_data{};  ///< Whole chunks between IHDR and IDAT.
+    bool with_data = true;
+};
+
+inline Bytes header_chunk(const Png& png)
+{
+    Bytes header;
+    put(header, png.width, 4);
+    put(header, png.height, 4);
+    put(header, bytes_of({png.bits, png.color_type, 0, 0, 0}));
+    return chunk("IHDR", header);
+}
+
+inline Bytes png_signature()
+{
+    return bytes_of({0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'});
+}
+
+inline Bytes file_of(const Png& png)
+{
+    Bytes out = png_signature();
+    put(out, header_chunk(png));
+    put(out, png.before_data);
+    if (png.with_data)
+        put(out, chunk("IDAT", stored(png.rows)));
+    put(out, chunk("IEND", {}));
+    return out;
+}
+
+// ---- EXIF
+
+inline Bytes tiff_orientation(int orientation, bool big_endian)
+{
+    if (big_endian)
+        return bytes_of({'M', 'M', 0, 42, 0, 0, 0, 8, 0, 1, 0x01, 0x12, 0, 3, 0, 0, 0, 1, 0, orientation, 0, 0, 0, 0, 0, 0});
+    return bytes_of({'I', 'I', 42, 0, 8, 0, 0, 0, 1, 0, 0x12, 0x01, 3, 0, 1, 0, 0, 0, orientation, 0, 0, 0, 0, 0, 0, 0});
+}
+
+// ---- JPEG
+
+inline Bytes segment(int marker, std::span<const std::byte> data)
+{
+    Bytes out = bytes_of({0xFF, marker});
+    put(out, data.size() + 2, 2);
+    put(out, data);
+    return out;
+}
+
+/// A baseline JPEG of blocks of 8 x 8 pixels of one colour each: only DC coefficients, quantised by 8, so that a sample of a
+/// component is exactly its DC value + 128.
+struct Jpeg
+{
+    int blocks_x = 1;
+    int blocks_y = 1;
+    std::vector<std::vector<int>> blocks{};  ///< Row by row: one value 0..255 per component.
+    Bytes before_frame{};                    ///< Whole segments after SOI (JFIF, EXIF, Adobe).
+    int width = 0;                           ///< Claimed in the header; 0: 8 * blocks_x.
+    int height = 0;
+};
+
+inline Bytes adobe_segment(int transform)
+{
+    return segment(0xEE, bytes_of({'A', 'd', 'o', 'b', 'e', 0, 100, 0, 0, 0, 0, transform}));
+}
+
+inline Bytes exif_segment(std::span<const std::byte> tiff)
+{
+    Bytes data = bytes_of({'E', 'x', 'i', 'f', 0, 0});
+    put(data, tiff);
+    return segment(0xE1, data);
+}
+
+class BitWriter
+{
+  public:
+    void write(unsigned value, int count)
+    {
+        for (int i = count - 1; i >= 0; --i)
+        {
+            current_ = current_ << 1U | ((value >> i) & 1U);
+            if (++filled_ == 8)
+                flush();
+        }
+    }
+    /// Fills the last byte with ones, as the format wants.
+    Bytes finish()
+    {
+        while (filled_ != 0)
+            write(1, 1);
+        return bytes;
+    }
+
+  private:
+    void flush()
+    {
+        put(bytes, current_, 1);
+        if (current_ == 0xFF)
+            put(bytes, 0, 1);
+        current_ = 0;
+        filled_ = 0;
+    }
+    Bytes bytes;
+    unsigned current_ = 0;
+    int filled_ = 0;
+};
+
+inline Bytes scan_of(const Jpeg& jpeg)
+{
+    BitWriter bits;
+    std::vector<int> last(jpeg.blocks.front().size(), 0);
+    for (const auto& block : jpeg.blocks)
+        for (std::size_t c = 0; c < block.size(); ++c)
+        {
+            const int dc = block[c] - 128;
+            const int difference = dc - last[c];
+            last[c] = dc;
+            int category = 0;
+            while ((difference < 0 ? -difference : difference) >> category != 0)
+                ++category;
+            bits.write(static_cast<unsigned>(category), 4);  // code word of a category: its number in 4 bits
+            bits.write(static_cast<unsigned>(difference < 0 ? difference + (1 << category) - 1 : difference), category);
+            bits.write(0, 1);  // end of block
+        }
+    return bits.finish();
+}
+
+inline Bytes file_of(const Jpeg& jpeg)
+{
+    const auto components = static_cast<int>(jpeg.blocks.front().size());
+    Bytes out = bytes_of({0xFF, 0xD8});
+    put(out, jpeg.before_frame);
+    Bytes table = bytes_of({0});
+    table.resize(65, std::byte{8});
+    put(out, segment(0xDB, table));
+    Bytes frame = bytes_of({8});
+    put(frame, static_cast<std::uint64_t>(jpeg.height != 0 ? jpeg.height : 8 * jpeg.blocks_y), 2);
+    put(frame, static_cast<std::uint64_t>(jpeg.width != 0 ? jpeg.width : 8 * jpeg.blocks_x), 2);
+    put(frame, bytes_of({components}));
+    Bytes scan = bytes_of({components});
+    for (int c = 1; c <= components; ++c)
+    {
+        put(frame, bytes_of({c, 0x11, 0}));
+        put(scan, bytes_of({c, 0}));
+    }
+    put(out, segment(0xC0, frame));
+    // DC: ten code words of 4 bits for the categories 0 to 9. AC: one code word of 1 bit for the end of the block.
+    put(out, segment(0xC4, bytes_of({0x00, 0, 0, 0, 10, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9})));
+    put(out, segment(0xC4, bytes_of({0x10, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0})));
+    put(scan, bytes_of({0, 63, 0}));
+    put(out, segment(0xDA, scan));
+    put(out, scan_of(jpeg));
+    put(out, bytes_of({0xFF, 0xD9}));
+    return out;
+}
+
+/// The bytes from the first occurrence of `pattern` on; npos if there is none.
+inline std::size_t find(const Bytes& bytes, std::initializer_list<int> pattern)
+{
+    const Bytes wanted = bytes_of(pattern);
+    for (std::size_t i = 0; i + wanted.size() <= bytes.size(); ++i)
+        if (std::equal(wanted.begin(), wanted.end(), bytes.begin() + static_cast<std::ptrdiff_t>(i)))
+            return i;
+    return std::string::npos;
+}
+
+/// Portable generator of test numbers.
+class Random
+{
+  public:
+    explicit Random(std::uint64_t seed) : state_(seed) {}
+    std::size_t below(std::size_t bound)
+    {
+        std::uint64_t z = (state_ += 0x9e3779b97f4a7c15ULL);
+        z = (z ^ (z >> 30U)) * 0xbf58476d1ce4e5b9ULL;
+        z = (z ^ (z >> 27U)) * 0x94d049bb133111ebULL;
+        return static_cast<std::size_t>((z ^ (z >> 31U)) % bound);
+    }
+
+  private:
+    std::uint64_t state_;
+};
+
+}  // namespace samples

@@ -1,0 +1,360 @@
+#include "picture_samples.h"
+#include "shared_data.h"
+
+#include <fresco/error.h>
+#include <fresco/image_io.h>
+#include <fresco/testing.h>
+
+#include <catch2/catch.hpp>
+
+#include <cstdlib>
+#include <fstream>
+#include <thread>
+#include <tuple>
+
+using namespace fresco;
+using namespace samples;
+using Catch::Matchers::Contains;
+
+namespace
+{
+
+/// The built plugin, a folder, and short ways to read what was just written.
+class Codec
+{
+  public:
+    Codec() : made_(testing::make_from_plugin(FRESCO_PLUGIN_FILE, "image.opencv"))
+    {
+        images = dynamic_cast<ImageIo*>(made_.get());
+    }
+
+    std::filesystem::path write(const Bytes& bytes, const std::string& name = "picture")
+    {
+        // Not write_file: thousands of files that are flushed to the disk would take most of the test's time. A file that is cut
+        // to nothing and written again may be flushed too, so it goes first.
+        std::filesystem::remove(folder_.path() / name);
+        std::ofstream(folder_.path() / name, std::ios::binary)
+            .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+        return folder_.path() / name;
+    }
+    std::vector<std::uint8_t> rgb(const Bytes& bytes) { return images->read_rgb(write(bytes)).values; }
+    std::filesystem::path folder() const { return folder_.path(); }
+
+    ImageIo* images = nullptr;
+
+  private:
+    testing::TemporaryFolder folder_;
+    std::unique_ptr<Configurable> made_;
+};
+
+using Values = std::vector<std::uint8_t>;
+
+Raster8 pattern(int width, int height, int channels)
+{
+    Raster8 image(width, height, channels);
+    for (std::size_t i = 0; i < image.values.size(); ++i)
+        image.values[i] = static_cast<std::uint8_t>(i * 37 + i / 7);
+    return image;
+}
+
+}  // namespace
+
+TEST_CASE("image.opencv: every kind of PNG becomes 8-bit RGB")
+{
+    Codec codec;
+    const Bytes palette = chunk("PLTE", bytes_of({200, 100, 50, 0, 10, 20, 9, 8, 7, 255, 255, 255}));
+    const auto with = [](Bytes first, const Bytes& second)
+    {
+        put(first, second);
+        return first;
+    };
+    CHECK(codec.rgb(file_of(Png{.width = 2, .rows = bytes_of({0, 7, 9})})) == Values{7, 7, 7, 9, 9, 9});
+    // Greys of 1, 2 and 4 bits are spread over 0..255.
+    CHECK(codec.rgb(file_of(Png{.width = 3, .bits = 1, .rows = bytes_of({0, 0b01000000})})) ==
+          Values{0, 0, 0, 255, 255, 255, 0, 0, 0});
+    CHECK(codec.rgb(file_of(Png{.width = 2, .bits = 2, .rows = bytes_of({0, 0b01100000})})) == Values{85, 85, 85, 170, 170, 170});
+    CHECK(codec.rgb(file_of(Png{.width = 2, .bits = 4, .rows = bytes_of({0, 0x3A})})) == Values{51, 51, 51, 170, 170, 170});
+    CHECK(codec.rgb(file_of(Png{.width = 1, .bits = 16, .rows = bytes_of({0, 100, 100})})) == Values{100, 100, 100});
+    CHECK(codec.rgb(file_of(Png{.color_type = 2, .rows = bytes_of({0, 1, 2, 3})})) == Values{1, 2, 3});
+    CHECK(codec.rgb(file_of(Png{.bits = 16, .color_type = 2, .rows = bytes_of({0, 1, 1, 2, 2, 3, 3})})) == Values{1, 2, 3});
+    CHECK(codec.rgb(file_of(Png{.color_type = 4, .rows = bytes_of({0, 100, 51})})) == Values{224, 224, 224});
+    CHECK(codec.rgb(file_of(Png{.bits = 16, .color_type = 4, .rows = bytes_of({0, 100, 100, 51, 51})})) == Values{224, 224, 224});
+    CHECK(codec.rgb(file_of(Png{.color_type = 6, .rows = bytes_of({0, 100, 0, 255, 51})})) == Values{224, 204, 255});
+    CHECK(codec.rgb(file_of(Png{.color_type = 3, .rows = bytes_of({0, 0}), .before_data = palette})) == Values{200, 100, 50});
+    CHECK(codec.rgb(
+              file_of(Png{.width = 2, .bits = 2, .color_type = 3, .rows = bytes_of({0, 0b00010000}), .before_data = palette})) ==
+          Values{200, 100, 50, 0, 10, 20});
+    // Transparent colours: of a palette, of RGB, of grey with 2, 8 and 16 bits.
+    CHECK(codec.rgb(file_of(Png{.width = 2,
+                                .color_type = 3,
+                                .rows = bytes_of({0, 0, 1}),
+                                .before_data = with(palette, chunk("tRNS", bytes_of({0})))})) ==
+          Values{255, 255, 255, 0, 10, 20});
+    CHECK(codec.rgb(file_of(Png{.width = 2,
+                                .color_type = 2,
+                                .rows = bytes_of({0, 1, 2, 3, 4, 5, 6}),
+                                .before_data = chunk("tRNS", bytes_of({0, 1, 0, 2, 0, 3}))})) == Values{255, 255, 255, 4, 5, 6});
+    CHECK(codec.rgb(file_of(
+              Png{.width = 2, .bits = 2, .rows = bytes_of({0, 0b01100000}), .before_data = chunk("tRNS", bytes_of({0, 1}))})) ==
+          Values{255, 255, 255, 170, 170, 170});
+    CHECK(codec.rgb(file_of(Png{.width = 2, .rows = bytes_of({0, 7, 9}), .before_data = chunk("tRNS", bytes_of({0, 9}))})) ==
+          Values{7, 7, 7, 255, 255, 255});
+    CHECK(codec.rgb(file_of(
+              Png{.width = 2, .bits = 16, .rows = bytes_of({0, 1, 1, 1, 2}), .before_data = chunk("tRNS", bytes_of({1, 2}))})) ==
+          Values{1, 1, 1, 255, 255, 255});
+    // Orientation 6: the stored left end is shown at the top.
+    const auto turned = codec.images->read_rgb(codec.write(
+        file_of(Png{.width = 2, .rows = bytes_of({0, 7, 9}), .before_data = chunk("eXIf", tiff_orientation(6, true))})));
+    CHECK(turned.width == 1);
+    CHECK(turned.values == Values{7, 7, 7, 9, 9, 9});
+}
+
+TEST_CASE("image.opencv: grey, YCbCr, RGB and CMYK JPEG, each with the stored orientation")
+{
+    Codec codec;
+    const auto corner = [&](const Jpeg& jpeg)
+    {
+        const auto image = codec.images->read_rgb(codec.write(file_of(jpeg)));
+        CHECK(image.channels == 3);
+        return Values{image.at(0, 0, 0), image.at(0, 0, 1), image.at(0, 0, 2)};
+    };
+    CHECK(corner({.blocks = {{200}}}) == Values{200, 200, 200});
+    CHECK(corner({.blocks = {{90, 128, 128}}}) == Values{90, 90, 90});
+    // Y 100, Cb 128, Cr 178: R = Y + 1.402 * 50, G = Y - 0.714136 * 50.
+    CHECK(corner({.blocks = {{100, 128, 178}}}) == Values{170, 64, 100});
+    CHECK(corner({.blocks = {{10, 20, 200}}, .before_frame = adobe_segment(0)}) == Values{10, 20, 200});
+    // Adobe's CMYK is inverted: 255 is no ink. R = C K / 255.
+    const auto near = [&](const Values& values, int r, int g, int b)
+    {
+        CHECK(std::abs(values[0] - r) <= 2);
+        CHECK(std::abs(values[1] - g) <= 2);
+        CHECK(std::abs(values[2] - b) <= 2);
+    };
+    near(corner({.blocks = {{255, 255, 255, 255}}, .before_frame = adobe_segment(0)}), 255, 255, 255);
+    near(corner({.blocks = {{200, 100, 50, 255}}, .before_frame = adobe_segment(0)}), 200, 100, 50);
+    near(corner({.blocks = {{200, 100, 50, 128}}, .before_frame = adobe_segment(0)}), 100, 50, 25);
+    near(corner({.blocks = {{255, 255, 255, 0}}, .before_frame = adobe_segment(0)}), 0, 0, 0);
+    // YCCK (Adobe transform 2) holds the inverse of C, M, Y as YCbCr: grey 55 is C = M = Y = 200.
+    near(corner({.blocks = {{55, 128, 128, 255}}, .before_frame = adobe_segment(2)}), 200, 200, 200);
+
+    for (int orientation = 1; orientation <= 8; ++orientation)
+    {
+        const Jpeg jpeg{.blocks_x = 2,
+                        .blocks = {{10}, {250}},
+                        .before_frame = exif_segment(tiff_orientation(orientation, orientation % 2 == 1))};
+        const auto path = codec.write(file_of(jpeg));
+        const auto image = codec.images->read_rgb(path);
+        const auto header = codec.images->header(path);
+        CHECK(header.width == 16);
+        CHECK(header.height == 8);
+        INFO(orientation);
+        CHECK(image.width == (orientation < 5 ? 16 : 8));
+        const bool first_at_origin = orientation == 1 || orientation == 4 || orientation == 5 || orientation == 6;
+        CHECK(image.at(0, 0) == (first_at_origin ? 10 : 250));
+        CHECK(image.at(image.width - 1, image.height - 1) == (first_at_origin ? 250 : 10));
+    }
+}
+
+TEST_CASE("image.opencv: pictures cut at any byte are refused")
+{
+    Codec codec;
+    const Bytes files[] = {codec.images->encode_png(pattern(5, 4, 3)), codec.images->encode_jpeg(pattern(19, 9, 3), 80)};
+    for (const Bytes& good : files)
+    {
+        CHECK_NOTHROW(codec.rgb(good));
+        for (std::size_t size = 0; size < good.size(); ++size)
+        {
+            INFO("the first " << size << " of " << good.size());
+            CHECK_THROWS_AS(codec.rgb(Bytes(good.begin(), good.begin() + static_cast<std::ptrdiff_t>(size))), Error);
+        }
+    }
+}
+
+TEST_CASE("image.opencv: flipped bytes give an error or a picture of a sane size")
+{
+    Codec codec;
+    Random random(11);
+    const Bytes good = codec.images->encode_jpeg(pattern(40, 24, 3), 80);
+    std::size_t refused = 0;
+    for (int trial = 0; trial < 400; ++trial)
+    {
+        Bytes bad = good;
+        const std::size_t at = random.below(bad.size());
+        bad[at] ^= static_cast<std::byte>(1U << random.below(8));
+        // A flipped high bit of the size would be a legal large picture: slow, and not what is tested here.
+        const std::size_t frame = find(good, {0xFF, 0xC0});
+        if (at >= frame + 5 && at < frame + 9)
+            continue;
+        try
+        {
+            const auto image = codec.images->read_rgb(codec.write(bad));
+            CHECK(image.values.size() == static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) * 3);
+        }
+        catch (const Error&)
+        {
+            ++refused;
+        }
+    }
+    CHECK(refused > 20);
+}
+
+TEST_CASE("image.opencv: damage that a checksum does not show is refused")
+{
+    Codec codec;
+    // Two rows are claimed, one is there.
+    CHECK_THROWS_WITH(codec.rgb(file_of(Png{.width = 2, .height = 2, .rows = bytes_of({0, 7, 9})})),
+                      Contains("cannot be decoded"));
+    CHECK_THROWS_WITH(codec.rgb(file_of(Png{.width = 2, .rows = bytes_of({9, 7, 9})})), Contains("cannot be decoded"));
+}
+
+TEST_CASE("image.opencv: errors name the file and what to do")
+{
+    Codec codec;
+    CHECK_THROWS_AS(codec.images->read_rgb(codec.folder() / "none.png"), MissingInput);
+    CHECK_THROWS_AS(codec.images->header(codec.folder() / "none.png"), MissingInput);
+    CHECK_THROWS_AS(codec.images->header(codec.folder()), Error);
+    const auto gif = codec.write(bytes_of({'G', 'I', 'F', '8', '9', 'a'}), "picture.gif");
+    CHECK_THROWS_WITH(codec.images->read_rgb(gif), Contains("picture.gif") && Contains("neither a PNG nor a JPEG"));
+    CHECK_THROWS_WITH(codec.images->header(gif), Contains("neither a PNG nor a JPEG"));
+    CHECK_THROWS_AS(codec.images->read_rgb(codec.write({})), Error);
+    CHECK_THROWS_WITH(codec.rgb(file_of(Png{.width = 30'000, .height = 30'000})), Contains("at most 200 megapixels"));
+}
+
+TEST_CASE("image.opencv: the size is found behind a large thumbnail")
+{
+    Codec codec;
+    Bytes segments;
+    for (int i = 0; i < 3; ++i)
+        put(segments, segment(0xE2, Bytes(60'000)));
+    const auto path = codec.write(file_of(Jpeg{.blocks_x = 3, .blocks = {{1}, {2}, {3}}, .before_frame = segments}));
+    CHECK(codec.images->header(path).width == 24);
+    CHECK(codec.images->read_rgb(path).height == 8);
+}
+
+TEST_CASE("image.opencv: depth is read as stored, other pictures are refused")
+{
+    Codec codec;
+    const auto depth =
+        codec.images->read_depth(codec.write(file_of(Png{.width = 2, .bits = 16, .rows = bytes_of({0, 1, 2, 0xFF, 0xFF})})));
+    CHECK(depth.values == std::vector<std::uint16_t>{258, 65535});
+    Raster16 large(7, 5);
+    for (std::size_t i = 0; i < large.values.size(); ++i)
+        large.values[i] = static_cast<std::uint16_t>(i * 1873);
+    CHECK(codec.images->read_depth(codec.write(codec.images->encode_png(large))) == large);
+    const auto refused = [&](const Bytes& bytes)
+    { CHECK_THROWS_WITH(codec.images->read_depth(codec.write(bytes)), Contains("expected a depth picture")); };
+    refused(file_of(Png{.rows = bytes_of({0, 7})}));
+    refused(file_of(Png{.bits = 16, .color_type = 2, .rows = bytes_of({0, 1, 1, 2, 2, 3, 3})}));
+    refused(file_of(Jpeg{.blocks = {{7}}}));
+}
+
+TEST_CASE("image.opencv: PNG gives the same pixels back, the same pixels the same bytes")
+{
+    Codec codec;
+    for (const int channels : {1, 3})
+    {
+        const auto image = pattern(31, 17, channels);
+        const auto bytes = codec.images->encode_png(image);
+        CHECK(bytes == codec.images->encode_png(image));
+        const auto back = codec.images->read_rgb(codec.write(bytes));
+        for (int y = 0; y < 17; ++y)
+            for (int x = 0; x < 31; ++x)
+                for (int c = 0; c < 3; ++c)
+                    REQUIRE(back.at(x, y, c) == image.at(x, y, channels == 1 ? 0 : c));
+    }
+    Raster8 transparent(1, 1, 4);
+    transparent.values = {100, 0, 255, 51};
+    CHECK(codec.rgb(codec.images->encode_png(transparent)) == Values{224, 204, 255});
+    Raster16 deep(1, 1, 3);
+    deep.values = {257, 514, 65535};
+    CHECK(codec.rgb(codec.images->encode_png(deep)) == Values{1, 2, 255});
+}
+
+TEST_CASE("image.opencv: JPEG is close to the pixels, smaller at lower quality, the same each time")
+{
+    Codec codec;
+    Raster8 image(32, 32, 3);
+    for (int y = 0; y < 32; ++y)
+        for (int x = 0; x < 32; ++x)
+            for (int c = 0; c < 3; ++c)
+                image.at(x, y, c) = static_cast<std::uint8_t>(c == 0 ? 8 * x : c == 1 ? 8 * y : 30);
+    const auto good = codec.images->encode_jpeg(image, 95);
+    CHECK(good == codec.images->encode_jpeg(image, 95));
+    CHECK(codec.images->encode_jpeg(image, 20).size() < good.size());
+    const auto back = codec.images->read_rgb(codec.write(good));
+    double error = 0;
+    for (std::size_t i = 0; i < image.values.size(); ++i)
+        error += std::abs(int{image.values[i]} - int{back.values[i]});
+    CHECK(error / static_cast<double>(image.values.size()) < 3);
+    Raster8 grey(8, 8, 1, 77);
+    CHECK(codec.images->read_rgb(codec.write(codec.images->encode_jpeg(grey, 100))) == Raster8(8, 8, 3, 77));
+}
+
+TEST_CASE("image.opencv: what cannot be encoded is refused")
+{
+    Codec codec;
+    CHECK_THROWS_WITH(codec.images->encode_png(Raster8()), Contains("empty"));
+    CHECK_THROWS_WITH(codec.images->encode_png(Raster8(2, 2, 2)), Contains("number of channels"));
+    CHECK_THROWS_WITH(codec.images->encode_jpeg(Raster8(2, 2, 4), 90), Contains("number of channels"));
+    CHECK_THROWS_WITH(codec.images->encode_jpeg(Raster8(2, 2, 3), 0), Contains("expected 1 to 100"));
+    CHECK_THROWS_WITH(codec.images->encode_jpeg(Raster8(2, 2, 3), 101), Contains("expected 1 to 100"));
+    CHECK_THROWS_WITH(codec.images->encode_jpeg(Raster8(65'501, 1, 3), 90), Contains("at most 65500"));
+}
+
+TEST_CASE("image.opencv: real paintings and frames pass the strict check")
+{
+    Codec codec;
+    const std::string test = "image.opencv: real paintings and frames";
+    const std::vector<std::tuple<std::string, int, int>> pictures{{"kitchen/seq-01/frame-000000.color.jpg", 640, 480},
+                                                                  {"styles/14-2.jpg", 970, 768},
+                                                                  {"styles/17.jpg", 1200, 1528},
+                                                                  {"styles/20.jpg", 591, 800},
+                                                                  {"styles/58.jpg", 510, 363},
+                                                                  {"styles/9.jpg", 468, 600},
+                                                                  {"styles/circles_uniform_small.png", 1024, 1024}};
+    for (const auto& [name, width, height] : pictures)
+    {
+        const auto file = shared_data(name, test);
+        if (file.empty())
+            return;
+        INFO(name);
+        const auto header = codec.images->header(file);
+        CHECK(header.width == width);
+        CHECK(header.height == height);
+        const auto image = codec.images->read_rgb(file);
+        CHECK(image.width == width);
+        CHECK(image.height == height);
+    }
+    const auto depth = shared_data("kitchen/seq-01/frame-000000.depth.png", test);
+    if (!depth.empty())
+        CHECK(codec.images->read_depth(depth).values.size() == 640 * 480);
+}
+
+TEST_CASE("image.opencv: one codec serves many threads")
+{
+    Codec codec;
+    std::vector<Raster8> expected;
+    std::vector<std::filesystem::path> files;
+    for (int i = 0; i < 8; ++i)
+    {
+        expected.push_back(pattern(64 + i, 48, 3));
+        files.push_back(codec.write(codec.images->encode_png(expected.back()), std::to_string(i)));
+    }
+    std::vector<int> wrong(4, 0);
+    {
+        std::vector<std::jthread> threads;
+        for (std::size_t t = 0; t < wrong.size(); ++t)
+            threads.emplace_back(
+                [&, t]
+                {
+                    for (std::size_t i = 0; i < 40; ++i)
+                    {
+                        const std::size_t which = (i * (t + 1)) % files.size();
+                        if (codec.images->read_rgb(files[which]) != expected[which] ||
+                            codec.images->encode_png(expected[which]) != read_file(files[which]))
+                            ++wrong[t];
+                    }
+                });
+    }
+    CHECK(wrong == std::vector<int>{0, 0, 0, 0});
+}

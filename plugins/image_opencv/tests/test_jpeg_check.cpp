@@ -1,0 +1,122 @@
+#include "exif.h"
+#include "picture_info.h"
+#include "picture_samples.h"
+
+#include <catch2/catch.hpp>
+
+using namespace samples;
+using namespace image_opencv;
+using Catch::Matchers::Contains;
+
+namespace
+{
+
+Bytes small_jpeg()
+{
+    Bytes thumbnail = bytes_of({'t', 'h', 'u', 'm', 'b', 0xFF, 0xD8, 0xFF, 0xD9, 0xFF, 0xDA});
+    return file_of(Jpeg{.blocks_x = 2, .blocks = {{10, 20, 200}, {250, 1, 0}}, .before_frame = segment(0xE2, thumbnail)});
+}
+
+void refused(const Bytes& bytes, const std::string& reason, Walk walk = Walk::whole)
+{
+    CHECK_THROWS_WITH(check_jpeg(bytes, "a.jpg", walk), Contains("a.jpg: byte ") && Contains(reason));
+}
+
+}  // namespace
+
+TEST_CASE("JPEG check: size and kind")
+{
+    const auto info = check_jpeg(small_jpeg(), "a.jpg", Walk::whole);
+    CHECK(info.width == 16);
+    CHECK(info.height == 8);
+    CHECK_FALSE(info.is_grey);
+    CHECK(info.orientation == 1);
+    CHECK(check_jpeg(file_of(Jpeg{.blocks = {{10}}}), "a.jpg", Walk::whole).is_grey);
+}
+
+TEST_CASE("JPEG check: a file cut at any byte is refused")
+{
+    const Bytes good = small_jpeg();
+    for (std::size_t size = 0; size < good.size(); ++size)
+    {
+        INFO("the first " << size << " of " << good.size());
+        const Bytes cut(good.begin(), good.begin() + static_cast<std::ptrdiff_t>(size));
+        CHECK_THROWS_AS(check_jpeg(cut, "a.jpg", Walk::whole), CutPicture);
+    }
+}
+
+TEST_CASE("JPEG check: stuffing, restart markers and fill bytes do not end the data; what follows EOI is left alone")
+{
+    Bytes file = small_jpeg();
+    const Bytes data = bytes_of({0xFF, 0x00, 1, 0xFF, 0xD0, 2, 0xFF, 0xD7, 3, 0xFF, 0xFF, 0xFF});
+    file.insert(file.end() - 2, data.begin(), data.end());
+    put(file, bytes_of({0, 0, 0xFF, 0xD8, 1}));
+    CHECK(check_jpeg(file, "a.jpg", Walk::whole).width == 16);
+}
+
+TEST_CASE("JPEG check: more than 200 megapixels are refused by the header alone")
+{
+    CHECK_NOTHROW(check_jpeg(file_of(Jpeg{.blocks = {{0}}, .width = 20'000, .height = 10'000}), "a.jpg", Walk::size));
+    refused(file_of(Jpeg{.blocks = {{0}}, .width = 65'000, .height = 65'000}), "at most 200 megapixels", Walk::size);
+}
+
+TEST_CASE("JPEG check: kinds that would be read wrongly are refused")
+{
+    const auto with = [](std::initializer_list<int> pattern, std::size_t offset, int value)
+    {
+        Bytes file = small_jpeg();
+        file[find(file, pattern) + offset] = static_cast<std::byte>(value);
+        return file;
+    };
+    for (const int lossless : {0xC3, 0xC5, 0xC9, 0xCA, 0xCF})
+        refused(with({0xFF, 0xC0}, 1, lossless), "only baseline and progressive");
+    refused(with({0xFF, 0xC0}, 4, 12), "12 bits per sample");
+    refused(with({0xFF, 0xC0}, 6, 0), "16 x 0 pixels");
+    refused(with({0xFF, 0xC0}, 9, 2), "wrong length");
+    refused(file_of(Jpeg{.blocks = {{1, 2}}}), "2 colour components");
+    refused(file_of(Jpeg{.blocks = {{1, 2, 3, 4}}}), "CMYK picture without Adobe marker");
+    CHECK_NOTHROW(check_jpeg(file_of(Jpeg{.blocks = {{1, 2, 3, 4}}, .before_frame = adobe_segment(0)}), "a.jpg", Walk::whole));
+}
+
+TEST_CASE("JPEG check: segments that contradict each other are refused")
+{
+    refused(bytes_of({'G', 'I', 'F', '8'}), "expected the marker SOI");
+    refused(bytes_of({0xFF, 0xD8, 0xFF, 0xD9}), "ends without data");
+    refused(bytes_of({0xFF, 0xD8, 0x12, 0x34}), "expected a marker");
+    refused(bytes_of({0xFF, 0xD8, 0xFF, 0xD8}), "unexpected marker");
+    refused(bytes_of({0xFF, 0xD8, 0xFF, 0xE0, 0, 1}), "a segment of 1 bytes");
+    refused(bytes_of({0xFF, 0xD8, 0xFF, 0xDA, 0, 2}), "before the frame header");
+    const Bytes good = small_jpeg();
+    const auto frame = static_cast<std::ptrdiff_t>(find(good, {0xFF, 0xC0}));
+    Bytes twice(good.begin(), good.begin() + frame + 19);
+    twice.insert(twice.end(), good.begin() + frame, good.end());
+    refused(twice, "a second frame header");
+    Bytes no_scan(good.begin(), good.begin() + frame + 19);
+    put(no_scan, bytes_of({0xFF, 0xD9}));
+    refused(no_scan, "ends without data");
+}
+
+TEST_CASE("EXIF: the orientation of both byte orders, 1 for anything malformed")
+{
+    for (int orientation = 1; orientation <= 8; ++orientation)
+    {
+        CHECK(exif_orientation(tiff_orientation(orientation, true)) == orientation);
+        CHECK(exif_orientation(tiff_orientation(orientation, false)) == orientation);
+        const Jpeg jpeg{.blocks = {{1}}, .before_frame = exif_segment(tiff_orientation(orientation, orientation % 2 == 0))};
+        CHECK(check_jpeg(file_of(jpeg), "a.jpg", Walk::whole).orientation == orientation);
+    }
+    const Bytes good = tiff_orientation(6, true);
+    for (std::size_t size = 0; size < 20; ++size)
+        CHECK(exif_orientation(std::span(good).first(size)) == 1);
+    CHECK(exif_orientation(tiff_orientation(0, true)) == 1);
+    CHECK(exif_orientation(tiff_orientation(9, false)) == 1);
+    Random random(3);
+    for (int trial = 0; trial < 2000; ++trial)
+    {
+        Bytes bad = tiff_orientation(8, trial % 2 == 0);
+        for (int i = 0; i < 3; ++i)
+            bad[random.below(bad.size())] = static_cast<std::byte>(random.below(256));
+        const int orientation = exif_orientation(bad);
+        CHECK((orientation >= 1 && orientation <= 8));
+    }
+}

@@ -1,0 +1,28 @@
+#include "npy_image.h"
+
+#include <fresco/image_io.h>
+#include <fresco/reader.h>
+#include <fresco/stage.h>
+
+namespace
+{
+
+class ReadImage final : public fresco::FileReader
+{
+    fresco::Slot<fresco::ImageIo> images{this, "images", "image.opencv", "What decodes PNG and JPEG files"};
+
+    std::string artifact() const override { return std::string(fresco::Image::artifact_name); }
+    std::vector<std::string> extensions() const override { return {".png", ".jpg", ".jpeg", ".npy"}; }
+
+    std::shared_ptr<const fresco::Artifact> read(const std::filesystem::path& file) override
+    {
+        const std::string extension = file.extension().string();
+        if (extension == ".npy" || extension == ".NPY")
+            return std::make_shared<fresco::Image>(read_image::image_from_npy(file));
+        return std::make_shared<fresco::Image>(images->read_rgb(file));
+    }
+};
+
+}  // namespace
+
+FRESCO_COMPONENT("read.image", ReadImage, fresco::FileReader, "Pictures from PNG, JPEG and NPY files")

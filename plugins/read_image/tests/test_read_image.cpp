@@ -1,0 +1,112 @@
+#include "npy_image.h"
+
+#include <fresco/error.h>
+#include <fresco/image_io.h>
+#include <fresco/npy.h>
+#include <fresco/reader.h>
+#include <fresco/testing.h>
+
+#include <catch2/catch.hpp>
+
+using namespace fresco;
+using Catch::Matchers::Contains;
+
+namespace
+{
+
+/// Gives one pixel for any file and remembers which one it was asked for.
+class OnePixel final : public ImageIo
+{
+  public:
+    ImageHeader header(const std::filesystem::path&) const override { return {1, 1}; }
+    Raster8 read_rgb(const std::filesystem::path& file) const override
+    {
+        asked = file;
+        return {1, 1, 3, 9};
+    }
+    Raster16 read_depth(const std::filesystem::path&) const override { return {}; }
+    std::vector<std::byte> encode_png(const Raster8&) const override { return {}; }
+    std::vector<std::byte> encode_png(const Raster16&) const override { return {}; }
+    std::vector<std::byte> encode_jpeg(const Raster8&, int) const override { return {}; }
+
+    mutable std::filesystem::path asked;
+};
+
+struct Reader
+{
+    Reader() : made(testing::make_from_plugin(FRESCO_PLUGIN_FILE, "read.image")), reader(dynamic_cast<FileReader*>(made.get()))
+    {
+        factory.add("test.codec", [this] { return codec; });
+        made->configure(parse_json(R"({"images": {"type": "test.codec"}})"), factory);
+    }
+    Raster8 read(const std::filesystem::path& file) const { return dynamic_cast<const Image&>(*reader->read(file)).pixels; }
+
+    std::shared_ptr<OnePixel> codec = std::make_shared<OnePixel>();
+    testing::TestFactory factory;
+    std::unique_ptr<Configurable> made;
+    FileReader* reader;
+    testing::TemporaryFolder folder;
+};
+
+}  // namespace
+
+TEST_CASE("read.image: says what it makes of which files")
+{
+    const Reader reader;
+    CHECK(reader.reader->artifact() == "image");
+    CHECK(reader.reader->extensions() == std::vector<std::string>{".png", ".jpg", ".jpeg", ".npy"});
+    const auto made = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "read.image");
+    CHECK_THAT(to_json(made->describe()), Contains("image.opencv"));
+}
+
+TEST_CASE("read.image: PNG and JPEG go to the codec")
+{
+    Reader reader;
+    for (const char* name : {"a.png", "a.JPG", "b.jpeg"})
+    {
+        CHECK(reader.read(reader.folder.path() / name) == Raster8(1, 1, 3, 9));
+        CHECK(reader.codec->asked.filename() == name);
+    }
+}
+
+TEST_CASE("read.image: NPY pictures of one, three and four channels")
+{
+    Reader reader;
+    const auto file = reader.folder.path() / "a.npy";
+    const std::vector<std::uint8_t> values{1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12};
+    const auto read = [&](std::vector<std::size_t> shape)
+    {
+        write_npy(file, shape, std::span(values));
+        return reader.read(file);
+    };
+    const auto rgb = read({2, 2, 3});
+    CHECK(rgb.width == 2);
+    CHECK(rgb.height == 2);
+    CHECK(rgb.values == values);
+    CHECK(rgb.at(1, 0, 2) == 6);
+    CHECK(read({1, 3, 4}).channels == 4);
+    CHECK(read({3, 4, 1}).width == 4);
+    CHECK(read({3, 4}).channels == 1);
+    CHECK(reader.codec->asked.empty());
+}
+
+TEST_CASE("read.image: an NPY file that is no picture is refused")
+{
+    testing::TemporaryFolder folder;
+    const auto file = folder.path() / "a.npy";
+    const std::vector<std::uint8_t> bytes(12);
+    const std::vector<std::vector<std::size_t>> shapes{{12}, {2, 3, 2}, {1, 2, 2, 3}};
+    for (const auto& shape : shapes)
+    {
+        write_npy(file, shape, std::span(bytes));
+        CHECK_THROWS_WITH(read_image::image_from_npy(file), Contains("a.npy") && Contains("expected a picture"));
+    }
+    const std::vector<float> floats(12);
+    const std::vector<std::size_t> shape{2, 2, 3};
+    write_npy(file, shape, std::span(floats));
+    CHECK_THROWS_WITH(read_image::image_from_npy(file), Contains("2 x 2 x 3 of another type"));
+    const std::vector<std::size_t> flat{0, 5, 3};
+    write_npy(file, flat, std::span<const std::uint8_t>());
+    CHECK_THROWS_WITH(read_image::image_from_npy(file), Contains("0 x 5 x 3; expected 1 to"));
+    CHECK_THROWS_AS(read_image::image_from_npy(folder.path() / "none.npy"), MissingInput);
+}

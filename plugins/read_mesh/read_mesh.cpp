@@ -1,0 +1,21 @@
+#include <fresco/mesh_io.h>
+#include <fresco/reader.h>
+#include <fresco/stage.h>
+
+namespace
+{
+
+class ReadMesh final : public fresco::FileReader
+{
+    std::string artifact() const override { return std::string(fresco::Mesh::artifact_name); }
+    std::vector<std::string> extensions() const override { return {".ply", ".obj"}; }
+
+    std::shared_ptr<const fresco::Artifact> read(const std::filesystem::path& file) override
+    {
+        return std::make_shared<fresco::Mesh>(fresco::read_mesh(file));
+    }
+};
+
+}  // namespace
+
+FRESCO_COMPONENT("read.mesh", ReadMesh, fresco::FileReader, "Triangle meshes from PLY and OBJ files")

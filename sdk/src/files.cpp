@@ -37,7 +37,8 @@ void Files::save(const ArtifactFolder& folder) const
 std::shared_ptr<Files> Files::load(const ArtifactFolder& folder)
 {
     auto files = std::make_shared<Files>();
-    for (const Value& name : detail::read_json_file(folder.path / "files.json").at("files").as_list())
+    const Value root = detail::read_json_file(folder.path / "files.json");
+    for (const Value& name : root.at("files").as_list())
     {
         check_name(name.as_string(), folder.path);
         files->names.push_back(name.as_string());

@@ -1,0 +1,73 @@
+#include "welded_mesh.h"
+
+#include <catch2/catch.hpp>
+
+using namespace fresco;
+
+namespace
+{
+/// Two squares of one wall; `cut`: they lie apart in the atlas.
+Mesh wall(bool cut)
+{
+    Mesh mesh;
+    mesh.positions = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {0, 1, 0}, {1, 1, 0}, {2, 1, 0}};
+    mesh.triangles = {{0, 1, 4}, {0, 4, 3}, {1, 2, 5}, {1, 5, 4}};
+    const float shift = cut ? 0.25F : 0;
+    for (const Triangle& t : mesh.triangles)
+        for (const std::uint32_t v : t)
+        {
+            const Vec3f p = mesh.positions[v];
+            mesh.texcoords.push_back({p.x / 4 + (mesh.texcoords.size() >= 6 ? shift : 0), p.y / 4});
+        }
+    return mesh;
+}
+}  // namespace
+
+TEST_CASE("corners that agree in position and texcoord become one vertex")
+{
+    CHECK(weld(wall(false)).positions.size() == 6);
+    CHECK(weld(wall(true)).positions.size() == 8);
+}
+
+TEST_CASE("welding keeps every corner's position and texcoord, in order")
+{
+    const Mesh mesh = wall(true);
+    const WeldedMesh welded = weld(mesh);
+    REQUIRE(welded.indices.size() == 12);
+    for (std::size_t corner = 0; corner < 12; ++corner)
+    {
+        CHECK(welded.positions[welded.indices[corner]] == mesh.positions[mesh.triangles[corner / 3][corner % 3]]);
+        CHECK(welded.texcoords[welded.indices[corner]] == mesh.texcoords[corner]);
+    }
+}
+
+TEST_CASE("a mesh that was split along a seam is welded by position")
+{
+    Mesh mesh = wall(false);
+    mesh.positions.push_back(mesh.positions[1]);
+    mesh.positions.push_back(mesh.positions[4]);
+    mesh.triangles[2] = {6, 2, 5};
+    mesh.triangles[3] = {6, 5, 7};
+    CHECK(weld(mesh).positions.size() == 6);
+}
+
+TEST_CASE("normals are smooth across seams, of unit length, and defined where faces have no area")
+{
+    Mesh mesh = wall(true);
+    mesh.positions[2] = {1, 0, 1};  // bend the right square by 90 degrees
+    mesh.positions[5] = {1, 1, 1};
+    mesh.positions.push_back({9, 9, 9});
+    mesh.triangles.push_back({6, 6, 6});
+    for (int i = 0; i < 3; ++i)
+        mesh.texcoords.push_back({0.9F, 0.9F});
+    const WeldedMesh welded = weld(mesh);
+    REQUIRE(welded.indices.size() == 15);
+    for (std::size_t v = 0; v < welded.positions.size(); ++v)
+    {
+        CHECK(length(welded.normals[v]) == Approx(1));
+        if (welded.positions[v] == Vec3f{0, 0, 0})
+            CHECK(welded.normals[v] == Vec3f{0, 0, 1});
+        if (welded.positions[v] == Vec3f{1, 0, 0})
+            CHECK(welded.normals[v].z < 0.95F);  // both squares, on both sides of the seam
+    }
+}

@@ -1,0 +1,95 @@
+#include "obj_text.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cstddef>
+#include <cstdint>
+#include <numeric>
+#include <tuple>
+#include <vector>
+
+using namespace fresco;
+
+namespace
+{
+/// Appends a number without regard to the locale; floats as the shortest text that reads back exactly.
+template <class T>
+void append(std::string& text, T value)
+{
+    std::array<char, 32> digits;
+    const auto [end, error] = std::to_chars(digits.data(), digits.data() + digits.size(), value);
+    text.append(digits.data(), error == std::errc{} ? end : digits.data());
+}
+
+/// 3F: equal texcoords share a number, counted from 0 by first use.
+std::vector<std::uint32_t> number_texcoords(const std::vector<Vec2f>& texcoords, std::vector<Vec2f>& unique)
+{
+    std::vector<std::uint32_t> order(texcoords.size());
+    std::iota(order.begin(), order.end(), 0U);
+    const auto key = [&](std::uint32_t i) { return std::tuple(texcoords[i].x, texcoords[i].y); };
+    std::sort(order.begin(), order.end(),
+              [&](std::uint32_t a, std::uint32_t b)
+              { return std::tuple_cat(key(a), std::tuple(a)) < std::tuple_cat(key(b), std::tuple(b)); });
+    std::vector<std::uint32_t> first_use(texcoords.size());
+    for (std::size_t i = 0; i < order.size(); ++i)
+        first_use[order[i]] = i > 0 && key(order[i]) == key(order[i - 1]) ? first_use[order[i - 1]] : order[i];
+    std::vector<std::uint32_t> number(texcoords.size());
+    for (std::uint32_t corner = 0; corner < texcoords.size(); ++corner)
+    {
+        if (first_use[corner] == corner)
+        {
+            number[corner] = static_cast<std::uint32_t>(unique.size());
+            unique.push_back(texcoords[corner]);
+        }
+        else
+            number[corner] = number[first_use[corner]];
+    }
+    return number;
+}
+}  // namespace
+
+std::string obj_text(const Mesh& mesh, std::string_view material_file, std::string_view material)
+{
+    std::vector<Vec2f> unique;
+    const std::vector<std::uint32_t> number = number_texcoords(mesh.texcoords, unique);
+    std::string text = "mtllib " + std::string(material_file) + "\no room\n";
+    for (const Vec3f p : mesh.positions)
+    {
+        text += "v ";
+        append(text, p.x);
+        text += ' ';
+        append(text, p.y);
+        text += ' ';
+        append(text, p.z);
+        text += '\n';
+    }
+    for (const Vec2f uv : unique)
+    {
+        text += "vt ";
+        append(text, uv.x);
+        text += ' ';
+        append(text, uv.y);
+        text += '\n';
+    }
+    text += "usemtl " + std::string(material) + '\n';
+    for (std::size_t face = 0; face < mesh.triangles.size(); ++face)
+    {
+        text += 'f';
+        for (std::size_t i = 0; i < 3; ++i)
+        {
+            text += ' ';
+            append(text, mesh.triangles[face][i] + std::uint64_t{1});
+            text += '/';
+            append(text, number[3 * face + i] + std::uint64_t{1});
+        }
+        text += '\n';
+    }
+    return text;
+}
+
+std::string mtl_text(std::string_view material, std::string_view picture_file)
+{
+    return "newmtl " + std::string(material) + "\nKa 0 0 0\nKd 1 1 1\nKs 0 0 0\nillum 0\nmap_Kd " + std::string(picture_file) +
+           '\n';
+}

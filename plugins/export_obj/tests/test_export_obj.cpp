@@ -1,0 +1,79 @@
+#include "obj_text.h"
+#include "stored_png.h"
+
+#include <fresco/files.h>
+#include <fresco/files_io.h>
+#include <fresco/mesh_io.h>
+#include <fresco/testing.h>
+#include <fresco/texture.h>
+
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <span>
+
+using namespace fresco;
+
+namespace
+{
+TexturedMesh square()
+{
+    TexturedMesh textured;
+    textured.mesh.positions = {{0.1F, 1e-7F, -123456.79F}, {1, 0, 0}, {1, 1, -2}, {0, 1, 0}};
+    textured.mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+    textured.mesh.texcoords = {{0, 0}, {1, 0}, {1, 1}, {0, 0}, {1, 1}, {0.333333343F, 0.75F}};
+    textured.image = Image(Raster8(4, 4, 3, 77));
+    return textured;
+}
+
+void export_to(const std::filesystem::path& folder, const Value& options, const TexturedMesh& textured = square())
+{
+    const auto made = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "export.obj");
+    testing::TestRun run;
+    testing::TestFactory factory;
+    factory.add("image.opencv", [] { return std::make_shared<stored_png::Codec>(); });
+    Value all = options;
+    all.set("images", Value::Map{{"type", "image.opencv"}});
+    testing::run_stage(dynamic_cast<Stage&>(*made), all, {{"mesh", std::make_shared<TexturedMesh>(textured)}}, folder, run,
+                       factory);
+}
+}  // namespace
+
+TEST_CASE("the strict reader gives the same mesh back, bit by bit")
+{
+    const Mesh mesh = square().mesh;
+    const std::string text = obj_text(mesh, "a.mtl", "m");
+    const Mesh read = parse_obj(std::as_bytes(std::span(text)), "test");
+    CHECK(read.positions == mesh.positions);
+    CHECK(read.triangles == mesh.triangles);
+    CHECK(read.texcoords == mesh.texcoords);
+    std::size_t texcoord_lines = 0;
+    for (std::size_t at = text.find("\nvt "); at != std::string::npos; at = text.find("\nvt ", at + 1))
+        ++texcoord_lines;
+    CHECK(texcoord_lines == 4);  // of six corners
+}
+
+TEST_CASE("obj, mtl and png stand beside each other and name each other")
+{
+    testing::TemporaryFolder folder;
+    export_to(folder.path(), Value::Map{{"path", "scene/kitchen.obj"}});
+    const auto files = Files::load({folder.path() / "files", folder.path()});
+    CHECK(files->names == std::vector<std::string>{"scene/kitchen.obj", "scene/kitchen.mtl", "scene/kitchen.png"});
+    const auto base = folder.path() / "files" / "scene";
+    CHECK(read_text_file(base / "kitchen.obj").starts_with("mtllib kitchen.mtl\n"));
+    CHECK(read_text_file(base / "kitchen.obj").find("usemtl texture\n") != std::string::npos);
+    CHECK(read_text_file(base / "kitchen.mtl").find("newmtl texture\n") != std::string::npos);
+    CHECK(read_text_file(base / "kitchen.mtl").find("map_Kd kitchen.png\n") != std::string::npos);
+    const stored_png::Codec codec;
+    CHECK(read_file(base / "kitchen.png") == codec.encode_png(square().image.pixels));
+}
+
+TEST_CASE("what cannot be exported is refused")
+{
+    testing::TemporaryFolder folder;
+    CHECK_THROWS_WITH(export_to(folder.path(), Value::Map{{"path", "my room.obj"}}), Catch::Contains("no spaces"));
+    CHECK_THROWS_WITH(export_to(folder.path(), Value::Map{{"path", "room.ply"}}), Catch::Contains(".obj"));
+    TexturedMesh bare = square();
+    bare.mesh.texcoords.clear();
+    CHECK_THROWS_WITH(export_to(folder.path(), Value::Map{}, bare), Catch::Contains("no texcoords"));
+}

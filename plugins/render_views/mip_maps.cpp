@@ -1,0 +1,64 @@
+#include "mip_maps.h"
+
+#include <fresco/error.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+using namespace fresco;
+
+namespace
+{
+constexpr float steps_per_unit = 257;  // 255 becomes 65535
+
+Raster<std::uint16_t> stored(const RasterF& values)
+{
+    Raster<std::uint16_t> result(values.width, values.height, 3);
+    std::transform(values.values.begin(), values.values.end(), result.values.begin(),
+                   [](float v) { return static_cast<std::uint16_t>(std::clamp(v * steps_per_unit + 0.5F, 0.0F, 65535.0F)); });
+    return result;
+}
+}  // namespace
+
+MipMaps::MipMaps(const Raster8& picture, bool smaller_levels)
+{
+    if (picture.channels != 3 || picture.empty())
+        throw Error("the textured mesh's picture has " + std::to_string(picture.channels) + " channels; expected 3 (RGB)");
+    RasterF level(picture.width, picture.height, 3);
+    std::copy(picture.values.begin(), picture.values.end(), level.values.begin());
+    levels_.push_back(stored(level));
+    while (smaller_levels && (level.width > 1 || level.height > 1))
+    {
+        level = resized(level, std::max(1, level.width / 2), std::max(1, level.height / 2));
+        levels_.push_back(stored(level));
+    }
+}
+
+Vec3d MipMaps::sample_level(Vec2d uv, std::size_t level) const
+{
+    const Raster<std::uint16_t>& texels = levels_[level];
+    const double x = std::clamp(uv.x * texels.width - 0.5, 0.0, texels.width - 1.0);
+    const double y = std::clamp((1 - uv.y) * texels.height - 0.5, 0.0, texels.height - 1.0);
+    const int x0 = static_cast<int>(x);
+    const int y0 = static_cast<int>(y);
+    const int x1 = std::min(x0 + 1, texels.width - 1);
+    const int y1 = std::min(y0 + 1, texels.height - 1);
+    const auto texel = [&](int tx, int ty)
+    {
+        const std::uint16_t* rgb = &texels.at(tx, ty);
+        return Vec3d{double(rgb[0]), double(rgb[1]), double(rgb[2])};
+    };
+    const Vec3d top = texel(x0, y0) * (x0 + 1 - x) + texel(x1, y0) * (x - x0);
+    const Vec3d bottom = texel(x0, y1) * (x0 + 1 - x) + texel(x1, y1) * (x - x0);
+    return (top * (y0 + 1 - y) + bottom * (y - y0)) * (1.0 / double{steps_per_unit});
+}
+
+Vec3d MipMaps::sample(Vec2d uv, double lod) const
+{
+    const double at = std::clamp(lod, 0.0, static_cast<double>(levels_.size() - 1));
+    const auto level = static_cast<std::size_t>(at);
+    const double share = at - static_cast<double>(level);
+    const Vec3d fine = sample_level(uv, level);
+    return share > 0 ? fine * (1 - share) + sample_level(uv, level + 1) * share : fine;
+}

@@ -1,0 +1,108 @@
+#include <fresco/files.h>
+#include <fresco/files_io.h>
+#include <fresco/frames.h>
+#include <fresco/image_io.h>
+#include <fresco/stage.h>
+#include <fresco/texture.h>
+
+#include "view_renderer.h"
+
+#include <set>
+#include <string>
+#include <vector>
+
+using namespace fresco;
+
+namespace
+{
+class RenderViews final : public Stage
+{
+    Input<TexturedMesh> mesh{this, "mesh", "The mesh with its picture, as texture.bake makes it"};
+    Input<Frames> frames{this, "frames", "The views; their colour cameras are used, not their pictures"};
+    Output<Files> views{this, "views", "One RGBA PNG per view: <folder>/<sequence>_<frame>.png; alpha 0 = no surface"};
+    Option<OutputName> folder{this, "folder", OutputName{"views"}, "Folder of the pictures, below --out"};
+    Option<int> height_px{this, "height_px", 0, range(0, 8192),
+                          "Height of the pictures, the width follows; 0 = the camera's own size"};
+    Option<int> every_count{this, "every_count", 1, range(1, 1'000'000), "Render the first of every so many frames"};
+    Option<int> samples{this, "samples", 2, range(1, 8),
+                        "Rays per pixel along each side, against aliasing at edges and far away"};
+    Option<std::string> filter{
+        this, "filter", "trilinear", one_of({"trilinear", "bilinear"}),
+        "Texture lookup: trilinear uses mip-maps where a ray skips texels, bilinear always the full picture"};
+    Slot<ImageIo> images{this, "images", "image.opencv", "Encodes the pictures"};
+
+    Cost cost() const override
+    {
+        return {
+            .seconds =
+                "2 + faces * 2e-6 + frames / every_count * max(height_px * height_px, 250000) * samples * samples * 8e-7 / cores",
+            .memory_mb = "500 + faces * 0.0004",
+            .disk_mb = "frames / every_count * max(height_px * height_px, 250000) * 3e-6",
+            .frames = {},
+            .faces = {}};
+    }
+
+    Camera camera_of(const Frame& frame) const
+    {
+        check_camera(frame.color, "the colour camera of " + frame.sequence + "/" + frame.name);
+        Camera camera = frame.color;
+        if (*height_px > 0)
+            camera.intrinsics = camera.intrinsics.scaled_to(camera.intrinsics.width_at(*height_px), *height_px);
+        return camera;
+    }
+
+    void check_inputs() const
+    {
+        check_mesh(mesh->mesh, "the mesh on port 'mesh'");
+        if (mesh->mesh.texcoords.empty())
+            throw Error("the mesh on port 'mesh' has no texcoords: render what texture.bake made");
+        if (frames->frames.empty())
+            throw Error("port 'frames' brings no frames: check the scan's path and the stages that drop frames");
+    }
+
+    std::vector<const Frame*> chosen() const
+    {
+        std::vector<const Frame*> result;
+        std::set<std::string> names;
+        for (std::size_t i = 0; i < frames->frames.size(); i += static_cast<std::size_t>(*every_count))
+        {
+            const Frame& frame = frames->frames[i];
+            if (!names.insert(frame.sequence + "_" + frame.name).second)
+                throw Error("two frames would be written as " + frame.sequence + "_" + frame.name +
+                            ".png: give the scan's sequences names that differ");
+            result.push_back(&frame);
+        }
+        return result;
+    }
+
+    void run(RunContext& run) override
+    {
+        check_inputs();
+        const std::vector<const Frame*> list = chosen();
+        const ViewRenderer renderer(*mesh, {.samples_per_side = *samples, .mip_maps = *filter == "trilinear"});
+        std::filesystem::create_directories(views.folder().path / folder->path);
+        Files result;
+        std::size_t empty = 0;
+        for (const Frame* frame : list)
+        {
+            run.check_cancelled();
+            const Raster8 image = renderer.render(camera_of(*frame), run);
+            bool any = false;
+            for (std::size_t i = 3; i < image.values.size(); i += 4)
+                any = any || image.values[i] > 0;
+            empty += !any;
+            result.names.push_back(folder->path + "/" + frame->sequence + "_" + frame->name + ".png");
+            write_file(views.folder().path / result.names.back(), images->encode_png(image));
+            run.progress(static_cast<double>(result.names.size()), static_cast<double>(list.size()), "views");
+        }
+        run.report("views", list.size());
+        run.report("empty_views", empty);
+        if (empty > 0)
+            run.warning(std::to_string(empty) + " of " + std::to_string(list.size()) + " views show no surface");
+        views = std::move(result);
+    }
+};
+}  // namespace
+
+FRESCO_STAGE("render.views", RenderViews, "Renders the textured mesh from the frames' colour cameras")
+FRESCO_LIBRARY("Embree", raycast::embree_version())

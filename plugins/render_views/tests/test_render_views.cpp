@@ -1,0 +1,192 @@
+#include "stored_png.h"
+#include "view_renderer.h"
+
+#include <fresco/files.h>
+#include <fresco/files_io.h>
+#include <fresco/frames.h>
+#include <fresco/testing.h>
+
+#include <catch2/catch.hpp>
+
+#include <cmath>
+
+using namespace fresco;
+
+namespace
+{
+/// A wall z = 2 over x, y in [-1,1] facing the origin; u runs with x, v against y. Its picture: `size` texels a side.
+TexturedMesh wall(int size)
+{
+    TexturedMesh textured;
+    textured.mesh.positions = {{-1, -1, 2}, {1, -1, 2}, {1, 1, 2}, {-1, 1, 2}};
+    textured.mesh.triangles = {{0, 2, 1}, {0, 3, 2}};
+    textured.mesh.texcoords = {{0, 1}, {1, 0}, {1, 1}, {0, 1}, {0, 0}, {1, 0}};
+    textured.image = Image(Raster8(size, size, 3));
+    return textured;
+}
+
+Camera straight(int width, int height, double focal)
+{
+    Camera camera;
+    camera.intrinsics = {width, height, focal, focal, width / 2.0, height / 2.0};
+    return camera;
+}
+}  // namespace
+
+TEST_CASE("one ray per pixel shows the bilinear value at the pixel centre, the right way up")
+{
+    TexturedMesh textured = wall(4);
+    for (int y = 0; y < 4; ++y)
+        for (int x = 0; x < 4; ++x)
+        {
+            textured.image.pixels.at(x, y, 0) = static_cast<std::uint8_t>(60 * x);
+            textured.image.pixels.at(x, y, 1) = static_cast<std::uint8_t>(60 * y);
+        }
+    const ViewRenderer renderer(textured, {.samples_per_side = 1, .mip_maps = true});
+    const Raster8 image = renderer.render(straight(40, 40, 40), Progress{});  // the wall fills it exactly
+    for (int y = 0; y < 40; ++y)
+        for (int x = 0; x < 40; ++x)
+        {
+            const double tx = std::clamp((x + 0.5) / 10 - 0.5, 0.0, 3.0);
+            const double ty = std::clamp((y + 0.5) / 10 - 0.5, 0.0, 3.0);
+            CHECK(std::abs(image.at(x, y, 0) - 60 * tx) <= 0.51);
+            CHECK(std::abs(image.at(x, y, 1) - 60 * ty) <= 0.51);
+            CHECK(image.at(x, y, 3) == 255);
+        }
+}
+
+TEST_CASE("alpha is the share of a pixel that shows the surface")
+{
+    TexturedMesh textured = wall(4);
+    std::fill(textured.image.pixels.values.begin(), textured.image.pixels.values.end(), std::uint8_t{90});
+    const ViewRenderer renderer(textured, {.samples_per_side = 2, .mip_maps = true});
+    // 41 pixels across, the wall covers 40: half a pixel is free on each side.
+    Camera camera = straight(41, 41, 40);
+    const Raster8 image = renderer.render(camera, Progress{});
+    CHECK(image.at(20, 20, 3) == 255);
+    CHECK(image.at(0, 20, 3) == 128);
+    CHECK(image.at(0, 0, 3) == 64);
+    CHECK(image.at(0, 20, 0) == 90);  // straight alpha
+    camera.world_from_camera.translation = {0, 0, 5};
+    CHECK(renderer.render(camera, Progress{}).values == std::vector<std::uint8_t>(41 * 41 * 4, 0));
+}
+
+TEST_CASE("mip-maps average a picture finer than the pixels, bilinear lookups alias")
+{
+    TexturedMesh textured = wall(512);
+    for (int y = 0; y < 512; ++y)
+        for (int x = 0; x < 512; ++x)
+            for (int c = 0; c < 3; ++c)
+                textured.image.pixels.at(x, y, c) = (x + y) % 2 == 0 ? 255 : 0;
+    const auto worst = [&](bool mip_maps)
+    {
+        const ViewRenderer renderer(textured, {.samples_per_side = 1, .mip_maps = mip_maps});
+        const Raster8 image = renderer.render(straight(37, 37, 37), Progress{});
+        int largest = 0;
+        for (std::size_t i = 0; i < image.values.size(); i += 4)
+            largest = std::max(largest, std::abs(image.values[i] - 128));
+        return largest;
+    };
+    CHECK(worst(true) <= 1);
+    CHECK(worst(false) > 30);
+}
+
+TEST_CASE("mip-maps keep the mean and their place")
+{
+    Raster8 picture(6, 6, 3);  // sides that halve unevenly: 6, 3, 1
+    for (int y = 0; y < 6; ++y)
+        for (int x = 0; x < 6; ++x)
+            picture.at(x, y, 0) = static_cast<std::uint8_t>(40 * x);
+    const MipMaps maps(picture, true);
+    CHECK(maps.sample({0.5, 0.5}, 0).x == Approx(100));
+    CHECK(maps.sample({0.5, 0.5}, 1).x == Approx(100));
+    CHECK(maps.sample({0.5, 0.5}, 0.5).x == Approx(100));
+    CHECK(maps.sample({0.1, 0.9}, 7).x == Approx(100).epsilon(1e-3));
+    CHECK(maps.sample({1.0 / 6, 0.5}, 1).x == Approx(20).epsilon(1e-3));
+}
+
+TEST_CASE("pictures are equal for any number of threads")
+{
+    struct Threads final : Progress
+    {
+        explicit Threads(int n) : n_(n) {}
+        int threads() const override { return n_; }
+        int n_;
+    };
+    TexturedMesh textured = wall(64);
+    for (std::size_t i = 0; i < textured.image.pixels.values.size(); ++i)
+        textured.image.pixels.values[i] = static_cast<std::uint8_t>(i * 7919);
+    const ViewRenderer renderer(textured, {});
+    CHECK(renderer.render(straight(50, 33, 20), Threads(1)) == renderer.render(straight(50, 33, 20), Threads(4)));
+}
+
+namespace
+{
+std::shared_ptr<Frames> three_frames()
+{
+    auto frames = std::make_shared<Frames>();
+    for (const char* name : {"frame-0", "frame-1", "frame-2"})
+    {
+        Frame frame;
+        frame.sequence = "seq-01";
+        frame.name = name;
+        frame.color = straight(32, 24, 24);
+        frame.depth = straight(8, 6, 6);
+        frames->frames.push_back(frame);
+    }
+    frames->frames[2].color.world_from_camera.translation = {0, 0, 5};
+    return frames;
+}
+
+void render_to(const std::filesystem::path& folder, const Value& options, testing::TestRun& run, std::shared_ptr<Frames> frames)
+{
+    const auto made = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "render.views");
+    testing::TestFactory factory;
+    factory.add("image.opencv", [] { return std::make_shared<stored_png::Codec>(); });
+    Value all = options;
+    all.set("images", Value::Map{{"type", "image.opencv"}});
+    testing::run_stage(dynamic_cast<Stage&>(*made), all, {{"mesh", std::make_shared<TexturedMesh>(wall(8))}, {"frames", frames}},
+                       folder, run, factory);
+}
+
+Raster8 picture(const std::filesystem::path& file)
+{
+    const auto bytes = read_file(file);
+    const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());
+    return stored_png::decode({data, data + bytes.size()});
+}
+}  // namespace
+
+TEST_CASE("the stage writes one picture per chosen frame")
+{
+    testing::TemporaryFolder folder;
+    testing::TestRun run;
+    render_to(folder.path(), Value::Map{}, run, three_frames());
+    const auto files = Files::load({folder.path() / "views", folder.path()});
+    REQUIRE(files->names ==
+            std::vector<std::string>{"views/seq-01_frame-0.png", "views/seq-01_frame-1.png", "views/seq-01_frame-2.png"});
+    const Raster8 first = picture(folder.path() / "views" / files->names[0]);
+    CHECK(first.width == 32);
+    CHECK(first.height == 24);
+    CHECK(first.channels == 4);
+    CHECK(run.reported.at("empty_views").as_int() == 1);
+    CHECK(run.messages.at(0).find("1 of 3 views") != std::string::npos);
+
+    testing::TemporaryFolder other;
+    render_to(other.path(), Value::Map{{"every_count", 2}, {"height_px", 12}, {"folder", "a/b"}}, run, three_frames());
+    const auto fewer = Files::load({other.path() / "views", other.path()});
+    REQUIRE(fewer->names == std::vector<std::string>{"a/b/seq-01_frame-0.png", "a/b/seq-01_frame-2.png"});
+    CHECK(picture(other.path() / "views" / fewer->names[0]).width == 16);
+}
+
+TEST_CASE("the stage refuses what it cannot render and stops when asked")
+{
+    testing::TemporaryFolder folder;
+    testing::TestRun run;
+    CHECK_THROWS_WITH(render_to(folder.path(), Value::Map{}, run, std::make_shared<Frames>()), Catch::Contains("no frames"));
+    auto twice = three_frames();
+    twice->frames[1].name = "frame-0";
+    CHECK_THROWS_WITH(render_to(folder.path(), Value::Map{}, run, twice), Catch::Contains("seq-01_frame-0.png"));
+    run.cancel_after(2);
+    CHECK_THROWS_AS(render_to(folder.path(), Value::Map{}, run, three_frames()), Cancelled);
+}

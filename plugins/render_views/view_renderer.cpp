@@ -1,0 +1,96 @@
+#include "view_renderer.h"
+
+#include <fresco/parallel.h>
+#include <fresco/raycast/surface.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+using namespace fresco;
+using raycast::Hit;
+
+namespace
+{
+constexpr std::size_t rows_per_block = 8;
+
+std::uint8_t rounded(double v)
+{
+    return static_cast<std::uint8_t>(std::clamp(v + 0.5, 0.0, 255.0));
+}
+}  // namespace
+
+ViewRenderer::ViewRenderer(const TexturedMesh& mesh, const RenderOptions& options)
+    : options_(options), scene_(mesh.mesh), texture_(mesh.image.pixels, options.mip_maps)
+{
+}
+
+double ViewRenderer::level_of_detail(const Camera& dense, int x, int y, const Hit& hit, Vec2d uv) const
+{
+    if (!options_.mip_maps)
+        return 0;
+    const auto corners = raycast::corners(scene_.mesh(), hit.triangle);
+    // Texels between this ray and its neighbour, both on the triangle's plane.
+    const auto texels_to = [&](double px, double py)
+    {
+        double distance = 0;
+        std::array<double, 3> weights{};
+        if (!raycast::meet_plane(corners, dense.world_from_camera.translation, dense.ray(px, py), distance, weights) ||
+            distance <= 0)
+            return 0.0;
+        return length(raycast::texcoord(scene_.mesh(), hit.triangle, weights) - uv) * texture_.size_px();
+    };
+    const double texels = std::max(texels_to(x + 1.5, y + 0.5), texels_to(x + 0.5, y + 1.5));
+    return texels > 1 ? std::log2(texels) : 0;
+}
+
+void ViewRenderer::render_rows(const Camera& camera, const Camera& dense, int first_row, int end_row, Raster8& image) const
+{
+    const int side = options_.samples_per_side;
+    const int width = dense.intrinsics.width;
+    std::vector<Hit> hits(static_cast<std::size_t>((end_row - first_row) * side) * static_cast<std::size_t>(width));
+    scene_.cast_rows(dense, first_row * side, end_row * side, hits);
+    const auto draw_pixel = [&](int x, int y)
+    {
+        Vec3d sum;
+        int found = 0;
+        for (int dense_y = y * side; dense_y < (y + 1) * side; ++dense_y)
+            for (int dense_x = x * side; dense_x < (x + 1) * side; ++dense_x)
+            {
+                const Hit& hit = hits[static_cast<std::size_t>(dense_y - first_row * side) * static_cast<std::size_t>(width) +
+                                      static_cast<std::size_t>(dense_x)];
+                if (raycast::sight(hit) != raycast::Sight::surface)
+                    continue;
+                const Vec2d uv = raycast::texcoord(scene_.mesh(), hit);
+                sum += texture_.sample(uv, level_of_detail(dense, dense_x, dense_y, hit, uv));
+                ++found;
+            }
+        if (found == 0)
+            return;
+        const Vec3d mean = sum * (1.0 / found);
+        std::uint8_t* rgba = &image.at(x, y);
+        rgba[0] = rounded(mean.x);
+        rgba[1] = rounded(mean.y);
+        rgba[2] = rounded(mean.z);
+        rgba[3] = rounded(255.0 * found / (side * side));
+    };
+    for (int y = first_row; y < end_row; ++y)
+        for (int x = 0; x < camera.intrinsics.width; ++x)
+            draw_pixel(x, y);
+}
+
+Raster8 ViewRenderer::render(const Camera& camera, const Progress& progress) const
+{
+    Camera dense = camera;
+    dense.intrinsics = camera.intrinsics.scaled_to(camera.intrinsics.width * options_.samples_per_side,
+                                                   camera.intrinsics.height * options_.samples_per_side);
+    Raster8 image(camera.intrinsics.width, camera.intrinsics.height, 4);
+    parallel_for(static_cast<std::size_t>(camera.intrinsics.height), rows_per_block, progress.threads(),
+                 [&](std::size_t begin, std::size_t end)
+                 {
+                     progress.check_cancelled();
+                     render_rows(camera, dense, static_cast<int>(begin), static_cast<int>(end), image);
+                 });
+    return image;
+}

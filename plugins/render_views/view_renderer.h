@@ -1,0 +1,37 @@
+#pragma once
+
+#include "mip_maps.h"
+
+#include <fresco/camera.h>
+#include <fresco/progress.h>
+#include <fresco/raycast/scene.h>
+#include <fresco/texture.h>
+
+#include <cstdint>
+
+struct RenderOptions
+{
+    int samples_per_side = 2;  ///< Rays per pixel: its square.
+    bool mip_maps = true;      ///< Look up the picture at the size that one ray's spacing calls for.
+};
+
+/// Draws a textured mesh as cameras see it.
+class ViewRenderer
+{
+  public:
+    /// The mesh must have passed check_mesh, have texcoords and outlive the renderer. Throws Error if the picture is not RGB.
+    ViewRenderer(const fresco::TexturedMesh& mesh, const RenderOptions& options);
+
+    /// RGBA, straight alpha: the share of the pixel's rays that meet the front of a face (as uvmaps.raycast judges it), and the
+    /// mean colour of these. Equal for any progress.threads(). Throws Cancelled.
+    fresco::Raster8 render(const fresco::Camera& camera, const fresco::Progress& progress) const;
+
+  private:
+    void render_rows(const fresco::Camera& camera, const fresco::Camera& dense, int first_row, int end_row,
+                     fresco::Raster8& image) const;
+    double level_of_detail(const fresco::Camera& dense, int x, int y, const fresco::raycast::Hit& hit, fresco::Vec2d uv) const;
+
+    RenderOptions options_;
+    fresco::raycast::Scene scene_;
+    MipMaps texture_;
+};

@@ -1,0 +1,216 @@
+#include "box_room.h"
+#include "painter.h"
+#include "plain_glb.h"
+#include "plain_renderer.h"
+#include "stored_png.h"
+
+#include <fresco/files.h>
+#include <fresco/files_io.h>
+#include <fresco/testing.h>
+#include <fresco/texture.h>
+#include <fresco/uv_maps.h>
+
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <map>
+#include <memory>
+#include <string>
+
+using namespace fresco;
+
+namespace
+{
+constexpr double limit = 2;  // of 255, mean over pixels and channels
+
+using Inputs = std::map<std::string, std::shared_ptr<const Artifact>>;
+
+void run(const char* library, const char* type, Value options, const Inputs& inputs, const std::filesystem::path& folder)
+{
+    const auto made = testing::make_from_plugin(library, type);
+    testing::TestRun test_run;
+    testing::TestFactory factory;
+    factory.add("image.opencv", [] { return std::make_shared<stored_png::Codec>(); });
+    for (const Parameter* parameter : made->parameters())
+        if (parameter->name() == "images")
+            options.set("images", Value::Map{{"type", "image.opencv"}});
+    testing::run_stage(dynamic_cast<Stage&>(*made), options, inputs, folder, test_run, factory);
+}
+
+Raster8 read_png(const std::filesystem::path& file)
+{
+    const auto bytes = read_file(file);
+    const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());
+    return stored_png::decode({data, data + bytes.size()});
+}
+
+/// The stages from the room to its GLB, run once per mistake of the painter.
+class Chain
+{
+  public:
+    Chain() : room_(std::make_shared<Mesh>(box_room())), frames_(std::make_shared<Frames>(box_room_frames()))
+    {
+        run(UVMAPS_RAYCAST_FILE, "uvmaps.raycast", Value::Map{{"heights_px", Value::List{120}}},
+            {{"mesh", room_}, {"frames", frames_}}, folder_.path());
+        maps_ = UvMaps::load({folder_.path() / "uvmaps", folder_.path()});
+    }
+
+    std::filesystem::path glb(Mistake mistake)
+    {
+        std::vector<Camera> cameras;
+        for (const Frame& frame : frames_->frames)
+            cameras.push_back(mistake == Mistake::depth_camera ? frame.depth : frame.color);
+        const auto texture = std::make_shared<Texture>(painted(*maps_, cameras, box_room_texture_px, mistake));
+        // A painter who paints beside the charts leaves nothing to fill from.
+        const char* unseen = mistake == Mistake::none ? "fill" : "keep";
+        run(TEXTURE_BAKE_FILE, "texture.bake", Value::Map{{"unseen", unseen}}, {{"texture", texture}, {"mesh", room_}},
+            folder_.path());
+        baked_ = TexturedMesh::load({folder_.path() / "textured_mesh", folder_.path()});
+        run(EXPORT_GLTF_FILE, "export.gltf", Value::Map{}, {{"mesh", baked_}}, folder_.path());
+        return folder_.path() / "files" / "room.glb";
+    }
+
+    /// The pictures of render.views of what glb() baked last.
+    std::vector<Raster8> rendered_views()
+    {
+        run(RENDER_VIEWS_FILE, "render.views", Value::Map{}, {{"mesh", baked_}, {"frames", frames_}}, folder_.path());
+        std::vector<Raster8> pictures;
+        const auto files = Files::load({folder_.path() / "views", folder_.path()});
+        for (const std::string& name : files->names)
+            pictures.push_back(read_png(folder_.path() / "views" / name));
+        return pictures;
+    }
+
+    const Frames& frames() const { return *frames_; }
+
+  private:
+    testing::TemporaryFolder folder_;
+    std::shared_ptr<const Mesh> room_;
+    std::shared_ptr<const Frames> frames_;
+    std::shared_ptr<const UvMaps> maps_;
+    std::shared_ptr<const TexturedMesh> baked_;
+};
+
+plain::View plain_view(const Camera& camera)
+{
+    const auto& r = camera.world_from_camera.rotation.m;
+    const Vec3d t = camera.world_from_camera.translation;
+    const Intrinsics& i = camera.intrinsics;
+    return {i.width, i.height, i.fx, i.fy, i.cx, i.cy, {r[0], r[1], r[2], t.x, r[3], r[4], r[5], t.y, r[6], r[7], r[8], t.z}};
+}
+
+/// A GLB as the independent code reads it.
+struct Loaded
+{
+    plain::Model model;
+    plain::Picture picture;
+
+    explicit Loaded(const std::filesystem::path& file) : model(plain::read_glb(file))
+    {
+        const Raster8 decoded = stored_png::decode(model.picture);
+        picture = {decoded.width, decoded.height, decoded.values};
+    }
+};
+
+/// The room's own geometry for the renderer, to know which point each pixel truly sees.
+plain::Model true_room()
+{
+    const Mesh mesh = box_room();
+    plain::Model model;
+    for (const Triangle& t : mesh.triangles)
+    {
+        auto& triangle = model.triangles.emplace_back();
+        for (std::size_t i = 0; i < 3; ++i)
+            triangle[i].position = {double{mesh.positions[t[i]].x}, double{mesh.positions[t[i]].y},
+                                    double{mesh.positions[t[i]].z}};
+    }
+    return model;
+}
+
+/// Mean difference (of 255) between what the GLB shows from every pose and the paint at the points that the colour camera truly
+/// sees; a pixel that shows nothing counts 255.
+double difference_to_paint(const Loaded& loaded, const Frames& frames, const plain::Wrong& wrong,
+                           bool through_depth_camera = false)
+{
+    const plain::Model room = true_room();
+    const plain::Picture nothing{1, 1, {0, 0, 0}};
+    double sum = 0;
+    std::size_t count = 0;
+    for (const Frame& frame : frames.frames)
+    {
+        const plain::View view = plain_view(frame.color);
+        plain::View shown_view = view;
+        if (through_depth_camera)
+        {
+            Camera depth = frame.depth;
+            depth.intrinsics = depth.intrinsics.scaled_to(view.width, view.height);
+            shown_view = plain_view(depth);
+        }
+        const auto truth = plain::render(room, nothing, view, {});
+        const auto shown = plain::render(loaded.model, loaded.picture, shown_view, wrong);
+        for (std::size_t i = 0; i < truth.size(); ++i)
+        {
+            const auto& p = truth[i].position;
+            const auto paint = paint_at(p[0], p[1], p[2]);
+            for (std::size_t c = 0; c < 3; ++c)
+                sum += truth[i].found && shown[i].found ? std::abs(shown[i].rgb[c] - 255 * paint[c]) : 255;
+            count += 3;
+        }
+    }
+    return sum / static_cast<double>(count);
+}
+
+double difference_to_views(const Loaded& loaded, const Frames& frames, const std::vector<Raster8>& views,
+                           const plain::Wrong& wrong)
+{
+    double sum = 0;
+    std::size_t count = 0;
+    for (std::size_t f = 0; f < views.size(); ++f)
+    {
+        const auto shown = plain::render(loaded.model, loaded.picture, plain_view(frames.frames[f].color), wrong);
+        for (std::size_t i = 0; i < shown.size(); ++i)
+        {
+            const bool both = shown[i].found && views[f].values[4 * i + 3] == 255;
+            for (std::size_t c = 0; c < 3; ++c)
+                sum += both ? std::abs(shown[i].rgb[c] - views[f].values[4 * i + c]) : 255;
+            count += 3;
+        }
+    }
+    return sum / static_cast<double>(count);
+}
+
+constexpr plain::Wrong right_viewer{};
+constexpr plain::Wrong flipped_v{.flipped_v = true};
+constexpr plain::Wrong half_texel{.half_texel = true};
+constexpr plain::Wrong mirrored_axis{.mirrored_axis = true};
+}  // namespace
+
+TEST_CASE("what is painted through the uv maps is what a viewer of the GLB sees")
+{
+    Chain chain;
+    const Loaded loaded(chain.glb(Mistake::none));
+    const std::vector<Raster8> views = chain.rendered_views();
+    REQUIRE(loaded.model.triangles.size() == box_room().triangles.size());
+    REQUIRE(views.size() == chain.frames().frames.size());
+
+    CHECK(difference_to_paint(loaded, chain.frames(), right_viewer) <= limit);
+    CHECK(difference_to_views(loaded, chain.frames(), views, right_viewer) <= limit);
+
+    SECTION("a viewer of any other convention is told apart")
+    {
+        for (const plain::Wrong& wrong : {flipped_v, half_texel, mirrored_axis})
+        {
+            CHECK(difference_to_paint(loaded, chain.frames(), wrong) > limit);
+            CHECK(difference_to_views(loaded, chain.frames(), views, wrong) > limit);
+        }
+        CHECK(difference_to_paint(loaded, chain.frames(), right_viewer, true) > limit);
+    }
+    SECTION("so is a painter of any other convention")
+    {
+        for (const Mistake mistake : {Mistake::flipped_v, Mistake::half_texel, Mistake::mirrored_axis, Mistake::depth_camera})
+        {
+            CAPTURE(static_cast<int>(mistake));
+            CHECK(difference_to_paint(Loaded(chain.glb(mistake)), chain.frames(), right_viewer) > limit);
+        }
+    }
+}

@@ -1,0 +1,148 @@
+#include <catch2/catch.hpp>
+
+#include <fresco/torch/tensor.h>
+
+#include <fresco/error.h>
+#include <fresco/files_io.h>
+#include <fresco/testing.h>
+
+#include <ATen/ops/arange.h>
+#include <ATen/ops/equal.h>
+#include <ATen/ops/full.h>
+#include <ATen/ops/zeros.h>
+
+#include <cstring>
+#include <string>
+
+using namespace fresco;
+
+namespace
+{
+
+/// A file with the given header text and `data` after it.
+std::string file_text(const std::string& header, const std::string& data, std::int64_t stated = -1)
+{
+    const std::uint64_t length = stated >= 0 ? static_cast<std::uint64_t>(stated) : header.size();
+    std::string text(8, '\0');
+    std::memcpy(text.data(), &length, 8);
+    return text + header + data;
+}
+
+struct File
+{
+    testing::TemporaryFolder folder;
+    std::filesystem::path path = folder.path() / "t.safetensors";
+
+    SafeTensors read(const std::string& bytes) const
+    {
+        write_file(path, bytes);
+        return read_safetensors(path);
+    }
+};
+
+const std::string one = R"({"a":{"dtype":"F32","shape":[2],"data_offsets":[0,8]}})";
+
+}  // namespace
+
+TEST_CASE("every type is written and read back")
+{
+    const File file;
+    SafeTensors contents;
+    for (const auto type : {at::kFloat, at::kDouble, at::kInt, at::kLong, at::kByte, at::kBool})
+        contents.tensors.emplace(std::string("t.") + at::toString(type),
+                                 at::arange(0, 6, at::kLong).remainder(2).reshape({2, 3}).to(type));
+    contents.tensors.emplace("scalar", at::full({}, 2.5, at::kFloat));
+    contents.tensors.emplace("empty", at::zeros({0, 3}, at::kFloat));
+    contents.tensors.emplace("strided", at::arange(0, 12, at::kFloat).reshape({3, 4}).t());
+    contents.metadata = {{"step", "7"}, {"quote", "\"\n"}};
+    write_safetensors(file.path, contents);
+    const auto read = read_safetensors(file.path);
+    CHECK(read.metadata == contents.metadata);
+    REQUIRE(read.tensors.size() == contents.tensors.size());
+    for (const auto& [name, tensor] : contents.tensors)
+    {
+        CAPTURE(name);
+        REQUIRE(read.tensors.count(name) == 1);
+        CHECK(read.tensors.at(name).scalar_type() == tensor.scalar_type());
+        CHECK(at::equal(read.tensors.at(name), tensor));
+    }
+    const auto first = read_file(file.path);
+    write_safetensors(file.path, read);
+    CHECK((read_file(file.path) == first));
+}
+
+TEST_CASE("a file made by hand is read, half precision too")
+{
+    const File file;
+    const auto read = file.read(file_text(
+        R"({"b":{"dtype":"F16","shape":[1],"data_offsets":[0,2]},"a":{"dtype":"I8","shape":[1,1],"data_offsets":[2,3]}}  )",
+        std::string("\x00\x3c\xff", 3)));
+    CHECK(read.tensors.at("b").to(at::kFloat).item<float>() == 1.0F);
+    CHECK(read.tensors.at("a").to(at::kLong).item<std::int64_t>() == -1);
+}
+
+TEST_CASE("damaged files are refused by name and offset")
+{
+    const File file;
+    const std::string eight(8, '\0');
+    const auto refused = [&](const std::string& bytes, const std::string& what)
+    {
+        CAPTURE(bytes);
+        CHECK_THROWS_WITH(file.read(bytes), Catch::Contains("t.safetensors") && Catch::Contains(what));
+    };
+    CHECK(file.read(file_text(one, eight)).tensors.size() == 1);
+    refused("", "header length");
+    refused("1234567", "header length");
+    refused(file_text(one, eight, std::int64_t{1} << 40), "100 MiB");
+    refused(file_text(one, "", 70), "header of 70 bytes");
+    refused(file_text("[]", ""), "'{'");
+    refused(file_text(" " + one, eight), "'{'");
+    refused(file_text(one.substr(0, 20), ""), "header");
+    refused(file_text(one, eight + "x"), "no tensor");
+    refused(file_text(one, eight.substr(1)), "beyond the end");
+    refused(file_text(R"({"a":{"dtype":"F31","shape":[2],"data_offsets":[0,8]}})", eight), "unknown type 'F31'");
+    refused(file_text(R"({"a":{"dtype":"F32","shape":[3],"data_offsets":[0,8]}})", eight), "12 bytes");
+    refused(file_text(R"({"a":{"dtype":"F32","shape":[-2],"data_offsets":[0,8]}})", eight), "at least 0");
+    refused(file_text(R"({"a":{"dtype":"F32","shape":[2.0],"data_offsets":[0,8]}})", eight), "whole number");
+    refused(file_text(R"({"a":{"dtype":"F32","shape":[4294967296,4294967296,2],"data_offsets":[0,8]}})", eight), "too large");
+    refused(file_text(R"({"a":{"dtype":"F32","shape":[2],"data_offsets":[8,0]}})", eight), "beyond");
+    refused(file_text(R"({"a":{"dtype":"F32","shape":[2],"data_offsets":[0]}})", eight), "expected exactly");
+    refused(file_text(R"({"a":{"dtype":"F32","shape":[2]}})", eight), "expected exactly");
+    refused(file_text(R"({"a":{"dtype":"F32","shape":[2],"data_offsets":[0,8],"more":1}})", eight), "expected exactly");
+    refused(file_text(R"({"a":3})", eight), "expected exactly");
+    refused(file_text(R"({"__metadata__":{"x":1}})", ""), "no text");
+    refused(
+        file_text(R"({"a":{"dtype":"U8","shape":[4],"data_offsets":[0,4]},"b":{"dtype":"U8","shape":[4],"data_offsets":[3,7]}})",
+                  eight.substr(1)),
+        "overlaps");
+    refused(
+        file_text(R"({"a":{"dtype":"U8","shape":[3],"data_offsets":[0,3]},"b":{"dtype":"U8","shape":[4],"data_offsets":[4,8]}})",
+                  eight),
+        "gap");
+    refused(file_text(R"({"a":{"dtype":"BOOL","shape":[2],"data_offsets":[0,2]}})", "\x01\x02"), "neither 0 nor 1");
+    refused(
+        file_text(R"({"a":{"dtype":"U8","shape":[1],"data_offsets":[0,1]},"a":{"dtype":"U8","shape":[1],"data_offsets":[1,2]}})",
+                  "ab"),
+        "header");
+    CHECK_THROWS_AS(read_safetensors(file.folder.path() / "none"), MissingInput);
+}
+
+TEST_CASE("every truncation of a file is refused")
+{
+    const File file;
+    const std::string whole =
+        file_text(R"({"a":{"dtype":"F32","shape":[2],"data_offsets":[0,8]},"z":{"dtype":"U8","shape":[0],"data_offsets":[8,8]}})",
+                  std::string(8, '\x01'));
+    for (std::size_t length = 0; length < whole.size(); ++length)
+        CHECK_THROWS_AS(file.read(whole.substr(0, length)), Error);
+    CHECK(file.read(whole).tensors.size() == 2);
+}
+
+TEST_CASE("types that are not written are refused")
+{
+    const File file;
+    SafeTensors contents;
+    contents.tensors.emplace("a", at::zeros({1}, at::kHalf));
+    CHECK_THROWS_AS(write_safetensors(file.path, contents), std::invalid_argument);
+    CHECK_FALSE(std::filesystem::exists(file.path));
+}

@@ -28,15 +28,27 @@ void paint(Raster8& image, std::size_t texel, const std::array<std::uint8_t, 3>&
     std::copy(color.begin(), color.end(), image.values.begin() + static_cast<std::ptrdiff_t>(3 * texel));
 }
 
-/// The texels that keep their colour when the gutter is filled. A texel that was not seen and only touches a chart belongs to the
-/// gutter unless it was filled: its centre is outside.
+/// The texel or one of its eight neighbours is covered: a bilinear lookup at the chart's border can reach it.
+bool near_chart(const TexelFaces& faces, std::size_t texel)
+{
+    const auto size = static_cast<std::size_t>(faces.size);
+    const std::size_t x = texel % size;
+    const std::size_t y = texel / size;
+    for (std::size_t ny = y > 0 ? y - 1 : 0; ny <= std::min(y + 1, size - 1); ++ny)
+        for (std::size_t nx = x > 0 ? x - 1 : 0; nx <= std::min(x + 1, size - 1); ++nx)
+            if (faces.covered(ny * size + nx))
+                return true;
+    return false;
+}
+
+/// The texels that keep their colour when the gutter is filled: the charts' own, and what was optimised beside them. A texel that
+/// was not seen and only touches a chart belongs to the gutter unless it was filled: its centre is outside.
 std::vector<std::uint8_t> gutter_sources(const TexelFaces& faces, const std::vector<std::uint8_t>& seen, Unseen unseen)
 {
     std::vector<std::uint8_t> source(seen.size());
     for (std::size_t texel = 0; texel < seen.size(); ++texel)
-        source[texel] = seen[texel] || faces.inside[texel] || (unseen == Unseen::fill && faces.covered(texel));
-    if (std::find(faces.inside.begin(), faces.inside.end(), std::uint8_t{1}) == faces.inside.end())
-        source.assign(source.size(), 0);
+        source[texel] =
+            faces.inside[texel] || (unseen == Unseen::fill && faces.covered(texel)) || (seen[texel] && near_chart(faces, texel));
     return source;
 }
 }  // namespace

@@ -121,6 +121,22 @@ TEST_CASE("unseen texels can be painted or kept, seen ones stay what they are")
     CHECK(red(filled, 0.15F, 0.25F) == 51);
 }
 
+TEST_CASE("what was optimised beside a chart is kept, what lies further out is gutter")
+{
+    Texture texture = blank_texture(size, 0.6F);
+    see(texture, {0.0F, 0.0F}, {1.0F, 1.0F}, {0.2F, 0.2F, 0.2F});  // everything is marked as seen
+    const auto darken = [&](int x, int y) { texture.layers[0].at(x, y, 0) = 0; };
+    for (int y = 0; y < size; ++y)
+        for (const int x : {6, 7})  // the left chart's texels begin at x = 8
+            darken(x, y);
+    darken(20, 20);  // far from any chart
+    const Raster8 image = baked(texture, two_chart_wall());
+    CHECK(image.at(8, 60) == 51);
+    CHECK(image.at(7, 60) == 0);  // bilinear lookups at the border read it
+    CHECK(image.at(6, 60) == 0);  // as its nearest source
+    CHECK(image.at(20, 20) == 51);
+}
+
 TEST_CASE("shares count the texels whose centres are in charts")
 {
     Texture texture = blank_texture(size, 0.6F);

@@ -50,7 +50,7 @@ std::size_t edit_distance(std::string_view a, std::string_view b)
 std::string nearest(std::string_view word, const std::vector<std::string>& candidates)
 {
     const std::string wanted = folded(word);
-    std::size_t best = std::max<std::size_t>(1, (wanted.size() + 1) / 3) + 1;
+    std::size_t best = std::max<std::size_t>(1, (wanted.size() + 2) / 3) + 1;
     std::string result;
     for (const std::string& candidate : candidates)
     {
@@ -83,14 +83,14 @@ std::string suggestion(std::string_view word, const std::vector<std::string>& ca
     return text + (candidates.size() > most_listed ? ", …)" : ")");
 }
 
-std::string join(const std::vector<std::string>& words, bool quote)
+std::string join(const std::vector<std::string>& words, std::string_view before_last)
 {
     std::string text;
     for (std::size_t i = 0; i < words.size(); ++i)
     {
         if (i > 0)
-            text += i + 1 == words.size() ? " and " : ", ";
-        text += quote ? "'" + words[i] + "'" : words[i];
+            text += i + 1 == words.size() ? before_last : std::string_view(", ");
+        text += words[i];
     }
     return text;
 }

@@ -43,6 +43,8 @@ class Catalog
     const TypeDescription* find(std::string_view type) const;
     /// Sorted by type, ambiguous ones left out.
     std::vector<const TypeDescription*> types() const;
+    /// Names of types that more than one library has, sorted.
+    std::vector<std::string> ambiguous() const;
     const std::vector<Refusal>& refusals() const { return refusals_; }
     /// The libraries that hold `type`: two or more where it is ambiguous.
     std::vector<std::filesystem::path> libraries_of(std::string_view type) const;

@@ -20,7 +20,7 @@ std::string nearest(std::string_view word, const std::vector<std::string>& candi
 /// `most_listed` candidates are listed.
 std::string suggestion(std::string_view word, const std::vector<std::string>& candidates, std::size_t most_listed = 12);
 
-/// "a, b and c"; each in quotes when `quote` is set.
-std::string join(const std::vector<std::string>& words, bool quote = false);
+/// "a, b and c".
+std::string join(const std::vector<std::string>& words, std::string_view before_last = " and ");
 
 }  // namespace fresco::host

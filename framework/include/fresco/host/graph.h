@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+namespace fresco::host
+{
+
+/// A directed graph over the numbers 0 … n-1 in which an edge a → b says that b needs a. Not safe for use by several threads
+/// while edges are added.
+class StageGraph
+{
+  public:
+    explicit StageGraph(std::size_t nodes);
+    ~StageGraph();
+    StageGraph(StageGraph&&) noexcept;
+    StageGraph& operator=(StageGraph&&) noexcept;
+
+    std::size_t size() const;
+    /// Several equal edges count once. Throws std::out_of_range for a number that is no node.
+    void add_edge(std::size_t from, std::size_t to);
+    /// What `node` needs directly, and what needs it directly; ascending.
+    std::vector<std::size_t> needs(std::size_t node) const;
+    std::vector<std::size_t> needed_by(std::size_t node) const;
+    /// `node` and all that it needs, directly or not; ascending.
+    std::vector<std::size_t> ancestors(std::size_t node) const;
+    /// All that needs `node`, directly or not, without `node`; ascending.
+    std::vector<std::size_t> descendants(std::size_t node) const;
+
+    /// One shortest cycle through the lowest node of every group of nodes that reach one another: each begins with that node and
+    /// goes along the edges. Empty: the graph has no cycle.
+    std::vector<std::vector<std::size_t>> cycles() const;
+    /// Every node after what it needs, else in ascending order. Without the nodes that are on a cycle or behind one.
+    std::vector<std::size_t> order() const;
+
+  private:
+    struct Graph;
+    std::unique_ptr<Graph> graph_;
+};
+
+}  // namespace fresco::host

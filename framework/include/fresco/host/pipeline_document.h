@@ -1,0 +1,29 @@
+#pragma once
+
+#include <fresco/host/problems.h>
+#include <fresco/host/yaml_document.h>
+
+#include <filesystem>
+#include <string>
+
+namespace fresco::host
+{
+
+/// A pipeline file with the files it builds on, merged: nothing substituted, no type looked up.
+struct PipelineDocument
+{
+    YamlNode vars;         ///< A map: name -> value (null: must be given by --set).
+    YamlNode stages;       ///< A map: name -> a map, or an invalid node where that is reported already.
+    bool complete = true;  ///< False: a file was not read to its end, so that things may seem to be missing.
+};
+
+/// Reads `file` (absolute; shown as `shown`) and, through `base: FILE`, the files below it. An entry of the upper file goes
+/// before the base's: maps merge, all else replaces; an empty value (`name:`) removes a stage, an option or a named component;
+/// where `type` changes, the old type's options are dropped and only the stage's `input` stays. A var without a value in the
+/// upper file must be given by `--set`.
+PipelineDocument read_pipeline_document(const std::filesystem::path& file, const std::string& shown, ProblemList& problems);
+
+/// Letters, digits, '_' and '-', not beginning with a digit or '-': what stages and vars are called.
+bool is_name(std::string_view text);
+
+}  // namespace fresco::host

@@ -1,0 +1,283 @@
+#include <fresco/host/commands_inspect.h>
+#include <fresco/host/dot.h>
+#include <fresco/host/pipeline_types.h>
+#include <fresco/host/schema.h>
+
+#include <algorithm>
+#include <ostream>
+
+namespace fresco::host
+{
+namespace
+{
+using Map = Value::Map;
+using List = Value::List;
+
+const char* kind_name(ProblemKind kind)
+{
+    switch (kind)
+    {
+    case ProblemKind::invalid:
+        return "invalid";
+    case ProblemKind::missing_input:
+        return "missing_input";
+    case ProblemKind::plugin:
+        return "plugin";
+    }
+    return "";
+}
+
+/// Rows of text in columns, two blanks apart, the last column as long as it likes.
+class Columns
+{
+  public:
+    void add(std::vector<std::string> row) { rows_.push_back(std::move(row)); }
+
+    void write(std::ostream& out) const
+    {
+        for (const auto& row : rows_)
+        {
+            std::string line = " ";
+            for (std::size_t i = 0; i < row.size(); ++i)
+                line += " " + row[i] + (i + 1 < row.size() ? std::string(width(i) - length(row[i]) + 1, ' ') : "");
+            out << line.substr(0, line.find_last_not_of(' ') + 1) << '\n';
+        }
+    }
+
+  private:
+    /// In characters, not bytes.
+    static std::size_t length(const std::string& text)
+    {
+        return static_cast<std::size_t>(
+            std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; }));
+    }
+
+    std::size_t width(std::size_t column) const
+    {
+        std::size_t widest = 0;
+        for (const auto& row : rows_)
+            if (column < row.size())
+                widest = std::max(widest, length(row[column]));
+        return widest;
+    }
+
+    std::vector<std::vector<std::string>> rows_;
+};
+
+Value libraries_of(const Catalog& catalog, const std::string& type)
+{
+    List libraries;
+    for (const auto& library : catalog.libraries_of(type))
+        libraries.push_back(library.string());
+    return libraries;
+}
+
+Value stages_as_value(const Catalog& catalog, bool all)
+{
+    List types;
+    for (const TypeDescription* type : catalog.types())
+    {
+        Value entry = Map{{"type", type->type}, {"kind", type->kind}, {"help", type->help}};
+        if (all)
+            entry.set("library", type->library.string());
+        types.push_back(std::move(entry));
+    }
+    Value result = Map{{"types", std::move(types)}};
+    if (!all)
+        return result;
+    List ambiguous;
+    for (const std::string& type : catalog.ambiguous())
+        ambiguous.push_back(Map{{"type", type}, {"libraries", libraries_of(catalog, type)}});
+    List refused;
+    for (const Refusal& refusal : catalog.refusals())
+        refused.push_back(Map{{"library", refusal.library.string()}, {"reason", refusal.reason}});
+    result.set("ambiguous", std::move(ambiguous));
+    result.set("refused", std::move(refused));
+    return result;
+}
+
+void write_refused(const Catalog& catalog, std::ostream& out)
+{
+    for (const std::string& type : catalog.ambiguous())
+    {
+        out << "\nnot used, because several plugins have it: " << type << '\n';
+        for (const auto& library : catalog.libraries_of(type))
+            out << "  " << library.string() << '\n';
+    }
+    if (!catalog.refusals().empty())
+        out << "\ncannot be loaded:\n";
+    for (const Refusal& refusal : catalog.refusals())
+        out << "  " << refusal.library.string() << ": " << refusal.reason << '\n';
+}
+
+void write_ports(const char* title, const std::vector<PortDeclaration>& ports, std::ostream& out)
+{
+    if (ports.empty())
+        return;
+    out << '\n' << title << ":\n";
+    Columns columns;
+    for (const PortDeclaration& port : ports)
+        columns.add({port.name, port.artifact_text() + (port.is_optional ? ", optional" : ""), port.help});
+    columns.write(out);
+}
+
+std::string shown_default(const OptionDeclaration& option)
+{
+    if (option.required)
+        return "required";
+    if (option.default_value.is_null())
+        return "none";
+    return option.default_value.is_string() && !option.default_value.as_string().empty() ? option.default_value.as_string()
+                                                                                         : to_json(option.default_value);
+}
+
+void write_options(const TypeDeclaration& declaration, const TypeTable& types, std::ostream& out)
+{
+    if (declaration.options.empty())
+        return;
+    out << "\noptions (name, default, accepted, what it is):\n";
+    Columns columns;
+    for (const OptionDeclaration& option : declaration.options)
+        columns.add({option.name, shown_default(option), option.accepted(),
+                     option.help + (option.in_key ? "" : " (cannot change the result)")});
+    columns.write(out);
+    for (const OptionDeclaration& option : declaration.options)
+    {
+        if (!option.is_slot())
+            continue;
+        const std::vector<std::string> fitting = types.names_of_kind(option.component_kind);
+        out << "\nfor '" << option.name << "' there " << (fitting.size() == 1 ? "is" : "are") << ": ";
+        for (std::size_t i = 0; i < fitting.size(); ++i)
+            out << (i == 0 ? "" : ", ") << fitting[i];
+        out << (fitting.empty() ? "no plugins" : "") << '\n';
+        if (option.auto_rule)
+            out << "  auto, if '" << option.auto_rule->option << "' is empty: " << to_json(option.auto_rule->if_empty)
+                << "\n  auto, otherwise: " << to_json(option.auto_rule->if_set) << '\n';
+    }
+}
+
+void write_text(const TypeDescription& type, const TypeDeclaration& declaration, const TypeTable& types, std::ostream& out)
+{
+    out << type.type << " (" << type.kind << "): " << type.help << "\nin " << type.library.string() << '\n';
+    if (!declaration.artifact.empty())
+    {
+        out << "reads " << declaration.artifact << " from";
+        for (const std::string& extension : declaration.extensions)
+            out << ' ' << extension;
+        out << '\n';
+    }
+    write_ports("inputs", declaration.inputs, out);
+    write_ports("outputs", declaration.outputs, out);
+    write_options(declaration, types, out);
+}
+}  // namespace
+
+void write_problems(const std::vector<Problem>& problems, std::ostream& out)
+{
+    for (const Problem& problem : problems)
+        out << to_string(problem) << '\n';
+}
+
+Value problems_as_value(const std::vector<Problem>& problems)
+{
+    List result;
+    for (const Problem& problem : problems)
+        result.push_back(Map{{"file", problem.position.file},
+                             {"line", problem.position.line},
+                             {"column", problem.position.column},
+                             {"kind", kind_name(problem.kind)},
+                             {"text", problem.text}});
+    return result;
+}
+
+int write_check(const PipelineResult& result, bool json, std::ostream& out)
+{
+    if (json)
+    {
+        List stages;
+        for (const PipelineStage& stage : result.pipeline.stages)
+            stages.push_back(Map{{"name", stage.name}, {"type", stage.type->type}, {"options", stage.options}});
+        out << to_json(Map{{"file", result.pipeline.file.string()},
+                           {"ok", result.problems.empty()},
+                           {"stages", std::move(stages)},
+                           {"problems", problems_as_value(result.problems)}},
+                       2)
+            << '\n';
+    }
+    else if (result.problems.empty())
+        out << result.pipeline.file.string() << ": " << result.pipeline.stages.size()
+            << (result.pipeline.stages.size() == 1 ? " stage" : " stages") << ", no problems\n";
+    else
+        write_problems(result.problems, out);
+    return result.exit_code();
+}
+
+int write_stages(const Catalog& catalog, bool all, bool json, std::ostream& out)
+{
+    if (json)
+    {
+        out << to_json(stages_as_value(catalog, all), 2) << '\n';
+        return 0;
+    }
+    // Stages first: they are what a pipeline is made of.
+    std::vector<const TypeDescription*> types = catalog.types();
+    std::stable_partition(types.begin(), types.end(), [](const TypeDescription* type) { return type->kind == "stage"; });
+    Columns columns;
+    for (const TypeDescription* type : types)
+        columns.add(all ? std::vector<std::string>{type->type, type->kind, type->help + " [" + type->library.string() + "]"}
+                        : std::vector<std::string>{type->type, type->kind, type->help});
+    columns.write(out);
+    if (types.empty())
+        out << "no stages: no plugin was found that can be used\n";
+    if (all)
+        write_refused(catalog, out);
+    else if (const std::size_t unusable = catalog.refusals().size() + catalog.ambiguous().size(); unusable > 0)
+        out << "\n"
+            << unusable << (unusable == 1 ? " plugin or type" : " plugins or types")
+            << " cannot be used: see 'fresco stages --all'\n";
+    return 0;
+}
+
+int write_description(const Catalog& catalog, const std::string& type, bool json, std::ostream& out, std::ostream& errors)
+{
+    TypeTable types(catalog);
+    ProblemList problems;
+    const KnownType known = types.require(type, "", "describe", {"fresco", 0, 0}, problems);
+    if (!known)
+    {
+        PipelineResult result;
+        result.problems = problems.sorted();
+        write_problems(result.problems, errors);
+        return result.exit_code();
+    }
+    if (json)
+        out << to_json(Map{{"type", type},
+                           {"kind", known.description->kind},
+                           {"help", known.description->help},
+                           {"library", known.description->library.string()},
+                           {"library_hash", known.description->library_hash},
+                           {"library_versions", known.description->library_versions},
+                           {"declaration", known.description->declaration}},
+                       2)
+            << '\n';
+    else
+        write_text(*known.description, *known.declaration, types, out);
+    return 0;
+}
+
+int write_graph(const PipelineResult& result, std::ostream& out, std::ostream& errors)
+{
+    if (result.problems.empty())
+        write_dot(result.pipeline, out);
+    else
+        write_problems(result.problems, errors);
+    return result.exit_code();
+}
+
+int write_schema(const Catalog& catalog, std::ostream& out)
+{
+    out << to_json(pipeline_schema(catalog), 2) << '\n';
+    return 0;
+}
+
+}  // namespace fresco::host

@@ -1,0 +1,137 @@
+#include <fresco/error.h>
+#include <fresco/host/pipeline.h>
+#include <fresco/host/pipeline_document.h>
+#include <fresco/host/pipeline_sets.h>
+#include <fresco/host/pipeline_wiring.h>
+
+#include <algorithm>
+
+namespace fresco::host
+{
+namespace
+{
+/// The stages with everything substituted and set.
+YamlNode settled_stages(const PipelineRequest& request, const PipelineDocument& read, TypeTable& types, ProblemList& problems)
+{
+    PipelineDocument document = read;
+    Settings settings(request.sets, request.working_directory, problems);
+    settings.set_vars(document);
+    Variables variables(document.vars, problems);
+    YamlNode stages = variables.substitute(document.stages);
+    if (!stages.is_map())
+        return {};
+    settings.set_options(stages, variables, types);
+    return stages;
+}
+
+std::vector<StageDraft> draft_stages(const YamlNode& stages, TypeTable& types, OptionChecker& checker, ProblemList& problems)
+{
+    std::vector<StageDraft> drafts;
+    for (const YamlNode::Entry& entry : stages.entries)
+    {
+        StageDraft& draft = drafts.emplace_back();
+        draft.name = entry.key;
+        draft.position = entry.position();
+        draft.config = entry.value;
+        if (!draft.config.is_map())
+            continue;
+        // What the stage lacks is reported at its name.
+        draft.config.line = entry.line;
+        draft.config.column = entry.column;
+        draft.config.source = entry.source;
+        const std::optional<std::string> type = type_named_by(draft.config, draft.title(), &problems);
+        if (type)
+            draft.type = types.require(*type, "stage", draft.title(), draft.config.find("type")->value.position(), problems);
+        if (draft.type)
+            draft.options = checker.complete(draft.type, draft.config, {"type", "input"}, draft.title(), draft.uses);
+    }
+    return drafts;
+}
+
+void check_output_names(const std::vector<StageDraft>& drafts, ProblemList& problems)
+{
+    std::map<std::string, const StageDraft*> writers;
+    for (const StageDraft& draft : drafts)
+        for (const auto& [name, position] : draft.uses.output_names)
+        {
+            const auto [first, fresh] = writers.emplace(std::filesystem::path(name).lexically_normal().string(), &draft);
+            if (!fresh && first->second != &draft)
+                problems.add(position, draft.title() + " writes '" + name + "', which " + first->second->title() +
+                                           " writes already: give one of them another name");
+        }
+}
+
+PipelineStage finished(StageDraft&& draft)
+{
+    PipelineStage stage;
+    stage.name = std::move(draft.name);
+    stage.type = draft.type.description;
+    stage.options = std::move(draft.options);
+    stage.wires = std::move(draft.wires);
+    stage.input_files = std::move(draft.uses.input_files);
+    std::sort(stage.input_files.begin(), stage.input_files.end());
+    stage.input_files.erase(std::unique(stage.input_files.begin(), stage.input_files.end()), stage.input_files.end());
+    stage.components.assign(draft.uses.components.begin(), draft.uses.components.end());
+    std::sort(stage.components.begin(), stage.components.end(),
+              [](const TypeDescription* a, const TypeDescription* b) { return a->type < b->type; });
+    stage.position = std::move(draft.position);
+    return stage;
+}
+
+void load(const PipelineRequest& request, const Catalog& catalog, PipelineResult& result, ProblemList& problems)
+{
+    const PipelineDocument document = read_pipeline_document(result.pipeline.file, request.file.string(), problems);
+    TypeTable types(catalog);
+    OptionChecker checker(types, problems);
+    const YamlNode stages = settled_stages(request, document, types, problems);
+    std::vector<StageDraft> drafts = draft_stages(stages, types, checker, problems);
+    Wiring(drafts, types, checker, problems).wire_all();
+    const StageGraph graph = check_graph(drafts, problems);
+    check_output_names(drafts, problems);
+    if (problems.empty())
+        for (const std::size_t index : graph.order())
+            result.pipeline.stages.push_back(finished(std::move(drafts[index])));
+}
+}  // namespace
+
+const PipelineStage* Pipeline::find(std::string_view name) const
+{
+    const auto found = std::find_if(stages.begin(), stages.end(), [&](const PipelineStage& stage) { return stage.name == name; });
+    return found == stages.end() ? nullptr : &*found;
+}
+
+int PipelineResult::exit_code() const
+{
+    for (const ProblemKind kind : {ProblemKind::invalid, ProblemKind::plugin, ProblemKind::missing_input})
+        if (std::any_of(problems.begin(), problems.end(), [&](const Problem& problem) { return problem.kind == kind; }))
+            return static_cast<int>(kind);
+    return 0;
+}
+
+PipelineResult load_pipeline(const PipelineRequest& request, const Catalog& catalog)
+{
+    PipelineRequest absolute = request;
+    if (absolute.working_directory.empty() || absolute.working_directory.is_relative())
+        absolute.working_directory = std::filesystem::absolute(absolute.working_directory).lexically_normal();
+    PipelineResult result;
+    result.pipeline.file = (absolute.working_directory / request.file).lexically_normal();
+    ProblemList problems;
+    try
+    {
+        load(absolute, catalog, result, problems);
+    }
+    catch (const MissingInput& error)
+    {
+        problems.add({request.file.string(), 0, 0}, error.what(), ProblemKind::missing_input);
+    }
+    catch (const Error& error)
+    {
+        problems.add({request.file.string(), 0, 0}, error.what());
+    }
+    result.problems = problems.sorted();
+    if (!result.problems.empty())
+        result.pipeline.stages.clear();
+    return result;
+}
+
+}  // namespace fresco::host

@@ -1,0 +1,277 @@
+#include <fresco/error.h>
+#include <fresco/files_io.h>
+#include <fresco/host/pipeline_document.h>
+#include <fresco/host/suggest.h>
+
+#include <algorithm>
+
+namespace fresco::host
+{
+namespace
+{
+namespace fs = std::filesystem;
+
+constexpr std::size_t base_limit = 16;
+
+/// One file, before it is merged with its base.
+struct Layer
+{
+    YamlNode vars;
+    YamlNode stages;
+    YamlNode base;  ///< Null: none.
+    bool complete = true;
+};
+
+YamlNode empty_map(const YamlNode& place)
+{
+    YamlNode map;
+    map.kind = YamlNode::Kind::map;
+    map.line = place.line;
+    map.column = place.column;
+    map.source = place.source;
+    return map;
+}
+
+void check_version(const YamlNode& root, bool complete, ProblemList& problems)
+{
+    const YamlNode::Entry* version = root.find("version");
+    if (!version)
+    {
+        if (complete)
+            problems.add(root.position(), "there is no 'version: 1'");
+    }
+    else if (!version->value.is_word("1") && version->value.is_valid())
+        problems.add(version->value.position(), "version must be 1, got " + version->value.summary());
+}
+
+/// The map under `key`, checked entry by entry; an empty map where there is none.
+YamlNode section(const YamlNode& root, std::string_view key, ProblemList& problems)
+{
+    const YamlNode::Entry* entry = root.find(key);
+    if (!entry || entry->value.is_null() || !entry->value.is_valid())
+        return empty_map(root);
+    if (!entry->value.is_map())
+    {
+        problems.add(entry->value.position(),
+                     "'" + std::string(key) + "' must be a map {name: …}, got " + entry->value.summary());
+        return empty_map(root);
+    }
+    YamlNode map = entry->value;
+    for (const YamlNode::Entry& named : map.entries)
+        if (!is_name(named.key))
+            problems.add(named.position(), "'" + named.key + "' cannot name a " + (key == "vars" ? "var" : "stage") +
+                                               ": a name has letters, digits, '_' and '-' and begins with a letter or '_'");
+    return map;
+}
+
+Layer read_layer(const fs::path& file, const std::string& shown, const Position& wanted_at, ProblemList& problems)
+{
+    problems.announce_file(shown);
+    Layer layer;
+    std::error_code failure;
+    const fs::file_status status = fs::status(file, failure);
+    if (!fs::is_regular_file(status))
+    {
+        const bool exists = fs::exists(status);
+        problems.add(wanted_at,
+                     exists ? "'" + file.string() + "' is no regular file" : "there is no pipeline file '" + file.string() + "'",
+                     exists ? ProblemKind::invalid : ProblemKind::missing_input);
+        layer.complete = false;
+        return layer;
+    }
+    const auto size = fs::file_size(file, failure);
+    const auto source = std::make_shared<const YamlSource>(YamlSource{shown, file.parent_path(), false});
+    if (!failure && size > yaml_size_limit)
+    {
+        problems.add({shown, 0, 0}, "larger than 1 MiB: this is no pipeline file");
+        layer.complete = false;
+        return layer;
+    }
+    const std::string text = read_text_file(file, yaml_size_limit);
+    YamlNode root = parse_yaml(text, source, problems, layer.complete);
+    if (!root.is_map())
+    {
+        if (layer.complete)
+            problems.add(root.position(), root.is_null()
+                                              ? "the file is empty: a pipeline has 'version: 1' and 'stages:'"
+                                              : "a pipeline is a map with 'version: 1' and 'stages:', got " + root.summary());
+        layer.complete = false;
+        return layer;
+    }
+    static const std::vector<std::string> keys{"version", "base", "vars", "stages"};
+    for (const YamlNode::Entry& entry : root.entries)
+        if (std::find(keys.begin(), keys.end(), entry.key) == keys.end())
+            problems.add(entry.position(), "unknown key '" + entry.key + "'" + suggestion(entry.key, keys));
+    check_version(root, layer.complete, problems);
+    layer.vars = section(root, "vars", problems);
+    layer.stages = section(root, "stages", problems);
+    if (const YamlNode::Entry* base = root.find("base"))
+    {
+        const bool usable =
+            base->value.is_scalar() && !base->value.text.empty() && base->value.text.find("${") == std::string::npos;
+        if (usable)
+            layer.base = base->value;
+        else if (base->value.is_valid())
+            problems.add(base->value.position(),
+                         "'base' must be the path of a pipeline file, without vars, got " + base->value.summary());
+        layer.complete = layer.complete && usable;
+    }
+    else if (const YamlNode::Entry* stages = root.find("stages");
+             layer.complete && (!stages || stages->value.is_null() || (stages->value.is_map() && layer.stages.entries.empty())))
+        problems.add(root.position(), "there are no stages: a pipeline needs 'stages: {name: {type: …}}'");
+    return layer;
+}
+
+bool type_changes(const YamlNode& below, const YamlNode& above)
+{
+    const YamlNode::Entry* old_type = below.find("type");
+    const YamlNode::Entry* new_type = above.find("type");
+    return old_type && new_type && old_type->value.is_scalar() && new_type->value.is_scalar() &&
+           old_type->value.text != new_type->value.text;
+}
+
+/// What kind of map is merged.
+enum class Level
+{
+    stages,
+    stage,
+    input,
+    config
+};
+
+void merge(YamlNode& below, YamlNode above, Level level, ProblemList& problems);
+
+void merge_entry(YamlNode& below, YamlNode::Entry above, Level level, ProblemList& problems)
+{
+    YamlNode::Entry* old = below.find(above.key);
+    if (above.value.is_null())
+    {
+        if (old)
+            below.erase(above.key);
+        else
+            problems.add(above.position(),
+                         "an empty value removes what the base has, but the base has no '" + above.key + "' here");
+    }
+    else if (!old)
+        below.entries.push_back(std::move(above));
+    else if (old->value.is_map() && above.value.is_map())
+    {
+        old->line = above.line;
+        old->column = above.column;
+        old->source = above.source;
+        const Level inner = level == Level::stages                          ? Level::stage
+                            : level == Level::stage && above.key == "input" ? Level::input
+                            : level == Level::input                         ? Level::input
+                                                                            : Level::config;
+        merge(old->value, std::move(above.value), inner, problems);
+    }
+    else
+        *old = std::move(above);
+}
+
+void merge(YamlNode& below, YamlNode above, Level level, ProblemList& problems)
+{
+    const bool one_file = level == Level::input && (below.find("file") || above.find("file"));
+    if (one_file || (level != Level::stages && type_changes(below, above)))
+    {
+        // An option of the old type means nothing to the new one; where the stage's inputs come from still does.
+        if (const YamlNode::Entry* input = below.find("input"); level == Level::stage && input && !above.find("input"))
+            above.entries.push_back(*input);
+        below = std::move(above);
+        return;
+    }
+    below.line = above.line;
+    below.column = above.column;
+    below.source = above.source;
+    for (YamlNode::Entry& entry : above.entries)
+        merge_entry(below, std::move(entry), level, problems);
+}
+
+void merge_vars(YamlNode& below, YamlNode above)
+{
+    for (YamlNode::Entry& entry : above.entries)
+        if (YamlNode::Entry* old = below.find(entry.key))
+            *old = std::move(entry);
+        else
+            below.entries.push_back(std::move(entry));
+}
+
+/// The base's name as the user would write it from where the upper file's name counts from.
+std::string shown_beside(const std::string& shown, const std::string& base)
+{
+    return (fs::path(shown).parent_path() / base).lexically_normal().string();
+}
+
+bool same_file(const fs::path& a, const fs::path& b)
+{
+    std::error_code failure;
+    return a == b || (fs::equivalent(a, b, failure) && !failure);
+}
+
+void check_stages(const YamlNode& stages, const YamlNode& vars, ProblemList& problems)
+{
+    for (const YamlNode::Entry& stage : stages.entries)
+        if (!stage.value.is_map() && stage.value.is_valid())
+            problems.add(stage.position(),
+                         "stage '" + stage.key + "' must be a map {type: …, option: …}, got " + stage.value.summary());
+    for (const YamlNode::Entry& var : vars.entries)
+        if (const YamlNode::Entry* stage = stages.find(var.key))
+            problems.add(var.position(), "the var '" + var.key + "' has the name of the stage on line " +
+                                             std::to_string(stage->line) + ": call it otherwise, so that --set " + var.key +
+                                             " means one thing");
+}
+}  // namespace
+
+bool is_name(std::string_view text)
+{
+    const auto is_letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; };
+    const auto is_inner = [&](char c) { return is_letter(c) || (c >= '0' && c <= '9') || c == '-'; };
+    return !text.empty() && is_letter(text.front()) && std::all_of(text.begin(), text.end(), is_inner);
+}
+
+PipelineDocument read_pipeline_document(const fs::path& file, const std::string& shown, ProblemList& problems)
+{
+    std::vector<Layer> layers;
+    std::vector<fs::path> files{file.lexically_normal()};
+    std::string name = shown;
+    Position wanted_at{shown, 0, 0};
+    PipelineDocument document;
+    while (true)
+    {
+        layers.push_back(read_layer(files.back(), name, wanted_at, problems));
+        document.complete = document.complete && layers.back().complete;
+        const YamlNode& base = layers.back().base;
+        if (base.is_null())
+            break;
+        const fs::path next = (base.path_base() / base.text).lexically_normal();
+        wanted_at = base.position();
+        const bool again = std::any_of(files.begin(), files.end(), [&](const fs::path& seen) { return same_file(seen, next); });
+        if (again || files.size() >= base_limit)
+        {
+            problems.add(wanted_at, again ? "'base: " + base.text + "' leads back to a file that builds on this one"
+                                          : "more than " + std::to_string(base_limit) + " files build on one another");
+            document.complete = false;
+            break;
+        }
+        name = fs::path(base.text).is_absolute() ? base.text : shown_beside(name, base.text);
+        files.push_back(next);
+    }
+    document.vars = std::move(layers.back().vars);
+    document.stages = std::move(layers.back().stages);
+    document.vars.kind = document.stages.kind = YamlNode::Kind::map;
+    layers.pop_back();
+    while (!layers.empty())
+    {
+        merge_vars(document.vars, std::move(layers.back().vars));
+        if (layers.back().stages.is_map())
+            merge(document.stages, std::move(layers.back().stages), Level::stages, problems);
+        layers.pop_back();
+    }
+    check_stages(document.stages, document.vars, problems);
+    for (YamlNode::Entry& stage : document.stages.entries)
+        if (!stage.value.is_map())
+            stage.value.kind = YamlNode::Kind::invalid;
+    return document;
+}
+
+}  // namespace fresco::host

@@ -1,0 +1,150 @@
+#include <fresco/host/pipeline_options.h>
+#include <fresco/host/suggest.h>
+
+#include <algorithm>
+
+namespace fresco::host
+{
+namespace
+{
+/// Defaults may name components whose defaults name components; without an end only by a plugin's mistake.
+constexpr std::size_t nesting_limit = 16;
+
+std::string default_text(const OptionDeclaration& option)
+{
+    if (option.default_value.is_null())
+        return {};
+    return " for the default, " + to_json(option.default_value);
+}
+}  // namespace
+
+Value OptionChecker::complete(const KnownType& type, YamlNode config, const std::vector<std::string>& taken,
+                              const std::string& user, OptionUses& uses)
+{
+    std::vector<std::string> known = type.declaration->option_names();
+    for (const YamlNode::Entry& entry : config.entries)
+    {
+        const bool is_taken = std::find(taken.begin(), taken.end(), entry.key) != taken.end();
+        if (is_taken || type.declaration->option(entry.key))
+            continue;
+        std::vector<std::string> spellings = known;
+        spellings.insert(spellings.end(), taken.begin(), taken.end());
+        problems_.add(entry.position(), user + " has no option '" + entry.key + "'" +
+                                            (known.empty() ? ": it has none" : suggestion(entry.key, spellings)));
+    }
+    expand_auto(*type.declaration, config);
+    Value::Map result;
+    for (const OptionDeclaration& option : type.declaration->options)
+    {
+        const YamlNode::Entry* written = config.find(option.name);
+        if (written && written->value.is_null())
+        {
+            problems_.add(written->position(), user + ": option '" + option.name + "' has no value: leave the line out" +
+                                                   default_text(option) + ", or give " + option.accepted());
+            continue;
+        }
+        if (!written && option.required)
+        {
+            problems_.add(config.position(), user + " needs the option '" + option.name + "': " + option.accepted() +
+                                                 (option.help.empty() ? "" : " (" + option.help + ")"));
+            continue;
+        }
+        if (!written && option.default_value.is_null())
+            continue;
+        const YamlNode node = written ? written->value : yaml_from_value(option.default_value, config);
+        Value value = option.is_slot() ? complete_slot(option, node, user, uses) : check_plain(option, node, user, uses);
+        const bool nothing = value.is_null() || (option.kind == OptionKind::output_name && value.as_string().empty());
+        if (!nothing)
+            result.emplace_back(option.name, std::move(value));
+    }
+    return result;
+}
+
+Value OptionChecker::check_plain(const OptionDeclaration& option, const YamlNode& node, const std::string& user, OptionUses& uses)
+{
+    Value value = check_value(option, node, user, problems_);
+    if (value.is_null() || !value.is_string() || value.as_string().empty())
+        return value;
+    const std::string owner = user + ": option '" + option.name + "'";
+    if (option.kind == OptionKind::input_file)
+        uses.input_files.push_back(check_input_path(node, false, owner, problems_));
+    else if (option.kind == OptionKind::input_folder)
+        check_input_path(node, true, owner, problems_);
+    else if (option.kind == OptionKind::output_name)
+        uses.output_names.emplace_back(value.as_string(), node.position());
+    return value;
+}
+
+Value OptionChecker::complete_slot(const OptionDeclaration& option, const YamlNode& node, const std::string& user,
+                                   OptionUses& uses)
+{
+    if (option.kind == OptionKind::components)
+        return complete_component_map(option, node, user, uses);
+    return complete_component(option.component_kind, node, {}, user + ": option '" + option.name + "'", uses);
+}
+
+Value OptionChecker::complete_component_map(const OptionDeclaration& option, const YamlNode& node, const std::string& user,
+                                            OptionUses& uses)
+{
+    const std::string owner = user + ": option '" + option.name;
+    if (!node.is_map())
+    {
+        if (node.is_valid())
+            problems_.add(node.position(), owner + "': expected " + option.accepted() + ", got " + node.summary());
+        return {};
+    }
+    if (node.find("type") && node.find("type")->value.is_scalar())
+    {
+        problems_.add(node.position(), owner + "' holds several components: give each a name, {name: {type: …}}");
+        return {};
+    }
+    Value::Map result;
+    for (const YamlNode::Entry& entry : node.entries)
+    {
+        if (entry.value.is_null())
+            problems_.add(entry.position(), owner + "." + entry.key + "' has no value: give {type: …}, or leave the line out");
+        else
+            result.emplace_back(entry.key,
+                                complete_component(option.component_kind, entry.value, {}, owner + "." + entry.key + "'", uses));
+    }
+    std::sort(result.begin(), result.end(), [](const Value::Entry& a, const Value::Entry& b) { return a.first < b.first; });
+    return result;
+}
+
+Value OptionChecker::complete_component(std::string_view kind, const YamlNode& config, const std::vector<std::string>& taken,
+                                        const std::string& user, OptionUses& uses)
+{
+    if (!config.is_valid())
+        return {};
+    const std::optional<std::string> name = type_named_by(config, user, &problems_);
+    if (!name)
+        return {};
+    const YamlNode::Entry* written = config.is_map() ? config.find("type") : nullptr;
+    const Position at = written ? written->value.position() : config.position();
+    const KnownType type = types_.require(*name, kind, user, at, problems_);
+    if (!type)
+        return {};
+    if (depth_ >= nesting_limit)
+    {
+        problems_.add(at, user + ": the default components of '" + *name + "' hold one another without end", ProblemKind::plugin);
+        return {};
+    }
+    uses.components.insert(type.description);
+    YamlNode options = config;
+    if (!options.is_map())
+    {
+        options.kind = YamlNode::Kind::map;
+        options.text.clear();
+    }
+    std::vector<std::string> keys = taken;
+    keys.emplace_back("type");
+    ++depth_;
+    Value completed = complete(type, std::move(options), keys, user + " (" + *name + ")", uses);
+    --depth_;
+    Value::Map result{{"type", *name}};
+    for (Value::Entry& entry : completed.as_map())
+        result.push_back(std::move(entry));
+    return result;
+}
+
+}  // namespace fresco::host

@@ -1,0 +1,270 @@
+#include <fresco/host/pipeline_sets.h>
+#include <fresco/host/suggest.h>
+
+#include <algorithm>
+
+namespace fresco::host
+{
+namespace
+{
+using Path = std::vector<std::string>;
+
+std::vector<std::string> split(const std::string& name)
+{
+    std::vector<std::string> parts{""};
+    for (const char c : name)
+        if (c == '.')
+            parts.emplace_back();
+        else
+            parts.back() += c;
+    return parts;
+}
+
+std::string joined(const Path& path, std::size_t count)
+{
+    std::string text;
+    for (std::size_t i = 0; i < count; ++i)
+        text += (i == 0 ? "" : ".") + path[i];
+    return text;
+}
+
+std::vector<std::string> keys_of(const YamlNode& map)
+{
+    std::vector<std::string> keys;
+    for (const YamlNode::Entry& entry : map.entries)
+        keys.push_back(entry.key);
+    return keys;
+}
+
+YamlNode parse_value(const std::string& text, const std::shared_ptr<const YamlSource>& source, ProblemList& problems)
+{
+    if (!text.empty() && std::string_view("[{\"'").find(text.front()) != std::string_view::npos)
+    {
+        bool complete = false;
+        const std::size_t before = problems.size();
+        YamlNode node = parse_yaml(text, source, problems, complete);
+        if (!complete || problems.size() > before)
+            node.kind = YamlNode::Kind::invalid;
+        return node;
+    }
+    YamlNode node;
+    node.kind = YamlNode::Kind::scalar;
+    node.text = text;
+    // An empty value is an empty text, not a missing one.
+    node.plain = !text.empty();
+    node.source = source;
+    return node;
+}
+
+/// Puts one value at a path inside the configuration of a stage or component.
+class Setter
+{
+  public:
+    Setter(const Path& path, const YamlNode& value, TypeTable& types, ProblemList& problems)
+        : path_(path), value_(value), types_(types), problems_(problems)
+    {
+    }
+
+    void set_in_stage(YamlNode& stage)
+    {
+        if (path_[1] == "input")
+            set_input(stage);
+        else
+            set_in_config(stage, "stage", 1);
+    }
+
+  private:
+    void report(const std::string& text) { problems_.add(value_.position(), text); }
+
+    void set_input(YamlNode& stage)
+    {
+        YamlNode* node = &stage;
+        for (std::size_t i = 1; i + 1 < path_.size(); ++i)
+        {
+            YamlNode::Entry* entry = node->find(path_[i]);
+            if (!entry)
+            {
+                YamlNode map;
+                map.kind = YamlNode::Kind::map;
+                map.source = value_.source;
+                node->set(path_[i], std::move(map));
+                entry = node->find(path_[i]);
+            }
+            if (!entry->value.is_map())
+                return report("'" + joined(path_, i + 1) + "' is " + entry->value.summary() + " in the file, not a map with '" +
+                              path_[i + 1] + "': set it as a whole");
+            node = &entry->value;
+        }
+        node->set(path_.back(), value_);
+    }
+
+    /// `config` holds options (and `type`); path_[at] names one of them.
+    void set_in_config(YamlNode& config, std::string_view kind, std::size_t at)
+    {
+        if (path_[at] == "type" && at + 1 == path_.size())
+            return set_type(config, kind);
+        if (at + 1 == path_.size())
+        {
+            config.set(path_[at], value_);
+            return;
+        }
+        const std::optional<std::string> name = type_named_by(config, joined(path_, at), nullptr);
+        const KnownType type = name ? types_.find(*name, kind) : KnownType{};
+        if (!type)
+            return;  // The type itself is reported elsewhere.
+        const OptionDeclaration* option = type.declaration->option(path_[at]);
+        if (!option)
+            return report("'" + joined(path_, at) + "' (" + *name + ") has no option '" + path_[at] + "'" +
+                          suggestion(path_[at], type.declaration->option_names()));
+        if (!option->is_slot())
+            return report("the option '" + joined(path_, at + 1) + "' is no component and has no '" + path_[at + 1] +
+                          "' inside: it takes " + option->accepted());
+        expand_auto(*type.declaration, config);
+        YamlNode* slot = written_out(config, *option);
+        if (!slot)
+            return report("'" + joined(path_, at + 1) + "' holds no component yet: set " + joined(path_, at + 1) + ".type first");
+        if (option->kind == OptionKind::component)
+            set_in_component(*slot, option->component_kind, at + 1);
+        else
+            set_in_named(*slot, option->component_kind, at + 1);
+    }
+
+    /// The value of a slot as written, else its default. A slot without either can be given a type.
+    YamlNode* written_out(YamlNode& config, const OptionDeclaration& option)
+    {
+        if (!config.find(option.name))
+        {
+            YamlNode place = config;
+            place.items.clear();
+            place.entries.clear();
+            YamlNode value = yaml_from_value(option.default_value, place);
+            if (value.is_null() && option.kind == OptionKind::component && path_.back() != "type")
+                return nullptr;
+            if (value.is_null())
+                value.kind = YamlNode::Kind::map;
+            config.set(option.name, std::move(value));
+        }
+        return &config.find(option.name)->value;
+    }
+
+    void set_in_component(YamlNode& config, std::string_view kind, std::size_t at)
+    {
+        if (config.is_scalar())
+        {
+            YamlNode map = config;
+            map.kind = YamlNode::Kind::map;
+            map.text.clear();
+            map.set("type", config);
+            config = std::move(map);
+        }
+        if (config.is_map())
+            set_in_config(config, kind, at);
+    }
+
+    void set_in_named(YamlNode& named, std::string_view kind, std::size_t at)
+    {
+        if (!named.is_map())
+            return report("'" + joined(path_, at) + "' is " + named.summary() + " in the file, not a map of components");
+        if (at + 1 == path_.size())
+        {
+            named.set(path_[at], value_);
+            return;
+        }
+        if (!named.find(path_[at]))
+        {
+            if (path_.back() != "type" || at + 2 != path_.size())
+                return report("there is no '" + joined(path_, at + 1) + "'" + suggestion(path_[at], keys_of(named)));
+            YamlNode fresh;
+            fresh.kind = YamlNode::Kind::map;
+            fresh.source = value_.source;
+            named.set(path_[at], std::move(fresh));
+        }
+        set_in_component(named.find(path_[at])->value, kind, at + 1);
+    }
+
+    void set_type(YamlNode& config, std::string_view kind)
+    {
+        const YamlNode::Entry* old = config.find("type");
+        const bool changes = old && old->value.is_scalar() && old->value.text != value_.text;
+        if (changes)
+            // An option of the old type means nothing to the new one; where a stage's inputs come from still does.
+            std::erase_if(config.entries,
+                          [&](const YamlNode::Entry& entry) { return !(kind == "stage" && entry.key == "input"); });
+        config.set("type", value_);
+    }
+
+    const Path& path_;
+    const YamlNode& value_;
+    TypeTable& types_;
+    ProblemList& problems_;
+};
+
+std::string shown_value(const std::string& value)
+{
+    constexpr std::size_t longest = 40;
+    return value.size() <= longest && value.find('\n') == std::string::npos ? value : "…";
+}
+}  // namespace
+
+Settings::Settings(const std::vector<std::pair<std::string, std::string>>& sets, const std::filesystem::path& working_directory,
+                   ProblemList& problems)
+    : problems_(problems)
+{
+    for (const auto& [name, value] : sets)
+    {
+        const std::string shown = "--set " + name + "=" + shown_value(value);
+        problems.announce_file(shown);
+        const auto source = std::make_shared<const YamlSource>(YamlSource{shown, working_directory, true});
+        Path path = split(name);
+        if (std::find(path.begin(), path.end(), "") != path.end())
+        {
+            problems.add({shown, 0, 0}, "expected NAME=VALUE or STAGE.OPTION=VALUE");
+            continue;
+        }
+        settings_.push_back({std::move(path), parse_value(value, source, problems)});
+    }
+}
+
+void Settings::set_vars(PipelineDocument& document)
+{
+    for (const Setting& setting : settings_)
+    {
+        const std::string& name = setting.path.front();
+        if (setting.path.size() > 1)
+            continue;
+        if (YamlNode::Entry* var = document.vars.find(name))
+            var->value = setting.value;
+        else if (document.stages.find(name))
+            problems_.add(setting.value.position(),
+                          "'" + name + "' is a stage: set one of its options, --set " + name + ".OPTION=VALUE");
+        else if (document.complete)
+            problems_.add(setting.value.position(),
+                          "there is no var '" + name + "' in the pipeline" + suggestion(name, keys_of(document.vars)));
+    }
+}
+
+void Settings::set_options(YamlNode& stages, Variables& variables, TypeTable& types)
+{
+    for (Setting& setting : settings_)
+        if (setting.path.size() > 1)
+            setting.value = variables.substitute(setting.value);
+    // An option that decides what `auto` stands for must be in place before anything inside it is set.
+    for (const Setting& setting : settings_)
+        if (setting.path.size() == 2)
+            set_option(setting, stages, types);
+    for (const Setting& setting : settings_)
+        if (setting.path.size() > 2)
+            set_option(setting, stages, types);
+}
+
+void Settings::set_option(const Setting& setting, YamlNode& stages, TypeTable& types)
+{
+    YamlNode::Entry* stage = stages.find(setting.path.front());
+    if (!stage)
+        problems_.add(setting.value.position(),
+                      "there is no stage '" + setting.path.front() + "'" + suggestion(setting.path.front(), keys_of(stages)));
+    else if (stage->value.is_map())
+        Setter(setting.path, setting.value, types, problems_).set_in_stage(stage->value);
+}
+
+}  // namespace fresco::host

@@ -1,0 +1,183 @@
+#include <fresco/error.h>
+#include <fresco/host/pipeline_types.h>
+#include <fresco/host/suggest.h>
+
+#include <algorithm>
+
+namespace fresco::host
+{
+namespace
+{
+/// Plugins are called after what they hold: mesh_decimate.so has mesh.decimate.
+const Refusal* probable_refusal(const Catalog& catalog, std::string type)
+{
+    std::replace(type.begin(), type.end(), '.', '_');
+    for (const Refusal& refusal : catalog.refusals())
+        if (refusal.library.stem() == type)
+            return &refusal;
+    return nullptr;
+}
+}  // namespace
+
+const TypeDeclaration& TypeTable::declaration(const TypeDescription& type)
+{
+    const auto known = declarations_.find(&type);
+    return known != declarations_.end() ? known->second : declarations_.emplace(&type, read_declaration(type)).first->second;
+}
+
+KnownType TypeTable::find(std::string_view type, std::string_view kind)
+{
+    const TypeDescription* description = catalog_.find(type);
+    if (!description || description->kind != kind)
+        return {};
+    try
+    {
+        return {description, &declaration(*description)};
+    }
+    catch (const Error&)
+    {
+        return {};
+    }
+}
+
+KnownType TypeTable::require(const std::string& type, std::string_view kind, const std::string& user, const Position& at,
+                             ProblemList& problems)
+{
+    const std::string wanted = user + ": ";
+    if (const TypeDescription* description = catalog_.find(type))
+    {
+        if (!kind.empty() && description->kind != kind)
+        {
+            problems.add(at, wanted + "'" + type + "' is of kind '" + description->kind + "', and one of kind '" +
+                                 std::string(kind) + "' is needed here" + suggestion(type, names_of_kind(kind)));
+            return {};
+        }
+        try
+        {
+            return {description, &declaration(*description)};
+        }
+        catch (const Error& error)
+        {
+            problems.add(at, wanted + error.what(), ProblemKind::plugin);
+            return {};
+        }
+    }
+    if (const auto libraries = catalog_.libraries_of(type); !libraries.empty())
+    {
+        std::vector<std::string> names;
+        for (const auto& library : libraries)
+            names.push_back(library.string());
+        problems.add(
+            at, wanted + "several plugins have the type '" + type + "', so none is used: " + join(names) + "; remove all but one",
+            ProblemKind::plugin);
+    }
+    else if (const Refusal* refusal = probable_refusal(catalog_, type))
+        problems.add(at,
+                     wanted + "'" + type + "' is probably in " + refusal->library.string() +
+                         ", which cannot be used: " + refusal->reason,
+                     ProblemKind::plugin);
+    else
+        problems.add(at, wanted + "no plugin has the type '" + type + "'" + suggestion(type, names_of_kind(kind)));
+    return {};
+}
+
+std::vector<const TypeDescription*> TypeTable::of_kind(std::string_view kind) const
+{
+    std::vector<const TypeDescription*> result = catalog_.types();
+    std::erase_if(result, [&](const TypeDescription* type) { return !kind.empty() && type->kind != kind; });
+    return result;
+}
+
+std::vector<std::string> TypeTable::names_of_kind(std::string_view kind) const
+{
+    std::vector<std::string> names;
+    for (const TypeDescription* type : of_kind(kind))
+        names.push_back(type->type);
+    return names;
+}
+
+std::optional<std::string> type_named_by(const YamlNode& config, const std::string& user, ProblemList* problems)
+{
+    const auto report = [&](const YamlNode& at, const std::string& text)
+    {
+        if (problems)
+            problems->add(at.position(), user + ": " + text);
+    };
+    const YamlNode::Entry* entry = config.is_map() ? config.find("type") : nullptr;
+    if (config.is_map() && !entry)
+    {
+        report(config, "there is no 'type'");
+        return std::nullopt;
+    }
+    const YamlNode& named = entry ? entry->value : config;
+    if (!named.is_valid())
+        return std::nullopt;
+    const ResolvedScalar resolved = named.is_scalar() ? resolve_scalar(named) : ResolvedScalar{};
+    if (!resolved.value.is_string() || resolved.value.as_string().empty())
+    {
+        report(named, "a type such as 'mesh.decimate' is needed, got " + named.summary());
+        return std::nullopt;
+    }
+    return resolved.value.as_string();
+}
+
+namespace
+{
+/// The option that decides an `auto` rule, as it is written or by default.
+YamlNode deciding_value(const TypeDeclaration& declaration, const YamlNode& config, const std::string& option)
+{
+    if (const YamlNode::Entry* written = config.find(option))
+        return written->value;
+    const OptionDeclaration* declared = declaration.option(option);
+    return yaml_from_value(declared ? declared->default_value : Value(), config);
+}
+
+bool is_empty(const YamlNode& node)
+{
+    return node.is_null() || (node.is_scalar() && node.text.empty()) || (node.is_list() && node.items.empty()) ||
+           (node.is_map() && node.entries.empty());
+}
+
+void put_in(YamlNode& node, const std::string& placeholder, const YamlNode& value)
+{
+    if (node.is_scalar() && node.text == placeholder)
+    {
+        // The value keeps where it was written: its path counts from there.
+        YamlNode placed = value;
+        placed.origin = value.origin ? value.origin : value.source;
+        placed.line = node.line;
+        placed.column = node.column;
+        placed.source = node.source;
+        node = std::move(placed);
+        return;
+    }
+    if (node.is_scalar() && value.is_scalar())
+        for (std::size_t at = node.text.find(placeholder); at != std::string::npos;
+             at = node.text.find(placeholder, at + value.text.size()))
+            node.text.replace(at, placeholder.size(), value.text);
+    for (YamlNode& item : node.items)
+        put_in(item, placeholder, value);
+    for (YamlNode::Entry& entry : node.entries)
+        put_in(entry.value, placeholder, value);
+}
+}  // namespace
+
+void expand_auto(const TypeDeclaration& declaration, YamlNode& config)
+{
+    for (const OptionDeclaration& option : declaration.options)
+    {
+        const YamlNode::Entry* written = config.find(option.name);
+        const bool by_default = !written && option.default_value == Value("auto");
+        if (!option.auto_rule || !(by_default || (written && written->value.is_scalar() && written->value.text == "auto")))
+            continue;
+        const YamlNode decides = deciding_value(declaration, config, option.auto_rule->option);
+        const bool empty = is_empty(decides);
+        YamlNode expanded =
+            yaml_from_value(empty ? option.auto_rule->if_empty : option.auto_rule->if_set, written ? written->value : config);
+        if (!empty)
+            put_in(expanded, "${" + option.auto_rule->option + "}", decides);
+        config.set(option.name, std::move(expanded));
+    }
+}
+
+}  // namespace fresco::host

@@ -1,0 +1,369 @@
+#include <fresco/host/pipeline_wiring.h>
+#include <fresco/host/suggest.h>
+
+#include <algorithm>
+
+namespace fresco::host
+{
+namespace
+{
+constexpr std::size_t full_reports = 200;
+
+std::string listed(const std::vector<const PortDeclaration*>& ports)
+{
+    std::vector<std::string> texts;
+    for (const PortDeclaration* port : ports)
+        texts.push_back(port->name + " (" + port->artifact_text() + ")");
+    return texts.empty() ? "nothing" : join(texts);
+}
+
+std::vector<const PortDeclaration*> pointers(const std::vector<PortDeclaration>& ports)
+{
+    std::vector<const PortDeclaration*> result;
+    for (const PortDeclaration& port : ports)
+        result.push_back(&port);
+    return result;
+}
+
+bool fits(const PortDeclaration& output, const PortDeclaration& input)
+{
+    return output.artifact == input.artifact && output.version == input.version;
+}
+
+std::vector<std::string> names_of(const std::vector<PortDeclaration>& ports)
+{
+    std::vector<std::string> names;
+    for (const PortDeclaration& port : ports)
+        names.push_back(port.name);
+    return names;
+}
+
+bool looks_like_path(const std::string& text)
+{
+    return text.find('/') != std::string::npos || std::filesystem::path(text).has_extension();
+}
+}  // namespace
+
+std::string StageDraft::title() const
+{
+    return "stage '" + name + "'" + (type ? " (" + type.description->type + ")" : "");
+}
+
+Wiring::Wiring(std::vector<StageDraft>& stages, TypeTable& types, OptionChecker& options, ProblemList& problems)
+    : stages_(stages), types_(types), options_(options), problems_(problems)
+{
+    for (std::size_t i = 0; i < stages.size(); ++i)
+        index_.emplace(stages[i].name, i);
+}
+
+void Wiring::wire_all()
+{
+    for (StageDraft& stage : stages_)
+        wire(stage);
+}
+
+void Wiring::wire(StageDraft& stage)
+{
+    const YamlNode::Entry* input = stage.config.find("input");
+    if (input && !stage.type)
+        follow_blindly(stage, input->value);
+    if (!stage.type)
+        return;
+    gave_up_ = false;
+    const TypeDeclaration& type = *stage.type.declaration;
+    if (input && input->value.is_null())
+        problems_.add(input->position(), stage.title() + ": 'input' has no value: give a stage's name, or {port: stage, …}");
+    else if (input && type.inputs.empty())
+    {
+        if (!(input->value.is_map() && input->value.entries.empty()))
+            problems_.add(input->position(), stage.title() + " takes no input");
+        follow_blindly(stage, input->value);
+    }
+    else if (input)
+        wire_one(stage, input->value);
+    if (!gave_up_ && !(input && input->value.is_null()))
+        report_unwired(stage, input ? input->position() : stage.position);
+    const auto place = [&](const Wire& wire) { return type.input(wire.port) - type.inputs.data(); };
+    std::sort(stage.wires.begin(), stage.wires.end(), [&](const Wire& a, const Wire& b) { return place(a) < place(b); });
+}
+
+void Wiring::wire_one(StageDraft& stage, const YamlNode& node)
+{
+    const TypeDeclaration& type = *stage.type.declaration;
+    if (node.is_scalar())
+        wire_stage(stage, pointers(type.inputs), node);
+    else if (node.is_map() && node.find("file") && !type.input("file"))
+        wire_file(stage, pointers(type.inputs), node);
+    else if (node.is_map())
+        wire_ports(stage, node);
+    else
+    {
+        gave_up_ = true;
+        if (node.is_valid())
+            problems_.add(node.position(), stage.title() +
+                                               ": 'input' must be a stage's name, {port: stage, …} or {file: PATH}, got " +
+                                               node.summary());
+    }
+}
+
+void Wiring::wire_ports(StageDraft& stage, const YamlNode& map)
+{
+    const TypeDeclaration& type = *stage.type.declaration;
+    for (const YamlNode::Entry& entry : map.entries)
+    {
+        const PortDeclaration* port = type.input(entry.key);
+        if (!port)
+        {
+            problems_.add(entry.position(),
+                          stage.title() + " has no input '" + entry.key + "'" + suggestion(entry.key, names_of(type.inputs)));
+            follow_blindly(stage, entry.value);
+        }
+        else if (entry.value.is_scalar())
+            wire_stage(stage, {port}, entry.value);
+        else if (entry.value.is_map() && entry.value.find("file"))
+            wire_file(stage, {port}, entry.value);
+        else
+        {
+            gave_up_ = true;
+            if (entry.value.is_valid())
+                problems_.add(entry.value.position(), stage.title() + ": input '" + entry.key +
+                                                          "' must be a stage's name or {file: PATH}, got " +
+                                                          entry.value.summary());
+        }
+    }
+}
+
+bool Wiring::find_source(StageDraft& stage, const YamlNode& node, Source& source)
+{
+    const std::size_t dot = node.text.find('.');
+    const std::string name = node.text.substr(0, dot);
+    const auto found = index_.find(name);
+    if (found == index_.end())
+    {
+        std::vector<std::string> names;
+        // A file full of mistakes is told the first of them in full.
+        if (problems_.size() < full_reports)
+            for (const StageDraft& other : stages_)
+                names.push_back(other.name);
+        const std::string meant = suggestion(name, names);
+        problems_.add(node.position(), stage.title() + ": there is no stage '" + name + "'" + meant +
+                                           (looks_like_path(node.text) ? "; a file is written {file: " + node.text + "}" : ""));
+        gave_up_ = true;
+        return false;
+    }
+    source.stage = found->second;
+    source.port = dot == std::string::npos ? "" : node.text.substr(dot + 1);
+    stage.sources.emplace_back(source.stage, node.position());
+    return true;
+}
+
+Wiring::Ports Wiring::outputs_of(const Source& source, const YamlNode& node, const StageDraft& user)
+{
+    const StageDraft& from = stages_[source.stage];
+    const TypeDeclaration& type = *from.type.declaration;
+    if (source.port.empty())
+        return pointers(type.outputs);
+    if (const PortDeclaration* port = type.output(source.port))
+        return {port};
+    problems_.add(node.position(), user.title() + ": " + from.title() + " has no output '" + source.port + "'" +
+                                       suggestion(source.port, names_of(type.outputs)));
+    gave_up_ = true;
+    return {};
+}
+
+void Wiring::wire_stage(StageDraft& stage, const Ports& inputs, const YamlNode& node)
+{
+    Source source;
+    if (!find_source(stage, node, source))
+        return;
+    const StageDraft& from = stages_[source.stage];
+    if (!from.type)
+    {
+        gave_up_ = true;
+        return;
+    }
+    const Ports outputs = outputs_of(source, node, stage);
+    if (outputs.empty() && gave_up_)
+        return;
+    std::vector<std::pair<const PortDeclaration*, const PortDeclaration*>> pairs;
+    for (const PortDeclaration* output : outputs)
+        for (const PortDeclaration* input : inputs)
+            if (fits(*output, *input))
+                pairs.emplace_back(output, input);
+    if (pairs.size() == 1)
+    {
+        stage.wires.push_back({pairs[0].second->name, pairs[0].second->artifact, from.name, pairs[0].first->name, {}, {}});
+        return;
+    }
+    gave_up_ = true;
+    const std::string makes = source.port.empty()
+                                  ? from.title() + " makes " + listed(outputs)
+                                  : "output '" + source.port + "' of " + from.title() + " is " + outputs[0]->artifact_text();
+    if (pairs.empty())
+    {
+        const std::string takes = inputs.size() == 1 ? ": input '" + inputs[0]->name + "' takes " + inputs[0]->artifact_text()
+                                                     : " takes " + listed(inputs);
+        problems_.add(node.position(), stage.title() + takes + ", but " + makes);
+        return;
+    }
+    std::vector<std::string> ways;
+    for (const auto& [output, input] : pairs)
+        ways.push_back("{" + input->name + ": " + from.name + "." + output->name + "}");
+    problems_.add(node.position(), stage.title() + ": '" + node.text + "' can be meant in several ways: name the port" +
+                                       (inputs.size() == 1 ? ": " : "s: ") + join(ways, " or "));
+}
+
+std::vector<std::pair<KnownType, const PortDeclaration*>> Wiring::readers_for(const Ports& inputs, const std::string& extension,
+                                                                              const YamlNode& node, const StageDraft& stage)
+{
+    std::vector<std::pair<KnownType, const PortDeclaration*>> fitting;
+    std::vector<std::string> extensions;
+    const YamlNode::Entry* wanted = node.find("type");
+    for (const TypeDescription* description : types_.of_kind("reader"))
+    {
+        const KnownType reader = types_.find(description->type, "reader");
+        if (!reader || (wanted && wanted->value.text != description->type))
+            continue;
+        for (const PortDeclaration* input : inputs)
+        {
+            if (reader.declaration->artifact != input->artifact)
+                continue;
+            const std::vector<std::string>& known = reader.declaration->extensions;
+            extensions.insert(extensions.end(), known.begin(), known.end());
+            if (std::find(known.begin(), known.end(), extension) != known.end())
+                fitting.emplace_back(reader, input);
+        }
+    }
+    if (!fitting.empty())
+        return fitting;
+    gave_up_ = true;
+    std::sort(extensions.begin(), extensions.end());
+    extensions.erase(std::unique(extensions.begin(), extensions.end()), extensions.end());
+    std::vector<std::string> artifacts;
+    for (const PortDeclaration* input : inputs)
+        artifacts.push_back(input->artifact);
+    const std::string what = wanted ? "'" + wanted->value.text + "' makes no " : "no reader makes ";
+    problems_.add(node.find("file")->value.position(),
+                  stage.title() + ": " + what + join(artifacts) + " from " +
+                      (extension.empty() ? "a file without an extension" : "'" + extension + "' files") +
+                      (extensions.empty() ? "" : " (there are: " + join(extensions, ", ") + ")"));
+    return {};
+}
+
+void Wiring::wire_file(StageDraft& stage, const Ports& inputs, const YamlNode& node)
+{
+    const YamlNode& file = node.find("file")->value;
+    const std::string user = stage.title() + ": input" + (inputs.size() == 1 ? " '" + inputs[0]->name + "'" : "");
+    OptionDeclaration declared;
+    declared.name = "file";
+    declared.kind = OptionKind::input_file;
+    const Value path = file.is_null() ? Value() : check_value(declared, file, user, problems_);
+    if (file.is_null())
+        problems_.add(file.position(), user + ": 'file' has no value: give " + declared.accepted());
+    if (path.is_null())
+    {
+        gave_up_ = true;
+        return;
+    }
+    // An empty text says: not given. The port is then missing, or an optional one left out.
+    if (path.as_string().empty())
+        return;
+    const std::filesystem::path absolute = check_input_path(file, false, user, problems_);
+    if (const YamlNode::Entry* wanted = node.find("type"))
+    {
+        const auto type = type_named_by(node, user, &problems_);
+        if (!type || !types_.require(*type, "reader", user, wanted->value.position(), problems_))
+        {
+            gave_up_ = true;
+            return;
+        }
+    }
+    std::string extension = absolute.extension().string();
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+    const auto readers = readers_for(inputs, extension, node, stage);
+    if (readers.empty())
+        return;
+    if (readers.size() > 1)
+    {
+        std::vector<std::string> ways;
+        for (const auto& [reader, port] : readers)
+            ways.push_back(inputs.size() == 1 ? "type: " + reader.description->type
+                                              : port->name + " by " + reader.description->type);
+        problems_.add(node.position(), user + ": the file can be read in several ways, say which: " + join(ways, " or "));
+        gave_up_ = true;
+        return;
+    }
+    const auto& [reader, port] = readers.front();
+    YamlNode config = node;
+    if (!config.find("type"))
+        config.set("type", yaml_from_value(reader.description->type, node));
+    Wire wire{port->name, port->artifact, {}, {}, absolute, {}};
+    wire.reader =
+        options_.complete_component("reader", config, {"file"}, stage.title() + ": input '" + port->name + "'", stage.uses);
+    stage.uses.input_files.push_back(absolute);
+    stage.wires.push_back(std::move(wire));
+}
+
+std::string Wiring::makers_of(const PortDeclaration& port) const
+{
+    if (problems_.size() >= full_reports)
+        return {};
+    std::vector<std::string> makers;
+    for (const StageDraft& stage : stages_)
+        if (stage.type)
+            for (const PortDeclaration& output : stage.type.declaration->outputs)
+                if (fits(output, port) && makers.size() < 6)
+                    makers.push_back(stage.name + "." + output.name);
+    return makers.empty() ? "; no stage of this pipeline makes " + port.artifact_text() : "; it is made by " + join(makers);
+}
+
+void Wiring::report_unwired(const StageDraft& stage, const Position& at)
+{
+    for (const PortDeclaration& port : stage.type.declaration->inputs)
+    {
+        const bool wired =
+            std::any_of(stage.wires.begin(), stage.wires.end(), [&](const Wire& wire) { return wire.port == port.name; });
+        if (!wired && !port.is_optional)
+            problems_.add(at, stage.title() + " needs the input '" + port.name + "' (" + port.artifact_text() + ")" +
+                                  makers_of(port));
+    }
+}
+
+void Wiring::follow_blindly(StageDraft& stage, const YamlNode& node)
+{
+    if (node.is_scalar())
+    {
+        Source source;
+        find_source(stage, node, source);
+    }
+    else if (node.is_map() && !node.find("file"))
+        for (const YamlNode::Entry& entry : node.entries)
+            if (entry.value.is_scalar())
+                follow_blindly(stage, entry.value);
+    gave_up_ = true;
+}
+
+StageGraph check_graph(const std::vector<StageDraft>& stages, ProblemList& problems)
+{
+    constexpr std::size_t shown = 8;
+    StageGraph graph(stages.size());
+    for (std::size_t i = 0; i < stages.size(); ++i)
+        for (const auto& [source, position] : stages[i].sources)
+            graph.add_edge(source, i);
+    for (const std::vector<std::size_t>& cycle : graph.cycles())
+    {
+        const StageDraft& first = stages[cycle.front()];
+        std::string text = "stage '" + first.name + "' needs its own result: ";
+        for (std::size_t i = 0; i < cycle.size() && i < shown; ++i)
+            text += stages[cycle[i]].name + " → ";
+        if (cycle.size() > shown)
+            text += "… (" + std::to_string(cycle.size()) + " stages) → ";
+        const auto closing =
+            std::find_if(first.sources.begin(), first.sources.end(), [&](const auto& s) { return s.first == cycle.back(); });
+        problems.add(closing == first.sources.end() ? first.position : closing->second, text + first.name);
+    }
+    return graph;
+}
+
+}  // namespace fresco::host

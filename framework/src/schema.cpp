@@ -1,0 +1,254 @@
+#include <fresco/host/declaration.h>
+#include <fresco/host/schema.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <string>
+
+namespace fresco::host
+{
+namespace
+{
+constexpr const char* name_pattern = "^[A-Za-z_][A-Za-z0-9_-]*$";
+
+using Map = Value::Map;
+using List = Value::List;
+
+Value reference(const std::string& definition)
+{
+    return Map{{"$ref", "#/$defs/" + definition}};
+}
+
+Value texts(const std::vector<std::string>& words)
+{
+    return List(words.begin(), words.end());
+}
+
+/// The value itself, or a var in its place.
+Value or_var(Value schema)
+{
+    return Map{{"anyOf", List{std::move(schema), reference("var")}}};
+}
+
+Value number_schema(const OptionDeclaration& option, const char* type)
+{
+    Value schema = Map{{"type", type}};
+    const auto limit = [](double number)
+    {
+        const bool whole = number == static_cast<double>(static_cast<std::int64_t>(number));
+        return whole ? Value(static_cast<std::int64_t>(number)) : Value(number);
+    };
+    // Beyond these a whole double is no exact integer.
+    constexpr double largest = 9e15;
+    if (option.min)
+        schema.set("minimum", std::abs(*option.min) < largest ? limit(*option.min) : Value(*option.min));
+    if (option.max)
+        schema.set("maximum", std::abs(*option.max) < largest ? limit(*option.max) : Value(*option.max));
+    return schema;
+}
+
+/// What an option accepts, without its help and default.
+Value accepted_schema(const OptionDeclaration& option)
+{
+    switch (option.kind)
+    {
+    case OptionKind::boolean:
+        return or_var(Map{{"type", "boolean"}});
+    case OptionKind::integer:
+        return or_var(number_schema(option, "integer"));
+    case OptionKind::number:
+        return or_var(number_schema(option, "number"));
+    case OptionKind::integers:
+        return or_var(Map{{"type", "array"}, {"items", or_var(number_schema(option, "integer"))}});
+    case OptionKind::numbers:
+        return or_var(Map{{"type", "array"}, {"items", or_var(number_schema(option, "number"))}});
+    case OptionKind::text:
+        return option.choices.empty() ? Value(Map{{"type", "string"}}) : or_var(Map{{"enum", texts(option.choices)}});
+    case OptionKind::input_file:
+    case OptionKind::input_folder:
+    case OptionKind::output_name:
+        return Map{{"type", "string"}};
+    case OptionKind::component:
+        return or_var(reference("kind." + option.component_kind));
+    case OptionKind::components:
+    {
+        List ways{Map{{"type", "object"}, {"additionalProperties", reference("kind." + option.component_kind)}},
+                  reference("var")};
+        if (option.auto_rule)
+            ways.push_back(Map{{"const", "auto"}});
+        return Map{{"anyOf", std::move(ways)}};
+    }
+    }
+    return Map{};
+}
+
+std::string description(const OptionDeclaration& option)
+{
+    return option.help + (option.help.empty() ? "" : " ") + "(" + option.accepted() +
+           (option.unit.empty() ? "" : ", " + option.unit) + ")";
+}
+
+class SchemaWriter
+{
+  public:
+    explicit SchemaWriter(const Catalog& catalog)
+    {
+        for (const TypeDescription* type : catalog.types())
+            kinds_[type->kind].emplace_back(type, read_declaration(*type));
+        // A kind that some option asks for and no plugin provides still has its place.
+        std::vector<std::string> wanted{"stage"};
+        for (const auto& [kind, types] : kinds_)
+            for (const auto& [type, declaration] : types)
+                for (const OptionDeclaration& option : declaration.options)
+                    if (option.is_slot())
+                        wanted.push_back(option.component_kind);
+        for (const std::string& kind : wanted)
+            kinds_[kind];
+    }
+
+    Value write()
+    {
+        Value definitions = Map{};
+        definitions.set("var", Map{{"type", "string"}, {"pattern", "\\$\\{[A-Za-z_][A-Za-z0-9_-]*\\}"}});
+        for (const auto& [kind, types] : kinds_)
+        {
+            for (const auto& [type, declaration] : types)
+                definitions.set("type." + type->type, type_schema(*type, declaration));
+            definitions.set(kind == "stage" ? "stage" : "kind." + kind, kind_schema(kind, true));
+        }
+        definitions.set("stage_over_base", Map{{"anyOf", List{Map{{"type", "null"}}, kind_schema("stage", false)}}});
+        return Map{
+            {"$schema", "https://json-schema.org/draft/2020-12/schema"},
+            {"title", "fresco pipeline"},
+            {"type", "object"},
+            {"required", List{"version"}},
+            {"properties", Map{{"version", Map{{"const", 1}}},
+                               {"base", Map{{"type", "string"}, {"description", "A pipeline file that this one builds on"}}},
+                               {"vars", Map{{"type", "object"},
+                                            {"description", "Values for ${name}, changed by --set NAME=VALUE"},
+                                            {"propertyNames", Map{{"pattern", name_pattern}}}}},
+                               {"stages", Map{{"type", "object"}, {"propertyNames", Map{{"pattern", name_pattern}}}}}}},
+            {"additionalProperties", false},
+            {"if", Map{{"required", List{"base"}}}},
+            {"then", stages_of("stage_over_base")},
+            {"else", Map{{"required", List{"stages"}}, {"properties", stages_of("stage").at("properties")}}},
+            {"$defs", std::move(definitions)}};
+    }
+
+  private:
+    static Value stages_of(const char* definition)
+    {
+        return Map{{"properties", Map{{"stages", Map{{"additionalProperties", reference(definition)}}}}}};
+    }
+
+    std::vector<std::string> names(const std::string& kind) const
+    {
+        std::vector<std::string> result;
+        for (const auto& [type, declaration] : kinds_.at(kind))
+            result.push_back(type->type);
+        return result;
+    }
+
+    /// `type` decides which options there are. A component may also be its type's bare name.
+    Value kind_schema(const std::string& kind, bool needs_type) const
+    {
+        List branches;
+        for (const std::string& name : names(kind))
+            branches.push_back(Map{{"if", Map{{"properties", Map{{"type", Map{{"const", name}}}}}, {"required", List{"type"}}}},
+                                   {"then", reference("type." + name)}});
+        Value schema = Map{{"type", "object"}, {"properties", Map{{"type", or_var(Map{{"enum", texts(names(kind))}})}}}};
+        if (needs_type)
+            schema.set("required", List{"type"});
+        schema.set("allOf", std::move(branches));
+        if (kind == "stage")
+            return schema;
+        return Map{{"anyOf", List{or_var(Map{{"enum", texts(names(kind))}}), std::move(schema)}}};
+    }
+
+    static void add_options(Value& properties, List& required, const TypeDeclaration& declaration)
+    {
+        for (const OptionDeclaration& option : declaration.options)
+        {
+            Value schema = accepted_schema(option);
+            schema.set("description", description(option));
+            if (!option.default_value.is_null())
+                schema.set("default", option.default_value);
+            if (option.required)
+                required.push_back(option.name);
+            properties.set(option.name, std::move(schema));
+        }
+    }
+
+    Value type_schema(const TypeDescription& type, const TypeDeclaration& declaration) const
+    {
+        Value properties = Map{{"type", Map{{"const", type.type}}}};
+        List required{"type"};
+        if (type.kind == "stage" && !declaration.inputs.empty())
+            properties.set("input", input_schema(declaration.inputs));
+        // A file that builds on another need not repeat what is required.
+        List needed;
+        add_options(properties, type.kind == "stage" ? needed : required, declaration);
+        return Map{{"type", "object"},
+                   {"description", type.help},
+                   {"properties", std::move(properties)},
+                   {"required", std::move(required)},
+                   {"additionalProperties", false}};
+    }
+
+    Value input_schema(const std::vector<PortDeclaration>& ports) const
+    {
+        Value named = Map{};
+        List ways{Map{{"type", "string"}, {"description", "A stage's name, or stage.output"}}};
+        for (const PortDeclaration& port : ports)
+        {
+            List sources{Map{{"type", "string"}}};
+            for (Value& reader : file_schemas(port))
+            {
+                sources.push_back(reader);
+                ways.push_back(std::move(reader));
+            }
+            named.set(port.name,
+                      Map{{"anyOf", std::move(sources)},
+                          {"description", port.help + " (" + port.artifact_text() + (port.is_optional ? ", optional)" : ")")}});
+        }
+        ways.push_back(Map{{"type", "object"}, {"properties", std::move(named)}, {"additionalProperties", false}});
+        List distinct;
+        for (Value& way : ways)
+            if (std::find(distinct.begin(), distinct.end(), way) == distinct.end())
+                distinct.push_back(std::move(way));
+        return Map{{"anyOf", std::move(distinct)}};
+    }
+
+    /// {file: PATH} by each reader that makes the port's artifact.
+    List file_schemas(const PortDeclaration& port) const
+    {
+        List result;
+        const auto readers = kinds_.find("reader");
+        if (readers == kinds_.end())
+            return result;
+        for (const auto& [type, declaration] : readers->second)
+        {
+            if (declaration.artifact != port.artifact)
+                continue;
+            Value properties = Map{{"file", Map{{"type", "string"}}}, {"type", Map{{"const", type->type}}}};
+            List required{"file"};
+            add_options(properties, required, declaration);
+            result.push_back(Map{{"type", "object"},
+                                 {"properties", std::move(properties)},
+                                 {"required", std::move(required)},
+                                 {"additionalProperties", false}});
+        }
+        return result;
+    }
+
+    std::map<std::string, std::vector<std::pair<const TypeDescription*, TypeDeclaration>>> kinds_;
+};
+}  // namespace
+
+Value pipeline_schema(const Catalog& catalog)
+{
+    return SchemaWriter(catalog).write();
+}
+
+}  // namespace fresco::host

@@ -1,0 +1,162 @@
+#pragma once
+
+#include <fresco/host/catalog.h>
+#include <fresco/host/pipeline.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <unistd.h>
+
+/// \file A catalog without libraries, and a folder for pipeline files that goes away with the test.
+
+namespace fresco::host::testing
+{
+
+inline TypeDescription described(const std::string& type, const std::string& kind, const std::string& json)
+{
+    TypeDescription description;
+    description.type = type;
+    description.kind = kind;
+    description.help = "What " + type + " does";
+    description.declaration = parse_json(json, type);
+    description.library = "/plugins/" + type + ".so";
+    description.library_hash = "00";
+    return description;
+}
+
+/// The stages of a usual pipeline, two losses, feature networks, readers, and one of every kind of option.
+inline Catalog hand_made_catalog()
+{
+    Catalog catalog;
+    catalog.add(described("scan.folder", "stage", R"json({
+        "options": [{"name": "path", "kind": "input_folder", "required": true, "help": "Folder of the scan"},
+                    {"name": "every", "kind": "int", "default": 1, "min": 1.0, "help": "Take one frame in so many"}],
+        "inputs": [],
+        "outputs": [{"name": "frames", "artifact": "frames", "version": 1, "help": "Posed frames"},
+                    {"name": "mesh", "artifact": "mesh", "version": 1, "help": "The scanned surface"}],
+        "cost": {"seconds": "1 + frames / 100", "memory_mb": "50", "disk_mb": "1",
+                 "frames": "count(path, \"*.png\") / every", "faces": "bytes(path, \"mesh.ply\") / 10"}})json"));
+    catalog.add(described("frames.sharpest", "stage", R"json({
+        "options": [{"name": "min_sharpness", "kind": "number", "default": 100.0, "min": 0.0, "help": "Below this a frame is blurry"}],
+        "inputs": [{"name": "frames", "artifact": "frames", "version": 1, "help": "Frames"}],
+        "outputs": [{"name": "kept", "artifact": "frames", "version": 1, "help": "The sharp ones"}],
+        "cost": {"seconds": "0.02 * frames / cores", "memory_mb": "40", "disk_mb": "0", "frames": "", "faces": ""}})json"));
+    catalog.add(described("mesh.decimate", "stage", R"json({
+        "options": [{"name": "max_faces", "kind": "int", "default": 500000, "min": 4.0, "max": 50000000.0, "unit": "count",
+                     "help": "Stop at this many triangles"},
+                    {"name": "keep_borders", "kind": "bool", "default": true, "help": "Keep open borders"},
+                    {"name": "method", "kind": "text", "default": "quadric", "choices": ["quadric", "edge"], "help": "How"}],
+        "inputs": [{"name": "mesh", "artifact": "mesh", "version": 1, "help": "Mesh"}],
+        "outputs": [{"name": "simplified", "artifact": "mesh", "version": 1, "help": "Fewer triangles"}],
+        "cost": {"seconds": "faces / 1e6", "memory_mb": "100 + faces / 1e4", "disk_mb": "min(faces, max_faces) / 1e4",
+                 "frames": "", "faces": "min(faces, max_faces)"}})json"));
+    catalog.add(described("uvmaps.raycast", "stage", R"json({
+        "options": [{"name": "heights_px", "kind": "ints", "default": [256], "min": 16.0, "max": 4096.0, "unit": "px", "help": "Heights"},
+                    {"name": "weights", "kind": "numbers", "default": [], "help": "Weights"}],
+        "inputs": [{"name": "mesh", "artifact": "mesh", "version": 1, "help": "Mesh"},
+                   {"name": "frames", "artifact": "frames", "version": 1, "help": "Frames"}],
+        "outputs": [{"name": "maps", "artifact": "uv_maps", "version": 1, "help": "Uv maps"}],
+        "cost": {"seconds": "frames * heights_px_squares * 1e-6", "memory_mb": "10 * heights_px_count", "disk_mb": "frames",
+                 "frames": "", "faces": ""}})json"));
+    catalog.add(described("texture.optimize", "stage", R"json({
+        "options": [{"name": "size_px", "kind": "int", "default": 2048, "min": 64.0, "max": 16384.0, "unit": "px", "help": "Side"},
+                    {"name": "weights", "kind": "input_file", "default": "", "help": "Weights of VGG-19"},
+                    {"name": "preview", "kind": "output_name", "default": "", "in_key": false, "help": "Preview picture"},
+                    {"name": "losses", "kind": "components", "component_kind": "loss", "default": "auto",
+                     "auto": {"option": "weights",
+                              "if_empty": {"style": {"type": "loss.gram", "weight": 2.0}},
+                              "if_set": {"style": {"type": "loss.gram", "features": {"type": "features.vgg", "weights": "${weights}"}},
+                                         "content": {"type": "loss.content"}}},
+                     "help": "Weighted losses"},
+                    {"name": "rule", "kind": "component", "component_kind": "rule", "help": "Optional rule"}],
+        "inputs": [{"name": "maps", "artifact": "uv_maps", "version": 1, "help": "Uv maps"},
+                   {"name": "frames", "artifact": "frames", "version": 1, "help": "Frames"},
+                   {"name": "style", "artifact": "image", "version": 1, "help": "The style picture"},
+                   {"name": "mask", "artifact": "image", "version": 1, "optional": true, "help": "Where to paint"}],
+        "outputs": [{"name": "texture", "artifact": "texture", "version": 1, "help": "The texture"}],
+        "cost": {"seconds": "frames", "memory_mb": "1", "disk_mb": "1", "frames": "", "faces": ""}})json"));
+    catalog.add(described("export.gltf", "stage", R"json({
+        "options": [{"name": "path", "kind": "output_name", "default": "room.glb", "help": "Name of the file"}],
+        "inputs": [{"name": "texture", "artifact": "texture", "version": 1, "help": "The texture"}],
+        "outputs": [{"name": "files", "artifact": "files", "version": 1, "help": "What was written"}],
+        "cost": {"seconds": "1", "memory_mb": "10", "disk_mb": "5", "frames": "", "faces": ""}})json"));
+    catalog.add(described("mesh.two", "stage", R"json({"options": [], "inputs": [],
+        "outputs": [{"name": "left", "artifact": "mesh", "version": 1, "help": ""}, {"name": "right", "artifact": "mesh", "version": 1, "help": ""}]})json"));
+    catalog.add(described("mesh.pass", "stage", R"json({
+        "options": [{"name": "title", "kind": "text", "default": "", "help": "A text"},
+                    {"name": "size", "kind": "number", "default": 1.0, "help": "A number"}],
+        "inputs": [{"name": "mesh", "artifact": "mesh", "version": 1, "optional": true, "help": ""}],
+        "outputs": [{"name": "mesh", "artifact": "mesh", "version": 1, "help": ""}]})json"));
+    catalog.add(described("mesh.future", "stage", R"json({"options": [],
+        "inputs": [{"name": "mesh", "artifact": "mesh", "version": 2, "help": ""}], "outputs": []})json"));
+    catalog.add(described("loss.gram", "loss", R"json({
+        "options": [{"name": "weight", "kind": "number", "default": 1.0, "min": 0.0, "help": "Weight"},
+                    {"name": "features", "kind": "component", "component_kind": "features",
+                     "default": {"type": "features.dictionary"}, "help": "Feature network"}],
+        "inputs": [], "outputs": []})json"));
+    catalog.add(described("loss.content", "loss", R"json({
+        "options": [{"name": "weight", "kind": "number", "default": 70.0, "min": 0.0, "help": "Weight"}],
+        "inputs": [], "outputs": []})json"));
+    catalog.add(described("features.dictionary", "features", R"json({
+        "options": [{"name": "seed", "kind": "int", "default": 1, "help": "Seed"}], "inputs": [], "outputs": []})json"));
+    catalog.add(described("features.vgg", "features", R"json({
+        "options": [{"name": "weights", "kind": "input_file", "required": true, "help": "Weights"}], "inputs": [], "outputs": []})json"));
+    catalog.add(described("read.image", "reader", R"json({
+        "options": [{"name": "max_px", "kind": "int", "default": 100, "help": "Largest side"}],
+        "inputs": [], "outputs": [], "artifact": "image", "extensions": [".png", ".jpg"]})json"));
+    catalog.add(described("read.mesh", "reader", R"json({
+        "options": [], "inputs": [], "outputs": [], "artifact": "mesh", "extensions": [".ply"]})json"));
+    return catalog;
+}
+
+class TemporaryFolder
+{
+  public:
+    TemporaryFolder()
+    {
+        std::string pattern = (std::filesystem::temp_directory_path() / "fresco_test_XXXXXX").string();
+        path_ = ::mkdtemp(pattern.data()) ? std::filesystem::canonical(pattern) : throw std::runtime_error("no temporary folder");
+    }
+    ~TemporaryFolder()
+    {
+        std::error_code ignored;
+        std::filesystem::remove_all(path_, ignored);
+    }
+    TemporaryFolder(const TemporaryFolder&) = delete;
+    TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+
+    const std::filesystem::path& path() const { return path_; }
+    std::filesystem::path write(const std::string& name, const std::string& text) const
+    {
+        std::filesystem::create_directories((path_ / name).parent_path());
+        std::ofstream(path_ / name, std::ios::binary) << text;
+        return path_ / name;
+    }
+
+  private:
+    std::filesystem::path path_;
+};
+
+using Sets = std::vector<std::pair<std::string, std::string>>;
+
+/// Checks `text` as the file p.yaml in `folder`, which is also the working directory.
+inline PipelineResult check(const TemporaryFolder& folder, const std::string& text, const Catalog& catalog, const Sets& sets = {})
+{
+    folder.write("p.yaml", text);
+    return load_pipeline({"p.yaml", sets, folder.path()}, catalog);
+}
+
+/// All problems as lines.
+inline std::vector<std::string> lines(const PipelineResult& result)
+{
+    std::vector<std::string> texts;
+    for (const Problem& problem : result.problems)
+        texts.push_back(to_string(problem));
+    return texts;
+}
+
+}  // namespace fresco::host::testing

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <fresco/host/file_stamp.h>
+#include <fresco/host/pipeline.h>
+#include <fresco/host/store.h>
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace fresco::host
+{
+
+/// Whether the stage has an output of type "files".
+bool exports_files(const PipelineStage& stage);
+
+/// Stages that would write the same path below `--out`, as far as their options tell.
+std::vector<Problem> export_collisions(const Pipeline& pipeline);
+
+/// Copies what stages made for the user to `--out`.
+class Exporter
+{
+  public:
+    Exporter(const Store& store, std::filesystem::path out, FileHashes& hashes)
+        : store_(store), out_(std::move(out)), hashes_(hashes)
+    {
+    }
+
+    struct File
+    {
+        std::string stage;
+        std::filesystem::path path;
+        bool written = false;  ///< False: it was there already, with these contents.
+    };
+
+    /// Copies each file of the stage's result that is missing or different, whole or not at all. Throws Error if a file cannot
+    /// be written or another stage wrote the same path; throws DamagedObject if the store's copy is not what was written.
+    void copy(const PipelineStage& stage, const std::string& object);
+    const std::vector<File>& files() const { return files_; }
+
+  private:
+    const Store& store_;
+    std::filesystem::path out_;
+    FileHashes& hashes_;
+    std::vector<File> files_;
+    std::map<std::filesystem::path, std::string> owners_;
+};
+
+struct DamagedObject
+{
+    Damage damage;
+};
+
+}  // namespace fresco::host

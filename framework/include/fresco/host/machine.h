@@ -1,0 +1,23 @@
+#pragma once
+
+#include <fresco/value.h>
+
+#include <string>
+
+namespace fresco::host
+{
+
+/// Of the first processor: model and the instruction sets that numerical libraries choose their kernels by, as a map
+/// {model, features}. Results are equal to the byte between machines where `features` agree.
+Value processor_capability();
+
+/// Cores this process may use.
+int available_cores();
+
+/// Largest resident memory of this process so far, in MB.
+double peak_memory_mb();
+
+/// Version of this program: "0.1.0".
+std::string program_version();
+
+}  // namespace fresco::host

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <fresco/abi.h>
+#include <fresco/configurable.h>
+#include <fresco/value.h>
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace fresco::host
+{
+
+/// What this program was built as; a plugin must say the same.
+const fresco_plugin_info& host_stamp();
+
+/// What differs between a plugin's stamp and the host's, with both values; nothing if they agree. `torch` is the stamp of the
+/// tensor SDK that the plugin runs with, or nullptr. Looks at no field behind the ABI number if that differs.
+std::optional<std::string> handshake_problem(const fresco_plugin_info& plugin, const fresco_plugin_info& host,
+                                             const fresco_plugin_info* torch);
+
+/// Why the file cannot be a whole shared library for this machine, from its headers alone, or nothing. Never blocks: a FIFO, a
+/// folder or a device is named, not opened.
+std::optional<std::string> library_file_problem(const std::filesystem::path& file);
+
+/// An open plugin. It stays open until the process ends: libtorch does not survive being unloaded.
+class PluginLibrary
+{
+  public:
+    /// Opens it (once per process) and shakes hands. Throws Error with the reason. May crash or hang with a bad file: files that
+    /// were never seen are opened in a child first.
+    static const PluginLibrary& open(const std::filesystem::path& file);
+
+    struct Entry
+    {
+        std::string type;
+        std::string kind;
+        std::string help;
+    };
+    const std::filesystem::path& file() const { return file_; }
+    const std::vector<Entry>& entries() const { return entries_; }
+    /// Map name -> version of the libraries behind the plugin.
+    const Value& versions() const { return versions_; }
+    const std::string& torch() const { return torch_; }
+    /// fresco's own libraries that it runs with (the SDK, artifact types), sorted.
+    const std::vector<std::filesystem::path>& own_libraries() const { return own_libraries_; }
+
+    /// A new object of a type it holds. Throws Error if its constructor throws or it holds no such type.
+    std::unique_ptr<Configurable> make(std::string_view type) const;
+
+  private:
+    explicit PluginLibrary(const std::filesystem::path& file);
+
+    std::filesystem::path file_;
+    std::vector<Entry> entries_;
+    std::vector<void* (*)()> makers_;
+    Value versions_{Value::Map{}};
+    std::string torch_;
+    std::vector<std::filesystem::path> own_libraries_;
+};
+
+}  // namespace fresco::host

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <fresco/host/run_state.h>
+#include <fresco/value.h>
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <string_view>
+
+namespace fresco::host
+{
+
+/// What one stage came to in a run.
+struct StageOutcome
+{
+    std::string stage;
+    std::string type;
+    StageState state = StageState::waiting;
+    std::string object;
+    double seconds = 0;
+    double memory_mb = 0;
+    double disk_mb = 0;
+    int threads = 0;
+    std::string error;
+};
+
+/// Shows a run to a person or a machine while it goes on.
+class ProgressDisplay
+{
+  public:
+    virtual ~ProgressDisplay();
+    virtual void stage_begins(const std::string& stage, int threads) = 0;
+    /// The same result is being made by another run; this one waits for it.
+    virtual void stage_waits(const std::string& stage) = 0;
+    virtual void stage_progress(const std::string& stage, double done, double total, const std::string& unit,
+                                const Value& metrics) = 0;
+    virtual void stage_says(const std::string& stage, const std::string& text, bool warning) = 0;
+    /// A line that a library printed.
+    virtual void stage_prints(const std::string& stage, const std::string& line) = 0;
+    virtual void stage_ends(const StageOutcome& outcome) = 0;
+    virtual void exported(const std::string& stage, const std::filesystem::path& file, bool written) = 0;
+    virtual void problem(const std::string& text) = 0;
+    virtual void note(const std::string& text) = 0;
+    /// Called several times a second.
+    virtual void tick() = 0;
+};
+
+enum class DisplayKind
+{
+    live,   ///< A line per running stage, redrawn in place.
+    plain,  ///< A line at the start, every 30 s and at the end.
+    quiet,  ///< Problems alone.
+    json    ///< One JSON object per line on standard output.
+};
+std::unique_ptr<ProgressDisplay> make_display(DisplayKind kind);
+
+/// "1:02:03", "2:03", "41 s".
+std::string duration_text(double seconds);
+/// "12.3 s", "350 MB": for tables.
+std::string size_text(double megabytes);
+
+}  // namespace fresco::host

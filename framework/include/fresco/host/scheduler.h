@@ -1,0 +1,39 @@
+#pragma once
+
+#include <fresco/host/exports.h>
+#include <fresco/host/pipeline.h>
+#include <fresco/host/progress_display.h>
+#include <fresco/host/statistics.h>
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace fresco::host
+{
+
+struct RunRequest
+{
+    const Pipeline* pipeline = nullptr;
+    std::filesystem::path store;
+    std::filesystem::path out;
+    int cores = 1;
+    std::string until;                             ///< Empty: everything.
+    std::map<std::string, CostFigures> estimates;  ///< Per stage; kept beside what was measured.
+};
+
+struct RunSummary
+{
+    std::vector<StageOutcome> stages;
+    std::vector<Exporter::File> files;
+    /// 0 done, 1 a stage failed, 3 an input is missing, 4 a plugin failed, 75 interrupted.
+    int exit_code = 0;
+};
+
+/// Runs a checked pipeline: every stage at most once, each in a process of its own, independent ones side by side within `cores`.
+/// A stage that fails stops only what depends on it. SIGINT and SIGTERM end the run in order. One thread; call once at a time.
+/// Throws Error if the store cannot be used.
+RunSummary run_pipeline(const RunRequest& request, ProgressDisplay& display);
+
+}  // namespace fresco::host

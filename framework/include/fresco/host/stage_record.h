@@ -1,0 +1,32 @@
+#pragma once
+
+#include <fresco/host/pipeline.h>
+#include <fresco/host/store.h>
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace fresco::host
+{
+
+/// The last result of a stage of a pipeline file: a root for `store gc`, and what `plan` compares with.
+struct StageRecord
+{
+    std::string stage;
+    std::string key;
+    std::string object;
+    Value key_document;
+    std::int64_t time_s = 0;  ///< Unix time of the last run that used it.
+};
+
+std::optional<StageRecord> read_stage_record(const Store& store, const Pipeline& pipeline, const std::string& stage);
+/// Writes it if it says something new, or is more than a day old.
+void write_stage_record(const Store& store, const Pipeline& pipeline, const StageRecord& record);
+/// Removes records of stages that the pipeline no longer has.
+void remove_old_records(const Store& store, const Pipeline& pipeline);
+
+/// All records of all pipelines whose file still exists.
+std::vector<StageRecord> all_stage_records(const Store& store);
+
+}  // namespace fresco::host

@@ -1,0 +1,154 @@
+#include <fresco/error.h>
+#include <fresco/files.h>
+#include <fresco/host/exports.h>
+#include <fresco/host/fault.h>
+#include <fresco/host/publish.h>
+
+#include <cerrno>
+#include <cstring>
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+namespace fresco::host
+{
+namespace fs = std::filesystem;
+namespace
+{
+
+std::vector<std::string> files_outputs(const PipelineStage& stage)
+{
+    std::vector<std::string> names;
+    for (const auto& output : stage.type->declaration.at("outputs").as_list())
+        if (output.at("artifact").as_string() == Files::artifact_name)
+            names.push_back(output.at("name").as_string());
+    return names;
+}
+
+/// Copies whole or not at all.
+void copy_whole(const fs::path& from, const fs::path& to)
+{
+    std::error_code error;
+    fs::create_directories(to.parent_path(), error);
+    std::string temporary = (to.parent_path() / ("." + to.filename().string() + ".XXXXXX")).string();
+    const FileDescriptor output(mkostemp(temporary.data(), O_CLOEXEC));
+    if (!output.valid())
+        throw Error(to.string() + ": cannot be written: " + std::strerror(errno));
+    try
+    {
+        const FileDescriptor input(open(from.c_str(), O_RDONLY | O_CLOEXEC));
+        if (!input.valid())
+            throw Error(from.string() + ": cannot be opened: " + std::strerror(errno));
+        std::vector<char> buffer(std::size_t{1} << 20U);
+        for (;;)
+        {
+            const ssize_t count = read(input.get(), buffer.data(), buffer.size());
+            if (count < 0)
+                throw Error(from.string() + ": cannot be read: " + std::strerror(errno));
+            if (count == 0)
+                break;
+            for (ssize_t done = 0; done < count;)
+            {
+                const ssize_t written = write(output.get(), buffer.data() + done, static_cast<std::size_t>(count - done));
+                if (written < 0)
+                    throw Error(to.string() + ": cannot be written: " + std::strerror(errno));
+                done += written;
+            }
+        }
+        const mode_t mask = umask(0);
+        umask(mask);
+        if (fchmod(output.get(), 0666 & ~mask) != 0 || fsync(output.get()) != 0)
+            throw Error(to.string() + ": cannot be written: " + std::strerror(errno));
+        fault_point("export.written");
+        fs::rename(temporary, to, error);
+        if (error)
+            throw Error(to.string() + ": cannot be put in place: " + error.message());
+        sync_path(to.parent_path());
+    }
+    catch (...)
+    {
+        unlink(temporary.c_str());
+        throw;
+    }
+}
+
+}  // namespace
+
+bool exports_files(const PipelineStage& stage)
+{
+    return !files_outputs(stage).empty();
+}
+
+std::vector<Problem> export_collisions(const Pipeline& pipeline)
+{
+    std::vector<Problem> problems;
+    std::map<std::string, std::string> owners;
+    for (const auto& stage : pipeline.stages)
+    {
+        if (!exports_files(stage))
+            continue;
+        for (const auto& option : stage.type->declaration.at("options").as_list())
+        {
+            const Value* value = stage.options.find(option.at("name").as_string());
+            if (option.at("kind").as_string() != "output_name" || value == nullptr || value->as_string().empty())
+                continue;
+            const std::string path = fs::path(value->as_string()).lexically_normal().generic_string();
+            const auto [owner, is_new] = owners.emplace(path, stage.name);
+            if (!is_new)
+                problems.push_back({stage.position, "the stages " + owner->second + " and " + stage.name + " would both write " +
+                                                        path + " below --out: give one of them another " +
+                                                        option.at("name").as_string()});
+        }
+    }
+    return problems;
+}
+
+void Exporter::copy(const PipelineStage& stage, const std::string& object)
+{
+    for (const auto& output : files_outputs(stage))
+    {
+        const fs::path folder = store_.object(object) / output;
+        if (auto damage = store_.verify(object, 1, output + "/files.json"); damage)
+            throw DamagedObject{std::move(*damage)};
+        std::shared_ptr<const Files> listed;
+        try
+        {
+            listed = Files::load({folder, store_.root()});
+        }
+        catch (const Error& error)
+        {
+            throw DamagedObject{{object, error.what()}};
+        }
+        for (const auto& name : listed->names)
+        {
+            const fs::path to = (out_ / name).lexically_normal();
+            if (const auto owner = owners_.emplace(to, stage.name).first; owner->second != stage.name)
+                throw Error(to.string() + ": the stage " + owner->second +
+                            " writes this file too; give one of them another path");
+            const fs::path from = folder / name;
+            bool same = false;
+            try
+            {
+                same =
+                    fs::is_regular_file(to) && fs::file_size(to) == fs::file_size(from) && hashes_.hash(to) == hashes_.hash(from);
+            }
+            catch (const std::exception&)
+            {
+                same = false;
+            }
+            if (!same)
+            {
+                if (auto damage = store_.verify(object, 1, output))
+                    throw DamagedObject{std::move(*damage)};
+                if (fs::is_directory(to))
+                    throw Error(to.string() + ": is a folder where the stage's file goes; move it away");
+                copy_whole(from, to);
+                hashes_.remember(to, hashes_.hash(from));
+                fault_point("export.copied");
+            }
+            files_.push_back({stage.name, to, !same});
+        }
+    }
+}
+
+}  // namespace fresco::host

@@ -1,0 +1,68 @@
+#include <fresco/host/machine.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <sched.h>
+#include <sstream>
+#include <vector>
+
+namespace fresco::host
+{
+namespace
+{
+
+/// What follows "name ... : " in the first line that begins with `name`.
+std::string line_of(const char* file, const std::string& name)
+{
+    std::ifstream stream(file);
+    std::string line;
+    while (std::getline(stream, line))
+        if (line.starts_with(name))
+        {
+            const auto colon = line.find(':');
+            const auto begin = line.find_first_not_of(" \t", colon == std::string::npos ? name.size() : colon + 1);
+            return begin == std::string::npos ? "" : line.substr(begin);
+        }
+    return "";
+}
+
+}  // namespace
+
+Value processor_capability()
+{
+    static const std::vector<std::string> telling{"sse4_2",      "avx",      "f16c",     "fma",      "avx2",
+                                                  "avx512f",     "avx512bw", "avx512vl", "avx512dq", "avx512_vnni",
+                                                  "avx512_bf16", "amx_tile", "asimd",    "sve"};
+    std::string flags = line_of("/proc/cpuinfo", "flags");
+    if (flags.empty())
+        flags = line_of("/proc/cpuinfo", "Features");
+    std::istringstream words(flags);
+    const std::vector<std::string> all{std::istream_iterator<std::string>(words), {}};
+    std::string features;
+    for (const auto& name : telling)
+        if (std::find(all.begin(), all.end(), name) != all.end())
+            features += (features.empty() ? "" : " ") + name;
+    return Value::Map{{"model", line_of("/proc/cpuinfo", "model name")}, {"features", features}};
+}
+
+int available_cores()
+{
+    cpu_set_t set;
+    CPU_ZERO(&set);
+    return sched_getaffinity(0, sizeof set, &set) == 0 ? std::max(1, CPU_COUNT(&set)) : 1;
+}
+
+double peak_memory_mb()
+{
+    const std::string text = line_of("/proc/self/status", "VmHWM");
+    return static_cast<double>(std::strtoll(text.c_str(), nullptr, 10)) / 1024.0;
+}
+
+std::string program_version()
+{
+    return FRESCO_VERSION;
+}
+
+}  // namespace fresco::host

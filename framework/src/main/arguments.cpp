@@ -1,0 +1,68 @@
+#include "commands.h"
+
+#include <fresco/host/exports.h>
+#include <fresco/host/plugin_search.h>
+
+#include <cstdio>
+
+namespace fresco::host
+{
+
+void PipelineArguments::add_to(CLI::App& command)
+{
+    command.add_option("pipeline", file, "Pipeline file (YAML)")->required();
+    command.add_option("--set", sets, "NAME=VALUE sets a var, STAGE.OPTION=VALUE an option; may be repeated")
+        ->allow_extra_args(false)
+        ->check(
+            [](const std::string& text) {
+                return text.find('=') == std::string::npos || text.front() == '=' ? "'" + text + "' is not NAME=VALUE"
+                                                                                  : std::string();
+            });
+}
+
+PipelineRequest PipelineArguments::request() const
+{
+    PipelineRequest request;
+    request.file = file;
+    request.working_directory = std::filesystem::current_path();
+    for (const auto& text : sets)
+    {
+        const auto equals = text.find('=');
+        request.sets.emplace_back(text.substr(0, equals), text.substr(equals + 1));
+    }
+    return request;
+}
+
+void PlaceArguments::add_store_to(CLI::App& command)
+{
+    command.add_option("--store", store, "Folder that keeps the results of stages")->capture_default_str();
+}
+
+void PlaceArguments::add_out_to(CLI::App& command)
+{
+    command.add_option("--out", out, "Folder for the files that the pipeline makes")->capture_default_str();
+}
+
+std::filesystem::path PlaceArguments::out_folder() const
+{
+    return std::filesystem::absolute(out).lexically_normal();
+}
+
+std::filesystem::path PlaceArguments::store_folder() const
+{
+    return std::filesystem::absolute(store).lexically_normal();
+}
+
+std::unique_ptr<LoadedPipeline> load_and_report(const PipelineArguments& arguments)
+{
+    auto loaded = std::make_unique<LoadedPipeline>();
+    loaded->catalog = load_catalog();
+    loaded->result = load_pipeline(arguments.request(), loaded->catalog);
+    if (loaded->result.problems.empty())
+        loaded->result.problems = export_collisions(loaded->result.pipeline);
+    for (const auto& problem : loaded->result.problems)
+        std::fprintf(stderr, "%s\n", to_string(problem).c_str());
+    return loaded;
+}
+
+}  // namespace fresco::host

@@ -1,0 +1,20 @@
+#include "commands.h"
+
+#include <fresco/host/plugin_probe.h>
+#include <fresco/host/worker.h>
+
+namespace fresco::host
+{
+
+void add_internal_commands(CLI::App& app, int& exit_code)
+{
+    const auto file = std::make_shared<std::string>();
+    CLI::App* probe = app.add_subcommand("internal-probe", "Describe one plugin; the host calls this")->group("");
+    probe->add_option("library", *file)->required();
+    probe->callback([file, &exit_code] { exit_code = internal_probe(*file); });
+    CLI::App* run = app.add_subcommand("internal-run", "Run one stage from store paths; the host calls this")->group("");
+    run->add_option("request", *file)->required();
+    run->callback([file] { internal_run(*file); });
+}
+
+}  // namespace fresco::host

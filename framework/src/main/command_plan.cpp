@@ -1,0 +1,96 @@
+#include "commands.h"
+
+#include <fresco/host/machine.h>
+#include <fresco/host/plan.h>
+#include <fresco/host/progress_display.h>
+
+#include <algorithm>
+#include <fmt/format.h>
+
+namespace fresco::host
+{
+namespace
+{
+
+struct PlanArguments
+{
+    PipelineArguments pipeline;
+    PlaceArguments places;
+    std::string until;
+    int cores = available_cores();
+    bool json = false;
+};
+
+Value figures(const CostFigures& cost)
+{
+    return Value::Map{{"seconds", cost.seconds}, {"memory_mb", cost.memory_mb}, {"disk_mb", cost.disk_mb}};
+}
+
+void print_json(const Plan& plan, const std::vector<std::string>& notes)
+{
+    Value::List stages;
+    for (const auto& stage : plan.stages)
+        stages.push_back(Value::Map{{"stage", stage.stage},
+                                    {"type", stage.type},
+                                    {"runs", stage.runs},
+                                    {"reason", stage.reason},
+                                    {"cost", figures(stage.cost)},
+                                    {"measured", stage.measured}});
+    fmt::print("{}\n", to_json(Value::Map{{"stages", std::move(stages)},
+                                          {"total", figures(plan.total)},
+                                          {"notes", Value::List(notes.begin(), notes.end())}},
+                               2));
+}
+
+void print_text(const Plan& plan, const std::vector<std::string>& notes)
+{
+    std::size_t widest = 5;
+    for (const auto& stage : plan.stages)
+        widest = std::max(widest, stage.stage.size());
+    fmt::print("{:<{}}  {:<4}  {:>9}  {:>9}  {:>9}  {}\n", "stage", widest, "", "time", "memory", "disk", "why");
+    for (const auto& stage : plan.stages)
+        fmt::print("{:<{}}  {:<4}  {:>9}  {:>9}  {:>9}  {}\n", stage.stage, widest, stage.runs ? "run" : "-",
+                   stage.runs ? (stage.measured ? "" : "~") + duration_text(stage.cost.seconds) : "",
+                   stage.runs ? size_text(stage.cost.memory_mb) : "", stage.runs ? size_text(stage.cost.disk_mb) : "",
+                   stage.reason);
+    const auto runs = std::count_if(plan.stages.begin(), plan.stages.end(), [](const auto& stage) { return stage.runs; });
+    if (runs == 0)
+    {
+        fmt::print("nothing to do\n");
+        return;
+    }
+    for (const auto& note : notes)
+        fmt::print("{}\n", note);
+    fmt::print("about {} in all, at most {} of memory at a time per stage, {} more in the store (~: estimated, not yet "
+               "measured here)\n",
+               duration_text(plan.total.seconds), size_text(plan.total.memory_mb), size_text(plan.total.disk_mb));
+}
+
+int plan(const PlanArguments& arguments)
+{
+    const auto loaded = load_and_report(arguments.pipeline);
+    if (!loaded->result.problems.empty())
+        return loaded->result.exit_code();
+    const FormulaFigures formulas = formula_figures(loaded->result.pipeline, arguments.cores);
+    const Plan made = make_plan(loaded->result.pipeline, arguments.places.store_folder(), arguments.until, formulas.stages);
+    arguments.json ? print_json(made, formulas.notes) : print_text(made, formulas.notes);
+    return 0;
+}
+
+}  // namespace
+
+void add_plan_command(CLI::App& app, int& exit_code)
+{
+    CLI::App* command = app.add_subcommand("plan", "Say what a run would do, why, and about what it would cost");
+    const auto arguments = std::make_shared<PlanArguments>();
+    arguments->pipeline.add_to(*command);
+    arguments->places.add_store_to(*command);
+    command->add_option("--until", arguments->until, "This stage and what it needs, nothing else");
+    command->add_option("--cores", arguments->cores, "Processor cores that the run will use")
+        ->check(CLI::Range(1, 4096))
+        ->capture_default_str();
+    command->add_flag("--json", arguments->json, "Print JSON");
+    command->callback([arguments, &exit_code] { exit_code = plan(*arguments); });
+}
+
+}  // namespace fresco::host

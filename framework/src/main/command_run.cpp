@@ -1,0 +1,142 @@
+#include "commands.h"
+
+#include <fresco/host/machine.h>
+#include <fresco/host/plan.h>
+#include <fresco/host/scheduler.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <fmt/format.h>
+#include <unistd.h>
+
+namespace fresco::host
+{
+namespace
+{
+
+struct RunArguments
+{
+    PipelineArguments pipeline;
+    PlaceArguments places;
+    int cores = available_cores();
+    std::string until;
+    bool quiet = false;
+    bool json_log = false;
+};
+
+DisplayKind display_kind(const RunArguments& arguments)
+{
+    if (arguments.json_log)
+        return DisplayKind::json;
+    if (arguments.quiet)
+        return DisplayKind::quiet;
+    return isatty(STDERR_FILENO) != 0 ? DisplayKind::live : DisplayKind::plain;
+}
+
+void print_table(const RunSummary& summary)
+{
+    std::size_t widest = 5;
+    for (const auto& stage : summary.stages)
+        widest = std::max(widest, stage.stage.size());
+    fmt::print("\n{:<{}}  {:<11}  {:>10}  {:>11}\n", "stage", widest, "", "time", "peak memory");
+    for (const auto& stage : summary.stages)
+    {
+        const bool ran = stage.seconds > 0 || stage.memory_mb > 0;
+        fmt::print("{:<{}}  {:<11}  {:>10}  {:>11}\n", stage.stage, widest, to_string(stage.state),
+                   ran ? duration_text(stage.seconds) : "", stage.memory_mb > 0 ? size_text(stage.memory_mb) : "");
+    }
+}
+
+void print_files(const RunSummary& summary)
+{
+    const std::filesystem::path here = std::filesystem::current_path();
+    constexpr std::size_t shown_per_stage = 8;
+    std::string stage;
+    std::size_t count = 0;
+    const auto close = [&]
+    {
+        if (count > shown_per_stage)
+            fmt::print("… and {} more files of {}\n", count - shown_per_stage, stage);
+    };
+    for (const auto& file : summary.files)
+    {
+        if (file.stage != stage)
+        {
+            close();
+            stage = file.stage;
+            count = 0;
+        }
+        if (++count > shown_per_stage)
+            continue;
+        const auto relative = file.path.lexically_relative(here);
+        fmt::print("{}{}\n", relative.empty() || *relative.begin() == ".." ? file.path.string() : relative.string(),
+                   file.written ? "" : "  (unchanged)");
+    }
+    close();
+}
+
+void print_json(const RunSummary& summary)
+{
+    Value::List stages;
+    for (const auto& stage : summary.stages)
+        stages.push_back(Value::Map{{"stage", stage.stage},
+                                    {"type", stage.type},
+                                    {"state", to_string(stage.state)},
+                                    {"seconds", stage.seconds},
+                                    {"memory_mb", stage.memory_mb},
+                                    {"disk_mb", stage.disk_mb},
+                                    {"object", stage.object},
+                                    {"error", stage.error}});
+    Value::List files;
+    for (const auto& file : summary.files)
+        files.push_back(Value::Map{{"stage", file.stage}, {"path", file.path.string()}, {"written", file.written}});
+    fmt::print(
+        "{}\n",
+        to_json(Value::Map{
+            {"event", "summary"}, {"exit_code", summary.exit_code}, {"stages", std::move(stages)}, {"files", std::move(files)}}));
+}
+
+int run(const RunArguments& arguments)
+{
+    const auto loaded = load_and_report(arguments.pipeline);
+    if (!loaded->result.problems.empty())
+        return loaded->result.exit_code();
+    RunRequest request;
+    request.pipeline = &loaded->result.pipeline;
+    request.store = arguments.places.store_folder();
+    request.out = arguments.places.out_folder();
+    request.cores = arguments.cores;
+    request.until = arguments.until;
+    request.estimates = formula_figures(loaded->result.pipeline, arguments.cores).stages;
+    const auto display = make_display(display_kind(arguments));
+    const RunSummary summary = run_pipeline(request, *display);
+    if (arguments.json_log)
+        print_json(summary);
+    else if (!arguments.quiet)
+    {
+        print_table(summary);
+        print_files(summary);
+    }
+    std::fflush(stdout);
+    if (summary.exit_code == 75 && !arguments.json_log)
+        fmt::print(stderr, "interrupted; the same command goes on from here\n");
+    return summary.exit_code;
+}
+
+}  // namespace
+
+void add_run_command(CLI::App& app, int& exit_code)
+{
+    CLI::App* command = app.add_subcommand("run", "Run a pipeline: what is stored already is not run again");
+    const auto arguments = std::make_shared<RunArguments>();
+    arguments->pipeline.add_to(*command);
+    arguments->places.add_out_to(*command);
+    arguments->places.add_store_to(*command);
+    command->add_option("--cores", arguments->cores, "Processor cores to use")->check(CLI::Range(1, 4096))->capture_default_str();
+    command->add_option("--until", arguments->until, "Run this stage and what it needs, nothing else");
+    command->add_flag("--quiet", arguments->quiet, "Print errors alone");
+    command->add_flag("--json-log", arguments->json_log, "Print one JSON object per event to standard output");
+    command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
+}
+
+}  // namespace fresco::host

@@ -1,0 +1,134 @@
+#include "commands.h"
+
+#include <fresco/host/machine.h>
+#include <fresco/host/progress_display.h>
+#include <fresco/host/store_tidy.h>
+
+#include <ctime>
+#include <fmt/format.h>
+
+namespace fresco::host
+{
+namespace
+{
+
+struct StoreArguments
+{
+    PlaceArguments places;
+    bool json = false;
+    bool remove = false;
+    bool dry_run = false;
+    double keep_days = 7;
+};
+
+std::string age_text(std::int64_t time_s)
+{
+    const double days = (static_cast<double>(std::time(nullptr)) - static_cast<double>(time_s)) / 86400.0;
+    return days < 1 ? fmt::format("{:.0f} h", days * 24) : fmt::format("{:.0f} d", days);
+}
+
+Value to_value(const StoredObject& object)
+{
+    return Value::Map{{"id", object.id},           {"stage", object.stage},   {"type", object.type},  {"time_s", object.time_s},
+                      {"disk_mb", object.disk_mb}, {"in_use", object.in_use}, {"whole", object.whole}};
+}
+
+int list(const StoreArguments& arguments)
+{
+    const Store store(arguments.places.store_folder());
+    const auto objects = list_objects(store);
+    double total = 0;
+    Value::List values;
+    for (const auto& object : objects)
+    {
+        total += object.disk_mb;
+        values.push_back(to_value(object));
+        if (!arguments.json)
+            fmt::print("{}  {:<16}  {:<22}  {:>9}  {:>6}  {}\n", object.id, object.stage, object.type, size_text(object.disk_mb),
+                       object.whole ? age_text(object.time_s) : "",
+                       !object.whole   ? "unfinished"
+                       : object.in_use ? "in use"
+                                       : "");
+    }
+    if (arguments.json)
+        fmt::print("{}\n", to_json(Value::Map{{"objects", std::move(values)}, {"disk_mb", total}}, 2));
+    else
+        fmt::print("{} results, {}\n", objects.size(), size_text(total));
+    return 0;
+}
+
+int verify(const StoreArguments& arguments)
+{
+    const Store store(arguments.places.store_folder());
+    const auto damages = verify_store(store, available_cores());
+    Value::List values;
+    for (const auto& damage : damages)
+    {
+        values.push_back(Value::Map{{"object", damage.object}, {"text", damage.text}});
+        if (!arguments.json)
+            fmt::print("damaged: {}\n", damage.text);
+        if (arguments.remove)
+            store.discard(damage.object);
+    }
+    if (arguments.json)
+        fmt::print("{}\n", to_json(Value::Map{{"damaged", std::move(values)}, {"removed", arguments.remove}}, 2));
+    else if (damages.empty())
+        fmt::print("every result is as it was written\n");
+    else
+        fmt::print("{} damaged {}: {}\n", damages.size(), damages.size() == 1 ? "result" : "results",
+                   arguments.remove ? "removed; the next run makes what it needs of them anew"
+                                    : "a run that reads one makes it anew; --remove removes them now");
+    return damages.empty() || arguments.remove ? 0 : 1;
+}
+
+int tidy(const StoreArguments& arguments)
+{
+    const Store store(arguments.places.store_folder());
+    const TidyResult result = tidy_store(store, arguments.keep_days, arguments.dry_run);
+    if (arguments.json)
+    {
+        Value::List removed;
+        for (const auto& object : result.removed)
+            removed.push_back(to_value(object));
+        fmt::print("{}\n", to_json(Value::Map{{"removed", std::move(removed)},
+                                              {"freed_mb", result.freed_mb},
+                                              {"checkpoints", result.checkpoints},
+                                              {"leftovers", result.leftovers},
+                                              {"dry_run", arguments.dry_run}},
+                                   2));
+        return 0;
+    }
+    for (const auto& object : result.removed)
+        fmt::print("{}  {:<16}  {:>9}\n", object.id, object.stage, size_text(object.disk_mb));
+    fmt::print("{} {} results ({}), {} checkpoints, {} leftovers of killed runs\n",
+               arguments.dry_run ? "would remove" : "removed", result.removed.size(), size_text(result.freed_mb),
+               result.checkpoints, result.leftovers);
+    return 0;
+}
+
+}  // namespace
+
+void add_store_command(CLI::App& app, int& exit_code)
+{
+    CLI::App* command = app.add_subcommand("store", "Look at the store of results, check it, tidy it up");
+    command->require_subcommand(1);
+    const auto arguments = std::make_shared<StoreArguments>();
+    const auto add = [&](const char* name, const char* help, int (*action)(const StoreArguments&))
+    {
+        CLI::App* sub = command->add_subcommand(name, help);
+        arguments->places.add_store_to(*sub);
+        sub->add_flag("--json", arguments->json, "Print JSON");
+        sub->callback([arguments, action, &exit_code] { exit_code = action(*arguments); });
+        return sub;
+    };
+    add("ls", "List the results", list);
+    add("verify", "Re-read every result and compare with its hashes; exit code 1 if one is damaged", verify)
+        ->add_flag("--remove", arguments->remove, "Remove damaged results");
+    CLI::App* gc = add("gc", "Remove what no pipeline's last run used", tidy);
+    gc->add_option("--keep-days", arguments->keep_days, "Keep results and checkpoints younger than this")
+        ->check(CLI::NonNegativeNumber)
+        ->capture_default_str();
+    gc->add_flag("--dry-run", arguments->dry_run, "Say what would be removed, remove nothing");
+}
+
+}  // namespace fresco::host

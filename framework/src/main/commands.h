@@ -1,0 +1,55 @@
+#pragma once
+
+#include <fresco/host/catalog.h>
+#include <fresco/host/pipeline.h>
+
+#include <CLI/CLI.hpp>
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace fresco::host
+{
+
+/// Each adds one command; when it is the one chosen, it leaves the program's exit code in `exit_code`.
+void add_run_command(CLI::App& app, int& exit_code);
+void add_inspect_commands(CLI::App& app, int& exit_code);
+void add_plan_command(CLI::App& app, int& exit_code);
+void add_store_command(CLI::App& app, int& exit_code);
+void add_doctor_command(CLI::App& app, int& exit_code);
+void add_internal_commands(CLI::App& app, int& exit_code);
+
+/// What every command takes that works on a pipeline file.
+struct PipelineArguments
+{
+    std::string file;
+    std::vector<std::string> sets;
+
+    void add_to(CLI::App& command);
+    PipelineRequest request() const;
+};
+
+/// Where results go.
+struct PlaceArguments
+{
+    std::string out = "out";
+    std::string store = ".fresco";
+
+    void add_store_to(CLI::App& command);
+    void add_out_to(CLI::App& command);
+    std::filesystem::path out_folder() const;
+    std::filesystem::path store_folder() const;
+};
+
+/// A checked pipeline with the catalog that it points into.
+struct LoadedPipeline
+{
+    Catalog catalog;
+    PipelineResult result;
+};
+/// Prints every problem to standard error.
+std::unique_ptr<LoadedPipeline> load_and_report(const PipelineArguments& arguments);
+
+}  // namespace fresco::host

@@ -1,0 +1,102 @@
+#include <fresco/host/estimate.h>
+#include <fresco/host/plan.h>
+#include <fresco/host/result_key.h>
+#include <fresco/host/stage_record.h>
+
+#include <algorithm>
+
+namespace fresco::host
+{
+namespace
+{
+
+std::string running_producers(const StageNode& node, const RunState& state)
+{
+    std::string names;
+    for (const std::size_t producer : node.producers)
+        if (state.nodes()[producer].state == StageState::waiting)
+            names += (names.empty() ? "" : ", ") + state.nodes()[producer].stage->name;
+    return names;
+}
+
+std::string reason_to_run(const StageNode& node, const RunState& state, const Pipeline& pipeline, const Store& store)
+{
+    const std::string above = running_producers(node, state);
+    if (!node.resolved)
+        return "runs after " + above;
+    if (!node.why_not.empty())
+        return node.why_not;
+    const auto record = read_stage_record(store, pipeline, node.stage->name);
+    if (node.result)
+        return "its result was removed from the store";
+    if (!record)
+        return "not stored yet";
+    const std::string difference = explain_difference(record->key_document, node.key_document, *node.stage);
+    return difference.empty() ? "its result was removed from the store" : difference;
+}
+
+std::string reason_to_rest(const StageNode& node)
+{
+    switch (node.state)
+    {
+    case StageState::stored:
+        return "stored";
+    case StageState::not_needed:
+        return "not needed: everything made from it is stored";
+    case StageState::failed:
+        return node.error;
+    case StageState::blocked:
+        return "something above it cannot run";
+    default:
+        return std::string(to_string(node.state));
+    }
+}
+
+}  // namespace
+
+FormulaFigures formula_figures(const Pipeline& pipeline, int cores)
+{
+    FormulaFigures figures;
+    for (const auto& estimate : estimate_pipeline(pipeline, cores).stages)
+    {
+        figures.stages[estimate.stage] = {estimate.seconds.value_or(0), estimate.memory_mb.value_or(0),
+                                          estimate.disk_mb.value_or(0)};
+        for (const auto& note : estimate.notes)
+            figures.notes.push_back(estimate.stage + ": " + note);
+    }
+    return figures;
+}
+
+Plan make_plan(const Pipeline& pipeline, const std::filesystem::path& store_folder, const std::string& until,
+               const std::map<std::string, CostFigures>& estimates)
+{
+    const Store store(store_folder);
+    const Statistics statistics(store);
+    FileHashes hashes(store.root() / "files.json");
+    RunState state(pipeline, store, hashes, until);
+    state.update();
+    hashes.save();
+
+    Plan plan;
+    for (const auto& node : state.nodes())
+    {
+        if (!node.selected)
+            continue;
+        PlannedStage planned{node.stage->name, node.stage->type->type, node.state == StageState::waiting, "", {}, false};
+        planned.reason = planned.runs ? reason_to_run(node, state, pipeline, store) : reason_to_rest(node);
+        if (const auto estimate = estimates.find(node.stage->name); estimate != estimates.end())
+            planned.cost = estimate->second;
+        planned.measured = statistics.knows(planned.type);
+        planned.cost = statistics.corrected(planned.type, planned.cost);
+        if (planned.runs)
+        {
+            plan.total.seconds += planned.cost.seconds;
+            plan.total.disk_mb += planned.cost.disk_mb;
+            plan.total.memory_mb = std::max(plan.total.memory_mb, planned.cost.memory_mb);
+        }
+        plan.stages.push_back(std::move(planned));
+    }
+    return plan;
+}
+
+}  // namespace fresco::host

@@ -1,0 +1,191 @@
+#include "own_libraries.h"
+
+#include <fresco/compiler_stamp.h>
+#include <fresco/error.h>
+#include <fresco/host/plugin_library.h>
+
+#define BOOST_DLL_USE_STD_FS
+#include <boost/dll/shared_library.hpp>
+#include <cstdio>
+#include <map>
+#include <set>
+
+namespace fresco::host
+{
+namespace fs = std::filesystem;
+namespace
+{
+
+std::string hexadecimal(std::uint32_t value)
+{
+    char text[16];
+    std::snprintf(text, sizeof text, "0x%08X", value);
+    return text;
+}
+
+std::string text_of(const char* text)
+{
+    return text != nullptr ? text : "";
+}
+
+/// The loader's own words, without Boost's frame around them.
+std::string loader_message(std::string text)
+{
+    const std::string_view before = "dlerror system message: ";
+    if (const auto begin = text.find(before); begin != std::string::npos)
+    {
+        text.erase(0, begin + before.size());
+        if (const auto end = text.rfind("): "); end != std::string::npos)
+            text.erase(end);
+    }
+    return text;
+}
+
+bool is_type_name(const std::string& type)
+{
+    bool dot = false;
+    char last = '.';
+    for (const char c : type)
+    {
+        const bool word = (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_';
+        if (!word && (c != '.' || last == '.'))
+            return false;
+        dot = dot || c == '.';
+        last = c;
+    }
+    return dot && last != '.';
+}
+
+template <class Function>
+Function required_symbol(const boost::dll::shared_library& library, const char* name)
+{
+    if (!library.has(name))
+        throw Error(std::string("has no symbol ") + name +
+                    ": it is no fresco plugin, or one for another version of the handshake; build it with fresco_add_plugin");
+    return &library.get<std::remove_pointer_t<Function>>(name);
+}
+
+}  // namespace
+
+const fresco_plugin_info& host_stamp()
+{
+    static constexpr fresco_plugin_info stamp{
+        FRESCO_MAGIC, FRESCO_ABI, FRESCO_COMPILER_STAMP, FRESCO_STANDARD_LIBRARY_STAMP, FRESCO_CONTAINERS_STAMP, "", ""};
+    return stamp;
+}
+
+std::optional<std::string> handshake_problem(const fresco_plugin_info& plugin, const fresco_plugin_info& host,
+                                             const fresco_plugin_info* torch)
+{
+    const auto differs = [](const std::string& what, const std::string& found, const std::string& expected) {
+        return "its " + what + " is \"" + found + "\", this fresco needs \"" + expected +
+               "\": build it anew with this fresco's SDK";
+    };
+    if (plugin.magic != host.magic)
+        return differs("magic number", hexadecimal(plugin.magic), hexadecimal(host.magic));
+    if (plugin.abi != host.abi)
+        return differs("SDK ABI number", std::to_string(plugin.abi), std::to_string(host.abi));
+    struct Field
+    {
+        const char* name;
+        const char* found;
+        const char* expected;
+    };
+    const Field fields[] = {{"compiler", plugin.compiler, host.compiler},
+                            {"standard library", plugin.standard_library, host.standard_library},
+                            {"kind of containers", plugin.containers, host.containers},
+                            {"libtorch version", plugin.torch, torch != nullptr ? torch->torch : plugin.torch},
+                            {"CUDA version", plugin.cuda, torch != nullptr ? torch->cuda : plugin.cuda}};
+    const bool uses_torch = !text_of(plugin.torch).empty();
+    for (const auto& field : fields)
+    {
+        const bool tensor_field =
+            field.name == std::string_view("libtorch version") || field.name == std::string_view("CUDA version");
+        if ((!tensor_field || uses_torch) && text_of(field.found) != text_of(field.expected))
+            return differs(field.name, text_of(field.found), text_of(field.expected));
+    }
+    return std::nullopt;
+}
+
+PluginLibrary::PluginLibrary(const fs::path& file) : file_(file)
+{
+    // Never destroyed, so never unloaded.
+    auto* library = new boost::dll::shared_library;
+    try
+    {
+        library->load(file.string(), boost::dll::load_mode::rtld_now | boost::dll::load_mode::rtld_local);
+    }
+    catch (const std::exception& error)
+    {
+        throw Error("cannot be loaded: " + loader_message(error.what()));
+    }
+    const auto info = required_symbol<fresco_plugin_info_function>(*library, FRESCO_INFO_SYMBOL)();
+    const auto list_entries = required_symbol<fresco_plugin_entries_function>(*library, FRESCO_ENTRIES_SYMBOL);
+    if (info == nullptr)
+        throw Error("says nothing about how it was built");
+    const fresco_plugin_info* torch = nullptr;
+    if (const char* symbol = "fresco_sdk_torch_info_1"; library->has(symbol))
+        torch = library->get<std::remove_pointer_t<fresco_plugin_info_function>>(symbol)();
+    if (const auto problem = handshake_problem(*info, host_stamp(), torch))
+        throw Error(*problem);
+
+    torch_ = text_of(info->torch);
+    std::size_t count = 0;
+    const fresco_plugin_entry* list = list_entries(&count);
+    std::set<std::string> seen;
+    for (std::size_t i = 0; i < count; ++i)
+    {
+        const std::string type = text_of(list[i].type);
+        if (list[i].what == FRESCO_ENTRY_LIBRARY)
+        {
+            versions_.set(type, text_of(list[i].help));
+            continue;
+        }
+        if (!is_type_name(type) || list[i].create == nullptr)
+            throw Error("registers the type \"" + type + "\"; a type reads like mesh.decimate (lower case, digits, '_', a dot)");
+        if (!seen.insert(type).second)
+            throw Error("registers the type \"" + type + "\" twice");
+        entries_.push_back({type, text_of(list[i].kind), text_of(list[i].help)});
+        makers_.push_back(list[i].create);
+    }
+    if (entries_.empty())
+        throw Error("registers no stage and no component");
+    if (!torch_.empty())
+        versions_.set("libtorch", torch_);
+    own_libraries_ = own_libraries_of(library->native(), file);
+}
+
+const PluginLibrary& PluginLibrary::open(const fs::path& file)
+{
+    static std::map<fs::path, const PluginLibrary*> opened;
+    const auto known = opened.find(file);
+    if (known != opened.end())
+        return *known->second;
+    if (const auto problem = library_file_problem(file))
+        throw Error(*problem);
+    return *opened.emplace(file, new PluginLibrary(file)).first->second;
+}
+
+std::unique_ptr<Configurable> PluginLibrary::make(std::string_view type) const
+{
+    for (std::size_t i = 0; i < entries_.size(); ++i)
+    {
+        if (entries_[i].type != type)
+            continue;
+        try
+        {
+            return std::unique_ptr<Configurable>(static_cast<Configurable*>(makers_[i]()));
+        }
+        catch (const std::exception& error)
+        {
+            throw Error("the constructor of " + std::string(type) + " throws: " + error.what());
+        }
+        catch (...)
+        {
+            throw Error("the constructor of " + std::string(type) + " throws something that is no exception");
+        }
+    }
+    throw Error("holds no type \"" + std::string(type) + "\"");
+}
+
+}  // namespace fresco::host

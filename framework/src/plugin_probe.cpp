@@ -1,0 +1,229 @@
+#include <fresco/error.h>
+#include <fresco/host/plugin_library.h>
+#include <fresco/host/plugin_probe.h>
+#include <fresco/host/process.h>
+#include <fresco/reader.h>
+#include <fresco/stage.h>
+
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <fcntl.h>
+#include <fstream>
+#include <iostream>
+#include <poll.h>
+#include <thread>
+#include <unistd.h>
+
+namespace fresco::host
+{
+namespace
+{
+
+using Clock = std::chrono::steady_clock;
+constexpr double limit_s = 5;
+constexpr double hard_limit_s = 60;
+
+void tell(const Value& line)
+{
+    const std::string text = to_json(line) + "\n";
+    // Run by hand there is no channel; the lines are for the person then.
+    if (fcntl(child_channel, F_GETFD) < 0 || !send_all(child_channel, text))
+        std::cout << text << std::flush;
+}
+
+Value describe_type(const PluginLibrary::Entry& entry, const Configurable& object)
+{
+    Value declaration = object.describe();
+    if (const auto* stage = dynamic_cast<const Stage*>(&object))
+    {
+        const Cost cost = stage->cost();
+        declaration.set("cost", Value::Map{{"seconds", cost.seconds},
+                                           {"memory_mb", cost.memory_mb},
+                                           {"disk_mb", cost.disk_mb},
+                                           {"frames", cost.frames},
+                                           {"faces", cost.faces}});
+    }
+    else if (entry.kind == "stage")
+        throw Error("the type " + entry.type + " is registered as a stage but is none");
+    if (const auto* reader = dynamic_cast<const FileReader*>(&object))
+    {
+        Value::List extensions;
+        for (const auto& extension : reader->extensions())
+            extensions.emplace_back(extension);
+        declaration.set("artifact", reader->artifact());
+        declaration.set("extensions", std::move(extensions));
+    }
+    else if (entry.kind == FileReader::component_kind)
+        throw Error("the type " + entry.type + " is registered as a reader but is none");
+    return Value::Map{{"type", entry.type}, {"kind", entry.kind}, {"help", entry.help}, {"declaration", std::move(declaration)}};
+}
+
+struct RunningProbe
+{
+    Child child;
+    LineBuffer lines;
+    LineBuffer printed;
+    std::string step = "it was opened";
+    Clock::time_point start = Clock::now();
+    double cpu_before = 0;
+    Clock::time_point cpu_checked = Clock::now();
+    bool timed_out = false;
+    bool done = false;
+    Probe probe;
+};
+
+double seconds_since(Clock::time_point start)
+{
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+/// Processor seconds of a running process.
+double cpu_seconds(pid_t pid)
+{
+    std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
+    std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+    const auto name_end = text.rfind(')');
+    if (name_end == std::string::npos)
+        return 0;
+    text.erase(0, name_end + 1);
+    unsigned long user = 0;
+    unsigned long system = 0;
+    if (std::sscanf(text.c_str(), " %*c %*d %*d %*d %*d %*d %*u %*u %*u %*u %*u %lu %lu", &user, &system) != 2)
+        return 0;
+    return static_cast<double>(user + system) / static_cast<double>(sysconf(_SC_CLK_TCK));
+}
+
+/// 5 s, but of work where the machine is busy with other things: a slow start is no reason to refuse a good library.
+void check_time(RunningProbe& running)
+{
+    const double wall = seconds_since(running.start);
+    if (wall < limit_s || running.timed_out)
+        return;
+    const double cpu = cpu_seconds(running.child.pid);
+    bool idle = false;
+    if (seconds_since(running.cpu_checked) >= 1)
+    {
+        idle = cpu - running.cpu_before < 0.01;
+        running.cpu_before = cpu;
+        running.cpu_checked = Clock::now();
+    }
+    if (cpu >= limit_s - 0.5 || idle || wall > hard_limit_s)
+    {
+        running.timed_out = true;
+        kill(running.child.pid, SIGKILL);
+    }
+}
+
+void take_lines(RunningProbe& running)
+{
+    running.lines.read_from(running.child.channel.get());
+    running.printed.read_from(running.child.output.get());
+    std::string text;
+    while (running.lines.next(text))
+    {
+        const Value line = parse_json(text, "probe");
+        if (const auto* step = line.find("step"))
+            running.step = step->as_string();
+        if (const auto* refusal = line.find("refusal"))
+        {
+            running.probe.refusal = refusal->as_string();
+            running.probe.lasting = line.at("lasting").as_bool();
+        }
+        if (const auto* description = line.find("description"))
+            running.probe.description = *description;
+    }
+}
+
+/// True once the child has ended and the probe is complete.
+bool finish(RunningProbe& running)
+{
+    ChildEnd end;
+    if (!take_end(running.child.pid, end))
+        return false;
+    take_lines(running);
+    Probe& probe = running.probe;
+    if (running.timed_out)
+        probe.refusal = "did not come back within 5 s when " + running.step;
+    else if (end.signal != 0)
+        probe.refusal = "crashed when " + running.step + ": " + signal_text(end.signal);
+    else if (probe.refusal.empty() && probe.description.is_null())
+        probe.refusal = "ended the process with exit code " + std::to_string(end.exit_code) + " when " + running.step;
+    else
+        return true;
+    probe.description = Value();
+    probe.lasting = end.signal != SIGKILL || running.timed_out;
+    return true;
+}
+
+}  // namespace
+
+std::vector<Probe> probe_plugins(const std::vector<std::filesystem::path>& libraries, int parallel)
+{
+    std::vector<Probe> results;
+    std::vector<RunningProbe> running;
+    std::size_t next = 0;
+    while (next < libraries.size() || !running.empty())
+    {
+        while (next < libraries.size() && running.size() < static_cast<std::size_t>(std::max(parallel, 1)))
+        {
+            RunningProbe started;
+            started.probe.library = libraries[next];
+            started.child = start_child({"internal-probe", libraries[next].string()});
+            running.push_back(std::move(started));
+            ++next;
+        }
+        std::vector<pollfd> descriptors;
+        for (const auto& entry : running)
+            descriptors.push_back({entry.child.channel.get(), POLLIN, 0});
+        poll(descriptors.data(), descriptors.size(), 20);
+        for (auto& entry : running)
+        {
+            take_lines(entry);
+            check_time(entry);
+            entry.done = finish(entry);
+            if (entry.done)
+                results.push_back(std::move(entry.probe));
+        }
+        std::erase_if(running, [](const RunningProbe& entry) { return entry.done; });
+        if (!running.empty())
+            std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    }
+    return results;
+}
+
+int internal_probe(const std::filesystem::path& library)
+{
+    try
+    {
+        const PluginLibrary& plugin = PluginLibrary::open(library);
+        Value::List types;
+        for (const auto& entry : plugin.entries())
+        {
+            tell(Value::Map{{"step", "an object of type " + entry.type + " was made"}});
+            const std::unique_ptr<Configurable> object = plugin.make(entry.type);
+            types.push_back(describe_type(entry, *object));
+        }
+        Value::List own;
+        for (const auto& file : plugin.own_libraries())
+            own.emplace_back(file.string());
+        Value description = Value::Map{{"types", std::move(types)},
+                                       {"versions", plugin.versions()},
+                                       {"own_libraries", std::move(own)},
+                                       {"torch", plugin.torch()}};
+        tell(Value::Map{{"description", std::move(description)}});
+        // Static destructors of libraries have nothing to do here that is worth a crash.
+        std::_Exit(0);
+    }
+    catch (const std::exception& error)
+    {
+        const std::string text = error.what();
+        // A library that is not installed today may be tomorrow.
+        const bool lasting = text.find("cannot be loaded") == std::string::npos;
+        tell(Value::Map{{"refusal", text}, {"lasting", lasting}});
+        std::_Exit(4);
+    }
+}
+
+}  // namespace fresco::host

@@ -1,0 +1,230 @@
+#include "own_libraries.h"
+
+#include <fresco/error.h>
+#include <fresco/files_io.h>
+#include <fresco/hash.h>
+#include <fresco/host/file_stamp.h>
+#include <fresco/host/plugin_library.h>
+#include <fresco/host/plugin_probe.h>
+#include <fresco/host/plugin_search.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <dlfcn.h>
+#include <set>
+#include <thread>
+
+namespace fresco::host
+{
+namespace fs = std::filesystem;
+namespace
+{
+
+constexpr int cache_format = 1;
+
+fs::path home_based(const char* variable, const char* below_home)
+{
+    if (const char* folder = std::getenv(variable); folder != nullptr && *folder == '/')
+        return folder;
+    const char* home = std::getenv("HOME");
+    return home != nullptr && *home == '/' ? fs::path(home) / below_home : fs::path();
+}
+
+/// The SDK library that this process runs with.
+fs::path sdk_library()
+{
+    Dl_info info{};
+    const auto symbol = static_cast<std::string (*)(std::string_view)>(&content_hash);
+    return dladdr(reinterpret_cast<const void*>(symbol), &info) != 0 && info.dli_fname != nullptr ? fs::path(info.dli_fname)
+                                                                                                  : fs::path();
+}
+
+/// Descriptions by the contents of library and SDK.
+class DescriptorCache
+{
+  public:
+    DescriptorCache() : folder_(descriptor_cache_folder()), hashes_(folder_ / "stamps.json")
+    {
+        std::error_code error;
+        if (!folder_.empty())
+            fs::create_directories(folder_, error);
+        sdk_hash_ = hashes_.hash(sdk_library());
+    }
+
+    std::string hash(const fs::path& file) { return hashes_.hash(file); }
+
+    /// The remembered probe, or nothing where the file was never seen or one of fresco's libraries behind it changed.
+    std::optional<Probe> find(const fs::path& library)
+    {
+        try
+        {
+            const fs::path entry = entry_file(library);
+            if (folder_.empty() || !fs::exists(entry))
+                return std::nullopt;
+            const Value value = parse_json(read_text_file(entry), entry.string());
+            for (const auto& [file, hash] : value.at("own_hashes").as_map())
+                if (!fs::exists(file) || hashes_.hash(file) != hash.as_string())
+                    return std::nullopt;
+            return Probe{library, value.at("description"), value.at("refusal").as_string(), true};
+        }
+        catch (const Error&)
+        {
+            return std::nullopt;
+        }
+    }
+
+    void remember(const Probe& probe)
+    {
+        if (folder_.empty() || (!probe.refusal.empty() && !probe.lasting))
+            return;
+        try
+        {
+            Value::Map own;
+            if (probe.refusal.empty())
+                for (const auto& file : probe.description.at("own_libraries").as_list())
+                    own.emplace_back(file.as_string(), hashes_.hash(file.as_string()));
+            const Value entry =
+                Value::Map{{"description", probe.description}, {"refusal", probe.refusal}, {"own_hashes", std::move(own)}};
+            write_file(entry_file(probe.library), to_json(entry));
+        }
+        catch (const Error&)
+        {
+            return;  // A cache that cannot be written costs time, nothing else.
+        }
+    }
+
+    void save() { hashes_.save(); }
+
+  private:
+    fs::path entry_file(const fs::path& library)
+    {
+        const std::string key =
+            std::to_string(cache_format) + "/" + std::to_string(FRESCO_ABI) + "/" + sdk_hash_ + "/" + hashes_.hash(library);
+        return folder_ / (content_hash(key) + ".json");
+    }
+
+    fs::path folder_;
+    FileHashes hashes_;
+    std::string sdk_hash_;
+};
+
+void add_to_catalog(Catalog& catalog, const Probe& probe, DescriptorCache& cache)
+{
+    if (!probe.refusal.empty())
+    {
+        catalog.add(Refusal{probe.library, probe.refusal});
+        return;
+    }
+    std::vector<std::string> own_hashes;
+    for (const auto& file : probe.description.at("own_libraries").as_list())
+        own_hashes.push_back(cache.hash(file.as_string()));
+    const std::string hash = combined_library_hash(cache.hash(probe.library), own_hashes);
+    for (const auto& type : probe.description.at("types").as_list())
+        catalog.add(TypeDescription{type.at("type").as_string(), type.at("kind").as_string(), type.at("help").as_string(),
+                                    type.at("declaration"), probe.library, hash, probe.description.at("versions")});
+}
+
+/// The files of all folders that look like plugins, each once; what cannot be one is refused at once.
+std::vector<fs::path> candidates(Catalog& catalog)
+{
+    std::vector<fs::path> files;
+    std::set<fs::path> seen;
+    for (const auto& folder : plugin_folders())
+    {
+        std::error_code error;
+        fs::directory_iterator entries(folder.path, error);
+        if (error)
+        {
+            if (folder.origin == "FRESCO_PLUGIN_PATH")
+                catalog.add(Refusal{folder.path, "the folder named by FRESCO_PLUGIN_PATH cannot be listed: " + error.message()});
+            continue;
+        }
+        std::vector<fs::path> found;
+        for (const auto& entry : entries)
+            if (entry.path().extension() == ".so")
+                found.push_back(entry.path());
+        std::sort(found.begin(), found.end());
+        for (const auto& file : found)
+        {
+            const fs::path real = fs::weakly_canonical(file, error);
+            if (!seen.insert(real).second)
+                continue;
+            if (const auto problem = library_file_problem(real))
+                catalog.add(Refusal{file, *problem});
+            else
+                files.push_back(real);
+        }
+    }
+    return files;
+}
+
+}  // namespace
+
+std::vector<PluginFolder> plugin_folders()
+{
+    std::vector<PluginFolder> folders;
+    if (const char* path = std::getenv("FRESCO_PLUGIN_PATH"))
+    {
+        const std::string text = path;
+        for (std::size_t begin = 0; begin <= text.size();)
+        {
+            const std::size_t end = std::min(text.find(':', begin), text.size());
+            if (end > begin)
+                folders.push_back({fs::absolute(text.substr(begin, end - begin)), "FRESCO_PLUGIN_PATH"});
+            begin = end + 1;
+        }
+    }
+    if (const fs::path data = home_based("XDG_DATA_HOME", ".local/share"); !data.empty())
+        folders.push_back({data / "fresco" / "plugins", "user"});
+    if (const fs::path program = program_folder(); !program.empty())
+        folders.push_back({program.parent_path() / "lib" / "fresco", "installation"});
+    return folders;
+}
+
+fs::path descriptor_cache_folder()
+{
+    const fs::path cache = home_based("XDG_CACHE_HOME", ".cache");
+    return cache.empty() ? fs::path() : cache / "fresco" / "descriptors";
+}
+
+std::string combined_library_hash(const std::string& plugin_hash, const std::vector<std::string>& own_hashes)
+{
+    std::string joined = plugin_hash;
+    for (const auto& hash : own_hashes)
+        joined += "/" + hash;
+    return content_hash(joined);
+}
+
+Catalog load_catalog(bool again)
+{
+    Catalog catalog;
+    DescriptorCache cache;
+    std::vector<fs::path> unknown;
+    for (const auto& file : candidates(catalog))
+    {
+        try
+        {
+            const auto known = cache.find(file);
+            if (known && (known->refusal.empty() || !again))
+                add_to_catalog(catalog, *known, cache);
+            else
+                unknown.push_back(file);
+        }
+        catch (const Error& error)
+        {
+            catalog.add(Refusal{file, error.what()});
+        }
+    }
+    const int cores = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+    std::vector<Probe> probes = probe_plugins(unknown, cores);
+    std::sort(probes.begin(), probes.end(), [](const Probe& a, const Probe& b) { return a.library < b.library; });
+    for (const auto& probe : probes)
+    {
+        cache.remember(probe);
+        add_to_catalog(catalog, probe, cache);
+    }
+    cache.save();
+    return catalog;
+}
+
+}  // namespace fresco::host

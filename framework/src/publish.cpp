@@ -1,0 +1,177 @@
+#include <fresco/error.h>
+#include <fresco/files_io.h>
+#include <fresco/hash.h>
+#include <fresco/host/fault.h>
+#include <fresco/host/publish.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <fcntl.h>
+#include <set>
+#include <unistd.h>
+
+namespace fresco::host
+{
+namespace fs = std::filesystem;
+namespace
+{
+
+struct Tree
+{
+    std::vector<std::string> files;  ///< Sorted, relative.
+    std::vector<fs::path> folders;
+};
+
+Tree list_tree(const fs::path& root, const std::vector<std::string>& outputs)
+{
+    Tree tree;
+    for (const auto& output : outputs)
+    {
+        tree.folders.push_back(root / output);
+        for (const auto& entry : fs::recursive_directory_iterator(root / output))
+        {
+            const std::string relative = entry.path().lexically_relative(root).generic_string();
+            if (entry.is_symlink() || !(entry.is_regular_file() || entry.is_directory()))
+                throw Error(relative + ": a result holds regular files and folders alone, this is neither");
+            if (entry.is_directory())
+                tree.folders.push_back(entry.path());
+            else
+                tree.files.push_back(relative);
+        }
+    }
+    tree.folders.push_back(root);
+    std::sort(tree.files.begin(), tree.files.end());
+    return tree;
+}
+
+void sync_tree(const fs::path& root, const Tree& tree)
+{
+    // One call for the whole file system is as safe as one per file, and much faster for thousands.
+    constexpr std::size_t many = 64;
+    if (tree.files.size() > many)
+    {
+        const FileDescriptor fd(open(root.c_str(), O_RDONLY | O_CLOEXEC));
+        if (!fd.valid() || syncfs(fd.get()) != 0)
+            throw Error(root.string() + ": cannot be written to the disk: " + std::strerror(errno));
+        return;
+    }
+    for (const auto& file : tree.files)
+        sync_path(root / file);
+    for (const auto& folder : tree.folders)
+        sync_path(folder);
+}
+
+bool is_hexadecimal(char c)
+{
+    return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f');
+}
+
+/// Objects named in the JSON files directly in the outputs' folders, as paths below the store's root ("objects/<id>/…").
+std::set<std::string> find_references(const fs::path& root, const Tree& tree)
+{
+    constexpr std::string_view prefix = "objects/";
+    constexpr std::size_t id_length = 32;
+    const std::string own = "tmp/" + root.filename().string() + "/";
+    std::set<std::string> found;
+    for (const auto& file : tree.files)
+    {
+        if (!file.ends_with(".json") || std::count(file.begin(), file.end(), '/') != 1)
+            continue;
+        const std::string text = read_text_file(root / file, std::size_t{1} << 30U);
+        if (text.find(own) != std::string::npos)
+            throw Error(file + ": refers to a file in the folder the stage ran in (" + own +
+                        "…), which is gone when the stage is done; refer to files of the artifact's own folder alone");
+        for (std::size_t at = text.find(prefix); at != std::string::npos; at = text.find(prefix, at + 1))
+        {
+            const std::string id = text.substr(at + prefix.size(), id_length);
+            if (id.size() == id_length && std::all_of(id.begin(), id.end(), is_hexadecimal))
+                found.insert(id);
+        }
+    }
+    return found;
+}
+
+/// With what those objects refer to themselves.
+std::vector<std::string> closure(const Store& store, const std::set<std::string>& direct)
+{
+    std::set<std::string> all = direct;
+    for (const auto& id : direct)
+        if (store.present(id))
+            for (const auto& further : store.manifest(id).at("references").as_list())
+                all.insert(further.as_string());
+    return {all.begin(), all.end()};
+}
+
+}  // namespace
+
+void sync_path(const fs::path& path)
+{
+    const FileDescriptor fd(open(path.c_str(), O_RDONLY | O_CLOEXEC));
+    if (!fd.valid() || fsync(fd.get()) != 0)
+        throw Error(path.string() + ": cannot be written to the disk: " + std::strerror(errno));
+}
+
+std::string object_id(const std::string& key, const std::vector<Dependency>& dependencies)
+{
+    std::vector<std::string> parts;
+    for (const auto& dependency : dependencies)
+        parts.push_back(dependency.path.string() + '\0' + dependency.hash);
+    std::sort(parts.begin(), parts.end());
+    std::string joined = key;
+    for (const auto& part : parts)
+        joined += '\0' + part;
+    return content_hash(joined);
+}
+
+StoredResult publish(const Store& store, const fs::path& folder, const Publication& publication)
+{
+    const Tree tree = list_tree(folder, publication.outputs);
+    const StoredResult result{object_id(publication.key, publication.dependencies), closure(store, find_references(folder, tree)),
+                              publication.dependencies};
+    Value manifest = publication.facts;
+    Value::List files;
+    std::uint64_t bytes = 0;
+    for (const auto& file : tree.files)
+    {
+        const StoredFile hashed = hash_chunks(folder, file);
+        bytes += hashed.size;
+        files.push_back(to_value(hashed));
+    }
+    Value::List dependencies;
+    for (const auto& dependency : publication.dependencies)
+        dependencies.push_back(Value::Map{{"path", dependency.path.string()}, {"hash", dependency.hash}});
+    manifest.set("key", publication.key);
+    manifest.set("references", Value::List(result.references.begin(), result.references.end()));
+    manifest.set("dependencies", std::move(dependencies));
+    manifest.set("bytes", bytes);
+    manifest.set("files", std::move(files));
+    manifest.set("checksum", manifest_checksum(manifest));
+
+    fault_point("publish.written");
+    sync_tree(folder, tree);
+    fault_point("publish.synced");
+    if (store.present(result.object))
+    {
+        store.remember(publication.key, result);
+        remove_quietly(folder);
+        return result;
+    }
+    if (fs::exists(store.object(result.object)))
+        store.discard(result.object);
+    std::error_code error;
+    fs::rename(folder, store.object(result.object), error);
+    if (error)
+        throw Error(store.object(result.object).string() + ": cannot be put in place: " + error.message());
+    sync_path(store.root() / "objects");
+    fault_point("publish.renamed");
+    // Before the manifest: a key that leads to nothing is harmless, a result that no key leads to would be made twice.
+    store.remember(publication.key, result);
+    fault_point("publish.key");
+    write_file(store.manifest_file(result.object), to_json(manifest));
+    sync_path(store.object(result.object));
+    fault_point("publish.manifest");
+    return result;
+}
+
+}  // namespace fresco::host

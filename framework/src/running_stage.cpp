@@ -1,0 +1,159 @@
+#include "running_stage.h"
+
+#include <fresco/error.h>
+#include <fresco/files_io.h>
+
+#include <csignal>
+
+namespace fresco::host
+{
+namespace fs = std::filesystem;
+namespace
+{
+
+std::vector<std::pair<std::string, std::string>> thread_environment(int threads)
+{
+    std::vector<std::pair<std::string, std::string>> changes;
+    for (const char* name : {"OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OPENCV_FOR_THREADS_NUM"})
+        changes.emplace_back(name, std::to_string(threads));
+    return changes;
+}
+
+}  // namespace
+
+WorkerRequest make_worker_request(const StageNode& node, const RunState& state, const Store& store,
+                                  const fs::path& preview_folder, int threads, FileHashes& hashes)
+{
+    const PipelineStage& stage = *node.stage;
+    WorkerRequest request;
+    request.store = store.root();
+    request.preview_folder = preview_folder;
+    request.stage = stage.name;
+    request.type = stage.type->type;
+    request.options = stage.options;
+    request.key = node.key;
+    request.key_document = node.key_document;
+    request.threads = threads;
+    for (const auto& wire : stage.wires)
+    {
+        WorkerInput input{wire.port, wire.artifact, wire.file.string(), "", wire.from_port, {}, wire.file, wire.reader};
+        if (!wire.from_stage.empty())
+        {
+            input.from = wire.from_stage + "." + wire.from_port;
+            for (const auto& producer : state.nodes())
+                if (producer.stage->name == wire.from_stage)
+                {
+                    input.object = producer.result->object;
+                    input.references = producer.result->references;
+                }
+        }
+        request.inputs.push_back(std::move(input));
+    }
+    request.libraries[stage.type->type] = stage.type->library;
+    for (const TypeDescription* component : stage.components)
+        request.libraries[component->type] = component->library;
+    for (const auto& file : stage.input_files)
+        request.files.push_back(hashes.dependency(file));
+    return request;
+}
+
+RunningStage::RunningStage(StageNode& node, const WorkerRequest& request, const Store& store, ProgressDisplay& display)
+    : node_(&node), display_(&display), threads_(request.threads), request_folder_(store.make_temporary())
+{
+    const fs::path file = request_folder_ / "request.json";
+    write_file(file, to_json(to_value(request)));
+    child_ = start_child({"internal-run", file.string()}, thread_environment(threads_));
+}
+
+RunningStage::~RunningStage()
+{
+    if (!request_folder_.empty())
+        remove_quietly(request_folder_);
+}
+
+void RunningStage::stop(int signal) const
+{
+    kill(child_.pid, signal);
+}
+
+void RunningStage::take_event(const std::string& line)
+{
+    const Value event = parse_json(line, "worker");
+    const std::string& name = event.at("event").as_string();
+    const std::string& stage = node_->stage->name;
+    if (name == "running")
+    {
+        start_ = std::chrono::steady_clock::now();
+        display_->stage_begins(stage, threads_);
+    }
+    else if (name == "waiting")
+        display_->stage_waits(stage);
+    else if (name == "progress")
+        display_->stage_progress(stage, event.at("done").as_double(), event.at("total").as_double(), event.at("unit").as_string(),
+                                 event.at("metrics"));
+    else if (name == "message" || name == "warning")
+        display_->stage_says(stage, event.at("text").as_string(), name == "warning");
+    else if (name == "damaged")
+        damage_ = Damage{event.at("object").as_string(), event.at("text").as_string()};
+    else if (name == "failed")
+        failure_ = event.at("text").as_string();
+    else if (name == "done")
+    {
+        StoredResult result;
+        result.object = event.at("object").as_string();
+        for (const auto& reference : event.at("references").as_list())
+            result.references.push_back(reference.as_string());
+        result_ = std::move(result);
+        was_stored_ = event.at("stored").as_bool();
+        seconds_ = event.at("seconds").as_double();
+        memory_mb_ = event.at("memory_mb").as_double();
+        disk_mb_ = event.at("disk_mb").as_double();
+    }
+}
+
+void RunningStage::take_events()
+{
+    events_.read_from(child_.channel.get());
+    output_.read_from(child_.output.get());
+    std::string line;
+    while (output_.next(line))
+    {
+        display_->stage_prints(node_->stage->name, line);
+        tail_.push_back(line);
+        constexpr std::size_t kept_lines = 12;
+        if (tail_.size() > kept_lines)
+            tail_.pop_front();
+    }
+    while (events_.next(line))
+    {
+        try
+        {
+            take_event(line);
+        }
+        catch (const Error&)
+        {
+            // Written by something else in the process, over the host's channel.
+            display_->stage_prints(node_->stage->name, line);
+        }
+    }
+}
+
+bool RunningStage::ended()
+{
+    if (!take_end(child_.pid, end_))
+        return false;
+    take_events();
+    if (const std::string rest = output_.rest(); !rest.empty())
+        tail_.push_back(rest);
+    return true;
+}
+
+std::string RunningStage::printed_tail() const
+{
+    std::string text;
+    for (const auto& line : tail_)
+        text += "\n    | " + line;
+    return text;
+}
+
+}  // namespace fresco::host

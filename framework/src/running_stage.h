@@ -1,0 +1,77 @@
+#pragma once
+
+#include <fresco/host/process.h>
+#include <fresco/host/progress_display.h>
+#include <fresco/host/run_state.h>
+#include <fresco/host/worker.h>
+
+#include <chrono>
+#include <deque>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+namespace fresco::host
+{
+
+/// The request for a stage whose producers' results are all there.
+WorkerRequest make_worker_request(const StageNode& node, const RunState& state, const Store& store,
+                                  const std::filesystem::path& preview_folder, int threads, FileHashes& hashes);
+
+/// A stage at work in its process.
+class RunningStage
+{
+  public:
+    /// Starts the process. Throws Error if that fails.
+    RunningStage(StageNode& node, const WorkerRequest& request, const Store& store, ProgressDisplay& display);
+    ~RunningStage();
+    RunningStage(const RunningStage&) = delete;
+    RunningStage& operator=(const RunningStage&) = delete;
+
+    StageNode& node() const { return *node_; }
+    int threads() const { return threads_; }
+    int event_descriptor() const { return child_.channel.get(); }
+    int output_descriptor() const { return child_.output.get(); }
+    /// Passes on what the process said and printed.
+    void take_events();
+    /// True once the process has ended and everything it said was taken.
+    bool ended();
+
+    /// SIGTERM: the stage stops at its next check. SIGKILL: now.
+    void stop(int signal) const;
+
+    const ChildEnd& end() const { return end_; }
+    const std::optional<StoredResult>& result() const { return result_; }
+    bool was_stored() const { return was_stored_; }
+    const std::optional<Damage>& damage() const { return damage_; }
+    const std::string& failure() const { return failure_; }
+    /// The last lines that it printed.
+    std::string printed_tail() const;
+    double elapsed() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+    double seconds() const { return seconds_; }
+    double memory_mb() const { return memory_mb_; }
+    double disk_mb() const { return disk_mb_; }
+
+  private:
+    void take_event(const std::string& line);
+
+    StageNode* node_;
+    ProgressDisplay* display_;
+    int threads_;
+    std::filesystem::path request_folder_;
+    Child child_;
+    LineBuffer events_;
+    LineBuffer output_;
+    std::deque<std::string> tail_;
+    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+    ChildEnd end_;
+    std::optional<StoredResult> result_;
+    std::optional<Damage> damage_;
+    std::string failure_;
+    bool was_stored_ = false;
+    double seconds_ = 0;
+    double memory_mb_ = 0;
+    double disk_mb_ = 0;
+};
+
+}  // namespace fresco::host

@@ -1,0 +1,338 @@
+#include "running_stage.h"
+#include "stage_failure.h"
+#include "stop_signals.h"
+
+#include <fresco/error.h>
+#include <fresco/host/scheduler.h>
+#include <fresco/host/stage_record.h>
+#include <fresco/host/statistics.h>
+
+#include <algorithm>
+#include <csignal>
+#include <list>
+#include <map>
+#include <poll.h>
+
+namespace fresco::host
+{
+namespace
+{
+
+using Clock = std::chrono::steady_clock;
+constexpr auto stop_patience = std::chrono::seconds(8);
+constexpr int repairs_per_result = 2;
+
+class Scheduler
+{
+  public:
+    Scheduler(const RunRequest& request, ProgressDisplay& display)
+        : request_(request), display_(display), store_(request.store), in_use_(store_lock(store_)),
+          hashes_(store_.root() / "files.json"), state_(*request.pipeline, store_, hashes_, request.until),
+          exporter_(store_, request.out, hashes_)
+    {
+        // Alone in the store: nobody needs what killed runs left in tmp/.
+        if (in_use_.try_exclusive())
+            for (const auto& entry : std::filesystem::directory_iterator(store_.root() / "tmp"))
+                remove_quietly(entry.path());
+        in_use_.wait_shared();
+    }
+
+    RunSummary run()
+    {
+        state_.update();
+        take_finished();
+        for (;;)
+        {
+            dispatch();
+            if (running_.empty())
+                break;
+            wait();
+            collect();
+            take_finished();
+        }
+        return summary();
+    }
+
+  private:
+    bool stopping() const { return stops_ > 0; }
+
+    void dispatch()
+    {
+        if (stopping())
+            return;
+        std::vector<StageNode*> ready;
+        for (auto& node : state_.nodes())
+            if (node.state == StageState::waiting && node.resolved && state_.ready(node))
+                ready.push_back(&node);
+        int busy = 0;
+        for (const auto& running : running_)
+            busy += running.threads();
+        int left = static_cast<int>(ready.size());
+        for (StageNode* node : ready)
+        {
+            const int free = request_.cores - busy;
+            if (free <= 0)
+                return;
+            const int threads = std::max(1, free / left);
+            start(*node, threads);
+            busy += threads;
+            --left;
+        }
+    }
+
+    void start(StageNode& node, int threads)
+    {
+        try
+        {
+            const WorkerRequest request =
+                make_worker_request(node, state_, store_, request_.out / "preview" / node.stage->name, threads, hashes_);
+            running_.emplace_back(node, request, store_, display_);
+            node.state = StageState::running;
+        }
+        catch (const MissingInput& error)
+        {
+            fail(node, error.what(), worker_missing_input);
+        }
+        catch (const Error& error)
+        {
+            fail(node, error.what(), worker_failed);
+        }
+    }
+
+    void wait()
+    {
+        std::vector<pollfd> descriptors{{signals_.descriptor(), POLLIN, 0}};
+        for (const auto& running : running_)
+        {
+            descriptors.push_back({running.event_descriptor(), POLLIN, 0});
+            descriptors.push_back({running.output_descriptor(), POLLIN, 0});
+        }
+        poll(descriptors.data(), descriptors.size(), 200);
+        // A stream at its end is readable all the time; the process's end follows within a moment.
+        const bool hung_up = std::any_of(descriptors.begin() + 1, descriptors.end(),
+                                         [](const pollfd& entry) { return (entry.revents & POLLHUP) != 0; });
+        if (hung_up)
+            poll(descriptors.data(), 1, 5);
+        take_stops();
+        display_.tick();
+    }
+
+    void take_stops()
+    {
+        const int more = signals_.take();
+        if (more == 0)
+        {
+            if (stopping() && Clock::now() > stop_deadline_)
+                stop_all(SIGKILL);
+            return;
+        }
+        if (!stopping())
+        {
+            display_.note("stopping; press Ctrl-C again to stop at once");
+            stop_deadline_ = Clock::now() + stop_patience;
+        }
+        stops_ += more;
+        stop_all(stops_ > 1 ? SIGKILL : SIGTERM);
+    }
+
+    void stop_all(int signal)
+    {
+        for (const auto& running : running_)
+            running.stop(signal);
+    }
+
+    void collect()
+    {
+        for (auto entry = running_.begin(); entry != running_.end();)
+        {
+            entry->take_events();
+            if (!entry->ended())
+            {
+                ++entry;
+                continue;
+            }
+            finish(*entry);
+            entry = running_.erase(entry);
+        }
+    }
+
+    void finish(RunningStage& running)
+    {
+        StageNode& node = running.node();
+        const ChildEnd& end = running.end();
+        if (running.result() && end.exit_code == 0)
+        {
+            node.result = running.result();
+            node.present = true;
+            node.state = running.was_stored() ? StageState::stored : StageState::done;
+            StageOutcome& outcome = outcome_of(node);
+            outcome.seconds = running.seconds();
+            outcome.memory_mb = running.memory_mb();
+            outcome.disk_mb = running.disk_mb();
+            outcome.threads = running.threads();
+            if (!running.was_stored())
+                remember_cost(node, running);
+            end_stage(node);
+        }
+        else if (running.damage())
+            repair(*running.damage(), node);
+        else if (end.exit_code == worker_cancelled || (stopping() && end.signal != 0))
+        {
+            node.state = StageState::interrupted;
+            stops_ = std::max(stops_, 1);
+            outcome_of(node).seconds = running.elapsed();
+            end_stage(node);
+        }
+        else
+        {
+            outcome_of(node).seconds = running.elapsed();
+            fail(node, failure_text(running), failure_code(running));
+        }
+        state_.update();
+    }
+
+    void remember_cost(const StageNode& node, const RunningStage& running)
+    {
+        const auto estimate = request_.estimates.find(node.stage->name);
+        record_cost(store_, node.stage->type->type, {running.seconds(), running.memory_mb(), running.disk_mb()},
+                    estimate == request_.estimates.end() ? CostFigures{} : estimate->second);
+    }
+
+    /// A damaged result is removed; whoever makes it runs again.
+    void repair(const Damage& damage, StageNode& reader)
+    {
+        reader.state = StageState::waiting;
+        if (++repairs_[damage.object] > repairs_per_result)
+        {
+            fail(reader, damage.text + "; it was made anew and is damaged again: check this machine's disk and memory",
+                 worker_failed);
+            return;
+        }
+        display_.note(damage.text + ": the result is damaged and is made anew");
+        store_.discard(damage.object);
+        state_.update();
+    }
+
+    void fail(StageNode& node, const std::string& text, int code)
+    {
+        node.state = StageState::failed;
+        node.error = text;
+        node.error_code = code;
+        end_stage(node);
+        state_.update();
+    }
+
+    StageOutcome& outcome_of(const StageNode& node) { return outcomes_[node.stage->name]; }
+
+    void end_stage(const StageNode& node)
+    {
+        StageOutcome& outcome = outcome_of(node);
+        outcome.stage = node.stage->name;
+        outcome.type = node.stage->type->type;
+        outcome.state = node.state;
+        outcome.object = node.present && node.result ? node.result->object : "";
+        if (node.state == StageState::failed)
+            outcome.error = stage_error_text(*node.stage, node.error);
+        display_.stage_ends(outcome);
+    }
+
+    /// Records and exports results that are there, whether they were made now or before.
+    void take_finished()
+    {
+        for (bool again = true; again;)
+        {
+            again = false;
+            for (auto& node : state_.nodes())
+            {
+                const bool there = node.state == StageState::done || node.state == StageState::stored;
+                if (!there || taken_[node.stage->name] == node.result->object)
+                    continue;
+                taken_[node.stage->name] = node.result->object;
+                write_stage_record(store_, *request_.pipeline,
+                                   {node.stage->name, node.key, node.result->object, node.key_document, 0});
+                if (node.exports_files && !stopping())
+                    again = !export_result(node) || again;
+            }
+        }
+    }
+
+    bool export_result(StageNode& node)
+    {
+        const std::size_t before = exporter_.files().size();
+        try
+        {
+            exporter_.copy(*node.stage, node.result->object);
+            for (std::size_t i = before; i < exporter_.files().size(); ++i)
+                display_.exported(node.stage->name, exporter_.files()[i].path, exporter_.files()[i].written);
+            return true;
+        }
+        catch (const DamagedObject& object)
+        {
+            taken_.erase(node.stage->name);
+            repair(object.damage, node);
+            return false;
+        }
+        catch (const Error& error)
+        {
+            fail(node, error.what(), worker_failed);
+            return true;
+        }
+    }
+
+    RunSummary summary()
+    {
+        RunSummary result;
+        int failed = 0;
+        bool interrupted = stopping();
+        for (const auto& node : state_.nodes())
+        {
+            if (node.state == StageState::not_selected)
+                continue;
+            const bool told = outcomes_.contains(node.stage->name);
+            if (!told && node.state == StageState::failed)
+                end_stage(node);
+            StageOutcome outcome = outcome_of(node);
+            outcome.stage = node.stage->name;
+            outcome.type = node.stage->type->type;
+            outcome.state = node.state == StageState::waiting ? StageState::blocked : node.state;
+            if (node.present && node.result)
+                outcome.object = node.result->object;
+            if (node.state == StageState::failed)
+                failed = failed == 0 || node.error_code == worker_failed ? node.error_code : failed;
+            if (node.state == StageState::waiting && !stopping())
+                throw std::logic_error("the stage " + node.stage->name + " was never started");
+            result.stages.push_back(std::move(outcome));
+        }
+        result.files = exporter_.files();
+        result.exit_code = interrupted ? int{worker_cancelled} : failed;
+        if (request_.until.empty() && result.exit_code == 0)
+            remove_old_records(store_, *request_.pipeline);
+        hashes_.save();
+        return result;
+    }
+
+    const RunRequest& request_;
+    ProgressDisplay& display_;
+    Store store_;
+    FileLock in_use_;
+    FileHashes hashes_;
+    RunState state_;
+    Exporter exporter_;
+    StopSignals signals_;
+    std::list<RunningStage> running_;
+    std::map<std::string, StageOutcome> outcomes_;
+    std::map<std::string, std::string> taken_;
+    std::map<std::string, int> repairs_;
+    int stops_ = 0;
+    Clock::time_point stop_deadline_;
+};
+
+}  // namespace
+
+RunSummary run_pipeline(const RunRequest& request, ProgressDisplay& display)
+{
+    Scheduler scheduler(request, display);
+    return scheduler.run();
+}
+
+}  // namespace fresco::host

@@ -1,0 +1,56 @@
+#include "stage_failure.h"
+
+#include <csignal>
+
+namespace fresco::host
+{
+
+std::string stage_error_text(const PipelineStage& stage, const std::string& text)
+{
+    std::string result =
+        to_string(Problem{stage.position, "stage " + stage.name + " (" + stage.type->type + "): " + text, ProblemKind::invalid});
+    std::string worked_on;
+    const auto add = [&](const std::string& name, const std::string& what)
+    { worked_on += (worked_on.empty() ? "" : ", ") + name + " = " + what; };
+    for (const auto& wire : stage.wires)
+        add(wire.port, wire.from_stage.empty() ? wire.file.string() : wire.from_stage + "." + wire.from_port);
+    for (const auto& option : stage.type->declaration.at("options").as_list())
+    {
+        const std::string& kind = option.at("kind").as_string();
+        const Value* value = stage.options.find(option.at("name").as_string());
+        if ((kind == "input_file" || kind == "input_folder") && value != nullptr && !value->as_string().empty())
+            add(option.at("name").as_string(), value->as_string());
+    }
+    if (!worked_on.empty())
+        result += "\n    it worked on " + worked_on;
+    return result;
+}
+
+std::string failure_text(const RunningStage& running)
+{
+    if (!running.failure().empty())
+        return running.failure();
+    const ChildEnd& end = running.end();
+    std::string text;
+    if (end.signal == SIGKILL)
+        text = "its process was killed, most likely because the memory ran out (it had used " + size_text(end.peak_memory_mb) +
+               "): close other programs or ask for less";
+    else if (end.signal != 0)
+        text = "its process crashed: " + signal_text(end.signal) + "; please report it to the author of the plugin " +
+               running.node().stage->type->library.string();
+    else
+        text = "its process ended with exit code " + std::to_string(end.exit_code) +
+               " before the stage was done; please report it to the author of the plugin " +
+               running.node().stage->type->library.string();
+    if (const std::string tail = running.printed_tail(); !tail.empty())
+        text += "; the last it printed:" + tail;
+    return text;
+}
+
+int failure_code(const RunningStage& running)
+{
+    const int code = running.end().exit_code;
+    return code == worker_missing_input || code == worker_plugin ? code : worker_failed;
+}
+
+}  // namespace fresco::host

@@ -1,0 +1,39 @@
+#include "stop_signals.h"
+
+#include <fresco/error.h>
+
+#include <sys/signalfd.h>
+#include <unistd.h>
+
+namespace fresco::host
+{
+
+StopSignals::StopSignals()
+{
+    sigset_t taken;
+    sigemptyset(&taken);
+    for (const int number : {SIGINT, SIGTERM, SIGCHLD})
+        sigaddset(&taken, number);
+    sigprocmask(SIG_BLOCK, &taken, &before_);
+    fd_ = FileDescriptor(signalfd(-1, &taken, SFD_CLOEXEC | SFD_NONBLOCK));
+    if (!fd_.valid())
+        throw Error("cannot take signals: no descriptor left");
+}
+
+StopSignals::~StopSignals()
+{
+    take();
+    sigprocmask(SIG_SETMASK, &before_, nullptr);
+}
+
+int StopSignals::take()
+{
+    int stops = 0;
+    signalfd_siginfo info{};
+    while (read(fd_.get(), &info, sizeof info) == static_cast<ssize_t>(sizeof info))
+        if (info.ssi_signo != SIGCHLD)
+            ++stops;
+    return stops;
+}
+
+}  // namespace fresco::host

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <fresco/host/process.h>
+
+#include <csignal>
+
+namespace fresco::host
+{
+
+/// While it lives, SIGINT, SIGTERM and SIGCHLD arrive as a readable descriptor instead of interrupting anything.
+class StopSignals
+{
+  public:
+    StopSignals();
+    ~StopSignals();
+    StopSignals(const StopSignals&) = delete;
+    StopSignals& operator=(const StopSignals&) = delete;
+
+    int descriptor() const { return fd_.get(); }
+    /// How many SIGINT and SIGTERM came since the last call.
+    int take();
+
+  private:
+    sigset_t before_{};
+    FileDescriptor fd_;
+};
+
+}  // namespace fresco::host

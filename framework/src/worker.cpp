@@ -1,0 +1,290 @@
+#include "worker_context.h"
+#include "worker_factory.h"
+
+#include <fresco/error.h>
+#include <fresco/files_io.h>
+#include <fresco/host/fault.h>
+#include <fresco/host/machine.h>
+#include <fresco/host/publish.h>
+#include <fresco/host/worker.h>
+#include <fresco/reader.h>
+#include <fresco/stage.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <optional>
+#include <set>
+#include <system_error>
+#include <thread>
+
+namespace fresco::host
+{
+namespace fs = std::filesystem;
+namespace
+{
+
+struct DamagedInput
+{
+    Damage damage;
+};
+
+/// The stage of one request, from the lock to the published result.
+class Worker
+{
+  public:
+    Worker(WorkerRequest request, WorkerChannel& channel)
+        : request_(std::move(request)), channel_(channel), store_(request_.store),
+          factory_(request_.libraries, request_.key_document.at("libraries")),
+          context_(channel_, store_, request_.key, request_.preview_folder, request_.threads)
+    {
+    }
+
+    void run()
+    {
+        lock_key();
+        if (const auto stored = store_.lookup(request_.key); stored && store_.present(*stored))
+        {
+            tell_done(*stored, true);
+            return;
+        }
+        channel_.send("running");
+        start_ = std::chrono::steady_clock::now();
+        verify_inputs();
+        std::unique_ptr<Configurable> object = factory_.make(request_.type, "stage");
+        auto* stage = dynamic_cast<Stage*>(object.get());
+        if (stage == nullptr)
+            throw PluginFailure("plugin " + request_.libraries.at(request_.type).string() + ": " + request_.type +
+                                " is no stage");
+        stage->configure(request_.options, factory_);
+        load_inputs(*stage);
+        folder_ = store_.make_temporary();
+        try
+        {
+            run_and_publish(*stage);
+        }
+        catch (...)
+        {
+            remove_quietly(folder_);
+            throw;
+        }
+        // Values may be large, and freeing them helps nobody now.
+        (void)object.release();
+    }
+
+  private:
+    void lock_key()
+    {
+        key_lock_ = FileLock(store_.lock_file(request_.key));
+        for (bool told = false; !key_lock_.try_exclusive(); told = true)
+        {
+            if (!told)
+                channel_.send("waiting");
+            context_.check_cancelled();
+            std::this_thread::sleep_for(std::chrono::milliseconds(50));
+        }
+    }
+
+    void verify_inputs()
+    {
+        std::set<std::string> referred;
+        for (const auto& input : request_.inputs)
+        {
+            referred.insert(input.references.begin(), input.references.end());
+            if (!input.object.empty())
+                verify(input.object, input.output);
+        }
+        for (const auto& object : referred)
+            verify(object, "");
+    }
+
+    void verify(const std::string& object, const std::string& output)
+    {
+        context_.check_cancelled();
+        if (auto damage = store_.verify(object, request_.threads, output))
+            throw DamagedInput{std::move(*damage)};
+    }
+
+    void load_inputs(Stage& stage)
+    {
+        for (const auto& input : request_.inputs)
+        {
+            context_.check_cancelled();
+            const auto& ports = stage.inputs();
+            const auto port = std::find_if(ports.begin(), ports.end(),
+                                           [&](const InputPort* candidate) { return candidate->name() == input.port; });
+            if (port == ports.end())
+                throw PluginFailure("the stage has no input " + input.port + ": its plugin changed; run again");
+            if (input.object.empty())
+            {
+                const auto reader =
+                    std::dynamic_pointer_cast<FileReader>(factory_.create(FileReader::component_kind, input.reader));
+                if (reader == nullptr)
+                    throw PluginFailure(input.reader.at("type").as_string() + " is no reader");
+                (*port)->set(reader->read(input.file));
+            }
+            else
+                (*port)->load({store_.object(input.object) / input.output, store_.root()});
+        }
+    }
+
+    void run_and_publish(Stage& stage)
+    {
+        Publication publication;
+        for (OutputPort* output : stage.outputs())
+        {
+            publication.outputs.push_back(output->name());
+            fs::create_directories(folder_ / output->name());
+            output->set_folder({folder_ / output->name(), store_.root()});
+        }
+        fault_point("stage.started");
+        stage.run(context_);
+        fault_point("stage.done");
+        context_.check_cancelled();
+        for (const OutputPort* output : stage.outputs())
+            output->save();
+        check_files_unchanged();
+
+        publication.key = request_.key;
+        publication.dependencies = context_.settled_dependencies();
+        publication.facts = facts();
+        const StoredResult result = publish(store_, folder_, publication);
+        context_.remove_checkpoint();
+        fault_point("publish.done");
+        tell_done(result, false);
+    }
+
+    void check_files_unchanged()
+    {
+        for (auto& file : request_.files)
+            if (compare(file) == Change::contents)
+                throw Error(file.path.string() + ": changed while the stage ran; run again");
+    }
+
+    double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+
+    Value facts() const
+    {
+        Value::Map inputs;
+        for (const auto& input : request_.inputs)
+            inputs.emplace_back(input.port, input.object.empty() ? Value(input.file.string()) : Value(input.object));
+        Value versions = factory_.versions();
+        versions.set("fresco", program_version());
+        return Value::Map{{"format", 1},
+                          {"stage", request_.stage},
+                          {"type", request_.type},
+                          {"time_s", static_cast<std::int64_t>(std::time(nullptr))},
+                          {"seconds", seconds()},
+                          {"memory_mb", peak_memory_mb()},
+                          {"threads", request_.threads},
+                          {"versions", std::move(versions)},
+                          {"processor", processor_capability()},
+                          {"options", request_.options},
+                          {"inputs", Value(std::move(inputs))},
+                          {"key_document", request_.key_document},
+                          {"report", context_.reported()},
+                          {"messages", context_.messages()}};
+    }
+
+    void tell_done(const StoredResult& result, bool stored)
+    {
+        const Value manifest = store_.manifest(result.object);
+        channel_.send("done", {{"object", result.object},
+                               {"references", Value::List(result.references.begin(), result.references.end())},
+                               {"stored", stored},
+                               {"seconds", manifest.at("seconds")},
+                               {"memory_mb", manifest.at("memory_mb")},
+                               {"disk_mb", static_cast<double>(manifest.at("bytes").as_int()) / (1024.0 * 1024.0)}});
+    }
+
+    WorkerRequest request_;
+    WorkerChannel& channel_;
+    Store store_;
+    WorkerFactory factory_;
+    WorkerContext context_;
+    FileLock key_lock_;
+    fs::path folder_;
+    std::chrono::steady_clock::time_point start_;
+};
+
+std::string with_advice(std::string text)
+{
+    if (text.find(std::generic_category().message(ENOSPC)) != std::string::npos)
+        text += ": free some space, or put the store elsewhere with --store; nothing was lost";
+    return text;
+}
+
+int guarded_run(const fs::path& request_file, WorkerChannel& channel)
+{
+    std::string failed;
+    int code = worker_failed;
+    try
+    {
+        WorkerRequest request = worker_request_from(parse_json(read_text_file(request_file), request_file.string()));
+        set_fault_stage(request.stage);
+        Worker worker(std::move(request), channel);
+        try
+        {
+            worker.run();
+            return 0;
+        }
+        catch (const DamagedInput& input)
+        {
+            channel.send("damaged", {{"object", input.damage.object}, {"text", input.damage.text}});
+            return worker_damaged_input;
+        }
+        catch (const Cancelled&)
+        {
+            return worker_cancelled;
+        }
+    }
+    catch (const PluginFailure& error)
+    {
+        failed = error.what();
+        code = worker_plugin;
+    }
+    catch (const MissingInput& error)
+    {
+        failed = error.what();
+        code = worker_missing_input;
+    }
+    catch (const Error& error)
+    {
+        failed = with_advice(error.what());
+    }
+    catch (const std::bad_alloc&)
+    {
+        failed = "there is not enough memory: close other programs, or ask for less (smaller sizes, fewer frames, --cores 1)";
+    }
+    catch (const std::system_error& error)
+    {
+        failed = with_advice(error.what());
+    }
+    catch (const std::exception& error)
+    {
+        failed = std::string("unexpected error, please report it to the plugin's author: ") + error.what();
+    }
+    catch (...)
+    {
+        failed = "something that is no exception was thrown; please report it to the plugin's author";
+    }
+    channel.send("failed", {{"text", failed}});
+    return code;
+}
+
+}  // namespace
+
+void internal_run(const fs::path& request_file)
+{
+    take_stop_signals();
+    WorkerChannel channel;
+    const int code = guarded_run(request_file, channel);
+    std::fflush(nullptr);
+    // Static destructors of libraries have nothing to do here that is worth a crash after the work is done.
+    std::_Exit(code);
+}
+
+}  // namespace fresco::host

@@ -1,0 +1,193 @@
+#include "worker_context.h"
+
+#include <fresco/error.h>
+#include <fresco/files_io.h>
+
+#include <fstream>
+
+namespace fresco::host
+{
+namespace fs = std::filesystem;
+namespace
+{
+
+void make_folder(const fs::path& folder)
+{
+    std::error_code error;
+    fs::create_directories(folder, error);
+    if (error)
+        throw Error(folder.string() + ": cannot make the folder: " + error.message());
+}
+
+}  // namespace
+
+WorkerContext::WorkerContext(WorkerChannel& channel, const Store& store, std::string key, fs::path preview_folder, int threads)
+    : channel_(channel), store_(store), key_(std::move(key)), preview_folder_(std::move(preview_folder)), threads_(threads)
+{
+}
+
+WorkerContext::~WorkerContext()
+{
+    if (!scratch_.empty())
+        remove_quietly(scratch_);
+}
+
+void WorkerContext::progress(double done, double total, std::string_view unit)
+{
+    const auto now = std::chrono::steady_clock::now();
+    const std::lock_guard lock(mutex_);
+    if (now < next_progress_)
+        return;
+    next_progress_ = now + std::chrono::milliseconds(100);
+    channel_.send("progress", {{"done", done}, {"total", total}, {"unit", unit}, {"metrics", metrics_}});
+}
+
+void WorkerContext::check_cancelled() const
+{
+    if (stop_requested())
+        throw Cancelled();
+}
+
+void WorkerContext::say(std::string_view event, std::string_view text)
+{
+    {
+        const std::lock_guard lock(mutex_);
+        messages_.as_list().push_back(Value::Map{{event == "warning" ? "warning" : "message", text}});
+    }
+    channel_.send(event, {{"text", text}});
+}
+
+void WorkerContext::message(std::string_view text)
+{
+    say("message", text);
+}
+
+void WorkerContext::warning(std::string_view text)
+{
+    say("warning", text);
+}
+
+void WorkerContext::metric(std::string_view name, double value)
+{
+    const std::lock_guard lock(mutex_);
+    metrics_.set(name, value);
+}
+
+void WorkerContext::report(std::string_view key, Value value)
+{
+    const std::lock_guard lock(mutex_);
+    report_.set(key, std::move(value));
+}
+
+fs::path WorkerContext::preview_folder()
+{
+    make_folder(preview_folder_);
+    return preview_folder_;
+}
+
+fs::path WorkerContext::scratch_folder()
+{
+    const std::lock_guard lock(mutex_);
+    if (scratch_.empty())
+        scratch_ = store_.make_temporary();
+    return scratch_;
+}
+
+fs::path WorkerContext::checkpoint_log() const
+{
+    return store_.root() / "checkpoints" / (key_ + ".dependencies");
+}
+
+/// A checkpoint was made from the outside files that its log names; it is worth nothing once one of them changed.
+bool WorkerContext::checkpoint_fits() const
+{
+    std::ifstream log(checkpoint_log());
+    std::string line;
+    while (std::getline(log, line))
+    {
+        try
+        {
+            Dependency dependency = dependency_from(parse_json(line));
+            if (compare(dependency) == Change::contents)
+                return false;
+        }
+        catch (const Error&)
+        {
+            return false;
+        }
+    }
+    return true;
+}
+
+void WorkerContext::log_dependency(const Dependency& dependency) const
+{
+    std::ofstream log(checkpoint_log(), std::ios::app);
+    log << to_json(to_value(dependency)) << '\n';
+    log.flush();
+    if (!log)
+        throw Error(checkpoint_log().string() + ": cannot be written");
+}
+
+fs::path WorkerContext::checkpoint_folder()
+{
+    const std::lock_guard lock(mutex_);
+    const fs::path folder = store_.checkpoint(key_);
+    if (!checkpointing_)
+    {
+        if (fs::exists(folder) && !checkpoint_fits())
+        {
+            remove_quietly(folder);
+            remove_quietly(checkpoint_log());
+        }
+        make_folder(folder);
+        checkpointing_ = true;
+        for (const auto& [path, dependency] : dependencies_)
+            log_dependency(dependency);
+    }
+    return folder;
+}
+
+void WorkerContext::depend_on(const fs::path& path, bool folder)
+{
+    const fs::path absolute = fs::absolute(path).lexically_normal();
+    {
+        const std::lock_guard lock(mutex_);
+        if (dependencies_.contains(absolute))
+            return;
+    }
+    Dependency taken = take_dependency(absolute, folder);
+    const std::lock_guard lock(mutex_);
+    const auto [entry, is_new] = dependencies_.emplace(absolute, std::move(taken));
+    if (is_new && checkpointing_)
+        log_dependency(entry->second);
+}
+
+void WorkerContext::reads_file(const fs::path& file)
+{
+    depend_on(file, false);
+}
+
+void WorkerContext::reads_folder(const fs::path& folder)
+{
+    depend_on(folder, true);
+}
+
+std::vector<Dependency> WorkerContext::settled_dependencies()
+{
+    std::vector<Dependency> all;
+    for (auto& [path, dependency] : dependencies_)
+    {
+        if (compare(dependency) == Change::contents)
+            throw Error(path.string() + ": changed while the stage read it; run again");
+        all.push_back(dependency);
+    }
+    return all;
+}
+
+void WorkerContext::remove_checkpoint()
+{
+    remove_quietly(store_.checkpoint(key_));
+    remove_quietly(checkpoint_log());
+}
+
+}  // namespace fresco::host

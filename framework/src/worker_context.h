@@ -1,0 +1,64 @@
+#pragma once
+
+#include "worker_channel.h"
+
+#include <fresco/host/store.h>
+#include <fresco/run_context.h>
+
+#include <chrono>
+#include <map>
+#include <mutex>
+
+namespace fresco::host
+{
+
+/// What a running stage sees of the host: speaks to it over the channel, keeps what goes into the manifest.
+class WorkerContext final : public RunContext
+{
+  public:
+    WorkerContext(WorkerChannel& channel, const Store& store, std::string key, std::filesystem::path preview_folder, int threads);
+    ~WorkerContext() override;
+
+    void progress(double done, double total, std::string_view unit) override;
+    void check_cancelled() const override;
+    int threads() const override { return threads_; }
+    void message(std::string_view text) override;
+    void warning(std::string_view text) override;
+    void metric(std::string_view name, double value) override;
+    void report(std::string_view key, Value value) override;
+    std::filesystem::path preview_folder() override;
+    std::filesystem::path scratch_folder() override;
+    std::filesystem::path checkpoint_folder() override;
+    void reads_file(const std::filesystem::path& file) override;
+    void reads_folder(const std::filesystem::path& folder) override;
+
+    /// Everything reads_file and reads_folder named, sorted by path. Throws Error if any of it changed meanwhile.
+    std::vector<Dependency> settled_dependencies();
+    const Value& reported() const { return report_; }
+    const Value& messages() const { return messages_; }
+    /// After publishing: the checkpoint has done its work.
+    void remove_checkpoint();
+
+  private:
+    void say(std::string_view event, std::string_view text);
+    void depend_on(const std::filesystem::path& path, bool folder);
+    std::filesystem::path checkpoint_log() const;
+    bool checkpoint_fits() const;
+    void log_dependency(const Dependency& dependency) const;
+
+    WorkerChannel& channel_;
+    const Store& store_;
+    std::string key_;
+    std::filesystem::path preview_folder_;
+    int threads_;
+    std::mutex mutex_;
+    std::filesystem::path scratch_;
+    bool checkpointing_ = false;
+    std::map<std::filesystem::path, Dependency> dependencies_;
+    Value report_{Value::Map{}};
+    Value messages_{Value::List{}};
+    Value metrics_{Value::Map{}};
+    std::chrono::steady_clock::time_point next_progress_;
+};
+
+}  // namespace fresco::host

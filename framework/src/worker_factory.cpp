@@ -1,0 +1,103 @@
+#include "worker_factory.h"
+
+#include <fresco/error.h>
+#include <fresco/hash.h>
+#include <fresco/host/plugin_search.h>
+
+#include <algorithm>
+
+namespace fresco::host
+{
+namespace
+{
+
+/// The same for configurations that differ in the order of their keys alone.
+Value sorted(const Value& value)
+{
+    if (value.is_list())
+    {
+        Value::List list;
+        for (const auto& entry : value.as_list())
+            list.push_back(sorted(entry));
+        return list;
+    }
+    if (!value.is_map())
+        return value;
+    Value::Map map;
+    for (const auto& [key, entry] : value.as_map())
+        map.emplace_back(key, sorted(entry));
+    std::sort(map.begin(), map.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    return map;
+}
+
+}  // namespace
+
+WorkerFactory::~WorkerFactory() = default;
+
+std::unique_ptr<Configurable> WorkerFactory::make(const std::string& type, std::string_view kind)
+{
+    const auto library = libraries_.find(type);
+    if (library == libraries_.end())
+        throw PluginFailure("no plugin is known for the type " + type);
+    try
+    {
+        const PluginLibrary& plugin = PluginLibrary::open(library->second);
+        opened_[library->second.string()] = &plugin;
+        check_unchanged(type, plugin);
+        for (const auto& entry : plugin.entries())
+            if (entry.type == type && entry.kind != kind)
+                throw PluginFailure("a " + std::string(kind) + " is needed, " + type + " is a " + entry.kind);
+        return plugin.make(type);
+    }
+    catch (const Error& error)
+    {
+        throw PluginFailure("plugin " + library->second.string() + ": " + error.what());
+    }
+}
+
+void WorkerFactory::check_unchanged(const std::string& type, const PluginLibrary& plugin)
+{
+    const Value* expected = identities_.find(type);
+    if (expected == nullptr)
+        throw PluginFailure("the type " + type + " is not among those that the result is named by");
+    std::string& hash = hashes_[plugin.file().string()];
+    if (hash.empty())
+    {
+        std::vector<std::string> own;
+        for (const auto& file : plugin.own_libraries())
+            own.push_back(file_hash(file));
+        hash = combined_library_hash(file_hash(plugin.file()), own);
+    }
+    if (hash != expected->at("hash").as_string())
+        throw PluginFailure("plugin " + plugin.file().string() + ": was rebuilt since the run began; run again");
+}
+
+std::shared_ptr<Component> WorkerFactory::create(std::string_view kind, const Value& config)
+{
+    const std::string identity = std::string(kind) + " " + to_json(sorted(config));
+    if (const auto known = made_.find(identity); known != made_.end())
+        return known->second;
+    const std::string& type = config.at("type").as_string();
+    std::unique_ptr<Configurable> object = make(type, kind);
+    auto* component = dynamic_cast<Component*>(object.get());
+    if (component == nullptr)
+        throw PluginFailure("plugin " + libraries_.at(type).string() + ": " + type + " is no component");
+    std::shared_ptr<Component> shared(component);
+    (void)object.release();
+    Value::Map options = config.as_map();
+    std::erase_if(options, [](const Value::Entry& entry) { return entry.first == "type"; });
+    shared->configure(Value(std::move(options)), *this);
+    return made_.emplace(identity, std::move(shared)).first->second;
+}
+
+Value WorkerFactory::versions() const
+{
+    Value::Map all;
+    for (const auto& [file, plugin] : opened_)
+        for (const auto& [name, version] : plugin->versions().as_map())
+            if (std::none_of(all.begin(), all.end(), [&, n = name](const Value::Entry& entry) { return entry.first == n; }))
+                all.emplace_back(name, version);
+    return all;
+}
+
+}  // namespace fresco::host

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <fresco/component.h>
+#include <fresco/host/plugin_library.h>
+
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <stdexcept>
+#include <string>
+
+namespace fresco::host
+{
+
+/// A plugin that was fine when the pipeline was checked and is not now.
+class PluginFailure : public std::runtime_error
+{
+  public:
+    using std::runtime_error::runtime_error;
+};
+
+/// Makes a stage and its components from the plugins that the host found. Equal configurations give one object.
+class WorkerFactory final : public ComponentFactory
+{
+  public:
+    /// `identities` is the key document's map of libraries: a plugin that was rebuilt since is refused.
+    WorkerFactory(std::map<std::string, std::filesystem::path> libraries, Value identities)
+        : libraries_(std::move(libraries)), identities_(std::move(identities))
+    {
+    }
+    ~WorkerFactory() override;
+
+    std::shared_ptr<Component> create(std::string_view kind, const Value& config) override;
+    /// An object that is not configured yet. Throws PluginFailure naming the file.
+    std::unique_ptr<Configurable> make(const std::string& type, std::string_view kind);
+    /// Versions of the libraries behind all plugins opened so far.
+    Value versions() const;
+
+  private:
+    void check_unchanged(const std::string& type, const PluginLibrary& plugin);
+
+    std::map<std::string, std::filesystem::path> libraries_;
+    Value identities_;
+    std::map<std::string, std::string> hashes_;
+    std::map<std::string, std::shared_ptr<Component>> made_;
+    std::map<std::string, const PluginLibrary*> opened_;
+};
+
+}  // namespace fresco::host

@@ -1,0 +1,90 @@
+#include "selection.h"
+#include "sharpness.h"
+
+#include <fresco/frames.h>
+#include <fresco/image_io.h>
+#include <fresco/parallel.h>
+#include <fresco/stage.h>
+
+#include <opencv2/core/version.hpp>
+
+#include <algorithm>
+#include <atomic>
+
+namespace
+{
+
+class FramesSharpest final : public fresco::Stage
+{
+    fresco::Input<fresco::Frames> frames{this, "frames", "Recorded frames"};
+    fresco::Output<fresco::Frames> sharp{this, "frames", "Those of them that are sharp, in the same order"};
+    fresco::Option<double> min_sharpness{this, "min_sharpness", 150.0, fresco::at_least(0),
+                                         "Drop frames whose variance of the Laplacian is below this; 0: none"};
+    fresco::Option<std::vector<int>> sharpness_size{this, "sharpness_size_px", std::vector<int>{320, 240},
+                                                    fresco::range(8, 16'384), "Width and height at which sharpness is measured"};
+    fresco::Option<int> window_count{this, "window_count", 1, fresco::range(1, 1'000'000),
+                                     "Keep the sharpest of so many consecutive frames of a sequence; 1: all"};
+    fresco::Option<int> max_frames{this, "max_frames", 0, fresco::range(0, 10'000'000),
+                                   "Keep at most so many, evenly spread, the sharpest of each stretch; 0: all"};
+    fresco::Slot<fresco::ImageIo> images{this, "images", "image.opencv", "Reader and writer of pictures"};
+
+    void run(fresco::RunContext& run) override
+    {
+        if (sharpness_size->size() != 2)
+            throw fresco::Error("option sharpness_size_px: " + std::to_string(sharpness_size->size()) +
+                                " numbers where a width and a height were expected");
+        const auto measured = measure(run);
+        const auto selection = select_frames(measured, {*min_sharpness, *window_count, *max_frames});
+        fresco::Frames kept;
+        for (const auto i : selection.kept)
+            kept.frames.push_back(frames->frames[i]);
+        report(measured, selection, run);
+        sharp = std::move(kept);
+    }
+
+    std::vector<MeasuredFrame> measure(fresco::Progress& progress) const
+    {
+        const auto& all = frames->frames;
+        std::vector<MeasuredFrame> measured(all.size());
+        std::atomic<std::size_t> done{0};
+        fresco::parallel_for(
+            all.size(), 1, progress.threads(),
+            [&](std::size_t begin, std::size_t end)
+            {
+                for (std::size_t i = begin; i < end; ++i)
+                {
+                    progress.check_cancelled();
+                    const auto picture = fresco::load_color(all[i], images.get().get());
+                    measured[i] = {all[i].sequence, all[i].name, sharpness(picture, (*sharpness_size)[0], (*sharpness_size)[1])};
+                    progress.progress(static_cast<double>(++done), static_cast<double>(all.size()), "frames");
+                }
+            });
+        return measured;
+    }
+
+    static void report(const std::vector<MeasuredFrame>& measured, const Selection& selection, fresco::RunContext& run)
+    {
+        const auto [least, most] = std::minmax_element(measured.begin(), measured.end(),
+                                                       [](const auto& a, const auto& b) { return a.sharpness < b.sharpness; });
+        run.report("frames", measured.size());
+        run.report("kept", selection.kept.size());
+        run.report("dropped_blurred", selection.blurred);
+        run.report("dropped_less_sharp_in_window", selection.less_sharp);
+        run.report("dropped_beyond_max_frames", selection.beyond_limit);
+        run.report("least_sharpness", least->sharpness);
+        run.report("most_sharpness", most->sharpness);
+        run.message(std::to_string(selection.kept.size()) + " of " + std::to_string(measured.size()) + " frames kept; dropped: " +
+                    std::to_string(selection.blurred) + " blurred, " + std::to_string(selection.less_sharp) +
+                    " beside a sharper one, " + std::to_string(selection.beyond_limit) + " beyond max_frames");
+    }
+
+    fresco::Cost cost() const override
+    {
+        return {.seconds = "0.02 * frames / cores", .memory_mb = "40 + 10 * cores", .frames = "", .faces = ""};
+    }
+};
+
+}  // namespace
+
+FRESCO_LIBRARY("OpenCV", CV_VERSION)
+FRESCO_STAGE("frames.sharpest", FramesSharpest, "Drop blurred frames and keep the sharpest of each window")

@@ -1,0 +1,93 @@
+#include "selection.h"
+
+#include <fresco/error.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+namespace
+{
+
+/// One decimal, rounded down, so that the frame it is from passes.
+std::string threshold_text(double sharpness)
+{
+    char text[64];
+    const auto end = std::to_chars(text, text + sizeof text, std::floor(sharpness * 10) / 10, std::chars_format::fixed, 1).ptr;
+    return {text, end};
+}
+
+[[noreturn]] void refuse_all_blurred(const std::vector<MeasuredFrame>& frames, double min_sharpness)
+{
+    auto sorted = frames;
+    std::sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) { return a.sharpness > b.sharpness; });
+    const auto& best = sorted.front();
+    throw fresco::Error(
+        "none of the " + std::to_string(frames.size()) + " frames passes min_sharpness " + threshold_text(min_sharpness) +
+        ": the sharpest, " + best.sequence + "/" + best.name + ", has " + threshold_text(best.sharpness) +
+        "; min_sharpness: " + threshold_text(sorted[(sorted.size() - 1) / 2].sharpness) + " would keep half of them");
+}
+
+std::size_t sharpest(const std::vector<MeasuredFrame>& frames, const std::vector<std::size_t>& among, std::size_t begin,
+                     std::size_t end)
+{
+    std::size_t best = among[begin];
+    for (std::size_t i = begin; i < end; ++i)
+        if (frames[among[i]].sharpness > frames[best].sharpness)
+            best = among[i];
+    return best;
+}
+
+/// Windows begin anew with each sequence: two sequences may show different rooms.
+std::vector<std::size_t> sharpest_of_windows(const std::vector<MeasuredFrame>& frames, std::size_t window)
+{
+    std::vector<std::size_t> all(frames.size());
+    for (std::size_t i = 0; i < all.size(); ++i)
+        all[i] = i;
+    std::vector<std::size_t> kept;
+    for (std::size_t begin = 0; begin < frames.size();)
+    {
+        std::size_t end = begin + 1;
+        while (end < frames.size() && end - begin < window && frames[end].sequence == frames[begin].sequence)
+            ++end;
+        kept.push_back(sharpest(frames, all, begin, end));
+        begin = end;
+    }
+    return kept;
+}
+
+std::vector<std::size_t> sharpest_of_stretches(const std::vector<MeasuredFrame>& frames, const std::vector<std::size_t>& among,
+                                               std::size_t stretches)
+{
+    std::vector<std::size_t> kept;
+    for (std::size_t i = 0; i < stretches; ++i)
+        kept.push_back(sharpest(frames, among, among.size() * i / stretches, among.size() * (i + 1) / stretches));
+    return kept;
+}
+
+}  // namespace
+
+Selection select_frames(const std::vector<MeasuredFrame>& frames, const SelectionOptions& options)
+{
+    if (frames.empty())
+        throw fresco::Error("there are no frames to choose from");
+    const auto passes = [&](std::size_t i) { return frames[i].sharpness >= options.min_sharpness; };
+    Selection selection;
+    for (std::size_t i = 0; i < frames.size(); ++i)
+        selection.blurred += passes(i) ? 0 : 1;
+    if (selection.blurred == frames.size())
+        refuse_all_blurred(frames, options.min_sharpness);
+
+    for (const auto i : sharpest_of_windows(frames, static_cast<std::size_t>(options.window_count)))
+        if (passes(i))
+            selection.kept.push_back(i);
+    selection.less_sharp = frames.size() - selection.blurred - selection.kept.size();
+
+    const auto limit = static_cast<std::size_t>(options.max_frames);
+    if (limit != 0 && selection.kept.size() > limit)
+    {
+        selection.beyond_limit = selection.kept.size() - limit;
+        selection.kept = sharpest_of_stretches(frames, selection.kept, limit);
+    }
+    return selection;
+}

@@ -1,0 +1,232 @@
+#include "selection.h"
+#include "sharpness.h"
+
+#include "shared_data.h"
+
+#include <fresco/frames.h>
+#include <fresco/hash.h>
+#include <fresco/image_io.h>
+#include <fresco/npy.h>
+#include <fresco/stage.h>
+#include <fresco/testing.h>
+
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace fs = std::filesystem;
+using Catch::Contains;
+using fresco::testing::TestRun;
+
+namespace
+{
+
+fresco::Raster<std::uint8_t> checkerboard(int width, int height, int field, std::uint8_t dark, std::uint8_t light)
+{
+    fresco::Raster<std::uint8_t> picture(width, height, 3);
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+            for (int c = 0; c < 3; ++c)
+                picture.at(x, y, c) = (x / field + y / field) % 2 == 0 ? dark : light;
+    return picture;
+}
+
+/// The definition, written out: nearest sampling, grey, 4-neighbour Laplacian with borders mirrored about the edge pixel.
+double slow_sharpness(const fresco::Raster<std::uint8_t>& rgb, int width, int height)
+{
+    const auto grey = [&](int x, int y)
+    {
+        x = x < 0 ? -x : x >= width ? 2 * width - 2 - x : x;
+        y = y < 0 ? -y : y >= height ? 2 * height - 2 - y : y;
+        const int sx = x * rgb.width / width;
+        const int sy = y * rgb.height / height;
+        return std::round(0.299 * rgb.at(sx, sy, 0) + 0.587 * rgb.at(sx, sy, 1) + 0.114 * rgb.at(sx, sy, 2));
+    };
+    double sum = 0, squares = 0;
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+        {
+            const double edge = grey(x - 1, y) + grey(x + 1, y) + grey(x, y - 1) + grey(x, y + 1) - 4 * grey(x, y);
+            sum += edge;
+            squares += edge * edge;
+        }
+    const double count = width * height;
+    return squares / count - (sum / count) * (sum / count);
+}
+
+MeasuredFrame measured(const std::string& sequence, double value)
+{
+    return {sequence, "frame", value};
+}
+
+/// Frames whose pictures are NPY files: even grey for `false`, a checkerboard for `true`.
+fresco::Frames made_frames(const fs::path& folder, const std::vector<bool>& sharp)
+{
+    fresco::Frames frames;
+    for (std::size_t i = 0; i < sharp.size(); ++i)
+    {
+        const auto file = folder / (std::to_string(i) + ".npy");
+        const auto picture = sharp[i] ? checkerboard(64, 48, 4, 50, 200) : fresco::Raster<std::uint8_t>(64, 48, 3, 128);
+        const std::vector<std::size_t> shape{48, 64, 3};
+        fresco::write_npy(file, shape, picture.values);
+        fresco::Frame frame;
+        frame.sequence = "seq-01";
+        frame.name = "frame-" + std::to_string(i);
+        frame.number = static_cast<long>(i);
+        frame.color.intrinsics = {64, 48, 50, 50, 32, 24};
+        frame.depth.intrinsics = frame.color.intrinsics;
+        frame.color_picture = {file, fresco::file_hash(file)};
+        frames.frames.push_back(frame);
+    }
+    return frames;
+}
+
+fresco::Frames run_sharpest(const fresco::Frames& input, fresco::Value options, TestRun& run)
+{
+    struct NoImages final : fresco::ImageIo
+    {
+        fresco::ImageHeader header(const fs::path&) const override { throw fresco::Error("not used"); }
+        fresco::Raster8 read_rgb(const fs::path&) const override { throw fresco::Error("not used"); }
+        fresco::Raster16 read_depth(const fs::path&) const override { throw fresco::Error("not used"); }
+        std::vector<std::byte> encode_png(const fresco::Raster8&) const override { return {}; }
+        std::vector<std::byte> encode_png(const fresco::Raster16&) const override { return {}; }
+        std::vector<std::byte> encode_jpeg(const fresco::Raster8&, int) const override { return {}; }
+    };
+    fresco::testing::TestFactory factory;
+    factory.add("image.none", [] { return std::make_shared<NoImages>(); });
+    options.set("images", fresco::Value::Map{{"type", "image.none"}});
+    const auto made = fresco::testing::make_from_plugin(FRESCO_PLUGIN_FILE, "frames.sharpest");
+    fresco::testing::TemporaryFolder out;
+    fresco::testing::run_stage(dynamic_cast<fresco::Stage&>(*made), options,
+                               {{"frames", std::make_shared<fresco::Frames>(input)}}, out.path(), run, factory);
+    return *fresco::Frames::load({out.path() / "frames", {}});
+}
+
+}  // namespace
+
+TEST_CASE("sharpness of pictures that can be computed by hand", "[frames.sharpest]")
+{
+    CHECK(sharpness(fresco::Raster<std::uint8_t>(40, 30, 3, 99), 40, 30) == 0);
+    // Every pixel of a board of single pixels differs from its four neighbours by 100, up or down: the Laplacian is +-400.
+    CHECK(sharpness(checkerboard(40, 30, 1, 50, 150), 40, 30) == Approx(160'000));
+    // Every second pixel of it has one colour: at half size nothing is left.
+    CHECK(sharpness(checkerboard(40, 30, 1, 50, 150), 20, 15) == 0);
+}
+
+TEST_CASE("sharpness is the variance of the Laplacian as written out", "[frames.sharpest]")
+{
+    fresco::Raster<std::uint8_t> picture(61, 47, 3);
+    std::uint32_t state = 7;
+    for (auto& value : picture.values)
+    {
+        state = state * 1664525u + 1013904223u;
+        value = static_cast<std::uint8_t>(state >> 24U);
+    }
+    for (const auto& [width, height] : {std::pair{61, 47}, std::pair{30, 23}})
+        CHECK(sharpness(picture, width, height) == Approx(slow_sharpness(picture, width, height)).epsilon(1e-3));
+}
+
+TEST_CASE("blurred frames are dropped, the threshold itself passes", "[frames.sharpest]")
+{
+    const auto s = select_frames({measured("a", 149.9), measured("a", 150), measured("a", 300)}, {.min_sharpness = 150});
+    CHECK(s.kept == std::vector<std::size_t>{1, 2});
+    CHECK(s.blurred == 1);
+    CHECK(s.less_sharp == 0);
+}
+
+TEST_CASE("the sharpest of each window is kept, and windows end with the sequence", "[frames.sharpest]")
+{
+    const std::vector<MeasuredFrame> frames{measured("a", 5), measured("a", 9), measured("a", 9), measured("a", 1),
+                                            measured("b", 2), measured("b", 3), measured("b", 4)};
+    const auto s = select_frames(frames, {.min_sharpness = 2, .window_count = 3});
+    // Windows: a {5 9 9}, a {1}, b {2 3 4}.
+    CHECK(s.kept == std::vector<std::size_t>{1, 6});
+    CHECK(s.blurred == 1);
+    CHECK(s.less_sharp == 4);
+}
+
+TEST_CASE("max_frames spreads over the whole recording", "[frames.sharpest]")
+{
+    std::vector<MeasuredFrame> frames;
+    for (const double value : {1, 2, 9, 4, 5, 6, 7, 8, 3, 1})
+        frames.push_back(measured("a", value));
+    const auto s = select_frames(frames, {.min_sharpness = 0, .max_frames = 3});
+    // Stretches of 3, 3 and 4 frames.
+    CHECK(s.kept == std::vector<std::size_t>{2, 5, 7});
+    CHECK(s.beyond_limit == 7);
+    CHECK(select_frames(frames, {.min_sharpness = 0, .max_frames = 10}).kept.size() == 10);
+}
+
+TEST_CASE("when all are blurred the error names thresholds that would pass", "[frames.sharpest]")
+{
+    CHECK_THROWS_WITH(select_frames({measured("a", 20), measured("b", 40.56), measured("c", 30)}, {.min_sharpness = 150}),
+                      Contains("none of the 3 frames passes min_sharpness 150.0") && Contains("b/frame, has 40.5") &&
+                          Contains("min_sharpness: 30.0"));
+    CHECK_THROWS_WITH(select_frames({}, {}), Contains("no frames"));
+}
+
+TEST_CASE("the stage keeps sharp frames, reports and leaves its input as it was", "[frames.sharpest]")
+{
+    const fresco::testing::TemporaryFolder folder;
+    const auto input = made_frames(folder.path(), {true, false, true, true, false});
+    const auto before = fresco::file_hash(input.frames[1].color_picture.path);
+    const auto size = fresco::Value::List{64, 48};
+    for (const int threads : {1, 2})
+    {
+        TestRun run(threads);
+        const auto kept = run_sharpest(input, fresco::Value::Map{{"sharpness_size_px", size}}, run);
+        REQUIRE(kept.frames.size() == 3);
+        CHECK(kept.frames[1].name == "frame-2");
+        CHECK(kept.frames[1].color_picture.hash == input.frames[2].color_picture.hash);
+        CHECK(run.reported.at("dropped_blurred").as_int() == 2);
+        CHECK(run.reported.at("kept").as_int() == 3);
+        REQUIRE(run.messages.size() == 1);
+        CHECK_THAT(run.messages[0], Contains("3 of 5 frames kept; dropped: 2 blurred"));
+    }
+    CHECK(fresco::file_hash(input.frames[1].color_picture.path) == before);
+    CHECK(std::distance(fs::directory_iterator(folder.path()), fs::directory_iterator{}) == 5);
+}
+
+TEST_CASE("the stage refuses what it cannot use and can be stopped", "[frames.sharpest]")
+{
+    const fresco::testing::TemporaryFolder folder;
+    const auto input = made_frames(folder.path(), {false, false, true});
+    TestRun run;
+    CHECK_THROWS_WITH(run_sharpest(input, fresco::Value::Map{{"sharpness_size_px", fresco::Value::List{64}}}, run),
+                      Contains("sharpness_size_px: 1 numbers"));
+    CHECK_THROWS_WITH(run_sharpest(made_frames(folder.path(), {false, false}), fresco::Value::Map{}, run),
+                      Contains("none of the 2"));
+    TestRun stopped;
+    stopped.cancel_after(2);
+    CHECK_THROWS_AS(run_sharpest(input, fresco::Value::Map{}, stopped), fresco::Cancelled);
+    fresco::write_npy(input.frames[2].color_picture.path, std::vector<std::size_t>{48, 64, 3},
+                      std::vector<std::uint8_t>(std::size_t{48} * 64 * 3, 1));
+    TestRun changed;
+    CHECK_THROWS_WITH(run_sharpest(input, fresco::Value::Map{}, changed), Contains("2.npy"));
+}
+
+TEST_CASE("all 125 frames of the kitchen pass at 320x240 and 67 at 640x480", "[frames.sharpest]")
+{
+    const auto kitchen = shared_data("kitchen", "frames.sharpest on the kitchen");
+    if (kitchen.empty())
+        return;
+    const auto codec = fs::path(FRESCO_PLUGIN_FILE).parent_path() / "image_opencv.so";
+    if (!fs::exists(codec))
+    {
+        std::cout << "SKIPPED frames.sharpest on the kitchen: image_opencv is not built" << std::endl;
+        return;
+    }
+    const auto made = fresco::testing::make_from_plugin(codec, "image.opencv");
+    const auto& images = dynamic_cast<const fresco::ImageIo&>(*made);
+    int small = 0, large = 0;
+    for (const auto& entry : fs::directory_iterator(kitchen / "seq-01"))
+        if (entry.path().string().ends_with(".color.jpg"))
+        {
+            const auto picture = images.read_rgb(entry.path());
+            small += sharpness(picture, 320, 240) >= 150 ? 1 : 0;
+            large += sharpness(picture, 640, 480) >= 150 ? 1 : 0;
+        }
+    CHECK(small == 125);
+    CHECK(large == 67);
+}

@@ -1,0 +1,26 @@
+#pragma once
+
+#include "motif.h"
+
+#include <fresco/progress.h>
+#include <fresco/raster.h>
+
+#include <cstdint>
+
+namespace pattern
+{
+
+struct BrushOptions
+{
+    int size_px = 512;
+    float stroke_share = 0.05f;  ///< Width of the broadest brush as a share of the picture.
+    float stroke_length = 7;     ///< Length of a stroke in widths.
+    std::uint32_t seed = 0;
+};
+
+/// Paints a motif with layers of bristled strokes that follow its direction, broad ones first, and lights the paint from the
+/// upper left. After Litwinowicz, "Processing images and video for an impressionist effect" (SIGGRAPH 1997) and Hertzmann,
+/// "Painterly rendering with curved brush strokes of multiple sizes" (SIGGRAPH 1998). Square RGB. One thread; throws Cancelled.
+fresco::Raster<std::uint8_t> paint(const Motif& motif, const BrushOptions& options, fresco::Progress& progress);
+
+}  // namespace pattern

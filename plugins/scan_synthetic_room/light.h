@@ -1,0 +1,41 @@
+#pragma once
+
+#include "caster.h"
+
+#include <fresco/progress.h>
+
+#include <vector>
+
+namespace room
+{
+
+/// Light on every face, computed once and looked up: what lamps and the window send directly, with soft shadows, and one bounce
+/// off everything else. Immutable after construction, any thread.
+class LightMap
+{
+  public:
+    /// Deterministic for any thread count. Throws Cancelled.
+    LightMap(const Caster& caster, fresco::Progress& progress);
+
+    /// Linear RGB irradiance at a face, scaled so that the room's mean is 1.
+    Vec3f at(int solid, int face, Vec2f coordinates) const;
+
+    /// The displayed colour (sRGB, 0..1) of a face: its texture under this light, or a lamp's own glow.
+    Vec3f shade(int solid, int face, Vec2f coordinates, float footprint) const;
+
+  private:
+    struct Patch
+    {
+        std::size_t first = 0;  ///< Into values_.
+        int columns = 0;
+        int rows = 0;
+        Vec2f extent;
+    };
+    const Patch& patch(int solid, int face) const { return patches_[static_cast<std::size_t>(solid * 6 + face)]; }
+
+    const Scene* scene_;
+    std::vector<Patch> patches_;  ///< 6 per solid.
+    std::vector<Vec3f> values_;
+};
+
+}  // namespace room

@@ -1,0 +1,95 @@
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+
+/// \file Pseudo-random numbers and smooth noise from integer hashes: the same on every machine.
+namespace room
+{
+
+constexpr std::uint32_t hash(std::uint32_t x)
+{
+    x ^= x >> 16U;
+    x *= 0x7feb352dU;
+    x ^= x >> 15U;
+    x *= 0x846ca68bU;
+    x ^= x >> 16U;
+    return x;
+}
+
+constexpr std::uint32_t hash(std::uint32_t a, std::uint32_t b)
+{
+    return hash(a * 0x9e3779b9U + hash(b));
+}
+
+/// [0, 1)
+constexpr float unit(std::uint32_t h)
+{
+    return static_cast<float>(h >> 8U) * (1.0f / 16777216.0f);
+}
+
+constexpr float unit(std::uint32_t a, std::uint32_t b)
+{
+    return unit(hash(a, b));
+}
+
+/// Mean 0, variance 1, bounded by +-2 sqrt(3): four uniform numbers summed.
+inline float bell(std::uint32_t seed)
+{
+    float sum = 0;
+    for (std::uint32_t i = 0; i < 4; ++i)
+        sum += unit(seed, i);
+    return (sum - 2.0f) * 1.7320508f;
+}
+
+inline std::uint32_t lattice(int x, int y, std::uint32_t seed)
+{
+    return hash(static_cast<std::uint32_t>(x) * 0x8da6b343U + static_cast<std::uint32_t>(y) * 0xd8163841U + seed);
+}
+
+inline float smooth(float t)
+{
+    return t * t * (3 - 2 * t);
+}
+
+inline float mix(float a, float b, float t)
+{
+    return a + (b - a) * t;
+}
+
+/// 0 below `from`, 1 above `to`, smooth between.
+inline float smooth_step(float from, float to, float x)
+{
+    const float t = (x - from) / (to - from);
+    return t <= 0 ? 0.0f : t >= 1 ? 1.0f : smooth(t);
+}
+
+/// Smooth noise in [0, 1] with features of size 1.
+inline float value_noise(float x, float y, std::uint32_t seed)
+{
+    const float fx = std::floor(x), fy = std::floor(y);
+    const int ix = static_cast<int>(fx), iy = static_cast<int>(fy);
+    const float tx = smooth(x - fx), ty = smooth(y - fy);
+    const float lower = mix(unit(lattice(ix, iy, seed)), unit(lattice(ix + 1, iy, seed)), tx);
+    const float upper = mix(unit(lattice(ix, iy + 1, seed)), unit(lattice(ix + 1, iy + 1, seed)), tx);
+    return mix(lower, upper, ty);
+}
+
+/// Octaves of noise in [0, 1], mean 0.5. Octaves finer than `footprint` (in the same units as x, y) fade out, so that distant
+/// surfaces do not flicker.
+inline float fractal_noise(float x, float y, int octaves, float footprint, std::uint32_t seed)
+{
+    float sum = 0, amplitude = 0.5f, frequency = 1, total = 0;
+    for (int i = 0; i < octaves; ++i)
+    {
+        const float keep = 1 - smooth_step(0.3f, 0.9f, footprint * frequency);
+        if (keep > 0)
+            sum += amplitude * keep * (value_noise(x * frequency, y * frequency, seed + static_cast<std::uint32_t>(i)) - 0.5f);
+        total += amplitude;
+        amplitude *= 0.55f;
+        frequency *= 2.03f;
+    }
+    return 0.5f + sum / total;
+}
+
+}  // namespace room

@@ -1,0 +1,140 @@
+#include "render.h"
+
+#include "noise.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace room
+{
+
+namespace
+{
+
+constexpr float color_noise = 1.1f;
+constexpr float nearest_m = 0.3f, farthest_m = 10.0f;
+constexpr float silhouette_m = 0.06f;
+
+/// Rays whose distance is depth along the optical axis.
+class Rays
+{
+  public:
+    explicit Rays(const fresco::Camera& camera)
+        : origin_(fresco::vec_cast<float>(camera.world_from_camera.translation)),
+          start_(fresco::vec_cast<float>(camera.ray(0, 0))), right_(fresco::vec_cast<float>(camera.ray(1, 0) - camera.ray(0, 0))),
+          down_(fresco::vec_cast<float>(camera.ray(0, 1) - camera.ray(0, 0)))
+    {
+    }
+    Ray at(float x, float y) const { return {origin_, start_ + right_ * x + down_ * y}; }
+
+  private:
+    Vec3f origin_, start_, right_, down_;
+};
+
+/// One colour sample, in linear steps of display value.
+Vec3f sample(const Caster& caster, const LightMap& light, const Ray& ray, const SceneHit& hit, float metres_per_pixel)
+{
+    if (hit.solid < 0)
+        return {};
+    const auto& solid = caster.scene().solids[static_cast<std::size_t>(hit.solid)];
+    const Vec2f where = face_coordinates(solid, hit.face, ray.origin + ray.direction * hit.t);
+    return light.shade(hit.solid, hit.face, where, 0.5f * hit.t * metres_per_pixel);
+}
+
+/// The same face again where all corners of a pixel show it; else whatever is met.
+SceneHit subpixel_hit(const Caster& caster, const Ray& ray, const SceneHit* shared, int guess)
+{
+    if (shared != nullptr && shared->solid >= 0)
+        if (const auto hit = intersect(caster.scene().solids[static_cast<std::size_t>(shared->solid)], ray, 1e30f);
+            hit.face == shared->face)
+            return {hit.t, shared->solid, hit.face};
+    return caster.cast(ray, guess);
+}
+
+}  // namespace
+
+fresco::Raster<std::uint8_t> render_color(const Caster& caster, const LightMap& light, const fresco::Camera& camera,
+                                          std::uint32_t seed)
+{
+    const int width = camera.intrinsics.width, height = camera.intrinsics.height;
+    const auto metres_per_pixel = static_cast<float>(1 / camera.intrinsics.fx);
+    const Rays rays(camera);
+    const auto corner_row = [&](int y)
+    {
+        std::vector<SceneHit> row;
+        for (int x = 0; x <= width; ++x)
+            row.push_back(caster.cast(rays.at(static_cast<float>(x), static_cast<float>(y)), x > 0 ? row.back().solid : -1));
+        return row;
+    };
+    fresco::Raster<std::uint8_t> picture(width, height, 3);
+    auto above = corner_row(0);
+    for (int y = 0; y < height; ++y)
+    {
+        const auto below = corner_row(y + 1);
+        for (int x = 0; x < width; ++x)
+        {
+            const auto i = static_cast<std::size_t>(x);
+            const bool same =
+                above[i].same_face(above[i + 1]) && above[i].same_face(below[i]) && above[i].same_face(below[i + 1]);
+            Vec3f sum;
+            for (const float dy : {0.25f, 0.75f})
+                for (const float dx : {0.25f, 0.75f})
+                {
+                    const Ray ray = rays.at(static_cast<float>(x) + dx, static_cast<float>(y) + dy);
+                    sum += sample(caster, light, ray, subpixel_hit(caster, ray, same ? &above[i] : nullptr, above[i].solid),
+                                  metres_per_pixel);
+                }
+            const auto pixel_seed = lattice(x, y, seed);
+            const float noise = color_noise * bell(pixel_seed);
+            const auto store = [&](int channel, float value)
+            {
+                const float level = 255 * 0.25f * value + noise;
+                picture.at(x, y, channel) = static_cast<std::uint8_t>(std::clamp(std::lround(level), 0L, 255L));
+            };
+            store(0, sum.x);
+            store(1, sum.y);
+            store(2, sum.z);
+        }
+        above = below;
+    }
+    return picture;
+}
+
+fresco::Raster<float> render_depth(const Caster& caster, const fresco::Camera& camera)
+{
+    const Rays rays(camera);
+    fresco::Raster<float> depth(camera.intrinsics.width, camera.intrinsics.height);
+    for (int y = 0; y < depth.height; ++y)
+    {
+        int guess = -1;
+        for (int x = 0; x < depth.width; ++x)
+        {
+            const auto hit = caster.cast(rays.at(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f), guess);
+            depth.at(x, y) = hit.solid >= 0 ? hit.t : 0.0f;
+            guess = hit.solid;
+        }
+    }
+    return depth;
+}
+
+fresco::Raster<std::uint16_t> sense_depth(const fresco::Raster<float>& exact, float noise_m, std::uint32_t seed)
+{
+    fresco::Raster<std::uint16_t> sensed(exact.width, exact.height);
+    for (int y = 0; y < exact.height; ++y)
+        for (int x = 0; x < exact.width; ++x)
+        {
+            const float z = exact.at(x, y);
+            if (z < nearest_m || z > farthest_m)
+                continue;
+            const float left = x > 0 ? exact.at(x - 1, y) : z;
+            const auto pixel_seed = lattice(x, y, seed);
+            // The projector stands beside the camera: what is left of a nearer edge lies in its shadow.
+            if (left + silhouette_m < z && unit(pixel_seed, 9u) < 0.7f)
+                continue;
+            const float sigma = noise_m * (0.3f + 0.17f * z * z);
+            sensed.at(x, y) = static_cast<std::uint16_t>(std::lround(1000 * (z + sigma * bell(pixel_seed))));
+        }
+    return sensed;
+}
+
+}  // namespace room

@@ -1,0 +1,121 @@
+#include "camera_path.h"
+#include "furnish.h"
+#include "noise.h"
+#include "render.h"
+#include "scan_mesh.h"
+
+#include <fresco/files_io.h>
+#include <fresco/frames.h>
+#include <fresco/image_io.h>
+#include <fresco/parallel.h>
+#include <fresco/stage.h>
+
+#include <atomic>
+
+namespace
+{
+
+constexpr int jpeg_quality = 95;
+
+std::string frame_name(std::size_t number)
+{
+    const auto digits = std::to_string(number);
+    return "frame-" + std::string(digits.size() < 6 ? 6 - digits.size() : 0, '0') + digits;
+}
+
+class ScanSyntheticRoom final : public fresco::Stage
+{
+    fresco::Option<int> seed{this, "seed", 1, fresco::range(0, 1'000'000'000), "Another number, another room"};
+    fresco::Option<double> length_m{this, "length_m", 4.5, fresco::range(3.5, 12), "Length of the room"};
+    fresco::Option<double> width_m{this, "width_m", 3.6, fresco::range(3, 8), "Width of the room"};
+    fresco::Option<double> height_m{this, "height_m", 2.6, fresco::range(2.3, 4), "Height of the room"};
+    fresco::Option<int> frames_count{this, "frames_count", 48, fresco::range(1, 10'000), "Views to record"};
+    fresco::Option<int> color_width_px{this, "color_width_px", 640, fresco::range(16, 4096), "Width of the colour pictures"};
+    fresco::Option<int> color_height_px{this, "color_height_px", 480, fresco::range(16, 4096), "Height of the colour pictures"};
+    fresco::Option<int> depth_width_px{this, "depth_width_px", 320, fresco::range(16, 4096), "Width of the depth pictures"};
+    fresco::Option<int> depth_height_px{this, "depth_height_px", 240, fresco::range(16, 4096), "Height of the depth pictures"};
+    fresco::Option<double> noise_m{this, "noise_m", 0.003, fresco::range(0, 0.02),
+                                   "Errors of the scanner, in mesh and depth; 0: none"};
+    fresco::Option<double> edge_m{this, "edge_m", 0.03, fresco::range(0.008, 0.2), "Length of the mesh's edges"};
+    fresco::Option<bool> keep_unseen{this, "keep_unseen", false, "Keep surfaces of the mesh that no depth picture shows"};
+    fresco::Slot<fresco::ImageIo> images{this, "images", "image.opencv", "Reader and writer of pictures"};
+
+    fresco::Output<fresco::Frames> frames{this, "frames", "Views of a colour and a depth camera"};
+    fresco::Output<fresco::Mesh> mesh{this, "mesh", "The room as scanned"};
+
+    void run(fresco::RunContext& run) override
+    {
+        const auto random = room::hash(static_cast<std::uint32_t>(*seed), 5u);
+        const auto noise = static_cast<float>(*noise_m), edge = static_cast<float>(*edge_m);
+        const fresco::Vec3f size{static_cast<float>(*length_m), static_cast<float>(*width_m), static_cast<float>(*height_m)};
+        const auto scene = room::furnish(size, static_cast<std::uint32_t>(*seed));
+        const room::Caster caster(scene);
+        const room::LightMap light(caster, run);
+        const auto net = room::surface_net(scene, edge, run);
+        auto whole = room::noisy_mesh(net, scene, light, edge, noise, random, run);
+        room::SeenVertices seen(net.positions);
+
+        frames = record(caster, light, random, seen, run);
+        auto scanned = *keep_unseen ? std::move(whole) : room::seen_part(whole, seen);
+        run.report("frames", *frames_count);
+        run.report("solids", scene.solids.size());
+        run.report("faces", scanned.triangles.size());
+        run.report("unseen_share", 1 - static_cast<double>(scanned.triangles.size()) / static_cast<double>(net.triangles.size()));
+        run.message(std::to_string(*frames_count) + " frames, " + std::to_string(scanned.triangles.size()) + " faces");
+        mesh = std::move(scanned);
+    }
+
+    fresco::Frames record(const room::Caster& caster, const room::LightMap& light, std::uint32_t random, room::SeenVertices& seen,
+                          fresco::RunContext& run) const
+    {
+        const auto recorder = room::make_recorder(*color_width_px, *color_height_px, *depth_width_px, *depth_height_px);
+        const auto path = room::camera_path(caster.scene(), *frames_count, random);
+        fresco::Frames recorded;
+        recorded.frames.resize(path.size());
+        std::atomic<std::size_t> done{0};
+        fresco::parallel_for(path.size(), 1, run.threads(),
+                             [&](std::size_t begin, std::size_t end)
+                             {
+                                 for (std::size_t i = begin; i < end; ++i)
+                                 {
+                                     run.check_cancelled();
+                                     auto& frame = recorded.frames[i];
+                                     frame.sequence = "seq-01";
+                                     frame.name = frame_name(i);
+                                     frame.number = static_cast<long>(i);
+                                     frame.depth = {recorder.depth, path[i]};
+                                     frame.color = {recorder.color, path[i] * recorder.color_from_depth.inverse()};
+                                     write_pictures(caster, light, room::hash(random, static_cast<std::uint32_t>(i)), seen,
+                                                    frame);
+                                     run.progress(static_cast<double>(++done), static_cast<double>(path.size()), "frames");
+                                 }
+                             });
+        return recorded;
+    }
+
+    void write_pictures(const room::Caster& caster, const room::LightMap& light, std::uint32_t random, room::SeenVertices& seen,
+                        fresco::Frame& frame) const
+    {
+        const auto exact = room::render_depth(caster, frame.depth);
+        seen.add_view(exact, frame.depth);
+        const auto depth = room::sense_depth(exact, static_cast<float>(*noise_m), random + 1);
+        frame.depth_picture.path = frames.folder().path / (frame.name + ".depth.png");
+        fresco::write_file(frame.depth_picture.path, images->encode_png(depth));
+        const auto color = room::render_color(caster, light, frame.color, random);
+        frame.color_picture.path = frames.folder().path / (frame.name + ".color.jpg");
+        fresco::write_file(frame.color_picture.path, images->encode_jpeg(color, jpeg_quality));
+    }
+
+    fresco::Cost cost() const override
+    {
+        return {.seconds = "(3 + frames_count * color_width_px * color_height_px / 1.2e6) / cores",
+                .memory_mb = "80 + length_m * width_m * height_m / edge_m / edge_m / edge_m * 16 / 1e6",
+                .disk_mb = "frames_count * color_width_px * color_height_px / 1e6 * 0.8",
+                .frames = "frames_count",
+                .faces = "(length_m * width_m + length_m * height_m + width_m * height_m) * 8 / edge_m / edge_m"};
+    }
+};
+
+}  // namespace
+
+FRESCO_STAGE("scan.synthetic_room", ScanSyntheticRoom, "A furnished, textured room with its recording, made from a seed")

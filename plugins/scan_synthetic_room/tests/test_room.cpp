@@ -1,0 +1,258 @@
+#include "camera_path.h"
+#include "caster.h"
+#include "furnish.h"
+#include "noise.h"
+#include "render.h"
+#include "scan_mesh.h"
+#include "surface_net.h"
+
+#include <fresco/error.h>
+
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+using room::Ray;
+using room::Shape;
+using room::Solid;
+using room::Vec3f;
+
+namespace
+{
+
+constexpr float pi = std::numbers::pi_v<float>;
+
+struct Threads final : fresco::Progress
+{
+    explicit Threads(int n) : count(n) {}
+    int threads() const override { return count; }
+    int count;
+};
+
+Solid solid(Shape shape, Vec3f centre, Vec3f size)
+{
+    Solid s;
+    s.shape = shape;
+    s.centre = centre;
+    s.size = size;
+    return s;
+}
+
+/// A room of 2 x 2 x 2 m with a box of 0.5 m in its middle.
+room::Scene tiny_scene()
+{
+    room::Scene scene;
+    scene.size = {2, 2, 2};
+    scene.materials.push_back({room::Pattern::plaster, {0.2f, 0.2f, 0.2f}, {0.9f, 0.9f, 0.9f}});
+    auto shell = solid(Shape::box, {1, 1, 1}, {1, 1, 1});
+    shell.hollow = true;
+    scene.solids.push_back(shell);
+    scene.solids.push_back(solid(Shape::box, {1, 1, 1}, {0.25f, 0.25f, 0.25f}));
+    return scene;
+}
+
+Vec3f random_direction(std::uint32_t seed)
+{
+    return normalized(Vec3f{room::bell(seed), room::bell(seed + 1), room::bell(seed + 2)});
+}
+
+}  // namespace
+
+TEST_CASE("rays meet bodies where they must", "[room]")
+{
+    const auto box = solid(Shape::box, {1, 2, 3}, {0.5f, 1, 1});
+    CHECK(intersect(box, {{-1, 2, 3}, {1, 0, 0}}, 100).t == Approx(1.5));
+    CHECK(intersect(box, {{-1, 2, 3}, {1, 0, 0}}, 100).face == 0);
+    CHECK(intersect(box, {{-1, 2, 3}, {1, 0, 0}}, 1.4f).face == -1);
+    CHECK(intersect(box, {{-1, 4, 3}, {1, 0, 0}}, 100).face == -1);
+    CHECK(intersect(box, {{1, 2, 9}, {0, 0, -2}}, 100).t == Approx(2.5));
+
+    // A cone from radius 1 at z = 0 to radius 0.5 at z = 2: at z = 1 its radius is 0.75.
+    const auto cone = solid(Shape::frustum, {0, 0, 1}, {1, 0.5f, 1});
+    CHECK(intersect(cone, {{3, 0, 1}, {-1, 0, 0}}, 100).t == Approx(2.25));
+    CHECK(intersect(cone, {{0.2f, 0, 5}, {0, 0, -1}}, 100).t == Approx(3));
+    CHECK(intersect(cone, {{0.2f, 0, 5}, {0, 0, -1}}, 100).face == 2);
+    CHECK(intersect(cone, {{0.75f, 0, 5}, {0, 0, -1}}, 100).t == Approx(4));
+
+    const auto ball = solid(Shape::ellipsoid, {0, 0, 0}, {1, 2, 3});
+    CHECK(intersect(ball, {{0, 5, 0}, {0, -1, 0}}, 100).t == Approx(3));
+    CHECK(intersect(ball, {{0, 0, 0}, {0, 0, 1}}, 100).t == Approx(3));
+}
+
+TEST_CASE("signed distances of bodies", "[room]")
+{
+    const auto box = solid(Shape::box, {0, 0, 0}, {1, 1, 1});
+    CHECK(signed_distance(box, {3, 0, 0}) == Approx(2));
+    CHECK(signed_distance(box, {4, 5, 0}) == Approx(5));
+    CHECK(signed_distance(box, {0.9f, 0, 0}) == Approx(-0.1));
+    auto hollow = box;
+    hollow.hollow = true;
+    CHECK(signed_distance(hollow, {0.9f, 0, 0}) == Approx(0.1));
+    const auto cylinder = solid(Shape::frustum, {0, 0, 0}, {1, 1, 2});
+    CHECK(signed_distance(cylinder, {3, 0, 0}) == Approx(2));
+    CHECK(signed_distance(cylinder, {4, 0, 6}) == Approx(5));
+    CHECK(signed_distance(cylinder, {0, 0.5f, 0}) == Approx(-0.5));
+}
+
+TEST_CASE("a face's coordinates lead back to the point", "[room]")
+{
+    std::vector<Solid> solids{solid(Shape::box, {1, 2, 3}, {0.5f, 0.7f, 0.9f}),
+                              solid(Shape::frustum, {1, 2, 3}, {0.5f, 0.3f, 0.9f}),
+                              solid(Shape::ellipsoid, {1, 2, 3}, {0.5f, 0.5f, 0.2f})};
+    for (auto& s : solids)
+        s.axes = {Vec3f{0.8f, 0.6f, 0}, Vec3f{-0.6f, 0.8f, 0}, Vec3f{0, 0, 1}};
+    for (const auto& s : solids)
+        for (int face = 0; face < s.face_count(); ++face)
+        {
+            const auto extent = face_extent(s, face);
+            const room::Vec2f at{0.4f * extent.x, 0.6f * extent.y};
+            const auto point = face_point(s, face, at);
+            CHECK(std::abs(signed_distance(s, point.position)) < 1e-5f);
+            CHECK(length(point.normal) == Approx(1).epsilon(1e-4));
+            CHECK(signed_distance(s, point.position + point.normal * 0.01f) > 0.005f);
+            const auto back = face_coordinates(s, face, point.position);
+            CHECK(back.x == Approx(at.x).epsilon(1e-3));
+            CHECK(back.y == Approx(at.y).epsilon(1e-3));
+            CHECK(nearest_face(s, point.position + point.normal * 0.001f) == face);
+        }
+    CHECK(face_extent(solids[1], 0).x == Approx(2 * pi * 0.5));
+}
+
+TEST_CASE("the tree of boxes finds what asking every solid finds", "[room]")
+{
+    const auto scene = room::furnish({4.5f, 3.6f, 2.6f}, 3);
+    const room::Caster caster(scene);
+    for (std::uint32_t i = 0; i < 3000; ++i)
+    {
+        const Ray ray{{0.3f + 3.9f * room::unit(i, 1u), 0.3f + 3.0f * room::unit(i, 2u), 1.2f + room::unit(i, 3u)},
+                      random_direction(10 * i)};
+        float nearest = 1e30f;
+        for (const auto& s : scene.solids)
+            if (const auto hit = intersect(s, ray, 1e30f); hit.face >= 0)
+                nearest = std::min(nearest, hit.t);
+        CHECK(caster.cast(ray).t == nearest);
+        CHECK(caster.cast(ray, static_cast<int>(i % scene.solids.size())).t == nearest);
+        const auto first = caster.cast(ray);
+        if (first.solid > 0)
+        {
+            CHECK(caster.blocked(ray, nearest * 1.01f, -1));
+            CHECK_FALSE(caster.blocked(ray, nearest * 0.99f, -1));
+        }
+    }
+}
+
+TEST_CASE("the surface of a box in a box has the area it must have, and no border", "[room]")
+{
+    const auto scene = tiny_scene();
+    Threads one(1);
+    const auto net = room::surface_net(scene, 0.05f, one);
+    double area = 0, volume = 0;
+    std::vector<std::array<std::uint32_t, 2>> edges;
+    for (const auto& t : net.triangles)
+    {
+        const Vec3f a = net.positions[t[0]], b = net.positions[t[1]], c = net.positions[t[2]];
+        area += 0.5 * static_cast<double>(length(cross(b - a, c - a)));
+        volume += static_cast<double>(dot(a, cross(b, c))) / 6;
+        for (std::size_t i = 0; i < 3; ++i)
+            edges.push_back({t[i], t[(i + 1) % 3]});
+    }
+    // 6 walls of 4 m2 and 6 faces of 0.25 m2; edges are rounded. Faces look into the air: the enclosed volume counts negative.
+    CHECK(area == Approx(25.5).epsilon(0.02));
+    CHECK(volume == Approx(-(8 - 0.125)).epsilon(0.01));
+    std::sort(edges.begin(), edges.end());
+    CHECK(std::adjacent_find(edges.begin(), edges.end()) == edges.end());
+    CHECK(std::all_of(edges.begin(), edges.end(),
+                      [&](const auto& e) {
+                          return std::binary_search(edges.begin(), edges.end(), std::array{e[1], e[0]});
+                      }));
+    for (std::size_t i = 0; i < net.positions.size(); ++i)
+        CHECK(std::abs(free_distance(scene, net.positions[i])) < 0.012f);
+}
+
+TEST_CASE("a grid that is too fine is refused", "[room]")
+{
+    auto scene = tiny_scene();
+    scene.size = {100, 100, 100};
+    Threads one(1);
+    CHECK_THROWS_WITH(room::surface_net(scene, 0.01f, one), Catch::Contains("edge_m") && Catch::Contains("60 million"));
+}
+
+TEST_CASE("light falls off under things and does not depend on threads", "[room]")
+{
+    auto scene = tiny_scene();
+    scene.materials.push_back({room::Pattern::shade, {1, 1, 1}, {1, 1, 1}, 1, 0, 5});
+    auto lamp = solid(Shape::box, {1, 1, 1.95f}, {0.2f, 0.2f, 0.03f});
+    lamp.materials.fill(1);
+    scene.solids.push_back(lamp);
+    const room::Caster caster(scene);
+    Threads one(1), two(2);
+    const room::LightMap light(caster, one), again(caster, two);
+    // On the floor: below the box, and in the open.
+    const auto shadow = light.at(0, 4, {1, 1}), open = light.at(0, 4, {1, 0.3f});
+    CHECK(shadow.y < 0.7f * open.y);
+    CHECK(light.at(1, 5, {0.25f, 0.25f}).y > 2 * light.at(1, 4, {0.25f, 0.25f}).y);
+    CHECK(again.at(0, 4, {1, 0.3f}) == open);
+}
+
+TEST_CASE("the two cameras differ and the path keeps clear of the furniture", "[room]")
+{
+    const auto recorder = room::make_recorder(640, 480, 320, 240);
+    CHECK(recorder.color.fx != recorder.depth.scaled_to(640, 480).fx);
+    CHECK(length(recorder.color_from_depth.inverse().translation) == Approx(0.025).epsilon(0.02));
+    CHECK(recorder.color_from_depth.rotation_error() < 1e-12);
+    for (const float length_m : {3.5f, 4.5f, 12.0f})
+        for (const float width_m : {3.0f, 8.0f})
+        {
+            const auto scene = room::furnish({length_m, width_m, 2.4f}, 2);
+            for (const auto& pose : room::camera_path(scene, 40, 5))
+            {
+                CHECK(pose.rotation_error() < 1e-9);
+                CHECK(free_distance(scene, fresco::vec_cast<float>(pose.translation)) > 0.15f);
+                CHECK(pose.rotation(2, 1) < -0.3);  // The camera's y axis looks down.
+            }
+        }
+}
+
+TEST_CASE("a view of six metres exists in a long room", "[room]")
+{
+    const auto scene = room::furnish({7.5f, 3.6f, 2.6f}, 1);
+    const room::Caster caster(scene);
+    const auto recorder = room::make_recorder(64, 48, 64, 48);
+    float farthest = 0;
+    for (const auto& pose : room::camera_path(scene, 24, 1))
+    {
+        const auto depth = render_depth(caster, {recorder.depth, pose});
+        farthest = std::max(farthest, *std::max_element(depth.values.begin(), depth.values.end()));
+    }
+    CHECK(farthest > 6);
+    CHECK(farthest < 8.6f);
+}
+
+TEST_CASE("the sensor loses the near, the far and shadows of edges, and is exact without noise", "[room]")
+{
+    fresco::Raster<float> exact(200, 4, 1, 2.0f);
+    exact.at(0, 0) = 0.1f;
+    exact.at(1, 0) = 20.0f;
+    const auto clean = room::sense_depth(exact, 0, 3);
+    CHECK(clean.at(0, 0) == 0);
+    CHECK(clean.at(1, 0) == 0);
+    CHECK(clean.at(5, 1) == 2000);
+    const auto noisy = room::sense_depth(fresco::Raster<float>(200, 100, 1, 2.0f), 0.003f, 3);
+    double squares = 0;
+    for (const auto v : noisy.values)
+        squares += (v - 2000.0) * (v - 2000.0);
+    // sigma = 0.003 (0.3 + 0.17 * 4) m = 2.94 mm.
+    CHECK(std::sqrt(squares / 20000) == Approx(2.94).epsilon(0.05));
+    fresco::Raster<float> step(2, 1000, 1, 2.0f);
+    for (int y = 0; y < 1000; ++y)
+        step.at(0, y) = 1.0f;
+    const auto shadowed = room::sense_depth(step, 0, 3);
+    int lost = 0;
+    for (int y = 0; y < 1000; ++y)
+        lost += shadowed.at(1, y) == 0 ? 1 : 0;
+    CHECK(lost > 600);
+    CHECK(lost < 800);
+}

@@ -1,0 +1,209 @@
+#include "raw_images.h"
+
+#include <fresco/error.h>
+#include <fresco/files_io.h>
+#include <fresco/frames.h>
+#include <fresco/mesh.h>
+#include <fresco/stage.h>
+#include <fresco/testing.h>
+
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace fs = std::filesystem;
+using fresco::testing::RawImages;
+using fresco::testing::TestRun;
+
+namespace
+{
+
+struct Result
+{
+    fresco::testing::TemporaryFolder out;
+    std::shared_ptr<fresco::Frames> frames;
+    std::shared_ptr<fresco::Mesh> mesh;
+};
+
+void record(fresco::Value options, TestRun& run, Result& result)
+{
+    fresco::testing::TestFactory factory;
+    factory.add("image.raw", [] { return std::make_shared<RawImages>(); });
+    options.set("images", fresco::Value::Map{{"type", "image.raw"}});
+    const auto made = fresco::testing::make_from_plugin(FRESCO_PLUGIN_FILE, "scan.synthetic_room");
+    fresco::testing::run_stage(dynamic_cast<fresco::Stage&>(*made), options, {}, result.out.path(), run, factory);
+    result.frames = fresco::Frames::load({result.out.path() / "frames", {}});
+    result.mesh = fresco::Mesh::load({result.out.path() / "mesh", {}});
+}
+
+fresco::Value small(int frames = 6)
+{
+    return fresco::Value::Map{{"frames_count", frames}, {"color_width_px", 64},  {"color_height_px", 48},
+                              {"depth_width_px", 80},   {"depth_height_px", 60}, {"edge_m", 0.06}};
+}
+
+/// One recording for the tests that only look at it.
+struct Recorded
+{
+    TestRun run;
+    Result result;
+    Recorded() { record(small(), run, result); }
+};
+
+const Recorded& recorded()
+{
+    static const Recorded room;
+    return room;
+}
+
+std::map<std::string, std::string> files_of(const fs::path& folder)
+{
+    std::map<std::string, std::string> files;
+    for (const auto& entry : fs::recursive_directory_iterator(folder))
+        if (entry.is_regular_file())
+            files[entry.path().lexically_relative(folder).string()] = fresco::read_text_file(entry.path());
+    return files;
+}
+
+}  // namespace
+
+TEST_CASE("a room has frames of two cameras and a coloured mesh that fits inside", "[scan.synthetic_room]")
+{
+    const auto& [run, result] = recorded();
+    REQUIRE(result.frames->frames.size() == 6);
+    const RawImages images;
+    for (const auto& frame : result.frames->frames)
+    {
+        CHECK_NOTHROW(fresco::check_camera(frame.color, frame.name));
+        CHECK_NOTHROW(fresco::check_camera(frame.depth, frame.name));
+        const auto apart = frame.color.world_from_camera.translation - frame.depth.world_from_camera.translation;
+        CHECK(fresco::length(apart) == Approx(0.0251).epsilon(0.01));
+        CHECK(frame.color.intrinsics.scaled_to(80, 60).fx != Approx(frame.depth.intrinsics.fx).epsilon(0.05));
+        const auto color = fresco::load_color(frame, &images);
+        const auto [dark, light] = std::minmax_element(color.values.begin(), color.values.end());
+        CHECK(*light - *dark > 100);
+    }
+    CHECK_NOTHROW(fresco::check_mesh(*result.mesh, "mesh"));
+    CHECK(result.mesh->colors.size() == result.mesh->positions.size());
+    CHECK(result.mesh->triangles.size() > 10'000);
+    for (const auto& p : result.mesh->positions)
+        CHECK((p.x > -0.03f && p.y > -0.03f && p.z > -0.03f && p.x < 4.53f && p.y < 3.63f && p.z < 2.63f));
+    CHECK(run.reported.at("frames").as_int() == 6);
+}
+
+TEST_CASE("mesh and depth agree within the noise, through the depth camera alone", "[scan.synthetic_room]")
+{
+    const auto& [run, result] = recorded();
+    const RawImages images;
+    std::size_t compared = 0, agreeing = 0, seen_with_color_camera = 0, in_front = 0;
+    for (const auto& frame : result.frames->frames)
+    {
+        const auto depth = fresco::load_depth(frame, &images);
+        for (const auto& position : result.mesh->positions)
+        {
+            const auto p = frame.depth.project(fresco::vec_cast<double>(position));
+            if (!(p.z > 0.4 && p.x >= 1 && p.y >= 1 && p.x < 79 && p.y < 59))
+                continue;
+            const auto x = static_cast<int>(p.x), y = static_cast<int>(p.y);
+            // Only where the surface is smooth: neighbours tell the same depth.
+            bool smooth = true;
+            for (int dy = -1; dy <= 1; ++dy)
+                for (int dx = -1; dx <= 1; ++dx)
+                    smooth = smooth && std::abs(depth.at(x + dx, y + dy) - depth.at(x, y)) < 0.04f;
+            if (!smooth || depth.at(x, y) == 0)
+                continue;
+            const double beyond = p.z - static_cast<double>(depth.at(x, y));
+            in_front += beyond < -0.08 ? 1 : 0;
+            if (beyond > 0.12)
+                continue;  // Hidden behind what the camera sees.
+            ++compared;
+            agreeing += std::abs(beyond) < 0.035 ? 1 : 0;
+            const auto wrong = frame.color.project(fresco::vec_cast<double>(position));
+            seen_with_color_camera += std::abs(wrong.x - p.x) < 1 ? 1 : 0;
+        }
+    }
+    REQUIRE(compared > 3000);
+    CHECK(static_cast<double>(agreeing) > 0.97 * static_cast<double>(compared));
+    CHECK(static_cast<double>(in_front) < 0.01 * static_cast<double>(compared));
+    CHECK(static_cast<double>(seen_with_color_camera) < 0.2 * static_cast<double>(compared));
+}
+
+TEST_CASE("pictures show the mesh's colours where the colour camera stands", "[scan.synthetic_room]")
+{
+    const auto& [run, result] = recorded();
+    const RawImages images;
+    const auto mean_difference = [&](bool use_color_camera)
+    {
+        double sum = 0;
+        std::size_t count = 0;
+        for (const auto& frame : result.frames->frames)
+        {
+            const auto color = fresco::load_color(frame, &images);
+            const auto depth = fresco::load_depth(frame, &images);
+            for (std::size_t i = 0; i < result.mesh->positions.size(); ++i)
+            {
+                const auto world = fresco::vec_cast<double>(result.mesh->positions[i]);
+                const auto d = frame.depth.project(world);
+                if (!(d.z > 0.4 && d.x >= 0 && d.y >= 0 && d.x < 80 && d.y < 60) ||
+                    std::abs(d.z - static_cast<double>(depth.at(static_cast<int>(d.x), static_cast<int>(d.y)))) > 0.03)
+                    continue;
+                auto camera = frame.color;
+                if (!use_color_camera)
+                    camera.intrinsics = frame.depth.intrinsics.scaled_to(64, 48);
+                const auto p = camera.project(world);
+                if (!(p.x >= 0 && p.y >= 0 && p.x < 64 && p.y < 48))
+                    continue;
+                sum += std::abs(static_cast<double>(color.at(static_cast<int>(p.x), static_cast<int>(p.y), 1)) -
+                                static_cast<double>(result.mesh->colors[i][1]));
+                ++count;
+            }
+        }
+        REQUIRE(count > 2000);
+        return sum / static_cast<double>(count);
+    };
+    const double right = mean_difference(true), wrong = mean_difference(false);
+    CHECK(right < 22);
+    CHECK(wrong > 1.25 * right);
+}
+
+TEST_CASE("the same seed gives the same bytes for any thread count, another seed another room", "[scan.synthetic_room]")
+{
+    TestRun one(1), two(2), three(2);
+    Result a, b, c;
+    record(small(3), one, a);
+    record(small(3), two, b);
+    CHECK(files_of(a.out.path()) == files_of(b.out.path()));
+    auto other = small(3);
+    other.set("seed", 2);
+    record(other, three, c);
+    CHECK(files_of(a.out.path()) != files_of(c.out.path()));
+}
+
+TEST_CASE("unseen surfaces are left out unless asked for, and noise can be switched off", "[scan.synthetic_room]")
+{
+    TestRun first, second;
+    Result seen, whole;
+    auto options = small(2);
+    options.set("noise_m", 0.0);
+    record(options, first, seen);
+    options.set("keep_unseen", true);
+    record(options, second, whole);
+    CHECK(10 * seen.mesh->triangles.size() < 8 * whole.mesh->triangles.size());
+    CHECK(first.reported.at("unseen_share").as_double() > 0.2);
+    CHECK(second.reported.at("unseen_share").as_double() == 0);
+    // Without noise the middle of the ceiling is exactly at the room's height.
+    std::size_t on_ceiling = 0;
+    for (const auto& p : whole.mesh->positions)
+        on_ceiling += std::abs(p.z - 2.6f) < 1e-4f ? 1 : 0;
+    CHECK(on_ceiling > 1000);
+}
+
+TEST_CASE("a recording can be stopped", "[scan.synthetic_room]")
+{
+    TestRun run;
+    run.cancel_after(40);
+    Result result;
+    CHECK_THROWS_AS(record(small(), run, result), fresco::Cancelled);
+}

@@ -33,8 +33,8 @@ constexpr std::int64_t greatest_value(PlyType type)
     return greatest[static_cast<std::size_t>(type)];
 }
 
-/// Values of the binary formats; `swapped`: the file's byte order is not this machine's.
-template <bool swapped>
+/// Values of the binary formats; `Swapped`: the file's byte order is not this machine's.
+template <bool Swapped>
 class BinaryCursor
 {
   public:
@@ -142,7 +142,7 @@ class BinaryCursor
         reach(sizeof(T));
         std::array<std::byte, sizeof(T)> raw;
         std::memcpy(raw.data(), bytes_.data() + offset_, sizeof(T));
-        if constexpr (swapped)
+        if constexpr (Swapped)
             std::reverse(raw.begin(), raw.end());
         offset_ += sizeof(T);
         return std::bit_cast<T>(raw);

@@ -111,8 +111,8 @@ int PipelineResult::exit_code() const
 PipelineResult load_pipeline(const PipelineRequest& request, const Catalog& catalog)
 {
     PipelineRequest absolute = request;
-    if (absolute.working_directory.empty() || absolute.working_directory.is_relative())
-        absolute.working_directory = std::filesystem::absolute(absolute.working_directory).lexically_normal();
+    if (absolute.working_directory.is_relative())
+        absolute.working_directory = (std::filesystem::current_path() / absolute.working_directory).lexically_normal();
     PipelineResult result;
     result.pipeline.file = (absolute.working_directory / request.file).lexically_normal();
     ProblemList problems;

@@ -45,6 +45,12 @@ class TreeBuilder final : public YAML::EventHandler
 
     YamlNode take_root() { return std::move(root_); }
     void expect_no_more() { expect_no_more_ = true; }
+    /// Only of a document that could be read: an open '[' makes yaml-cpp see keys where there are none.
+    void report_odd_keys()
+    {
+        for (auto& [position, text] : odd_keys_)
+            problems_.add(position, text);
+    }
     Position position(std::size_t offset) const
     {
         if (source_->command_line)
@@ -192,7 +198,7 @@ class TreeBuilder final : public YAML::EventHandler
         else if (!key.is_scalar())
         {
             if (key.is_valid())
-                problems_.add(key.position(), "a key must be a word, not " + key.summary());
+                odd_keys_.emplace_back(key.position(), "a key must be a word, not " + key.summary());
         }
         else if (const auto [first, fresh] = map.keys.emplace(key.text, key.line); !fresh)
             problems_.add(key.position(),
@@ -220,6 +226,7 @@ class TreeBuilder final : public YAML::EventHandler
     ProblemList& problems_;
     std::vector<Open> open_;
     YamlNode root_;
+    std::vector<std::pair<Position, std::string>> odd_keys_;
     std::size_t count_ = 0;
     bool expect_no_more_ = false;
 };
@@ -274,6 +281,7 @@ YamlNode parse_yaml(std::string_view text, std::shared_ptr<const YamlSource> sou
             tree.expect_no_more();
             parser.HandleNextDocument(tree);
         }
+        tree.report_odd_keys();
         complete = true;
     }
     catch (const Stop&)

@@ -1,0 +1,139 @@
+#include "atlas_check.h"
+#include "shapes.h"
+
+#include <fresco/geometry/topology.h>
+#include <fresco/testing.h>
+
+#include <catch2/catch.hpp>
+
+#include <set>
+
+using fresco::Mesh;
+
+namespace
+{
+
+std::shared_ptr<Mesh> atlas_of(const Mesh& mesh, const fresco::Value& options, fresco::testing::TestRun& run)
+{
+    const auto made = fresco::testing::make_from_plugin(FRESCO_PLUGIN_FILE, "atlas.project");
+    fresco::testing::TemporaryFolder folder;
+    fresco::testing::TestFactory factory;
+    fresco::testing::run_stage(dynamic_cast<fresco::Stage&>(*made), options, {{"mesh", std::make_shared<Mesh>(mesh)}},
+                               folder.path(), run, factory);
+    return Mesh::load({folder.path() / "atlas", {}});
+}
+
+std::size_t chart_count(const Mesh& mesh)
+{
+    return std::set<std::uint32_t>(mesh.charts.begin(), mesh.charts.end()).size();
+}
+
+double area(const Mesh& mesh, std::size_t face)
+{
+    return 0.5 * fresco::length(fresco::geometry::area_vector(mesh, face));
+}
+
+}  // namespace
+
+TEST_CASE("a cube becomes six squares of equal density")
+{
+    fresco::testing::TestRun run;
+    const auto mesh = shapes::box({1, 2, 3}, {2, 2, 2});
+    const auto atlas = atlas_of(mesh, fresco::Value::Map{{"size_px", 512}}, run);
+    CHECK(atlas->positions == mesh.positions);
+    CHECK(atlas->triangles == mesh.triangles);
+    CHECK(chart_count(*atlas) == 6);
+    CHECK(check_atlas(*atlas, 512, 4).none());
+    for (std::size_t f = 0; f < 12; ++f)
+    {
+        CHECK(texcoord_area(*atlas, f) == Approx(texcoord_area(*atlas, 0)).epsilon(1e-4));
+        CHECK(texcoord_area(*atlas, f) > 0);  // not mirrored
+    }
+    // Six squares need three rows of side 1/3 at most: 6/9 of the square, less the gutters.
+    CHECK(run.reported.at("used_share").as_double() > 0.62);
+    CHECK(run.reported.at("used_share").as_double() < 6.0 / 9);
+    CHECK(run.reported.at("charts").as_int() == 6);
+    // Twelve edges of length 2 between charts, six diagonals inside them.
+    CHECK(run.reported.at("seam_length_m").as_double() == Approx(24));
+    CHECK(run.reported.at("seam_length_share").as_double() == Approx(24 / (24 + 6 * std::sqrt(8.0))));
+    CHECK(run.reported.at("largest_angle_deg").as_double() == Approx(0).margin(1e-3));
+    // A texel's side: a face of 2 m has used_share / 6 of the texels.
+    CHECK(run.reported.at("texels_per_cm").as_double() ==
+          Approx(512 * std::sqrt(run.reported.at("used_share").as_double() / 6) / 200));
+}
+
+TEST_CASE("two boxes of different size share one scale")
+{
+    fresco::testing::TestRun run;
+    auto mesh = shapes::box({0, 0, 0}, {1, 1, 1});
+    shapes::append(mesh, shapes::box({5, 0, 0}, {0.25F, 0.5F, 3}));
+    const auto atlas = atlas_of(mesh, fresco::Value::Map{{"size_px", 256}}, run);
+    CHECK(chart_count(*atlas) == 12);
+    CHECK(check_atlas(*atlas, 256, 4).none());
+    const double scale = texcoord_area(*atlas, 0) / area(mesh, 0);
+    for (std::size_t f = 0; f < 24; ++f)
+        CHECK(texcoord_area(*atlas, f) == Approx(scale * area(mesh, f)).epsilon(1e-3));
+}
+
+TEST_CASE("a sphere: few charts, no overlap, stretched by the cosine only")
+{
+    fresco::testing::TestRun run;
+    const auto mesh = shapes::sphere(48, 96);
+    const auto atlas = atlas_of(mesh, fresco::Value::Map{{"size_px", 512}, {"gutter_px", 2}}, run);
+    CHECK(chart_count(*atlas) <= 12);
+    CHECK(check_atlas(*atlas, 512, 2).none());
+    CHECK(run.reported.at("used_share").as_double() > 0.5);
+    const double texels_per_m = 100 * run.reported.at("texels_per_cm").as_double();
+    const double largest = run.reported.at("largest_angle_deg").as_double();
+    CHECK(largest <= 80);
+    double least = 1;
+    for (std::size_t f = 0; f < mesh.triangles.size(); ++f)
+    {
+        const double cosine = texcoord_area(*atlas, f) * 512 * 512 / (texels_per_m * texels_per_m) / area(mesh, f);
+        CHECK(cosine <= 1.002);
+        least = std::min(least, cosine);
+    }
+    CHECK(least == Approx(std::cos(largest * std::numbers::pi / 180)).epsilon(0.01));
+}
+
+TEST_CASE("a noisy room corner: everything holds at once")
+{
+    fresco::testing::TestRun run(2);
+    const auto mesh = shapes::noisy_corner(60);
+    const auto atlas = atlas_of(mesh, fresco::Value::Map{{"size_px", 1024}}, run);
+    CHECK(check_atlas(*atlas, 1024, 4).none());
+    CHECK(chart_count(*atlas) < 300);
+    CHECK(run.reported.at("used_share").as_double() > 0.6);
+
+    SECTION("the same for any number of threads")
+    {
+        fresco::testing::TestRun one(1);
+        const auto again = atlas_of(mesh, fresco::Value::Map{{"size_px", 1024}}, one);
+        CHECK(again->texcoords == atlas->texcoords);
+        CHECK(again->charts == atlas->charts);
+    }
+    SECTION("it can be stopped")
+    {
+        run.cancel_after(10);
+        CHECK_THROWS_AS(atlas_of(mesh, fresco::Value::Map{{"size_px", 1024}}, run), fresco::Cancelled);
+    }
+}
+
+TEST_CASE("faces without area, complex edges and a size that is no multiple of the cells get valid texcoords")
+{
+    fresco::testing::TestRun run;
+    auto mesh = shapes::box({0, 0, 0}, {1, 1, 1});
+    mesh.triangles.push_back({0, 1, 1});
+    mesh.positions.push_back({9, 9, 9});
+    mesh.triangles.push_back({8, 8, 8});
+    mesh.triangles.push_back({0, 1, 8});
+    const auto atlas = atlas_of(mesh, fresco::Value::Map{{"size_px", 1100}, {"gutter_px", 3}}, run);
+    CHECK(check_atlas(*atlas, 1100, 3).none());
+}
+
+TEST_CASE("limits that contradict each other are refused")
+{
+    fresco::testing::TestRun run;
+    CHECK_THROWS_WITH(atlas_of(shapes::box({0, 0, 0}, {1, 1, 1}), fresco::Value::Map{{"angle_limit_deg", 85}}, run),
+                      Catch::Contains("merge_limit_deg"));
+}

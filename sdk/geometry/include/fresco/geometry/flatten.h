@@ -1,0 +1,53 @@
+#pragma once
+
+#include <fresco/geometry/charts.h>
+#include <fresco/geometry/overlap.h>
+
+#include <cstddef>
+#include <vector>
+
+/// \file Charts laid flat, each in its own plane, all at one scale.
+
+namespace fresco::geometry
+{
+
+/// A surface cut into flat pieces. Within a chart no two faces overlap, and every face with area lies with its outside up.
+struct FlatCharts
+{
+    std::vector<std::uint32_t> chart_of_face;  ///< F
+    std::size_t count = 0;
+    Corners corners;                      ///< 3F, metres, in the plane of the face's chart.
+    std::vector<Vec3d> axes;              ///< Per chart: the direction it was projected along.
+    std::vector<std::uint8_t> projected;  ///< F: 1 if the corners are the plain projection, 0 if they were moved.
+    std::size_t unfolded_faces = 0;       ///< Folded over in projection; laid out by relaxing the patch around them instead.
+};
+
+struct FlattenOptions
+{
+    ChartOptions charts;
+    double tolerance_m = 1e-6;  ///< Overlaps up to this depth are rounding.
+};
+
+/// Two unit vectors that make a right-handed frame (u, v, axis); the same for the same axis.
+struct PlaneFrame
+{
+    Vec3d u, v;
+    explicit PlaneFrame(Vec3d axis);
+    Vec2d project(Vec3d point) const { return {dot(u, point), dot(v, point)}; }
+};
+
+/// Projects every chart along its mean normal. Faces that turn away from it by more than merge_limit_deg, and faces that would
+/// lie on others of their chart, leave it and make charts of their own. Crumbs of folded faces inside a chart stay in it: the
+/// vertices around are moved until nothing overlaps (a Tutte embedding of the patch). Deterministic. Throws Cancelled.
+FlatCharts project_charts(const Surface& surface, const Partition& partition, const FlattenOptions& options, Progress& progress);
+
+/// Lays crumbs that a chart surrounds into it by relaxing the patch around them; marks charts that changed. The result may
+/// overlap where a crumb lies at a chart's border: the caller looks at the changed charts again.
+std::vector<bool> unfold_crumbs(const Surface& surface, FlatCharts& flat, double tolerance, const Progress& progress);
+
+/// Of one chart's faces: a connected set without overlaps, by growing from its largest clean part; the faces that turn least from
+/// the axis come first. Equals `faces` if nothing overlaps and they are connected.
+std::vector<std::uint32_t> injective_part(const Surface& surface, const Corners& corners, const std::vector<std::uint32_t>& faces,
+                                          Vec3d axis, double tolerance);
+
+}  // namespace fresco::geometry

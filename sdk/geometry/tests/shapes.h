@@ -1,0 +1,144 @@
+#pragma once
+
+#include <fresco/mesh.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+
+/// \file Meshes whose measures are known, for the tests of atlas stages.
+
+namespace shapes
+{
+
+using fresco::Mesh;
+using fresco::Vec3f;
+
+inline void append(Mesh& mesh, const Mesh& other)
+{
+    const auto n = static_cast<std::uint32_t>(mesh.positions.size());
+    mesh.positions.insert(mesh.positions.end(), other.positions.begin(), other.positions.end());
+    for (const auto& t : other.triangles)
+        mesh.triangles.push_back({t[0] + n, t[1] + n, t[2] + n});
+}
+
+/// A closed box of 12 faces and 8 vertices, outside out.
+inline Mesh box(Vec3f low, Vec3f size)
+{
+    Mesh mesh;
+    for (int i = 0; i < 8; ++i)
+        mesh.positions.push_back(
+            {low.x + ((i & 1) != 0 ? size.x : 0), low.y + ((i & 2) != 0 ? size.y : 0), low.z + ((i & 4) != 0 ? size.z : 0)});
+    for (const auto& q :
+         {std::array<std::uint32_t, 4>{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}})
+    {
+        mesh.triangles.push_back({q[0], q[1], q[2]});
+        mesh.triangles.push_back({q[0], q[2], q[3]});
+    }
+    return mesh;
+}
+
+/// n x n squares over [0,1]², at height(x, y).
+template <class Height>
+Mesh grid(std::uint32_t n, Height height)
+{
+    Mesh mesh;
+    for (std::uint32_t y = 0; y <= n; ++y)
+        for (std::uint32_t x = 0; x <= n; ++x)
+        {
+            const float u = static_cast<float>(x) / static_cast<float>(n);
+            const float v = static_cast<float>(y) / static_cast<float>(n);
+            mesh.positions.push_back({u, v, height(u, v)});
+        }
+    for (std::uint32_t y = 0; y < n; ++y)
+        for (std::uint32_t x = 0; x < n; ++x)
+        {
+            const auto v = y * (n + 1) + x;
+            mesh.triangles.push_back({v, v + 1, v + n + 1});
+            mesh.triangles.push_back({v + 1, v + n + 2, v + n + 1});
+        }
+    return mesh;
+}
+
+/// A closed sphere of radius 1: `rings` bands of `segments` quads, triangles at the poles.
+inline Mesh sphere(std::uint32_t rings, std::uint32_t segments)
+{
+    Mesh mesh;
+    mesh.positions.push_back({0, 0, 1});
+    for (std::uint32_t r = 1; r < rings; ++r)
+        for (std::uint32_t s = 0; s < segments; ++s)
+        {
+            const double polar = std::numbers::pi * r / rings;
+            const double around = 2 * std::numbers::pi * s / segments;
+            mesh.positions.push_back({static_cast<float>(std::sin(polar) * std::cos(around)),
+                                      static_cast<float>(std::sin(polar) * std::sin(around)),
+                                      static_cast<float>(std::cos(polar))});
+        }
+    mesh.positions.push_back({0, 0, -1});
+    const auto last = static_cast<std::uint32_t>(mesh.positions.size()) - 1;
+    const auto at = [&](std::uint32_t r, std::uint32_t s) { return 1 + (r - 1) * segments + s % segments; };
+    for (std::uint32_t s = 0; s < segments; ++s)
+    {
+        mesh.triangles.push_back({0, at(1, s), at(1, s + 1)});
+        mesh.triangles.push_back({last, at(rings - 1, s + 1), at(rings - 1, s)});
+        for (std::uint32_t r = 1; r + 1 < rings; ++r)
+        {
+            mesh.triangles.push_back({at(r, s), at(r + 1, s), at(r, s + 1)});
+            mesh.triangles.push_back({at(r, s + 1), at(r + 1, s), at(r + 1, s + 1)});
+        }
+    }
+    return mesh;
+}
+
+/// Moves every vertex by up to `amount` in each direction, the same for the same seed.
+inline void shake(Mesh& mesh, float amount, std::uint64_t seed)
+{
+    const auto next = [&]
+    {
+        seed += 0x9e3779b97f4a7c15u;
+        auto z = seed;
+        z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+        z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+        return static_cast<float>((z ^ (z >> 31)) >> 40) / static_cast<float>(1u << 24) * 2 - 1;
+    };
+    for (auto& p : mesh.positions)
+        p += Vec3f{next(), next(), next()} * amount;
+}
+
+/// A scanned room in small: floor and two walls of n x n squares each that share their edges, with bumps and noise of a third of
+/// an edge.
+inline Mesh noisy_corner(std::uint32_t n)
+{
+    const auto floor =
+        grid(n, [](float x, float y) { return 0.15F * std::exp(-30 * ((x - 0.6F) * (x - 0.6F) + (y - 0.5F) * (y - 0.5F))); });
+    Mesh mesh = floor;
+    for (int wall = 0; wall < 2; ++wall)
+    {
+        auto side = grid(n, [](float, float) { return 0.0F; });
+        for (auto& p : side.positions)
+            p = wall == 0 ? Vec3f{0, p.x, p.y} : Vec3f{p.y, 0, p.x};
+        append(mesh, side);
+    }
+    // Weld the shared edges by place.
+    std::vector<std::uint32_t> first(mesh.positions.size());
+    for (std::uint32_t i = 0; i < first.size(); ++i)
+    {
+        first[i] = i;
+        const auto& p = mesh.positions[i];
+        if (std::min({std::abs(p.x) + std::abs(p.y), std::abs(p.x) + std::abs(p.z), std::abs(p.y) + std::abs(p.z)}) < 0.02F)
+            for (std::uint32_t j = 0; j < i; ++j)
+                if (length(mesh.positions[j] - p) < 0.2F / static_cast<float>(n))
+                {
+                    first[i] = first[j];
+                    break;
+                }
+    }
+    for (auto& t : mesh.triangles)
+        for (auto& v : t)
+            v = first[v];
+    shake(mesh, 0.33F / static_cast<float>(n), 7);
+    return mesh;
+}
+
+}  // namespace shapes

@@ -1,0 +1,115 @@
+#include "shapes.h"
+
+#include <fresco/geometry/flatten.h>
+
+#include <catch2/catch.hpp>
+
+using namespace fresco::geometry;
+using fresco::Vec2d;
+
+namespace
+{
+double depth(std::array<Vec2d, 3> a, std::array<Vec2d, 3> b)
+{
+    return overlap_depth(a, b);
+}
+}  // namespace
+
+TEST_CASE("overlap depth of triangles that can be measured by hand")
+{
+    const std::array<Vec2d, 3> t{Vec2d{0, 0}, {1, 0}, {0, 1}};
+    CHECK(depth(t, {Vec2d{1, 0}, {1, 1}, {0, 1}}) == Approx(0).margin(1e-12));  // a common edge
+    CHECK(depth(t, {Vec2d{2, 0}, {3, 0}, {2, 1}}) == 0);                        // apart
+    CHECK(depth(t, {Vec2d{0.9, -1}, {2, -1}, {0.9, 1}}) == Approx(0.1));        // a corner cut off
+    CHECK(depth(t, t) > 0.5);                                                   // itself
+    CHECK(depth(t, {Vec2d{0, 0}, {0, 1}, {1, 0}}) > 0.5);                       // itself turned over
+    CHECK(depth(t, {Vec2d{0.2, 0.2}, {0.3, 0.2}, {0.2, 0.3}}) > 0.1);           // one inside
+}
+
+TEST_CASE("the grid finds exactly the pairs that trying all pairs finds")
+{
+    auto mesh = shapes::grid(12, [](float, float) { return 0.0F; });
+    shapes::shake(mesh, 0.055F, 3);  // two thirds of an edge: many folds
+    Corners corners;
+    std::vector<std::uint32_t> faces;
+    for (std::uint32_t f = 0; f < mesh.triangles.size(); ++f)
+    {
+        faces.push_back(f);
+        for (const auto v : mesh.triangles[f])
+            corners.push_back({mesh.positions[v].x, mesh.positions[v].y});
+    }
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> all;
+    for (std::uint32_t a = 0; a < faces.size(); ++a)
+        for (std::uint32_t b = a + 1; b < faces.size(); ++b)
+            if (overlap_depth(std::span<const Vec2d, 3>(&corners[3 * a], 3), std::span<const Vec2d, 3>(&corners[3 * b], 3)) >
+                1e-6)
+                all.emplace_back(a, b);
+    CHECK(all.size() > 50);
+    CHECK(find_overlaps(corners, faces, 1e-6) == all);
+
+    const Surface surface(mesh);
+    const auto kept = injective_part(surface, corners, faces, {0, 0, 1}, 1e-6);
+    CHECK(kept.size() > faces.size() / 4);
+    CHECK(kept.size() < faces.size());
+    CHECK(find_overlaps(corners, kept, 1e-6).empty());
+}
+
+TEST_CASE("charts of a clean sphere: few, connected, within their cone, and injective")
+{
+    const auto mesh = shapes::sphere(40, 80);
+    const Surface surface(mesh);
+    fresco::Progress progress;
+    const auto partition = cut_into_charts(surface, {}, progress);
+    const auto flat = project_charts(surface, partition, {}, progress);
+    // A cone of 70 degrees sees (1 - cos 70°)/2 = 33 % of the sphere, so four is the least there can be.
+    CHECK(flat.count >= 4);
+    CHECK(flat.count <= 12);
+    for (const auto& faces : Partition{flat.chart_of_face, std::vector<fresco::Vec3d>(flat.count)}.faces())
+        CHECK(find_overlaps(flat.corners, faces, 1e-6).empty());
+    for (std::size_t f = 0; f < mesh.triangles.size(); ++f)
+    {
+        const auto* c = &flat.corners[3 * f];
+        CHECK(0.5 * cross(c[1] - c[0], c[2] - c[0]) > 0.17 * surface.areas[f]);  // cos 80°
+    }
+}
+
+TEST_CASE("a helix that passes over itself is cut")
+{
+    // A ramp of two and a half turns: every face looks up, so one cone holds all, but the turns lie above each other.
+    fresco::Mesh mesh;
+    const std::uint32_t steps = 100;
+    for (std::uint32_t i = 0; i <= steps; ++i)
+    {
+        const float angle = 0.157F * static_cast<float>(i);
+        for (const float radius : {1.0F, 2.0F})
+            mesh.positions.push_back({radius * std::cos(angle), radius * std::sin(angle), 0.02F * static_cast<float>(i)});
+    }
+    for (std::uint32_t i = 0; i < steps; ++i)
+    {
+        mesh.triangles.push_back({2 * i, 2 * i + 1, 2 * i + 2});
+        mesh.triangles.push_back({2 * i + 1, 2 * i + 3, 2 * i + 2});
+    }
+    const Surface surface(mesh);
+    fresco::Progress progress;
+    const auto partition = cut_into_charts(surface, {}, progress);
+    REQUIRE(partition.axes.size() == 1);
+    const auto flat = project_charts(surface, partition, {}, progress);
+    CHECK(flat.count == 3);
+    for (const auto& faces : Partition{flat.chart_of_face, std::vector<fresco::Vec3d>(flat.count)}.faces())
+        CHECK(find_overlaps(flat.corners, faces, 1e-6).empty());
+}
+
+TEST_CASE("a folded vertex inside a plane is unfolded in place")
+{
+    auto mesh = shapes::grid(10, [](float, float) { return 0.0F; });
+    auto& p = mesh.positions[5 * 11 + 5];
+    p = {p.x + 0.13F, p.y + 0.02F, 0.03F};  // past its neighbour
+    const Surface surface(mesh);
+    fresco::Progress progress;
+    const auto flat = project_charts(surface, cut_into_charts(surface, {}, progress), {}, progress);
+    CHECK(flat.count == 1);
+    CHECK(flat.unfolded_faces > 0);
+    std::vector<std::uint32_t> all(mesh.triangles.size());
+    std::iota(all.begin(), all.end(), 0u);
+    CHECK(find_overlaps(flat.corners, all, 1e-6).empty());
+}

@@ -1,0 +1,189 @@
+#include "atlas_check.h"
+#include "shapes.h"
+
+#include <fresco/error.h>
+#include <fresco/geometry/atlas.h>
+#include <fresco/geometry/bitmap.h>
+
+#include <catch2/catch.hpp>
+
+using namespace fresco::geometry;
+using fresco::Vec2d;
+
+namespace
+{
+
+/// Bits from text, top row first.
+Bitmap drawn(const std::vector<std::string>& rows)
+{
+    Bitmap map(static_cast<int>(rows[0].size()), static_cast<int>(rows.size()));
+    for (int y = 0; y < map.height(); ++y)
+        for (int x = 0; x < map.width(); ++x)
+            if (rows[static_cast<std::size_t>(map.height() - 1 - y)][static_cast<std::size_t>(x)] == '#')
+                map.set(y, x, x + 1);
+    return map;
+}
+
+/// The slow obvious search.
+std::optional<Cell> find_slowly(const std::vector<std::pair<Bitmap, Cell>>& placed, int size, int gap, int margin,
+                                const Bitmap& shape)
+{
+    for (int y = margin; y + shape.height() <= size - margin; ++y)
+        for (int x = margin; x + shape.width() <= size - margin; ++x)
+        {
+            bool fits = true;
+            for (const auto& [other, at] : placed)
+                for (int j = 0; j < other.height() && fits; ++j)
+                    for (int i = 0; i < other.width() && fits; ++i)
+                        if (other.get(i, j))
+                            for (int v = -gap; v <= gap; ++v)
+                                for (int u = -gap; u <= gap; ++u)
+                                {
+                                    const int sx = at.x + i + u - x;
+                                    const int sy = at.y + j + v - y;
+                                    if (sx >= 0 && sy >= 0 && sx < shape.width() && sy < shape.height() && shape.get(sx, sy))
+                                        fits = false;
+                                }
+            if (fits)
+                return Cell{x, y};
+        }
+    return std::nullopt;
+}
+
+std::uint32_t next_random(std::uint32_t& state)
+{
+    state = state * 1664525u + 1013904223u;
+    return state >> 16;
+}
+
+}  // namespace
+
+TEST_CASE("turning a bitmap")
+{
+    const auto l = drawn({"#..", "###"});
+    CHECK(l.get(0, 1));
+    const auto turned = l.turned(1);  // counter-clockwise: the arm that pointed up points left
+    REQUIRE(turned.width() == 2);
+    REQUIRE(turned.height() == 3);
+    CHECK(turned.get(0, 0));
+    CHECK(turned.get(1, 0));
+    CHECK(turned.get(1, 2));
+    CHECK_FALSE(turned.get(0, 2));
+    auto round = l;
+    for (int k = 0; k < 4; ++k)
+        round = round.turned(1);
+    for (int y = 0; y < 2; ++y)
+        for (int x = 0; x < 3; ++x)
+            CHECK(round.get(x, y) == l.get(x, y));
+    CHECK(l.turned(2).get(2, 0));
+    CHECK(l.turned(3).get(1, 2));
+}
+
+TEST_CASE("a triangle covers every cell it touches and no other")
+{
+    std::uint32_t random = 5;
+    for (int round = 0; round < 200; ++round)
+    {
+        Vec2d t[3];
+        for (auto& p : t)
+            p = {1 + next_random(random) % 8000 / 1000.0, 1 + next_random(random) % 8000 / 1000.0};
+        Bitmap map(12, 12);
+        map.cover(t);
+        for (int y = 0; y < 12; ++y)
+            for (int x = 0; x < 12; ++x)
+                CHECK(map.get(x, y) == atlas_check_detail::touches(t, x, y));
+    }
+}
+
+TEST_CASE("the bin finds the place that trying every place finds")
+{
+    std::uint32_t random = 11;
+    for (const int size : {40, 64, 100})
+        for (const int gap : {0, 2})
+        {
+            ShapeBin bin(size, gap, 1);
+            std::vector<std::pair<Bitmap, Cell>> placed;
+            for (int n = 0; n < 25; ++n)
+            {
+                Bitmap shape(1 + static_cast<int>(next_random(random) % 20), 1 + static_cast<int>(next_random(random) % 20));
+                for (int y = 0; y < shape.height(); ++y)
+                    for (int piece = 0; piece < 3; ++piece)
+                    {
+                        const int x = static_cast<int>(next_random(random) % 20);
+                        shape.set(y, x, x + 1 + static_cast<int>(next_random(random) % 9));
+                    }
+                const auto fast = bin.find(shape, 0, size);
+                CHECK(fast == find_slowly(placed, size, gap, 1, shape));
+                if (fast)
+                {
+                    bin.put(shape, *fast);
+                    placed.emplace_back(shape, *fast);
+                }
+            }
+            CHECK(placed.size() > 5);
+        }
+}
+
+TEST_CASE("the smallest box of a turned rectangle")
+{
+    const double angle = 0.4;
+    std::vector<Vec2d> points;
+    for (const Vec2d p : {Vec2d{0, 0}, {3, 0}, {3, 1}, {0, 1}, {1, 0.5}})
+        points.push_back({std::cos(angle) * p.x - std::sin(angle) * p.y, std::sin(angle) * p.x + std::cos(angle) * p.y});
+    const double turn = smallest_box_turn(points);
+    CHECK(std::abs(std::sin(2 * (turn + angle))) < 1e-9);  // back by the angle, up to quarter turns
+    CHECK(smallest_box_turn({{1, 1}}) == 0);
+    CHECK(smallest_box_turn({}) == 0);
+}
+
+TEST_CASE("equal squares fill the texture, keep their gutter and one scale")
+{
+    // Sixteen separate unit squares.
+    FlatCharts flat;
+    fresco::Mesh mesh;
+    for (std::uint32_t c = 0; c < 16; ++c)
+    {
+        const Vec2d p[4] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+        for (const auto& t : {std::array<int, 3>{0, 1, 2}, {0, 2, 3}})
+        {
+            for (const int k : t)
+                flat.corners.push_back(p[k]);
+            flat.chart_of_face.push_back(c);
+            mesh.triangles.push_back({0, 1, 2});
+        }
+    }
+    flat.count = 16;
+    fresco::Progress progress;
+    const auto packing = pack_charts(flat, {.size_px = 256, .gutter_px = 4}, progress);
+    // Four a side: 4 s + 3 * 4 + 2 * 2 <= 256 texels, less what touching texels costs.
+    CHECK(packing.texels_per_m <= 60);
+    CHECK(packing.texels_per_m > 58);
+    CHECK(packing.used_share == Approx(16 * packing.texels_per_m * packing.texels_per_m / 65536));
+    mesh.texcoords = packing.texcoords;
+    mesh.charts = flat.chart_of_face;
+    CHECK(check_atlas(mesh, 256, 4).none());
+    for (std::size_t f = 0; f < 32; ++f)
+        CHECK(std::abs(texcoord_area(mesh, f)) * 65536 ==
+              Approx(0.5 * packing.texels_per_m * packing.texels_per_m).epsilon(1e-4));
+}
+
+TEST_CASE("more charts than texels is an error that says so; charts without area are placed")
+{
+    FlatCharts flat;
+    flat.count = 3000;
+    for (std::uint32_t c = 0; c < flat.count; ++c)
+    {
+        flat.corners.insert(flat.corners.end(), {{0, 0}, {1, 0}, {0, 1}});
+        flat.chart_of_face.push_back(c);
+    }
+    fresco::Progress progress;
+    CHECK_THROWS_WITH(pack_charts(flat, {.size_px = 64, .gutter_px = 4}, progress), Catch::Contains("size_px"));
+
+    FlatCharts point;
+    point.count = 1;
+    point.chart_of_face = {0};
+    point.corners = {{1, 1}, {1, 1}, {1, 1}};
+    const auto packing = pack_charts(point, {.size_px = 64, .gutter_px = 4}, progress);
+    for (const auto uv : packing.texcoords)
+        CHECK((uv.x >= 0 && uv.x <= 1 && uv.y >= 0 && uv.y <= 1));
+}

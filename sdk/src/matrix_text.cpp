@@ -104,6 +104,23 @@ std::vector<double> parse_numbers(std::string_view text, std::size_t count, std:
     return values;
 }
 
+namespace
+{
+
+/// The rotation nearest to a matrix that almost is one: Newton's iteration for the polar decomposition, R = (3 R - R RᵀR) / 2.
+Mat3 nearest_rotation(Mat3 r)
+{
+    for (int step = 0; step < 5; ++step)
+    {
+        const Mat3 cubed = r * (transposed(r) * r);
+        for (std::size_t i = 0; i < r.m.size(); ++i)
+            r.m[i] = 1.5 * r.m[i] - 0.5 * cubed.m[i];
+    }
+    return r;
+}
+
+}  // namespace
+
 RigidTransform rigid_transform(const std::vector<double>& matrix, std::string_view source)
 {
     const std::string name(source);
@@ -123,6 +140,7 @@ RigidTransform rigid_transform(const std::vector<double>& matrix, std::string_vi
     if (const double error = transform.rotation_error(); !(error <= rotation_tolerance))
         throw Error(name + ": the upper left 3x3 part is not a rotation (it is off by " + std::to_string(error) +
                     "); expected a rigid transform, row by row, without scale or mirror");
+    transform.rotation = nearest_rotation(transform.rotation);
     return transform;
 }
 

@@ -33,6 +33,10 @@ TEST_CASE("a rigid transform is rotation and translation, anything else is refus
 {
     const auto t = fresco::rigid_transform({0, -1, 0, 5, 1, 0, 0, 6, 0, 0, 1, 7, 0, 0, 0, 1}, "p");
     CHECK(t.point({1, 0, 0}) == fresco::Vec3d{5, 7, 7});
+    // Turned by 30 degrees, written with three digits.
+    const auto rounded = fresco::rigid_transform({0.866, -0.5, 0, 0, 0.5, 0.866, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}, "p");
+    CHECK(rounded.rotation_error() < 1e-14);
+    CHECK(rounded.rotation(0, 0) == Approx(std::cos(std::atan2(0.5, 0.866))).epsilon(1e-12));
     CHECK_THROWS_WITH(fresco::rigid_transform({NAN, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}, "p"), Contains("not finite"));
     CHECK_THROWS_WITH(fresco::rigid_transform({-1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}, "p"),
                       Contains("not a rotation"));

@@ -21,7 +21,8 @@ std::vector<double> read_matrix_text(const std::filesystem::path& file, int rows
 std::vector<double> parse_numbers(std::string_view text, std::size_t count, std::string_view source);
 
 /// The rigid transform of a row-major 4x4 matrix. Throws Error naming `source` if an entry is not finite, the last row is not
-/// 0 0 0 1 or the upper left part is no rotation (rotation_error > 1e-2, or a mirror).
+/// 0 0 0 1 or the upper left part is no rotation (rotation_error > 1e-2, or a mirror). Written with few digits it is almost one:
+/// the nearest rotation is taken.
 RigidTransform rigid_transform(const std::vector<double>& matrix, std::string_view source);
 RigidTransform read_rigid_transform(const std::filesystem::path& file);
 

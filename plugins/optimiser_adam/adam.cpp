@@ -1,0 +1,106 @@
+#include "adam.h"
+
+#include <fresco/parallel.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace fresco::adam
+{
+namespace
+{
+
+constexpr std::size_t texels_per_piece = 16384;
+
+/// What one step number makes of the constants.
+struct Factors
+{
+    float step_size;     ///< rate / (1 - beta1^t)
+    float second_scale;  ///< 1 / (1 - beta2^t)
+};
+
+Factors factors(std::int64_t step, double rate, const Constants& constants)
+{
+    const auto t = static_cast<double>(step);
+    return {static_cast<float>(rate / (1 - std::pow(constants.beta1, t))),
+            static_cast<float>(1 / (1 - std::pow(constants.beta2, t)))};
+}
+
+class Stepper
+{
+  public:
+    Stepper(const Block& block, double pull, const Constants& constants)
+        : block_(block), pull_(static_cast<float>(pull)), beta1_(static_cast<float>(constants.beta1)),
+          keep1_(static_cast<float>(1 - constants.beta1)), beta2_(static_cast<float>(constants.beta2)),
+          keep2_(static_cast<float>(1 - constants.beta2)), epsilon_(static_cast<float>(constants.epsilon))
+    {
+    }
+
+    /// `gradient`: 3 values, or null for zero.
+    void texel(std::size_t index, const float* gradient, const Factors& f) const
+    {
+        for (std::size_t i = 3 * index, c = 0; c < 3; ++i, ++c)
+        {
+            float& value = block_.values[i];
+            const float g = (gradient != nullptr ? gradient[c] : 0.0F) + pull_ * value;
+            block_.first[i] = beta1_ * block_.first[i] + keep1_ * g;
+            block_.second[i] = beta2_ * block_.second[i] + keep2_ * g * g;
+            value -= f.step_size * block_.first[i] / (std::sqrt(block_.second[i] * f.second_scale) + epsilon_);
+        }
+    }
+
+  private:
+    Block block_;
+    float pull_;
+    float beta1_;
+    float keep1_;
+    float beta2_;
+    float keep2_;
+    float epsilon_;
+};
+
+}  // namespace
+
+void step_dense(const Block& block, const Gradient& gradient, std::int64_t step, double rate, double pull,
+                const Constants& constants, int threads)
+{
+    const Stepper stepper(block, pull, constants);
+    const Factors f = factors(step, rate, constants);
+    parallel_for(block.texels, texels_per_piece, threads,
+                 [&](std::size_t begin, std::size_t end)
+                 {
+                     auto next =
+                         std::lower_bound(gradient.texels.begin(), gradient.texels.end(), static_cast<std::int64_t>(begin));
+                     for (std::size_t texel = begin; texel < end; ++texel)
+                     {
+                         const bool given = next != gradient.texels.end() && *next == static_cast<std::int64_t>(texel);
+                         stepper.texel(texel, given ? gradient.values + 3 * (next - gradient.texels.begin()) : nullptr, f);
+                         next += given ? 1 : 0;
+                     }
+                 });
+}
+
+void step_visible(const Block& block, const Gradient& gradient, double rate, double pull, const Constants& constants, int threads)
+{
+    const Stepper stepper(block, pull, constants);
+    std::int32_t most = 0;
+    for (const auto texel : gradient.texels)
+        most = std::max(most, block.steps[texel]);
+    // pow per texel would cost more than the step itself.
+    std::vector<Factors> by_step{Factors{}};
+    for (std::int64_t step = 1; step <= std::int64_t{most} + 1; ++step)
+        by_step.push_back(factors(step, rate, constants));
+    parallel_for(gradient.texels.size(), texels_per_piece, threads,
+                 [&](std::size_t begin, std::size_t end)
+                 {
+                     for (std::size_t entry = begin; entry < end; ++entry)
+                     {
+                         const auto texel = static_cast<std::size_t>(gradient.texels[entry]);
+                         const std::int32_t step = ++block.steps[texel];
+                         stepper.texel(texel, gradient.values + 3 * entry, by_step[static_cast<std::size_t>(step)]);
+                     }
+                 });
+}
+
+}  // namespace fresco::adam

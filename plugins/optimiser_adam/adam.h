@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+/// \file Adam (Kingma and Ba, ICLR 2015, algorithm 1) on blocks of N texels of 3 values, for gradients that are known for few
+/// texels.
+
+namespace fresco::adam
+{
+
+struct Constants
+{
+    double beta1 = 0.9;
+    double beta2 = 0.999;
+    double epsilon = 1e-8;
+};
+
+/// Values and what Adam remembers of them; 3 N floats each.
+struct Block
+{
+    float* values = nullptr;
+    float* first = nullptr;         ///< Moving mean of the gradient.
+    float* second = nullptr;        ///< Moving mean of its square.
+    std::int32_t* steps = nullptr;  ///< N: how many steps each texel has had; used by step_visible alone.
+    std::size_t texels = 0;
+};
+
+/// Gradient values (3 per entry) on `texels`, ascending and unique.
+struct Gradient
+{
+    std::span<const std::int64_t> texels;
+    const float* values = nullptr;
+};
+
+/// One textbook step, the `step`-th (from 1), of every texel: no entry means gradient 0. `pull` times the value is added to the
+/// gradient (the derivative of a regulariser). Results do not depend on `threads`.
+void step_dense(const Block& block, const Gradient& gradient, std::int64_t step, double rate, double pull,
+                const Constants& constants, int threads);
+
+/// The same for the texels of `gradient` alone: the others' values, moments and step counts stay. Each texel's bias correction
+/// counts its own steps, so every texel takes the textbook's steps as if only its own steps had happened.
+void step_visible(const Block& block, const Gradient& gradient, double rate, double pull, const Constants& constants,
+                  int threads);
+
+}  // namespace fresco::adam

@@ -1,0 +1,128 @@
+#include "adam.h"
+
+#include <fresco/error.h>
+#include <fresco/option.h>
+#include <fresco/stage.h>
+#include <fresco/torch/optimiser_rule.h>
+
+#include <ATen/Parallel.h>
+#include <ATen/ops/full.h>
+#include <ATen/ops/zeros.h>
+#include <ATen/ops/zeros_like.h>
+
+#include <stdexcept>
+#include <string>
+
+namespace
+{
+
+class OptimiserAdam final : public fresco::OptimiserRule
+{
+    fresco::Option<double> beta1{this, "beta1", 0.9, fresco::range(0, 0.999999), "Decay of the gradient's moving mean"};
+    fresco::Option<double> beta2{this, "beta2", 0.999, fresco::range(0, 0.999999999), "Decay of the moving mean of its square"};
+    fresco::Option<double> epsilon{this, "epsilon", 1e-8, fresco::range(1e-30, 1),
+                                   "Added to the root, in the unit of the gradient"};
+    fresco::Option<std::string> mode{
+        this, "mode", "dense", fresco::one_of({"dense", "visible"}),
+        "dense: the textbook, every texel in every step; visible: only the texels the step's view sees"};
+
+  public:
+    void attach(const std::vector<fresco::TextureParameter>& parameters) override
+    {
+        step_ = 0;
+        blocks_.clear();
+        for (const auto& parameter : parameters)
+        {
+            State state;
+            state.first = at::zeros_like(parameter.values);
+            state.second = at::zeros_like(parameter.values);
+            if (visible())
+                state.steps = at::zeros({parameter.values.size(0)}, at::kInt);
+            blocks_.push_back(std::move(state));
+        }
+    }
+
+    double step(std::vector<fresco::TextureParameter>& parameters, const fresco::Evaluate& evaluate, double rate,
+                double lambda_r) override
+    {
+        if (parameters.size() != blocks_.size())
+            throw std::logic_error("optimiser.adam: step() with other parameters than attach()");
+        const auto evaluation = evaluate();
+        ++step_;
+        const fresco::adam::Constants constants{*beta1, *beta2, *epsilon};
+        for (std::size_t i = 0; i < parameters.size(); ++i)
+        {
+            auto& parameter = parameters[i];
+            auto& state = blocks_[i];
+            const auto texels = evaluation.gradients.at(i).texels.contiguous();
+            const auto values = evaluation.gradients[i].values.contiguous();
+            const fresco::adam::Gradient gradient{{texels.data_ptr<std::int64_t>(), static_cast<std::size_t>(texels.numel())},
+                                                  values.data_ptr<float>()};
+            const fresco::adam::Block block{
+                parameter.values.data_ptr<float>(), state.first.data_ptr<float>(), state.second.data_ptr<float>(),
+                visible() ? state.steps.data_ptr<std::int32_t>() : nullptr, static_cast<std::size_t>(parameter.values.size(0))};
+            // The derivative of λ_r k mean(values²).
+            const double pull = 2 * lambda_r * parameter.regulariser / static_cast<double>(parameter.values.numel());
+            if (visible())
+                fresco::adam::step_visible(block, gradient, rate, pull, constants, at::get_num_threads());
+            else
+                fresco::adam::step_dense(block, gradient, step_, rate, pull, constants, at::get_num_threads());
+        }
+        return evaluation.loss;
+    }
+
+    fresco::TensorMap state() const override
+    {
+        fresco::TensorMap result{{"step", at::full({}, step_, at::kLong)}};
+        for (std::size_t i = 0; i < blocks_.size(); ++i)
+        {
+            const std::string number = std::to_string(i);
+            result.emplace("first." + number, blocks_[i].first);
+            result.emplace("second." + number, blocks_[i].second);
+            if (visible())
+                result.emplace("steps." + number, blocks_[i].steps);
+        }
+        return result;
+    }
+
+    void restore(const fresco::TensorMap& state) override
+    {
+        step_ = entry(state, "step", at::kLong, {}).item<std::int64_t>();
+        for (std::size_t i = 0; i < blocks_.size(); ++i)
+        {
+            auto& block = blocks_[i];
+            const std::string number = std::to_string(i);
+            block.first = entry(state, "first." + number, at::kFloat, block.first.sizes()).clone();
+            block.second = entry(state, "second." + number, at::kFloat, block.second.sizes()).clone();
+            if (visible())
+                block.steps = entry(state, "steps." + number, at::kInt, block.steps.sizes()).clone();
+        }
+    }
+
+  private:
+    struct State
+    {
+        torch::Tensor first;
+        torch::Tensor second;
+        torch::Tensor steps;  ///< Defined in the mode `visible` alone.
+    };
+
+    bool visible() const { return *mode == "visible"; }
+
+    static const torch::Tensor& entry(const fresco::TensorMap& state, const std::string& name, at::ScalarType type,
+                                      at::IntArrayRef shape)
+    {
+        const auto found = state.find(name);
+        if (found == state.end() || found->second.scalar_type() != type || found->second.sizes() != shape)
+            throw fresco::Error("the checkpoint's state of optimiser.adam has no '" + name +
+                                "' that fits this texture; remove the checkpoint folder");
+        return found->second;
+    }
+
+    std::int64_t step_ = 0;
+    std::vector<State> blocks_;
+};
+
+}  // namespace
+
+FRESCO_COMPONENT("optimiser.adam", OptimiserAdam, fresco::OptimiserRule, "Adam, on every texel or on the visible ones")

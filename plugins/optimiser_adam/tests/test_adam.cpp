@@ -1,0 +1,146 @@
+#include "adam.h"
+
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <vector>
+
+using namespace fresco::adam;
+
+namespace
+{
+
+double number(std::uint64_t& state)
+{
+    state = state * 6364136223846793005ULL + 1442695040888963407ULL;
+    return static_cast<double>(state >> 40U) / 16777216.0 - 0.5;
+}
+
+struct Memory
+{
+    explicit Memory(std::size_t n) : texels(n), values(3 * n, 0.25F), first(3 * n), second(3 * n), steps(n) {}
+    std::size_t texels;
+    std::vector<float> values, first, second;
+    std::vector<std::int32_t> steps;
+    Block block() { return {values.data(), first.data(), second.data(), steps.data(), texels}; }
+    bool operator==(const Memory&) const = default;
+};
+
+/// Algorithm 1 of the paper for one number, in double precision.
+struct Twin
+{
+    double value = 0.25;
+    double m = 0;
+    double v = 0;
+    int t = 0;
+    void step(double g, double rate, const Constants& c)
+    {
+        ++t;
+        m = c.beta1 * m + (1 - c.beta1) * g;
+        v = c.beta2 * v + (1 - c.beta2) * g * g;
+        value -= rate * (m / (1 - std::pow(c.beta1, t))) / (std::sqrt(v / (1 - std::pow(c.beta2, t))) + c.epsilon);
+    }
+};
+
+struct Step
+{
+    std::vector<std::int64_t> texels;
+    std::vector<float> values;
+    Gradient gradient() const { return {texels, values.data()}; }
+};
+
+std::vector<Step> random_steps(std::size_t texels, int count, std::uint64_t seed)
+{
+    std::vector<Step> steps(static_cast<std::size_t>(count));
+    for (auto& step : steps)
+        for (std::size_t texel = 0; texel < texels; ++texel)
+            if (number(seed) < 0)
+            {
+                step.texels.push_back(static_cast<std::int64_t>(texel));
+                for (int c = 0; c < 3; ++c)
+                    step.values.push_back(static_cast<float>(number(seed)));
+            }
+    return steps;
+}
+
+}  // namespace
+
+TEST_CASE("the first step goes by the rate, against the gradient's sign")
+{
+    Memory memory(2);
+    const Step step{{1}, {0.5F, -2.0F, 0.0F}};
+    step_visible(memory.block(), step.gradient(), 0.1, 0, {}, 1);
+    CHECK(memory.values[3] == Approx(0.15F));
+    CHECK(memory.values[4] == Approx(0.35F));
+    CHECK(memory.values[5] == 0.25F);
+    CHECK(memory.values[0] == 0.25F);
+    CHECK(memory.steps == std::vector<std::int32_t>{0, 1});
+}
+
+TEST_CASE("dense steps follow the textbook on every texel")
+{
+    const Constants constants{0.8, 0.95, 1e-6};
+    const double pull = 0.3;
+    Memory memory(9);
+    std::vector<Twin> twins(27);
+    std::int64_t t = 0;
+    for (const auto& step : random_steps(9, 40, 1))
+    {
+        step_dense(memory.block(), step.gradient(), ++t, 0.02, pull, constants, 1);
+        std::vector<double> dense(27);
+        for (std::size_t i = 0; i < step.texels.size(); ++i)
+            for (std::size_t c = 0; c < 3; ++c)
+                dense[3 * static_cast<std::size_t>(step.texels[i]) + c] = static_cast<double>(step.values[3 * i + c]);
+        for (std::size_t i = 0; i < 27; ++i)
+            twins[i].step(dense[i] + pull * twins[i].value, 0.02, constants);
+    }
+    for (std::size_t i = 0; i < 27; ++i)
+        CHECK(static_cast<double>(memory.values[i]) == Approx(twins[i].value).margin(2e-6));
+}
+
+TEST_CASE("visible steps follow the textbook on each texel's own steps")
+{
+    const Constants constants{0.8, 0.95, 1e-6};
+    const double pull = 0.3;
+    Memory memory(9);
+    std::vector<Twin> twins(27);
+    for (const auto& step : random_steps(9, 40, 2))
+    {
+        step_visible(memory.block(), step.gradient(), 0.02, pull, constants, 1);
+        for (std::size_t i = 0; i < step.texels.size(); ++i)
+            for (std::size_t c = 0; c < 3; ++c)
+            {
+                auto& twin = twins[3 * static_cast<std::size_t>(step.texels[i]) + c];
+                twin.step(static_cast<double>(step.values[3 * i + c]) + pull * twin.value, 0.02, constants);
+            }
+    }
+    for (std::size_t i = 0; i < 27; ++i)
+    {
+        CHECK(static_cast<double>(memory.values[i]) == Approx(twins[i].value).margin(2e-6));
+        CHECK(memory.steps[i / 3] == twins[i].t);
+    }
+}
+
+TEST_CASE("steps give the same bytes for any number of threads")
+{
+    const std::size_t texels = 50000;
+    const auto steps = random_steps(texels, 3, 3);
+    for (const bool dense : {false, true})
+    {
+        std::vector<Memory> results;
+        for (const int threads : {1, 3})
+        {
+            Memory memory(texels);
+            std::int64_t t = 0;
+            for (const auto& step : steps)
+            {
+                if (dense)
+                    step_dense(memory.block(), step.gradient(), ++t, 0.02, 0.1, {}, threads);
+                else
+                    step_visible(memory.block(), step.gradient(), 0.02, 0.1, {}, threads);
+            }
+            results.push_back(std::move(memory));
+        }
+        CHECK(results[0] == results[1]);
+    }
+}

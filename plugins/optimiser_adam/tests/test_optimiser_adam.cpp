@@ -1,0 +1,112 @@
+#include <catch2/catch.hpp>
+
+#include <fresco/error.h>
+#include <fresco/testing.h>
+#include <fresco/torch/optimiser_rule.h>
+
+#include <ATen/ops/arange.h>
+#include <ATen/ops/equal.h>
+#include <ATen/ops/full.h>
+#include <ATen/ops/zeros.h>
+
+using namespace fresco;
+
+namespace
+{
+
+std::unique_ptr<OptimiserRule> made(const Value& options)
+{
+    auto object = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "optimiser.adam");
+    testing::TestFactory factory;
+    object->configure(options, factory);
+    auto* rule = dynamic_cast<OptimiserRule*>(object.get());
+    REQUIRE(rule != nullptr);
+    object.release();
+    return std::unique_ptr<OptimiserRule>(rule);
+}
+
+std::vector<TextureParameter> parameters()
+{
+    return {{"a", at::full({6, 3}, 0.5F), 2.0}, {"b", at::full({2, 3}, -0.5F), 0.0}};
+}
+
+/// Step `n` sees texels n mod 6 and n mod 2.
+Evaluate evaluation(int n)
+{
+    return [n]
+    {
+        Evaluation e;
+        e.loss = n;
+        e.gradients.push_back({at::full({1}, n % 6, at::kLong), at::full({1, 3}, 0.1F * static_cast<float>(n % 5 - 2))});
+        e.gradients.push_back({at::full({1}, n % 2, at::kLong), at::full({1, 3}, 0.2F)});
+        return e;
+    };
+}
+
+}  // namespace
+
+TEST_CASE("a rule goes on from its state with the same bytes")
+{
+    for (const char* mode : {"dense", "visible"})
+    {
+        const Value options = Value::Map{{"mode", mode}, {"beta2", 0.99}};
+        auto whole = parameters();
+        const auto rule = made(options);
+        rule->attach(whole);
+        for (int n = 0; n < 20; ++n)
+            CHECK(rule->step(whole, evaluation(n), 0.01, 0.5) == n);
+
+        auto parts = parameters();
+        TensorMap kept;
+        {
+            const auto first = made(options);
+            first->attach(parts);
+            for (int n = 0; n < 7; ++n)
+                first->step(parts, evaluation(n), 0.01, 0.5);
+            for (const auto& [name, tensor] : first->state())
+                kept.emplace(name, tensor.clone());
+        }
+        const auto second = made(options);
+        second->attach(parts);
+        second->restore(kept);
+        for (int n = 7; n < 20; ++n)
+            second->step(parts, evaluation(n), 0.01, 0.5);
+        CHECK(at::equal(whole[0].values, parts[0].values));
+        CHECK(at::equal(whole[1].values, parts[1].values));
+    }
+}
+
+TEST_CASE("the regulariser pulls on all texels, or on the visible ones")
+{
+    const Evaluate nothing_but_texel_2 = []
+    {
+        Evaluation e;
+        e.gradients.push_back({at::full({1}, 2, at::kLong), at::zeros({1, 3})});
+        e.gradients.push_back({at::zeros({0}, at::kLong), at::zeros({0, 3})});
+        return e;
+    };
+    for (const bool visible : {false, true})
+    {
+        auto p = parameters();
+        const auto rule = made(Value::Map{{"mode", visible ? "visible" : "dense"}});
+        rule->attach(p);
+        rule->step(p, nothing_but_texel_2, 0.01, 1.0);
+        CHECK(p[0].values[2][0].item<float>() == Approx(0.49));
+        CHECK(p[0].values[0][0].item<float>() == Approx(visible ? 0.5 : 0.49));
+        CHECK(p[1].values[0][0].item<float>() == -0.5F);
+    }
+}
+
+TEST_CASE("a state of another texture or mode is refused")
+{
+    auto p = parameters();
+    const auto rule = made(Value::Map{{"mode", "visible"}});
+    rule->attach(p);
+    auto state = rule->state();
+    CHECK_NOTHROW(rule->restore(state));
+    state.at("first.0") = at::zeros({5, 3});
+    CHECK_THROWS_AS(rule->restore(state), Error);
+    const auto dense = made(Value::Map{{"mode", "dense"}});
+    dense->attach(p);
+    CHECK_THROWS_AS(rule->restore(dense->state()), Error);
+}

@@ -152,10 +152,11 @@ class StageEstimator
         const std::optional<double> own_faces = made("faces", figures_.faces);
         result_.frames = measured && measured->frames ? measured->frames : own_frames;
         result_.faces = measured && measured->faces ? measured->faces : own_faces;
-        if (!figures_.frames)
+        if (stage_.wires.empty())
+        {
             figures_.frames = result_.frames;
-        if (!figures_.faces)
             figures_.faces = result_.faces;
+        }
         result_.measured = measured && measured->seconds;
         result_.seconds = result_.measured ? measured->seconds : cost("seconds");
         result_.memory_mb = measured && measured->memory_mb ? measured->memory_mb : cost("memory_mb");

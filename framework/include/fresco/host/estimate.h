@@ -47,7 +47,7 @@ inline constexpr double assumed_faces = 1e6;
 
 /// What a pipeline will about cost, from the stages' formulas (fresco/stage.h, Cost) and, going before them, what earlier runs
 /// measured (by stage name). Frames and faces are carried along the wires: a wire of frames carries frames, one of a mesh faces,
-/// any other both. In a formula they are the inputs' figures, or, for a stage that takes none, its own. Opens no file; looks at
+/// any other both. In a formula they are the inputs' figures, or, for a stage without any, its own. Opens no file; looks at
 /// names and sizes of input files.
 PipelineEstimate estimate_pipeline(const Pipeline& pipeline, int cores, const std::map<std::string, MeasuredCost>& measured = {});
 

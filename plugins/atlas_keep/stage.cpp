@@ -1,0 +1,70 @@
+#include "uv_charts.h"
+
+#include <fresco/stage.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+namespace
+{
+
+/// Depth (uv) up to which faces may reach into each other by rounding: a hundredth of a texel of a 4096 texture.
+constexpr double overlap_tolerance = 0.01 / 4096;
+
+void check_texcoords(const fresco::Mesh& mesh)
+{
+    if (mesh.texcoords.empty())
+        throw fresco::Error(
+            "atlas.keep: the mesh has no texture coordinates: use a mesh file that has them, or make an atlas with "
+            "atlas.project");
+    for (std::size_t c = 0; c < mesh.texcoords.size(); ++c)
+    {
+        const auto uv = mesh.texcoords[c];
+        if (!(uv.x >= 0 && uv.x <= 1 && uv.y >= 0 && uv.y <= 1))
+            throw fresco::Error("atlas.keep: face " + std::to_string(c / 3) + " has the texture coordinate (" +
+                                std::to_string(uv.x) + ", " + std::to_string(uv.y) +
+                                ") outside [0,1]: its texture repeats or has several tiles; lay it out within one "
+                                "tile, or make an atlas with atlas.project");
+    }
+}
+
+class AtlasKeep final : public fresco::Stage
+{
+    fresco::Input<fresco::Mesh> mesh{this, "mesh", "Triangle mesh with texture coordinates in [0,1]"};
+    fresco::Output<fresco::Mesh> atlas{this, "atlas", "The same mesh with its own texture coordinates and their charts"};
+
+    fresco::Cost cost() const override
+    {
+        return {.seconds = "1 + 0.000004 * faces",
+                .memory_mb = "100 + 0.0005 * faces",
+                .disk_mb = "0.00005 * faces",
+                .frames = "",
+                .faces = ""};
+    }
+
+    void run(fresco::RunContext& run) override
+    {
+        fresco::check_mesh(*mesh, "atlas.keep: input mesh");
+        check_texcoords(*mesh);
+        auto kept = *mesh;
+        kept.charts = uv_charts(*mesh);
+        run.check_cancelled();
+        const auto measures = measure_uv(*mesh, overlap_tolerance);
+        run.report("charts", static_cast<std::int64_t>(*std::max_element(kept.charts.begin(), kept.charts.end())) + 1);
+        run.report("used_share", measures.used_share);
+        run.report("overlap_share", measures.overlap_share);
+        run.report("mirrored_share", measures.mirrored_share);
+        if (measures.overlap_share > 0)
+            run.warning(
+                "faces with " + std::to_string(std::lround(1000 * measures.overlap_share) / 10) + "." +
+                std::to_string(std::lround(1000 * measures.overlap_share) % 10) +
+                " % of the atlas's area lie on other faces: these places of the surface will share their paint; atlas.project "
+                "makes an atlas without overlaps");
+        atlas = std::move(kept);
+    }
+};
+
+}  // namespace
+
+FRESCO_STAGE("atlas.keep", AtlasKeep, "Keep the mesh's own texture coordinates as its atlas")

@@ -112,6 +112,7 @@ ConformalCounts lay_conformal(const Surface& surface, FlatCharts& flat, double t
                                  for (std::size_t i = 0; i < faces.size(); ++i)
                                  {
                                      flat.projected[faces[i]] = 0;
+                                     counts[c].conformal_area_share += surface.areas[faces[i]];
                                      for (std::size_t k = 0; k < 3; ++k)
                                          flat.corners[3 * std::size_t{faces[i]} + k] = (*places)[disk.triangles[i][k]];
                                  }
@@ -119,12 +120,16 @@ ConformalCounts lay_conformal(const Surface& surface, FlatCharts& flat, double t
                              }
                          });
     ConformalCounts total;
+    double area = 0;
+    for (const auto a : surface.areas)
+        area += a;
     for (const auto& c : counts)
     {
         total.conformal += c.conformal;
         total.fallbacks += c.fallbacks;
         total.single_triangles += c.single_triangles;
         total.cut_edges += c.cut_edges;
+        total.conformal_area_share += area > 0 ? c.conformal_area_share / area : 0;
     }
     return total;
 }

@@ -18,6 +18,7 @@ struct ConformalCounts
     std::size_t conformal = 0;         ///< Charts laid by conformal_map.
     std::size_t fallbacks = 0;         ///< Charts left projected: the map folded, overlapped or squeezed a face.
     std::size_t single_triangles = 0;  ///< Charts of one face, for which projection is exact.
+    double conformal_area_share = 0;   ///< Of the surface: what lies in conformal charts.
     std::size_t cut_edges = 0;         ///< Edges inside the conformal charts along which they were cut.
 };
 

@@ -43,12 +43,13 @@ class AtlasLscm final : public fresco::Stage
         const geo::Surface surface(*mesh);
         const geo::ChartOptions charts{.angle_limit_deg = *angle_limit_deg, .merge_limit_deg = *merge_limit_deg};
         const auto partition = geo::cut_into_charts(surface, charts, run);
-        const double tolerance_m = geo::overlap_tolerance_m(surface, *size_px);
-        auto flat = geo::project_charts(surface, partition, {.charts = charts, .tolerance_m = tolerance_m}, run);
-        const auto counts = lay_conformal(surface, flat, tolerance_m, run);
+        const geo::FlattenOptions flatten{.charts = charts, .texel_m = geo::expected_texel_m(surface, *size_px)};
+        auto flat = geo::project_charts(surface, partition, flatten, run);
+        const auto counts = lay_conformal(surface, flat, flatten.tolerance_m(), run);
         run.report("conformal_charts", counts.conformal);
         run.report("projected_charts", counts.fallbacks);
         run.report("single_triangles", counts.single_triangles);
+        run.report("conformal_area_share", counts.conformal_area_share);
         run.report("cut_edges", counts.cut_edges);
         const auto packing = geo::pack_charts(flat, {.size_px = *size_px, .gutter_px = *gutter_px}, run);
         const auto measures = geo::measure_atlas(surface, flat, packing);

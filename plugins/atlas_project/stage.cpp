@@ -39,8 +39,8 @@ class AtlasProject final : public fresco::Stage
         const geo::Surface surface(*mesh);
         const geo::ChartOptions charts{.angle_limit_deg = *angle_limit_deg, .merge_limit_deg = *merge_limit_deg};
         const auto partition = geo::cut_into_charts(surface, charts, run);
-        const auto flat = geo::project_charts(
-            surface, partition, {.charts = charts, .tolerance_m = geo::overlap_tolerance_m(surface, *size_px)}, run);
+        const auto flat =
+            geo::project_charts(surface, partition, {.charts = charts, .texel_m = geo::expected_texel_m(surface, *size_px)}, run);
         const auto packing = geo::pack_charts(flat, {.size_px = *size_px, .gutter_px = *gutter_px}, run);
         const auto measures = geo::measure_atlas(surface, flat, packing);
         run.report("charts", measures.charts);

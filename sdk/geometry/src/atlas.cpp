@@ -63,12 +63,12 @@ AtlasMeasures measure_atlas(const Surface& surface, const FlatCharts& flat, cons
     return measures;
 }
 
-double overlap_tolerance_m(const Surface& surface, int size_px)
+double expected_texel_m(const Surface& surface, int size_px)
 {
     double area = 0;
     for (const auto a : surface.areas)
         area += a;
-    return 1e-3 * std::sqrt(area / 0.7) / size_px;
+    return std::sqrt(area / 0.7) / size_px;
 }
 
 }  // namespace fresco::geometry

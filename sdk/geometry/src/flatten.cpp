@@ -78,7 +78,7 @@ class Flattener
 
     void unfold()
     {
-        const auto changed = unfold_crumbs(surface_, flat_, options_.tolerance_m, progress_);
+        const auto changed = unfold_crumbs(surface_, flat_, options_.texel_m, progress_);
         Partition partition{flat_.chart_of_face, flat_.axes};
         auto lists = partition.faces();
         std::vector<Pending> again;
@@ -149,9 +149,9 @@ class Flattener
             if (dot(chart.axis, chart.axis) == 0)
                 chart.axis = {0, 0, 1};
             project(fitting, chart.axis);
-            return injective_part(surface_, flat_.corners, fitting, chart.axis, options_.tolerance_m);
+            return injective_part(surface_, flat_.corners, fitting, chart.axis, options_.tolerance_m());
         }
-        return injective_part(surface_, flat_.corners, chart.faces, chart.axis, options_.tolerance_m);
+        return injective_part(surface_, flat_.corners, chart.faces, chart.axis, options_.tolerance_m());
     }
 
     void project(const FaceList& faces, Vec3d axis)

@@ -12,6 +12,8 @@ namespace
 
 /// Charts of at most this many faces are tried.
 constexpr std::size_t crumb_faces = 32;
+/// … and of at most this many texels: what is larger is no noise and stays undistorted.
+constexpr double crumb_texels = 64;
 constexpr int largest_patch_rings = 3;
 constexpr int relaxation_sweeps = 60;
 /// A relaxed face keeps at least this share of its area, or too few texels are left for it.
@@ -20,9 +22,10 @@ constexpr double smallest_area_share = 0.05;
 class Unfolder
 {
   public:
-    Unfolder(const Surface& surface, FlatCharts& flat, double tolerance)
-        : surface_(surface), flat_(flat), tolerance_(tolerance), lists_(Partition{flat.chart_of_face, flat.axes}.faces()),
-          changed_(lists_.size(), false), begin_(surface.mesh.positions.size() + 1, 0)
+    Unfolder(const Surface& surface, FlatCharts& flat, double texel_m)
+        : surface_(surface), flat_(flat), tolerance_(1e-3 * texel_m), largest_area_(crumb_texels * texel_m * texel_m),
+          lists_(Partition{flat.chart_of_face, flat.axes}.faces()), changed_(lists_.size(), false),
+          begin_(surface.mesh.positions.size() + 1, 0)
     {
         for (const auto& t : surface.mesh.triangles)
             for (const auto v : t)
@@ -48,22 +51,30 @@ class Unfolder
             for (int rings = 1; rings <= largest_patch_rings; ++rings)
             {
                 add_ring(patch, chart, with_crumbs);
-                const auto layout = relaxed(patch, chart);
-                if (layout && is_injective(patch, *layout))
+                for (const bool unrolled : {false, true})
                 {
-                    take(patch, chart, *layout);
-                    return chart;
+                    const auto layout = relaxed(patch, chart, unrolled);
+                    if (layout && is_injective(patch, *layout))
+                    {
+                        take(patch, chart, *layout);
+                        return chart;
+                    }
                 }
             }
         }
         return none;
     }
 
-    /// A chart of few faces that has kept its own.
+    /// A chart of few faces and texels that has kept its own.
     bool is_crumb(std::uint32_t chart) const
     {
-        return !lists_[chart].empty() && lists_[chart].size() <= crumb_faces && !changed_[chart] &&
-               flat_.chart_of_face[lists_[chart].front()] == chart;
+        const auto& faces = lists_[chart];
+        if (faces.empty() || faces.size() > crumb_faces || changed_[chart] || flat_.chart_of_face[faces.front()] != chart)
+            return false;
+        double area = 0;
+        for (const auto f : faces)
+            area += surface_.areas[f];
+        return area <= largest_area_;
     }
 
     std::vector<bool> changed() const { return changed_; }
@@ -126,21 +137,51 @@ class Unfolder
         return true;
     }
 
+    /// Places vertices that one edge with placed ends connects, as if the face were turned about that edge into the plane.
+    void unroll(const std::set<std::uint32_t>& patch, Layout& layout) const
+    {
+        for (bool placed = true; placed;)
+        {
+            placed = false;
+            for (const auto f : patch)
+                for (std::size_t k = 0; k < 3; ++k)
+                {
+                    const auto& t = surface_.mesh.triangles[f];
+                    const auto a = layout.find(t[k]);
+                    const auto b = layout.find(t[(k + 1) % 3]);
+                    const auto apex = t[(k + 2) % 3];
+                    if (a == layout.end() || b == layout.end() || layout.contains(apex))
+                        continue;
+                    const auto base = vec_cast<double>(surface_.mesh.positions[t[k]]);
+                    const auto edge = vec_cast<double>(surface_.mesh.positions[t[(k + 1) % 3]]) - base;
+                    const auto side = vec_cast<double>(surface_.mesh.positions[apex]) - base;
+                    const auto flat_edge = b->second - a->second;
+                    if (!(dot(edge, edge) > 0) || !(dot(flat_edge, flat_edge) > 0))
+                        continue;
+                    const double along = dot(side, edge) / dot(edge, edge);
+                    const double height = length(cross(edge, side)) / length(edge);
+                    const Vec2d left = normalized(Vec2d{-flat_edge.y, flat_edge.x});
+                    layout[apex] = a->second + flat_edge * along + left * height;
+                    placed = true;
+                }
+        }
+    }
+
     /// The patch with its border where it was and every inner vertex in the middle of its neighbours (Tutte 1963); nothing if a
     /// face is folded or squeezed.
-    std::optional<Layout> relaxed(const std::set<std::uint32_t>& patch, std::uint32_t chart) const
+    std::optional<Layout> relaxed(const std::set<std::uint32_t>& patch, std::uint32_t chart, bool unrolled) const
     {
         const PlaneFrame frame(flat_.axes[chart]);
         Layout layout;
         for (const auto f : patch)
             for (std::size_t k = 0; k < 3; ++k)
-            {
-                const auto v = surface_.mesh.triangles[f][k];
                 if (flat_.chart_of_face[f] == chart)
-                    layout[v] = flat_.corners[3 * std::size_t{f} + k];
-                else
-                    layout.try_emplace(v, frame.project(vec_cast<double>(surface_.mesh.positions[v])));
-            }
+                    layout[surface_.mesh.triangles[f][k]] = flat_.corners[3 * std::size_t{f} + k];
+        if (unrolled)
+            unroll(patch, layout);
+        for (const auto f : patch)
+            for (const auto v : surface_.mesh.triangles[f])
+                layout.try_emplace(v, frame.project(vec_cast<double>(surface_.mesh.positions[v])));
         std::vector<std::pair<std::uint32_t, std::set<std::uint32_t>>> free;
         for (const auto& [v, place] : layout)
             if (is_free(v, patch))
@@ -196,6 +237,7 @@ class Unfolder
     const Surface& surface_;
     FlatCharts& flat_;
     double tolerance_;
+    double largest_area_;
     std::vector<std::vector<std::uint32_t>> lists_;  ///< The charts' faces before any crumb moved.
     std::vector<bool> changed_;
     std::vector<std::size_t> begin_;
@@ -204,9 +246,9 @@ class Unfolder
 
 }  // namespace
 
-std::vector<bool> unfold_crumbs(const Surface& surface, FlatCharts& flat, double tolerance, const Progress& progress)
+std::vector<bool> unfold_crumbs(const Surface& surface, FlatCharts& flat, double texel_m, const Progress& progress)
 {
-    Unfolder unfolder(surface, flat, tolerance);
+    Unfolder unfolder(surface, flat, texel_m);
     std::size_t tried = 0;
     for (std::uint32_t c = 0; c < flat.axes.size(); ++c)
     {

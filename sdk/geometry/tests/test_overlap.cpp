@@ -106,10 +106,33 @@ TEST_CASE("a folded vertex inside a plane is unfolded in place")
     p = {p.x + 0.13F, p.y + 0.02F, 0.03F};  // past its neighbour
     const Surface surface(mesh);
     fresco::Progress progress;
-    const auto flat = project_charts(surface, cut_into_charts(surface, {}, progress), {}, progress);
+    const auto flat = project_charts(surface, cut_into_charts(surface, {}, progress), {.charts = {}, .texel_m = 0.03}, progress);
     CHECK(flat.count == 1);
     CHECK(flat.unfolded_faces > 0);
     std::vector<std::uint32_t> all(mesh.triangles.size());
     std::iota(all.begin(), all.end(), 0u);
     CHECK(find_overlaps(flat.corners, all, 1e-6).empty());
+}
+
+TEST_CASE("a small flap at a border is unrolled; a large one stays a chart of its own")
+{
+    // A square with a triangle that hangs down from one of its edges.
+    auto mesh = shapes::grid(10, [](float, float) { return 0.0F; });
+    mesh.positions.push_back({0.55F, 0, -0.1F});
+    mesh.triangles.push_back({6, 5, 121});
+    const Surface surface(mesh);
+    fresco::Progress progress;
+    const auto partition = cut_into_charts(surface, {}, progress);
+    REQUIRE(partition.axes.size() == 2);
+
+    const auto small = project_charts(surface, partition, {.charts = {}, .texel_m = 0.02}, progress);
+    CHECK(small.count == 1);
+    CHECK(small.unfolded_faces == 1);
+    const auto* flap = &small.corners[3 * 200];
+    CHECK(0.5 * cross(flap[1] - flap[0], flap[2] - flap[0]) == Approx(0.005));  // its true area
+    CHECK(small.projected[0] == 1);                                             // away from it nothing moved
+
+    const auto large = project_charts(surface, partition, {.charts = {}, .texel_m = 0.001}, progress);
+    CHECK(large.count == 2);
+    CHECK(large.unfolded_faces == 0);
 }

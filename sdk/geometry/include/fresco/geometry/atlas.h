@@ -26,7 +26,7 @@ Mesh with_atlas(const Mesh& mesh, const FlatCharts& flat, const Packing& packing
 
 AtlasMeasures measure_atlas(const Surface& surface, const FlatCharts& flat, const Packing& packing);
 
-/// Overlaps of this depth (metres) in flattened charts are taken for rounding: a thousandth of the texel to expect.
-double overlap_tolerance_m(const Surface& surface, int size_px);
+/// The size of a texel (metres) when 70 % of the texture are used.
+double expected_texel_m(const Surface& surface, int size_px);
 
 }  // namespace fresco::geometry

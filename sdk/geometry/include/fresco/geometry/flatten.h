@@ -25,7 +25,10 @@ struct FlatCharts
 struct FlattenOptions
 {
     ChartOptions charts;
-    double tolerance_m = 1e-6;  ///< Overlaps up to this depth are rounding.
+    double texel_m =
+        0.001;  ///< The size of a texel to expect: crumbs are small in texels, and depths below a thousandth are rounding.
+
+    double tolerance_m() const { return 1e-3 * texel_m; }
 };
 
 /// Two unit vectors that make a right-handed frame (u, v, axis); the same for the same axis.
@@ -43,7 +46,7 @@ FlatCharts project_charts(const Surface& surface, const Partition& partition, co
 
 /// Lays crumbs that a chart surrounds into it by relaxing the patch around them; marks charts that changed. The result may
 /// overlap where a crumb lies at a chart's border: the caller looks at the changed charts again.
-std::vector<bool> unfold_crumbs(const Surface& surface, FlatCharts& flat, double tolerance, const Progress& progress);
+std::vector<bool> unfold_crumbs(const Surface& surface, FlatCharts& flat, double texel_m, const Progress& progress);
 
 /// Of one chart's faces: a connected set without overlaps, by growing from its largest clean part; the faces that turn least from
 /// the axis come first. Equals `faces` if nothing overlaps and they are connected.

@@ -52,12 +52,13 @@ void check_output_names(const std::vector<StageDraft>& drafts, ProblemList& prob
 {
     std::map<std::string, const StageDraft*> writers;
     for (const StageDraft& draft : drafts)
-        for (const auto& [name, position] : draft.uses.output_names)
+        for (const OptionUses::OutputUse& use : draft.uses.output_names)
         {
-            const auto [first, fresh] = writers.emplace(std::filesystem::path(name).lexically_normal().string(), &draft);
-            if (!fresh && first->second != &draft)
-                problems.add(position, draft.title() + " writes '" + name + "', which " + first->second->title() +
-                                           " writes already: give one of them another name");
+            const std::string path = std::filesystem::path(use.path).lexically_normal().generic_string();
+            const auto [first, fresh] = writers.emplace(path, &draft);
+            if (!fresh)
+                problems.add(use.position, "the stages " + first->second->name + " and " + draft.name + " would both write " +
+                                               path + " below --out: give one of them another " + use.option);
         }
 }
 

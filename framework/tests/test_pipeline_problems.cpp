@@ -160,7 +160,8 @@ TEST_CASE("Two stages do not write one file", "[pipeline]")
     const std::string two =
         problem_of("t: {type: texture.optimize, preview: room.glb}",
                    "  a: {type: export.gltf, input: t}\n  b: {type: export.gltf, input: t, path: x/../room.glb}\n");
-    CHECK_THAT(two, Contains("stage 'a' (export.gltf) writes 'room.glb', which stage 't' (texture.optimize) writes already"));
+    CHECK_THAT(two,
+               Contains("p.yaml:4:3: error: the stages t and a would both write room.glb below --out: give one of them another path"));
     CHECK_THAT(two, Contains("stage 'b' (export.gltf): option 'path': 'x/../room.glb' is not accepted"));
 }
 

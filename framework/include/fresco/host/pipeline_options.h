@@ -15,8 +15,14 @@ struct OptionUses
 {
     std::vector<std::filesystem::path> input_files;
     std::set<const TypeDescription*> components;
-    /// Values of output_name options of the stage and its components, with where each is written.
-    std::vector<std::pair<std::string, Position>> output_names;
+    /// output_name options of the stage and its components that have a value.
+    struct OutputUse
+    {
+        std::string option;
+        std::string path;
+        Position position;
+    };
+    std::vector<OutputUse> output_names;
 };
 
 /// Checks the options of stages and components against their declarations and completes them: defaults filled in, component

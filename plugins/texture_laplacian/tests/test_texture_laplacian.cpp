@@ -1,0 +1,210 @@
+#include "laplacian_layers.h"
+
+#include <catch2/catch.hpp>
+
+#include <fresco/error.h>
+#include <fresco/testing.h>
+#include <fresco/torch/texture_representation.h>
+
+#include <ATen/Parallel.h>
+#include <ATen/ops/equal.h>
+#include <ATen/ops/zeros.h>
+
+#include <array>
+#include <cmath>
+
+using namespace fresco;
+
+namespace
+{
+
+double number(std::uint64_t& state)
+{
+    state = state * 6364136223846793005ULL + 1442695040888963407ULL;
+    return static_cast<double>(state >> 40U) / 16777216.0;
+}
+
+std::unique_ptr<TextureRepresentation> made(const Value& options)
+{
+    auto object = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "texture.laplacian");
+    testing::TestFactory factory;
+    object->configure(options, factory);
+    auto* texture = dynamic_cast<TextureRepresentation*>(object.get());
+    REQUIRE(texture != nullptr);
+    object.release();
+    return std::unique_ptr<TextureRepresentation>(texture);
+}
+
+RasterF random_picture(int size, std::uint64_t seed)
+{
+    RasterF picture(size, size, 3);
+    for (auto& value : picture.values)
+        value = static_cast<float>(number(seed));
+    return picture;
+}
+
+/// Pixel (x, y) looks at the centre of texel (x, y).
+UvMap identity_map(int size)
+{
+    UvMap map{RasterF(size, size, 2), RasterF(size, size), RasterF(size, size), Raster8(size, size, 1, 1)};
+    for (int y = 0; y < size; ++y)
+        for (int x = 0; x < size; ++x)
+        {
+            map.uv.at(x, y, 0) = (static_cast<float>(x) + 0.5F) / static_cast<float>(size);
+            map.uv.at(x, y, 1) = 1 - (static_cast<float>(y) + 0.5F) / static_cast<float>(size);
+        }
+    return map;
+}
+
+UvMap random_map(int width, int height, std::uint64_t seed)
+{
+    UvMap map{RasterF(width, height, 2), RasterF(width, height), RasterF(width, height), Raster8(width, height)};
+    for (auto& value : map.uv.values)
+        value = static_cast<float>(number(seed));
+    for (auto& value : map.valid.values)
+        value = number(seed) < 0.8 ? 1 : 0;
+    return map;
+}
+
+}  // namespace
+
+TEST_CASE("set_picture and render give the picture back")
+{
+    for (const int layers : {1, 2, 4})
+    {
+        const Value options =
+            Value::Map{{"layers_count", layers}, {"regulariser", Value::List(static_cast<std::size_t>(layers), Value(1.0))}};
+        const auto texture = made(options);
+        texture->allocate(32);
+        const auto picture = random_picture(32, 1);
+        texture->set_picture(picture);
+        const auto rendered = texture->make_view(identity_map(32))->render();
+        REQUIRE(rendered.sizes() == at::IntArrayRef({3, 32, 32}));
+        const auto values = rendered.accessor<float, 3>();
+        for (int y = 0; y < 32; ++y)
+            for (int x = 0; x < 32; ++x)
+                for (int c = 0; c < 3; ++c)
+                    CHECK(values[c][y][x] == Approx(picture.at(x, y, c)).margin(2e-6));
+    }
+}
+
+TEST_CASE("coarse layers carry a smooth picture and the finest the residual")
+{
+    RasterF flat(16, 16, 3, 0.25F);
+    const auto layers = laplacian::laplacian_layers(flat, 3, 2);
+    REQUIRE(layers.size() == 3);
+    CHECK(layers[2].width == 4);
+    CHECK(layers[2].values == std::vector<float>(48, 0.25F));
+    CHECK(layers[0].values == std::vector<float>(768, 0.0F));
+    const auto picture = random_picture(64, 2);
+    CHECK((laplacian::laplacian_layers(picture, 4, 1) == laplacian::laplacian_layers(picture, 4, 3)));
+    // The mean of 2 x 2 texels is all that the coarser of two layers knows.
+    const auto two = laplacian::laplacian_layers(picture, 2, 1);
+    CHECK(two[1].at(3, 5, 1) ==
+          Approx((picture.at(6, 10, 1) + picture.at(7, 10, 1) + picture.at(6, 11, 1) + picture.at(7, 11, 1)) / 4));
+}
+
+TEST_CASE("a render is the sum of the layers' lookups, zero where invalid, and to_texture holds the layers")
+{
+    const auto texture = made(Value::Map{});
+    texture->allocate(64);
+    texture->set_picture(random_picture(64, 3));
+    const auto map = random_map(29, 13, 4);
+    const auto rendered = texture->make_view(map)->render();
+    const auto layers = texture->to_texture().layers;
+    REQUIRE(layers.size() == 4);
+    CHECK(layers[3].width == 8);
+    const auto values = rendered.accessor<float, 3>();
+    for (int y = 0; y < 13; ++y)
+        for (int x = 0; x < 29; ++x)
+        {
+            std::array<float, 3> sum{};
+            if (map.valid.at(x, y) != 0)
+                for (const auto& layer : layers)
+                {
+                    std::array<float, 3> value{};
+                    sample_bilinear(layer, map.uv.at(x, y, 0), map.uv.at(x, y, 1), value.data());
+                    for (std::size_t c = 0; c < 3; ++c)
+                        sum[c] += value[c];
+                }
+            for (int c = 0; c < 3; ++c)
+                CHECK(values[c][y][x] == sum[static_cast<std::size_t>(c)]);
+        }
+}
+
+TEST_CASE("the gradient agrees with finite differences")
+{
+    const auto texture = made(Value::Map{{"layers_count", 2}, {"regulariser", Value::List{1, 0}}});
+    texture->allocate(8);
+    texture->set_picture(random_picture(8, 5));
+    const auto view = texture->make_view(random_map(9, 7, 6));
+    auto direction = at::zeros({3, 7, 9}, at::kFloat);
+    std::uint64_t seed = 7;
+    for (std::int64_t i = 0; i < direction.numel(); ++i)
+        direction.data_ptr<float>()[i] = static_cast<float>(number(seed) - 0.5);
+    const auto loss = [&] { return (view->render().to(at::kDouble) * direction.to(at::kDouble)).sum().item<double>(); };
+    const auto gradients = view->gradient(direction);
+    REQUIRE(gradients.size() == 2);
+    for (std::size_t layer = 0; layer < 2; ++layer)
+    {
+        auto& values = texture->parameters()[layer].values;
+        auto dense = at::zeros_like(values);
+        for (std::int64_t i = 0; i < gradients[layer].texels.size(0); ++i)
+            dense[gradients[layer].texels[i].item<std::int64_t>()] += gradients[layer].values[i];
+        for (std::int64_t i = 0; i < values.numel(); ++i)
+        {
+            // The lookup is linear: a large step has no error but rounding.
+            float& value = values.data_ptr<float>()[i];
+            const float before = value;
+            value = before + 1;
+            const double above = loss();
+            value = before - 1;
+            const double below = loss();
+            value = before;
+            CHECK(dense.data_ptr<float>()[i] == Approx((above - below) / 2).margin(2e-6));
+        }
+    }
+}
+
+TEST_CASE("views give the same bytes for any number of threads")
+{
+    const auto texture = made(Value::Map{});
+    texture->allocate(128);
+    texture->set_picture(random_picture(128, 8));
+    const auto view = texture->make_view(random_map(200, 150, 9));
+    const int before = at::get_num_threads();
+    at::set_num_threads(1);
+    const auto picture = view->render();
+    const auto gradients = view->gradient(picture);
+    at::set_num_threads(3);
+    CHECK(at::equal(view->render(), picture));
+    const auto others = view->gradient(picture);
+    for (std::size_t i = 0; i < gradients.size(); ++i)
+    {
+        CHECK(at::equal(gradients[i].texels, others[i].texels));
+        CHECK(at::equal(gradients[i].values, others[i].values));
+    }
+    at::set_num_threads(before);
+}
+
+TEST_CASE("an empty uv map renders black and has no gradient")
+{
+    const auto texture = made(Value::Map{});
+    texture->allocate(16);
+    const UvMap map{RasterF(4, 3, 2), RasterF(4, 3), RasterF(4, 3), Raster8(4, 3)};
+    const auto view = texture->make_view(map);
+    CHECK(at::equal(view->render(), at::zeros({3, 3, 4})));
+    CHECK(view->gradient(at::zeros({3, 3, 4})).front().texels.numel() == 0);
+    CHECK_THROWS_AS(view->gradient(at::zeros({3, 4, 3})), std::invalid_argument);
+}
+
+TEST_CASE("sizes and lists that do not fit are refused")
+{
+    const auto texture = made(Value::Map{});
+    CHECK_THROWS_WITH(texture->allocate(100), Catch::Contains("multiple of 8"));
+    CHECK_THROWS_AS(texture->allocate(8), Error);
+    CHECK_NOTHROW(texture->allocate(16));
+    CHECK(texture->parameters()[1].regulariser == 4);
+    CHECK_THROWS_WITH(made(Value::Map{{"layers_count", 1}})->allocate(16), Catch::Contains("regulariser"));
+    CHECK_THROWS_AS(texture->set_picture(random_picture(8, 1)), std::invalid_argument);
+}

@@ -36,8 +36,8 @@ class AtlasKeep final : public fresco::Stage
 
     fresco::Cost cost() const override
     {
-        return {.seconds = "1 + 0.000004 * faces",
-                .memory_mb = "100 + 0.0005 * faces",
+        return {.seconds = "0.5 + 0.000001 * faces",
+                .memory_mb = "60 + 0.0002 * faces",
                 .disk_mb = "0.00005 * faces",
                 .frames = "",
                 .faces = ""};

@@ -5,11 +5,6 @@
 
 #include <CGAL/version.h>
 
-#include <algorithm>
-#include <cmath>
-#include <numbers>
-#include <string>
-
 namespace
 {
 
@@ -28,8 +23,8 @@ class AtlasLscm final : public fresco::Stage
 
     fresco::Cost cost() const override
     {
-        return {.seconds = "1 + 0.0002 * faces",
-                .memory_mb = "100 + 0.002 * faces",
+        return {.seconds = "1 + 0.00002 * faces",
+                .memory_mb = "100 + 0.0005 * faces",
                 .disk_mb = "0.00005 * faces",
                 .frames = "",
                 .faces = ""};

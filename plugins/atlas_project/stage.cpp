@@ -1,11 +1,6 @@
 #include <fresco/geometry/atlas.h>
 #include <fresco/stage.h>
 
-#include <algorithm>
-#include <cmath>
-#include <numbers>
-#include <string>
-
 namespace
 {
 
@@ -24,8 +19,8 @@ class AtlasProject final : public fresco::Stage
 
     fresco::Cost cost() const override
     {
-        return {.seconds = "1 + 0.00002 * faces",
-                .memory_mb = "100 + 0.0008 * faces",
+        return {.seconds = "1 + 0.00001 * faces",
+                .memory_mb = "60 + 0.0002 * faces",
                 .disk_mb = "0.00005 * faces",
                 .frames = "",
                 .faces = ""};

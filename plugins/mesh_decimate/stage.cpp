@@ -39,8 +39,8 @@ class MeshDecimate final : public fresco::Stage
 
     fresco::Cost cost() const override
     {
-        return {.seconds = "1 + 0.0000015 * faces + 0.00001 * max(faces - max_faces, 0)",
-                .memory_mb = "100 + 0.0009 * faces",
+        return {.seconds = "1 + 0.000002 * faces + 0.00002 * max(faces - max_faces, 0)",
+                .memory_mb = "60 + 0.0002 * faces",
                 .disk_mb = "0.000022 * min(faces, max_faces)",
                 .frames = "",
                 .faces = "min(faces, max_faces)"};

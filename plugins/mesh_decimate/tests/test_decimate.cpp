@@ -1,9 +1,7 @@
 #include "decimate.h"
 #include "repair.h"
 
-#include "shared_data.h"
 #include <fresco/geometry/topology.h>
-#include <fresco/mesh_io.h>
 #include <fresco/testing.h>
 
 #include <catch2/catch.hpp>
@@ -125,20 +123,19 @@ TEST_CASE("the stage reports, warns, repeats itself bit by bit and can be stoppe
     mesh->triangles.push_back(mesh->triangles[7]);
     mesh->texcoords.resize(mesh->triangles.size() * 3);
 
-    const auto run_once = [&](int threads, int faces, fresco::testing::TestRun& run)
+    const auto run_once = [&](int faces, fresco::testing::TestRun& run)
     {
         auto stage = make();
         fresco::testing::TemporaryFolder folder;
         fresco::testing::TestFactory factory;
-        (void)threads;
         fresco::testing::run_stage(dynamic_cast<fresco::Stage&>(*stage), fresco::Value::Map{{"max_faces", faces}},
                                    {{"mesh", mesh}}, folder.path(), run, factory);
         return Mesh::load({folder.path() / "simplified", {}});
     };
     fresco::testing::TestRun one(1);
-    const auto a = run_once(1, 5000, one);
+    const auto a = run_once(5000, one);
     fresco::testing::TestRun two(4);
-    const auto b = run_once(4, 5000, two);
+    const auto b = run_once(5000, two);
     CHECK(a->positions == b->positions);
     CHECK(a->triangles == b->triangles);
     CHECK(a->colors == b->colors);
@@ -151,11 +148,11 @@ TEST_CASE("the stage reports, warns, repeats itself bit by bit and can be stoppe
     CHECK(one.reported.at("components_after").as_int() == 1);
 
     fresco::testing::TestRun untouched;
-    CHECK(run_once(1, 20000, untouched)->triangles.size() == 20000);
+    CHECK(run_once(20000, untouched)->triangles.size() == 20000);
 
     fresco::testing::TestRun small;
-    run_once(1, 4, small);
+    run_once(small);
     fresco::testing::TestRun stopped;
     stopped.cancel_after(4);
-    CHECK_THROWS_AS(run_once(1, 5000, stopped), fresco::Cancelled);
+    CHECK_THROWS_AS(run_once(5000, stopped), fresco::Cancelled);
 }

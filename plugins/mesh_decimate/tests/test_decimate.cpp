@@ -151,8 +151,23 @@ TEST_CASE("the stage reports, warns, repeats itself bit by bit and can be stoppe
     CHECK(run_once(20000, untouched)->triangles.size() == 20000);
 
     fresco::testing::TestRun small;
-    run_once(small);
+    const auto smallest = run_once(4, small)->triangles.size();
+    CHECK(smallest >= 3);  // a collapse takes at most two, so it stops at four or three
+    CHECK(smallest <= 4);
     fresco::testing::TestRun stopped;
     stopped.cancel_after(4);
     CHECK_THROWS_AS(run_once(5000, stopped), fresco::Cancelled);
+
+    // Five separate triangles cannot become four.
+    mesh = std::make_shared<Mesh>();
+    for (std::uint32_t i = 0; i < 15; i += 3)
+    {
+        const auto z = static_cast<float>(i);
+        mesh->positions.insert(mesh->positions.end(), {{0, 0, z}, {1, 0, z}, {0, 1, z}});
+        mesh->triangles.push_back({i, i + 1, i + 2});
+    }
+    fresco::testing::TestRun stuck;
+    CHECK(run_once(4, stuck)->triangles.size() == 5);
+    REQUIRE_FALSE(stuck.messages.empty());
+    CHECK(stuck.messages.back().find("warning: stopped at 5 faces instead of 4") == 0);
 }

@@ -53,6 +53,9 @@ TEST_CASE("Costs follow frames and faces along the wires", "[estimate]")
     CHECK(*of(estimate, "scan").seconds == Approx(1.03));
     CHECK(*of(estimate, "frames").seconds == Approx(0.02 * 3 / 2));
     CHECK(of(estimate, "mesh").faces == 50.0);
+    // A mesh says nothing of frames, frames nothing of faces.
+    CHECK_FALSE(of(estimate, "mesh").frames.has_value());
+    CHECK_FALSE(of(estimate, "frames").faces.has_value());
     CHECK(*of(estimate, "mesh").seconds == Approx(200 / 1e6));
     CHECK(*of(estimate, "mesh").disk_mb == Approx(50 / 1e4));
     CHECK(*of(estimate, "uvmaps").seconds == Approx(3 * (100. * 100 + 200. * 200) * 1e-6));

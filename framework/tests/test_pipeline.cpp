@@ -170,6 +170,7 @@ stages:
   scan:   {type: scan.folder, path: "${deep}"}
   mesh:   {type: mesh.decimate, input: scan, max_faces: "${faces}"}
   uv:     {type: uvmaps.raycast, input: {mesh: mesh, frames: scan}, heights_px: "${heights}"}
+  again:  {type: scan.folder, path: "${root}/../${root}"}
   note:   {type: mesh.pass, title: "${name}s of $${name} cost 5$"}
 )");
     const auto load = [&](const Sets& sets) {
@@ -185,6 +186,8 @@ stages:
     const PipelineResult set = load({{"root", "other"}, {"faces", "7"}, {"heights", "[64]"}, {"note.title", "${name}: 010"}});
     REQUIRE(lines(set).empty());
     CHECK(set.pipeline.find("scan")->options.at("path").as_string() == (folder.path() / "work/other").string());
+    CHECK(set.pipeline.find("again")->options.at("path").as_string() == (folder.path() / "work/other").string());
+    CHECK(result.pipeline.find("again")->options.at("path").as_string() == (folder.path() / "sub/scan").string());
     CHECK(set.pipeline.find("mesh")->options.at("max_faces") == fresco::Value(7));
     CHECK(fresco::to_json(set.pipeline.find("uv")->options.at("heights_px")) == "[64]");
     CHECK(set.pipeline.find("note")->options.at("title").as_string() == "room: 010");

@@ -125,6 +125,11 @@ TEST_CASE("Values of the wrong type are named with what is accepted and what was
     CHECK_THAT(problem_of("a: {type: export.gltf, path: ../x.glb}"),
                Contains("'../x.glb' is not accepted; expected a relative path below --out"));
     CHECK_THAT(problem_of("a: {type: export.gltf, path: /x.glb}"), Contains("'/x.glb' is not accepted"));
+    const auto height = [](const std::string& text)
+    { return problem_of("a: {type: uvmaps.raycast, input: b, heights_px: [" + text + "]}", "  b: {type: nothing}\n"); };
+    CHECK_THAT(height("4097"), Contains("4097 is too large; expected a list, each entry an integer from 16 to 4096"));
+    CHECK_THAT(height("15"), Contains("15 is too small"));
+    CHECK_THAT(height("16, 4096"), !Contains("heights_px"));
     CHECK_THAT(problem_of("a: {title: x}"), Contains("3:3: error: stage 'a': there is no 'type'"));
     CHECK_THAT(problem_of("a: {type: 5}"), Contains("a type such as 'mesh.decimate' is needed, got 5"));
     CHECK_THAT(problem_of("a: [1]"), Contains("stage 'a' must be a map"));
@@ -160,8 +165,9 @@ TEST_CASE("Two stages do not write one file", "[pipeline]")
     const std::string two =
         problem_of("t: {type: texture.optimize, preview: room.glb}",
                    "  a: {type: export.gltf, input: t}\n  b: {type: export.gltf, input: t, path: x/../room.glb}\n");
-    CHECK_THAT(two,
-               Contains("p.yaml:4:3: error: the stages t and a would both write room.glb below --out: give one of them another path"));
+    CHECK_THAT(
+        two,
+        Contains("p.yaml:4:3: error: the stages t and a would both write room.glb below --out: give one of them another path"));
     CHECK_THAT(two, Contains("stage 'b' (export.gltf): option 'path': 'x/../room.glb' is not accepted"));
 }
 

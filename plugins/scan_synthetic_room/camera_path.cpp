@@ -70,11 +70,14 @@ std::vector<fresco::RigidTransform> camera_path(const Scene& scene, int count, s
         const Vec3d eye{l * (0.5 + reach * std::cos(turn)) + 0.03 * jitter(1),
                         w * (0.5 + reach * std::sin(turn)) + 0.03 * jitter(2),
                         1.42 + (first_round ? 0.26 : 0.20) * std::sin(3 * turn) + 0.02 * jitter(3)};
-        // Across: past the middle, at table height. Outward: at the walls, up and down.
-        const double aim = first_round ? -0.20 : 0.50;
-        const double sway = first_round ? 0.35 * std::sin(5 * turn) : 0.0;
-        const Vec3d target{l * (0.5 + aim * std::cos(turn + sway)), w * (0.5 + aim * std::sin(turn + sway)),
-                           first_round ? 0.75 + 0.35 * std::sin(4 * turn + 1) : 1.15 + 0.85 * std::sin(5 * turn + 0.7)};
+        // Across: past the middle, at table height. Along the wall: down to the floor. Outward: at the walls, up and down.
+        const bool along_wall = first_round && step % 4 == 3;
+        const double sway = along_wall ? 1.1 : first_round ? 0.35 * std::sin(5 * turn) : 0.0;
+        const double aim = along_wall ? 0.40 : first_round ? -0.20 : 0.50;
+        const double height = along_wall    ? 0.1
+                              : first_round ? 0.75 + 0.35 * std::sin(4 * turn + 1)
+                                            : 1.10 + 1.6 * std::sin(7 * turn + 0.7);
+        const Vec3d target{l * (0.5 + aim * std::cos(turn + sway)), w * (0.5 + aim * std::sin(turn + sway)), height};
         poses.push_back(look_at(kept_clear(scene, eye), target, 0.02 * jitter(4)));
     }
     return poses;

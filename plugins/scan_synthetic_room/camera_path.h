@@ -19,8 +19,8 @@ struct Recorder
 
 Recorder make_recorder(int color_width, int color_height, int depth_width, int depth_height);
 
-/// world_from_depth of `count` views: first a round along the walls that looks across the room, then a narrower one that looks
-/// outward, up and down. Positions keep clear of the furniture.
+/// world_from_depth of `count` views: first a round along the walls that looks across the room and down beside the walls, then a
+/// narrower one that looks outward, up and down. Positions keep clear of the furniture.
 std::vector<fresco::RigidTransform> camera_path(const Scene& scene, int count, std::uint32_t seed);
 
 }  // namespace room

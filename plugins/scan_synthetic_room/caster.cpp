@@ -27,7 +27,8 @@ Vec3f upper(Vec3f a, Vec3f b)
 }
 
 /// Where a ray enters a box, or a large number if it misses it or does so beyond `limit`.
-float entry(Vec3f low, Vec3f high, Vec3f origin, Vec3f inverse, float limit)
+[[gnu::always_inline]] inline float entry(const Vec3f& low, const Vec3f& high, const Vec3f& origin, const Vec3f& inverse,
+                                          float limit)
 {
     const float x0 = (low.x - origin.x) * inverse.x, x1 = (high.x - origin.x) * inverse.x;
     const float y0 = (low.y - origin.y) * inverse.y, y1 = (high.y - origin.y) * inverse.y;

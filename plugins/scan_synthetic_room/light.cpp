@@ -223,7 +223,7 @@ Vec3f LightMap::at(int solid, int face, Vec2f coordinates) const
     const Patch& p = patch(solid, face);
     const float x = coordinates.x / p.extent.x * static_cast<float>(p.columns) - 0.5f;
     const float y = coordinates.y / p.extent.y * static_cast<float>(p.rows) - 0.5f;
-    const int x0 = static_cast<int>(std::floor(x)), y0 = static_cast<int>(std::floor(y));
+    const int x0 = whole(x), y0 = whole(y);
     const float tx = x - static_cast<float>(x0), ty = y - static_cast<float>(y0);
     const auto shape = scene_->solids[static_cast<std::size_t>(solid)].shape;
     const bool around = shape == Shape::ellipsoid || (shape == Shape::frustum && face == 0);

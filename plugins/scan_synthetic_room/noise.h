@@ -64,12 +64,18 @@ inline float smooth_step(float from, float to, float x)
     return t <= 0 ? 0.0f : t >= 1 ? 1.0f : smooth(t);
 }
 
+/// std::floor without a library call; |x| < 2^31.
+inline int whole(float x)
+{
+    const int truncated = static_cast<int>(x);
+    return truncated - (static_cast<float>(truncated) > x ? 1 : 0);
+}
+
 /// Smooth noise in [0, 1] with features of size 1.
 inline float value_noise(float x, float y, std::uint32_t seed)
 {
-    const float fx = std::floor(x), fy = std::floor(y);
-    const int ix = static_cast<int>(fx), iy = static_cast<int>(fy);
-    const float tx = smooth(x - fx), ty = smooth(y - fy);
+    const int ix = whole(x), iy = whole(y);
+    const float tx = smooth(x - static_cast<float>(ix)), ty = smooth(y - static_cast<float>(iy));
     const float lower = mix(unit(lattice(ix, iy, seed)), unit(lattice(ix + 1, iy, seed)), tx);
     const float upper = mix(unit(lattice(ix, iy + 1, seed)), unit(lattice(ix + 1, iy + 1, seed)), tx);
     return mix(lower, upper, ty);

@@ -41,11 +41,22 @@ Vec3f sample(const Caster& caster, const LightMap& light, const Ray& ray, const 
     return light.shade(hit.solid, hit.face, where, 0.5f * hit.t * metres_per_pixel);
 }
 
-/// The same face again where all corners of a pixel show it; else whatever is met.
+/// Where a ray meets a face that the rays around it meet. A box's face is convex, so that only its plane is asked.
+Hit hit_again(const Solid& solid, const SceneHit& around, const Ray& ray)
+{
+    if (solid.shape != Shape::box)
+        return intersect(solid, ray, 1e30f);
+    const auto axis = static_cast<std::size_t>(around.face / 2);
+    const float half = axis == 0 ? solid.size.x : axis == 1 ? solid.size.y : solid.size.z;
+    const float plane = around.face % 2 == 0 ? -half : half;
+    return {(plane - dot(solid.axes[axis], ray.origin - solid.centre)) / dot(solid.axes[axis], ray.direction), around.face};
+}
+
+/// The same face again where all corners of a pixel show it (`shared`, else null); otherwise whatever is met.
 SceneHit subpixel_hit(const Caster& caster, const Ray& ray, const SceneHit* shared, int guess)
 {
     if (shared != nullptr && shared->solid >= 0)
-        if (const auto hit = intersect(caster.scene().solids[static_cast<std::size_t>(shared->solid)], ray, 1e30f);
+        if (const auto hit = hit_again(caster.scene().solids[static_cast<std::size_t>(shared->solid)], *shared, ray);
             hit.face == shared->face)
             return {hit.t, shared->solid, hit.face};
     return caster.cast(ray, guess);

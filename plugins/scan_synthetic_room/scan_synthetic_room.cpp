@@ -25,7 +25,8 @@ std::string frame_name(std::size_t number)
 
 class ScanSyntheticRoom final : public fresco::Stage
 {
-    fresco::Option<int> seed{this, "seed", 1, fresco::range(0, 1'000'000'000), "Another number, another room"};
+    fresco::Option<int> seed{this, "seed", 1, fresco::range(0, 1'000'000'000),
+                             "Another number, another room: colours, books, textures and noise"};
     fresco::Option<double> length_m{this, "length_m", 4.5, fresco::range(3.5, 12), "Length of the room"};
     fresco::Option<double> width_m{this, "width_m", 3.6, fresco::range(3, 8), "Width of the room"};
     fresco::Option<double> height_m{this, "height_m", 2.6, fresco::range(2.3, 4), "Height of the room"};

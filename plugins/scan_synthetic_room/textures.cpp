@@ -21,12 +21,12 @@ Vec3f mix(Vec3f a, Vec3f b, float t)
 
 int cell(float x)
 {
-    return static_cast<int>(std::floor(x));
+    return whole(x);
 }
 
 float fraction(float x)
 {
-    return x - std::floor(x);
+    return x - static_cast<float>(whole(x));
 }
 
 /// 1 within `width` of the borders of a unit cell whose edge is `size` metres, 0 inside; blurred by the footprint.

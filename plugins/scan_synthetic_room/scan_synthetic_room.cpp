@@ -113,7 +113,7 @@ class ScanSyntheticRoom final : public fresco::Stage
                 .memory_mb = "80 + length_m * width_m * height_m / edge_m / edge_m / edge_m * 16 / 1e6",
                 .disk_mb = "frames_count * color_width_px * color_height_px / 1e6 * 0.8",
                 .frames = "frames_count",
-                .faces = "(length_m * width_m + length_m * height_m + width_m * height_m) * 8 / edge_m / edge_m"};
+                .faces = "(length_m * width_m + length_m * height_m + width_m * height_m) * 5 / edge_m / edge_m"};
     }
 };
 

@@ -1,0 +1,99 @@
+#include "vgg19.h"
+
+#include <ATen/ATen.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace vgg19
+{
+namespace
+{
+
+torch::Tensor padded(const torch::Tensor& maps, Padding padding)
+{
+    const std::vector<std::int64_t> sides{1, 1, 1, 1};
+    if (padding == Padding::zero)
+        return at::constant_pad_nd(maps, sides);
+    return std::min(maps.size(2), maps.size(3)) > 1 ? at::reflection_pad2d(maps, sides) : at::replication_pad2d(maps, sides);
+}
+
+torch::Tensor pooled(const torch::Tensor& maps, Pooling pooling)
+{
+    const auto height = maps.size(2) / 2;
+    const auto width = maps.size(3) / 2;
+    if (height == 0 || width == 0)
+        return maps.new_empty({1, maps.size(1), height, width});
+    return pooling == Pooling::max ? at::max_pool2d(maps, {2, 2}) : at::avg_pool2d(maps, {2, 2});
+}
+
+}  // namespace
+
+Vgg19::Vgg19(std::vector<Convolution> layers, InputFormat format, Pooling pooling)
+    : convolutions_(std::move(layers)), format_(format), pooling_(pooling)
+{
+}
+
+std::vector<fresco::FeatureLayer> Vgg19::layers() const
+{
+    std::vector<fresco::FeatureLayer> result;
+    int stride = 1;
+    int margin = 0;
+    for (const auto& convolution : convolutions_)
+    {
+        if (convolution.pooled)
+            stride *= 2;
+        margin += stride;
+        fresco::FeatureLayer layer;
+        layer.name = convolution.layer;
+        layer.channels = static_cast<int>(convolution.weights.size(0));
+        layer.stride = stride;
+        layer.margin_px = margin;
+        layer.style = convolution.layer.ends_with("_1");
+        layer.content = convolution.layer == "relu4_2";
+        result.push_back(layer);
+    }
+    const bool has_content = std::any_of(result.begin(), result.end(), [](const auto& layer) { return layer.content; });
+    if (!has_content && !result.empty())
+        result.back().content = true;
+    return result;
+}
+
+torch::Tensor Vgg19::network_input(const torch::Tensor& picture) const
+{
+    std::vector<torch::Tensor> channels;
+    for (std::size_t i = 0; i < 3; ++i)
+    {
+        const auto channel = picture[static_cast<std::int64_t>(format_.bgr ? 2 - i : i)];
+        channels.push_back((channel * format_.scale - format_.mean[i]) / format_.deviation[i]);
+    }
+    return at::stack(channels).unsqueeze(0);
+}
+
+std::vector<torch::Tensor> Vgg19::encode(const torch::Tensor& picture, const std::vector<std::string>& names) const
+{
+    std::vector<torch::Tensor> result(names.size());
+    std::size_t missing = names.size();
+    auto maps = network_input(picture);
+    for (const auto& convolution : convolutions_)
+    {
+        if (missing == 0)
+            break;
+        if (convolution.pooled)
+            maps = pooled(maps, pooling_);
+        if (maps.size(2) == 0 || maps.size(3) == 0)
+            maps = maps.new_empty({1, convolution.weights.size(0), maps.size(2), maps.size(3)});
+        else
+            maps = at::relu(at::conv2d(padded(maps, format_.padding), convolution.weights.to(maps.scalar_type()),
+                                       convolution.bias.to(maps.scalar_type())));
+        for (std::size_t i = 0; i < names.size(); ++i)
+            if (names[i] == convolution.layer)
+            {
+                result[i] = maps.squeeze(0);
+                --missing;
+            }
+    }
+    return result;
+}
+
+}  // namespace vgg19

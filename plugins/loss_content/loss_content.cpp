@@ -1,0 +1,64 @@
+#include <fresco/error.h>
+#include <fresco/option.h>
+#include <fresco/plugin.h>
+#include <fresco/stage.h>
+#include <fresco/torch/loss.h>
+#include <fresco/torch/tensor.h>
+
+#include <ATen/ATen.h>
+#include <torch/version.h>
+
+namespace
+{
+
+class LossContent final : public fresco::Loss
+{
+    fresco::Slot<fresco::FeatureNetwork> features{this, "features", "features.dictionary", "Network whose features are compared"};
+    fresco::Option<std::string> layers{this, "layers", "",
+                                       "Layers to compare, such as \"relu4_2\"; empty: the network's own choice for contents"};
+
+  public:
+    fresco::LossNeeds needs() const override
+    {
+        fresco::LossNeeds needs;
+        needs.features.push_back({.network = &*features, .names = names_, .whole = false, .camera = true});
+        if (names_.empty())
+            needs.features.back().names = fresco::split_layer_names(*layers);
+        return needs;
+    }
+
+    void prepare(const fresco::PrepareContext&) override
+    {
+        names_ = fresco::split_layer_names(*layers);
+        if (names_.empty())
+            for (const auto& layer : features->layers())
+                if (layer.content)
+                    names_.push_back(layer.name);
+        for (const auto& name : names_)
+            features->layer(name);
+        if (names_.empty())
+            throw fresco::Error("loss.content: the network of `features` has no layer meant for contents; name one in `layers`");
+    }
+
+    std::vector<fresco::LossTerm> evaluate(fresco::Part& part) override
+    {
+        std::vector<fresco::LossTerm> terms;
+        for (const auto& name : names_)
+        {
+            const auto seen = part.selected(*features, name, fresco::Pixels::all);
+            if (seen.size(1) == 0)
+                continue;
+            const auto difference = seen - part.camera_selected(*features, name, fresco::Pixels::all);
+            terms.push_back({name, fresco::ordered_mean(difference * difference)});
+        }
+        return terms;
+    }
+
+  private:
+    std::vector<std::string> names_;
+};
+
+}  // namespace
+
+FRESCO_COMPONENT("loss.content", LossContent, fresco::Loss, "Mean square difference to the camera picture's features")
+FRESCO_LIBRARY("libtorch", TORCH_VERSION)

@@ -147,8 +147,11 @@ std::size_t detach_misfits(const std::vector<Triangle>& triangles, std::size_t v
     misfits.erase(std::unique(misfits.begin(), misfits.end()), misfits.end());
     for (const auto f : misfits)
         for (std::uint32_t h = 3 * f; h < 3 * f + 3; ++h)
-            if (mates[h] != none)
-                mates[mates[h]] = mates[h] = none;
+            if (const auto other = mates[h]; other != none)
+            {
+                mates[other] = none;
+                mates[h] = none;
+            }
     return misfits.size();
 }
 

@@ -79,30 +79,6 @@ bool exports_files(const PipelineStage& stage)
     return !files_outputs(stage).empty();
 }
 
-std::vector<Problem> export_collisions(const Pipeline& pipeline)
-{
-    std::vector<Problem> problems;
-    std::map<std::string, std::string> owners;
-    for (const auto& stage : pipeline.stages)
-    {
-        if (!exports_files(stage))
-            continue;
-        for (const auto& option : stage.type->declaration.at("options").as_list())
-        {
-            const Value* value = stage.options.find(option.at("name").as_string());
-            if (option.at("kind").as_string() != "output_name" || value == nullptr || value->as_string().empty())
-                continue;
-            const std::string path = fs::path(value->as_string()).lexically_normal().generic_string();
-            const auto [owner, is_new] = owners.emplace(path, stage.name);
-            if (!is_new)
-                problems.push_back({stage.position, "the stages " + owner->second + " and " + stage.name + " would both write " +
-                                                        path + " below --out: give one of them another " +
-                                                        option.at("name").as_string()});
-        }
-    }
-    return problems;
-}
-
 void Exporter::copy(const PipelineStage& stage, const std::string& object)
 {
     for (const auto& output : files_outputs(stage))

@@ -107,12 +107,15 @@ FileHashes::FileHashes(std::filesystem::path index) : index_(std::move(index))
 {
     try
     {
-        if (std::filesystem::exists(index_))
-            for (const auto& entry : parse_json(read_text_file(index_), index_.string()).as_list())
-            {
-                Dependency dependency = dependency_from(entry);
-                known_.insert_or_assign(dependency.path.string(), std::move(dependency));
-            }
+        if (!std::filesystem::exists(index_))
+            return;
+        const Value entries = parse_json(read_text_file(index_, std::size_t{1} << 30U), index_.string());
+        for (const auto& entry : entries.as_list())
+        {
+            Dependency dependency = dependency_from(entry);
+            std::string path = dependency.path.string();
+            known_.insert_or_assign(std::move(path), std::move(dependency));
+        }
     }
     catch (const Error&)
     {

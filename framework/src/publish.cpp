@@ -97,9 +97,13 @@ std::vector<std::string> closure(const Store& store, const std::set<std::string>
 {
     std::set<std::string> all = direct;
     for (const auto& id : direct)
-        if (store.present(id))
-            for (const auto& further : store.manifest(id).at("references").as_list())
-                all.insert(further.as_string());
+    {
+        if (!store.present(id))
+            continue;
+        const Value manifest = store.manifest(id);
+        for (const auto& further : manifest.at("references").as_list())
+            all.insert(further.as_string());
+    }
     return {all.begin(), all.end()};
 }
 

@@ -54,9 +54,11 @@ std::vector<StoredResult> read_results(const fs::path& file)
     std::vector<StoredResult> results;
     try
     {
-        if (fs::exists(file))
-            for (const auto& entry : parse_json(read_text_file(file, std::size_t{1} << 30U), file.string()).as_list())
-                results.push_back(result_from(entry));
+        if (!fs::exists(file))
+            return results;
+        const Value entries = parse_json(read_text_file(file, std::size_t{1} << 30U), file.string());
+        for (const auto& entry : entries.as_list())
+            results.push_back(result_from(entry));
     }
     catch (const Error&)
     {

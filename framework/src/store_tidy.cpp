@@ -60,7 +60,7 @@ double age_days(const fs::path& path)
 {
     const auto stamp = stamp_of(path);
     const double modified_s = stamp ? static_cast<double>(stamp->mtime_ns) * 1e-9 : 0;
-    return (static_cast<double>(std::time(nullptr)) - modified_s) / 86400.0;
+    return std::max(0.0, static_cast<double>(std::time(nullptr)) - modified_s) / 86400.0;
 }
 
 /// A checkpoint serves until its stage is done, or is given up.

@@ -1,6 +1,5 @@
 #include "commands.h"
 
-#include <fresco/host/exports.h>
 #include <fresco/host/plugin_search.h>
 
 #include <cstdio>
@@ -58,8 +57,6 @@ std::unique_ptr<LoadedPipeline> load_and_report(const PipelineArguments& argumen
     auto loaded = std::make_unique<LoadedPipeline>();
     loaded->catalog = load_catalog();
     loaded->result = load_pipeline(arguments.request(), loaded->catalog);
-    if (loaded->result.problems.empty())
-        loaded->result.problems = export_collisions(loaded->result.pipeline);
     for (const auto& problem : loaded->result.problems)
         std::fprintf(stderr, "%s\n", to_string(problem).c_str());
     return loaded;

@@ -1,7 +1,6 @@
 #include "commands.h"
 
 #include <fresco/host/commands_inspect.h>
-#include <fresco/host/exports.h>
 #include <fresco/host/plugin_search.h>
 
 #include <iostream>
@@ -21,10 +20,7 @@ struct InspectArguments
 
 PipelineResult load(const InspectArguments& arguments, const Catalog& catalog)
 {
-    PipelineResult result = load_pipeline(arguments.pipeline.request(), catalog);
-    if (result.problems.empty())
-        result.problems = export_collisions(result.pipeline);
-    return result;
+    return load_pipeline(arguments.pipeline.request(), catalog);
 }
 
 }  // namespace

@@ -15,9 +15,6 @@ namespace fresco::host
 /// Whether the stage has an output of type "files".
 bool exports_files(const PipelineStage& stage);
 
-/// Stages that would write the same path below `--out`, as far as their options tell.
-std::vector<Problem> export_collisions(const Pipeline& pipeline);
-
 /// Copies what stages made for the user to `--out`.
 class Exporter
 {

@@ -1,0 +1,241 @@
+// Small stages for the tests of the host: tables with one number, and everything that can go wrong.
+#include "scaler.h"
+
+#include <fresco/files.h>
+#include <fresco/files_io.h>
+#include <fresco/reader.h>
+#include <fresco/stage.h>
+
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <fstream>
+#include <iostream>
+#include <new>
+#include <thread>
+
+Scaler::~Scaler() = default;
+
+namespace
+{
+
+using fresco::Files;
+using fresco::Input;
+using fresco::Option;
+using fresco::Output;
+using fresco::RunContext;
+using fresco::Table;
+
+Table number(double value)
+{
+    Table table;
+    table.columns = {"value"};
+    table.rows = {{value}};
+    return table;
+}
+
+double value_of(const Table& table)
+{
+    return table.rows.at(0).at(0).as_double();
+}
+
+/// One line per run, so that tests can count.
+class LoggedStage : public fresco::Stage
+{
+  protected:
+    void log(const std::string& text)
+    {
+        if (!log_->empty())
+            std::ofstream(*log_, std::ios::app) << text << '\n';
+    }
+
+  private:
+    Option<std::string> log_{this, "log", "", "File that gets a line per run", fresco::not_in_key};
+};
+
+class Source final : public LoggedStage
+{
+    Output<Table> table{this, "table", "The number"};
+    Option<double> value{this, "value", 1, "The number"};
+    Option<fresco::InputFile> file{this, "file", fresco::InputFile{}, "Its size is added"};
+    Option<fresco::InputFolder> folder{this, "folder", fresco::InputFolder{}, "The sizes of its files are added"};
+    Option<int> wait_ms{this, "wait_ms", 0, fresco::range(0, 60'000), "Pause", fresco::not_in_key};
+
+    void run(RunContext& run) override
+    {
+        log("source");
+        double sum = *value;
+        if (!file->empty())
+            sum += static_cast<double>(std::filesystem::file_size(file->path));
+        if (!folder->empty())
+        {
+            run.reads_folder(folder->path);
+            for (const auto& entry : std::filesystem::directory_iterator(folder->path))
+            {
+                run.reads_file(entry.path());
+                sum += static_cast<double>(fresco::read_file(entry.path()).size());
+            }
+        }
+        std::this_thread::sleep_for(std::chrono::milliseconds(*wait_ms));
+        run.report("threads", run.threads());
+        run.message("made " + std::to_string(sum));
+        table = number(sum);
+    }
+
+    fresco::Cost cost() const override { return {"2", "30", "1", "", ""}; }
+};
+FRESCO_STAGE("test.source", Source, "A number from options and files")
+
+class Add final : public LoggedStage
+{
+    Input<Table> left{this, "left", "First number"};
+    Input<Table> right{this, "right", fresco::optional, "Second number"};
+    Output<Table> sum{this, "sum", "Both together"};
+    Option<double> plus{this, "plus", 0, "Added too"};
+    Option<int> wait_ms{this, "wait_ms", 0, fresco::range(0, 60'000), "Pause", fresco::not_in_key};
+
+    void run(RunContext&) override
+    {
+        log("add begins " + std::to_string(*plus));
+        std::this_thread::sleep_for(std::chrono::milliseconds(*wait_ms));
+        log("add ends " + std::to_string(*plus));
+        sum = number(value_of(*left) + (right.has_value() ? value_of(*right) : 0) + *plus);
+    }
+};
+FRESCO_STAGE("test.add", Add, "The sum of two numbers")
+
+/// Counts to `steps`, one checkpoint per step.
+class Slow final : public LoggedStage
+{
+    Input<Table> start{this, "start", fresco::optional, "Where to begin"};
+    Output<Table> counted{this, "counted", "The last number"};
+    Option<int> steps{this, "steps", 20, fresco::range(1, 100'000), "How far"};
+    Option<int> step_ms{this, "step_ms", 20, fresco::range(0, 10'000), "Pause per step", fresco::not_in_key};
+
+    void run(RunContext& run) override
+    {
+        const auto checkpoint = run.checkpoint_folder() / "step";
+        int step = 0;
+        if (std::filesystem::exists(checkpoint))
+            step = std::stoi(fresco::read_text_file(checkpoint));
+        log("slow from " + std::to_string(step));
+        for (; step < *steps; ++step)
+        {
+            run.check_cancelled();
+            run.metric("loss", 1.0 / (step + 1));
+            run.progress(step, *steps, "steps");
+            std::this_thread::sleep_for(std::chrono::milliseconds(*step_ms));
+            fresco::write_file(checkpoint, std::to_string(step + 1));
+        }
+        counted = number((start.has_value() ? value_of(*start) : 0) + step);
+    }
+};
+FRESCO_STAGE("test.slow", Slow, "Counts slowly, with checkpoints")
+
+class Fail final : public LoggedStage
+{
+    Input<Table> input{this, "input", fresco::optional, "Anything"};
+    Output<Table> output{this, "output", "Never made"};
+    Option<std::string> how{this, "how", "error",
+                            fresco::one_of({"error", "missing", "exception", "unknown", "crash", "exit", "memory", "nothing",
+                                            "link", "full", "stubborn"}),
+                            "What goes wrong"};
+
+    void run(RunContext&) override
+    {
+        log("fail");
+        std::cerr << "about to fail" << std::endl;
+        if (*how == "error")
+            throw fresco::Error("mesh.ply:7: three vertices expected, two found");
+        if (*how == "missing")
+            throw fresco::MissingInput("weights.safetensors: there is no such file");
+        if (*how == "exception")
+            throw std::out_of_range("index 7 of 3");
+        if (*how == "unknown")
+            throw 7;
+        if (*how == "crash")
+            std::raise(SIGSEGV);
+        if (*how == "exit")
+            std::_Exit(0);
+        if (*how == "memory")
+            throw std::bad_alloc();
+        if (*how == "full")
+            throw fresco::Error("table.json: No space left on device");
+        if (*how == "link")
+            std::filesystem::create_symlink("/etc", output.folder().path / "link");
+        while (*how == "stubborn")
+            std::this_thread::sleep_for(std::chrono::milliseconds(50));
+        if (*how != "nothing")
+            output = number(0);
+    }
+};
+FRESCO_STAGE("test.fail", Fail, "Fails in every way there is")
+
+class Sink final : public LoggedStage
+{
+    Input<Table> table{this, "table", "What to write"};
+    Output<Files> files{this, "files", "A text file"};
+    Option<fresco::OutputName> path{this, "path", fresco::OutputName{"number.txt"}, "File below --out"};
+    Option<int> copies{this, "copies", 0, fresco::range(0, 100'000), "More files, numbered"};
+
+    void run(RunContext&) override
+    {
+        log("sink " + path->path);
+        Files made;
+        const std::string text = std::to_string(value_of(*table)) + "\n";
+        const auto write = [&](const std::string& name)
+        {
+            const auto file = files.folder().path / name;
+            std::filesystem::create_directories(file.parent_path());
+            std::ofstream(file) << text << std::flush;
+            made.names.push_back(name);
+        };
+        write(path->path);
+        for (int i = 0; i < *copies; ++i)
+            write("copies/" + std::to_string(i) + ".txt");
+        files = std::move(made);
+    }
+};
+FRESCO_STAGE("test.sink", Sink, "A number as a text file")
+
+class FactorScaler final : public Scaler
+{
+  public:
+    double scaled(double value) const override { return value * *factor; }
+
+  private:
+    Option<double> factor{this, "factor", 2, "What to multiply by"};
+};
+FRESCO_COMPONENT("test.factor", FactorScaler, Scaler, "Multiplies")
+
+class Scale final : public LoggedStage
+{
+    Input<Table> table{this, "table", "The number"};
+    Output<Table> scaled{this, "scaled", "The number, scaled"};
+    fresco::Slot<Scaler> first{this, "first", "test.factor", "First scaler"};
+    fresco::Slot<Scaler> second{this, "second", "test.factor", "Second scaler"};
+
+    void run(RunContext& run) override
+    {
+        log("scale");
+        run.report("shared", first.get() == second.get());
+        scaled = number(second->scaled(first->scaled(value_of(*table))));
+    }
+};
+FRESCO_STAGE("test.scale", Scale, "Scales by components")
+
+class NumberReader final : public fresco::FileReader
+{
+  public:
+    std::string artifact() const override { return "table"; }
+    std::vector<std::string> extensions() const override { return {".number"}; }
+    std::shared_ptr<const fresco::Artifact> read(const std::filesystem::path& file) override
+    {
+        return std::make_shared<Table>(number(std::stod(fresco::read_text_file(file))));
+    }
+};
+FRESCO_COMPONENT("read.test_number", NumberReader, fresco::FileReader, "A number from a text file")
+
+FRESCO_LIBRARY("Testlib", "1.2.3")
+
+}  // namespace

@@ -5,6 +5,8 @@
 #include <fresco/host/publish.h>
 
 #include <cerrno>
+#include <charconv>
+#include <csignal>
 #include <cstring>
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -25,13 +27,31 @@ std::vector<std::string> files_outputs(const PipelineStage& stage)
     return names;
 }
 
+/// Removes the unfinished copies of a file that killed runs left: their names end in the number of a process that is gone.
+void remove_leftovers(const fs::path& folder, const std::string& prefix)
+{
+    std::error_code error;
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder, error))
+    {
+        const std::string name = entry.path().filename().string();
+        pid_t process = 0;
+        if (!name.starts_with(prefix) ||
+            std::from_chars(name.data() + prefix.size(), name.data() + name.size(), process).ptr != name.data() + name.size())
+            continue;
+        if (process > 0 && kill(process, 0) != 0 && errno == ESRCH)
+            unlink(entry.path().c_str());
+    }
+}
+
 /// Copies whole or not at all.
 void copy_whole(const fs::path& from, const fs::path& to)
 {
     std::error_code error;
     fs::create_directories(to.parent_path(), error);
-    std::string temporary = (to.parent_path() / ("." + to.filename().string() + ".XXXXXX")).string();
-    const FileDescriptor output(mkostemp(temporary.data(), O_CLOEXEC));
+    const std::string prefix = "." + to.filename().string() + ".part-";
+    remove_leftovers(to.parent_path(), prefix);
+    const std::string temporary = (to.parent_path() / (prefix + std::to_string(getpid()))).string();
+    const FileDescriptor output(open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
     if (!output.valid())
         throw Error(to.string() + ": cannot be written: " + std::strerror(errno));
     try
@@ -55,9 +75,7 @@ void copy_whole(const fs::path& from, const fs::path& to)
                 done += written;
             }
         }
-        const mode_t mask = umask(0);
-        umask(mask);
-        if (fchmod(output.get(), 0666 & ~mask) != 0 || fsync(output.get()) != 0)
+        if (fsync(output.get()) != 0)
             throw Error(to.string() + ": cannot be written: " + std::strerror(errno));
         fault_point("export.written");
         fs::rename(temporary, to, error);

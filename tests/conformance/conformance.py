@@ -1,0 +1,106 @@
+#!/usr/bin/env python3
+"""conformance.py FRESCO SOURCE PLUGINS: what every stage and component in the tree must keep to, asked of the program.
+
+Every library loads; a library is named after its type; help, ports and options are complete and named by the rules; each folder has a
+README that names every port and option; an option of the wrong kind and a misspelt one are refused with the place.
+"""
+import json
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+
+FRESCO, SOURCE, PLUGINS = sys.argv[1], pathlib.Path(sys.argv[2]), pathlib.Path(sys.argv[3])
+WORK = tempfile.TemporaryDirectory(prefix="fresco-conformance-")
+ENVIRONMENT = dict(os.environ, XDG_CACHE_HOME=WORK.name, XDG_DATA_HOME=WORK.name)
+ENVIRONMENT.pop("FRESCO_PLUGIN_PATH", None)
+SNAKE = re.compile(r"[a-z][a-z0-9_]*$")
+problems = []
+
+
+def fresco(*arguments):
+    done = subprocess.run([FRESCO, *arguments], capture_output=True, text=True, env=ENVIRONMENT)
+    return done.returncode, done.stdout, done.stderr
+
+
+def expect(condition, text):
+    if not condition:
+        problems.append(text)
+
+
+def wrong_value(option):
+    """A value that the option's kind cannot take, as YAML."""
+    return {"text": "[1]", "input_file": "[1]", "input_folder": "[1]", "output_name": "[1]", "component": "[1]", "components": "[1]"}.get(option["kind"], "word")
+
+
+def check_option(kind, name, option):
+    where = f"{name}.{option['name']}"
+    expect(SNAKE.match(option["name"]), f"{where}: is not snake_case")
+    expect(len(option.get("help", "")) > 5, f"{where}: has no help")
+    expect(option.get("help", "").count("\n") == 0, f"{where}: help is longer than a line")
+    if "default" in option and "min" in option:
+        values = option["default"] if isinstance(option["default"], list) else [option["default"]]
+        expect(all(value >= option["min"] for value in values), f"{where}: default below its range")
+        expect(all(value <= option.get("max", float("inf")) for value in values), f"{where}: default above its range")
+    if "choices" in option and "default" in option:
+        expect(option["default"] in option["choices"], f"{where}: default is none of its choices")
+
+
+def check_type(entry):
+    name = entry["type"]
+    status, text, errors = fresco("describe", name, "--json")
+    if status != 0:
+        problems.append(f"{name}: describe failed: {errors}")
+        return
+    described = json.loads(text)
+    declaration = described.get("declaration", described)
+    folder = SOURCE / "plugins" / name.replace(".", "_")
+    expect((PLUGINS / (folder.name + ".so")).exists(), f"{name}: no library of that name")
+    expect(SNAKE.match(folder.name), f"{name}: is not kind.name in snake_case")
+    readme = folder / "README.md"
+    text = readme.read_text() if readme.exists() else ""
+    expect(text, f"{name}: has no README.md")
+    for option in declaration["options"]:
+        check_option(entry["kind"], name, option)
+        expect(f"`{option['name']}`" in text or f"`{option['name']}:" in text, f"{name}: README does not name option {option['name']}")
+    for port in declaration["inputs"] + declaration["outputs"]:
+        expect(SNAKE.match(port["name"]), f"{name}: port {port['name']} is not snake_case")
+        expect(len(port["help"]) > 5, f"{name}: port {port['name']} has no help")
+        expect(f"`{port['name']}`" in text, f"{name}: README does not name port {port['name']}")
+    if entry["kind"] == "stage":
+        check_refusals(name, declaration)
+
+
+def check_refusals(name, declaration):
+    """Every option with a wrong value and a misspelt one, all in one file: each is reported at its line."""
+    lines = ["version: 1", "stages:", "  tested:", f"    type: {name}", "    no_such_option: 1"]
+    expected = {5: "no_such_option"}
+    for option in declaration["options"]:
+        lines.append(f"    {option['name']}: {wrong_value(option)}")
+        expected[len(lines)] = option["name"]
+    file = pathlib.Path(WORK.name) / "wrong.yaml"
+    file.write_text("\n".join(lines) + "\n")
+    status, out, errors = fresco("check", str(file))
+    expect(status == 2, f"{name}: check of wrong options ended with {status}")
+    for line, option in expected.items():
+        expect(re.search(rf"wrong\.yaml:{line}:\d+: error: .*{option}", out + errors), f"{name}: wrong value of {option} is not reported at line {line}")
+
+
+status, text, errors = fresco("stages", "--all", "--json")
+if status != 0:
+    sys.exit(f"fresco stages --all --json ended with {status}: {errors}")
+listing = json.loads(text)
+expect(not listing.get("refused"), f"libraries refused: {listing.get('refused')}")
+types = listing["types"]
+libraries = {library.name for library in PLUGINS.glob("*.so")}
+expect(len(types) >= len(libraries) > 10, f"{len(types)} types of {len(libraries)} libraries")
+for entry in types:
+    check_type(entry)
+for pipeline in sorted((SOURCE / "pipelines").glob("**/*.yaml")):
+    # A missing input is the user's to give (3); anything else is wrong with the file.
+    status, out, errors = fresco("check", str(pipeline))
+    expect(status in (0, 3), f"{pipeline.name}: check ended with {status}: {out}{errors}")
+print(f"{len(types)} types, {len(problems)} problems")
+sys.exit("\n".join(problems) if problems else 0)

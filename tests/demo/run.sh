@@ -1,0 +1,31 @@
+#!/usr/bin/env bash
+# run.sh FRESCO SOURCE WORK: the results stay in WORK/out, to be looked at.
+set -euo pipefail
+fresco=$1 source=$2 work=$3
+rm -rf "$work"
+mkdir -p "$work/validator"
+export XDG_CACHE_HOME=$work/cache XDG_DATA_HOME=$work/data
+unset FRESCO_PLUGIN_PATH FRESCO_FAULT
+run() { "$fresco" run "$source/pipelines/demo.yaml" --store "$work/store" --out "$work/out" --cores 2 "$@"; }
+fail() { echo "demo: $*" >&2; exit 1; }
+
+"$fresco" plan "$source/pipelines/demo.yaml" --store "$work/store"
+begin=$(date +%s%N)
+run
+echo "first run: $((($(date +%s%N) - begin) / 1000000)) ms"
+test -s "$work/out/demo.glb" || fail "no demo.glb"
+views=("$work"/out/views/*.png)
+[ ${#views[@]} -gt 10 ] || fail "${#views[@]} views"
+
+# What is stored is not run again, and a result that a user deleted comes back from the store.
+sum=$(sha256sum <"$work/out/demo.glb")
+rm "$work/out/demo.glb"
+begin=$(date +%s%N)
+run --json-log >"$work/second.log"
+elapsed=$((($(date +%s%N) - begin) / 1000000))
+echo "second run: $elapsed ms"
+! grep -q '"event":"begin"' "$work/second.log" || fail "the second run ran a stage"
+[ "$sum" = "$(sha256sum <"$work/out/demo.glb")" ] || fail "the second run wrote another demo.glb"
+
+cp "$source"/tests/gltf_validator/* "$work/validator/"
+(cd "$work/validator" && npm install --no-audit --no-fund --silent && node validate.mjs "$work/out/demo.glb")

@@ -1,0 +1,223 @@
+#include "patches.h"
+#include "robust_distance.h"
+#include "search.h"
+#include "style_patches.h"
+
+#include <fresco/error.h>
+#include <fresco/option.h>
+#include <fresco/plugin.h>
+#include <fresco/stage.h>
+#include <fresco/torch/loss.h>
+#include <fresco/torch/recolour.h>
+
+#include <ATen/ATen.h>
+#include <torch/version.h>
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+namespace
+{
+
+namespace pm = patch_match;
+
+class LossPatchMatch final : public fresco::Loss
+{
+    fresco::Option<int> scales{this, "scales", 3, fresco::range(1, 6), "Sizes at which patches are compared, each half the last"};
+    fresco::Option<int> stride_px{this, "stride_px", 2, fresco::range(1, 7), "Distance between neighbouring patches"};
+    fresco::Option<int> refresh_steps{this, "refresh_steps", 8, fresco::range(1, 1'000'000),
+                                      "Look for the nearest style patches anew after so many steps on one view"};
+    fresco::Option<int> dimensions{this, "dimensions", 32, fresco::range(1, 147),
+                                   "Principal directions in which patches are searched"};
+    fresco::Option<int> max_style_patches{this, "max_style_patches", 24'000, fresco::range(100, 1'000'000),
+                                          "Most style patches per size; a larger picture is taken more coarsely"};
+    fresco::Option<double> exponent{this, "exponent", 0.8, fresco::range(0.1, 2),
+                                    "Exponent on the distance of a patch to its style patch"};
+    fresco::Option<double> completeness{
+        this, "completeness", 0.03, fresco::range(1e-6, 1e6),
+        "The smaller, the more every part of the style is asked for; in variances of style patches"};
+    fresco::Option<double> guide{this, "guide", 0.2, fresco::at_least(0),
+                                 "How much the recoloured camera picture has a say in the search"};
+
+    /// Which style patches the patches of one level are drawn to, per scale; found at `step`.
+    struct Matches
+    {
+        std::int64_t step = 0;
+        std::vector<torch::Tensor> nearest;
+    };
+
+  public:
+    fresco::LossNeeds needs() const override
+    {
+        fresco::LossNeeds needs;
+        needs.picture = true;
+        return needs;
+    }
+
+    void prepare(const fresco::PrepareContext& context) override
+    {
+        const at::NoGradGuard no_gradient;
+        fresco::ColorMoments camera;
+        for (const auto& sample : context.camera_samples)
+            camera.add(fresco::color_moments(sample));
+        map_ = fresco::monge_kantorovich(camera, fresco::color_moments(context.style.fine));
+        progress_ = context.progress;
+        style_.clear();
+        auto picture = context.style.fine;
+        for (int scale = 0; scale < *scales; ++scale, picture = pm::halved(picture))
+        {
+            if (std::min(picture.size(1), picture.size(2)) < pm::patch_size)
+                throw fresco::Error("loss.patch_match: the style picture (" + std::to_string(context.style.fine.size(2)) + " x " +
+                                    std::to_string(context.style.fine.size(1)) + ") is too small for " + std::to_string(*scales) +
+                                    " `scales`: use a larger picture or fewer scales");
+            style_.push_back(pm::make_style_patches(picture, *max_style_patches, *dimensions));
+        }
+    }
+
+    std::vector<fresco::LossTerm> evaluate(fresco::Part& part) override
+    {
+        auto picture = part.image();
+        auto& matches = matches_for(part);
+        torch::Tensor sum;
+        for (std::size_t scale = 0; scale < style_.size(); ++scale)
+        {
+            if (scale > 0)
+                picture = pm::halved(picture);
+            const auto& style = style_[scale];
+            if (matches.nearest.at(scale).numel() != grid(picture).count())
+                throw fresco::Error(
+                    "loss.patch_match: the checkpoint was made for pictures of another size; remove its folder and "
+                    "run again");
+            const auto value = pm::robust_distance(picture, grid(picture), matches.nearest.at(scale), style.patches,
+                                                   std::max(style.total_variance, 1e-6), *exponent);
+            if (value.defined())
+                sum = sum.defined() ? sum + value : value;
+        }
+        if (!sum.defined())
+            return {};
+        return {{"", sum / static_cast<double>(*scales)}};
+    }
+
+    fresco::TensorMap state() const override
+    {
+        fresco::TensorMap state;
+        if (matches_.empty())
+            return state;
+        state["view"] = at::tensor(view_, at::kLong);
+        for (const auto& [level, matches] : matches_)
+        {
+            const auto name = "level" + std::to_string(level);
+            state[name + ".step"] = at::tensor(matches.step, at::kLong);
+            for (std::size_t scale = 0; scale < matches.nearest.size(); ++scale)
+                state[name + ".scale" + std::to_string(scale)] = matches.nearest[scale];
+        }
+        return state;
+    }
+
+    void restore(const fresco::TensorMap& state) override
+    {
+        matches_.clear();
+        if (state.empty())
+            return;
+        view_ = entry(state, "view").item<std::int64_t>();
+        for (int level = 0; level < most_levels; ++level)
+        {
+            const auto name = "level" + std::to_string(level);
+            if (!state.contains(name + ".step"))
+                continue;
+            Matches matches{entry(state, name + ".step").item<std::int64_t>(), {}};
+            for (int scale = 0; scale < *scales; ++scale)
+                matches.nearest.push_back(
+                    checked(entry(state, name + ".scale" + std::to_string(scale)), static_cast<std::size_t>(scale)));
+            matches_[level] = std::move(matches);
+        }
+    }
+
+  private:
+    static constexpr int most_levels = 64;  ///< More than any render pyramid has.
+
+    static const torch::Tensor& entry(const fresco::TensorMap& state, const std::string& name)
+    {
+        const auto found = state.find(name);
+        if (found == state.end())
+            throw fresco::Error("loss.patch_match: the checkpoint lacks '" + name +
+                                "'; remove the checkpoint folder and run again");
+        return found->second;
+    }
+
+    /// Numbers of style patches, or -1.
+    torch::Tensor checked(const torch::Tensor& stored, std::size_t scale) const
+    {
+        auto nearest = stored.to(at::kInt).contiguous();
+        const auto count = static_cast<int>(style_.at(scale).patches.size(0));
+        for (std::int64_t i = 0; i < nearest.numel(); ++i)
+            if (nearest.data_ptr<int>()[i] < -1 || nearest.data_ptr<int>()[i] >= count)
+                throw fresco::Error(
+                    "loss.patch_match: the checkpoint was made for another style picture; remove its folder and run "
+                    "again");
+        return nearest;
+    }
+
+    pm::PatchGrid grid(const torch::Tensor& picture) const { return {picture.size(2), picture.size(1), *stride_px}; }
+
+    /// Only the current view's matches are kept. Asked again within a step, the same ones serve.
+    Matches& matches_for(fresco::Part& part)
+    {
+        if (part.view() != view_)
+            matches_.clear();
+        view_ = part.view();
+        const auto found = matches_.find(part.level());
+        const bool due = part.repeat() % *refresh_steps == 0;
+        if (found != matches_.end() && (!due || found->second.step == part.step()))
+            return found->second;
+        return matches_[part.level()] = search(part);
+    }
+
+    Matches search(fresco::Part& part) const
+    {
+        const at::NoGradGuard no_gradient;
+        auto picture = part.image().detach();
+        auto guide_picture = fresco::recoloured(part.camera(), map_);
+        auto mask = part.mask(fresco::Pixels::all);
+        Matches matches{part.step(), {}};
+        for (std::size_t scale = 0; scale < style_.size(); ++scale)
+        {
+            if (scale > 0)
+            {
+                picture = pm::halved(picture);
+                guide_picture = pm::halved(guide_picture);
+                mask = pm::halved_mask(mask);
+            }
+            const auto patches = grid(picture);
+            auto nearest = at::full({patches.count()}, -1, at::kInt);
+            const auto rows = pm::whole_patches(mask, patches).nonzero().squeeze(1);
+            if (rows.numel() > 0)
+            {
+                const auto& style = style_[scale];
+                const auto found = pm::nearest_patches(
+                    {.patches = pm::project(style, pm::extract_patches(picture, patches).index_select(0, rows)),
+                     .guide = pm::project(style, pm::extract_patches(guide_picture, patches).index_select(0, rows)),
+                     .style = style.keys,
+                     .guide_weight = *guide,
+                     .tolerance = *completeness * std::max(style.total_variance, 1e-6)},
+                    *progress_);
+                nearest.index_copy_(0, rows, found);
+            }
+            matches.nearest.push_back(nearest);
+        }
+        return matches;
+    }
+
+    fresco::ColorMap map_;
+    fresco::Progress* progress_ = nullptr;
+    std::vector<pm::StylePatches> style_;
+    std::map<int, Matches> matches_;
+    std::int64_t view_ = -1;
+};
+
+}  // namespace
+
+FRESCO_COMPONENT("loss.patch_match", LossPatchMatch, fresco::Loss,
+                 "Draws every patch to its nearest patch of the style picture: brush strokes without a network")
+FRESCO_LIBRARY("libtorch", TORCH_VERSION)

@@ -1,0 +1,128 @@
+#include "patches.h"
+#include "robust_distance.h"
+#include "style_patches.h"
+
+#include <ATen/ATen.h>
+#include <ATen/Parallel.h>
+
+#include <catch2/catch.hpp>
+
+#include <cmath>
+
+namespace pm = patch_match;
+
+namespace
+{
+
+torch::Tensor numbers(std::vector<std::int64_t> shape)
+{
+    auto values = at::empty(shape, at::kFloat);
+    for (std::int64_t i = 0; i < values.numel(); ++i)
+        values.data_ptr<float>()[i] = static_cast<float>(std::fmod(0.6180339887 * static_cast<double>(i % 9973 * 17 + i), 1.0));
+    return values;
+}
+
+}  // namespace
+
+TEST_CASE("A grid holds the patches that fit")
+{
+    const pm::PatchGrid grid{12, 9, 2};
+    CHECK(grid.columns() == 3);
+    CHECK(grid.rows() == 2);
+    CHECK(grid.x(5) == 4);
+    CHECK(grid.y(5) == 2);
+    CHECK(pm::PatchGrid{6, 40, 1}.count() == 0);
+    CHECK(pm::PatchGrid{7, 7, 3}.count() == 1);
+}
+
+TEST_CASE("Patches are rows in the order channel, y, x")
+{
+    const auto picture = numbers({3, 9, 12});
+    const pm::PatchGrid grid{12, 9, 2};
+    const auto rows = pm::extract_patches(picture, grid);
+    CHECK(rows.sizes() == at::IntArrayRef({6, 147}));
+    CHECK(at::equal(rows[5], picture.narrow(1, 2, 7).narrow(2, 4, 7).flatten()));
+}
+
+TEST_CASE("A patch with one invalid pixel takes no part")
+{
+    const pm::PatchGrid grid{12, 9, 1};
+    auto mask = at::ones({9, 12}, at::kBool);
+    CHECK(pm::whole_patches(mask, grid).all().item<bool>());
+    mask[4][3] = false;
+    const auto whole = pm::whole_patches(mask, grid);
+    for (std::int64_t i = 0; i < grid.count(); ++i)
+        CHECK(whole[i].item<bool>() == (grid.x(i) > 3));  // every row of patches covers y = 4
+}
+
+TEST_CASE("Halving takes means, and masks only whole cells")
+{
+    const auto picture = at::arange(15, at::kFloat).reshape({1, 3, 5});
+    CHECK(at::equal(pm::halved(picture), at::tensor({3.0F, 5.0F}).reshape({1, 1, 2})));
+    auto mask = at::ones({3, 5}, at::kBool);
+    mask[1][3] = false;
+    CHECK(at::equal(pm::halved_mask(mask), at::tensor({1, 0}).to(at::kBool).reshape({1, 2})));
+    CHECK(pm::halved(at::zeros({3, 1, 8})).numel() == 0);
+    CHECK(pm::halved_mask(at::ones({1, 8}, at::kBool)).numel() == 0);
+}
+
+TEST_CASE("Style patches: every pixel's, or a coarser grid's, with principal directions")
+{
+    const auto picture = numbers({3, 20, 24});
+    const auto all = pm::make_style_patches(picture, 1000, 147);
+    CHECK(all.patches.size(0) == 14 * 18);
+    CHECK(pm::make_style_patches(picture, 100, 4).patches.size(0) == 7 * 9);
+    CHECK(all.total_variance ==
+          Approx((all.patches - all.patches.mean(0)).pow(2).sum().item<double>() / (14 * 18)).epsilon(1e-4));
+    // All directions keep lengths; the first is the strongest.
+    CHECK(at::allclose(all.keys.pow(2).sum(1), (all.patches - all.mean).pow(2).sum(1), 1e-3, 1e-3));
+    const auto strength = all.keys.pow(2).mean(0);
+    CHECK((strength.narrow(0, 0, 146) >= strength.narrow(0, 1, 146) - 1e-5).all().item<bool>());
+    const auto one_colour = pm::make_style_patches(at::full({3, 20, 20}, 0.5F), 1000, 8);
+    CHECK(at::isfinite(one_colour.keys).all().item<bool>());
+}
+
+TEST_CASE("The robust distance agrees with the formula and with finite differences")
+{
+    const auto picture = numbers({3, 10, 9}).to(at::kDouble);
+    const auto style = numbers({5, 147});
+    const pm::PatchGrid grid{9, 10, 2};
+    REQUIRE(grid.count() == 4);
+    const auto nearest = at::tensor({3, -1, 0, 4}, at::kInt);
+    const double scale = 3;
+    const auto value = [&](const torch::Tensor& p) { return pm::robust_distance(p, grid, nearest, style, scale, 0.8); };
+
+    double expected = 0;
+    for (const std::int64_t i : {0, 2, 3})
+    {
+        const auto patch = picture.narrow(1, grid.y(i), 7).narrow(2, grid.x(i), 7).flatten();
+        const double squares = (patch - style[nearest[i].item<std::int64_t>()].to(at::kDouble)).pow(2).sum().item<double>();
+        expected += std::pow(squares / scale + 1e-4, 0.4) / 3;
+    }
+    CHECK(value(picture).item<double>() == Approx(expected));
+
+    auto variable = picture.clone().requires_grad_();
+    (value(variable) * 2).backward();
+    for (std::int64_t i = 0; i < picture.numel(); i += 7)
+    {
+        auto up = picture.clone();
+        auto down = picture.clone();
+        up.view({-1})[i] += 1e-6;
+        down.view({-1})[i] -= 1e-6;
+        const double slope = (value(up).item<double>() - value(down).item<double>()) / 1e-6;
+        CHECK(variable.grad().flatten()[i].item<double>() == Approx(slope).epsilon(1e-5).margin(1e-8));
+    }
+    CHECK(value(picture.to(at::kFloat)).item<double>() == Approx(expected).epsilon(1e-5));
+}
+
+TEST_CASE("A patch that equals its style patch has a finite gradient; none taking part has no value")
+{
+    const auto picture = numbers({3, 7, 7});
+    const pm::PatchGrid grid{7, 7, 1};
+    auto variable = picture.clone().requires_grad_();
+    const auto value = pm::robust_distance(variable, grid, at::zeros({1}, at::kInt), picture.reshape({1, 147}), 1, 0.8);
+    value.backward();
+    CHECK(value.item<double>() == Approx(std::pow(1e-4, 0.4)));
+    CHECK(at::equal(variable.grad(), at::zeros_like(picture)));
+    CHECK_FALSE(pm::robust_distance(picture, grid, at::full({1}, -1, at::kInt), picture.reshape({1, 147}), 1, 0.8).defined());
+}

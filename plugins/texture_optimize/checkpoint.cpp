@@ -1,0 +1,132 @@
+#include "checkpoint.h"
+
+#include <fresco/error.h>
+#include <fresco/torch/tensor.h>
+
+#include <ATen/ops/empty.h>
+
+#include <algorithm>
+#include <charconv>
+#include <string_view>
+
+namespace fresco::optimize
+{
+namespace
+{
+
+constexpr std::string_view parameter_prefix = "parameter/";
+constexpr std::string_view rule_prefix = "rule/";
+constexpr std::string_view loss_prefix = "loss/";
+constexpr std::string_view seen_name = "seen";
+constexpr const char* form = "fresco texture.optimize 1";
+
+bool begins(std::string_view text, std::string_view prefix)
+{
+    return text.substr(0, prefix.size()) == prefix;
+}
+
+std::string joined(std::string_view prefix, const std::string& name)
+{
+    return std::string(prefix) + name;
+}
+
+torch::Tensor to_bytes(const Raster8& raster)
+{
+    auto tensor = at::empty({raster.height, raster.width}, at::kByte);
+    std::copy(raster.values.begin(), raster.values.end(), tensor.data_ptr<std::uint8_t>());
+    return tensor;
+}
+
+Raster8 from_bytes(const torch::Tensor& tensor, const std::string& file)
+{
+    if (tensor.dim() != 2 || tensor.scalar_type() != at::kByte)
+        throw Error(file + ": 'seen' is no picture of bytes; remove the checkpoint folder");
+    Raster8 raster(static_cast<int>(tensor.size(1)), static_cast<int>(tensor.size(0)));
+    std::copy_n(tensor.data_ptr<std::uint8_t>(), raster.values.size(), raster.values.begin());
+    return raster;
+}
+
+}  // namespace
+
+Checkpoint Checkpoint::of(std::int64_t step, const std::vector<TextureParameter>& parameters, const OptimiserRule& rule,
+                          const std::map<std::string, std::shared_ptr<Loss>>& losses, const Raster8& seen)
+{
+    Checkpoint result;
+    result.step = step;
+    for (const auto& parameter : parameters)
+        result.parameters.emplace(parameter.name, parameter.values);
+    result.rule = rule.state();
+    for (const auto& [name, loss] : losses)
+        result.losses.emplace(name, loss->state());
+    result.seen = seen;
+    return result;
+}
+
+void Checkpoint::write(const std::filesystem::path& file) const
+{
+    SafeTensors contents;
+    contents.metadata = {{"form", form}, {"step", std::to_string(step)}};
+    for (const auto& [name, tensor] : parameters)
+        contents.tensors.emplace(joined(parameter_prefix, name), tensor);
+    for (const auto& [name, tensor] : rule)
+        contents.tensors.emplace(joined(rule_prefix, name), tensor);
+    for (const auto& [loss, state] : losses)
+        for (const auto& [name, tensor] : state)
+            contents.tensors.emplace(joined(loss_prefix, loss + "/" + name), tensor);
+    contents.tensors.emplace(std::string(seen_name), to_bytes(seen));
+    write_safetensors(file, contents);
+}
+
+std::optional<Checkpoint> Checkpoint::read(const std::filesystem::path& file)
+{
+    if (!std::filesystem::exists(file))
+        return std::nullopt;
+    auto contents = read_safetensors(file);
+    Checkpoint result;
+    const auto& step = contents.metadata["step"];
+    const auto parsed = std::from_chars(step.data(), step.data() + step.size(), result.step);
+    if (contents.metadata["form"] != form || parsed.ec != std::errc{} || parsed.ptr != step.data() + step.size() ||
+        result.step < 0)
+        throw Error(file.string() + ": is no checkpoint of this version");
+    for (auto& [name, tensor] : contents.tensors)
+    {
+        const std::string_view view = name;
+        if (begins(view, parameter_prefix))
+            result.parameters.emplace(view.substr(parameter_prefix.size()), tensor);
+        else if (begins(view, rule_prefix))
+            result.rule.emplace(view.substr(rule_prefix.size()), tensor);
+        else if (begins(view, loss_prefix) && view.find('/', loss_prefix.size()) != std::string_view::npos)
+        {
+            const auto slash = view.find('/', loss_prefix.size());
+            result.losses[std::string(view.substr(loss_prefix.size(), slash - loss_prefix.size()))].emplace(
+                view.substr(slash + 1), tensor);
+        }
+        else if (view == seen_name)
+            result.seen = from_bytes(tensor, file.string());
+        else
+            throw Error(file.string() + ": unknown tensor '" + name + "'");
+    }
+    return result;
+}
+
+void Checkpoint::restore(std::vector<TextureParameter>& into, OptimiserRule& into_rule,
+                         const std::map<std::string, std::shared_ptr<Loss>>& into_losses) const
+{
+    for (auto& parameter : into)
+    {
+        const auto found = parameters.find(parameter.name);
+        if (found == parameters.end() || found->second.sizes() != parameter.values.sizes() ||
+            found->second.scalar_type() != at::kFloat)
+            throw Error("the checkpoint has no '" + parameter.name + "' of the texture's size; remove the checkpoint folder");
+        // In place: views that exist already look into this memory.
+        parameter.values.copy_(found->second);
+    }
+    into_rule.restore(rule);
+    for (const auto& [name, loss] : into_losses)
+    {
+        const auto found = losses.find(name);
+        loss->restore(found == losses.end() ? TensorMap{} : found->second);
+    }
+}
+
+}  // namespace fresco::optimize

@@ -1,0 +1,113 @@
+#include "evaluation.h"
+
+#include "random.h"
+#include "sparse_sum.h"
+
+#include <fresco/error.h>
+
+#include <ATen/ops/empty.h>
+#include <ATen/ops/empty_like.h>
+#include <torch/csrc/autograd/autograd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+namespace fresco::optimize
+{
+namespace
+{
+
+std::span<float> values_of(const torch::Tensor& tensor)
+{
+    return {tensor.data_ptr<float>(), static_cast<std::size_t>(tensor.numel())};
+}
+
+std::vector<SparseGradient> no_gradients(std::size_t parameters)
+{
+    std::vector<SparseGradient> result;
+    for (std::size_t i = 0; i < parameters; ++i)
+        result.push_back({at::empty({0}, at::kLong), at::empty({0, 3}, at::kFloat)});
+    return result;
+}
+
+}  // namespace
+
+Evaluator::Evaluator(const std::map<std::string, std::shared_ptr<Loss>>& losses, ValueSpace space, torch::Device device,
+                     std::uint64_t seed)
+    : losses_(losses), space_(space), device_(device), seed_(seed)
+{
+}
+
+Evaluation Evaluator::evaluate(std::int64_t step, const ScheduledStep& scheduled, ViewData& data, const std::string& view_name,
+                               std::size_t parameters)
+{
+    // Not sooner: a loss knows its network's default layers only once that network is prepared.
+    if (demands_.empty())
+        demands_ = demands_of(losses_);
+    summands_.clear();
+    Evaluation result;
+    for (std::size_t i = 0; i < data.levels.size(); ++i)
+    {
+        const int level = data.numbers[i];
+        const PartPlace place{level, step, static_cast<std::int64_t>(scheduled.view), scheduled.repeat,
+                              mixed(seed_, static_cast<std::uint64_t>(step), static_cast<std::uint64_t>(level))};
+        const std::string where = "step " + std::to_string(step + 1) + ", view " + view_name + " at " +
+                                  std::to_string(data.levels[i].height_px) + " px: ";
+        auto gradients = level_gradients(place, data.levels[i], where, result.loss);
+        if (result.gradients.empty())
+            result.gradients = std::move(gradients);
+        else
+            for (std::size_t p = 0; p < gradients.size() && p < result.gradients.size(); ++p)
+                result.gradients[p] = sparse_sum(result.gradients[p], gradients[p]);
+    }
+    if (result.gradients.empty())
+        result.gradients = no_gradients(parameters);
+    return result;
+}
+
+std::vector<SparseGradient> Evaluator::level_gradients(const PartPlace& place, LevelData& level, const std::string& where,
+                                                       double& loss)
+{
+    const auto stored = level.view->render();
+    const auto displayed = at::empty_like(stored);
+    space_.display(values_of(stored), level.pixels.all.values, values_of(displayed));
+    const auto image = displayed.to(device_).set_requires_grad(true);
+    RenderedPart part(place, image, level, demands_);
+    const auto sum = weighted_sum(part, level.share, where, loss);
+    torch::Tensor gradient;
+    if (sum.defined() && sum.requires_grad())
+        gradient = torch::autograd::grad({sum}, {image}, {}, false, false, true)[0];
+    if (!gradient.defined())
+        return {};
+    gradient = gradient.detach().to(at::kCPU, at::kFloat).clone(at::MemoryFormat::Contiguous);
+    const auto values = values_of(gradient);
+    if (!std::all_of(values.begin(), values.end(), [](float v) { return std::isfinite(v); }))
+        throw Error(where + "the losses' gradient is not finite; lower 'rate' or the losses' weights");
+    space_.back(values_of(stored), level.factor.values, values);
+    return level.view->gradient(gradient);
+}
+
+torch::Tensor Evaluator::weighted_sum(Part& part, double share, const std::string& where, double& loss)
+{
+    torch::Tensor sum;
+    for (const auto& [name, component] : losses_)
+    {
+        double own = 0;
+        for (const auto& term : component->evaluate(part))
+        {
+            const auto weighted = term.value * (*component->weight * share);
+            const auto value = weighted.item<double>();
+            if (!std::isfinite(value))
+                throw Error(where + "loss '" + name + "' is " + (std::isnan(value) ? "not a number" : "infinite") +
+                            (term.layer.empty() ? "" : " at layer " + term.layer) + "; lower 'rate' or the loss's weight");
+            own += value;
+            sum = sum.defined() ? sum + weighted : weighted;
+        }
+        summands_[name] += own;
+        loss += own;
+    }
+    return sum;
+}
+
+}  // namespace fresco::optimize

@@ -1,0 +1,44 @@
+#pragma once
+
+#include "part.h"
+#include "schedule.h"
+#include "value_space.h"
+
+#include <fresco/torch/optimiser_rule.h>
+
+#include <map>
+#include <memory>
+#include <string>
+
+namespace fresco::optimize
+{
+
+/// Renders every level of a view, lets every loss see it, and back-propagates to the texture. Used by one thread; references the
+/// losses.
+class Evaluator
+{
+  public:
+    Evaluator(const std::map<std::string, std::shared_ptr<Loss>>& losses, ValueSpace space, torch::Device device,
+              std::uint64_t seed);
+
+    /// The loss of `step` on `data` and its gradients, `parameters` of them. Throws Error naming the step, `view_name` and the
+    /// loss where a number is not finite.
+    Evaluation evaluate(std::int64_t step, const ScheduledStep& scheduled, ViewData& data, const std::string& view_name,
+                        std::size_t parameters);
+
+    /// Each loss's share of the last evaluation's sum.
+    const std::map<std::string, double>& summands() const { return summands_; }
+
+  private:
+    std::vector<SparseGradient> level_gradients(const PartPlace& place, LevelData& level, const std::string& where, double& loss);
+    torch::Tensor weighted_sum(Part& part, double share, const std::string& where, double& loss);
+
+    const std::map<std::string, std::shared_ptr<Loss>>& losses_;
+    Demands demands_;
+    ValueSpace space_;
+    torch::Device device_;
+    std::uint64_t seed_;
+    std::map<std::string, double> summands_;
+};
+
+}  // namespace fresco::optimize

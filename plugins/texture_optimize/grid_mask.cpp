@@ -1,0 +1,108 @@
+#include "grid_mask.h"
+
+#include <ATen/Parallel.h>
+#include <ATen/ops/empty.h>
+#include <ATen/ops/zeros.h>
+#include <torch/csrc/autograd/custom_function.h>
+
+#include <algorithm>
+#include <vector>
+
+namespace fresco::optimize
+{
+namespace
+{
+
+bool is_plain(const at::Tensor& tensor)
+{
+    return tensor.device().is_cpu() && tensor.scalar_type() == at::kFloat;
+}
+
+/// C x P to C x N by column number, each number at most once.
+struct Columns : torch::autograd::Function<Columns>
+{
+    static at::Tensor forward(torch::autograd::AutogradContext* context, const at::Tensor& values, const at::Tensor& index)
+    {
+        context->save_for_backward({index});
+        context->saved_data["columns"] = values.size(1);
+        if (!is_plain(values))
+            return values.index_select(1, index);
+        const auto source = values.contiguous();
+        auto result = at::empty({source.size(0), index.numel()}, source.options());
+        each_row(
+            source.size(0), [&](std::int64_t row)
+            { gather(source.data_ptr<float>() + row * source.size(1), index, result.data_ptr<float>() + row * index.numel()); });
+        return result;
+    }
+
+    static torch::autograd::variable_list backward(torch::autograd::AutogradContext* context,
+                                                   torch::autograd::variable_list gradients)
+    {
+        const auto index = context->get_saved_variables()[0];
+        const auto columns = context->saved_data["columns"].toInt();
+        const auto gradient = gradients[0].contiguous();
+        auto result = at::zeros({gradient.size(0), columns}, gradient.options());
+        if (!is_plain(gradient))
+            return {result.index_copy(1, index, gradient), at::Tensor()};
+        each_row(gradient.size(0), [&](std::int64_t row)
+                 { scatter(gradient.data_ptr<float>() + row * index.numel(), index, result.data_ptr<float>() + row * columns); });
+        return {result, at::Tensor()};
+    }
+
+  private:
+    template <class Work>
+    static void each_row(std::int64_t rows, const Work& work)
+    {
+        at::parallel_for(0, rows, 1,
+                         [&](std::int64_t begin, std::int64_t end)
+                         {
+                             for (std::int64_t row = begin; row < end; ++row)
+                                 work(row);
+                         });
+    }
+    static void gather(const float* row, const at::Tensor& index, float* out)
+    {
+        const auto* columns = index.data_ptr<std::int64_t>();
+        for (std::int64_t i = 0; i < index.numel(); ++i)
+            out[i] = row[columns[i]];
+    }
+    static void scatter(const float* values, const at::Tensor& index, float* row)
+    {
+        const auto* columns = index.data_ptr<std::int64_t>();
+        for (std::int64_t i = 0; i < index.numel(); ++i)
+            row[columns[i]] = values[i];
+    }
+};
+
+}  // namespace
+
+GridMask grid_mask(const Raster8& mask, int stride, const torch::Device& device)
+{
+    const std::int64_t rows = mask.height / stride;
+    const std::int64_t columns = mask.width / stride;
+    const auto cells = at::zeros({rows, columns}, at::kBool);
+    std::vector<std::int64_t> chosen;
+    for (std::int64_t row = 0; row < rows; ++row)
+        for (std::int64_t column = 0; column < columns; ++column)
+        {
+            const auto x = static_cast<int>(column * stride + stride / 2);
+            const auto y = static_cast<int>(row * stride + stride / 2);
+            if (mask.at(x, y) == 0)
+                continue;
+            cells.data_ptr<bool>()[row * columns + column] = true;
+            chosen.push_back(row * columns + column);
+        }
+    auto index = at::empty({static_cast<std::int64_t>(chosen.size())}, at::kLong);
+    std::copy(chosen.begin(), chosen.end(), index.data_ptr<std::int64_t>());
+    return {cells.to(device), index.to(device)};
+}
+
+torch::Tensor selected_cells(const torch::Tensor& features, const GridMask& mask)
+{
+    const auto columns = features.reshape({features.size(0), features.size(1) * features.size(2)});
+    if (mask.index.numel() == columns.size(1))
+        return columns;
+    return Columns::apply(columns, mask.index);
+}
+
+}  // namespace fresco::optimize

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <fresco/image.h>
+
+#include <torch/types.h>
+
+namespace fresco::optimize
+{
+
+/// Which cells of a feature grid belong to a mask of pixels.
+struct GridMask
+{
+    torch::Tensor cells;  ///< h x w, bool.
+    torch::Tensor index;  ///< N, int64, ascending: the chosen cells' row-major numbers.
+};
+
+/// Cell (i, j) takes the pixel at its centre, ((i + 0.5) stride, (j + 0.5) stride): nearest neighbour. `mask`: H x W, 0 or 1; the
+/// grid is floor(H / stride) x floor(W / stride).
+GridMask grid_mask(const Raster8& mask, int stride, const torch::Device& device);
+
+/// The chosen cells of `features` (C x h x w): C x N, differentiable. Its gradient costs one pass, not a scatter per cell.
+torch::Tensor selected_cells(const torch::Tensor& features, const GridMask& mask);
+
+}  // namespace fresco::optimize

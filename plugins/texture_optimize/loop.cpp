@@ -1,0 +1,242 @@
+#include "loop.h"
+
+#include "checkpoint.h"
+#include "evaluation.h"
+#include "initial_texture.h"
+#include "prefetch.h"
+#include "preparation.h"
+#include "preview.h"
+#include "schedule.h"
+#include "style_pictures.h"
+
+#include <fresco/error.h>
+#include <fresco/torch/tensor.h>
+
+#include <ATen/Parallel.h>
+
+#include <algorithm>
+#include <chrono>
+#include <optional>
+
+namespace fresco::optimize
+{
+namespace
+{
+
+/// Views in memory besides the one under way: one waits while the next is made.
+constexpr std::size_t views_ahead = 2;
+
+Schedule schedule_of(const LoopOptions& options, std::vector<std::size_t> views)
+{
+    ScheduleOptions s;
+    s.views = std::move(views);
+    s.epochs = options.epochs;
+    s.repeats = options.repeats;
+    s.max_steps = options.max_steps;
+    s.shuffled = options.shuffled;
+    s.seed = options.seed;
+    s.rate = options.rate;
+    s.cosine = options.cosine;
+    s.decay_start = options.decay_start;
+    s.step_epochs = options.step_epochs;
+    s.step_factor = options.step_factor;
+    return Schedule(std::move(s));
+}
+
+std::vector<std::size_t> used_views(const ViewSource& source, RunContext& run)
+{
+    auto views = source.seeing_views();
+    if (views.empty())
+        throw Error("no uv map has a valid pixel: the cameras do not see the mesh; check that mesh and poses share one frame");
+    if (views.size() < source.view_count())
+        run.message(std::to_string(source.view_count() - views.size()) + " of " + std::to_string(source.view_count()) +
+                    " views see nothing of the mesh and are left out");
+    return views;
+}
+
+double share_of_ones(const Raster8& mask)
+{
+    const auto ones = std::count(mask.values.begin(), mask.values.end(), std::uint8_t{1});
+    return static_cast<double>(ones) / static_cast<double>(mask.values.size());
+}
+
+class Loop
+{
+  public:
+    Loop(const LoopInputs& inputs, const LoopComponents& components, const LoopOptions& options, RunContext& run)
+        : components_(components), options_(options), run_(run),
+          source_(inputs.maps, inputs.frames, components.images, options.heights_px), space_(options.values),
+          views_(used_views(source_, run)), schedule_(schedule_of(options, views_)),
+          evaluator_(components.losses, space_, options.device, options.seed),
+          style_(style_sizes(inputs.style, [&](const std::string& text) { run.message(text); }))
+    {
+    }
+
+    Texture operator()()
+    {
+        components_.texture.allocate(options_.size_px);
+        prepare_components();
+        components_.rule.attach(parameters());
+        if (!restored())
+            begin();
+        walk();
+        Texture texture = components_.texture.to_texture();
+        texture.values = options_.values;
+        texture.seen = seen_;
+        run_.report("seen_share", share_of_ones(seen_));
+        return texture;
+    }
+
+  private:
+    std::vector<TextureParameter>& parameters() { return components_.texture.parameters(); }
+    std::filesystem::path checkpoint_file() { return run_.checkpoint_folder() / "checkpoint.safetensors"; }
+
+    void prepare_components()
+    {
+        PrepareContext context;
+        context.style.fine = to_tensor(style_.fine).to(options_.device);
+        context.style.coarse = to_tensor(style_.coarse).to(options_.device);
+        context.camera_samples = camera_samples(source_, views_, options_.device);
+        context.seed = options_.seed;
+        context.progress = &run_;
+        prepare(components_.losses, context);
+        for (const auto& [name, loss] : components_.losses)
+            prepared_states_.emplace(name, loss->state());
+    }
+
+    /// Puts the checkpoint back; false where there is none that can be used.
+    bool restored()
+    {
+        try
+        {
+            const auto checkpoint = Checkpoint::read(checkpoint_file());
+            if (!checkpoint)
+                return false;
+            checkpoint->restore(parameters(), components_.rule, components_.losses);
+            if (checkpoint->seen.width != options_.size_px || checkpoint->step > schedule_.steps())
+                throw Error("the checkpoint is of another run");
+            seen_ = checkpoint->seen;
+            step_ = checkpoint->step;
+        }
+        catch (const Error& error)
+        {
+            run_.warning(std::string("the checkpoint cannot be used and the run begins anew: ") + error.what());
+            components_.rule.attach(parameters());
+            for (const auto& [name, loss] : components_.losses)
+                loss->restore(prepared_states_.at(name));
+            for (auto& parameter : parameters())
+                parameter.values.zero_();
+            return false;
+        }
+        run_.message("going on after step " + std::to_string(step_) + " of " + std::to_string(schedule_.steps()));
+        return true;
+    }
+
+    void begin()
+    {
+        auto initial = initial_texture(source_, views_, style_.fine, options_.init, options_.size_px, run_);
+        seen_ = std::move(initial.seen);
+        if (initial.picture.empty())
+            return;
+        space_.store(initial.picture);
+        components_.texture.set_picture(initial.picture);
+    }
+
+    void walk()
+    {
+        const auto start = std::chrono::steady_clock::now();
+        const std::int64_t first_step = step_;
+        const auto first_visit = static_cast<std::size_t>(step_ / options_.repeats);
+        Prefetch<std::unique_ptr<ViewData>> loader(
+            first_visit, schedule_.visits(), views_ahead,
+            [this](std::size_t visit)
+            { return load_view(source_, schedule_.view_of_visit(visit), components_.texture, options_.scale_by_angle); });
+        std::unique_ptr<ViewData> data;
+        std::optional<std::size_t> loaded_visit;
+        for (; step_ < schedule_.steps(); ++step_)
+        {
+            interrupt_point();
+            const auto scheduled = schedule_.at(step_);
+            if (loaded_visit != scheduled.visit)
+            {
+                data = loader.next();
+                move_to(*data, options_.device);
+                loaded_visit = scheduled.visit;
+            }
+            one_step(scheduled, *data);
+        }
+        const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+        report(seconds.count(), step_ - first_step);
+    }
+
+    /// Between two steps everything is consistent: here a run may end, and goes on later.
+    void interrupt_point()
+    {
+        try
+        {
+            run_.check_cancelled();
+        }
+        catch (const Cancelled&)
+        {
+            write_checkpoint();
+            throw;
+        }
+        if (options_.checkpoint_steps > 0 && step_ > 0 && step_ % options_.checkpoint_steps == 0)
+            write_checkpoint();
+    }
+
+    void write_checkpoint()
+    {
+        if (step_ != checkpointed_step_)
+            Checkpoint::of(step_, parameters(), components_.rule, components_.losses, seen_).write(checkpoint_file());
+        checkpointed_step_ = step_;
+    }
+
+    void one_step(const ScheduledStep& scheduled, ViewData& data)
+    {
+        const Evaluate evaluate = [&]
+        { return evaluator_.evaluate(step_, scheduled, data, source_.name(scheduled.view), parameters().size()); };
+        const double loss = components_.rule.step(parameters(), evaluate, schedule_.rate(step_), options_.lambda_r);
+        run_.metric("loss", loss);
+        run_.progress(static_cast<double>(step_ + 1), static_cast<double>(schedule_.steps()), "steps");
+        if (options_.preview_every > 0 && components_.images != nullptr && step_ % options_.preview_every == 0)
+            write_preview(run_.preview_folder(), *components_.images, space_, *data.levels.back().view,
+                          data.levels.back().pixels.all, components_.texture);
+    }
+
+    void report(double seconds, std::int64_t done)
+    {
+        run_.report("steps", schedule_.steps());
+        run_.report("views", views_.size());
+        run_.report("seconds_per_step", done > 0 ? seconds / static_cast<double>(done) : 0.0);
+        Value summands{Value::Map{}};
+        for (const auto& [name, value] : evaluator_.summands())
+            summands.set(name, value);
+        run_.report("losses_at_last_step", std::move(summands));
+    }
+
+    LoopComponents components_;
+    const LoopOptions& options_;
+    RunContext& run_;
+    ViewSource source_;
+    ValueSpace space_;
+    std::vector<std::size_t> views_;
+    Schedule schedule_;
+    Evaluator evaluator_;
+    StyleSizes style_;
+    std::map<std::string, TensorMap> prepared_states_;  ///< Of the losses before the first step.
+    Raster8 seen_;
+    std::int64_t step_ = 0;
+    std::int64_t checkpointed_step_ = -1;
+};
+
+}  // namespace
+
+Texture optimised_texture(const LoopInputs& inputs, const LoopComponents& components, const LoopOptions& options, RunContext& run)
+{
+    at::set_num_threads(std::max(1, run.threads()));
+    Loop loop(inputs, components, options, run);
+    return loop();
+}
+
+}  // namespace fresco::optimize

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <fresco/frames.h>
+#include <fresco/image_io.h>
+#include <fresco/run_context.h>
+#include <fresco/texture.h>
+#include <fresco/torch/loss.h>
+#include <fresco/torch/optimiser_rule.h>
+#include <fresco/torch/texture_representation.h>
+#include <fresco/uv_maps.h>
+
+#include <torch/types.h>
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace fresco::optimize
+{
+
+struct LoopInputs
+{
+    const UvMaps& maps;
+    const Frames& frames;
+    const Raster8& style;
+};
+
+struct LoopComponents
+{
+    const std::map<std::string, std::shared_ptr<Loss>>& losses;
+    TextureRepresentation& texture;
+    OptimiserRule& rule;
+    const ImageIo* images = nullptr;  ///< Null: NPY pictures alone, no previews.
+};
+
+struct LoopOptions
+{
+    int size_px = 2048;
+    std::vector<int> heights_px;  ///< Empty = all.
+    std::string values = "display";
+    std::string init = "frames";
+    bool scale_by_angle = true;
+    double lambda_r = 0;
+    std::uint64_t seed = 0;
+    torch::Device device = torch::kCPU;
+    // The schedule
+    int epochs = 1;
+    int repeats = 8;
+    std::int64_t max_steps = 0;
+    bool shuffled = true;
+    double rate = 0.02;
+    bool cosine = true;
+    double decay_start = 0.5;
+    int step_epochs = 3;
+    double step_factor = 0.1;
+    // What the result does not depend on
+    std::int64_t checkpoint_steps = 200;  ///< 0 = only when interrupted.
+    std::int64_t preview_every = 0;       ///< 0 = never.
+};
+
+/// Optimises a texture until every view, rendered with it, is what the losses want. Goes on from the checkpoint in
+/// run.checkpoint_folder(), if there is one, and ends with the same bytes as a run without interruption; on the CPU they are the
+/// same for any number of threads. Throws Error for inputs that do not fit and for a loss that is not finite.
+Texture optimised_texture(const LoopInputs& inputs, const LoopComponents& components, const LoopOptions& options,
+                          RunContext& run);
+
+}  // namespace fresco::optimize

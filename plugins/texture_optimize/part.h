@@ -1,0 +1,75 @@
+#pragma once
+
+#include "view_data.h"
+
+#include <fresco/torch/loss.h>
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace fresco::optimize
+{
+
+/// The layers that all losses together want of a network.
+struct Demand
+{
+    std::vector<std::string> image;
+    std::vector<std::string> camera;
+};
+using Demands = std::map<const FeatureNetwork*, Demand>;
+
+Demands demands_of(const std::map<std::string, std::shared_ptr<Loss>>& losses);
+
+/// Where a part stands in the run.
+struct PartPlace
+{
+    int level = 0;
+    std::int64_t step = 0;
+    std::int64_t view = 0;
+    std::int64_t repeat = 0;
+    std::uint64_t seed = 0;
+};
+
+/// A part of one rendered level. A network encodes the image once, with all layers in demand, when the first is asked for; the
+/// camera's features are kept in `data` for the next steps on the view. References its arguments.
+class RenderedPart final : public Part
+{
+  public:
+    /// `image`: 3 x H x W, displayed RGB, on the run's device, requiring a gradient.
+    RenderedPart(PartPlace place, torch::Tensor image, LevelData& data, const Demands& demands);
+    ~RenderedPart() override;
+
+    int level() const override { return place_.level; }
+    int height_px() const override { return data_.height_px; }
+    std::int64_t step() const override { return place_.step; }
+    std::int64_t view() const override { return place_.view; }
+    std::int64_t repeat() const override { return place_.repeat; }
+    std::uint64_t seed() const override { return place_.seed; }
+
+    torch::Tensor image() override { return image_; }
+    torch::Tensor camera() override { return data_.camera; }
+    torch::Tensor mask(Pixels pixels) override { return pixels == Pixels::all ? data_.all : data_.fine; }
+
+    torch::Tensor features(const FeatureNetwork& network, const std::string& layer) override;
+    torch::Tensor camera_features(const FeatureNetwork& network, const std::string& layer) override;
+    torch::Tensor feature_mask(const FeatureNetwork& network, const std::string& layer, Pixels pixels) override;
+    torch::Tensor selected(const FeatureNetwork& network, const std::string& layer, Pixels pixels) override;
+    torch::Tensor camera_selected(const FeatureNetwork& network, const std::string& layer, Pixels pixels) override;
+
+  private:
+    using Encoded = std::map<const FeatureNetwork*, std::map<std::string, torch::Tensor>>;
+    const GridMask& grid(const FeatureNetwork& network, const std::string& layer, Pixels pixels);
+    static torch::Tensor encoded(Encoded& known, const FeatureNetwork& network, const std::vector<std::string>& wanted,
+                                 const std::string& layer, const torch::Tensor& picture);
+    const Demand& demand(const FeatureNetwork& network) const;
+
+    PartPlace place_;
+    torch::Tensor image_;
+    LevelData& data_;
+    const Demands& demands_;
+    Encoded features_;
+};
+
+}  // namespace fresco::optimize

@@ -1,0 +1,83 @@
+#include "schedule.h"
+
+#include "random.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+#include <stdexcept>
+
+namespace fresco::optimize
+{
+namespace
+{
+
+/// The stride next to count / golden ratio that visits everything.
+std::size_t golden_stride(std::size_t count)
+{
+    const auto ideal = static_cast<std::size_t>(std::lround(static_cast<double>(count) / std::numbers::phi));
+    for (std::size_t distance = 0;; ++distance)
+    {
+        if (std::gcd(ideal + distance, count) == 1)
+            return ideal + distance;
+        if (distance < ideal && std::gcd(ideal - distance, count) == 1)
+            return ideal - distance;
+    }
+}
+
+}  // namespace
+
+std::size_t spread_index(std::size_t position, std::size_t count, std::uint64_t seed)
+{
+    const std::uint64_t number = mixed(seed);
+    const std::size_t stride = golden_stride(count) % count;
+    const std::size_t walked = (position % count) * stride % count;
+    const std::size_t start = static_cast<std::size_t>(number >> 1U) % count;
+    return (number & 1U) != 0 ? (start + walked) % count : (start + count - walked) % count;
+}
+
+Schedule::Schedule(ScheduleOptions options) : options_(std::move(options))
+{
+    if (options_.views.empty() || options_.epochs < 1 || options_.repeats < 1)
+        throw std::invalid_argument("a schedule takes at least one view, epoch and repeat");
+    steps_ = static_cast<std::int64_t>(options_.views.size()) * options_.epochs * options_.repeats;
+    if (options_.max_steps > 0)
+        steps_ = std::min(steps_, options_.max_steps);
+}
+
+std::size_t Schedule::visits() const
+{
+    return static_cast<std::size_t>((steps_ + options_.repeats - 1) / options_.repeats);
+}
+
+std::size_t Schedule::view_of_visit(std::size_t visit) const
+{
+    const std::size_t count = options_.views.size();
+    const std::size_t position = visit % count;
+    if (!options_.shuffled)
+        return options_.views[position];
+    return options_.views[spread_index(position, count, mixed(options_.seed, visit / count, 1))];
+}
+
+ScheduledStep Schedule::at(std::int64_t step) const
+{
+    ScheduledStep result;
+    result.visit = static_cast<std::size_t>(step / options_.repeats);
+    result.view = view_of_visit(result.visit);
+    result.repeat = step % options_.repeats;
+    result.epoch = static_cast<std::int64_t>(result.visit / options_.views.size());
+    return result;
+}
+
+double Schedule::rate(std::int64_t step) const
+{
+    if (!options_.cosine)
+        return options_.rate * std::pow(options_.step_factor, static_cast<double>(at(step).epoch / options_.step_epochs));
+    const double begin = options_.decay_start * static_cast<double>(steps_);
+    const double length = static_cast<double>(steps_) - begin;
+    const double done = static_cast<double>(step) - begin;
+    return done <= 0 || length <= 0 ? options_.rate : options_.rate * 0.5 * (1 + std::cos(std::numbers::pi * done / length));
+}
+
+}  // namespace fresco::optimize

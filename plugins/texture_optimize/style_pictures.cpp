@@ -1,0 +1,68 @@
+#include "style_pictures.h"
+
+#include <fresco/error.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace fresco::optimize
+{
+namespace
+{
+
+constexpr int largest_side = 2048;
+constexpr int fine_side = 256;
+constexpr int coarse_factor = 4;
+
+RasterF opaque_rgb(const Raster8& picture)
+{
+    if (picture.empty() || (picture.channels != 1 && picture.channels != 3 && picture.channels != 4))
+        throw Error("the style picture is " + std::to_string(picture.width) + "x" + std::to_string(picture.height) + " with " +
+                    std::to_string(picture.channels) + " channels; expected pixels of 1 (grey), 3 (RGB) or 4 (RGBA) channels");
+    RasterF result(picture.width, picture.height, 3);
+    for (int y = 0; y < picture.height; ++y)
+        for (int x = 0; x < picture.width; ++x)
+        {
+            const float alpha = picture.channels == 4 ? static_cast<float>(picture.at(x, y, 3)) / 255 : 1.0F;
+            for (int c = 0; c < 3; ++c)
+                result.at(x, y, c) =
+                    static_cast<float>(picture.at(x, y, picture.channels == 1 ? 0 : c)) / 255 * alpha + (1 - alpha);
+        }
+    return result;
+}
+
+int scaled(int side, int to, int from)
+{
+    return std::max(1, static_cast<int>(std::lround(static_cast<double>(side) * to / from)));
+}
+
+/// The picture with `reference` (one of its sides, or equal to one) scaled to `to`.
+RasterF with_side(const RasterF& picture, int reference, int to)
+{
+    return resized(picture, scaled(picture.width, to, reference), scaled(picture.height, to, reference));
+}
+
+}  // namespace
+
+StyleSizes style_sizes(const Raster8& picture, const std::function<void(const std::string&)>& message)
+{
+    RasterF source = opaque_rgb(picture);
+    const int longer = std::max(source.width, source.height);
+    if (longer > largest_side)
+        source = with_side(source, longer, largest_side);
+    const int shorter = std::min(source.width, source.height);
+    if (shorter <= fine_side)
+    {
+        if (shorter < fine_side)
+            message("the style picture's shorter side has only " + std::to_string(shorter) + " px; it is used as it is (" +
+                    std::to_string(fine_side) + " px or more give finer strokes)");
+        return {source, source};
+    }
+    RasterF fine = with_side(source, shorter, fine_side);
+    if (fine_side * coarse_factor >= shorter)
+        return {std::move(fine), std::move(source)};
+    RasterF coarse = resized(source, fine.width * coarse_factor, fine.height * coarse_factor);
+    return {std::move(fine), std::move(coarse)};
+}
+
+}  // namespace fresco::optimize

@@ -1,0 +1,192 @@
+#pragma once
+
+#include <fresco/frames.h>
+#include <fresco/npy.h>
+#include <fresco/testing.h>
+#include <fresco/torch/loss.h>
+#include <fresco/torch/tensor.h>
+#include <fresco/uv_maps.h>
+
+#include <ATen/ops/avg_pool2d.h>
+#include <ATen/ops/zeros.h>
+
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+/// \file A tiny world: cameras that look straight at a square painted wall, one texture unit wide; and losses to optimise it
+/// with.
+
+namespace fakes
+{
+
+using namespace fresco;
+
+/// What is painted on the wall at (u, v).
+inline Vec3f painting(double u, double v)
+{
+    return {static_cast<float>(0.5 + 0.3 * std::sin(6 * u)), static_cast<float>(0.3 + 0.5 * v),
+            static_cast<float>(0.6 - 0.4 * u * v)};
+}
+
+/// View i of a walk along the wall sees a window of 0.5 x 0.5 of it; the left two pixel columns look past it.
+struct Window
+{
+    double u;
+    double v;
+};
+inline Window window(std::size_t view, std::size_t views)
+{
+    const double t = views > 1 ? static_cast<double>(view) / static_cast<double>(views - 1) : 0;
+    return {0.5 * t, 0.25 + 0.25 * std::sin(5 * t)};
+}
+
+inline UvMap wall_map(std::size_t view, std::size_t views, int width, int height)
+{
+    UvMap map{RasterF(width, height, 2), RasterF(width, height), RasterF(width, height), Raster8(width, height)};
+    const auto at = window(view, views);
+    for (int y = 0; y < height; ++y)
+        for (int x = 2; x < width; ++x)
+        {
+            map.uv.at(x, y, 0) = static_cast<float>(at.u + 0.5 * (x + 0.5) / width);
+            map.uv.at(x, y, 1) = static_cast<float>(at.v + 0.5 * (1 - (y + 0.5) / height));
+            map.depth.at(x, y) = 2;
+            map.cosine.at(x, y) = 0.8F;
+            map.valid.at(x, y) = 1;
+        }
+    return map;
+}
+
+/// Uv maps and frames of the wall on disk, below `folder`.
+struct Wall
+{
+    Wall(const std::filesystem::path& folder, std::size_t views, const std::vector<int>& heights)
+    {
+        const auto maps_folder = folder / "maps";
+        std::filesystem::create_directories(maps_folder);
+        UvMaps index;
+        index.heights_px = heights;
+        for (std::size_t i = 0; i < views; ++i)
+        {
+            Frame frame;
+            frame.sequence = "walk";
+            frame.name = "frame-" + std::to_string(i);
+            frame.number = static_cast<long>(i);
+            frame.color.intrinsics = {40, 30, 30, 30, 20, 15};
+            frame.depth = frame.color;
+            frame.color_picture.path = folder / (frame.name + ".npy");
+            write_picture(frame.color_picture.path, i, views);
+            UvMaps::View view{frame.sequence, frame.name, frame.color, {}};
+            for (const int height : heights)
+            {
+                const auto map = wall_map(i, views, frame.color.intrinsics.width_at(height), height);
+                UvMaps::write_map({maps_folder, {}}, i, height, map);
+                std::int64_t valid = 0;
+                for (const auto v : map.valid.values)
+                    valid += v;
+                view.valid_pixels.push_back(valid);
+            }
+            index.views.push_back(view);
+            frames.frames.push_back(frame);
+        }
+        index.save({maps_folder, {}});
+        maps = UvMaps::load({maps_folder, {}});
+    }
+
+    static void write_picture(const std::filesystem::path& file, std::size_t view, std::size_t views)
+    {
+        std::vector<std::uint8_t> pixels;
+        const auto at = window(view, views);
+        for (int y = 0; y < 30; ++y)
+            for (int x = 0; x < 40; ++x)
+            {
+                const auto color = painting(at.u + 0.5 * (x + 0.5) / 40, at.v + 0.5 * (1 - (y + 0.5) / 30));
+                for (const float c : {color.x, color.y, color.z})
+                    pixels.push_back(static_cast<std::uint8_t>(std::lround(c * 255)));
+            }
+        const std::vector<std::size_t> shape{30, 40, 3};
+        write_npy(file, shape, std::span<const std::uint8_t>(pixels));
+    }
+
+    std::shared_ptr<const UvMaps> maps;
+    Frames frames;
+};
+
+/// The picture shall be the camera's: mean of squared differences over the mask.
+class CameraLoss final : public Loss
+{
+  public:
+    LossNeeds needs() const override { return {{}, true}; }
+    void prepare(const PrepareContext& context) override { samples = context.camera_samples.size(); }
+    std::vector<LossTerm> evaluate(Part& part) override
+    {
+        const auto mask = part.mask(Pixels::all);
+        const auto difference = (part.image() - part.camera()) * mask;
+        return {{"", ordered_sum(difference * difference) / static_cast<double>(3 * mask.sum().item<std::int64_t>())}};
+    }
+    std::size_t samples = 0;
+};
+
+/// One network layer of stride 2: means of 2 x 2 pixels, run through a convolution.
+class HalfNetwork final : public FeatureNetwork
+{
+  public:
+    void prepare(const PrepareContext&) override { ++prepared; }
+    std::vector<FeatureLayer> layers() const override { return {{"half", 3, 2, 0}, {"same", 3, 1, 0}}; }
+    std::vector<torch::Tensor> encode(const torch::Tensor& picture, const std::vector<std::string>& names) const override
+    {
+        ++encoded;
+        std::vector<torch::Tensor> result;
+        for (const auto& name : names)
+            result.push_back(name == "half" ? at::avg_pool2d(picture.unsqueeze(0), {2, 2}).squeeze(0) : picture * 2);
+        return result;
+    }
+    int prepared = 0;
+    mutable int encoded = 0;
+};
+
+/// Mean features like the style's, smoothed over the steps: has a state, and a network.
+class MeanLoss final : public Loss
+{
+  public:
+    Slot<FeatureNetwork> features{this, "features", "features.half", "Network"};
+    LossNeeds needs() const override { return {{{features.get().get(), {"half"}, false, true}}, false}; }
+    void prepare(const PrepareContext& context) override
+    {
+        const auto maps = features->encode(context.style.fine, {"half"});
+        target_ = ordered_mean(maps[0].reshape({3, -1}), 1);
+        running_ = target_.clone();
+    }
+    std::vector<LossTerm> evaluate(Part& part) override
+    {
+        const auto selected = part.selected(*features, "half", Pixels::all);
+        const auto mean = ordered_mean(selected, 1);
+        running_ = (running_ * 0.9 + mean.detach() * 0.1).detach();
+        const auto away = mean * 0.5 + running_ * 0.5 - target_;
+        const auto content = selected - part.camera_selected(*features, "half", Pixels::all);
+        const auto noise = static_cast<double>(part.seed() % 1000) * 1e-5;
+        return {{"half", ordered_sum(away * away) * (1 + noise)}, {"half", ordered_mean(content * content) * 0.1}};
+    }
+    TensorMap state() const override { return {{"running", running_}}; }
+    void restore(const TensorMap& state) override { running_ = state.at("running").clone(); }
+
+  private:
+    torch::Tensor target_;
+    torch::Tensor running_;
+};
+
+/// Becomes infinite at the third step.
+class ExplodingLoss final : public Loss
+{
+  public:
+    LossNeeds needs() const override { return {{}, true}; }
+    void prepare(const PrepareContext&) override {}
+    std::vector<LossTerm> evaluate(Part& part) override
+    {
+        return {{"deep", ordered_mean(part.image()) / (part.step() < 2 ? 1.0 : 0.0)}};
+    }
+};
+
+}  // namespace fakes

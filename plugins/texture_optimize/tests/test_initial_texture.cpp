@@ -1,0 +1,178 @@
+#include "fakes.h"
+#include "initial_texture.h"
+#include "push_pull.h"
+#include "splat.h"
+
+#include <catch2/catch.hpp>
+
+#include <fresco/texture.h>
+#include <fresco/torch/recolour.h>
+
+#include <array>
+#include <cmath>
+
+using namespace fakes;
+using namespace fresco::optimize;
+
+namespace
+{
+
+UvMap one_pixel(float u, float v, float depth, float cosine)
+{
+    UvMap map{RasterF(1, 1, 2), RasterF(1, 1), RasterF(1, 1), Raster8(1, 1, 1, 1)};
+    map.uv.values = {u, v};
+    map.depth.values = {depth};
+    map.cosine.values = {cosine};
+    return map;
+}
+
+RasterF one_color(float r)
+{
+    RasterF color(1, 1, 3);
+    color.values = {r, 0.5F, 1};
+    return color;
+}
+
+}  // namespace
+
+TEST_CASE("texels take the mean of what is seen, weighted by cosine over depth")
+{
+    TexelGatherer gatherer(4, true);
+    // The centre of the texel in row 0, column 1.
+    gatherer.add(one_pixel(0.375F, 0.875F, 2, 1), one_color(1));
+    gatherer.add(one_pixel(0.375F, 0.875F, 1, 0.25F), one_color(0.25F));
+    gatherer.mark(one_pixel(0.5F, 0.125F, 1, 1));
+    CHECK((gatherer.seen().values == std::vector<std::uint8_t>{0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 0}));
+    Raster8 covered;
+    const auto colors = gatherer.take_colors(covered);
+    CHECK(colors.at(1, 0, 0) == Approx((0.5 * 1 + 0.25 * 0.25) / 0.75));
+    CHECK(colors.at(1, 0, 1) == 0.5F);
+    CHECK(covered.at(1, 0) == 1);
+    CHECK(covered.at(1, 3) == 0);
+    CHECK(colors.at(0, 0, 2) == 0);
+}
+
+TEST_CASE("a pixel between four texels marks them all and gives each its share")
+{
+    TexelGatherer gatherer(4, true);
+    gatherer.add(one_pixel(0.5F, 0.5F, 1, 1), one_color(0.75F));
+    Raster8 covered;
+    const auto colors = gatherer.take_colors(covered);
+    for (int y = 0; y < 4; ++y)
+        for (int x = 0; x < 4; ++x)
+        {
+            const bool inside = (x == 1 || x == 2) && (y == 1 || y == 2);
+            CHECK(static_cast<bool>(gatherer.seen().at(x, y)) == inside);
+            CHECK(colors.at(x, y, 0) == Approx(inside ? 0.75 : 0.0));
+        }
+}
+
+TEST_CASE("push_pull keeps what is covered and fills the rest between its extremes, near ones first")
+{
+    RasterF picture(13, 9, 1);
+    Raster8 covered(13, 9);
+    picture.at(0, 0) = 1;
+    covered.at(0, 0) = 1;
+    picture.at(12, 8) = 3;
+    covered.at(12, 8) = 1;
+    push_pull(picture, covered);
+    CHECK(picture.at(0, 0) == 1);
+    CHECK(picture.at(12, 8) == 3);
+    CHECK(picture.at(1, 1) < 1.5F);
+    CHECK(picture.at(11, 8) > 2.5F);
+    for (const float v : picture.values)
+    {
+        CHECK(v >= 1);
+        CHECK(v <= 3);
+    }
+    RasterF one(8, 8, 2);
+    Raster8 corner(8, 8);
+    one.at(3, 3, 0) = 0.5F;
+    one.at(3, 3, 1) = 0.25F;
+    corner.at(3, 3) = 1;
+    push_pull(one, corner);
+    for (int i = 0; i < 64; ++i)
+    {
+        CHECK(one.at(i % 8, i / 8, 0) == Approx(0.5));
+        CHECK(one.at(i % 8, i / 8, 1) == Approx(0.25));
+    }
+    RasterF nothing(4, 4, 1, 7);
+    push_pull(nothing, Raster8(4, 4));
+    CHECK(nothing.values == std::vector<float>(16, 7.0F));
+}
+
+TEST_CASE("the camera pictures gathered into the texture, recoloured, have the style's colours where seen")
+{
+    const testing::TemporaryFolder folder;
+    const Wall wall(folder.path(), 9, {30});
+    const ViewSource source(*wall.maps, wall.frames, nullptr, {});
+    RasterF style(20, 20, 3);
+    for (int i = 0; i < 400; ++i)
+    {
+        style.values[static_cast<std::size_t>(3 * i)] = 0.4F + 0.01F * static_cast<float>(i % 20);
+        style.values[static_cast<std::size_t>(3 * i + 1)] = 0.6F - 0.005F * static_cast<float>(i / 20);
+        style.values[static_cast<std::size_t>(3 * i + 2)] = 0.3F + 0.01F * static_cast<float>((i * 7) % 13);
+    }
+    testing::TestRun run(1);
+    testing::TestRun two(2);
+    const auto views = source.seeing_views();
+    REQUIRE(views.size() == 9);
+    const auto texture = initial_texture(source, views, style, "frames", 32, run);
+    CHECK((initial_texture(source, views, style, "frames", 32, two).picture == texture.picture));
+
+    // The slow twin: the painting itself, mapped by the statistics of what the frames show.
+    ColorMoments shown;
+    ColorMoments wanted;
+    ColorMoments got;
+    for (std::size_t i = 0; i < 400; ++i)
+        wanted.add({static_cast<double>(style.values[3 * i]), static_cast<double>(style.values[3 * i + 1]),
+                    static_cast<double>(style.values[3 * i + 2])});
+    for (const auto view : views)
+    {
+        const auto at = window(view, 9);
+        for (int y = 0; y < 30; ++y)
+            for (int x = 2; x < 40; ++x)
+                shown.add(vec_cast<double>(painting(at.u + 0.5 * (x + 0.5) / 40, at.v + 0.5 * (1 - (y + 0.5) / 30))));
+    }
+    const auto map = monge_kantorovich(shown, wanted);
+    int compared = 0;
+    for (int y = 1; y < 31; ++y)
+        for (int x = 1; x < 31; ++x)
+        {
+            bool inside = true;
+            for (int dy = -1; dy <= 1; ++dy)
+                for (int dx = -1; dx <= 1; ++dx)
+                    inside = inside && texture.seen.at(x + dx, y + dy) != 0;
+            if (!inside)
+                continue;
+            const auto expected = map(vec_cast<double>(painting((x + 0.5) / 32, 1 - (y + 0.5) / 32)));
+            CHECK(texture.picture.at(x, y, 0) == Approx(expected.x).margin(0.02));
+            CHECK(texture.picture.at(x, y, 1) == Approx(expected.y).margin(0.02));
+            CHECK(texture.picture.at(x, y, 2) == Approx(expected.z).margin(0.02));
+            ++compared;
+        }
+    CHECK(compared > 300);
+    for (const float v : texture.picture.values)
+        CHECK(v > 0.1F);
+}
+
+TEST_CASE("a texture begins with the style's mean colour, or at zero, and is marked where seen either way")
+{
+    const testing::TemporaryFolder folder;
+    const Wall wall(folder.path(), 3, {24, 30});
+    const ViewSource source(*wall.maps, wall.frames, nullptr, {});
+    RasterF style(2, 1, 3);
+    style.values = {0, 0.5F, 1, 1, 0.5F, 0};
+    testing::TestRun run;
+    const auto zeros = initial_texture(source, {0, 1, 2}, style, "zeros", 16, run);
+    const auto color = initial_texture(source, {0, 1, 2}, style, "color", 16, run);
+    const auto frames = initial_texture(source, {0, 1, 2}, style, "frames", 16, run);
+    CHECK(zeros.picture.empty());
+    CHECK(color.picture.values == std::vector<float>(16 * 16 * 3, 0.5F));
+    CHECK((zeros.seen == color.seen));
+    CHECK((zeros.seen == frames.seen));
+    const std::array<float, 2> middle{0.25F, 0.5F};
+    const int x = static_cast<int>(middle[0] * 16);
+    CHECK(zeros.seen.at(x, 8) == 1);
+    CHECK(zeros.seen.at(15, 0) == 0);
+}

@@ -1,0 +1,194 @@
+#include "evaluation.h"
+#include "fakes.h"
+#include "part.h"
+
+#include <catch2/catch.hpp>
+
+#include <fresco/error.h>
+
+#include <ATen/Parallel.h>
+#include <ATen/ops/arange.h>
+#include <ATen/ops/equal.h>
+#include <ATen/ops/index_select.h>
+#include <ATen/ops/ones.h>
+#include <ATen/ops/rand.h>
+#include <torch/csrc/autograd/autograd.h>
+
+using namespace fakes;
+using namespace fresco::optimize;
+
+namespace
+{
+
+/// A texture of one texel, shown by every pixel.
+class OneTexel final : public TextureRepresentation
+{
+  public:
+    class View final : public TextureView
+    {
+      public:
+        View(const torch::Tensor& value, int width, int height) : value_(value), width_(width), height_(height) {}
+        torch::Tensor render() const override { return value_.reshape({3, 1, 1}).expand({3, height_, width_}).contiguous(); }
+        std::vector<SparseGradient> gradient(const torch::Tensor& g) const override
+        {
+            return {{at::zeros({1}, at::kLong), g.sum({1, 2}).reshape({1, 3})}};
+        }
+
+      private:
+        torch::Tensor value_;
+        int width_;
+        int height_;
+    };
+    void allocate(int) override { parameters_ = {{"texel", at::zeros({1, 3}), 1}}; }
+    void set_picture(const RasterF& p) override
+    {
+        parameters_[0].values.copy_(to_tensor(p).reshape({3, -1}).mean(1).reshape({1, 3}));
+    }
+    std::vector<TextureParameter>& parameters() override { return parameters_; }
+    std::unique_ptr<TextureView> make_view(const UvMap& map) const override
+    {
+        return std::make_unique<View>(parameters_[0].values, map.valid.width, map.valid.height);
+    }
+    Texture to_texture() const override { return {}; }
+
+  private:
+    std::vector<TextureParameter> parameters_;
+};
+
+struct World
+{
+    testing::TemporaryFolder folder;
+    Wall wall{folder.path(), 2, {24, 36}};
+    ViewSource source{*wall.maps, wall.frames, nullptr, {}};
+    OneTexel texture;
+    std::shared_ptr<HalfNetwork> network = std::make_shared<HalfNetwork>();
+    testing::TestFactory factory;
+    std::map<std::string, std::shared_ptr<Loss>> losses;
+    World()
+    {
+        texture.allocate(1);
+        factory.add("features.half", [this] { return network; });
+        factory.add("mean", [] { return std::make_shared<MeanLoss>(); });
+        for (const char* name : {"first", "second"})
+            losses[name] = std::dynamic_pointer_cast<Loss>(
+                factory.create("loss", Value::Map{{"type", "mean"}, {"weight", std::string(name) == "first" ? 2.0 : 3.0}}));
+    }
+};
+
+}  // namespace
+
+TEST_CASE("a grid cell takes the pixel at its centre")
+{
+    Raster8 mask(5, 4);
+    mask.at(1, 1) = 1;
+    mask.at(3, 3) = 1;
+    mask.at(2, 0) = 1;
+    mask.at(4, 1) = 1;
+    const auto half = grid_mask(mask, 2, torch::kCPU);
+    REQUIRE(half.cells.sizes() == at::IntArrayRef({2, 2}));
+    REQUIRE(half.index.numel() == 2);
+    CHECK(half.index[0].item<std::int64_t>() == 0);
+    CHECK(half.index[1].item<std::int64_t>() == 3);
+    CHECK(half.cells[1][1].item<bool>());
+    CHECK_FALSE(half.cells[0][1].item<bool>());
+    CHECK(grid_mask(mask, 1, torch::kCPU).index.numel() == 4);
+}
+
+TEST_CASE("selected cells and their gradient equal index_select's")
+{
+    Raster8 mask(17, 9);
+    for (std::size_t i = 0; i < mask.values.size(); i += 3)
+        mask.values[i] = 1;
+    const auto grid = grid_mask(mask, 1, torch::kCPU);
+    for (const auto type : {at::kFloat, at::kDouble})
+    {
+        const auto features = at::arange(5 * 9 * 17, at::kDouble).reshape({5, 9, 17}).to(type).set_requires_grad(true);
+        const auto direction = at::arange(5 * grid.index.numel(), at::kDouble).reshape({5, -1}).to(type);
+        const auto fast = selected_cells(features, grid);
+        const auto slow = at::index_select(features.reshape({5, -1}), 1, grid.index);
+        CHECK(at::equal(fast, slow));
+        CHECK(at::equal(torch::autograd::grad({fast}, {features}, {direction})[0],
+                        torch::autograd::grad({slow}, {features}, {direction})[0]));
+    }
+    CHECK(selected_cells(at::ones({2, 9, 17}), grid_mask(Raster8(17, 9), 1, torch::kCPU)).sizes() == at::IntArrayRef({2, 0}));
+}
+
+TEST_CASE("losses on one network share its encodings, and the camera's outlive the step")
+{
+    World world;
+    const auto data = load_view(world.source, 0, world.texture, true);
+    REQUIRE(data->levels.size() == 2);
+    CHECK(data->numbers == std::vector<int>{0, 1});
+    CHECK(data->levels[0].share == Approx(0.5).margin(0.02));
+    const auto demands = demands_of(world.losses);
+    REQUIRE(demands.size() == 1);
+    CHECK(demands.begin()->second.image == std::vector<std::string>{"half"});
+    for (int step = 0; step < 3; ++step)
+    {
+        const auto image = data->levels[1].view->render().set_requires_grad(true);
+        RenderedPart part({1, step, 0, step, 7}, image, data->levels[1], demands);
+        CHECK(part.height_px() == 36);
+        CHECK(part.camera().sizes() == image.sizes());
+        const auto features = part.features(*world.network, "half");
+        CHECK(features.requires_grad());
+        CHECK(at::equal(features, part.features(*world.network, "half")));
+        CHECK(part.feature_mask(*world.network, "half", Pixels::all).sizes() == features.sizes().slice(1));
+        CHECK_FALSE(part.camera_features(*world.network, "half").requires_grad());
+        CHECK(part.selected(*world.network, "half", Pixels::all).size(1) == 18 * 23);
+        CHECK(world.network->encoded == 2 + step);
+        CHECK_THROWS_AS(part.features(*world.network, "same"), std::logic_error);
+        CHECK_THROWS_AS(part.features(HalfNetwork(), "half"), std::logic_error);
+    }
+}
+
+TEST_CASE("the evaluation's gradient is that of the weighted sum over losses and levels")
+{
+    World world;
+    world.losses = {{"camera", std::make_shared<CameraLoss>()}};
+    world.texture.parameters()[0].values.fill_(0.4);
+    const auto data = load_view(world.source, 1, world.texture, false);
+    Evaluator evaluator(world.losses, ValueSpace("display"), torch::kCPU, 1);
+    const auto loss = [&] { return evaluator.evaluate(0, {}, *data, "v", 1); };
+    const auto evaluation = loss();
+    CHECK(evaluator.summands().at("camera") == Approx(evaluation.loss));
+    auto& values = world.texture.parameters()[0].values;
+    for (int c = 0; c < 3; ++c)
+    {
+        auto value = values[0][c];
+        value.add_(0.01);
+        const double above = loss().loss;
+        value.sub_(0.02);
+        const double below = loss().loss;
+        value.add_(0.01);
+        CHECK(evaluation.gradients[0].values[0][c].item<float>() == Approx((above - below) / 0.02).epsilon(1e-3).margin(1e-5));
+    }
+    // With the angle's scaling every pixel's gradient, and so their sum, is 0.8 of it.
+    const auto scaled_data = load_view(world.source, 1, world.texture, true);
+    const auto scaled = evaluator.evaluate(0, {}, *scaled_data, "v", 1);
+    CHECK(scaled.gradients[0].values[0][0].item<float>() == Approx(0.8 * evaluation.gradients[0].values[0][0].item<float>()));
+    CHECK(scaled.loss == Approx(evaluation.loss));
+}
+
+TEST_CASE("a loss that is not finite is named with step and view")
+{
+    World world;
+    world.losses = {{"boom", std::make_shared<ExplodingLoss>()}};
+    world.texture.parameters()[0].values.fill_(0.4);
+    const auto data = load_view(world.source, 0, world.texture, false);
+    Evaluator evaluator(world.losses, ValueSpace("display"), torch::kCPU, 1);
+    CHECK_NOTHROW(evaluator.evaluate(1, {}, *data, "walk/frame-0", 1));
+    CHECK_THROWS_WITH(evaluator.evaluate(2, {}, *data, "walk/frame-0", 1),
+                      Catch::Contains("step 3") && Catch::Contains("walk/frame-0") && Catch::Contains("'boom'") &&
+                          Catch::Contains("deep"));
+}
+
+TEST_CASE("missing heights and frames are named")
+{
+    World world;
+    CHECK_THROWS_WITH(ViewSource(*world.wall.maps, world.wall.frames, nullptr, {24, 30}),
+                      Catch::Contains("30 px") && Catch::Contains("24, 36"));
+    CHECK(ViewSource(*world.wall.maps, world.wall.frames, nullptr, {36}).height_px(0) == 36);
+    auto fewer = world.wall.frames;
+    fewer.frames.pop_back();
+    CHECK_THROWS_WITH(ViewSource(*world.wall.maps, fewer, nullptr, {}), Catch::Contains("walk/frame-1"));
+}

@@ -1,0 +1,167 @@
+#include "levels.h"
+#include "sparse_sum.h"
+#include "style_pictures.h"
+#include "value_space.h"
+
+#include <catch2/catch.hpp>
+
+#include <fresco/error.h>
+
+#include <ATen/ops/empty.h>
+
+#include <cmath>
+
+using namespace fresco;
+using namespace fresco::optimize;
+
+namespace
+{
+
+SparseGradient sparse(const std::vector<std::int64_t>& texels)
+{
+    SparseGradient g{at::empty({static_cast<std::int64_t>(texels.size())}, at::kLong),
+                     at::empty({static_cast<std::int64_t>(texels.size()), 3}, at::kFloat)};
+    for (std::size_t i = 0; i < texels.size(); ++i)
+    {
+        g.texels.data_ptr<std::int64_t>()[i] = texels[i];
+        for (std::size_t c = 0; c < 3; ++c)
+            g.values.data_ptr<float>()[3 * i + c] = static_cast<float>(texels[i]) + static_cast<float>(c) / 10;
+    }
+    return g;
+}
+
+StyleSizes sizes(int width, int height, std::vector<std::string>& messages)
+{
+    return style_sizes(Raster8(width, height, 3, 100), [&](const std::string& m) { messages.push_back(m); });
+}
+
+}  // namespace
+
+TEST_CASE("sparse gradients add by texel")
+{
+    const auto sum = sparse_sum(sparse({1, 4, 9}), sparse({0, 4, 12}));
+    const std::vector<std::int64_t> texels(sum.texels.data_ptr<std::int64_t>(),
+                                           sum.texels.data_ptr<std::int64_t>() + sum.texels.numel());
+    CHECK(texels == std::vector<std::int64_t>{0, 1, 4, 9, 12});
+    CHECK(sum.values[2][1].item<float>() == Approx(8.2));
+    CHECK(sum.values[4][0].item<float>() == 12);
+    CHECK(sparse_sum(sparse({}), sparse({3})).texels.numel() == 1);
+    CHECK(sparse_sum(sparse({}), sparse({})).texels.numel() == 0);
+}
+
+TEST_CASE("style sizes by hand")
+{
+    std::vector<std::string> messages;
+    auto s = sizes(1024, 512, messages);
+    CHECK(s.fine.width == 512);
+    CHECK(s.fine.height == 256);
+    CHECK(s.coarse.width == 1024);
+    s = sizes(1200, 1600, messages);
+    CHECK(s.fine.width == 256);
+    CHECK(s.fine.height == 341);
+    CHECK(s.coarse.width == 1024);
+    CHECK(s.coarse.height == 1364);
+    s = sizes(5000, 2500, messages);  // first 2048 x 1024
+    CHECK(s.fine.width == 512);
+    CHECK(s.coarse.width == 2048);
+    CHECK(s.coarse.height == 1024);
+    CHECK(messages.empty());
+    s = sizes(300, 200, messages);
+    CHECK(s.fine.width == 300);
+    CHECK(s.coarse.height == 200);
+    REQUIRE(messages.size() == 1);
+    CHECK(messages[0].find("200 px") != std::string::npos);
+}
+
+TEST_CASE("alpha is composited on white, grey spread, other pictures refused")
+{
+    const auto ignore = [](const std::string&) {};
+    Raster8 rgba(1, 1, 4);
+    rgba.values = {255, 0, 51, 51};
+    const auto composited = style_sizes(rgba, ignore).fine;
+    CHECK(composited.values[0] == Approx(1));
+    CHECK(composited.values[1] == Approx(0.8));
+    CHECK(composited.values[2] == Approx(0.84));
+    CHECK(style_sizes(Raster8(2, 2, 1, 51), ignore).fine.at(1, 1, 2) == Approx(0.2));
+    CHECK_THROWS_AS(style_sizes(Raster8(2, 2, 2), ignore), Error);
+    CHECK_THROWS_AS(style_sizes(Raster8(), ignore), Error);
+}
+
+TEST_CASE("network values are BGR minus the mean, and come back as displayed RGB")
+{
+    const ValueSpace network("network");
+    RasterF picture(1, 1, 3);
+    picture.values = {1.0F, 0.5F, 0.0F};
+    network.store(picture);
+    CHECK(picture.values[0] == Approx(-103.939));
+    CHECK(picture.values[1] == Approx(127.5 - 116.779));
+    CHECK(picture.values[2] == Approx(255 - 123.68));
+    std::vector<float> shown(3);
+    const std::vector<std::uint8_t> valid{1};
+    network.display(picture.values, valid, shown);
+    CHECK(shown[0] == Approx(1).margin(1e-6));
+    CHECK(shown[1] == Approx(0.5));
+    CHECK(shown[2] == Approx(0).margin(1e-6));
+    const std::vector<std::uint8_t> invalid{0};
+    network.display(picture.values, invalid, shown);
+    CHECK(shown == std::vector<float>{0, 0, 0});
+}
+
+TEST_CASE("the gradient of the displayed picture agrees with finite differences")
+{
+    const std::vector<std::uint8_t> valid{1, 1};
+    const std::vector<float> factor{0.5F, 2.0F};
+    const std::vector<float> direction{0.3F, -0.2F, 0.7F, 0.1F, -0.4F, 0.6F};
+    for (const char* name : {"display", "network"})
+    {
+        const ValueSpace space(name);
+        std::vector<float> stored{0.2F, 0.4F, 0.6F, 0.3F, 0.5F, 0.1F};
+        auto gradient = direction;
+        space.back(stored, factor, gradient);
+        for (std::size_t i = 0; i < 6; ++i)
+        {
+            const auto loss = [&](float step)
+            {
+                auto moved = stored;
+                moved[i] += step;
+                std::vector<float> shown(6);
+                space.display(moved, valid, shown);
+                double sum = 0;
+                for (std::size_t k = 0; k < 6; ++k)
+                    sum += static_cast<double>(shown[k]) * static_cast<double>(direction[k]) * static_cast<double>(factor[k % 2]);
+                return sum;
+            };
+            CHECK(gradient[i] == Approx((loss(0.05F) - loss(-0.05F)) / 0.1).epsilon(1e-3).margin(1e-5));
+        }
+    }
+}
+
+TEST_CASE("outside the displayable range only the way back passes")
+{
+    const ValueSpace space("display");
+    const std::vector<float> stored{1.2F, 1.2F, -0.1F};
+    const std::vector<float> one{1.0F};
+    std::vector<float> gradient{0.5F, -0.5F, -0.25F};
+    space.back(stored, one, gradient);
+    CHECK(gradient == std::vector<float>{0.5F, 0, -0.25F});
+}
+
+TEST_CASE("levels share by covered area, and gradients scale by the cosine")
+{
+    UvMap small{RasterF(4, 2, 2), RasterF(4, 2), RasterF(4, 2, 1, 0.5F), Raster8(4, 2)};
+    small.valid.values = {1, 1, 0, 0, 1, 1, 0, 0};
+    UvMap large{RasterF(8, 4, 2), RasterF(8, 4), RasterF(8, 4), Raster8(8, 4)};
+    for (std::size_t i = 0; i < 8; ++i)
+        large.valid.values[i] = 1;
+    const std::vector<UvMap> maps{small, large, UvMap{RasterF(2, 2, 2), RasterF(2, 2), RasterF(2, 2), Raster8(2, 2)}};
+    const auto levels = level_pixels(maps);
+    CHECK(levels[0].count() == 4);
+    CHECK((levels[0].fine == small.valid));
+    const auto shares = level_shares(levels);
+    CHECK(shares[0] == Approx(2.0 / 3));
+    CHECK(shares[1] == Approx(1.0 / 3));
+    CHECK(shares[2] == 0);
+    CHECK(gradient_factor(small, levels[0], true).values[1] == 0.5F);
+    CHECK(gradient_factor(small, levels[0], false).values[1] == 1);
+    CHECK(gradient_factor(small, levels[0], true).values[2] == 0);
+}

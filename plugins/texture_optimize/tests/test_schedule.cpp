@@ -1,0 +1,150 @@
+#include "prefetch.h"
+#include "schedule.h"
+
+#include <catch2/catch.hpp>
+
+#include <atomic>
+#include <cmath>
+#include <memory>
+#include <set>
+#include <stdexcept>
+#include <string>
+
+using namespace fresco::optimize;
+
+namespace
+{
+
+ScheduleOptions options(std::size_t views)
+{
+    ScheduleOptions o;
+    for (std::size_t i = 0; i < views; ++i)
+        o.views.push_back(10 + i);
+    return o;
+}
+
+}  // namespace
+
+TEST_CASE("repeats are consecutive and every epoch visits every view")
+{
+    auto o = options(5);
+    o.epochs = 3;
+    o.repeats = 4;
+    for (const bool shuffled : {false, true})
+    {
+        o.shuffled = shuffled;
+        const Schedule schedule(o);
+        REQUIRE(schedule.steps() == 60);
+        REQUIRE(schedule.visits() == 15);
+        for (std::int64_t epoch = 0; epoch < 3; ++epoch)
+        {
+            std::multiset<std::size_t> seen;
+            for (std::int64_t step = epoch * 20; step < epoch * 20 + 20; ++step)
+            {
+                const auto at = schedule.at(step);
+                CHECK(at.epoch == epoch);
+                CHECK(at.repeat == step % 4);
+                CHECK(at.visit == static_cast<std::size_t>(step / 4));
+                CHECK(at.view == schedule.view_of_visit(at.visit));
+                seen.insert(at.view);
+            }
+            for (std::size_t view = 10; view < 15; ++view)
+                CHECK(seen.count(view) == 4);
+        }
+    }
+    o.shuffled = false;
+    CHECK(Schedule(o).at(21).view == 10);
+    CHECK(Schedule(o).at(7).view == 11);
+}
+
+TEST_CASE("max_steps ends the run within a visit")
+{
+    auto o = options(5);
+    o.repeats = 4;
+    o.max_steps = 7;
+    const Schedule schedule(o);
+    CHECK(schedule.steps() == 7);
+    CHECK(schedule.visits() == 2);
+    o.max_steps = 1000;
+    CHECK(Schedule(o).steps() == 20);
+    CHECK_THROWS_AS(Schedule(options(0)), std::invalid_argument);
+}
+
+TEST_CASE("the spread order is a permutation whose beginnings cover the recording")
+{
+    for (const std::size_t count : {1U, 2U, 3U, 4U, 6U, 12U, 125U, 1000U})
+        for (std::uint64_t seed = 0; seed < 5; ++seed)
+        {
+            std::set<std::size_t> seen;
+            for (std::size_t i = 0; i < count; ++i)
+                seen.insert(spread_index(i, count, seed));
+            CHECK(seen.size() == count);
+            CHECK(*seen.rbegin() == count - 1);
+        }
+    // A tenth of the walk leaves no gap of more than a quarter of the recording.
+    std::set<std::size_t> first;
+    for (std::size_t i = 0; i < 12; ++i)
+        first.insert(spread_index(i, 125, 7));
+    std::size_t last = 0;
+    for (const auto index : first)
+    {
+        CHECK(index - last <= 31);
+        last = index;
+    }
+    CHECK(spread_index(0, 125, 1) != spread_index(0, 125, 2));
+}
+
+TEST_CASE("learning rates by hand")
+{
+    auto o = options(10);
+    o.epochs = 10;
+    o.rate = 2;
+    const Schedule cosine(o);
+    CHECK(cosine.rate(0) == 2);
+    CHECK(cosine.rate(50) == 2);
+    CHECK(cosine.rate(75) == Approx(1));
+    CHECK(cosine.rate(99) > 0);
+    CHECK(cosine.rate(99) < 0.01);
+    o.decay_start = 1;
+    CHECK(Schedule(o).rate(99) == 2);
+    o.cosine = false;
+    const Schedule steps(o);
+    CHECK(steps.rate(29) == 2);
+    CHECK(steps.rate(30) == Approx(0.2));
+    CHECK(steps.rate(99) == Approx(0.002));
+}
+
+TEST_CASE("prefetched items come in order and no more than asked ahead")
+{
+    std::atomic<int> made{0};
+    Prefetch<std::unique_ptr<int>> loader(3, 40, 2,
+                                          [&](std::size_t i)
+                                          {
+                                              ++made;
+                                              return std::make_unique<int>(static_cast<int>(i));
+                                          });
+    for (int i = 3; i < 20; ++i)
+    {
+        CHECK(*loader.next() == i);
+        CHECK(made <= i - 3 + 1 + 3);
+    }
+}
+
+TEST_CASE("a loader's exception arrives where its item would be taken")
+{
+    Prefetch<int> loader(0, 5, 2,
+                         [](std::size_t i)
+                         {
+                             if (i == 2)
+                                 throw std::runtime_error("no view 2");
+                             return static_cast<int>(i);
+                         });
+    CHECK(loader.next() == 0);
+    CHECK(loader.next() == 1);
+    CHECK_THROWS_WITH(loader.next(), "no view 2");
+}
+
+TEST_CASE("a loader that nobody asks ends at once")
+{
+    const Prefetch<int> loader(0, 1000000, 1, [](std::size_t i) { return static_cast<int>(i); });
+}

@@ -1,0 +1,231 @@
+#include "checkpoint.h"
+#include "fakes.h"
+
+#include <catch2/catch.hpp>
+
+#include <fresco/error.h>
+#include <fresco/files_io.h>
+#include <fresco/stage.h>
+#include <fresco/texture.h>
+
+#include <ATen/Parallel.h>
+#include <ATen/ops/full.h>
+
+#include <array>
+
+using namespace fakes;
+
+namespace
+{
+
+std::shared_ptr<Component> from_plugin(const char* file, const char* type)
+{
+    auto object = testing::make_from_plugin(file, type);
+    auto* component = dynamic_cast<Component*>(object.get());
+    REQUIRE(component != nullptr);
+    object.release();
+    return std::shared_ptr<Component>(component);
+}
+
+Raster8 style_picture()
+{
+    Raster8 picture(64, 48, 3);
+    for (std::size_t i = 0; i < picture.values.size(); ++i)
+        picture.values[i] = static_cast<std::uint8_t>(40 + (i * 37) % 150);
+    return picture;
+}
+
+struct Studio
+{
+    testing::TemporaryFolder folder;
+    Wall wall;
+    int runs = 0;
+
+    explicit Studio(std::size_t views = 6, const std::vector<int>& heights = {30}) : wall(folder.path() / "wall", views, heights)
+    {
+    }
+
+    static Value options(const Value& losses, Value::Map more)
+    {
+        Value options = Value::Map{{"size_px", 64},
+                                   {"repeats_count", 3},
+                                   {"device", "cpu"},
+                                   {"losses", losses},
+                                   {"texture", Value::Map{{"type", "texture.laplacian"}}},
+                                   {"optimiser", Value::Map{{"type", "optimiser.adam"}, {"mode", "visible"}, {"beta2", 0.99}}}};
+        for (auto& [name, value] : more)
+            options.set(name, value);
+        return options;
+    }
+
+    /// Runs the built plugin; the texture's folder.
+    std::filesystem::path paint(testing::TestRun& run, const Value& options)
+    {
+        testing::TestFactory factory;
+        factory.add("texture.laplacian", [] { return from_plugin(FRESCO_PLUGIN_texture_laplacian, "texture.laplacian"); });
+        factory.add("optimiser.adam", [] { return from_plugin(FRESCO_PLUGIN_optimiser_adam, "optimiser.adam"); });
+        factory.add("features.half", [] { return std::make_shared<HalfNetwork>(); });
+        factory.add("camera", [] { return std::make_shared<CameraLoss>(); });
+        factory.add("mean", [] { return std::make_shared<MeanLoss>(); });
+        factory.add("exploding", [] { return std::make_shared<ExplodingLoss>(); });
+        const auto object = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "texture.optimize");
+        auto* stage = dynamic_cast<Stage*>(object.get());
+        REQUIRE(stage != nullptr);
+        const auto out = folder.path() / ("run" + std::to_string(runs++));
+        testing::run_stage(*stage, options,
+                           {{"uvmaps", wall.maps},
+                            {"frames", std::make_shared<Frames>(wall.frames)},
+                            {"style", std::make_shared<Image>(style_picture())}},
+                           out, run, factory);
+        return out / "texture";
+    }
+};
+
+std::vector<std::vector<std::byte>> bytes_in(const std::filesystem::path& texture)
+{
+    std::vector<std::vector<std::byte>> result;
+    for (const char* name : {"layer_0.npy", "layer_1.npy", "layer_2.npy", "layer_3.npy", "seen.npy", "texture.json"})
+        result.push_back(read_file(texture / name));
+    return result;
+}
+
+std::array<float, 3> looked_up(const Texture& texture, double u, double v)
+{
+    std::array<float, 3> sum{};
+    for (const auto& layer : texture.layers)
+    {
+        std::array<float, 3> value{};
+        sample_bilinear(layer, static_cast<float>(u), static_cast<float>(v), value.data());
+        for (std::size_t c = 0; c < 3; ++c)
+            sum[c] += value[c];
+    }
+    return sum;
+}
+
+const Value camera_loss = Value::Map{{"camera", Value::Map{{"type", "camera"}}}};
+const Value mean_losses = Value::Map{{"a", Value::Map{{"type", "mean"}, {"features", Value::Map{{"type", "features.half"}}}}},
+                                     {"b", Value::Map{{"type", "camera"}, {"weight", 0.3}}}};
+
+}  // namespace
+
+TEST_CASE("a texture pulled to the camera pictures becomes the painting, whatever it stores")
+{
+    Studio studio;
+    for (const char* values : {"display", "network"})
+        for (const char* init : {"zeros", "frames"})
+        {
+            CAPTURE(values, init);
+            const bool network = std::string(values) == "network";
+            testing::TestRun run;
+            const auto folder = studio.paint(run, Studio::options(camera_loss, {{"epochs", 16},
+                                                                                {"values", values},
+                                                                                {"init", init},
+                                                                                {"rate", network ? 5.0 : 0.02},
+                                                                                {"gradient_scaling", "none"}}));
+            const auto texture = Texture::load({folder, {}});
+            CHECK(texture->values == values);
+            REQUIRE(texture->layers.size() == 4);
+            const auto& losses = run.metrics.at("loss");
+            REQUIRE(losses.size() == 6 * 3 * 16);
+            CHECK(losses.back() < 2e-4);
+            CHECK(run.reported.at("steps").as_int() == 288);
+            // The middle of the last window.
+            const auto found = looked_up(*texture, 0.7, 0.3);
+            const auto wanted = painting(0.7, 0.3);
+            const std::array<double, 3> rgb{wanted.x, wanted.y, wanted.z};
+            const std::array<double, 3> mean{123.68, 116.779, 103.939};
+            for (std::size_t c = 0; c < 3; ++c)
+            {
+                const double shown =
+                    network ? (static_cast<double>(found[2 - c]) + mean[c]) / 255 : static_cast<double>(found[c]);
+                CHECK(shown == Approx(rgb[c]).margin(0.03));
+            }
+            const double seen = run.reported.at("seen_share").as_double();
+            CHECK(seen > 0.4);
+            CHECK(seen < 0.9);
+        }
+}
+
+TEST_CASE("the texture's bytes do not depend on threads, levels together, and do on the seed")
+{
+    Studio studio(5, {20, 30});
+    const auto options = Studio::options(mean_losses, {{"epochs", 2}});
+    std::vector<std::vector<std::vector<std::byte>>> results;
+    for (const int threads : {1, 2})
+    {
+        testing::TestRun run(threads);
+        results.push_back(bytes_in(studio.paint(run, options)));
+    }
+    CHECK((results[0] == results[1]));
+    testing::TestRun run;
+    auto other = options;
+    other.set("seed", 5);
+    CHECK((bytes_in(studio.paint(run, other)) != results[0]));
+}
+
+TEST_CASE("a run that is cancelled, or killed, goes on to the same bytes")
+{
+    Studio studio;
+    for (const char* mode : {"visible", "dense"})
+    {
+        auto options = Studio::options(mean_losses, {{"epochs", 2}, {"lambda_r", 0.01}, {"checkpoint_steps", 0}});
+        options.set("optimiser", Value::Map{{"type", "optimiser.adam"}, {"mode", mode}});
+        testing::TestRun whole;
+        const auto expected = bytes_in(studio.paint(whole, options));
+
+        testing::TestRun interrupted;
+        interrupted.cancel_after(3 + 14);  // 3 batches of views, then in the middle of a visit
+        CHECK_THROWS_AS(studio.paint(interrupted, options), Cancelled);
+        CHECK(interrupted.metrics.at("loss").size() == 13);
+        CHECK((bytes_in(studio.paint(interrupted, options)) == expected));
+        CHECK(interrupted.metrics.at("loss").size() == 36);
+        REQUIRE_FALSE(interrupted.messages.empty());
+        CHECK(interrupted.messages.back() == "going on after step 13 of 36");
+
+        // With periodic checkpoints too.
+        options.set("checkpoint_steps", 10);
+        testing::TestRun killed;
+        killed.cancel_after(3 + 21);
+        CHECK_THROWS_AS(studio.paint(killed, options), Cancelled);
+        CHECK((bytes_in(studio.paint(killed, options)) == expected));
+    }
+}
+
+TEST_CASE("a damaged checkpoint is named and the run begins anew")
+{
+    Studio studio;
+    const auto options = Studio::options(mean_losses, {{"epochs", 1}});
+    testing::TestRun whole;
+    const auto expected = bytes_in(studio.paint(whole, options));
+    testing::TestRun run;
+    write_file(run.checkpoint_folder() / "checkpoint.safetensors", "nonsense");
+    CHECK((bytes_in(studio.paint(run, options)) == expected));
+    CHECK(std::any_of(run.messages.begin(), run.messages.end(),
+                      [](const std::string& m) { return m.find("warning: the checkpoint cannot be used") == 0; }));
+}
+
+TEST_CASE("errors name what is wrong")
+{
+    Studio studio;
+    testing::TestRun run;
+    const Value exploding = Value::Map{{"boom", Value::Map{{"type", "exploding"}}}};
+    CHECK_THROWS_WITH(studio.paint(run, Studio::options(exploding, {})), Catch::Contains("step 3") && Catch::Contains("boom"));
+    CHECK_THROWS_WITH(studio.paint(run, Studio::options(Value::Map{}, {})), Catch::Contains("losses"));
+    CHECK_THROWS_WITH(studio.paint(run, Studio::options(camera_loss, {{"size_px", 100}})), Catch::Contains("multiple of 8"));
+    if (!at::hasCUDA())
+        CHECK_THROWS_WITH(studio.paint(run, Studio::options(camera_loss, {{"device", "cuda"}})), Catch::Contains("cuda"));
+    Studio blind;
+    UvMaps nothing = *blind.wall.maps;
+    for (auto& view : nothing.views)
+        view.valid_pixels = {0};
+    blind.wall.maps = std::make_shared<UvMaps>(nothing);
+    CHECK_THROWS_WITH(blind.paint(run, Studio::options(camera_loss, {})), Catch::Contains("valid pixel"));
+}
+
+TEST_CASE("max_steps and a subset of the heights are kept")
+{
+    Studio studio(4, {20, 30});
+    testing::TestRun run;
+    studio.paint(run, Studio::options(camera_loss, {{"max_steps", 5}, {"heights_px", Value::List{20}}, {"init", "color"}}));
+    CHECK(run.metrics.at("loss").size() == 5);
+}

@@ -1,0 +1,130 @@
+#include "default_losses.h"
+#include "loop.h"
+
+#include <fresco/stage.h>
+
+#include <ATen/Context.h>
+#include <torch/version.h>
+
+#include <string>
+
+namespace
+{
+
+/// `auto` takes a CUDA device where libtorch finds one.
+torch::Device chosen_device(const std::string& wanted)
+{
+    if (wanted == "cuda" && !at::hasCUDA())
+        throw fresco::Error("option \"device\": cuda was asked for, but this libtorch (" TORCH_VERSION
+                            ") finds no CUDA device; take cpu or auto, or build with a CUDA libtorch");
+    return wanted == "cuda" || (wanted == "auto" && at::hasCUDA()) ? torch::Device(torch::kCUDA) : torch::Device(torch::kCPU);
+}
+
+class TextureOptimize final : public fresco::Stage
+{
+    fresco::Input<fresco::UvMaps> uvmaps{this, "uvmaps", "Which texel each pixel of each view sees"};
+    fresco::Input<fresco::Frames> frames{this, "frames", "The frames that the uv maps were made for, with their colour pictures"};
+    fresco::Input<fresco::Image> style{this, "style", "The picture whose style the texture takes"};
+    fresco::Output<fresco::Texture> texture{this, "texture", "The optimised texture, layer by layer"};
+
+    fresco::Option<int> size_px{this, "size_px", 2048, fresco::range(8, 16384), "Texels a side of the texture"};
+    fresco::Option<std::vector<int>> heights_px{this, "heights_px", std::vector<int>{}, fresco::at_least(1),
+                                                "Which heights of the uv maps to render; none named: all"};
+    fresco::Option<int> epochs{this, "epochs", 2, fresco::at_least(1), "How often every view is visited"};
+    fresco::Option<int> repeats_count{this, "repeats_count", 8, fresco::at_least(1), "Consecutive steps on a view at each visit"};
+    fresco::Option<std::int64_t> max_steps{this, "max_steps", 0, fresco::at_least(0), "End after so many steps; 0: no limit"};
+    fresco::Option<std::string> order{this, "order", "shuffled", fresco::one_of({"shuffled", "recorded"}),
+                                      "Order of the views in an epoch; shuffled: seeded, and evenly spread over the recording"};
+    fresco::Option<double> rate{this, "rate", 0.02, fresco::range(0, 1e6), "Learning rate, in the unit of `values`"};
+    fresco::Option<std::string> decay{this, "decay", "cosine", fresco::one_of({"cosine", "step"}), "How the learning rate falls"};
+    fresco::Option<double> decay_start{this, "decay_start", 0.5, fresco::range(0, 1),
+                                       "With decay cosine: share of the steps at the full rate"};
+    fresco::Option<int> step_epochs{this, "step_epochs", 3, fresco::at_least(1), "With decay step: epochs between two falls"};
+    fresco::Option<double> step_factor{this, "step_factor", 0.1, fresco::range(0, 1), "With decay step: factor of a fall"};
+    fresco::Option<std::string> values{this, "values", "display", fresco::one_of({"display", "network"}),
+                                       "What is stored: RGB in [0,1], or BGR in 0..255 minus the network's mean"};
+    fresco::Option<std::string> init{this, "init", "frames", fresco::one_of({"frames", "zeros", "color"}),
+                                     "Begin with the recoloured camera pictures, with zeros, or with the style's mean colour"};
+    fresco::Option<double> lambda_r{this, "lambda_r", 0, fresco::at_least(0), "Factor of the texture's regulariser"};
+    fresco::Option<std::string> gradient_scaling{this, "gradient_scaling", "angle", fresco::one_of({"none", "angle"}),
+                                                 "angle: multiply each pixel's gradient by the cosine between normal and view"};
+    fresco::Option<std::int64_t> seed{this, "seed", 0, fresco::at_least(0), "Of the views' order and of what losses draw"};
+    fresco::Option<std::string> device{this, "device", "auto", fresco::one_of({"auto", "cpu", "cuda"}),
+                                       "Where losses are computed"};
+    fresco::Option<fresco::InputFile> weights{this, "weights", fresco::InputFile{},
+                                              "VGG-19 weights for `losses: auto`; none: losses without a network"};
+    fresco::Option<int> checkpoint_steps{this,
+                                         "checkpoint_steps",
+                                         200,
+                                         fresco::at_least(0),
+                                         "Steps between two checkpoints; 0: only when interrupted",
+                                         fresco::not_in_key};
+    fresco::Option<int> preview_every{
+        this, "preview_every", 0, fresco::at_least(0), "Steps between two preview pictures; 0: none", fresco::not_in_key};
+
+    fresco::SlotMap<fresco::Loss> losses{this, "losses", "auto", "What the rendered views should be like"};
+    fresco::Slot<fresco::TextureRepresentation> representation{this, "texture", "texture.laplacian", "How the texture is stored"};
+    fresco::Slot<fresco::OptimiserRule> optimiser{this, "optimiser",
+                                                  R"({"type": "optimiser.adam", "mode": "visible", "beta1": 0.9, "beta2": 0.99})",
+                                                  "How a step changes it"};
+    fresco::Slot<fresco::ImageIo> images{this, "images", "image.opencv", "Reads pictures that are not NPY, writes previews"};
+
+  public:
+    TextureOptimize()
+    {
+        losses.auto_rule("weights", fresco::optimize::losses_without_weights, fresco::optimize::losses_with_weights);
+    }
+
+    void run(fresco::RunContext& run) override
+    {
+        if (losses->empty())
+            throw fresco::Error("option \"losses\": none is given; name at least one, or leave the option out");
+        const auto options = loop_options();
+        run.report("device", options.device.is_cuda() ? "cuda" : "cpu");
+        texture = fresco::optimize::optimised_texture(
+            {*uvmaps, *frames, style->pixels},
+            {*losses, *representation, *optimiser, images.has_value() ? images.get().get() : nullptr}, options, run);
+    }
+
+    fresco::Cost cost() const override
+    {
+        fresco::Cost cost;
+        // Steps, where max_steps = 0 means no limit; measured at 256 px with the losses that need no weights.
+        const std::string steps = "min(frames * epochs * repeats_count, max_steps + (1 - min(max_steps, 1)) * 1e12)";
+        cost.seconds = steps + " * (0.05 + 0.7 * max(heights_px_squares, 65536) / 65536 / cores)";
+        cost.memory_mb = "600 + size_px * size_px * 0.00012 + max(heights_px_squares, 65536) * 0.006";
+        cost.disk_mb = "size_px * size_px * 0.000017";
+        return cost;
+    }
+
+  private:
+    fresco::optimize::LoopOptions loop_options() const
+    {
+        fresco::optimize::LoopOptions o;
+        o.size_px = *size_px;
+        o.heights_px = *heights_px;
+        o.values = *values;
+        o.init = *init;
+        o.scale_by_angle = *gradient_scaling == "angle";
+        o.lambda_r = *lambda_r;
+        o.seed = static_cast<std::uint64_t>(*seed);
+        o.device = chosen_device(*device);
+        o.epochs = *epochs;
+        o.repeats = *repeats_count;
+        o.max_steps = *max_steps;
+        o.shuffled = *order == "shuffled";
+        o.rate = *rate;
+        o.cosine = *decay == "cosine";
+        o.decay_start = *decay_start;
+        o.step_epochs = *step_epochs;
+        o.step_factor = *step_factor;
+        o.checkpoint_steps = *checkpoint_steps;
+        o.preview_every = *preview_every;
+        return o;
+    }
+};
+
+}  // namespace
+
+FRESCO_STAGE("texture.optimize", TextureOptimize, "Optimise a texture so that its views have a picture's style")
+FRESCO_LIBRARY("libtorch", TORCH_VERSION)

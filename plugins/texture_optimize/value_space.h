@@ -1,0 +1,36 @@
+#pragma once
+
+#include <fresco/image.h>
+
+#include <cstdint>
+#include <span>
+#include <string>
+
+namespace fresco::optimize
+{
+
+/// What the texture's numbers mean (METHOD section 2): `display` = RGB in [0,1]; `network` = BGR in 0..255 minus (103.939,
+/// 116.779, 123.68). Pictures are shown as displayed RGB, clamped to [0,1].
+class ValueSpace
+{
+  public:
+    /// `values`: "display" or "network".
+    explicit ValueSpace(const std::string& values) : network_(values == "network") {}
+
+    /// `stored`, `displayed`: 3 planes of P values each; where `valid` (P) is 0 the displayed value is 0.
+    void display(std::span<const float> stored, std::span<const std::uint8_t> valid, std::span<float> displayed) const;
+    /// The derivative of the above: `gradient` (3 planes, d loss / d displayed) times `factor` (P) to d loss / d stored, in
+    /// place. Inside the displayable range all of it passes; outside only where a step against the gradient leads back, so that
+    /// no texel is stuck beyond the range.
+    void back(std::span<const float> stored, std::span<const float> factor, std::span<float> gradient) const;
+    /// Displayed RGB (3 channels) to stored values, in place.
+    void store(RasterF& picture) const;
+
+  private:
+    std::size_t plane_of(std::size_t channel) const { return network_ ? 2 - channel : channel; }
+    float shown(float stored, std::size_t channel) const;
+
+    bool network_;
+};
+
+}  // namespace fresco::optimize

@@ -1,0 +1,64 @@
+#include "view_source.h"
+
+#include <fresco/error.h>
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+namespace fresco::optimize
+{
+namespace
+{
+
+std::string listed(const std::vector<int>& numbers)
+{
+    std::string text;
+    for (const int number : numbers)
+        text += (text.empty() ? "" : ", ") + std::to_string(number);
+    return text;
+}
+
+}  // namespace
+
+ViewSource::ViewSource(const UvMaps& maps, const Frames& frames, const ImageIo* images, const std::vector<int>& heights_px)
+    : maps_(maps), frames_(frames), images_(images)
+{
+    for (std::size_t level = 0; level < maps.heights_px.size(); ++level)
+        if (heights_px.empty() || std::find(heights_px.begin(), heights_px.end(), maps.heights_px[level]) != heights_px.end())
+            levels_.push_back(level);
+    for (const int height : heights_px)
+        if (std::find(maps.heights_px.begin(), maps.heights_px.end(), height) == maps.heights_px.end())
+            throw Error("option \"heights_px\": there are no uv maps of " + std::to_string(height) + " px; there are " +
+                        listed(maps.heights_px));
+    std::map<std::pair<std::string, std::string>, std::size_t> known;
+    for (std::size_t i = 0; i < frames.frames.size(); ++i)
+        known.emplace(std::pair(frames.frames[i].sequence, frames.frames[i].name), i);
+    for (const auto& view : maps.views)
+    {
+        const auto found = known.find({view.sequence, view.frame});
+        if (found == known.end())
+            throw Error("the uv maps show the frame " + view.sequence + "/" + view.frame +
+                        ", which is not among the frames; wire the frames that the uv maps were made from");
+        frame_of_.push_back(found->second);
+    }
+}
+
+std::vector<std::size_t> ViewSource::seeing_views() const
+{
+    std::vector<std::size_t> views;
+    for (std::size_t view = 0; view < maps_.views.size(); ++view)
+    {
+        const auto& counts = maps_.views[view].valid_pixels;
+        if (std::any_of(levels_.begin(), levels_.end(), [&](std::size_t level) { return counts.at(level) > 0; }))
+            views.push_back(view);
+    }
+    return views;
+}
+
+Raster8 ViewSource::camera(std::size_t view) const
+{
+    return load_color(frames_.frames[frame_of_[view]], images_);
+}
+
+}  // namespace fresco::optimize

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <fresco/frames.h>
+#include <fresco/image_io.h>
+#include <fresco/uv_maps.h>
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace fresco::optimize
+{
+
+/// The uv maps of some heights and the camera pictures that belong to them. References its inputs. Thread-safe.
+class ViewSource
+{
+  public:
+    /// `heights_px`: which heights to use, empty = all. `images` may be null where every picture is NPY. Throws Error naming what
+    /// is missing: a height, or the frame of a view.
+    ViewSource(const UvMaps& maps, const Frames& frames, const ImageIo* images, const std::vector<int>& heights_px);
+
+    std::size_t view_count() const { return maps_.views.size(); }
+    std::size_t level_count() const { return levels_.size(); }
+    /// Ascending.
+    int height_px(std::size_t level) const { return maps_.heights_px[levels_[level]]; }
+    /// "seq-01/frame-000008"
+    std::string name(std::size_t view) const { return maps_.views[view].sequence + "/" + maps_.views[view].frame; }
+    /// Views that see the mesh at one height at least, in recorded order.
+    std::vector<std::size_t> seeing_views() const;
+
+    UvMap map(std::size_t view, std::size_t level) const { return maps_.load_map(view, levels_[level]); }
+    /// The camera picture as recorded, RGB.
+    Raster8 camera(std::size_t view) const;
+
+  private:
+    const UvMaps& maps_;
+    const Frames& frames_;
+    const ImageIo* images_;
+    std::vector<std::size_t> levels_;    ///< Into maps_.heights_px.
+    std::vector<std::size_t> frame_of_;  ///< Per view: into frames_.frames.
+};
+
+}  // namespace fresco::optimize

@@ -130,8 +130,8 @@ def main():
 
     # At even times over the whole run.
     site.wipe()
-    for number in range(12):
-        status, _ = site.run(kill_after=duration * (number + 1) / 13)
+    for number in range(16):
+        status, _ = site.run(kill_after=duration * (number + 1) / 17)
         landed += status != 0
         if status == 0:
             finish()

@@ -17,6 +17,8 @@ target_compile_options(
               -ffile-prefix-map=${PROJECT_BINARY_DIR}=build
               -ffp-contract=off)
 if(FRESCO_SANITIZE)
-    target_compile_options(fresco_compile_options INTERFACE -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer)
+    # GCC 12 takes the sanitizers' own shadow variables for uninitialized ones.
+    target_compile_options(fresco_compile_options INTERFACE -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer
+                                                            -Wno-maybe-uninitialized)
     target_link_options(fresco_compile_options INTERFACE -fsanitize=address,undefined)
 endif()

@@ -9,7 +9,8 @@ namespace
 std::vector<long> numbers(const std::filesystem::path& folder)
 {
     std::vector<long> result;
-    for (const fresco::Frame& frame : fresco::Frames::load({folder, {}})->frames)
+    const auto frames = fresco::Frames::load({folder, {}});
+    for (const fresco::Frame& frame : frames->frames)
         result.push_back(frame.number);
     return result;
 }

@@ -2,6 +2,7 @@
 
 #include <torch/types.h>
 
+#include <algorithm>
 #include <cstdint>
 
 namespace patch_match
@@ -10,18 +11,21 @@ namespace patch_match
 constexpr int patch_size = 7;
 constexpr int patch_values = 3 * patch_size * patch_size;
 
-/// Patches at the corners (x, y) = (i · stride, j · stride) that fit into a picture, row by row.
+/// Patches with corners every `stride` pixels, the last ones moved to the picture's end so that every pixel is in one; row by
+/// row.
 struct PatchGrid
 {
     std::int64_t width = 0;   ///< Of the picture.
     std::int64_t height = 0;  ///< Of the picture.
     std::int64_t stride = 1;
 
-    std::int64_t columns() const { return width < patch_size ? 0 : (width - patch_size) / stride + 1; }
-    std::int64_t rows() const { return height < patch_size ? 0 : (height - patch_size) / stride + 1; }
+    std::int64_t columns() const { return places(width); }
+    std::int64_t rows() const { return places(height); }
     std::int64_t count() const { return rows() * columns(); }
-    std::int64_t x(std::int64_t index) const { return index % columns() * stride; }
-    std::int64_t y(std::int64_t index) const { return index / columns() * stride; }
+    std::int64_t x(std::int64_t index) const { return std::min(index % columns() * stride, width - patch_size); }
+    std::int64_t y(std::int64_t index) const { return std::min(index / columns() * stride, height - patch_size); }
+    /// Patches along a side.
+    std::int64_t places(std::int64_t side) const { return side < patch_size ? 0 : (side - patch_size + stride - 1) / stride + 1; }
 };
 
 /// The grid's patches of `picture` (3 x H x W, float32) as rows in the order channel, y, x: count x 147.

@@ -17,6 +17,9 @@ class LossContent final : public fresco::Loss
     fresco::Option<std::string> layers{this, "layers", "",
                                        "Layers to compare, such as \"relu4_2\"; empty: the network's own choice for contents"};
 
+    fresco::Option<bool> relative{this, "relative", false,
+                                  "Divide by the mean square of the camera picture's features: the same weight for any scaling"};
+
   public:
     fresco::LossNeeds needs() const override
     {
@@ -48,13 +51,21 @@ class LossContent final : public fresco::Loss
             const auto seen = part.selected(*features, name, fresco::Pixels::all);
             if (seen.size(1) == 0)
                 continue;
-            const auto difference = seen - part.camera_selected(*features, name, fresco::Pixels::all);
-            terms.push_back({name, fresco::ordered_mean(difference * difference)});
+            const auto camera = part.camera_selected(*features, name, fresco::Pixels::all);
+            const auto difference = seen - camera;
+            terms.push_back({name, fresco::ordered_mean(difference * difference) / (*relative ? scale(camera) : 1.0)});
         }
         return terms;
     }
 
   private:
+    /// Mean square; 1 for features that are zero everywhere.
+    static double scale(const torch::Tensor& camera)
+    {
+        const double square = fresco::ordered_mean(camera * camera).item<double>();
+        return square > 0 ? square : 1.0;
+    }
+
     std::vector<std::string> names_;
 };
 

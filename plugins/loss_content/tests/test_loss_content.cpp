@@ -69,6 +69,12 @@ TEST_CASE("loss.content is the mean square difference to the camera's features")
     {
         CHECK(evaluate(R"({"layers": "x1"})", part).at(0).value.item<double>() == Approx(0.25 / 6));
     }
+    SECTION("relative to the camera's features: nothing of them is there; without any, 1 is the unit")
+    {
+        CHECK(evaluate(R"({"relative": true})", part).at(0).value.item<double>() == Approx(1));
+        fresco::testing::PicturePart dark(camera, picture);
+        CHECK(evaluate(R"({"relative": true})", dark).at(0).value.item<double>() == Approx(1.0 / 6));
+    }
     SECTION("only valid pixels count, and none gives no term")
     {
         auto mask = at::zeros({4, 4}, at::kBool);

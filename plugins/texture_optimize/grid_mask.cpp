@@ -1,5 +1,7 @@
 #include "grid_mask.h"
 
+#include <fresco/parallel.h>
+
 #include <ATen/Parallel.h>
 #include <ATen/ops/empty.h>
 #include <ATen/ops/zeros.h>
@@ -30,7 +32,8 @@ struct Columns : torch::autograd::Function<Columns>
         const auto source = values.contiguous();
         auto result = at::empty({source.size(0), index.numel()}, source.options());
         each_row(
-            source.size(0), [&](std::int64_t row)
+            source.size(0), index.numel(),
+            [&](std::int64_t row)
             { gather(source.data_ptr<float>() + row * source.size(1), index, result.data_ptr<float>() + row * index.numel()); });
         return result;
     }
@@ -44,21 +47,24 @@ struct Columns : torch::autograd::Function<Columns>
         auto result = at::zeros({gradient.size(0), columns}, gradient.options());
         if (!is_plain(gradient))
             return {result.index_copy(1, index, gradient), at::Tensor()};
-        each_row(gradient.size(0), [&](std::int64_t row)
+        each_row(gradient.size(0), index.numel(),
+                 [&](std::int64_t row)
                  { scatter(gradient.data_ptr<float>() + row * index.numel(), index, result.data_ptr<float>() + row * columns); });
         return {result, at::Tensor()};
     }
 
   private:
+    /// Several rows to a piece, so that one is worth a thread.
     template <class Work>
-    static void each_row(std::int64_t rows, const Work& work)
+    static void each_row(std::int64_t rows, std::int64_t columns, const Work& work)
     {
-        at::parallel_for(0, rows, 1,
-                         [&](std::int64_t begin, std::int64_t end)
-                         {
-                             for (std::int64_t row = begin; row < end; ++row)
-                                 work(row);
-                         });
+        const auto grain = static_cast<std::size_t>(1 + (std::int64_t{1} << 18U) / (columns + 1));
+        parallel_for(static_cast<std::size_t>(rows), grain, at::get_num_threads(),
+                     [&](std::size_t begin, std::size_t end)
+                     {
+                         for (std::size_t row = begin; row < end; ++row)
+                             work(static_cast<std::int64_t>(row));
+                     });
     }
     static void gather(const float* row, const at::Tensor& index, float* out)
     {

@@ -1,5 +1,7 @@
 #include <fresco/torch/tensor.h>
 
+#include <fresco/parallel.h>
+
 #include <ATen/Dispatch.h>
 #include <ATen/Parallel.h>
 #include <ATen/ops/empty.h>
@@ -40,18 +42,19 @@ void row_sums(const T* values, std::int64_t rows, std::int64_t columns, T* sums)
 {
     const std::int64_t per_row = std::max<std::int64_t>(1, (columns + chunk - 1) / chunk);
     std::vector<double> partial(static_cast<std::size_t>(rows * per_row));
-    const std::int64_t grain = std::max<std::int64_t>(1, 2 * chunk / std::max<std::int64_t>(1, std::min(columns, chunk)));
-    at::parallel_for(0, rows * per_row, grain,
-                     [&](std::int64_t begin, std::int64_t end)
+    // Not at::parallel_for: outside libtorch it is serial unless every caller is compiled with OpenMP. A piece takes about 0.2
+    // ms.
+    const std::int64_t grain = std::max<std::int64_t>(1, 32 * chunk / std::max<std::int64_t>(1, std::min(columns, chunk)));
+    parallel_for(partial.size(), static_cast<std::size_t>(grain), at::get_num_threads(),
+                 [&](std::size_t begin, std::size_t end)
+                 {
+                     for (std::size_t piece = begin; piece < end; ++piece)
                      {
-                         for (std::int64_t piece = begin; piece < end; ++piece)
-                         {
-                             const std::int64_t row = piece / per_row;
-                             const std::int64_t first = (piece % per_row) * chunk;
-                             partial[static_cast<std::size_t>(piece)] =
-                                 chunk_sum(values + row * columns + first, std::min(chunk, columns - first));
-                         }
-                     });
+                         const std::int64_t row = static_cast<std::int64_t>(piece) / per_row;
+                         const std::int64_t first = static_cast<std::int64_t>(piece) % per_row * chunk;
+                         partial[piece] = chunk_sum(values + row * columns + first, std::min(chunk, columns - first));
+                     }
+                 });
     for (std::int64_t row = 0; row < rows; ++row)
     {
         double sum = 0;

@@ -170,7 +170,7 @@ TEST_CASE("matrix_product takes strided operands and empty ones and refuses the 
 TEST_CASE("ordered sums are right, differentiable, and the same for any number of threads")
 {
     const Threads restore;
-    for (const std::int64_t count : {0, 1, 7, 8, 9, 16384, 16385, 1000003})
+    for (const std::int64_t count : {0, 1, 7, 8, 9, 16384, 16385, 1000003, 3000001})
     {
         CAPTURE(count);
         const auto values = numbers({count}, at::kFloat, 5);
@@ -183,8 +183,11 @@ TEST_CASE("ordered sums are right, differentiable, and the same for any number o
         CHECK(one.item<float>() == Approx(static_cast<double>(expected)).margin(1e-6));
         CHECK(ordered_mean(values).item<float>() ==
               Approx(static_cast<double>(expected) / static_cast<double>(std::max<std::int64_t>(1, count))).margin(1e-9));
-        at::set_num_threads(2);
-        CHECK(same_bytes(one, ordered_sum(values)));
+        for (const int threads : {2, 3})
+        {
+            at::set_num_threads(threads);
+            CHECK(same_bytes(one, ordered_sum(values)));
+        }
     }
     const auto x = numbers({3, 4, 5}, at::kDouble, 6).set_requires_grad(true);
     const auto square = torch::autograd::grad({ordered_mean(x * x)}, {x})[0];

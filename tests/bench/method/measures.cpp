@@ -23,6 +23,22 @@ cv::Mat to_mat(const torch::Tensor& picture)
         .clone();
 }
 
+torch::Tensor planes(const cv::Mat& values)
+{
+    return at::from_blob(values.data, {values.rows, values.cols, 3}, at::kFloat)
+        .permute({2, 0, 1})
+        .clone(at::MemoryFormat::Contiguous);
+}
+
+/// 8-bit BGR as 3 x H x W in [0,1].
+torch::Tensor to_tensor(const cv::Mat& bgr)
+{
+    cv::Mat rgb;
+    cv::cvtColor(bgr, rgb, cv::COLOR_BGR2RGB);
+    rgb.convertTo(rgb, CV_32FC3, 1 / 255.0);
+    return planes(rgb);
+}
+
 void gradients(const torch::Tensor& picture, cv::Mat& dx, cv::Mat& dy)
 {
     cv::Mat grey;
@@ -76,34 +92,78 @@ torch::Tensor read_picture(const std::string& file, int size_px, bool height)
     cv::Mat picture = cv::imread(file, cv::IMREAD_COLOR);
     if (picture.empty())
         throw fresco::MissingInput(file + ": cannot be read as a picture");
-    cv::cvtColor(picture, picture, cv::COLOR_BGR2RGB);
-    const double scale = static_cast<double>(size_px) / (height ? picture.rows : std::min(picture.rows, picture.cols));
-    if (scale < 1)
-        cv::resize(picture, picture,
-                   {static_cast<int>(std::lround(picture.cols * scale)), static_cast<int>(std::lround(picture.rows * scale))}, 0,
-                   0, cv::INTER_AREA);
-    cv::Mat values;
-    picture.convertTo(values, CV_32FC3, 1 / 255.0);
-    return at::from_blob(values.data, {values.rows, values.cols, 3}, at::kFloat)
-        .permute({2, 0, 1})
-        .clone(at::MemoryFormat::Contiguous);
+    const auto values = to_tensor(picture);
+    return size_px > 0 ? resized(values, size_px, height) : values;
+}
+
+torch::Tensor resized(const torch::Tensor& picture, int size_px, bool height)
+{
+    cv::Mat values = to_mat(picture);
+    const double scale = static_cast<double>(size_px) / (height ? values.rows : std::min(values.rows, values.cols));
+    if (scale >= 1)
+        return picture;
+    cv::resize(values, values,
+               {static_cast<int>(std::lround(values.cols * scale)), static_cast<int>(std::lround(values.rows * scale))}, 0, 0,
+               cv::INTER_AREA);
+    return planes(values);
+}
+
+torch::Tensor read_over(const std::string& file, const torch::Tensor& below)
+{
+    const cv::Mat picture = cv::imread(file, cv::IMREAD_UNCHANGED);
+    if (picture.empty() || picture.channels() != 4)
+        throw fresco::MissingInput(file + ": cannot be read as a picture with four channels");
+    if (picture.rows != below.size(1) || picture.cols != below.size(2))
+        throw fresco::MissingInput(file + ": is not of the camera picture's size");
+    std::vector<cv::Mat> channels;
+    cv::split(picture, channels);
+    const cv::Mat alpha = channels[3];
+    channels.pop_back();
+    cv::Mat colours;
+    cv::merge(channels, colours);
+    cv::Mat share;
+    alpha.convertTo(share, CV_32F, 1 / 255.0);
+    const auto covered = at::from_blob(share.data, {1, share.rows, share.cols}, at::kFloat);
+    return to_tensor(colours) * covered + below * (1 - covered);
 }
 
 void write_picture(const std::string& file, const std::vector<torch::Tensor>& beside_each_other)
 {
+    write_sheet(file, {beside_each_other});
+}
+
+void write_sheet(const std::string& file, const std::vector<std::vector<torch::Tensor>>& rows)
+{
+    constexpr int gap = 4;
+    int width = 0;
     int height = 0;
-    for (const auto& picture : beside_each_other)
-        height = std::max(height, static_cast<int>(picture.size(1)));
-    std::vector<cv::Mat> columns;
-    for (const auto& picture : beside_each_other)
+    for (const auto& row : rows)
     {
-        cv::Mat column;
-        cv::copyMakeBorder(to_mat(picture), column, 0, height - static_cast<int>(picture.size(1)), 0, 4, cv::BORDER_CONSTANT,
-                           cv::Scalar(1, 1, 1));
-        columns.push_back(column);
+        int across = 0;
+        int down = 0;
+        for (const auto& picture : row)
+        {
+            across += static_cast<int>(picture.size(2)) + gap;
+            down = std::max(down, static_cast<int>(picture.size(1)) + gap);
+        }
+        width = std::max(width, across);
+        height += down;
     }
-    cv::Mat sheet;
-    cv::hconcat(columns, sheet);
+    cv::Mat sheet(height, width, CV_32FC3, cv::Scalar(1, 1, 1));
+    int y = 0;
+    for (const auto& row : rows)
+    {
+        int x = 0;
+        int down = 0;
+        for (const auto& picture : row)
+        {
+            const cv::Mat values = to_mat(picture);
+            values.copyTo(sheet(cv::Rect(x, y, values.cols, values.rows)));
+            x += values.cols + gap;
+            down = std::max(down, values.rows + gap);
+        }
+        y += down;
+    }
     cv::cvtColor(sheet, sheet, cv::COLOR_RGB2BGR);
     sheet.convertTo(sheet, CV_8UC3, 255);
     cv::imwrite(file, sheet);

@@ -39,7 +39,7 @@ class ScanScannet final : public fresco::Stage
 
         auto surface = fresco::read_mesh(surface_file);
         const auto centre = *pixel_centre == "half" ? fresco::PixelCentre::half : fresco::PixelCentre::integer;
-        auto scene = scannet::scene_frames(views, calibration, centre, "scene", *images, run);
+        auto scene = scannet::scene_frames(views, calibration, centre, *images, run);
         for (auto& frame : scene.frames.frames)
             frame.depth_unit_m = *depth_unit_m;
         if (*align_axes)
@@ -54,7 +54,7 @@ class ScanScannet final : public fresco::Stage
         mesh = std::move(surface);
     }
 
-    void record_inputs(const std::vector<scannet::ViewFiles>& views, const scannet::SceneCalibration& calibration,
+    void record_inputs(const std::vector<fresco::ViewFiles>& views, const scannet::SceneCalibration& calibration,
                        const std::filesystem::path& surface_file, fresco::RunContext& run) const
     {
         run.reads_folder(path->path);

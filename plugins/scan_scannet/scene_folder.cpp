@@ -15,8 +15,6 @@ namespace scannet
 namespace
 {
 
-constexpr std::size_t files_named = 5;
-
 std::optional<long> number_of(const std::string& stem)
 {
     long number = 0;
@@ -54,18 +52,6 @@ fs::path file_of(const std::map<long, fs::path>& files, long number, const fs::p
     return {};
 }
 
-void refuse_missing(const std::vector<std::string>& missing)
-{
-    if (missing.empty())
-        return;
-    std::string text = std::to_string(missing.size()) + (missing.size() == 1 ? " file is missing:" : " files are missing:");
-    for (std::size_t i = 0; i < std::min(missing.size(), files_named); ++i)
-        text += (i == 0 ? " " : ", ") + missing[i];
-    if (missing.size() > files_named)
-        text += ", …";
-    throw fresco::MissingInput(text + "; each view needs colour, depth and pose");
-}
-
 std::vector<fs::path> files_ending(const fs::path& folder, std::string_view ending)
 {
     std::vector<fs::path> files;
@@ -78,7 +64,7 @@ std::vector<fs::path> files_ending(const fs::path& folder, std::string_view endi
 
 }  // namespace
 
-std::vector<ViewFiles> list_views(const fs::path& path, int every)
+std::vector<fresco::ViewFiles> list_views(const fs::path& path, int every)
 {
     const auto color = numbered_files(path / "color", {".jpg", ".png"});
     const auto depth = numbered_files(path / "depth", {".png"});
@@ -90,7 +76,7 @@ std::vector<ViewFiles> list_views(const fs::path& path, int every)
     if (numbers.empty())
         throw fresco::MissingInput(path.string() + ": the scene has no views; expected color/0.jpg, depth/0.png, pose/0.txt, …");
 
-    std::vector<ViewFiles> views;
+    std::vector<fresco::ViewFiles> views;
     std::vector<std::string> missing;
     int index = 0;
     for (const auto& [number, unused] : numbers)
@@ -98,11 +84,11 @@ std::vector<ViewFiles> list_views(const fs::path& path, int every)
         if (index++ % every != 0)
             continue;
         const std::string name = std::to_string(number);
-        views.push_back({number, file_of(color, number, path / "color" / (name + ".jpg"), missing),
+        views.push_back({"scene", name, number, file_of(color, number, path / "color" / (name + ".jpg"), missing),
                          file_of(depth, number, path / "depth" / (name + ".png"), missing),
                          file_of(pose, number, path / "pose" / (name + ".txt"), missing)});
     }
-    refuse_missing(missing);
+    fresco::refuse_missing(missing, "each view needs colour, depth and pose");
     return views;
 }
 

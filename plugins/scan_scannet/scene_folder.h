@@ -1,26 +1,18 @@
 #pragma once
 
+#include <fresco/recording.h>
+
 #include <filesystem>
-#include <string>
 #include <string_view>
 #include <vector>
 
 namespace scannet
 {
 
-/// The files of one exported view.
-struct ViewFiles
-{
-    long number = 0;
-    std::filesystem::path color;
-    std::filesystem::path depth;
-    std::filesystem::path pose;
-};
-
 /// Lists `path`/color/N.jpg (or .png), depth/N.png, pose/N.txt by number (10 after 9), every `every`-th of them, from the first
-/// on. Throws MissingInput if a folder is missing or empty, or if chosen views lack one of their files (the first ones are
-/// named).
-std::vector<ViewFiles> list_views(const std::filesystem::path& path, int every);
+/// on; their sequence is "scene". Throws MissingInput if a folder is missing or empty, or if chosen views lack one of their files
+/// (the first ones are named).
+std::vector<fresco::ViewFiles> list_views(const std::filesystem::path& path, int every);
 
 /// The scene's mesh in `path`. `kind` "full": *_vh_clean.ply, "reduced": *_vh_clean_2.ply, "auto": the full one if it is there,
 /// else the reduced one. Throws MissingInput if there is none, Error if there are several.

@@ -13,8 +13,6 @@ namespace fs = std::filesystem;
 namespace
 {
 
-constexpr std::size_t files_named = 5;
-
 /// The number of "seq-01" or "frame-000008", or nothing if `text` is not the prefix and digits.
 std::optional<long> number_after(std::string_view text, std::string_view prefix)
 {
@@ -65,7 +63,7 @@ std::map<long, fs::path> chosen_sequences(const fs::path& path, const std::vecto
 }
 
 /// Files that exist of one frame; sorts them into their places by what follows the first dot.
-void take_file(FrameFiles& frame, const fs::path& file, std::string_view ending)
+void take_file(fresco::ViewFiles& frame, const fs::path& file, std::string_view ending)
 {
     if (ending == "depth.png")
         frame.depth = file;
@@ -80,9 +78,9 @@ void take_file(FrameFiles& frame, const fs::path& file, std::string_view ending)
     }
 }
 
-std::map<long, FrameFiles> list_frames(const fs::path& folder)
+std::map<long, fresco::ViewFiles> list_frames(const fs::path& folder)
 {
-    std::map<long, FrameFiles> frames;
+    std::map<long, fresco::ViewFiles> frames;
     for (const auto& entry : fs::directory_iterator(folder))
     {
         const std::string file_name = entry.path().filename().string();
@@ -105,7 +103,7 @@ std::map<long, FrameFiles> list_frames(const fs::path& folder)
     return frames;
 }
 
-void note_missing(const FrameFiles& frame, const fs::path& folder, std::vector<std::string>& missing)
+void note_missing(const fresco::ViewFiles& frame, const fs::path& folder, std::vector<std::string>& missing)
 {
     if (frame.color.empty())
         missing.push_back((folder / (frame.name + ".color.png")).string() + " (or .color.jpg)");
@@ -113,18 +111,6 @@ void note_missing(const FrameFiles& frame, const fs::path& folder, std::vector<s
         missing.push_back((folder / (frame.name + ".depth.png")).string());
     if (frame.pose.empty())
         missing.push_back((folder / (frame.name + ".pose.txt")).string());
-}
-
-void refuse_missing(const std::vector<std::string>& missing)
-{
-    if (missing.empty())
-        return;
-    std::string text = std::to_string(missing.size()) + (missing.size() == 1 ? " file is missing:" : " files are missing:");
-    for (std::size_t i = 0; i < std::min(missing.size(), files_named); ++i)
-        text += (i == 0 ? " " : ", ") + missing[i];
-    if (missing.size() > files_named)
-        text += ", …";
-    throw fresco::MissingInput(text + "; each frame needs colour, depth and pose");
 }
 
 }  // namespace
@@ -145,7 +131,7 @@ ScanFolder list_scan(const fs::path& path, const std::vector<int>& sequences, in
             scan.frames.push_back(std::move(frame));
         }
     }
-    refuse_missing(missing);
+    fresco::refuse_missing(missing, "each frame needs colour, depth and pose");
     if (scan.frames.empty())
         throw fresco::MissingInput(path.string() + ": the sequences hold no frames; expected frame-000000.color.png (or .jpg), "
                                                    "frame-000000.depth.png, frame-000000.pose.txt, …");

@@ -1,25 +1,15 @@
 #pragma once
 
-#include <filesystem>
-#include <string>
-#include <vector>
+#include <fresco/recording.h>
 
-/// The files of one recorded view.
-struct FrameFiles
-{
-    std::string sequence;  ///< "seq-01"
-    std::string name;      ///< "frame-000008"
-    long number = 0;
-    std::filesystem::path color;
-    std::filesystem::path depth;
-    std::filesystem::path pose;
-};
+#include <filesystem>
+#include <vector>
 
 /// What a scan in the layout of 7-Scenes consists of, in recorded order.
 struct ScanFolder
 {
     std::vector<std::filesystem::path> sequences;  ///< The folders seq-XX that are used.
-    std::vector<FrameFiles> frames;
+    std::vector<fresco::ViewFiles> frames;
 };
 
 /// Lists `path`/seq-XX/frame-XXXXXX.{color.png or color.jpg, depth.png, pose.txt}, sequences and frames by number.

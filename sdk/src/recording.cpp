@@ -1,0 +1,93 @@
+#include <fresco/recording.h>
+
+#include <fresco/error.h>
+#include <fresco/hash.h>
+#include <fresco/parallel.h>
+
+#include <algorithm>
+#include <atomic>
+#include <utility>
+
+namespace fresco
+{
+namespace
+{
+
+constexpr std::size_t files_named = 5;
+
+std::string size_text(int width, int height)
+{
+    return std::to_string(width) + "x" + std::to_string(height);
+}
+
+void check_size(const std::filesystem::path& file, ImageHeader header, const Intrinsics& expected)
+{
+    if (header.width != expected.width || header.height != expected.height)
+        throw Error(file.string() + ": the picture is " + size_text(header.width, header.height) + ", the scan's first is " +
+                    size_text(expected.width, expected.height) + "; all pictures of one camera must have one size");
+}
+
+Frame make_frame(const ViewFiles& files, const RecorderCameras& cameras, const RigidTransform& world_from_depth,
+                 const ImageIo& images)
+{
+    check_size(files.color, images.header(files.color), cameras.color);
+    check_size(files.depth, images.header(files.depth), cameras.depth);
+    Frame frame;
+    frame.sequence = files.sequence;
+    frame.name = files.name;
+    frame.number = files.number;
+    frame.color = {cameras.color, world_from_depth * cameras.depth_from_color};
+    frame.depth = {cameras.depth, world_from_depth};
+    frame.color_picture = {std::filesystem::absolute(files.color), file_hash(files.color)};
+    frame.depth_picture = {std::filesystem::absolute(files.depth), file_hash(files.depth)};
+    check_camera(frame.color, files.pose.string());
+    check_camera(frame.depth, files.pose.string());
+    return frame;
+}
+
+}  // namespace
+
+void refuse_missing(const std::vector<std::string>& missing, std::string_view rule)
+{
+    if (missing.empty())
+        return;
+    std::string text = std::to_string(missing.size()) + (missing.size() == 1 ? " file is missing:" : " files are missing:");
+    for (std::size_t i = 0; i < std::min(missing.size(), files_named); ++i)
+        text += (i == 0 ? " " : ", ") + missing[i];
+    if (missing.size() > files_named)
+        text += ", …";
+    throw MissingInput(text + "; " + std::string(rule));
+}
+
+void check_centre(const Intrinsics& k, const std::string& source, const std::filesystem::path& picture)
+{
+    if (k.cx <= 0 || k.cy <= 0 || k.cx >= k.width || k.cy >= k.height)
+        throw Error(source + ": the centre (" + std::to_string(k.cx) + ", " + std::to_string(k.cy) + ") is outside of " +
+                    picture.string() + ", which is " + size_text(k.width, k.height) +
+                    "; give the intrinsics for pictures of this size");
+}
+
+Frames posed_frames(const std::vector<ViewFiles>& views, const RecorderCameras& cameras, const PoseReader& read_pose,
+                    const ImageIo& images, Progress& progress)
+{
+    std::vector<std::optional<Frame>> made(views.size());
+    std::atomic<std::size_t> done{0};
+    parallel_for(views.size(), 4, progress.threads(),
+                 [&](std::size_t begin, std::size_t end)
+                 {
+                     for (std::size_t i = begin; i < end; ++i)
+                     {
+                         progress.check_cancelled();
+                         if (const auto pose = read_pose(views[i]))
+                             made[i] = make_frame(views[i], cameras, *pose, images);
+                         progress.progress(static_cast<double>(++done), static_cast<double>(views.size()), "frames");
+                     }
+                 });
+    Frames frames;
+    for (auto& frame : made)
+        if (frame)
+            frames.frames.push_back(std::move(*frame));
+    return frames;
+}
+
+}  // namespace fresco

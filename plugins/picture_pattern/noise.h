@@ -1,43 +1,22 @@
 #pragma once
 
+#include <fresco/noise.h>
+
 #include <cmath>
 #include <cstdint>
 
-/// \file Pseudo-random numbers and smooth noise from integer hashes: the same on every machine.
+/// \file Smooth noise: the same on every machine.
 namespace pattern
 {
 
-constexpr std::uint32_t hash(std::uint32_t x)
-{
-    x ^= x >> 16U;
-    x *= 0x7feb352dU;
-    x ^= x >> 15U;
-    x *= 0x846ca68bU;
-    x ^= x >> 16U;
-    return x;
-}
-
-constexpr std::uint32_t hash(std::uint32_t a, std::uint32_t b)
-{
-    return hash(a * 0x9e3779b9U + hash(b));
-}
-
-/// [0, 1)
-constexpr float unit(std::uint32_t a, std::uint32_t b)
-{
-    return static_cast<float>(hash(a, b) >> 8U) * (1.0f / 16777216.0f);
-}
+using fresco::noise::hash;
+using fresco::noise::smooth_step;
+using fresco::noise::unit;
 
 /// [-1, 1)
 constexpr float signed_unit(std::uint32_t a, std::uint32_t b)
 {
     return 2 * unit(a, b) - 1;
-}
-
-inline float smooth_step(float from, float to, float x)
-{
-    const float t = (x - from) / (to - from);
-    return t <= 0 ? 0.0f : t >= 1 ? 1.0f : t * t * (3 - 2 * t);
 }
 
 /// Smooth noise in [0, 1] with features of size 1.

@@ -1,37 +1,16 @@
 #pragma once
 
-#include <cmath>
+#include <fresco/noise.h>
+
 #include <cstdint>
 
-/// \file Pseudo-random numbers and smooth noise from integer hashes: the same on every machine.
+/// \file Smooth noise for materials: the same on every machine.
 namespace room
 {
 
-constexpr std::uint32_t hash(std::uint32_t x)
-{
-    x ^= x >> 16U;
-    x *= 0x7feb352dU;
-    x ^= x >> 15U;
-    x *= 0x846ca68bU;
-    x ^= x >> 16U;
-    return x;
-}
-
-constexpr std::uint32_t hash(std::uint32_t a, std::uint32_t b)
-{
-    return hash(a * 0x9e3779b9U + hash(b));
-}
-
-/// [0, 1)
-constexpr float unit(std::uint32_t h)
-{
-    return static_cast<float>(h >> 8U) * (1.0f / 16777216.0f);
-}
-
-constexpr float unit(std::uint32_t a, std::uint32_t b)
-{
-    return unit(hash(a, b));
-}
+using fresco::noise::hash;
+using fresco::noise::smooth_step;
+using fresco::noise::unit;
 
 /// Mean 0, variance 1, bounded by +-2 sqrt(3): four uniform numbers summed.
 inline float bell(std::uint32_t seed)
@@ -55,13 +34,6 @@ inline float smooth(float t)
 inline float mix(float a, float b, float t)
 {
     return a + (b - a) * t;
-}
-
-/// 0 below `from`, 1 above `to`, smooth between.
-inline float smooth_step(float from, float to, float x)
-{
-    const float t = (x - from) / (to - from);
-    return t <= 0 ? 0.0f : t >= 1 ? 1.0f : smooth(t);
 }
 
 /// std::floor without a library call; |x| < 2^31.

@@ -1,0 +1,122 @@
+#include "atlas_figures.h"
+#include "shapes.h"
+
+#include <catch2/catch.hpp>
+
+#include <cmath>
+
+using namespace fresco;
+using namespace bench;
+
+namespace
+{
+
+/// 4 x 4 squares over [0,1]² metres, laid at uv = (x * sx, y * sy).
+Mesh laid_plane(float sx, float sy)
+{
+    Mesh mesh = shapes::grid(4, [](float, float) { return 0.0F; });
+    for (const auto& t : mesh.triangles)
+        for (const auto v : t)
+            mesh.texcoords.push_back({mesh.positions[v].x * sx, mesh.positions[v].y * sy});
+    return mesh;
+}
+
+/// A cube of 10 cm, its six sides in a row of squares of an eighth of the texture, with gaps.
+Mesh laid_cube()
+{
+    Mesh mesh = shapes::box({0, 0, 0}, {0.1F, 0.1F, 0.1F});
+    const std::array<Vec2f, 4> square{Vec2f{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+    for (std::size_t side = 0; side < 6; ++side)
+        for (const auto& corners : {std::array<std::size_t, 3>{0, 1, 2}, {0, 2, 3}})
+            for (const auto c : corners)
+                mesh.texcoords.push_back({(static_cast<float>(side) * 1.25F + square[c].x) / 8, square[c].y / 8});
+    return mesh;
+}
+
+}  // namespace
+
+TEST_CASE("a plane laid flat is perfect")
+{
+    const auto figures = atlas_figures(laid_plane(0.5F, 0.5F), 256);
+    CHECK(figures.charts == 1);
+    CHECK(figures.used_share == Approx(0.25));
+    CHECK(figures.texels_per_cm == Approx(1.28));
+    CHECK(figures.stretch_l2 == Approx(1));
+    CHECK(figures.density_variation == Approx(0).margin(1e-6));
+    CHECK(figures.seam_length_share == 0);
+    CHECK(figures.overlapping_texels == 0);
+    CHECK(figures.squeezed_share == 0);
+    CHECK(figures.lost_faces == 0);
+    CHECK(figures.outside_corners == 0);
+}
+
+TEST_CASE("a plane pulled to twice its length is stretched by hand's measure")
+{
+    // Singular values from the atlas to the surface: 1/0.8 and 1/0.4; at equal areas 1/sqrt(2) and sqrt(2).
+    const auto figures = atlas_figures(laid_plane(0.8F, 0.4F), 256);
+    CHECK(figures.stretch_l2 == Approx(std::sqrt((0.5 + 2) / 2)));
+    CHECK(figures.density_variation == Approx(0).margin(1e-6));
+    CHECK(figures.used_share == Approx(0.32));
+}
+
+TEST_CASE("a turned or mirrored plane is as good, one outside the square is not")
+{
+    auto mesh = laid_plane(0.5F, 0.5F);
+    for (auto& uv : mesh.texcoords)
+        uv = {0.8F * uv.x - 0.6F * uv.y + 0.4F, 0.6F * uv.x + 0.8F * uv.y};
+    CHECK(atlas_figures(mesh, 256).stretch_l2 == Approx(1));
+    for (auto& uv : mesh.texcoords)
+        uv.x = 1 - uv.x;
+    CHECK(atlas_figures(mesh, 256).stretch_l2 == Approx(1));
+    CHECK(atlas_figures(mesh, 256).outside_corners == 0);
+    mesh.texcoords[5].x = 1.01F;
+    CHECK(atlas_figures(mesh, 256).outside_corners == 1);
+}
+
+TEST_CASE("a cube of six charts: seams are its twelve edges")
+{
+    const auto figures = atlas_figures(laid_cube(), 512);
+    CHECK(figures.charts == 6);
+    CHECK(figures.used_share == Approx(6.0 / 64));
+    CHECK(figures.texels_per_cm == Approx(6.4));
+    CHECK(figures.stretch_l2 == Approx(1));
+    CHECK(figures.seam_length_share == Approx(12 / (12 + 6 * std::sqrt(2.0))));
+    CHECK(figures.overlapping_texels == 0);
+}
+
+TEST_CASE("a side at half the scale varies the density and one without texels is lost")
+{
+    auto mesh = laid_cube();
+    for (std::size_t corner = 0; corner < 6; ++corner)
+        mesh.texcoords[corner] = mesh.texcoords[corner] * 0.5F;
+    const auto figures = atlas_figures(mesh, 512);
+    // Densities 1/2 once and 1 five times: mean 11/12, variance 5/6 + 1/24 - (11/12)².
+    CHECK(figures.density_variation == Approx(std::sqrt(0.875 - 121.0 / 144) / (11.0 / 12)));
+    CHECK(figures.squeezed_share == 0);  // 1/4 of the others' texels, but more of the mean's
+    CHECK(figures.stretch_l2 == Approx(std::sqrt((5 + 4) / 6.0 * (5.25 / 6))));
+
+    for (std::size_t corner = 0; corner < 6; ++corner)
+        mesh.texcoords[corner] = {0.5F, 0.9F};
+    const auto lost = atlas_figures(mesh, 512);
+    CHECK(lost.lost_faces == 2);
+    CHECK(lost.squeezed_share == Approx(1.0 / 6));
+}
+
+TEST_CASE("two sides on one place overlap in its texels")
+{
+    auto mesh = laid_cube();
+    for (std::size_t corner = 0; corner < 6; ++corner)
+        mesh.texcoords[corner] = mesh.texcoords[corner + 6];
+    const auto figures = atlas_figures(mesh, 512);
+    // 64 x 64 texels, less those whose centres lie on the diagonal, where they are inside neither face.
+    CHECK(figures.overlapping_texels == 64 * 64 - 64);
+}
+
+TEST_CASE("a mesh without an atlas is refused")
+{
+    auto mesh = laid_cube();
+    mesh.texcoords.assign(mesh.texcoords.size(), {0.5F, 0.5F});
+    CHECK_THROWS_AS(atlas_figures(mesh, 64), std::invalid_argument);
+    mesh.texcoords.clear();
+    CHECK_THROWS_AS(atlas_figures(mesh, 64), std::invalid_argument);
+}

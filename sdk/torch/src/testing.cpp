@@ -39,6 +39,13 @@ PicturePart::PicturePart(const torch::Tensor& picture, const torch::Tensor& came
 
 PicturePart::~PicturePart() = default;
 
+torch::Tensor PicturePart::mask(Pixels pixels)
+{
+    if (pixels == Pixels::steep)
+        return mask_.logical_and(fine_.logical_not());
+    return pixels == Pixels::all ? mask_ : fine_;
+}
+
 const torch::Tensor& PicturePart::encoded(Encoded& known, const torch::Tensor& picture, const FeatureNetwork& network,
                                           const std::string& layer)
 {

@@ -13,11 +13,12 @@
 namespace fresco
 {
 
-/// Which pixels of a part: all that belong to its level, or those that also pass the angle filter (METHOD section 4).
+/// Which pixels of a part (METHOD section 4).
 enum class Pixels
 {
-    all,
-    fine
+    all,   ///< All that belong to its level.
+    fine,  ///< Those of them that pass the angle filter.
+    steep  ///< Those of them that do not.
 };
 
 /// What a loss reads, so that the optimiser encodes no more than that and can cut a frame into crops.
@@ -62,11 +63,12 @@ class Part
 };
 
 /// A summand of a loss: a scalar tensor, and the network layer it belongs to ("" = none). The optimiser multiplies it by the
-/// loss's weight and by the level's share ŵ_l.
+/// loss's weight and by the level's share ŵ_l, which may depend on the layer's grid where `network` is given.
 struct LossTerm
 {
     std::string layer;
     torch::Tensor value;
+    const FeatureNetwork* network = nullptr;
 };
 
 /// Tensors that a component needs to go on after an interruption, by name.

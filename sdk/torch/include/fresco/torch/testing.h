@@ -37,7 +37,7 @@ class PicturePart final : public Part
 
     torch::Tensor image() override { return picture_; }
     torch::Tensor camera() override { return camera_; }
-    torch::Tensor mask(Pixels pixels) override { return pixels == Pixels::all ? mask_ : fine_; }
+    torch::Tensor mask(Pixels pixels) override;
 
     torch::Tensor features(const FeatureNetwork& network, const std::string& layer) override;
     torch::Tensor camera_features(const FeatureNetwork& network, const std::string& layer) override;

@@ -18,7 +18,7 @@ constexpr std::string_view parameter_prefix = "parameter/";
 constexpr std::string_view rule_prefix = "rule/";
 constexpr std::string_view loss_prefix = "loss/";
 constexpr std::string_view seen_name = "seen";
-constexpr const char* form = "fresco texture.optimize 1";
+constexpr const char* form = "fresco texture.optimize 2";
 
 bool begins(std::string_view text, std::string_view prefix)
 {
@@ -28,6 +28,12 @@ bool begins(std::string_view text, std::string_view prefix)
 std::string joined(std::string_view prefix, const std::string& name)
 {
     return std::string(prefix) + name;
+}
+
+bool parsed_count(const std::string& text, std::int64_t& number)
+{
+    const auto parsed = std::from_chars(text.data(), text.data() + text.size(), number);
+    return parsed.ec == std::errc{} && parsed.ptr == text.data() + text.size() && number >= 0;
 }
 
 torch::Tensor to_bytes(const Raster8& raster)
@@ -48,11 +54,13 @@ Raster8 from_bytes(const torch::Tensor& tensor, const std::string& file)
 
 }  // namespace
 
-Checkpoint Checkpoint::of(std::int64_t step, const std::vector<TextureParameter>& parameters, const OptimiserRule& rule,
-                          const std::map<std::string, std::shared_ptr<Loss>>& losses, const Raster8& seen)
+Checkpoint Checkpoint::of(std::int64_t step, std::int64_t rollbacks, const std::vector<TextureParameter>& parameters,
+                          const OptimiserRule& rule, const std::map<std::string, std::shared_ptr<Loss>>& losses,
+                          const Raster8& seen)
 {
     Checkpoint result;
     result.step = step;
+    result.rollbacks = rollbacks;
     for (const auto& parameter : parameters)
         result.parameters.emplace(parameter.name, parameter.values);
     result.rule = rule.state();
@@ -65,7 +73,7 @@ Checkpoint Checkpoint::of(std::int64_t step, const std::vector<TextureParameter>
 void Checkpoint::write(const std::filesystem::path& file) const
 {
     SafeTensors contents;
-    contents.metadata = {{"form", form}, {"step", std::to_string(step)}};
+    contents.metadata = {{"form", form}, {"step", std::to_string(step)}, {"rollbacks", std::to_string(rollbacks)}};
     for (const auto& [name, tensor] : parameters)
         contents.tensors.emplace(joined(parameter_prefix, name), tensor);
     for (const auto& [name, tensor] : rule)
@@ -83,10 +91,8 @@ std::optional<Checkpoint> Checkpoint::read(const std::filesystem::path& file)
         return std::nullopt;
     auto contents = read_safetensors(file);
     Checkpoint result;
-    const auto& step = contents.metadata["step"];
-    const auto parsed = std::from_chars(step.data(), step.data() + step.size(), result.step);
-    if (contents.metadata["form"] != form || parsed.ec != std::errc{} || parsed.ptr != step.data() + step.size() ||
-        result.step < 0)
+    if (contents.metadata["form"] != form || !parsed_count(contents.metadata["step"], result.step) ||
+        !parsed_count(contents.metadata["rollbacks"], result.rollbacks))
         throw Error(file.string() + ": is no checkpoint of this version");
     for (auto& [name, tensor] : contents.tensors)
     {

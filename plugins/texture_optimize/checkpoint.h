@@ -18,15 +18,17 @@ namespace fresco::optimize
 /// All that a run needs to go on with the same bytes.
 struct Checkpoint
 {
-    std::int64_t step = 0;  ///< Steps done.
-    TensorMap parameters;   ///< By the parameters' names.
+    std::int64_t step = 0;       ///< Steps done.
+    std::int64_t rollbacks = 0;  ///< How often a loss was not finite and the run went back.
+    TensorMap parameters;        ///< By the parameters' names.
     TensorMap rule;
     std::map<std::string, TensorMap> losses;
     Raster8 seen;
 
     /// Refers to the tensors, copies nothing.
-    static Checkpoint of(std::int64_t step, const std::vector<TextureParameter>& parameters, const OptimiserRule& rule,
-                         const std::map<std::string, std::shared_ptr<Loss>>& losses, const Raster8& seen);
+    static Checkpoint of(std::int64_t step, std::int64_t rollbacks, const std::vector<TextureParameter>& parameters,
+                         const OptimiserRule& rule, const std::map<std::string, std::shared_ptr<Loss>>& losses,
+                         const Raster8& seen);
 
     /// One safetensors file, written whole or not at all.
     void write(const std::filesystem::path& file) const;

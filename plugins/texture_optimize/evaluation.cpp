@@ -3,8 +3,6 @@
 #include "random.h"
 #include "sparse_sum.h"
 
-#include <fresco/error.h>
-
 #include <ATen/ops/empty.h>
 #include <ATen/ops/empty_like.h>
 #include <torch/csrc/autograd/autograd.h>
@@ -31,6 +29,26 @@ std::vector<SparseGradient> no_gradients(std::size_t parameters)
     return result;
 }
 
+/// ŵ_l of one term: of the pixels, or of the cells of its layer's grid.
+double level_share(ViewData& data, std::size_t level, const LossTerm& term, const torch::Device& device)
+{
+    if (!data.share_by_features || term.network == nullptr)
+        return data.levels[level].share;
+    const int stride = term.network->layer(term.layer).stride;
+    double sum = 0;
+    double own = 0;
+    for (std::size_t i = 0; i < data.levels.size(); ++i)
+    {
+        const auto& mask = grid_of(data.levels[i], stride, Pixels::all, device);
+        const auto cells = static_cast<double>(std::max<std::int64_t>(1, mask.cells.numel()));
+        const double covered = static_cast<double>(mask.index.numel()) / cells;
+        sum += covered;
+        if (i == level)
+            own = covered;
+    }
+    return sum > 0 ? own / sum : 0;
+}
+
 }  // namespace
 
 Evaluator::Evaluator(const std::map<std::string, std::shared_ptr<Loss>>& losses, ValueSpace space, torch::Device device,
@@ -54,7 +72,7 @@ Evaluation Evaluator::evaluate(std::int64_t step, const ScheduledStep& scheduled
                               mixed(seed_, static_cast<std::uint64_t>(step), static_cast<std::uint64_t>(level))};
         const std::string where = "step " + std::to_string(step + 1) + ", view " + view_name + " at " +
                                   std::to_string(data.levels[i].height_px) + " px: ";
-        auto gradients = level_gradients(place, data.levels[i], where, result.loss);
+        auto gradients = level_gradients(place, data, i, where, result.loss);
         if (result.gradients.empty())
             result.gradients = std::move(gradients);
         else
@@ -66,15 +84,17 @@ Evaluation Evaluator::evaluate(std::int64_t step, const ScheduledStep& scheduled
     return result;
 }
 
-std::vector<SparseGradient> Evaluator::level_gradients(const PartPlace& place, LevelData& level, const std::string& where,
-                                                       double& loss)
+std::vector<SparseGradient> Evaluator::level_gradients(const PartPlace& place, ViewData& data, std::size_t level_number,
+                                                       const std::string& where, double& loss)
 {
+    auto& level = data.levels[level_number];
     const auto stored = level.view->render();
     const auto displayed = at::empty_like(stored);
     space_.display(values_of(stored), level.pixels.all.values, values_of(displayed));
     const auto image = displayed.to(device_).set_requires_grad(true);
     RenderedPart part(place, image, level, demands_);
-    const auto sum = weighted_sum(part, level.share, where, loss);
+    const auto sum = weighted_sum(
+        part, [&](const LossTerm& term) { return level_share(data, level_number, term, device_); }, where, loss);
     torch::Tensor gradient;
     if (sum.defined() && sum.requires_grad())
         gradient = torch::autograd::grad({sum}, {image}, {}, false, false, true)[0];
@@ -83,12 +103,13 @@ std::vector<SparseGradient> Evaluator::level_gradients(const PartPlace& place, L
     gradient = gradient.detach().to(at::kCPU, at::kFloat).clone(at::MemoryFormat::Contiguous);
     const auto values = values_of(gradient);
     if (!std::all_of(values.begin(), values.end(), [](float v) { return std::isfinite(v); }))
-        throw Error(where + "the losses' gradient is not finite; lower 'rate' or the losses' weights");
+        throw NotFinite(where + "the losses' gradient is not finite; lower 'rate' or the losses' weights");
     space_.back(values_of(stored), level.factor.values, values);
     return level.view->gradient(gradient);
 }
 
-torch::Tensor Evaluator::weighted_sum(Part& part, double share, const std::string& where, double& loss)
+torch::Tensor Evaluator::weighted_sum(Part& part, const std::function<double(const LossTerm&)>& share, const std::string& where,
+                                      double& loss)
 {
     torch::Tensor sum;
     for (const auto& [name, component] : losses_)
@@ -96,11 +117,11 @@ torch::Tensor Evaluator::weighted_sum(Part& part, double share, const std::strin
         double own = 0;
         for (const auto& term : component->evaluate(part))
         {
-            const auto weighted = term.value * (*component->weight * share);
+            const auto weighted = term.value * (*component->weight * share(term));
             const auto value = weighted.item<double>();
             if (!std::isfinite(value))
-                throw Error(where + "loss '" + name + "' is " + (std::isnan(value) ? "not a number" : "infinite") +
-                            (term.layer.empty() ? "" : " at layer " + term.layer) + "; lower 'rate' or the loss's weight");
+                throw NotFinite(where + "loss '" + name + "' is " + (std::isnan(value) ? "not a number" : "infinite") +
+                                (term.layer.empty() ? "" : " at layer " + term.layer) + "; lower 'rate' or the loss's weight");
             own += value;
             sum = sum.defined() ? sum + weighted : weighted;
         }

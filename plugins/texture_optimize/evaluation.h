@@ -4,14 +4,23 @@
 #include "schedule.h"
 #include "value_space.h"
 
+#include <fresco/error.h>
 #include <fresco/torch/optimiser_rule.h>
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
 
 namespace fresco::optimize
 {
+
+/// A loss or a gradient is not finite; the text names step, view and loss.
+class NotFinite : public Error
+{
+  public:
+    using Error::Error;
+};
 
 /// Renders every level of a view, lets every loss see it, and back-propagates to the texture. Used by one thread; references the
 /// losses.
@@ -21,8 +30,8 @@ class Evaluator
     Evaluator(const std::map<std::string, std::shared_ptr<Loss>>& losses, ValueSpace space, torch::Device device,
               std::uint64_t seed);
 
-    /// The loss of `step` on `data` and its gradients, `parameters` of them. Throws Error naming the step, `view_name` and the
-    /// loss where a number is not finite.
+    /// The loss of `step` on `data` and its gradients, `parameters` of them. Throws NotFinite naming the step, `view_name` and
+    /// the loss.
     Evaluation evaluate(std::int64_t step, const ScheduledStep& scheduled, ViewData& data, const std::string& view_name,
                         std::size_t parameters);
 
@@ -30,8 +39,10 @@ class Evaluator
     const std::map<std::string, double>& summands() const { return summands_; }
 
   private:
-    std::vector<SparseGradient> level_gradients(const PartPlace& place, LevelData& level, const std::string& where, double& loss);
-    torch::Tensor weighted_sum(Part& part, double share, const std::string& where, double& loss);
+    std::vector<SparseGradient> level_gradients(const PartPlace& place, ViewData& data, std::size_t level,
+                                                const std::string& where, double& loss);
+    torch::Tensor weighted_sum(Part& part, const std::function<double(const LossTerm&)>& share, const std::string& where,
+                               double& loss);
 
     const std::map<std::string, std::shared_ptr<Loss>>& losses_;
     Demands demands_;

@@ -8,22 +8,68 @@
 namespace fresco::optimize
 {
 
+/// How pixels are given to the heights of the render pyramid (METHOD section 3).
+struct DepthRule
+{
+    double theta_min_px = 32;     ///< What θ_d metres at a distance of 1 m should be at least, in pixels of height.
+    double theta_d_m = 0.25;      ///< Smaller for scans of short range.
+    bool printed_weight = false;  ///< |R - L1| / |L1 - L2| for L1, as the paper prints it; else 1 minus that.
+};
+
+/// The two heights of one depth, as indices; `second == first` and weight 1 where one alone takes part.
+struct LevelChoice
+{
+    std::size_t first = 0;
+    std::size_t second = 0;
+    double first_weight = 1;  ///< The second's is the rest.
+};
+
+/// Ideal height R = θ_min d / θ_d; the nearest height first (the lower of two as near), the next one on R's other side second.
+/// `heights_px`: ascending, not empty.
+LevelChoice level_choice(double depth_m, std::span<const int> heights_px, const DepthRule& rule);
+
+/// Which pixels take part in the fine style loss (METHOD section 4).
+struct AngleRule
+{
+    double limit_deg = 90;       ///< Largest angle between normal and view that passes.
+    bool below = false;          ///< The angle must be smaller than the limit; else at most the limit.
+    bool from_smallest = false;  ///< Cosines of the smallest height, enlarged bilinearly; else each height's own.
+};
+
 /// The pixels of one rendered height that take part.
 struct LevelPixels
 {
     Raster8 all;                 ///< H x W: 1 = belongs to the level.
-    Raster8 fine;                ///< H x W: 1 = also takes part in the fine style loss.
-    RasterF weight;              ///< H x W: factor of the image gradient; 0 outside `all`.
+    Raster8 fine;                ///< H x W: 1 = also passes the angle filter.
+    RasterF weight;              ///< H x W: share of the level in the pixel, [0,1]; 0 outside `all`.
+    RasterF cosine;              ///< H x W: cos α that filter and scaling use; empty: the uv map's own.
     std::int64_t count() const;  ///< Pixels in `all`.
 };
 
-/// One entry per height: every valid pixel belongs to every level with weight 1 and takes part in the fine loss.
-std::vector<LevelPixels> level_pixels(std::span<const UvMap> maps);
+/// Without depth levels: every valid pixel belongs to every height with weight 1. `maps`: one per height, ascending.
+std::vector<LevelPixels> whole_levels(std::span<const UvMap> maps, const AngleRule& angle);
+
+/// With depth levels. Assignment, weights and the 3x3 erosion (outside the picture is background) are computed on the smallest
+/// height and resampled by nearest neighbour; a mask is eroded after the union of its two roles, weights per role. Pixels that
+/// are invalid at their own height are left out.
+/// \param depth  of the smallest height's pixels in metres, 0 = belongs to no level; usually maps[0].depth
+std::vector<LevelPixels> depth_levels(std::span<const UvMap> maps, const RasterF& depth, const DepthRule& rule,
+                                      const AngleRule& angle);
 
 /// ŵ_l of METHOD section 5: the covered share of each level, divided by the sum of the shares; all zero without any pixel.
 std::vector<double> level_shares(std::span<const LevelPixels> levels);
 
-/// What the image gradient of a level is multiplied by (METHOD section 6): the level's weight, and with `by_angle` cos α.
-RasterF gradient_factor(const UvMap& map, const LevelPixels& pixels, bool by_angle);
+/// What image gradients are multiplied by (METHOD section 6).
+enum class GradientScaling
+{
+    none,   ///< 1 wherever the uv map is valid.
+    level,  ///< The level's share in the pixel.
+    angle   ///< The level's share times cos α.
+};
+
+RasterF gradient_factor(const UvMap& map, const LevelPixels& pixels, GradientScaling scaling);
+
+/// 1 where `mask` and its eight neighbours are 1; outside the raster is 0.
+Raster8 eroded(const Raster8& mask);
 
 }  // namespace fresco::optimize

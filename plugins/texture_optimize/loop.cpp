@@ -7,7 +7,6 @@
 #include "preparation.h"
 #include "preview.h"
 #include "schedule.h"
-#include "style_pictures.h"
 
 #include <fresco/error.h>
 #include <fresco/torch/tensor.h>
@@ -16,6 +15,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <optional>
 
 namespace fresco::optimize
@@ -43,13 +43,15 @@ Schedule schedule_of(const LoopOptions& options, std::vector<std::size_t> views)
     return Schedule(std::move(s));
 }
 
-std::vector<std::size_t> used_views(const ViewSource& source, RunContext& run)
+std::vector<std::size_t> used_views(const ViewSource& source, double train_share, RunContext& run)
 {
     auto views = source.seeing_views();
+    const auto trained = static_cast<std::size_t>(std::ceil(train_share * static_cast<double>(source.view_count())));
+    std::erase_if(views, [&](std::size_t view) { return view >= trained; });
     if (views.empty())
         throw Error("no uv map has a valid pixel: the cameras do not see the mesh; check that mesh and poses share one frame");
-    if (views.size() < source.view_count())
-        run.message(std::to_string(source.view_count() - views.size()) + " of " + std::to_string(source.view_count()) +
+    if (views.size() < trained)
+        run.message(std::to_string(trained - views.size()) + " of " + std::to_string(trained) +
                     " views see nothing of the mesh and are left out");
     return views;
 }
@@ -66,9 +68,9 @@ class Loop
     Loop(const LoopInputs& inputs, const LoopComponents& components, const LoopOptions& options, RunContext& run)
         : components_(components), options_(options), run_(run),
           source_(inputs.maps, inputs.frames, components.images, options.heights_px), space_(options.values),
-          views_(used_views(source_, run)), schedule_(schedule_of(options, views_)),
+          views_(used_views(source_, options.train_share, run)), schedule_(schedule_of(options, views_)),
           evaluator_(components.losses, space_, options.device, options.seed),
-          style_(style_sizes(inputs.style, [&](const std::string& text) { run.message(text); }))
+          style_(style_sizes(inputs.style, options.style_rule, [&](const std::string& text) { run.message(text); }))
     {
     }
 
@@ -78,8 +80,14 @@ class Loop
         prepare_components();
         components_.rule.attach(parameters());
         if (!restored())
-            begin();
-        walk();
+            start_anew();
+        const auto start = std::chrono::steady_clock::now();
+        const std::int64_t first_step = step_;
+        while (!walked())
+        {
+        }
+        const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+        report(seconds.count(), step_ - first_step);
         Texture texture = components_.texture.to_texture();
         texture.values = options_.values;
         texture.seen = seen_;
@@ -117,23 +125,26 @@ class Loop
                 throw Error("the checkpoint is of another run");
             seen_ = checkpoint->seen;
             step_ = checkpoint->step;
+            rollbacks_ = checkpoint->rollbacks;
         }
         catch (const Error& error)
         {
             run_.warning(std::string("the checkpoint cannot be used and the run begins anew: ") + error.what());
-            components_.rule.attach(parameters());
-            for (const auto& [name, loss] : components_.losses)
-                loss->restore(prepared_states_.at(name));
-            for (auto& parameter : parameters())
-                parameter.values.zero_();
             return false;
         }
         run_.message("going on after step " + std::to_string(step_) + " of " + std::to_string(schedule_.steps()));
         return true;
     }
 
-    void begin()
+    void start_anew()
     {
+        step_ = 0;
+        rollbacks_ = 0;
+        components_.rule.attach(parameters());
+        for (const auto& [name, loss] : components_.losses)
+            loss->restore(prepared_states_.at(name));
+        for (auto& parameter : parameters())
+            parameter.values.zero_();
         auto initial = initial_texture(source_, views_, style_.fine, options_.init, options_.size_px, run_);
         seen_ = std::move(initial.seen);
         if (initial.picture.empty())
@@ -142,31 +153,52 @@ class Loop
         components_.texture.set_picture(initial.picture);
     }
 
-    void walk()
+    /// To the last step; false where a loss was not finite and the run has gone back.
+    bool walked()
     {
-        const auto start = std::chrono::steady_clock::now();
-        const std::int64_t first_step = step_;
         const auto first_visit = static_cast<std::size_t>(step_ / options_.repeats);
         Prefetch<std::unique_ptr<ViewData>> loader(
             first_visit, schedule_.visits(), views_ahead,
             [this](std::size_t visit)
-            { return load_view(source_, schedule_.view_of_visit(visit), components_.texture, options_.scale_by_angle); });
+            { return load_view(source_, schedule_.view_of_visit(visit), components_.texture, options_.levels); });
         std::unique_ptr<ViewData> data;
         std::optional<std::size_t> loaded_visit;
-        for (; step_ < schedule_.steps(); ++step_)
+        try
         {
-            interrupt_point();
-            const auto scheduled = schedule_.at(step_);
-            if (loaded_visit != scheduled.visit)
+            for (; step_ < schedule_.steps(); ++step_)
             {
-                data = loader.next();
-                move_to(*data, options_.device);
-                loaded_visit = scheduled.visit;
+                interrupt_point();
+                const auto scheduled = schedule_.at(step_);
+                if (loaded_visit != scheduled.visit)
+                {
+                    data = loader.next();
+                    move_to(*data, options_.device);
+                    loaded_visit = scheduled.visit;
+                }
+                one_step(scheduled, *data);
             }
-            one_step(scheduled, *data);
         }
-        const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
-        report(seconds.count(), step_ - first_step);
+        catch (const NotFinite& error)
+        {
+            go_back(error);
+            return false;
+        }
+        return true;
+    }
+
+    /// The last good state, at half the rate.
+    void go_back(const NotFinite& error)
+    {
+        constexpr std::int64_t most = 3;
+        const std::int64_t rollbacks = rollbacks_ + 1;
+        if (rollbacks > most)
+            throw Error(std::string(error.what()) + "; the run went back " + std::to_string(most) +
+                        " times and halved the rate each time, without success; its last checkpoint is kept");
+        run_.warning(std::string(error.what()) + "; going back to the last good state, at half the rate");
+        if (!restored())
+            start_anew();
+        rollbacks_ = rollbacks;
+        checkpointed_step_ = -1;
     }
 
     /// Between two steps everything is consistent: here a run may end, and goes on later.
@@ -188,7 +220,7 @@ class Loop
     void write_checkpoint()
     {
         if (step_ != checkpointed_step_)
-            Checkpoint::of(step_, parameters(), components_.rule, components_.losses, seen_).write(checkpoint_file());
+            Checkpoint::of(step_, rollbacks_, parameters(), components_.rule, components_.losses, seen_).write(checkpoint_file());
         checkpointed_step_ = step_;
     }
 
@@ -196,10 +228,12 @@ class Loop
     {
         const Evaluate evaluate = [&]
         { return evaluator_.evaluate(step_, scheduled, data, source_.name(scheduled.view), parameters().size()); };
-        const double loss = components_.rule.step(parameters(), evaluate, schedule_.rate(step_), options_.lambda_r);
+        const double loss =
+            components_.rule.step(parameters(), evaluate, schedule_.rate(step_) * std::pow(0.5, rollbacks_), options_.lambda_r);
         run_.metric("loss", loss);
         run_.progress(static_cast<double>(step_ + 1), static_cast<double>(schedule_.steps()), "steps");
-        if (options_.preview_every > 0 && components_.images != nullptr && step_ % options_.preview_every == 0)
+        if (options_.preview_every > 0 && components_.images != nullptr && step_ % options_.preview_every == 0 &&
+            !data.levels.empty())
             write_preview(run_.preview_folder(), *components_.images, space_, *data.levels.back().view,
                           data.levels.back().pixels.all, components_.texture);
     }
@@ -208,6 +242,8 @@ class Loop
     {
         run_.report("steps", schedule_.steps());
         run_.report("views", views_.size());
+        if (rollbacks_ > 0)
+            run_.report("rollbacks", rollbacks_);
         run_.report("seconds_per_step", done > 0 ? seconds / static_cast<double>(done) : 0.0);
         Value summands{Value::Map{}};
         for (const auto& [name, value] : evaluator_.summands())
@@ -227,6 +263,7 @@ class Loop
     std::map<std::string, TensorMap> prepared_states_;  ///< Of the losses before the first step.
     Raster8 seen_;
     std::int64_t step_ = 0;
+    std::int64_t rollbacks_ = 0;
     std::int64_t checkpointed_step_ = -1;
 };
 

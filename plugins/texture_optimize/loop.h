@@ -1,5 +1,8 @@
 #pragma once
 
+#include "style_pictures.h"
+#include "view_data.h"
+
 #include <fresco/frames.h>
 #include <fresco/image_io.h>
 #include <fresco/run_context.h>
@@ -41,11 +44,13 @@ struct LoopOptions
     std::vector<int> heights_px;  ///< Empty = all.
     std::string values = "display";
     std::string init = "frames";
-    bool scale_by_angle = true;
+    LevelRules levels;
+    StyleRule style_rule = StyleRule::printed;
     double lambda_r = 0;
     std::uint64_t seed = 0;
     torch::Device device = torch::kCPU;
     // The schedule
+    double train_share = 1;  ///< Of the views, in recorded order: the first so many train.
     int epochs = 1;
     int repeats = 8;
     std::int64_t max_steps = 0;
@@ -62,7 +67,8 @@ struct LoopOptions
 
 /// Optimises a texture until every view, rendered with it, is what the losses want. Goes on from the checkpoint in
 /// run.checkpoint_folder(), if there is one, and ends with the same bytes as a run without interruption; on the CPU they are the
-/// same for any number of threads. Throws Error for inputs that do not fit and for a loss that is not finite.
+/// same for any number of threads. Where a loss is not finite, the run goes back to its last checkpoint and halves the rate,
+/// three times at most. Throws Error for inputs that do not fit and for a loss that still is not finite.
 Texture optimised_texture(const LoopInputs& inputs, const LoopComponents& components, const LoopOptions& options,
                           RunContext& run);
 

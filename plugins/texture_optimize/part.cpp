@@ -3,6 +3,7 @@
 #include <fresco/error.h>
 
 #include <ATen/core/grad_mode.h>
+#include <ATen/ops/upsample_bilinear2d.h>
 
 #include <algorithm>
 #include <stdexcept>
@@ -52,7 +53,7 @@ const Demand& RenderedPart::demand(const FeatureNetwork& network) const
     return found->second;
 }
 
-torch::Tensor RenderedPart::encoded(Encoded& known, const FeatureNetwork& network, const std::vector<std::string>& wanted,
+torch::Tensor RenderedPart::encoded(FeatureMaps& known, const FeatureNetwork& network, const std::vector<std::string>& wanted,
                                     const std::string& layer, const torch::Tensor& picture)
 {
     if (std::find(wanted.begin(), wanted.end(), layer) == wanted.end())
@@ -75,22 +76,37 @@ torch::Tensor RenderedPart::features(const FeatureNetwork& network, const std::s
     return encoded(features_, network, demand(network).image, layer, image_);
 }
 
+torch::Tensor RenderedPart::mask(Pixels pixels)
+{
+    if (pixels == Pixels::steep)
+        return data_.all.logical_and(data_.fine.logical_not());
+    return pixels == Pixels::all ? data_.all : data_.fine;
+}
+
 torch::Tensor RenderedPart::camera_features(const FeatureNetwork& network, const std::string& layer)
 {
     const at::NoGradGuard no_gradient;
+    if (data_.smallest)
+        return enlarged_camera_features(network, layer);
     return encoded(data_.camera_features, network, demand(network).camera, layer, data_.camera);
+}
+
+torch::Tensor RenderedPart::enlarged_camera_features(const FeatureNetwork& network, const std::string& layer)
+{
+    auto& known = data_.camera_features[&network];
+    const auto found = known.find(layer);
+    if (found != known.end())
+        return found->second;
+    const auto small = encoded(data_.smallest->features, network, demand(network).camera, layer, data_.smallest->picture);
+    const int stride = network.layer(layer).stride;
+    const auto enlarged =
+        at::upsample_bilinear2d(small.unsqueeze(0), {image_.size(1) / stride, image_.size(2) / stride}, false).squeeze(0);
+    return known.emplace(layer, enlarged).first->second;
 }
 
 const GridMask& RenderedPart::grid(const FeatureNetwork& network, const std::string& layer, Pixels pixels)
 {
-    const int stride = network.layer(layer).stride;
-    const bool fine = pixels == Pixels::fine;
-    const auto key = std::tuple(stride, fine);
-    const auto found = data_.grids.find(key);
-    if (found != data_.grids.end())
-        return found->second;
-    return data_.grids.emplace(key, grid_mask(fine ? data_.pixels.fine : data_.pixels.all, stride, image_.device()))
-        .first->second;
+    return grid_of(data_, network.layer(layer).stride, pixels, image_.device());
 }
 
 torch::Tensor RenderedPart::feature_mask(const FeatureNetwork& network, const std::string& layer, Pixels pixels)

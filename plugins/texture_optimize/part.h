@@ -50,7 +50,7 @@ class RenderedPart final : public Part
 
     torch::Tensor image() override { return image_; }
     torch::Tensor camera() override { return data_.camera; }
-    torch::Tensor mask(Pixels pixels) override { return pixels == Pixels::all ? data_.all : data_.fine; }
+    torch::Tensor mask(Pixels pixels) override;
 
     torch::Tensor features(const FeatureNetwork& network, const std::string& layer) override;
     torch::Tensor camera_features(const FeatureNetwork& network, const std::string& layer) override;
@@ -58,10 +58,12 @@ class RenderedPart final : public Part
     torch::Tensor selected(const FeatureNetwork& network, const std::string& layer, Pixels pixels) override;
     torch::Tensor camera_selected(const FeatureNetwork& network, const std::string& layer, Pixels pixels) override;
 
-  private:
-    using Encoded = std::map<const FeatureNetwork*, std::map<std::string, torch::Tensor>>;
+    /// Cells of the layer's grid inside the level's mask.
     const GridMask& grid(const FeatureNetwork& network, const std::string& layer, Pixels pixels);
-    static torch::Tensor encoded(Encoded& known, const FeatureNetwork& network, const std::vector<std::string>& wanted,
+
+  private:
+    torch::Tensor enlarged_camera_features(const FeatureNetwork& network, const std::string& layer);
+    static torch::Tensor encoded(FeatureMaps& known, const FeatureNetwork& network, const std::vector<std::string>& wanted,
                                  const std::string& layer, const torch::Tensor& picture);
     const Demand& demand(const FeatureNetwork& network) const;
 
@@ -69,7 +71,7 @@ class RenderedPart final : public Part
     torch::Tensor image_;
     LevelData& data_;
     const Demands& demands_;
-    Encoded features_;
+    FeatureMaps features_;
 };
 
 }  // namespace fresco::optimize

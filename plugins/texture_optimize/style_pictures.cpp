@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 namespace fresco::optimize
 {
@@ -42,11 +44,27 @@ RasterF with_side(const RasterF& picture, int reference, int to)
     return resized(picture, scaled(picture.width, to, reference), scaled(picture.height, to, reference));
 }
 
+StyleSizes released_sizes(RasterF source)
+{
+    if (std::max(source.width, source.height) > largest_side)
+        source = with_side(source, std::min(source.width, source.height), largest_side);
+    const int shorter = std::min(source.width, source.height);
+    std::vector<int> sizes{fine_side};
+    std::vector<int> halvings;
+    for (int size = shorter; size > fine_side; size /= 2)
+        halvings.push_back(size);
+    sizes.insert(sizes.end(), halvings.rbegin(), halvings.rend());
+    const int coarse = std::min(sizes[std::min<std::size_t>(2, sizes.size() - 1)], std::max(shorter, fine_side));
+    return {with_side(source, shorter, fine_side), with_side(source, shorter, coarse)};
+}
+
 }  // namespace
 
-StyleSizes style_sizes(const Raster8& picture, const std::function<void(const std::string&)>& message)
+StyleSizes style_sizes(const Raster8& picture, StyleRule rule, const std::function<void(const std::string&)>& message)
 {
     RasterF source = opaque_rgb(picture);
+    if (rule == StyleRule::released)
+        return released_sizes(std::move(source));
     const int longer = std::max(source.width, source.height);
     if (longer > largest_side)
         source = with_side(source, longer, largest_side);

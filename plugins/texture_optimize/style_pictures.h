@@ -8,6 +8,13 @@
 namespace fresco::optimize
 {
 
+/// How the sizes are found (METHOD section 4).
+enum class StyleRule
+{
+    printed,  ///< As style_sizes says.
+    released  ///< As the authors' code does it.
+};
+
 /// The two sizes of the style picture, RGB in [0,1] (METHOD section 4).
 struct StyleSizes
 {
@@ -17,7 +24,9 @@ struct StyleSizes
 
 /// Alpha is composited on white and grey spread over three channels. A longer side over 2048 px is first reduced to 2048; `fine`
 /// has a shorter side of exactly 256 px, never enlarged (then `message` says so); `coarse` is four times as large, at most the
+/// picture. Released: where a side is over 2048 px, the shorter becomes 2048, which may enlarge; `fine` is enlarged to 256 px
+/// too; `coarse` is the third of 256 px, and the halvings of the shorter side that are larger, in ascending order, at most the
 /// picture. Throws Error for an empty picture or another number of channels than 1, 3 or 4.
-StyleSizes style_sizes(const Raster8& picture, const std::function<void(const std::string&)>& message);
+StyleSizes style_sizes(const Raster8& picture, StyleRule rule, const std::function<void(const std::string&)>& message);
 
 }  // namespace fresco::optimize

@@ -46,8 +46,35 @@ class TextureOptimize final : public fresco::Stage
     fresco::Option<std::string> init{this, "init", "frames", fresco::one_of({"frames", "zeros", "color"}),
                                      "Begin with the recoloured camera pictures, with zeros, or with the style's mean colour"};
     fresco::Option<double> lambda_r{this, "lambda_r", 0, fresco::at_least(0), "Factor of the texture's regulariser"};
-    fresco::Option<std::string> gradient_scaling{this, "gradient_scaling", "angle", fresco::one_of({"none", "angle"}),
-                                                 "angle: multiply each pixel's gradient by the cosine between normal and view"};
+    fresco::Option<std::string> gradient_scaling{this, "gradient_scaling", "angle", fresco::one_of({"none", "level", "angle"}),
+                                                 "Multiply each pixel's gradient by the level's share in it (level), and by the "
+                                                 "cosine between normal and view (angle)"};
+    fresco::Option<bool> depth_levels{this, "depth_levels", false,
+                                      "Show each pixel only at the heights that fit its depth, so that patterns keep one size in "
+                                      "the world"};
+    fresco::Option<double> theta_d_m{this, "theta_d_m", 0.25, fresco::range(0.001, 1000),
+                                     "With depth_levels: this length at a distance of 1 m …"};
+    fresco::Option<double> theta_min_px{this, "theta_min_px", 32, fresco::range(1, 10000), "… is so many pixels of height"};
+    fresco::Option<std::string> level_weight{
+        this, "level_weight", "nearest", fresco::one_of({"nearest", "printed"}),
+        "Share of the nearest height between two: larger the nearer (nearest), or the paper's formula (printed)"};
+    fresco::Option<std::string> level_depth{this, "level_depth", "mesh", fresco::one_of({"mesh", "sensor", "sensor_or_lowest"}),
+                                            "Depth for the levels; pixels the sensor has not measured take part in none, or in "
+                                            "the lowest"};
+    fresco::Option<std::string> level_share{this, "level_share", "pixels", fresco::one_of({"pixels", "features"}),
+                                            "What a level counts in the sum: by its pixels, or by its cells of each layer"};
+    fresco::Option<double> angle_limit_deg{this, "angle_limit_deg", 90, fresco::range(0, 90),
+                                           "Largest angle between normal and view for the fine style; 90: all pixels"};
+    fresco::Option<std::string> angle_rule{this, "angle_rule", "at_most", fresco::one_of({"at_most", "below"}),
+                                           "Whether the limit itself passes"};
+    fresco::Option<std::string> angle_map{this, "angle_map", "own", fresco::one_of({"own", "smallest"}),
+                                          "Angles of each height, or of the smallest, enlarged"};
+    fresco::Option<std::string> content_target{this, "content_target", "own", fresco::one_of({"own", "smallest"}),
+                                               "Camera features of each height, or of the smallest, enlarged"};
+    fresco::Option<std::string> style_sizes{this, "style_sizes", "printed", fresco::one_of({"printed", "released"}),
+                                            "How the fine and the coarse style picture are sized"};
+    fresco::Option<double> train_share{this, "train_share", 1, fresco::range(0.01, 1),
+                                       "Share of the views, the first ones, to use"};
     fresco::Option<std::int64_t> seed{this, "seed", 0, fresco::at_least(0), "Of the views' order and of what losses draw"};
     fresco::Option<std::string> device{this, "device", "auto", fresco::one_of({"auto", "cpu", "cuda"}),
                                        "Where losses are computed"};
@@ -101,6 +128,25 @@ class TextureOptimize final : public fresco::Stage
     }
 
   private:
+    fresco::optimize::LevelRules level_rules() const
+    {
+        using fresco::optimize::GradientScaling;
+        using fresco::optimize::LevelRules;
+        LevelRules rules;
+        rules.by_depth = *depth_levels;
+        rules.depth = *level_depth == "mesh"     ? LevelRules::Depth::mesh
+                      : *level_depth == "sensor" ? LevelRules::Depth::sensor
+                                                 : LevelRules::Depth::sensor_or_lowest;
+        rules.depth_rule = {*theta_min_px, *theta_d_m, *level_weight == "printed"};
+        rules.angle = {*angle_limit_deg, *angle_rule == "below", *angle_map == "smallest"};
+        rules.scaling = *gradient_scaling == "angle"   ? GradientScaling::angle
+                        : *gradient_scaling == "level" ? GradientScaling::level
+                                                       : GradientScaling::none;
+        rules.share_by_features = *level_share == "features";
+        rules.enlarge_camera_features = *content_target == "smallest";
+        return rules;
+    }
+
     fresco::optimize::LoopOptions loop_options() const
     {
         fresco::optimize::LoopOptions o;
@@ -108,7 +154,9 @@ class TextureOptimize final : public fresco::Stage
         o.heights_px = *heights_px;
         o.values = *values;
         o.init = *init;
-        o.scale_by_angle = *gradient_scaling == "angle";
+        o.levels = level_rules();
+        o.style_rule = *style_sizes == "released" ? fresco::optimize::StyleRule::released : fresco::optimize::StyleRule::printed;
+        o.train_share = *train_share;
         o.lambda_r = *lambda_r;
         o.seed = static_cast<std::uint64_t>(*seed);
         o.device = chosen_device(*device);

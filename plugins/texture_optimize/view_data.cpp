@@ -1,11 +1,11 @@
 #include "view_data.h"
 
-#include <fresco/error.h>
 #include <fresco/torch/tensor.h>
 
 #include <ATen/ops/empty.h>
 
 #include <algorithm>
+#include <span>
 
 namespace fresco::optimize
 {
@@ -19,20 +19,48 @@ torch::Tensor bool_tensor(const Raster8& mask)
     return tensor;
 }
 
+Raster8 chosen_pixels(const LevelPixels& level, Pixels pixels)
+{
+    if (pixels != Pixels::steep)
+        return pixels == Pixels::fine ? level.fine : level.all;
+    Raster8 steep = level.all;
+    for (std::size_t i = 0; i < steep.values.size(); ++i)
+        if (level.fine.values[i] != 0)
+            steep.values[i] = 0;
+    return steep;
+}
+
+std::vector<LevelPixels> level_pixels(const ViewSource& source, std::size_t view, std::span<const UvMap> maps,
+                                      const LevelRules& rules)
+{
+    if (!rules.by_depth)
+        return whole_levels(maps, rules.angle);
+    if (rules.depth == LevelRules::Depth::mesh)
+        return depth_levels(maps, maps[0].depth, rules.depth_rule, rules.angle);
+    constexpr float no_distance = 1e-6F;
+    const float unmeasured = rules.depth == LevelRules::Depth::sensor_or_lowest ? no_distance : 0;
+    return depth_levels(maps, source.measured_depth(view, maps[0], unmeasured), rules.depth_rule, rules.angle);
+}
+
 }  // namespace
 
 std::unique_ptr<ViewData> load_view(const ViewSource& source, std::size_t view, const TextureRepresentation& texture,
-                                    bool scale_by_angle)
+                                    const LevelRules& rules)
 {
     std::vector<UvMap> maps;
     for (std::size_t level = 0; level < source.level_count(); ++level)
         maps.push_back(source.map(view, level));
-    const auto pixels = level_pixels(maps);
+    const auto pixels = level_pixels(source, view, maps, rules);
     const auto shares = level_shares(pixels);
     const Raster8 camera = source.camera(view);
 
     auto data = std::make_unique<ViewData>();
     data->view = view;
+    data->share_by_features = rules.share_by_features;
+    std::shared_ptr<SmallestCamera> smallest;
+    if (rules.enlarge_camera_features)
+        smallest = std::make_shared<SmallestCamera>(
+            SmallestCamera{to_tensor(resized(camera, maps[0].valid.width, maps[0].valid.height)), {}});
     for (std::size_t level = 0; level < maps.size(); ++level)
     {
         if (!(shares[level] > 0))
@@ -41,19 +69,26 @@ std::unique_ptr<ViewData> load_view(const ViewSource& source, std::size_t view, 
         LevelData result;
         result.height_px = source.height_px(level);
         result.view = texture.make_view(map);
-        result.factor = gradient_factor(map, pixels[level], scale_by_angle);
+        result.factor = gradient_factor(map, pixels[level], rules.scaling);
         result.share = shares[level];
         result.camera = to_tensor(resized(camera, map.valid.width, map.valid.height));
         result.all = bool_tensor(pixels[level].all);
         result.fine = bool_tensor(pixels[level].fine);
         result.pixels = pixels[level];
+        result.smallest = smallest;
         data->levels.push_back(std::move(result));
         data->numbers.push_back(static_cast<int>(level));
     }
-    if (data->levels.empty())
-        throw Error("view " + source.name(view) +
-                    ": its uv maps have no valid pixel, though their index says so; make them again");
     return data;
+}
+
+const GridMask& grid_of(LevelData& level, int stride, Pixels pixels, const torch::Device& device)
+{
+    const auto key = std::tuple(stride, pixels);
+    const auto found = level.grids.find(key);
+    if (found != level.grids.end())
+        return found->second;
+    return level.grids.emplace(key, grid_mask(chosen_pixels(level.pixels, pixels), stride, device)).first->second;
 }
 
 void move_to(ViewData& data, const torch::Device& device)
@@ -63,6 +98,8 @@ void move_to(ViewData& data, const torch::Device& device)
         level.camera = level.camera.to(device);
         level.all = level.all.to(device);
         level.fine = level.fine.to(device);
+        if (level.smallest)
+            level.smallest->picture = level.smallest->picture.to(device);
     }
 }
 

@@ -4,7 +4,7 @@
 #include "levels.h"
 #include "view_source.h"
 
-#include <fresco/torch/features.h>
+#include <fresco/torch/loss.h>
 #include <fresco/torch/texture_representation.h>
 
 #include <torch/types.h>
@@ -18,21 +18,51 @@
 namespace fresco::optimize
 {
 
+/// Which pixels of a view belong to which height, and what losses see of them.
+struct LevelRules
+{
+    enum class Depth
+    {
+        mesh,             ///< The uv maps' own.
+        sensor,           ///< The depth camera's; pixels it has not measured belong to no level …
+        sensor_or_lowest  ///< … or to the lowest height.
+    };
+
+    bool by_depth = false;  ///< Depth levels; else every height shows every pixel.
+    Depth depth = Depth::mesh;
+    DepthRule depth_rule;
+    AngleRule angle;
+    GradientScaling scaling = GradientScaling::angle;
+    bool share_by_features = false;        ///< ŵ_l from the masks on each layer's grid; else from pixels.
+    bool enlarge_camera_features = false;  ///< The camera is encoded at the smallest height and its features enlarged.
+};
+
+/// Features by network and layer.
+using FeatureMaps = std::map<const FeatureNetwork*, std::map<std::string, torch::Tensor>>;
+
+/// The camera picture at the smallest height, and its features, for all levels of a view.
+struct SmallestCamera
+{
+    torch::Tensor picture;  ///< 3 x H x W, RGB in [0,1].
+    FeatureMaps features;
+};
+
 /// One height of one view, ready for the consecutive steps on it.
 struct LevelData
 {
     int height_px = 0;
     std::unique_ptr<TextureView> view;
     LevelPixels pixels;
-    RasterF factor;        ///< H x W: what the image gradient is multiplied by.
-    double share = 0;      ///< ŵ_l
-    torch::Tensor camera;  ///< 3 x H x W, RGB in [0,1].
-    torch::Tensor all;     ///< H x W, bool.
-    torch::Tensor fine;    ///< H x W, bool.
+    RasterF factor;                            ///< H x W: what the image gradient is multiplied by.
+    double share = 0;                          ///< ŵ_l
+    torch::Tensor camera;                      ///< 3 x H x W, RGB in [0,1].
+    torch::Tensor all;                         ///< H x W, bool.
+    torch::Tensor fine;                        ///< H x W, bool.
+    std::shared_ptr<SmallestCamera> smallest;  ///< Null: the camera is encoded at this height.
 
     /// What parts found out and the next step on this view needs again.
-    std::map<const FeatureNetwork*, std::map<std::string, torch::Tensor>> camera_features;
-    std::map<std::tuple<int, bool>, GridMask> grids;  ///< By stride, and whether of the fine pixels.
+    FeatureMaps camera_features;
+    std::map<std::tuple<int, Pixels>, GridMask> grids;  ///< By stride and pixels.
 };
 
 struct ViewData
@@ -40,11 +70,15 @@ struct ViewData
     std::size_t view = 0;
     std::vector<LevelData> levels;  ///< Those with pixels, smallest height first.
     std::vector<int> numbers;       ///< Of each level: its index in the render pyramid.
+    bool share_by_features = false;
 };
 
 /// Reads a view's uv maps and camera picture. On any thread.
 std::unique_ptr<ViewData> load_view(const ViewSource& source, std::size_t view, const TextureRepresentation& texture,
-                                    bool scale_by_angle);
+                                    const LevelRules& rules);
+
+/// The cells of a grid of `stride` that belong to the level's `pixels`; made when first asked for.
+const GridMask& grid_of(LevelData& level, int stride, Pixels pixels, const torch::Device& device);
 
 /// Moves what losses see to `device`.
 void move_to(ViewData& data, const torch::Device& device);

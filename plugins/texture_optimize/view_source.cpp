@@ -1,5 +1,7 @@
 #include "view_source.h"
 
+#include "sensor_depth.h"
+
 #include <fresco/error.h>
 
 #include <algorithm>
@@ -54,6 +56,12 @@ std::vector<std::size_t> ViewSource::seeing_views() const
             views.push_back(view);
     }
     return views;
+}
+
+RasterF ViewSource::measured_depth(std::size_t view, const UvMap& map, float unmeasured) const
+{
+    const auto& frame = frames_.frames[frame_of_[view]];
+    return sensor_depth(map, maps_.views[view].camera, frame.depth, load_depth(frame, images_), unmeasured);
 }
 
 Raster8 ViewSource::camera(std::size_t view) const

@@ -29,6 +29,9 @@ class ViewSource
     std::vector<std::size_t> seeing_views() const;
 
     UvMap map(std::size_t view, std::size_t level) const { return maps_.load_map(view, levels_[level]); }
+    /// What the depth camera measured of the pixels of `map`, as sensor_depth says. Throws Error if the frame has no depth
+    /// picture.
+    RasterF measured_depth(std::size_t view, const UvMap& map, float unmeasured) const;
     /// The camera picture as recorded, RGB.
     Raster8 camera(std::size_t view) const;
 

@@ -113,10 +113,20 @@ TEST_CASE("selected cells and their gradient equal index_select's")
     CHECK(selected_cells(at::ones({2, 9, 17}), grid_mask(Raster8(17, 9), 1, torch::kCPU)).sizes() == at::IntArrayRef({2, 0}));
 }
 
+namespace
+{
+const LevelRules unscaled = []
+{
+    LevelRules rules;
+    rules.scaling = GradientScaling::none;
+    return rules;
+}();
+}  // namespace
+
 TEST_CASE("losses on one network share its encodings, and the camera's outlive the step")
 {
     World world;
-    const auto data = load_view(world.source, 0, world.texture, true);
+    const auto data = load_view(world.source, 0, world.texture, {});
     REQUIRE(data->levels.size() == 2);
     CHECK(data->numbers == std::vector<int>{0, 1});
     CHECK(data->levels[0].share == Approx(0.5).margin(0.02));
@@ -146,7 +156,7 @@ TEST_CASE("the evaluation's gradient is that of the weighted sum over losses and
     World world;
     world.losses = {{"camera", std::make_shared<CameraLoss>()}};
     world.texture.parameters()[0].values.fill_(0.4);
-    const auto data = load_view(world.source, 1, world.texture, false);
+    const auto data = load_view(world.source, 1, world.texture, unscaled);
     Evaluator evaluator(world.losses, ValueSpace("display"), torch::kCPU, 1);
     const auto loss = [&] { return evaluator.evaluate(0, {}, *data, "v", 1); };
     const auto evaluation = loss();
@@ -163,7 +173,7 @@ TEST_CASE("the evaluation's gradient is that of the weighted sum over losses and
         CHECK(evaluation.gradients[0].values[0][c].item<float>() == Approx((above - below) / 0.02).epsilon(1e-3).margin(1e-5));
     }
     // With the angle's scaling every pixel's gradient, and so their sum, is 0.8 of it.
-    const auto scaled_data = load_view(world.source, 1, world.texture, true);
+    const auto scaled_data = load_view(world.source, 1, world.texture, {});
     const auto scaled = evaluator.evaluate(0, {}, *scaled_data, "v", 1);
     CHECK(scaled.gradients[0].values[0][0].item<float>() == Approx(0.8 * evaluation.gradients[0].values[0][0].item<float>()));
     CHECK(scaled.loss == Approx(evaluation.loss));
@@ -174,7 +184,7 @@ TEST_CASE("a loss that is not finite is named with step and view")
     World world;
     world.losses = {{"boom", std::make_shared<ExplodingLoss>()}};
     world.texture.parameters()[0].values.fill_(0.4);
-    const auto data = load_view(world.source, 0, world.texture, false);
+    const auto data = load_view(world.source, 0, world.texture, unscaled);
     Evaluator evaluator(world.losses, ValueSpace("display"), torch::kCPU, 1);
     CHECK_NOTHROW(evaluator.evaluate(1, {}, *data, "walk/frame-0", 1));
     CHECK_THROWS_WITH(evaluator.evaluate(2, {}, *data, "walk/frame-0", 1),

@@ -30,9 +30,9 @@ SparseGradient sparse(const std::vector<std::int64_t>& texels)
     return g;
 }
 
-StyleSizes sizes(int width, int height, std::vector<std::string>& messages)
+StyleSizes sizes(int width, int height, std::vector<std::string>& messages, StyleRule rule = StyleRule::printed)
 {
-    return style_sizes(Raster8(width, height, 3, 100), [&](const std::string& m) { messages.push_back(m); });
+    return style_sizes(Raster8(width, height, 3, 100), rule, [&](const std::string& m) { messages.push_back(m); });
 }
 
 }  // namespace
@@ -73,18 +73,39 @@ TEST_CASE("style sizes by hand")
     CHECK(messages[0].find("200 px") != std::string::npos);
 }
 
+TEST_CASE("style sizes as the released code finds them")
+{
+    std::vector<std::string> messages;
+    const auto released = [&](int width, int height) { return sizes(width, height, messages, StyleRule::released); };
+    auto s = released(1600, 1200);  // 256, then 300, 600, 1200: the third is 600
+    CHECK(s.fine.height == 256);
+    CHECK(s.coarse.height == 600);
+    s = released(1024, 2048);  // 256, 512, 1024
+    CHECK(s.coarse.width == 1024);
+    s = released(400, 300);  // 256, 300: the last
+    CHECK(s.coarse.height == 300);
+    s = released(200, 100);  // enlarged
+    CHECK(s.fine.height == 256);
+    CHECK(s.fine.width == 512);
+    CHECK(s.coarse.height == 256);
+    s = released(3000, 1500);  // shorter side 2048 first: 256, 512, 1024, 2048
+    CHECK(s.coarse.height == 1024);
+    CHECK(s.coarse.width == 2048);
+    CHECK(messages.empty());
+}
+
 TEST_CASE("alpha is composited on white, grey spread, other pictures refused")
 {
     const auto ignore = [](const std::string&) {};
     Raster8 rgba(1, 1, 4);
     rgba.values = {255, 0, 51, 51};
-    const auto composited = style_sizes(rgba, ignore).fine;
+    const auto composited = style_sizes(rgba, StyleRule::printed, ignore).fine;
     CHECK(composited.values[0] == Approx(1));
     CHECK(composited.values[1] == Approx(0.8));
     CHECK(composited.values[2] == Approx(0.84));
-    CHECK(style_sizes(Raster8(2, 2, 1, 51), ignore).fine.at(1, 1, 2) == Approx(0.2));
-    CHECK_THROWS_AS(style_sizes(Raster8(2, 2, 2), ignore), Error);
-    CHECK_THROWS_AS(style_sizes(Raster8(), ignore), Error);
+    CHECK(style_sizes(Raster8(2, 2, 1, 51), StyleRule::printed, ignore).fine.at(1, 1, 2) == Approx(0.2));
+    CHECK_THROWS_AS(style_sizes(Raster8(2, 2, 2), StyleRule::printed, ignore), Error);
+    CHECK_THROWS_AS(style_sizes(Raster8(), StyleRule::printed, ignore), Error);
 }
 
 TEST_CASE("network values are BGR minus the mean, and come back as displayed RGB")
@@ -154,14 +175,14 @@ TEST_CASE("levels share by covered area, and gradients scale by the cosine")
     for (std::size_t i = 0; i < 8; ++i)
         large.valid.values[i] = 1;
     const std::vector<UvMap> maps{small, large, UvMap{RasterF(2, 2, 2), RasterF(2, 2), RasterF(2, 2), Raster8(2, 2)}};
-    const auto levels = level_pixels(maps);
+    const auto levels = whole_levels(maps, {});
     CHECK(levels[0].count() == 4);
     CHECK((levels[0].fine == small.valid));
     const auto shares = level_shares(levels);
     CHECK(shares[0] == Approx(2.0 / 3));
     CHECK(shares[1] == Approx(1.0 / 3));
     CHECK(shares[2] == 0);
-    CHECK(gradient_factor(small, levels[0], true).values[1] == 0.5F);
-    CHECK(gradient_factor(small, levels[0], false).values[1] == 1);
-    CHECK(gradient_factor(small, levels[0], true).values[2] == 0);
+    CHECK(gradient_factor(small, levels[0], GradientScaling::angle).values[1] == 0.5F);
+    CHECK(gradient_factor(small, levels[0], GradientScaling::none).values[1] == 1);
+    CHECK(gradient_factor(small, levels[0], GradientScaling::angle).values[2] == 0);
 }

@@ -1,0 +1,228 @@
+#include "levels.h"
+#include "sensor_depth.h"
+
+#include <catch2/catch.hpp>
+
+#include <fresco/noise.h>
+
+#include <cmath>
+#include <numbers>
+
+using namespace fresco;
+using namespace fresco::optimize;
+
+namespace
+{
+
+const std::vector<int> paper_heights{256, 432, 608, 784};
+constexpr DepthRule quarter{};  // 32 px at 0.25 m: R = 128 d
+
+UvMap flat_map(int width, int height, float depth, float cosine)
+{
+    return {RasterF(width, height, 2, 0.5F), RasterF(width, height, 1, depth), RasterF(width, height, 1, cosine),
+            Raster8(width, height, 1, 1)};
+}
+
+/// The levels of one pixel in words: the heights sorted by distance to R, the first one on R's other side.
+struct SlowChoice
+{
+    int nearest;
+    int other;  ///< -1: none
+    double weight;
+};
+
+SlowChoice slow_choice(double ideal, bool printed)
+{
+    SlowChoice choice{0, -1, 1};
+    double best = 1e300;
+    for (int i = 0; i < 4; ++i)
+        if (std::fabs(paper_heights[static_cast<std::size_t>(i)] - ideal) < best)
+        {
+            best = std::fabs(paper_heights[static_cast<std::size_t>(i)] - ideal);
+            choice.nearest = i;
+        }
+    double gap = 1e300;
+    for (int i = 0; i < 4; ++i)
+    {
+        const double nearest = paper_heights[static_cast<std::size_t>(choice.nearest)] - ideal;
+        const double here = paper_heights[static_cast<std::size_t>(i)] - ideal;
+        if (nearest * here < 0 && std::fabs(here) < gap)
+        {
+            gap = std::fabs(here);
+            choice.other = i;
+        }
+    }
+    if (choice.other >= 0)
+    {
+        const double way = best / (best + gap);
+        choice.weight = printed ? way : 1 - way;
+    }
+    return choice;
+}
+
+}  // namespace
+
+TEST_CASE("a depth below, above, on and between heights goes to the levels that METHOD section 3 names")
+{
+    const auto at = [](double ideal) { return level_choice(ideal / 128, paper_heights, quarter); };
+    CHECK(at(100).first == 0);
+    CHECK(at(100).second == 0);
+    CHECK(at(100).first_weight == 1);
+    CHECK(at(900).first == 3);
+    CHECK(at(900).second == 3);
+    CHECK(at(608).second == 2);
+    CHECK(at(608).first_weight == 1);
+    CHECK(at(300).first == 0);
+    CHECK(at(300).second == 1);
+    CHECK(at(300).first_weight == Approx(0.75));
+    CHECK(at(388).first == 1);
+    CHECK(at(388).second == 0);
+    CHECK(at(388).first_weight == Approx(0.75));
+    CHECK(at(344).first == 0);  // As near to both: the lower.
+    DepthRule printed = quarter;
+    printed.printed_weight = true;
+    CHECK(level_choice(300.0 / 128, paper_heights, printed).first_weight == Approx(0.25));
+    CHECK(level_choice(900.0 / 128, paper_heights, printed).first_weight == 1);
+    // Half the length asks for twice the height.
+    DepthRule half = quarter;
+    half.theta_d_m = 0.125;
+    CHECK(level_choice(300.0 / 256, paper_heights, half).first_weight == Approx(0.75));
+    for (const bool rule : {false, true})
+        for (double ideal = 200.3; ideal < 850; ideal += 3.7)
+        {
+            CAPTURE(ideal, rule);
+            printed.printed_weight = rule;
+            const auto fast = level_choice(ideal / 128, paper_heights, printed);
+            const auto slow = slow_choice(ideal, rule);
+            CHECK(static_cast<int>(fast.first) == slow.nearest);
+            CHECK(static_cast<int>(fast.second) == (slow.other < 0 ? slow.nearest : slow.other));
+            CHECK(fast.first_weight == Approx(slow.weight));
+        }
+}
+
+TEST_CASE("erosion keeps pixels whose nine neighbours are in, and nothing at the border")
+{
+    Raster8 mask(19, 13);
+    for (std::size_t i = 0; i < mask.values.size(); ++i)
+        mask.values[i] = noise::unit(static_cast<std::uint32_t>(i), 3) < 0.9F ? 1 : 0;
+    const auto fast = eroded(mask);
+    int kept = 0;
+    for (int y = 0; y < 13; ++y)
+        for (int x = 0; x < 19; ++x)
+        {
+            bool all = true;
+            for (int dy = -1; dy <= 1; ++dy)
+                for (int dx = -1; dx <= 1; ++dx)
+                    all = all && x + dx >= 0 && y + dy >= 0 && x + dx < 19 && y + dy < 13 && mask.at(x + dx, y + dy) == 1;
+            CHECK(fast.at(x, y) == (all ? 1 : 0));
+            kept += all ? 1 : 0;
+        }
+    CHECK(kept > 20);
+    CHECK(eroded(Raster8(1, 1, 1, 1)).values[0] == 0);
+}
+
+TEST_CASE("depth levels: union eroded for the masks, weights eroded per role, both resampled by nearest neighbour")
+{
+    // Two heights, 8 and 16 px; R = 128 d. Columns 0..5 lie at R = 10 (level 0: 0.75, level 1: 0.25), the rest at R = 14 (level
+    // 1: 0.75, level 0: 0.25): every pixel belongs to both, in different roles.
+    std::vector<UvMap> maps{flat_map(12, 8, 10.0F / 128, 0.5F), flat_map(24, 16, 1, 0.5F)};
+    for (int y = 0; y < 8; ++y)
+        for (int x = 6; x < 12; ++x)
+            maps[0].depth.at(x, y) = 14.0F / 128;
+    maps[1].valid.at(10, 8) = 0;
+    const auto levels = depth_levels(maps, maps[0].depth, quarter, {});
+    REQUIRE(levels.size() == 2);
+    for (int y = 0; y < 8; ++y)
+        for (int x = 0; x < 12; ++x)
+        {
+            CAPTURE(x, y);
+            const bool inside = x > 0 && y > 0 && x < 11 && y < 7;
+            const bool at_seam = x == 5 || x == 6;
+            CHECK(levels[0].all.at(x, y) == (inside ? 1 : 0));
+            const double share = !inside || at_seam ? 0 : x < 6 ? 0.75 : 0.25;
+            CHECK(levels[0].weight.at(x, y) == Approx(share));
+            if (2 * x == 10 && 2 * y == 8)
+                continue;
+            CHECK(levels[1].all.at(2 * x, 2 * y) == (inside ? 1 : 0));
+            CHECK(levels[1].weight.at(2 * x + 1, 2 * y + 1) == Approx(!inside || at_seam ? 0 : 1 - share));
+        }
+    CHECK(levels[1].all.at(10, 8) == 0);
+    CHECK(levels[1].all.at(11, 8) == 1);
+    const auto shares = level_shares(levels);
+    CHECK(shares[0] + shares[1] == Approx(1));
+    CHECK(shares[0] == Approx(60.0 / 96 / (60.0 / 96 + 239.0 / 384)));
+}
+
+TEST_CASE("a pixel on a height belongs to that level alone, one without depth to none")
+{
+    std::vector<UvMap> maps{flat_map(8, 8, 8.0F / 128, 1), flat_map(16, 16, 1, 1)};
+    const auto on = depth_levels(maps, maps[0].depth, quarter, {});
+    CHECK(on[0].count() == 36);
+    CHECK(on[1].count() == 0);
+    CHECK(level_shares(on)[1] == 0);
+    const auto none = depth_levels(maps, RasterF(8, 8), quarter, {});
+    CHECK(none[0].count() + none[1].count() == 0);
+}
+
+TEST_CASE("the angle filter takes a level's own cosines, or the smallest height's enlarged; the limit passes or not")
+{
+    std::vector<UvMap> maps{flat_map(4, 4, 1, 0.9F), flat_map(8, 8, 1, 0.9F)};
+    const double limit_deg = 60;
+    const auto on_limit = static_cast<float>(std::cos(limit_deg * std::numbers::pi / 180));
+    maps[1].cosine.at(3, 3) = 0.2F;
+    maps[0].cosine.at(0, 0) = 0.2F;
+    maps[0].cosine.at(3, 3) = std::nextafter(on_limit, 1.0F);
+    const auto own = whole_levels(maps, {limit_deg});
+    CHECK(own[0].fine.at(0, 0) == 0);
+    CHECK(own[0].fine.at(3, 3) == 1);
+    CHECK(own[1].fine.at(3, 3) == 0);
+    CHECK(own[1].fine.at(0, 0) == 1);
+    CHECK(own[1].all.at(3, 3) == 1);
+    const auto smallest = whole_levels(maps, {limit_deg, false, true});
+    CHECK(smallest[1].fine.at(3, 3) == 1);
+    CHECK(smallest[1].fine.at(0, 0) == 0);
+    CHECK(gradient_factor(maps[1], smallest[1], GradientScaling::angle).at(0, 0) == Approx(0.2));
+    CHECK(gradient_factor(maps[1], own[1], GradientScaling::angle).at(0, 0) == Approx(0.9));
+    // Exactly on the limit: cos 90° = 0 passes "at most", not "below".
+    maps[0].cosine.at(1, 1) = 0;
+    CHECK(whole_levels(maps, {90, false})[0].fine.at(1, 1) == 1);
+    CHECK(whole_levels(maps, {90, true})[0].fine.at(1, 1) == 0);
+}
+
+TEST_CASE("gradients are scaled by the level's share and the cosine, or not at all")
+{
+    std::vector<UvMap> maps{flat_map(8, 8, 10.0F / 128, 0.5F), flat_map(16, 16, 1, 0.25F)};
+    maps[1].valid.at(5, 5) = 0;
+    const auto levels = depth_levels(maps, maps[0].depth, quarter, {});
+    const auto angle = gradient_factor(maps[1], levels[1], GradientScaling::angle);
+    CHECK(angle.at(8, 8) == Approx(0.25 * 0.25));
+    CHECK(angle.at(0, 0) == 0);
+    CHECK(gradient_factor(maps[1], levels[1], GradientScaling::level).at(8, 8) == Approx(0.25));
+    const auto none = gradient_factor(maps[1], levels[1], GradientScaling::none);
+    CHECK(none.at(0, 0) == 1);
+    CHECK(none.at(5, 5) == 0);
+}
+
+TEST_CASE("the sensor's depth is looked up where the depth camera sees the surface point")
+{
+    // Both cameras look along z; the depth camera stands 0.1 m to the right, at half the size.
+    Camera color{{16, 12, 16, 16, 8, 6}, {}};
+    Camera depth{{8, 6, 8, 8, 4, 3}, {}};
+    depth.world_from_camera.translation = {0.1, 0, 0};
+    const auto map = flat_map(16, 12, 2, 1);
+    RasterF measured(8, 6);
+    for (std::size_t i = 0; i < measured.values.size(); ++i)
+        measured.values[i] = 2 + static_cast<float>(i) * 0.01F;
+    measured.at(4, 3) = 0;
+    const auto found = sensor_depth(map, color, depth, measured, -1);
+    for (int y = 0; y < 12; ++y)
+        for (int x = 0; x < 16; ++x)
+        {
+            CAPTURE(x, y);
+            // X = (x + 0.5 - 8) / 16 * 2; column = 8 (X - 0.1) / 2 + 4 = (x + 0.5) / 2 - 0.4
+            const int column = static_cast<int>(std::floor((x + 0.5) / 2 - 0.4));
+            const int row = y / 2;
+            const float expected = column < 0 ? -1 : measured.at(column, row) > 0 ? measured.at(column, row) : -1;
+            CHECK(found.at(x, y) == expected);
+        }
+}

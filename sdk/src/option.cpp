@@ -34,15 +34,29 @@ double checked_number(const std::string& option, const Value& value, const std::
     return number;
 }
 
-std::int64_t checked_integer(const std::string& option, const Value& value, const std::optional<Range>& accepted, double min,
-                             double max)
+Range narrowed_to_int(const std::optional<Range>& accepted)
+{
+    constexpr double least = std::numeric_limits<int>::min();
+    constexpr double greatest = std::numeric_limits<int>::max();
+    const Range wanted = accepted.value_or(Range{least, greatest});
+    return {std::max(wanted.min, least), std::min(wanted.max, greatest)};
+}
+
+/// What is accepted and fits the type, so that a check without the plugin refuses what the plugin would.
+template <class T>
+std::optional<Range> narrowed(const std::optional<Range>& accepted)
+{
+    if constexpr (std::is_same_v<T, int> || std::is_same_v<T, std::vector<int>>)
+        return narrowed_to_int(accepted);
+    else
+        return accepted;
+}
+
+std::int64_t checked_integer(const std::string& option, const Value& value, const std::optional<Range>& accepted)
 {
     if (!value.is_int())
         refuse(option, value, "a whole number");
-    Range limits = accepted.value_or(Range{min, max});
-    limits.min = std::max(limits.min, min);
-    limits.max = std::min(limits.max, max);
-    checked_number(option, value, limits);
+    checked_number(option, value, accepted);
     return value.as_int();
 }
 
@@ -70,8 +84,7 @@ struct Kind<int>
     static Value write(int v) { return v; }
     static int read(const std::string& option, const Value& value, const std::optional<Range>& accepted)
     {
-        return static_cast<int>(
-            checked_integer(option, value, accepted, std::numeric_limits<int>::min(), std::numeric_limits<int>::max()));
+        return static_cast<int>(checked_integer(option, value, narrowed_to_int(accepted)));
     }
 };
 
@@ -82,8 +95,7 @@ struct Kind<std::int64_t>
     static Value write(std::int64_t v) { return v; }
     static std::int64_t read(const std::string& option, const Value& value, const std::optional<Range>& accepted)
     {
-        // The largest doubles below 2^63: every whole number up to there is accepted.
-        return checked_integer(option, value, accepted, -9223372036854774784.0, 9223372036854774784.0);
+        return checked_integer(option, value, accepted);
     }
 };
 
@@ -195,12 +207,12 @@ Value Option<T>::describe() const
         description.set("required", true);
     else
         description.set("default", Kind<T>::write(default_));
-    if (range_)
+    if (const std::optional<Range> accepted = narrowed<T>(range_))
     {
-        if (std::isfinite(range_->min))
-            description.set("min", range_->min);
-        if (std::isfinite(range_->max))
-            description.set("max", range_->max);
+        if (std::isfinite(accepted->min))
+            description.set("min", accepted->min);
+        if (std::isfinite(accepted->max))
+            description.set("max", accepted->max);
     }
     if (!words_.empty())
         description.set("choices", Value::List(words_.begin(), words_.end()));

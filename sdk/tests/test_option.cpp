@@ -54,6 +54,35 @@ TEST_CASE("An option's declaration is all that a reader of the pipeline needs")
     CHECK(options[7].at("kind").as_string() == "components");
 }
 
+TEST_CASE("Whole numbers are declared with the range of their type, so that it is refused before a run what a run would refuse")
+{
+    struct Counter : fresco::Configurable
+    {
+        fresco::Option<int> any{this, "any", 1, "Any number"};
+        fresco::Option<int> some{this, "some", 1, fresco::at_least(0), "Not negative"};
+        fresco::Option<std::vector<int>> list{this, "list", std::vector<int>{}, "Numbers"};
+        fresco::Option<std::int64_t> wide{this, "wide", 1, "A wide number"};
+    };
+    const Value description = Counter().describe();
+    const auto& options = description.at("options").as_list();
+    for (const std::size_t i : {0, 1, 2})
+        CHECK(options[i].at("max").as_double() == 2147483647.0);
+    CHECK(options[0].at("min").as_double() == -2147483648.0);
+    CHECK(options[1].at("min").as_double() == 0);
+    CHECK(options[3].find("max") == nullptr);
+
+    Counter counter;
+    auto factory = brushes();
+    const std::int64_t widest = std::numeric_limits<std::int64_t>::max();
+    counter.configure(Value::Map{{"any", 2147483647}, {"wide", widest}}, factory);
+    CHECK(*counter.any == 2147483647);
+    CHECK(*counter.wide == widest);
+    const auto refuse = [&](const char* name, Value value) { counter.configure(Value::Map{{name, std::move(value)}}, factory); };
+    CHECK_THROWS_WITH(refuse("any", std::int64_t{2147483648}), Contains("-2147483648 to 2147483647"));
+    CHECK_THROWS_WITH(refuse("some", std::int64_t{2147483648}), Contains("0 to 2147483647"));
+    CHECK_THROWS_WITH(refuse("list", Value::List{std::int64_t{-2147483649}}), Contains("-2147483648 to 2147483647"));
+}
+
 TEST_CASE("Values are taken, and what does not fit is refused by name, value and range")
 {
     Painter painter;

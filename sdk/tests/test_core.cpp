@@ -14,8 +14,20 @@
 #include <csignal>
 #include <numeric>
 #include <sys/resource.h>
+#include <sys/stat.h>
 
 using Catch::Matchers::Contains;
+
+TEST_CASE("A FIFO or a folder in a file's place is refused, not waited for")
+{
+    const fresco::testing::TemporaryFolder folder;
+    const auto fifo = folder.path() / "mesh.ply";
+    REQUIRE(mkfifo(fifo.c_str(), 0600) == 0);
+    CHECK_THROWS_WITH(fresco::file_hash(fifo), Contains("mesh.ply") && Contains("not a regular file"));
+    CHECK_THROWS_WITH(fresco::read_file(fifo), Contains("mesh.ply") && Contains("not a regular file"));
+    CHECK_THROWS_WITH(fresco::file_hash(folder.path()), Contains("not a regular file"));
+    CHECK_THROWS_WITH(fresco::file_hash(folder.path() / "nothing"), Contains("cannot be read"));
+}
 
 TEST_CASE("parallel_for covers every item once and its pieces do not depend on the threads")
 {

@@ -5,6 +5,7 @@
 #include <fresco/frames.h>
 #include <fresco/hash.h>
 #include <fresco/image_io.h>
+#include <fresco/value.h>
 
 #include <algorithm>
 #include <cmath>
@@ -168,8 +169,8 @@ void check_camera(const Camera& camera, std::string_view source)
     const double error = camera.world_from_camera.rotation_error();
     if (error > 1e-2)
         fail(std::isinf(error) ? "the pose has an entry that is not finite, or its rotation mirrors"
-                               : "the pose's upper left 3x3 is no rotation (it deviates by " + std::to_string(error) +
-                                     " from one; 0.01 is accepted)");
+                               : "the pose's upper left 3x3 is no rotation (it deviates by " +
+                                     to_json(std::round(error * 1e4) / 1e4) + " from one; 0.01 is accepted)");
 }
 
 }  // namespace fresco

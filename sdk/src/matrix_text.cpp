@@ -2,6 +2,7 @@
 
 #include <fresco/error.h>
 #include <fresco/files_io.h>
+#include <fresco/value.h>
 
 #include <charconv>
 #include <cmath>
@@ -54,6 +55,13 @@ std::vector<double> parse_row(std::string_view line, const std::string& place)
     for (auto word = next_word(line); !word.empty(); word = next_word(line))
         row.push_back(parse_number(word, place));
     return row;
+}
+
+/// With four decimals at most, in any locale.
+std::string number_text(double number)
+{
+    constexpr double decimals = 1e4;
+    return to_json(std::round(number * decimals) / decimals);
 }
 
 std::string shape_text(int rows, int columns)
@@ -138,7 +146,8 @@ RigidTransform rigid_transform(const std::vector<double>& matrix, std::string_vi
             transform.rotation(row, column) = matrix[static_cast<std::size_t>(row * 4 + column)];
     transform.translation = {matrix[3], matrix[7], matrix[11]};
     if (const double error = transform.rotation_error(); !(error <= rotation_tolerance))
-        throw Error(name + ": the upper left 3x3 part is not a rotation (it is off by " + std::to_string(error) +
+        throw Error(name + ": the upper left 3x3 part is not a rotation (" +
+                    (std::isinf(error) ? "it mirrors" : "it is off by " + number_text(error)) +
                     "); expected a rigid transform, row by row, without scale or mirror");
     transform.rotation = nearest_rotation(transform.rotation);
     return transform;
@@ -165,7 +174,7 @@ Intrinsics intrinsics_from_matrix(const std::vector<double>& matrix, PixelCentre
             const bool is_free = (row < 2 && column == row) || (row < 2 && column == 2);
             if (!is_free && std::abs(entry - (row == column ? 1.0 : 0.0)) > exactness)
                 throw Error(name + ": intrinsics are fx 0 cx / 0 fy cy / 0 0 1 (no skew), but row " + std::to_string(row + 1) +
-                            ", column " + std::to_string(column + 1) + " is " + std::to_string(entry));
+                            ", column " + std::to_string(column + 1) + " is " + number_text(entry));
         }
     const double shift = centre == PixelCentre::integer ? 0.5 : 0.0;
     const Intrinsics intrinsics{.width = width,

@@ -3,6 +3,7 @@
 #include <fresco/error.h>
 #include <fresco/hash.h>
 #include <fresco/parallel.h>
+#include <fresco/value.h>
 
 #include <algorithm>
 #include <atomic>
@@ -62,9 +63,8 @@ void refuse_missing(const std::vector<std::string>& missing, std::string_view ru
 void check_centre(const Intrinsics& k, const std::string& source, const std::filesystem::path& picture)
 {
     if (k.cx <= 0 || k.cy <= 0 || k.cx >= k.width || k.cy >= k.height)
-        throw Error(source + ": the centre (" + std::to_string(k.cx) + ", " + std::to_string(k.cy) + ") is outside of " +
-                    picture.string() + ", which is " + size_text(k.width, k.height) +
-                    "; give the intrinsics for pictures of this size");
+        throw Error(source + ": the centre (" + to_json(k.cx) + ", " + to_json(k.cy) + ") is outside of " + picture.string() +
+                    ", which is " + size_text(k.width, k.height) + "; give the intrinsics for pictures of this size");
 }
 
 Frames posed_frames(const std::vector<ViewFiles>& views, const RecorderCameras& cameras, const PoseReader& read_pose,

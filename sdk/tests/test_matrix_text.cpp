@@ -40,7 +40,9 @@ TEST_CASE("a rigid transform is rotation and translation, anything else is refus
     CHECK_THROWS_WITH(fresco::rigid_transform({NAN, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}, "p"), Contains("not finite"));
     CHECK_THROWS_WITH(fresco::rigid_transform({-1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}, "p"),
                       Contains("not a rotation"));
-    CHECK_THROWS_WITH(fresco::rigid_transform({2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 1}, "p"), Contains("not a rotation"));
+    CHECK_THROWS_WITH(fresco::rigid_transform({-1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}, "p"), Contains("(it mirrors)"));
+    CHECK_THROWS_WITH(fresco::rigid_transform({2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 1}, "p"),
+                      Contains("not a rotation (it is off by 3.0)"));
     CHECK_THROWS_WITH(fresco::rigid_transform({1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 1, 1}, "p"), Contains("0 0 0 1"));
     CHECK_THROWS_WITH(fresco::rigid_transform({1, 0, 0}, "p"), Contains("4x4"));
 }

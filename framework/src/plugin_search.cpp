@@ -124,6 +124,12 @@ void add_to_catalog(Catalog& catalog, const Probe& probe, DescriptorCache& cache
                                     type.at("declaration"), probe.library, hash, probe.description.at("versions")});
 }
 
+/// Plugins are NAME.so; libNAME.so beside them is a library that they link, such as an artifact type of their own.
+bool is_named_as_plugin(const fs::path& file)
+{
+    return file.extension() == ".so" && !file.filename().string().starts_with("lib");
+}
+
 /// The files of all folders that look like plugins, each once; what cannot be one is refused at once.
 std::vector<fs::path> candidates(Catalog& catalog)
 {
@@ -141,7 +147,7 @@ std::vector<fs::path> candidates(Catalog& catalog)
         }
         std::vector<fs::path> found;
         for (const auto& entry : entries)
-            if (entry.path().extension() == ".so")
+            if (is_named_as_plugin(entry.path()))
                 found.push_back(entry.path());
         std::sort(found.begin(), found.end());
         for (const auto& file : found)

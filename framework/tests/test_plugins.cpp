@@ -143,6 +143,19 @@ TEST_CASE("Of a type that two libraries have, neither is used")
     CHECK(place.run({"run", "other.yaml"}).code == 0);
 }
 
+TEST_CASE("A library that plugins link may lie beside them")
+{
+    Workplace place;
+    const fs::path beside = place.root() / "beside";
+    fs::create_directories(beside);
+    std::ofstream(beside / "libclouds.so") << "an artifact type would be here: a library without fresco's entry point, or with";
+    std::ofstream(beside / "clouds.so") << "no library, but named as a plugin is, and so refused with the reason";
+    place.environment["FRESCO_PLUGIN_PATH"] += ":" + beside.string();
+    const Finished listed = place.run({"stages", "--all"});
+    CHECK(contains(listed.out, "/clouds.so: "));
+    CHECK(listed.out.find("libclouds.so") == std::string::npos);
+}
+
 TEST_CASE("The same library reached by two paths is one library")
 {
     Workplace place;

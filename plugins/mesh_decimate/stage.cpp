@@ -83,6 +83,6 @@ class MeshDecimate final : public fresco::Stage
 }  // namespace
 
 FRESCO_STAGE("mesh.decimate", MeshDecimate, "Quadric edge collapse until at most max_faces triangles are left")
-#define OPENMESH_VERSION_TEXT2(x) #x
-#define OPENMESH_VERSION_TEXT(x) OPENMESH_VERSION_TEXT2(x)
-FRESCO_LIBRARY("OpenMesh", OPENMESH_VERSION_TEXT(OM_VERSION))
+/// "9.0" of 0x90000.
+constexpr char open_mesh_version[] = {'0' + OM_GET_VER, '.', '0' + OM_GET_MAJ, '\0'};
+FRESCO_LIBRARY("OpenMesh", open_mesh_version)

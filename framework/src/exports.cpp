@@ -48,6 +48,8 @@ void copy_whole(const fs::path& from, const fs::path& to)
 {
     std::error_code error;
     fs::create_directories(to.parent_path(), error);
+    if (error)
+        throw Error(to.parent_path().string() + ": cannot make the folder: " + error.message() + "; give another one with --out");
     const std::string prefix = "." + to.filename().string() + ".part-";
     remove_leftovers(to.parent_path(), prefix);
     const std::string temporary = (to.parent_path() / (prefix + std::to_string(getpid()))).string();
@@ -97,6 +99,15 @@ bool exports_files(const PipelineStage& stage)
     return !files_outputs(stage).empty();
 }
 
+std::optional<std::string> OutputOwners::claim(const fs::path& path, const std::string& stage, const std::string& option)
+{
+    const auto owner = owners_.emplace(path.lexically_normal(), stage).first;
+    if (owner->second == stage)
+        return std::nullopt;
+    return "the stages " + owner->second + " and " + stage + " would both write " + owner->first.generic_string() +
+           " below --out: give one of them another " + option;
+}
+
 void Exporter::copy(const PipelineStage& stage, const std::string& object)
 {
     for (const auto& output : files_outputs(stage))
@@ -116,9 +127,8 @@ void Exporter::copy(const PipelineStage& stage, const std::string& object)
         for (const auto& name : listed->names)
         {
             const fs::path to = (out_ / name).lexically_normal();
-            if (const auto owner = owners_.emplace(to, stage.name).first; owner->second != stage.name)
-                throw Error(to.string() + ": the stage " + owner->second +
-                            " writes this file too; give one of them another path");
+            if (const auto collision = owners_.claim(name, stage.name))
+                throw Error(to.string() + ": " + *collision);
             const fs::path from = folder / name;
             bool same = false;
             try

@@ -1,8 +1,10 @@
 #include <fresco/error.h>
+#include <fresco/host/exports.h>
 #include <fresco/host/pipeline.h>
 #include <fresco/host/pipeline_document.h>
 #include <fresco/host/pipeline_sets.h>
 #include <fresco/host/pipeline_wiring.h>
+#include <fresco/host/suggest.h>
 
 #include <algorithm>
 
@@ -18,10 +20,10 @@ YamlNode settled_stages(const PipelineRequest& request, const PipelineDocument& 
     settings.set_vars(document);
     Variables variables(document.vars, problems);
     YamlNode stages = variables.substitute(document.stages);
-    if (!stages.is_map())
-        return {};
-    settings.set_options(stages, variables, types);
-    return stages;
+    if (stages.is_map())
+        settings.set_options(stages, variables, types);
+    variables.check_unused();
+    return stages.is_map() ? stages : YamlNode{};
 }
 
 std::vector<StageDraft> draft_stages(const YamlNode& stages, TypeTable& types, OptionChecker& checker, ProblemList& problems)
@@ -50,16 +52,21 @@ std::vector<StageDraft> draft_stages(const YamlNode& stages, TypeTable& types, O
 
 void check_output_names(const std::vector<StageDraft>& drafts, ProblemList& problems)
 {
-    std::map<std::string, const StageDraft*> writers;
+    OutputOwners owners;
     for (const StageDraft& draft : drafts)
         for (const OptionUses::OutputUse& use : draft.uses.output_names)
-        {
-            const std::string path = std::filesystem::path(use.path).lexically_normal().generic_string();
-            const auto [first, fresh] = writers.emplace(path, &draft);
-            if (!fresh)
-                problems.add(use.position, "the stages " + first->second->name + " and " + draft.name + " would both write " +
-                                               path + " below --out: give one of them another " + use.option);
-        }
+            if (const auto collision = owners.claim(use.path, draft.name, use.option))
+                problems.add(use.position, *collision);
+}
+
+void check_until(const std::string& until, const YamlNode& stages, ProblemList& problems)
+{
+    if (until.empty() || !stages.is_map() || stages.find(until))
+        return;
+    std::vector<std::string> names;
+    for (const YamlNode::Entry& entry : stages.entries)
+        names.push_back(entry.key);
+    problems.add({"--until " + until, 0, 0}, "there is no stage '" + until + "'" + suggestion(until, names));
 }
 
 PipelineStage finished(StageDraft&& draft)
@@ -89,6 +96,7 @@ void load(const PipelineRequest& request, const Catalog& catalog, PipelineResult
     Wiring(drafts, types, checker, problems).wire_all();
     const StageGraph graph = check_graph(drafts, problems);
     check_output_names(drafts, problems);
+    check_until(request.until, stages, problems);
     if (problems.empty())
         for (const std::size_t index : graph.order())
             result.pipeline.stages.push_back(finished(std::move(drafts[index])));

@@ -138,9 +138,9 @@ bool is_empty(const YamlNode& node)
            (node.is_map() && node.entries.empty());
 }
 
-void put_in(YamlNode& node, const std::string& placeholder, const YamlNode& value)
+void put_in(YamlNode& node, const std::string& reference, const YamlNode& value)
 {
-    if (node.is_scalar() && node.text == placeholder)
+    if (node.is_scalar() && node.text == reference)
     {
         // The value keeps where it was written: its path counts from there.
         YamlNode placed = value;
@@ -152,13 +152,13 @@ void put_in(YamlNode& node, const std::string& placeholder, const YamlNode& valu
         return;
     }
     if (node.is_scalar() && value.is_scalar())
-        for (std::size_t at = node.text.find(placeholder); at != std::string::npos;
-             at = node.text.find(placeholder, at + value.text.size()))
-            node.text.replace(at, placeholder.size(), value.text);
+        for (std::size_t at = node.text.find(reference); at != std::string::npos;
+             at = node.text.find(reference, at + value.text.size()))
+            node.text.replace(at, reference.size(), value.text);
     for (YamlNode& item : node.items)
-        put_in(item, placeholder, value);
+        put_in(item, reference, value);
     for (YamlNode::Entry& entry : node.entries)
-        put_in(entry.value, placeholder, value);
+        put_in(entry.value, reference, value);
 }
 }  // namespace
 

@@ -108,6 +108,13 @@ Variables::Variables(const YamlNode& vars, ProblemList& problems) : problems_(pr
         vars_[entry.key].written = &entry.value;
 }
 
+void Variables::check_unused()
+{
+    for (const auto& [name, var] : vars_)
+        if (var.state == State::untouched && !var.written->is_null())
+            value_of(name, *var.written);
+}
+
 std::vector<std::string> Variables::names() const
 {
     std::vector<std::string> result;

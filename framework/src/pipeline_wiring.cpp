@@ -305,13 +305,13 @@ void Wiring::wire_file(StageDraft& stage, const Ports& inputs, const YamlNode& n
     stage.wires.push_back(std::move(wire));
 }
 
-std::string Wiring::makers_of(const PortDeclaration& port) const
+std::string Wiring::makers_of(const PortDeclaration& port, const StageDraft& user) const
 {
     if (problems_.size() >= full_reports)
         return {};
     std::vector<std::string> makers;
     for (const StageDraft& stage : stages_)
-        if (stage.type)
+        if (stage.type && &stage != &user)
             for (const PortDeclaration& output : stage.type.declaration->outputs)
                 if (fits(output, port) && makers.size() < 6)
                     makers.push_back(stage.name + "." + output.name);
@@ -326,7 +326,7 @@ void Wiring::report_unwired(const StageDraft& stage, const Position& at)
             std::any_of(stage.wires.begin(), stage.wires.end(), [&](const Wire& wire) { return wire.port == port.name; });
         if (!wired && !port.is_optional)
             problems_.add(at, stage.title() + " needs the input '" + port.name + "' (" + port.artifact_text() + ")" +
-                                  makers_of(port));
+                                  makers_of(port, stage));
     }
 }
 

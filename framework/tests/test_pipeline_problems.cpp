@@ -153,11 +153,25 @@ TEST_CASE("Inputs that do not fit are named with what there is", "[pipeline]")
                Contains("'read.image' makes no mesh"));
     CHECK_THAT(problem_of("a: {type: mesh.pass, input: {file: x.ply, depth: 1}}"), Contains("has no option 'depth'"));
     CHECK_THAT(problem_of("a: {type: mesh.decimate, input: {file: ''}}"),
-               Contains("needs the input 'mesh' (mesh); it is made by a.simplified"));
+               Contains("needs the input 'mesh' (mesh); no stage of this pipeline makes mesh"));
     CHECK_THAT(problem_of("a: {type: frames.sharpest}", "  b: {type: mesh.two}\n"),
-               Contains("needs the input 'frames' (frames); it is made by a.kept"));
+               Contains("needs the input 'frames' (frames); no stage of this pipeline makes frames"));
     CHECK_THAT(problem_of("a: {type: uvmaps.raycast, input: a}"),
                Contains("takes mesh (mesh) and frames (frames), but stage 'a' (uvmaps.raycast) makes maps (uv_maps)"));
+}
+
+TEST_CASE("A var is checked whether it is used or not", "[pipeline]")
+{
+    const TemporaryFolder folder;
+    const Catalog catalog = hand_made_catalog();
+    const std::vector<std::string> found =
+        lines(check(folder,
+                    "version: 1\nvars:\n  a: x\n  b: \"${nope}\"\n  c: \"${d}\"\n  d: \"${c}\"\n"
+                    "stages:\n  s: {type: mesh.two}\n",
+                    catalog));
+    REQUIRE(found.size() == 2);
+    CHECK_THAT(found[0], Contains("p.yaml:4:6: error: there is no var 'nope'"));
+    CHECK_THAT(found[1], Contains("the var 'c' is made of itself"));
 }
 
 TEST_CASE("Two stages do not write one file", "[pipeline]")

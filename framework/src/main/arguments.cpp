@@ -6,6 +6,13 @@
 
 namespace fresco::host
 {
+namespace
+{
+std::string empty_path_problem(const std::string& text)
+{
+    return text.empty() ? "an empty text names no folder" : "";
+}
+}  // namespace
 
 void PipelineArguments::add_to(CLI::App& command)
 {
@@ -24,6 +31,7 @@ PipelineRequest PipelineArguments::request() const
     PipelineRequest request;
     request.file = file;
     request.working_directory = std::filesystem::current_path();
+    request.until = until;
     for (const auto& text : sets)
     {
         const auto equals = text.find('=');
@@ -34,12 +42,21 @@ PipelineRequest PipelineArguments::request() const
 
 void PlaceArguments::add_store_to(CLI::App& command)
 {
-    command.add_option("--store", store, "Folder that keeps the results of stages")->capture_default_str();
+    command.add_option("--store", store, "Folder that keeps the results of stages")
+        ->capture_default_str()
+        ->check(empty_path_problem);
 }
 
 void PlaceArguments::add_out_to(CLI::App& command)
 {
-    command.add_option("--out", out, "Folder for the files that the pipeline makes")->capture_default_str();
+    command.add_option("--out", out, "Folder for the files that the pipeline makes")
+        ->capture_default_str()
+        ->check(empty_path_problem);
+}
+
+void PipelineArguments::add_until_to(CLI::App& command)
+{
+    command.add_option("--until", until, "This stage and what it needs, nothing else");
 }
 
 std::filesystem::path PlaceArguments::out_folder() const

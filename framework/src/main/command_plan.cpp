@@ -1,5 +1,6 @@
 #include "commands.h"
 
+#include <fresco/host/commands_inspect.h>
 #include <fresco/host/machine.h>
 #include <fresco/host/plan.h>
 #include <fresco/host/progress_display.h>
@@ -16,7 +17,6 @@ struct PlanArguments
 {
     PipelineArguments pipeline;
     PlaceArguments places;
-    std::string until;
     int cores = available_cores();
     bool json = false;
 };
@@ -70,9 +70,14 @@ int plan(const PlanArguments& arguments)
 {
     const auto loaded = load_and_report(arguments.pipeline);
     if (!loaded->result.problems.empty())
+    {
+        if (arguments.json)
+            fmt::print("{}\n", to_json(Value::Map{{"problems", problems_as_value(loaded->result.problems)}}, 2));
         return loaded->result.exit_code();
+    }
     const FormulaFigures formulas = formula_figures(loaded->result.pipeline, arguments.cores);
-    const Plan made = make_plan(loaded->result.pipeline, arguments.places.store_folder(), arguments.until, formulas.stages);
+    const Plan made =
+        make_plan(loaded->result.pipeline, arguments.places.store_folder(), arguments.pipeline.until, formulas.stages);
     arguments.json ? print_json(made, formulas.notes) : print_text(made, formulas.notes);
     return 0;
 }
@@ -85,7 +90,7 @@ void add_plan_command(CLI::App& app, int& exit_code)
     const auto arguments = std::make_shared<PlanArguments>();
     arguments->pipeline.add_to(*command);
     arguments->places.add_store_to(*command);
-    command->add_option("--until", arguments->until, "This stage and what it needs, nothing else");
+    arguments->pipeline.add_until_to(*command);
     command->add_option("--cores", arguments->cores, "Processor cores that the run will use")
         ->check(CLI::Range(1, 4096))
         ->capture_default_str();

@@ -1,5 +1,6 @@
 #include "commands.h"
 
+#include <fresco/host/commands_inspect.h>
 #include <fresco/host/machine.h>
 #include <fresco/host/plan.h>
 #include <fresco/host/scheduler.h>
@@ -19,7 +20,6 @@ struct RunArguments
     PipelineArguments pipeline;
     PlaceArguments places;
     int cores = available_cores();
-    std::string until;
     bool quiet = false;
     bool json_log = false;
 };
@@ -100,13 +100,19 @@ int run(const RunArguments& arguments)
 {
     const auto loaded = load_and_report(arguments.pipeline);
     if (!loaded->result.problems.empty())
+    {
+        if (arguments.json_log)
+            fmt::print("{}\n", to_json(Value::Map{{"event", "problems"},
+                                                  {"exit_code", loaded->result.exit_code()},
+                                                  {"problems", problems_as_value(loaded->result.problems)}}));
         return loaded->result.exit_code();
+    }
     RunRequest request;
     request.pipeline = &loaded->result.pipeline;
     request.store = arguments.places.store_folder();
     request.out = arguments.places.out_folder();
     request.cores = arguments.cores;
-    request.until = arguments.until;
+    request.until = arguments.pipeline.until;
     request.estimates = formula_figures(loaded->result.pipeline, arguments.cores).stages;
     const auto display = make_display(display_kind(arguments));
     const RunSummary summary = run_pipeline(request, *display);
@@ -133,7 +139,7 @@ void add_run_command(CLI::App& app, int& exit_code)
     arguments->places.add_out_to(*command);
     arguments->places.add_store_to(*command);
     command->add_option("--cores", arguments->cores, "Processor cores to use")->check(CLI::Range(1, 4096))->capture_default_str();
-    command->add_option("--until", arguments->until, "Run this stage and what it needs, nothing else");
+    arguments->pipeline.add_until_to(*command);
     command->add_flag("--quiet", arguments->quiet, "Print errors alone");
     command->add_flag("--json-log", arguments->json_log, "Print one JSON object per event to standard output");
     command->callback([arguments, &exit_code] { exit_code = run(*arguments); });

@@ -26,8 +26,10 @@ struct PipelineArguments
 {
     std::string file;
     std::vector<std::string> sets;
+    std::string until;
 
     void add_to(CLI::App& command);
+    void add_until_to(CLI::App& command);
     PipelineRequest request() const;
 };
 

@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,19 @@ namespace fresco::host
 
 /// Whether the stage has an output of type "files".
 bool exports_files(const PipelineStage& stage);
+
+/// Which stage writes which file below `--out`: no two may write the same.
+class OutputOwners
+{
+  public:
+    /// Notes that the stage writes `path`, relative to `--out`. Where another stage does so already: what is wrong, and that
+    /// another value of `option` helps.
+    std::optional<std::string> claim(const std::filesystem::path& path, const std::string& stage,
+                                     const std::string& option = "path");
+
+  private:
+    std::map<std::filesystem::path, std::string> owners_;
+};
 
 /// Copies what stages made for the user to `--out`.
 class Exporter
@@ -41,7 +55,7 @@ class Exporter
     std::filesystem::path out_;
     FileHashes& hashes_;
     std::vector<File> files_;
-    std::map<std::filesystem::path, std::string> owners_;
+    OutputOwners owners_;
 };
 
 struct DamagedObject

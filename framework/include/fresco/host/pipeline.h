@@ -75,6 +75,7 @@ struct PipelineRequest
     std::filesystem::path file;
     std::vector<std::pair<std::string, std::string>> sets;  ///< `--set NAME=VALUE`, `--set stage.option=VALUE`, in order.
     std::filesystem::path working_directory;                ///< Base of relative paths in `sets`.
+    std::string until = {};                                 ///< `--until STAGE`: checked to be a stage's name; empty: not given.
 };
 
 /// Either a pipeline without problems, or problems (all of them, in the file's order) and no stages.

@@ -21,6 +21,8 @@ class Variables
 
     /// The tree with everything put in. What cannot be is reported and becomes an invalid node.
     YamlNode substitute(const YamlNode& node);
+    /// Reports what is wrong with the vars that nothing used so far.
+    void check_unused();
     std::vector<std::string> names() const;
 
   private:

@@ -56,7 +56,7 @@ class Wiring
     Ports outputs_of(const Source& source, const YamlNode& node, const StageDraft& user);
     std::vector<std::pair<KnownType, const PortDeclaration*>> readers_for(const Ports& inputs, const std::string& extension,
                                                                           const YamlNode& node, const StageDraft& stage);
-    std::string makers_of(const PortDeclaration& port) const;
+    std::string makers_of(const PortDeclaration& port, const StageDraft& user) const;
 
     std::vector<StageDraft>& stages_;
     std::map<std::string, std::size_t, std::less<>> index_;

@@ -90,6 +90,12 @@ void renew(const Store& store, const std::string& key, const StoredResult& resul
 
 }  // namespace
 
+bool Store::is_at(const fs::path& folder)
+{
+    std::error_code error;
+    return fs::exists(folder / "format", error);
+}
+
 Store::Store(fs::path root) : root_(std::move(root))
 {
     std::error_code error;

@@ -106,6 +106,80 @@ TEST_CASE("Exit codes")
     CHECK(place.run({"run", "room.yaml", "--store", "notastore"}).code == 1);
 }
 
+TEST_CASE("What the command line names must be there, and the nearest name is given")
+{
+    Workplace place;
+    place.write("room.yaml", simple);
+    for (const char* command : {"run", "plan"})
+    {
+        const Finished until = place.run({command, "room.yaml", "--until", "sorce"});
+        CHECK(until.code == 2);
+        CHECK(contains(until.err, "--until sorce: error: there is no stage 'sorce' (did you mean 'source'?)"));
+    }
+    CHECK(!fs::exists(place.file("log")));
+    const Finished command = place.run({"chekc", "room.yaml"});
+    CHECK(command.code == 2);
+    CHECK(contains(command.err, "there is no command 'chekc' (did you mean 'check'?)"));
+    CHECK(place.run({"run", "room.yaml", "--out", ""}).code == 2);
+    CHECK(place.run({"run", "room.yaml", "--store", ""}).code == 2);
+    for (const char* look : {"ls", "verify", "gc"})
+    {
+        const Finished nowhere = place.run({"store", look, "--store", "nowhere"});
+        CHECK(nowhere.code == 3);
+        CHECK(contains(nowhere.err, "there is no store here"));
+    }
+    CHECK(!fs::exists(place.file("nowhere")));
+}
+
+TEST_CASE("Output that cannot be written is an error, a reader that goes away is none")
+{
+    Workplace place;
+    place.write("room.yaml", simple);
+    const auto shell = [&](const std::string& command)
+    {
+        std::string line = "cd '" + place.work().string() + "'; ";
+        for (const auto& [name, value] : place.environment)
+            line += "export " + name + "='" + value + "'; ";
+        return WEXITSTATUS(std::system((line + "PATH='" + (place.root() / "bin").string() + "':$PATH; " + command).c_str()));
+    };
+    CHECK(shell("fresco schema > /dev/full 2> err") == 1);
+    CHECK(contains(place.read("err"), "standard output could not be written"));
+    CHECK(shell("fresco describe test.source > /dev/full 2> err") == 1);
+    CHECK(shell("{ fresco schema; echo $? > code; } | true") == 0);
+    CHECK(place.read("code") == "0\n");
+    // Files of the store do not become the closed standard output.
+    CHECK(shell("fresco run room.yaml <&- >&- 2>&-") == 0);
+    CHECK(shell("fresco store verify > out.txt") == 0);
+    CHECK(shell("fresco run room.yaml --out out.txt/below --quiet 2> err") == 1);
+    CHECK(contains(place.read("err"), "give another one with --out"));
+    CHECK(shell("ulimit -f 0; fresco run room.yaml --set start=5 --quiet 2> /dev/null") == 1);
+}
+
+TEST_CASE("No library is taken from the folder that the program is run in")
+{
+    Workplace place;
+    place.write("libstdc++.so.6", "no library");
+    const Finished version = place.run({"version"});
+    CHECK(version.code == 0);
+    CHECK(version.err.empty());
+}
+
+TEST_CASE("Problems of a pipeline are JSON where JSON was asked for")
+{
+    Workplace place;
+    place.write("bad.yaml", "version: 1\nstages:\n  source: {type: test.source, valu: 3}\n");
+    const Finished plan = place.run({"plan", "bad.yaml", "--json"});
+    CHECK(plan.code == 2);
+    const fresco::Value problems = fresco::parse_json(plan.out).at("problems");
+    REQUIRE(problems.as_list().size() == 1);
+    CHECK(problems.as_list()[0].at("line").as_int() == 3);
+    const auto run = events(place.run({"run", "bad.yaml", "--json-log"}).out);
+    REQUIRE(run.size() == 1);
+    CHECK(run[0].at("event").as_string() == "problems");
+    CHECK(run[0].at("exit_code").as_int() == 2);
+    CHECK(run[0].at("problems") == problems);
+}
+
 TEST_CASE("What a run prints: files and a table, nothing when quiet, JSON lines for machines")
 {
     Workplace place;

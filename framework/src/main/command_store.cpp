@@ -1,5 +1,6 @@
 #include "commands.h"
 
+#include <fresco/error.h>
 #include <fresco/host/machine.h>
 #include <fresco/host/progress_display.h>
 #include <fresco/host/store_tidy.h>
@@ -33,9 +34,18 @@ Value to_value(const StoredObject& object)
                       {"disk_mb", object.disk_mb}, {"in_use", object.in_use}, {"whole", object.whole}};
 }
 
+/// Looking makes no store where there is none.
+Store existing_store(const StoreArguments& arguments)
+{
+    const std::filesystem::path folder = arguments.places.store_folder();
+    if (!Store::is_at(folder))
+        throw MissingInput(folder.string() + ": there is no store here; name the folder with --store");
+    return Store(folder);
+}
+
 int list(const StoreArguments& arguments)
 {
-    const Store store(arguments.places.store_folder());
+    const Store store = existing_store(arguments);
     const auto objects = list_objects(store);
     double total = 0;
     Value::List values;
@@ -59,7 +69,7 @@ int list(const StoreArguments& arguments)
 
 int verify(const StoreArguments& arguments)
 {
-    const Store store(arguments.places.store_folder());
+    const Store store = existing_store(arguments);
     const auto damages = verify_store(store, available_cores());
     Value::List values;
     for (const auto& damage : damages)
@@ -83,7 +93,7 @@ int verify(const StoreArguments& arguments)
 
 int tidy(const StoreArguments& arguments)
 {
-    const Store store(arguments.places.store_folder());
+    const Store store = existing_store(arguments);
     const TidyResult result = tidy_store(store, arguments.keep_days, arguments.dry_run);
     if (arguments.json)
     {

@@ -2,10 +2,15 @@
 
 #include <fresco/error.h>
 #include <fresco/host/machine.h>
+#include <fresco/host/suggest.h>
 
 #include <csignal>
 #include <cstdio>
 #include <exception>
+#include <fcntl.h>
+#include <iostream>
+#include <sys/stat.h>
+#include <unistd.h>
 
 namespace
 {
@@ -14,6 +19,45 @@ constexpr int exit_failed = 1;
 constexpr int exit_usage = 2;
 constexpr int exit_missing_input = 3;
 constexpr int exit_bug = 70;
+
+/// Whether the first word is none of the commands; says so.
+bool names_unknown_command(const CLI::App& app, int argc, char** argv)
+{
+    if (argc < 2 || argv[1][0] == '-')
+        return false;
+    std::vector<std::string> names;
+    for (const CLI::App* command : app.get_subcommands([](const CLI::App* each) { return !each->get_name().empty(); }))
+    {
+        if (command->get_name() == argv[1])
+            return false;
+        if (!command->get_group().empty())
+            names.push_back(command->get_name());
+    }
+    std::fprintf(stderr, "error: there is no command '%s'%s\n", argv[1], fresco::host::suggestion(argv[1], names).c_str());
+    return true;
+}
+
+/// A file that the program opens must not become standard input, output or error of somebody who closed his.
+void open_closed_streams()
+{
+    for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+        if (fcntl(descriptor, F_GETFD) == -1)
+            open("/dev/null", O_RDWR);  // Takes the lowest free number.
+}
+
+/// Whether what was printed got lost on a full disk; says so. A reader that has gone away got what it wanted.
+bool output_is_lost()
+{
+    std::cout.flush();
+    const bool failed = std::fflush(stdout) != 0 || std::ferror(stdout) != 0 || !std::cout;
+    struct stat target
+    {
+    };
+    if (!failed || fstat(STDOUT_FILENO, &target) != 0 || S_ISFIFO(target.st_mode) || S_ISSOCK(target.st_mode))
+        return false;
+    std::fprintf(stderr, "error: standard output could not be written; is the disk full?\n");
+    return true;
+}
 
 int run_command_line(int argc, char** argv)
 {
@@ -33,6 +77,8 @@ int run_command_line(int argc, char** argv)
     fresco::host::add_doctor_command(app, exit_code);
     fresco::host::add_internal_commands(app, exit_code);
     app.add_subcommand("version", "Print the version")->callback([] { std::puts(fresco::host::program_version().c_str()); });
+    if (names_unknown_command(app, argc, argv))
+        return exit_usage;
     try
     {
         app.parse(argc, argv);
@@ -50,9 +96,13 @@ int main(int argc, char** argv)
 {
     // A reader that goes away (`fresco stages | head`) is no reason to leave a run in disorder.
     std::signal(SIGPIPE, SIG_IGN);
+    // Beyond `ulimit -f` writing fails with a reason, as on a full disk. Workers inherit this.
+    std::signal(SIGXFSZ, SIG_IGN);
+    open_closed_streams();
     try
     {
-        return run_command_line(argc, argv);
+        const int exit_code = run_command_line(argc, argv);
+        return output_is_lost() && exit_code == 0 ? exit_failed : exit_code;
     }
     catch (const fresco::MissingInput& error)
     {

@@ -39,6 +39,8 @@ struct Damage
 class Store
 {
   public:
+    /// Whether a store was made in this folder.
+    static bool is_at(const std::filesystem::path& folder);
     /// Makes the folders. Throws Error if that fails or the store has another format.
     explicit Store(std::filesystem::path root);
 

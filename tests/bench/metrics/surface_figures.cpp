@@ -1,7 +1,7 @@
 #include "surface_figures.h"
 
 #include "closest_triangle.h"
-#include "random.h"
+#include "split_mix.h"
 
 #include <fresco/geometry/topology.h>
 #include <fresco/parallel.h>
@@ -59,7 +59,7 @@ class Wheel
         for (std::size_t i = 0; i < count; ++i)
             sums_.push_back(sum += weight(i));
     }
-    std::size_t pick(Random& random) const
+    std::size_t pick(SplitMix& random) const
     {
         const double at = random.unit() * sums_.back();
         const auto found = std::upper_bound(sums_.begin(), sums_.end(), at);
@@ -72,7 +72,7 @@ class Wheel
 
 std::vector<Vec3d> border_samples(const std::vector<Corners3>& border, std::size_t count, std::uint64_t seed)
 {
-    Random random(seed);
+    SplitMix random(seed);
     const Wheel wheel(border.size(), [&](std::size_t i) { return length(border[i][1] - border[i][0]); });
     std::vector<Vec3d> points;
     for (std::size_t i = 0; i < count; ++i)
@@ -124,7 +124,7 @@ DistanceFigures TwoSided::both() const
 
 std::vector<Vec3d> surface_samples(const Mesh& mesh, std::size_t count, std::uint64_t seed)
 {
-    Random random(seed);
+    SplitMix random(seed);
     const Wheel wheel(mesh.triangles.size(), [&](std::size_t f) { return length(fresco::geometry::area_vector(mesh, f)); });
     std::vector<Vec3d> points;
     points.reserve(count);

@@ -1,6 +1,6 @@
 #include "closest_triangle.h"
-#include "random.h"
 #include "shapes.h"
+#include "split_mix.h"
 #include "surface_figures.h"
 
 #include <catch2/catch.hpp>
@@ -33,7 +33,7 @@ TEST_CASE("the closest point lies in the face, on a side or in a corner")
 
 TEST_CASE("the tree finds what a look at every triangle finds")
 {
-    Random random(1);
+    SplitMix random(1);
     const auto anywhere = [&] { return Vec3d{random.unit(), random.unit(), random.unit()}; };
     std::vector<Corners3> triangles;
     for (int i = 0; i < 500; ++i)

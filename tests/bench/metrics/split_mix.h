@@ -6,10 +6,10 @@ namespace bench
 {
 
 /// SplitMix64 (Steele, Lea and Flood, "Fast splittable pseudorandom number generators", OOPSLA 2014).
-class Random
+class SplitMix
 {
   public:
-    explicit Random(std::uint64_t seed) : state_(seed) {}
+    explicit SplitMix(std::uint64_t seed) : state_(seed) {}
 
     std::uint64_t next()
     {

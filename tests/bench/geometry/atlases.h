@@ -1,0 +1,22 @@
+#pragma once
+
+#include <fresco/mesh.h>
+#include <fresco/progress.h>
+
+#include <functional>
+#include <vector>
+
+namespace bench
+{
+
+/// An atlas for a texture of size_px², with a gutter of 4 texels.
+struct AtlasMaker
+{
+    const char* name;
+    std::function<fresco::Mesh(const fresco::Mesh&, int size_px, fresco::Progress&)> run;
+};
+
+/// With the stages' default options. The first is what the others' times are compared with.
+const std::vector<AtlasMaker>& atlas_makers();
+
+}  // namespace bench

@@ -1,0 +1,35 @@
+#pragma once
+
+#include "inputs.h"
+#include "table.h"
+
+#include <vector>
+
+namespace bench
+{
+
+struct GeometrySettings
+{
+    std::vector<int> heights_px{256, 432, 608, 784};
+    double keep = 0.1;             ///< Share of the faces that decimation leaves.
+    int size_px = 2048;            ///< Of the texture that atlases are made for.
+    std::size_t samples = 50'000;  ///< Points per surface for distances.
+    int threads = 1;
+};
+
+/// Each implementation of decimation on each input.
+Table decimation_table(const std::vector<GeometryInput>& inputs, const GeometrySettings& settings);
+
+/// Each atlas on each input, decimated as above; atlas.project on the whole input too.
+Table atlas_table(const std::vector<GeometryInput>& inputs, const GeometrySettings& settings);
+
+/// Uv maps at the heights, on one thread and on all.
+Table uv_map_table(const std::vector<GeometryInput>& inputs, const GeometrySettings& settings);
+
+/// Tiny uv maps against the way without a search structure: time and equality.
+Table uv_map_twin_table(const std::vector<GeometryInput>& inputs, const GeometrySettings& settings);
+
+/// The implementation that a run uses: what the atlas is laid on.
+fresco::Mesh simplified(const fresco::Mesh& mesh, const GeometrySettings& settings);
+
+}  // namespace bench

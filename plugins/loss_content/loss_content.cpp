@@ -53,7 +53,8 @@ class LossContent final : public fresco::Loss
                 continue;
             const auto camera = part.camera_selected(*features, name, fresco::Pixels::all);
             const auto difference = seen - camera;
-            terms.push_back({name, fresco::ordered_mean(difference * difference) / (*relative ? scale(camera) : 1.0)});
+            terms.push_back(
+                {name, fresco::ordered_mean(difference * difference) / (*relative ? scale(camera) : 1.0), &*features});
         }
         return terms;
     }

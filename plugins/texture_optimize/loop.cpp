@@ -1,6 +1,6 @@
 #include "loop.h"
 
-#include "checkpoint.h"
+#include "checkpoint_folder.h"
 #include "evaluation.h"
 #include "initial_texture.h"
 #include "prefetch.h"
@@ -69,7 +69,7 @@ class Loop
         : components_(components), options_(options), run_(run),
           source_(inputs.maps, inputs.frames, components.images, options.heights_px), space_(options.values),
           views_(used_views(source_, options.train_share, run)), schedule_(schedule_of(options, views_)),
-          evaluator_(components.losses, space_, options.device, options.seed),
+          checkpoints_(run.checkpoint_folder()), evaluator_(components.losses, space_, options.device, options.seed),
           style_(style_sizes(inputs.style, options.style_rule, [&](const std::string& text) { run.message(text); }))
     {
     }
@@ -79,8 +79,7 @@ class Loop
         components_.texture.allocate(options_.size_px);
         prepare_components();
         components_.rule.attach(parameters());
-        if (!restored())
-            start_anew();
+        take_up();
         const auto start = std::chrono::steady_clock::now();
         const std::int64_t first_step = step_;
         while (!walked())
@@ -97,7 +96,6 @@ class Loop
 
   private:
     std::vector<TextureParameter>& parameters() { return components_.texture.parameters(); }
-    std::filesystem::path checkpoint_file() { return run_.checkpoint_folder() / "checkpoint.safetensors"; }
 
     void prepare_components()
     {
@@ -112,28 +110,29 @@ class Loop
             prepared_states_.emplace(name, loss->state());
     }
 
-    /// Puts the checkpoint back; false where there is none that can be used.
-    bool restored()
+    /// Puts a checkpoint back. Throws Error where it does not fit.
+    void restore(const Checkpoint& checkpoint)
     {
-        try
-        {
-            const auto checkpoint = Checkpoint::read(checkpoint_file());
-            if (!checkpoint)
-                return false;
-            checkpoint->restore(parameters(), components_.rule, components_.losses);
-            if (checkpoint->seen.width != options_.size_px || checkpoint->step > schedule_.steps())
-                throw Error("the checkpoint is of another run");
-            seen_ = checkpoint->seen;
-            step_ = checkpoint->step;
-            rollbacks_ = checkpoint->rollbacks;
-        }
-        catch (const Error& error)
-        {
-            run_.warning(std::string("the checkpoint cannot be used and the run begins anew: ") + error.what());
-            return false;
-        }
-        run_.message("going on after step " + std::to_string(step_) + " of " + std::to_string(schedule_.steps()));
-        return true;
+        if (checkpoint.seen.width != options_.size_px || checkpoint.step > schedule_.steps())
+            throw Error("it is of another run");
+        checkpoint.restore(parameters(), components_.rule, components_.losses);
+        seen_ = checkpoint.seen;
+        step_ = checkpoint.step;
+        rollbacks_ = checkpoint.rollbacks;
+    }
+
+    /// Where the last run was interrupted, or at the start.
+    void take_up()
+    {
+        const auto used = checkpoints_.use_latest([this](const Checkpoint& c) { restore(c); },
+                                                  [this](const std::string& text) { run_.warning(text); });
+        if (used == CheckpointFolder::Used::due)
+            due_step_ = step_;
+        if (used != CheckpointFolder::Used::none)
+            run_.message("going on after step " + std::to_string(step_) + " of " + std::to_string(schedule_.steps()));
+        else
+            start_anew();
+        checkpoints_.remove_interrupted();
     }
 
     void start_anew()
@@ -195,10 +194,12 @@ class Loop
             throw Error(std::string(error.what()) + "; the run went back " + std::to_string(most) +
                         " times and halved the rate each time, without success; its last checkpoint is kept");
         run_.warning(std::string(error.what()) + "; going back to the last good state, at half the rate");
-        if (!restored())
+        const bool back = checkpoints_.use_before(
+            step_, [this](const Checkpoint& c) { restore(c); }, [this](const std::string& text) { run_.warning(text); });
+        if (!back)
             start_anew();
         rollbacks_ = rollbacks;
-        checkpointed_step_ = -1;
+        due_step_ = step_;
     }
 
     /// Between two steps everything is consistent: here a run may end, and goes on later.
@@ -210,18 +211,20 @@ class Loop
         }
         catch (const Cancelled&)
         {
-            write_checkpoint();
+            if (step_ != due_step_)
+                checkpoints_.write_interrupted(state());
             throw;
         }
-        if (options_.checkpoint_steps > 0 && step_ > 0 && step_ % options_.checkpoint_steps == 0)
-            write_checkpoint();
+        if (options_.checkpoint_steps > 0 && step_ > 0 && step_ % options_.checkpoint_steps == 0 && step_ != due_step_)
+        {
+            checkpoints_.write_due(state());
+            due_step_ = step_;
+        }
     }
 
-    void write_checkpoint()
+    Checkpoint state() const
     {
-        if (step_ != checkpointed_step_)
-            Checkpoint::of(step_, rollbacks_, parameters(), components_.rule, components_.losses, seen_).write(checkpoint_file());
-        checkpointed_step_ = step_;
+        return Checkpoint::of(step_, rollbacks_, components_.texture.parameters(), components_.rule, components_.losses, seen_);
     }
 
     void one_step(const ScheduledStep& scheduled, ViewData& data)
@@ -258,13 +261,14 @@ class Loop
     ValueSpace space_;
     std::vector<std::size_t> views_;
     Schedule schedule_;
+    CheckpointFolder checkpoints_;
     Evaluator evaluator_;
     StyleSizes style_;
     std::map<std::string, TensorMap> prepared_states_;  ///< Of the losses before the first step.
     Raster8 seen_;
     std::int64_t step_ = 0;
     std::int64_t rollbacks_ = 0;
-    std::int64_t checkpointed_step_ = -1;
+    std::int64_t due_step_ = -1;  ///< Of the last checkpoint that was due, as far as this process knows.
 };
 
 }  // namespace

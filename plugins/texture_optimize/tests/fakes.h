@@ -193,4 +193,17 @@ class ExplodingLoss final : public Loss
     }
 };
 
+/// Wants the brightest picture, but breaks where one is brighter than 0.9.
+class FragileLoss final : public Loss
+{
+  public:
+    LossNeeds needs() const override { return {{}, true}; }
+    void prepare(const PrepareContext&) override {}
+    std::vector<LossTerm> evaluate(Part& part) override
+    {
+        const auto mean = ordered_mean(part.image());
+        return {{"", part.image().max().item<double>() > 0.9 ? mean / 0.0 : -mean}};
+    }
+};
+
 }  // namespace fakes

@@ -67,6 +67,7 @@ struct Studio
         factory.add("features.half", [] { return std::make_shared<HalfNetwork>(); });
         factory.add("camera", [] { return std::make_shared<CameraLoss>(); });
         factory.add("mean", [] { return std::make_shared<MeanLoss>(); });
+        factory.add("fragile", [] { return std::make_shared<FragileLoss>(); });
         factory.add("exploding", [] { return std::make_shared<ExplodingLoss>(); });
         const auto object = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "texture.optimize");
         auto* stage = dynamic_cast<Stage*>(object.get());
@@ -203,6 +204,51 @@ TEST_CASE("a damaged checkpoint is named and the run begins anew")
     CHECK((bytes_in(studio.paint(run, options)) == expected));
     CHECK(std::any_of(run.messages.begin(), run.messages.end(),
                       [](const std::string& m) { return m.find("warning: the checkpoint cannot be used") == 0; }));
+}
+
+TEST_CASE("where a loss is not finite the run goes back and halves the rate, and ends with the same bytes when interrupted then")
+{
+    Studio studio;
+    const Value fragile = Value::Map{{"glass", Value::Map{{"type", "fragile"}}}};
+    // Each of four layers moves by the rate, from 0.45 on: past 0.9 after three steps of 0.04, not after two of them and one of
+    // 0.02.
+    const auto options = [&](double rate)
+    {
+        return Studio::options(
+            fragile, {{"rate", rate}, {"max_steps", 4}, {"decay_start", 1.0}, {"init", "color"}, {"checkpoint_steps", 2}});
+    };
+    testing::TestRun run;
+    const auto expected = bytes_in(studio.paint(run, options(0.04)));
+    CHECK(run.reported.at("rollbacks").as_int() == 1);
+    // Steps 1 to 3, then steps 3 and 4 again from the checkpoint after step 2.
+    CHECK(run.metrics.at("loss").size() == 5);
+    testing::TestRun never;
+    const auto slow = bytes_in(studio.paint(never, options(0.02)));
+    CHECK(never.reported.find("rollbacks") == nullptr);
+    CHECK((slow != expected));
+
+    int interruptions = 0;
+    for (int calls = 1; calls < 12; ++calls)
+    {
+        CAPTURE(calls);
+        testing::TestRun interrupted;
+        interrupted.cancel_after(calls);
+        try
+        {
+            studio.paint(interrupted, options(0.04));
+        }
+        catch (const Cancelled&)
+        {
+            ++interruptions;
+        }
+        interrupted.cancel_after(1000);
+        CHECK((bytes_in(studio.paint(interrupted, options(0.04))) == expected));
+    }
+    CHECK(interruptions >= 6);
+
+    testing::TestRun hopeless;
+    CHECK_THROWS_WITH(studio.paint(hopeless, options(10)),
+                      Catch::Contains("glass") && Catch::Contains("3 times") && Catch::Contains("checkpoint"));
 }
 
 TEST_CASE("errors name what is wrong")

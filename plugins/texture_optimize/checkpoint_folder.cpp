@@ -1,0 +1,64 @@
+#include "checkpoint_folder.h"
+
+#include <fresco/error.h>
+
+#include <limits>
+
+namespace fresco::optimize
+{
+namespace
+{
+
+bool used(const std::filesystem::path& file, std::int64_t before, const CheckpointFolder::Use& use,
+          const CheckpointFolder::Warn& warn)
+{
+    try
+    {
+        const auto checkpoint = Checkpoint::read(file);
+        if (!checkpoint || checkpoint->step >= before)
+            return false;
+        use(*checkpoint);
+        return true;
+    }
+    catch (const Error& error)
+    {
+        warn(std::string("the checkpoint cannot be used: ") + error.what());
+        return false;
+    }
+}
+
+}  // namespace
+
+CheckpointFolder::Used CheckpointFolder::use_latest(const Use& use, const Warn& warn) const
+{
+    constexpr auto any = std::numeric_limits<std::int64_t>::max();
+    if (used(interrupted(), any, use, warn))
+        return Used::interrupted;
+    if (used(due(), any, use, warn))
+        return Used::due;
+    return used(earlier(), any, use, warn) ? Used::earlier : Used::none;
+}
+
+bool CheckpointFolder::use_before(std::int64_t step, const Use& use, const Warn& warn) const
+{
+    return used(due(), step, use, warn) || used(earlier(), step, use, warn);
+}
+
+void CheckpointFolder::write_due(const Checkpoint& checkpoint) const
+{
+    std::error_code none_yet;
+    std::filesystem::rename(due(), earlier(), none_yet);
+    checkpoint.write(due());
+}
+
+void CheckpointFolder::write_interrupted(const Checkpoint& checkpoint) const
+{
+    checkpoint.write(interrupted());
+}
+
+void CheckpointFolder::remove_interrupted() const
+{
+    std::filesystem::remove(interrupted());
+}
+
+}  // namespace fresco::optimize

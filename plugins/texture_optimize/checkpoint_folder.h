@@ -1,0 +1,50 @@
+#pragma once
+
+#include "checkpoint.h"
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+
+namespace fresco::optimize
+{
+
+/// The checkpoints of a run on disk: the last two that were due, and one of an interruption. Where a run goes back to depends on
+/// those that were due alone, so that an interruption changes nothing.
+class CheckpointFolder
+{
+  public:
+    explicit CheckpointFolder(std::filesystem::path folder) : folder_(std::move(folder)) {}
+
+    /// Tries to use a checkpoint; throws Error where it does not fit.
+    using Use = std::function<void(const Checkpoint&)>;
+    using Warn = std::function<void(const std::string&)>;
+
+    enum class Used
+    {
+        none,
+        interrupted,
+        due,
+        earlier
+    };
+    /// To go on: the interruption's, else the last one due. Each that cannot be used is named to `warn`.
+    Used use_latest(const Use& use, const Warn& warn) const;
+    /// To go back: the last one due before `step`. The state of a step is known to be good once the step was evaluated.
+    bool use_before(std::int64_t step, const Use& use, const Warn& warn) const;
+
+    /// The one that was due before is kept as well.
+    void write_due(const Checkpoint& checkpoint) const;
+    void write_interrupted(const Checkpoint& checkpoint) const;
+    /// Once the run has gone on from it.
+    void remove_interrupted() const;
+
+  private:
+    std::filesystem::path due() const { return folder_ / "checkpoint.safetensors"; }
+    std::filesystem::path earlier() const { return folder_ / "earlier.safetensors"; }
+    std::filesystem::path interrupted() const { return folder_ / "interrupted.safetensors"; }
+
+    std::filesystem::path folder_;
+};
+
+}  // namespace fresco::optimize

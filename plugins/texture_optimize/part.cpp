@@ -3,7 +3,9 @@
 #include <fresco/error.h>
 
 #include <ATen/core/grad_mode.h>
+#include <ATen/ops/cat.h>
 #include <ATen/ops/upsample_bilinear2d.h>
+#include <ATen/ops/zeros.h>
 
 #include <algorithm>
 #include <stdexcept>
@@ -20,9 +22,42 @@ void add_missing(std::vector<std::string>& names, const std::vector<std::string>
             names.push_back(name);
 }
 
+/// `layer` of the picture; all `wanted` layers are encoded together when the first is asked for.
+torch::Tensor encoded_layer(std::map<std::string, torch::Tensor>& known, const FeatureNetwork& network,
+                            const std::vector<std::string>& wanted, const std::string& layer, const torch::Tensor& picture)
+{
+    if (std::find(wanted.begin(), wanted.end(), layer) == wanted.end())
+        throw std::logic_error("a loss asks for the layer '" + layer + "', which its needs() do not name");
+    if (known.empty())
+    {
+        const auto result = network.encode(picture, wanted);
+        if (result.size() != wanted.size())
+            throw std::logic_error("a feature network gave " + std::to_string(result.size()) + " layers for " +
+                                   std::to_string(wanted.size()) + " asked for");
+        for (std::size_t i = 0; i < wanted.size(); ++i)
+            known.emplace(wanted[i], result[i]);
+    }
+    return known.at(layer);
+}
+
+torch::Tensor cut(const torch::Tensor& picture, const PixelBox& box)
+{
+    return picture.slice(1, box.y0, box.y1).slice(2, box.x0, box.x1);
+}
+
+/// The mask of the crop's core, as large as what is encoded.
+Raster8 core_mask(const Raster8& mask, const Crop& crop)
+{
+    Raster8 result(crop.encoded.x1 - crop.encoded.x0, crop.encoded.y1 - crop.encoded.y0);
+    for (int y = crop.core.y0; y < crop.core.y1; ++y)
+        for (int x = crop.core.x0; x < crop.core.x1; ++x)
+            result.at(x - crop.encoded.x0, y - crop.encoded.y0) = mask.at(x, y);
+    return result;
+}
+
 }  // namespace
 
-Demands demands_of(const std::map<std::string, std::shared_ptr<Loss>>& losses)
+Demands demands_of(const std::map<std::string, std::shared_ptr<Loss>>& losses, bool crops)
 {
     Demands demands;
     for (const auto& [name, loss] : losses)
@@ -31,6 +66,7 @@ Demands demands_of(const std::map<std::string, std::shared_ptr<Loss>>& losses)
             if (layers.network == nullptr)
                 throw Error("loss '" + name + "' needs features but names no network");
             auto& demand = demands[layers.network];
+            demand.whole = demand.whole || layers.whole || !crops;
             add_missing(demand.image, layers.names);
             if (layers.camera)
                 add_missing(demand.camera, layers.names);
@@ -56,23 +92,12 @@ const Demand& RenderedPart::demand(const FeatureNetwork& network) const
 torch::Tensor RenderedPart::encoded(FeatureMaps& known, const FeatureNetwork& network, const std::vector<std::string>& wanted,
                                     const std::string& layer, const torch::Tensor& picture)
 {
-    if (std::find(wanted.begin(), wanted.end(), layer) == wanted.end())
-        throw std::logic_error("a loss asks for the layer '" + layer + "', which its needs() do not name");
-    auto& maps = known[&network];
-    if (maps.empty())
-    {
-        const auto result = network.encode(picture, wanted);
-        if (result.size() != wanted.size())
-            throw std::logic_error("a feature network gave " + std::to_string(result.size()) + " layers for " +
-                                   std::to_string(wanted.size()) + " asked for");
-        for (std::size_t i = 0; i < wanted.size(); ++i)
-            maps.emplace(wanted[i], result[i]);
-    }
-    return maps.at(layer);
+    return encoded_layer(known[&network], network, wanted, layer, picture);
 }
 
 torch::Tensor RenderedPart::features(const FeatureNetwork& network, const std::string& layer)
 {
+    refuse_unless_whole(network);
     return encoded(features_, network, demand(network).image, layer, image_);
 }
 
@@ -83,7 +108,19 @@ torch::Tensor RenderedPart::mask(Pixels pixels)
     return pixels == Pixels::all ? data_.all : data_.fine;
 }
 
+void RenderedPart::refuse_unless_whole(const FeatureNetwork& network) const
+{
+    if (!demand(network).whole)
+        throw std::logic_error("a loss asks for features as a map, but its needs() do not say 'whole'");
+}
+
 torch::Tensor RenderedPart::camera_features(const FeatureNetwork& network, const std::string& layer)
+{
+    refuse_unless_whole(network);
+    return whole_camera_features(network, layer);
+}
+
+torch::Tensor RenderedPart::whole_camera_features(const FeatureNetwork& network, const std::string& layer)
 {
     const at::NoGradGuard no_gradient;
     if (data_.smallest)
@@ -114,15 +151,69 @@ torch::Tensor RenderedPart::feature_mask(const FeatureNetwork& network, const st
     return grid(network, layer, pixels).cells;
 }
 
+CroppedLevel* RenderedPart::cropped(const FeatureNetwork& network)
+{
+    // Enlarged camera features have no crops, and both must select in one order.
+    if (demand(network).whole || data_.smallest)
+        return nullptr;
+    auto found = data_.cropped.find(&network);
+    if (found == data_.cropped.end())
+    {
+        int align = 1;
+        int margin = 0;
+        for (const auto& name : demand(network).image)
+        {
+            const auto layer = network.layer(name);
+            align = std::max(align, layer.stride);
+            margin = std::max(margin, layer.margin_px);
+        }
+        CroppedLevel level{covering_crops(data_.pixels.all, align, margin), {}, {}};
+        level.camera_features.resize(level.crops.size());
+        level.grids.resize(level.crops.size());
+        found = data_.cropped.emplace(&network, std::move(level)).first;
+    }
+    return &found->second;
+}
+
+torch::Tensor RenderedPart::selected_in_crops(CroppedLevel& level, const FeatureNetwork& network, const std::string& layer,
+                                              Pixels pixels, bool camera)
+{
+    const auto& wanted = camera ? demand(network).camera : demand(network).image;
+    auto& image_features = crop_features_[&network];
+    image_features.resize(level.crops.size());
+    const int stride = network.layer(layer).stride;
+    std::vector<torch::Tensor> parts;
+    for (std::size_t i = 0; i < level.crops.size(); ++i)
+    {
+        const auto& crop = level.crops[i];
+        auto mask = level.grids[i].find({stride, pixels});
+        if (mask == level.grids[i].end())
+            mask = level.grids[i]
+                       .emplace(std::tuple(stride, pixels),
+                                grid_mask(core_mask(chosen_pixels(data_.pixels, pixels), crop), stride, image_.device()))
+                       .first;
+        const auto features = encoded_layer(camera ? level.camera_features[i] : image_features[i], network, wanted, layer,
+                                            cut(camera ? data_.camera : image_, crop.encoded));
+        parts.push_back(selected_cells(features, mask->second));
+    }
+    if (parts.empty())
+        return at::zeros({network.layer(layer).channels, 0}, image_.options().requires_grad(false));
+    return parts.size() == 1 ? parts[0] : at::cat(parts, 1);
+}
+
 torch::Tensor RenderedPart::selected(const FeatureNetwork& network, const std::string& layer, Pixels pixels)
 {
-    return selected_cells(features(network, layer), grid(network, layer, pixels));
+    if (auto* level = cropped(network))
+        return selected_in_crops(*level, network, layer, pixels, false);
+    return selected_cells(encoded(features_, network, demand(network).image, layer, image_), grid(network, layer, pixels));
 }
 
 torch::Tensor RenderedPart::camera_selected(const FeatureNetwork& network, const std::string& layer, Pixels pixels)
 {
     const at::NoGradGuard no_gradient;
-    return selected_cells(camera_features(network, layer), grid(network, layer, pixels));
+    if (auto* level = cropped(network))
+        return selected_in_crops(*level, network, layer, pixels, true);
+    return selected_cells(whole_camera_features(network, layer), grid(network, layer, pixels));
 }
 
 }  // namespace fresco::optimize

@@ -17,10 +17,12 @@ struct Demand
 {
     std::vector<std::string> image;
     std::vector<std::string> camera;
+    bool whole = false;  ///< A loss reads features as a map; else selected ones alone, and frames are encoded in crops.
 };
 using Demands = std::map<const FeatureNetwork*, Demand>;
 
-Demands demands_of(const std::map<std::string, std::shared_ptr<Loss>>& losses);
+/// With `crops` false every demand is for whole frames.
+Demands demands_of(const std::map<std::string, std::shared_ptr<Loss>>& losses, bool crops = true);
 
 /// Where a part stands in the run.
 struct PartPlace
@@ -32,8 +34,9 @@ struct PartPlace
     std::uint64_t seed = 0;
 };
 
-/// A part of one rendered level. A network encodes the image once, with all layers in demand, when the first is asked for; the
-/// camera's features are kept in `data` for the next steps on the view. References its arguments.
+/// A part of one rendered level. A network encodes the image once, with all layers in demand, when the first is asked for: the
+/// whole of it, or the crops that cover the level's pixels. The camera's features are kept in `data` for the next steps on the
+/// view. References its arguments.
 class RenderedPart final : public Part
 {
   public:
@@ -62,9 +65,15 @@ class RenderedPart final : public Part
     const GridMask& grid(const FeatureNetwork& network, const std::string& layer, Pixels pixels);
 
   private:
+    void refuse_unless_whole(const FeatureNetwork& network) const;
+    torch::Tensor whole_camera_features(const FeatureNetwork& network, const std::string& layer);
     torch::Tensor enlarged_camera_features(const FeatureNetwork& network, const std::string& layer);
     static torch::Tensor encoded(FeatureMaps& known, const FeatureNetwork& network, const std::vector<std::string>& wanted,
                                  const std::string& layer, const torch::Tensor& picture);
+    /// Null where the network encodes whole frames.
+    CroppedLevel* cropped(const FeatureNetwork& network);
+    torch::Tensor selected_in_crops(CroppedLevel& level, const FeatureNetwork& network, const std::string& layer, Pixels pixels,
+                                    bool camera);
     const Demand& demand(const FeatureNetwork& network) const;
 
     PartPlace place_;
@@ -72,6 +81,7 @@ class RenderedPart final : public Part
     LevelData& data_;
     const Demands& demands_;
     FeatureMaps features_;
+    std::map<const FeatureNetwork*, std::vector<std::map<std::string, torch::Tensor>>> crop_features_;
 };
 
 }  // namespace fresco::optimize

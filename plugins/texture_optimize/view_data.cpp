@@ -19,17 +19,6 @@ torch::Tensor bool_tensor(const Raster8& mask)
     return tensor;
 }
 
-Raster8 chosen_pixels(const LevelPixels& level, Pixels pixels)
-{
-    if (pixels != Pixels::steep)
-        return pixels == Pixels::fine ? level.fine : level.all;
-    Raster8 steep = level.all;
-    for (std::size_t i = 0; i < steep.values.size(); ++i)
-        if (level.fine.values[i] != 0)
-            steep.values[i] = 0;
-    return steep;
-}
-
 std::vector<LevelPixels> level_pixels(const ViewSource& source, std::size_t view, std::span<const UvMap> maps,
                                       const LevelRules& rules)
 {
@@ -43,6 +32,17 @@ std::vector<LevelPixels> level_pixels(const ViewSource& source, std::size_t view
 }
 
 }  // namespace
+
+Raster8 chosen_pixels(const LevelPixels& level, Pixels pixels)
+{
+    if (pixels != Pixels::steep)
+        return pixels == Pixels::fine ? level.fine : level.all;
+    Raster8 steep = level.all;
+    for (std::size_t i = 0; i < steep.values.size(); ++i)
+        if (level.fine.values[i] != 0)
+            steep.values[i] = 0;
+    return steep;
+}
 
 std::unique_ptr<ViewData> load_view(const ViewSource& source, std::size_t view, const TextureRepresentation& texture,
                                     const LevelRules& rules)

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "crops.h"
 #include "grid_mask.h"
 #include "levels.h"
 #include "view_source.h"
@@ -47,6 +48,14 @@ struct SmallestCamera
     FeatureMaps features;
 };
 
+/// The parts of a level that a network encodes where losses read selected features alone.
+struct CroppedLevel
+{
+    std::vector<Crop> crops;
+    std::vector<std::map<std::string, torch::Tensor>> camera_features;  ///< Per crop.
+    std::vector<std::map<std::tuple<int, Pixels>, GridMask>> grids;     ///< Per crop: its core's cells, in its own grid.
+};
+
 /// One height of one view, ready for the consecutive steps on it.
 struct LevelData
 {
@@ -63,6 +72,7 @@ struct LevelData
     /// What parts found out and the next step on this view needs again.
     FeatureMaps camera_features;
     std::map<std::tuple<int, Pixels>, GridMask> grids;  ///< By stride and pixels.
+    std::map<const FeatureNetwork*, CroppedLevel> cropped;
 };
 
 struct ViewData
@@ -76,6 +86,9 @@ struct ViewData
 /// Reads a view's uv maps and camera picture. On any thread.
 std::unique_ptr<ViewData> load_view(const ViewSource& source, std::size_t view, const TextureRepresentation& texture,
                                     const LevelRules& rules);
+
+/// The mask of the level's `pixels`.
+Raster8 chosen_pixels(const LevelPixels& level, Pixels pixels);
 
 /// The cells of a grid of `stride` that belong to the level's `pixels`; made when first asked for.
 const GridMask& grid_of(LevelData& level, int stride, Pixels pixels, const torch::Device& device);

@@ -8,10 +8,14 @@
 
 #include <ATen/Parallel.h>
 #include <ATen/ops/arange.h>
+#include <ATen/ops/conv2d.h>
 #include <ATen/ops/equal.h>
 #include <ATen/ops/index_select.h>
+#include <ATen/ops/matmul.h>
+#include <ATen/ops/max_pool2d.h>
 #include <ATen/ops/ones.h>
 #include <ATen/ops/rand.h>
+#include <ATen/ops/relu.h>
 #include <torch/csrc/autograd/autograd.h>
 
 using namespace fakes;
@@ -130,7 +134,7 @@ TEST_CASE("losses on one network share its encodings, and the camera's outlive t
     REQUIRE(data->levels.size() == 2);
     CHECK(data->numbers == std::vector<int>{0, 1});
     CHECK(data->levels[0].share == Approx(0.5).margin(0.02));
-    const auto demands = demands_of(world.losses);
+    const auto demands = demands_of(world.losses, false);
     REQUIRE(demands.size() == 1);
     CHECK(demands.begin()->second.image == std::vector<std::string>{"half"});
     for (int step = 0; step < 3; ++step)
@@ -149,6 +153,109 @@ TEST_CASE("losses on one network share its encodings, and the camera's outlive t
         CHECK_THROWS_AS(part.features(*world.network, "same"), std::logic_error);
         CHECK_THROWS_AS(part.features(HalfNetwork(), "half"), std::logic_error);
     }
+}
+
+namespace
+{
+
+/// Two convolutions with a pooling between them, zeros beyond the border.
+class ConvolvedNetwork final : public FeatureNetwork
+{
+  public:
+    ConvolvedNetwork()
+    {
+        at::manual_seed(3);
+        first_ = at::rand({4, 3, 3, 3}, at::kDouble) - 0.4;
+        second_ = at::rand({5, 4, 3, 3}, at::kDouble) - 0.4;
+    }
+    void prepare(const PrepareContext&) override {}
+    std::vector<FeatureLayer> layers() const override { return {{"fine", 4, 1, 1}, {"deep", 5, 2, 3}}; }
+    std::vector<torch::Tensor> encode(const torch::Tensor& picture, const std::vector<std::string>& names) const override
+    {
+        pixels += picture.size(1) * picture.size(2);
+        const auto fine = at::relu(at::conv2d(picture.unsqueeze(0), first_, {}, 1, 1));
+        const auto deep = at::relu(at::conv2d(at::max_pool2d(fine, {2, 2}), second_, {}, 1, 1));
+        std::vector<torch::Tensor> result;
+        for (const auto& name : names)
+            result.push_back((name == "fine" ? fine : deep).squeeze(0));
+        return result;
+    }
+    mutable std::int64_t pixels = 0;
+
+  private:
+    torch::Tensor first_;
+    torch::Tensor second_;
+};
+
+/// Gram matrices and differences to the camera on both layers.
+class SelectedLoss final : public Loss
+{
+  public:
+    explicit SelectedLoss(FeatureNetwork& network) : network_(network) {}
+    LossNeeds needs() const override { return {{{&network_, {"fine", "deep"}, false, true}}, false}; }
+    void prepare(const PrepareContext&) override {}
+    std::vector<LossTerm> evaluate(Part& part) override
+    {
+        std::vector<LossTerm> terms;
+        for (const char* layer : {"fine", "deep"})
+            for (const auto pixels : {Pixels::all, Pixels::fine, Pixels::steep})
+            {
+                const auto seen = part.selected(network_, layer, pixels);
+                const auto difference = seen - part.camera_selected(network_, layer, pixels);
+                terms.push_back({layer, at::matmul(seen, seen.t()).pow(2).sum() / 1e3 + difference.pow(2).sum()});
+            }
+        return terms;
+    }
+
+  private:
+    FeatureNetwork& network_;
+};
+
+}  // namespace
+
+TEST_CASE("crops give the loss and the gradient of the whole frame, and encode less")
+{
+    at::manual_seed(8);
+    const int width = 61;
+    const int height = 47;
+    LevelData data;
+    data.height_px = height;
+    data.camera = at::rand({3, height, width}, at::kDouble);
+    data.pixels.all = Raster8(width, height);
+    data.pixels.fine = data.pixels.all;
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+        {
+            // Two corners and a spot between them.
+            const bool in = (x < 13 && y < 9) || (x > 50 && y > 36) || (std::abs(x - 30) < 3 && std::abs(y - 20) < 4);
+            data.pixels.all.at(x, y) = in ? 1 : 0;
+            data.pixels.fine.at(x, y) = in && (x + y) % 3 != 0 ? 1 : 0;
+        }
+    const auto image = at::rand({3, height, width}, at::kDouble).set_requires_grad(true);
+    ConvolvedNetwork network;
+    const std::map<std::string, std::shared_ptr<Loss>> losses{{"selected", std::make_shared<SelectedLoss>(network)}};
+    std::vector<double> values;
+    std::vector<torch::Tensor> gradients;
+    std::vector<std::int64_t> pixels;
+    for (const bool crops : {false, true})
+    {
+        auto level = LevelData{};
+        level.camera = data.camera;
+        level.pixels = data.pixels;
+        const auto demands = demands_of(losses, crops);
+        RenderedPart part({}, image, level, demands);
+        torch::Tensor sum;
+        network.pixels = 0;
+        for (const auto& term : losses.at("selected")->evaluate(part))
+            sum = sum.defined() ? sum + term.value : term.value;
+        pixels.push_back(network.pixels);
+        values.push_back(sum.item<double>());
+        gradients.push_back(torch::autograd::grad({sum}, {image})[0]);
+    }
+    CHECK(values[1] == Approx(values[0]).epsilon(1e-12));
+    CHECK((gradients[1] - gradients[0]).abs().max().item<double>() < 1e-11 * gradients[0].abs().max().item<double>());
+    CHECK(gradients[0].abs().max().item<double>() > 0);
+    CHECK(2 * pixels[1] < pixels[0]);
 }
 
 TEST_CASE("the evaluation's gradient is that of the weighted sum over losses and levels")

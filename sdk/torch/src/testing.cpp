@@ -1,8 +1,13 @@
 #include <fresco/torch/testing.h>
 
+#include <fresco/testing.h>
+
 #include <ATen/core/grad_mode.h>
 #include <ATen/ops/arange.h>
+#include <ATen/ops/avg_pool2d.h>
 #include <ATen/ops/ones.h>
+
+#include <stdexcept>
 
 namespace fresco::testing
 {
@@ -26,6 +31,53 @@ torch::Tensor whole(const torch::Tensor& picture)
 }
 
 }  // namespace
+
+ColorNetwork::~ColorNetwork() = default;
+
+void ColorNetwork::prepare(const PrepareContext&) {}
+
+std::vector<FeatureLayer> ColorNetwork::layers() const
+{
+    FeatureLayer a;
+    a.name = "a";
+    a.channels = 3;
+    a.style = true;
+    auto b = a;
+    b.name = "b";
+    b.stride = 2;
+    b.style = false;
+    return {a, b};
+}
+
+std::vector<torch::Tensor> ColorNetwork::encode(const torch::Tensor& picture, const std::vector<std::string>& layers) const
+{
+    std::vector<torch::Tensor> maps;
+    for (const auto& name : layers)
+    {
+        if (layer(name).stride == 1)
+            maps.push_back(picture);
+        else if (picture.size(1) < 2 || picture.size(2) < 2)
+            maps.push_back(picture.new_zeros({3, picture.size(1) / 2, picture.size(2) / 2}));
+        else
+            maps.push_back(at::avg_pool2d(picture.unsqueeze(0), {2, 2}).squeeze(0));
+    }
+    return maps;
+}
+
+std::unique_ptr<Loss> loss_on_colors(const std::filesystem::path& library, const std::string& type, const std::string& options)
+{
+    TestFactory factory;
+    factory.add("test.colors", [] { return std::make_shared<ColorNetwork>(); });
+    auto value = parse_json(options, "test");
+    value.set("features", Value::Map{{"type", "test.colors"}});
+    auto made = make_from_plugin(library, type);
+    made->configure(value, factory);
+    auto* loss = dynamic_cast<Loss*>(made.get());
+    if (loss == nullptr)
+        throw std::invalid_argument(type + " is no loss");
+    made.release();
+    return std::unique_ptr<Loss>(loss);
+}
 
 PicturePart::PicturePart(const torch::Tensor& picture, const torch::Tensor& camera)
     : picture_(picture), camera_(camera.detach()), mask_(whole(picture)), fine_(whole(picture))

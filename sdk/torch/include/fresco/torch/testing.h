@@ -4,14 +4,30 @@
 
 #include <torch/types.h>
 
+#include <filesystem>
 #include <map>
+#include <memory>
 #include <string>
 #include <utility>
+#include <vector>
 
 /// \file For the tests of losses and feature networks: a part without an optimiser.
 
 namespace fresco::testing
 {
+
+/// A network whose features are known by hand. Layer "a", meant for styles: the picture itself; layer "b": its 2x2 averages.
+class ColorNetwork final : public FeatureNetwork
+{
+  public:
+    ~ColorNetwork() override;
+    void prepare(const PrepareContext& context) override;
+    std::vector<FeatureLayer> layers() const override;
+    std::vector<torch::Tensor> encode(const torch::Tensor& picture, const std::vector<std::string>& layers) const override;
+};
+
+/// The loss of `type` in a built plugin, configured by `options` (JSON) with a ColorNetwork as its `features`.
+std::unique_ptr<Loss> loss_on_colors(const std::filesystem::path& library, const std::string& type, const std::string& options);
 
 /// One picture as a part. Whole networks are encoded at the first question. Fields may be set before use.
 class PicturePart final : public Part

@@ -1,0 +1,194 @@
+#include "nearest.h"
+
+#include <fresco/progress.h>
+#include <fresco/random.h>
+#include <fresco/torch/testing.h>
+
+#include <ATen/ATen.h>
+#include <ATen/Parallel.h>
+
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace
+{
+
+/// In [-0.5, 0.5).
+torch::Tensor numbers(std::int64_t rows, std::int64_t columns, std::uint64_t seed)
+{
+    fresco::Random random(seed);
+    auto values = at::empty({rows, columns}, at::kDouble);
+    for (std::int64_t i = 0; i < values.numel(); ++i)
+        values.data_ptr<double>()[i] = random.uniform() - 0.5;
+    return values;
+}
+
+torch::Tensor picture(std::int64_t height, std::int64_t width, std::uint64_t seed)
+{
+    return (numbers(3, height * width, seed) + 0.5).reshape({3, height, width});
+}
+
+/// Zhang et al., equation 2, one pair at a time in double precision: `features` C x N, `style` C x M.
+double slow_distance(const torch::Tensor& features, const torch::Tensor& style)
+{
+    const auto dot = [](const torch::Tensor& a, std::int64_t i, const torch::Tensor& b, std::int64_t j)
+    {
+        double sum = 0;
+        for (std::int64_t c = 0; c < a.size(0); ++c)
+            sum += a[c][i].item<double>() * b[c][j].item<double>();
+        return sum;
+    };
+    double total = 0;
+    for (std::int64_t i = 0; i < features.size(1); ++i)
+    {
+        double nearest = std::numeric_limits<double>::max();
+        for (std::int64_t j = 0; j < style.size(1); ++j)
+            nearest = std::min(nearest, 1 - dot(features, i, style, j) /
+                                                std::sqrt(dot(features, i, features, i) * dot(style, j, style, j)));
+        total += nearest;
+    }
+    return total / static_cast<double>(features.size(1));
+}
+
+torch::Tensor style_rows(const torch::Tensor& style)
+{
+    return nnfm::unit_rows(style.t().contiguous());
+}
+
+struct Fixture
+{
+    fresco::Progress progress;
+    fresco::PrepareContext context;
+
+    Fixture()
+    {
+        context.style = {picture(5, 6, 1), picture(9, 10, 2)};
+        context.progress = &progress;
+    }
+
+    std::unique_ptr<fresco::Loss> make(const std::string& options) const
+    {
+        auto loss = fresco::testing::loss_on_colors(FRESCO_PLUGIN_FILE, "loss.nnfm", options);
+        loss->prepare(context);
+        return loss;
+    }
+};
+
+}  // namespace
+
+TEST_CASE("the nearest by angle, by hand")
+{
+    const auto style = at::tensor({1.0, 0.0, 0.0, 1.0, 0.6, 0.8}, at::kDouble).reshape({3, 2});
+    // (5, 0) is the first; (3, 4) the third exactly; (-1, 0) is at a right angle to the second; zero is like any.
+    const auto features = at::tensor({5.0, 3.0, -1.0, 0.0, 0.0, 4.0, 0.0, 0.0}, at::kDouble).reshape({2, 4});
+    const auto matches = nnfm::most_similar(nnfm::unit_rows(features.t().contiguous()), style);
+    CHECK(at::equal(matches, at::tensor({0, 2, 1, 0}, at::kLong)));
+    CHECK(nnfm::distance(features, style).item<double>() == Approx((0.0 + 0.0 + 1.0 + 1.0) / 4));
+}
+
+TEST_CASE("the distance agrees with one computed pair by pair")
+{
+    const auto features = numbers(5, 60, 3);
+    const auto style = numbers(5, 33, 4);
+    const double expected = slow_distance(features, style);
+    CHECK(nnfm::distance(features, style_rows(style)).item<double>() == Approx(expected).epsilon(1e-12));
+    CHECK(nnfm::distance(features.to(at::kFloat), style_rows(style.to(at::kFloat))).item<double>() ==
+          Approx(expected).epsilon(1e-5));
+}
+
+TEST_CASE("blocks of the search change nothing, and every feature of the style finds itself")
+{
+    const auto style = style_rows(numbers(8, 9000, 5).to(at::kFloat));  // three blocks
+    const auto own = at::arange(3, 9000, 13, at::kLong);                // two blocks
+    CHECK(at::equal(nnfm::most_similar(style.index_select(0, own), style), own));
+}
+
+TEST_CASE("loss.nnfm's gradient agrees with finite differences")
+{
+    const Fixture fixture;
+    const auto loss = fixture.make(R"({"layers": "b, a", "layer_weights": [2, 0.5], "targets": "both"})");
+    const auto start = picture(4, 6, 7);
+    auto mask = at::ones({4, 6}, at::kBool);
+    mask[0][1] = false;
+    const auto fine = mask.logical_and(at::arange(6, at::kLong) < 3);
+    const auto value = [&](const torch::Tensor& image)
+    {
+        fresco::testing::PicturePart part(image, start, mask, fine);
+        const auto terms = loss->evaluate(part);
+        REQUIRE(terms.size() == 2);
+        CHECK(terms[0].layer == "b");
+        return terms[0].value + terms[1].value;
+    };
+    auto variable = start.clone().requires_grad_();
+    value(variable).backward();
+    const double step = 1e-7;
+    for (std::int64_t i = 0; i < start.numel(); ++i)
+    {
+        auto up = start.clone();
+        auto down = start.clone();
+        up.data_ptr<double>()[i] += step;
+        down.data_ptr<double>()[i] -= step;
+        const double slope = (value(up).item<double>() - value(down).item<double>()) / (2 * step);
+        CHECK(variable.grad().flatten()[i].item<double>() == Approx(slope).epsilon(1e-4).margin(1e-8));
+    }
+}
+
+TEST_CASE("a feature of zeros has no angle and no gradient")
+{
+    auto features = at::zeros({3, 2}, at::kFloat);
+    features[0][1] = 2;
+    features.requires_grad_();
+    const auto value = nnfm::distance(features, at::eye(3, at::kFloat).narrow(0, 1, 2).contiguous());
+    CHECK(value.item<float>() == 1);
+    value.backward();
+    CHECK(at::isfinite(features.grad()).all().item<bool>());
+}
+
+TEST_CASE("loss.nnfm compares sizes with their pixels and skips what is not seen")
+{
+    const Fixture fixture;
+    const auto image = picture(16, 16, 8);
+    const auto all = at::ones({16, 16}, at::kBool);
+    const auto none = at::zeros({16, 16}, at::kBool);
+    const auto value = [&](const std::string& options, const torch::Tensor& fine, std::int64_t step)
+    {
+        fresco::testing::PicturePart part(image, image, all, fine);
+        part.step_index = step;
+        const auto terms = fixture.make(options)->evaluate(part);
+        return terms.empty() ? -1.0 : terms.at(0).value.item<double>();
+    };
+    const auto whole = image.flatten(1);
+    CHECK(value("{}", all, 0) == Approx(slow_distance(whole, fixture.context.style.fine.flatten(1))));
+    CHECK(value("{}", none, 0) == -1);
+    const double coarse = value(R"({"targets": "coarse"})", none, 0);
+    CHECK(coarse == Approx(slow_distance(whole, fixture.context.style.coarse.flatten(1))));
+    CHECK(value(R"({"targets": "both"})", none, 0) == coarse);
+    // Fewer features of the style are farther away; other features of the view are drawn in another step.
+    CHECK(value(R"({"targets": "coarse", "max_style_samples": 16})", none, 0) > coarse);
+    const std::string some = R"({"targets": "coarse", "max_samples": 16})";
+    CHECK(value(some, none, 0) == value(some, none, 0));
+    CHECK(value(some, none, 0) != value(some, none, 1));
+}
+
+TEST_CASE("value and gradient are the same bytes for any thread count")
+{
+    const int before = at::get_num_threads();
+    const auto features = numbers(32, 3000, 10).to(at::kFloat);
+    const auto style = style_rows(numbers(32, 1000, 11).to(at::kFloat));
+    const auto run = [&](int threads)
+    {
+        at::set_num_threads(threads);
+        auto variable = features.clone().requires_grad_();
+        const auto value = nnfm::distance(variable, style);
+        value.backward();
+        return std::pair{value.detach(), variable.grad()};
+    };
+    const auto one = run(1);
+    const auto two = run(2);
+    at::set_num_threads(before);
+    CHECK(at::equal(one.first, two.first));
+    CHECK(at::equal(one.second, two.second));
+}

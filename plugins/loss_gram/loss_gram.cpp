@@ -1,15 +1,18 @@
 #include "moments.h"
+#include "view_average.h"
 
 #include <fresco/error.h>
 #include <fresco/option.h>
 #include <fresco/plugin.h>
 #include <fresco/stage.h>
-#include <fresco/torch/loss.h>
+#include <fresco/torch/style_layers.h>
 
-#include <ATen/ATen.h>
+#include <ATen/core/grad_mode.h>
 #include <torch/version.h>
 
+#include <algorithm>
 #include <array>
+#include <optional>
 #include <utility>
 
 namespace
@@ -17,103 +20,119 @@ namespace
 
 class LossGram final : public fresco::Loss
 {
-    fresco::Slot<fresco::FeatureNetwork> features{this, "features", "features.dictionary", "Network whose features are compared"};
-    fresco::Option<std::string> layers{
-        this, "layers", "", "Layers to compare, such as \"relu1_1, relu2_1\"; empty: the network's own choice for styles"};
-    fresco::Option<std::vector<double>> layer_weights{this, "layer_weights", std::vector<double>{}, fresco::at_least(0),
-                                                      "Factor of each layer, in the order of layers; empty: 1 each"};
+    fresco::StyleOptions style{this};
     fresco::Option<bool> centre{
         this, "centre", true,
         "Compare mean and covariance, each relative to the target's squared norm; otherwise the plain Gram "
         "matrix, mean square over its elements"};
-    fresco::Option<std::string> targets{this, "targets", "fine", fresco::one_of({"fine", "coarse", "both"}),
-                                        "Which size of the style picture: fine (256 px) on pixels that pass the angle filter, "
-                                        "coarse (up to 4 times as large) on all pixels, or both"};
+    fresco::Option<std::string> rule{this, "rule", "printed", fresco::one_of({"printed", "released"}),
+                                     "The coarse target on all pixels at once (printed), or on those that pass and those that "
+                                     "fail the angle filter, each on their own (released)"};
+    fresco::Option<std::string> fine_layers{
+        this, "fine_layers", "", "Of the layers, those that the fine target is for, such as \"relu4_1, relu5_1\"; empty: all"};
+    fresco::Option<int> average_views_count{this, "average_views_count", 1, fresco::range(1, 1000),
+                                            "Compare the mean of the moments of the last so many views"};
 
-    struct Target
+    struct Targets
     {
-        fresco::Pixels pixels;
-        gram::Moments moments;
-    };
-    struct LayerTargets
-    {
-        std::string layer;
-        double factor;
-        std::vector<Target> targets;
+        std::optional<gram::Moments> coarse;
+        std::optional<gram::Moments> fine;
     };
 
   public:
-    fresco::LossNeeds needs() const override
-    {
-        fresco::LossNeeds needs;
-        needs.features.push_back({.network = &*features, .names = names_, .whole = false, .camera = false});
-        if (names_.empty())
-            needs.features.back().names = fresco::split_layer_names(*layers);
-        return needs;
-    }
+    fresco::LossNeeds needs() const override { return style.needs(compared_); }
 
     void prepare(const fresco::PrepareContext& context) override
     {
         const at::NoGradGuard no_gradient;
-        names_ = chosen_layers();
-        targets_.clear();
-        for (std::size_t i = 0; i < names_.size(); ++i)
-            targets_.push_back({names_[i], layer_weights->empty() ? 1.0 : layer_weights->at(i), {}});
-        if (*targets != "fine")
-            add_targets(context.style.coarse, fresco::Pixels::all);
-        if (*targets != "coarse")
-            add_targets(context.style.fine, fresco::Pixels::fine);
+        compared_ = style.compared(type);
+        check_rule();
+        average_ = gram::ViewAverage(*average_views_count);
+        targets_.assign(compared_.size(), {});
+        for (const auto& role : style.roles(context.style))
+        {
+            const bool fine = role.pixels == fresco::Pixels::fine;
+            const auto features = fresco::style_features(*style.features, role.picture, compared_, type);
+            for (std::size_t i = 0; i < features.size(); ++i)
+                if (!fine || has_fine(compared_[i].name))
+                    (fine ? targets_[i].fine : targets_[i].coarse) = gram::moments(features[i]);
+        }
+        for (std::size_t i = 0; i < compared_.size(); ++i)
+            if (!targets_[i].coarse && !targets_[i].fine)
+                throw fresco::Error("loss.gram: layer " + compared_[i].name +
+                                    " has no target: name it in `fine_layers`, or set `targets` to both");
     }
 
     std::vector<fresco::LossTerm> evaluate(fresco::Part& part) override
     {
         std::vector<fresco::LossTerm> terms;
-        for (const auto& layer : targets_)
+        for (std::size_t i = 0; i < compared_.size(); ++i)
         {
-            torch::Tensor value;
-            for (const auto& target : layer.targets)
-            {
-                const auto selected = part.selected(*features, layer.layer, target.pixels);
-                if (selected.size(1) == 0)
-                    continue;
-                const auto term = distance(gram::moments(selected), target.moments);
-                value = value.defined() ? value + term : term;
-            }
-            if (value.defined())
-                terms.push_back({layer.layer, value * layer.factor});
+            const auto& targets = targets_[i];
+            const bool apart = targets.coarse && *rule == "released";
+            torch::Tensor sum;
+            if (targets.coarse && !apart)
+                add(sum, part, i, fresco::Pixels::all, {&*targets.coarse, nullptr});
+            if (targets.fine || apart)
+                add(sum, part, i, fresco::Pixels::fine,
+                    {apart ? &*targets.coarse : nullptr, targets.fine ? &*targets.fine : nullptr});
+            if (apart)
+                add(sum, part, i, fresco::Pixels::steep, {&*targets.coarse, nullptr});
+            if (sum.defined())
+                terms.push_back({compared_[i].name, sum * compared_[i].factor});
         }
         return terms;
     }
 
+    fresco::TensorMap state() const override { return average_.state(); }
+    void restore(const fresco::TensorMap& state) override { average_.restore(state); }
+
   private:
-    std::vector<std::string> chosen_layers() const
+    static constexpr std::string_view type = "loss.gram";
+
+    /// Refuses settings that would have no effect.
+    void check_rule() const
     {
-        auto names = fresco::split_layer_names(*layers);
-        if (names.empty())
-            for (const auto& layer : features->layers())
-                if (layer.style)
-                    names.push_back(layer.name);
+        if (*rule == "released" && *style.targets == "fine")
+            throw fresco::Error("loss.gram: `rule: released` is about the coarse target; set `targets` to coarse or both");
+        const auto names = fresco::split_layer_names(*fine_layers);
+        if (!names.empty() && *style.targets == "coarse")
+            throw fresco::Error("loss.gram: `fine_layers` needs the fine target; set `targets` to both");
         for (const auto& name : names)
-            features->layer(name);
-        if (names.empty())
-            throw fresco::Error("loss.gram: the network of `features` has no layer meant for styles; name some in `layers`");
-        if (!layer_weights->empty() && layer_weights->size() != names.size())
-            throw fresco::Error("loss.gram: `layer_weights` has " + std::to_string(layer_weights->size()) + " entries for " +
-                                std::to_string(names.size()) + " layers; give one for each, or none");
-        return names;
+            if (std::none_of(compared_.begin(), compared_.end(), [&](const auto& layer) { return layer.name == name; }))
+                throw fresco::Error("loss.gram: `fine_layers` names " + name + ", which is none of the layers compared");
     }
 
-    void add_targets(const torch::Tensor& picture, fresco::Pixels pixels)
+    bool has_fine(const std::string& layer) const
     {
-        const auto encoded = features->encode(picture, names_);
-        for (std::size_t i = 0; i < names_.size(); ++i)
+        const auto names = fresco::split_layer_names(*fine_layers);
+        return names.empty() || std::find(names.begin(), names.end(), layer) != names.end();
+    }
+
+    /// Adds the distances of one selection of pixels to its targets (null: none), where it has any pixels.
+    void add(torch::Tensor& sum, fresco::Part& part, std::size_t layer, fresco::Pixels pixels,
+             const std::array<const gram::Moments*, 2>& targets)
+    {
+        const auto& name = compared_[layer].name;
+        const auto selected = part.selected(*style.features, name, pixels);
+        if (selected.size(1) == 0)
+            return;
+        auto moments = gram::moments(selected);
+        if (*average_views_count > 1)
+            moments = average_.average("level" + std::to_string(part.level()) + "." + name + "." + word(pixels),
+                                       {part.step(), part.view(), part.repeat()}, moments);
+        for (const auto* target : targets)
         {
-            if (encoded[i].numel() == 0)
-                throw fresco::Error("loss.gram: the style picture (" + std::to_string(picture.size(2)) + " x " +
-                                    std::to_string(picture.size(1)) + ") is too small for layer " + names_[i] +
-                                    ": use a larger picture or fewer layers");
-            targets_[i].targets.push_back({pixels, gram::moments(encoded[i].flatten(1))});
+            if (target == nullptr)
+                continue;
+            const auto value = distance(moments, *target);
+            sum = sum.defined() ? sum + value : value;
         }
+    }
+
+    static const char* word(fresco::Pixels pixels)
+    {
+        return pixels == fresco::Pixels::all ? "all" : pixels == fresco::Pixels::fine ? "fine" : "steep";
     }
 
     torch::Tensor distance(const gram::Moments& moments, const gram::Moments& target) const
@@ -124,8 +143,9 @@ class LossGram final : public fresco::Loss
                gram::relative_square_difference(gram::covariance(moments), gram::covariance(target));
     }
 
-    std::vector<std::string> names_;
-    std::vector<LayerTargets> targets_;
+    std::vector<fresco::StyleLayer> compared_;
+    std::vector<Targets> targets_;
+    gram::ViewAverage average_{1};
 };
 
 }  // namespace

@@ -1,5 +1,4 @@
 #include <fresco/error.h>
-#include <fresco/testing.h>
 #include <fresco/torch/testing.h>
 
 #include <ATen/ATen.h>
@@ -11,41 +10,13 @@
 namespace
 {
 
-/// Layer "a": the picture itself. Layer "b": its 2x2 averages. Only "a" is meant for styles.
-class Colours final : public fresco::FeatureNetwork
-{
-  public:
-    void prepare(const fresco::PrepareContext&) override {}
-    std::vector<fresco::FeatureLayer> layers() const override
-    {
-        fresco::FeatureLayer a;
-        a.name = "a";
-        a.channels = 3;
-        a.style = true;
-        auto b = a;
-        b.name = "b";
-        b.stride = 2;
-        b.style = false;
-        return {a, b};
-    }
-    std::vector<torch::Tensor> encode(const torch::Tensor& picture, const std::vector<std::string>& names) const override
-    {
-        std::vector<torch::Tensor> maps;
-        for (const auto& name : names)
-            maps.push_back(layer(name).stride == 1 ? picture : at::avg_pool2d(picture.unsqueeze(0), {2, 2}).squeeze(0));
-        return maps;
-    }
-};
-
 struct Fixture
 {
-    fresco::testing::TestFactory factory;
     fresco::Progress progress;
     fresco::PrepareContext context;
 
     Fixture()
     {
-        factory.add("test.colours", [] { return std::make_shared<Colours>(); });
         // One fine size with two colours in equal parts, a coarse one that is all (0, 1, 0).
         context.style.fine = at::zeros({3, 2, 2}, at::kDouble);
         context.style.fine[0].fill_(1);
@@ -57,12 +28,7 @@ struct Fixture
 
     std::unique_ptr<fresco::Loss> make(const std::string& options)
     {
-        auto value = fresco::parse_json(options, "test");
-        value.set("features", fresco::Value::Map{{"type", "test.colours"}});
-        auto made = fresco::testing::make_from_plugin(FRESCO_PLUGIN_FILE, "loss.gram");
-        std::unique_ptr<fresco::Loss> loss(dynamic_cast<fresco::Loss*>(made.release()));
-        loss->configure(value, factory);
-        return loss;
+        return fresco::testing::loss_on_colors(FRESCO_PLUGIN_FILE, "loss.gram", options);
     }
 
     std::vector<fresco::LossTerm> evaluate(const std::string& options, fresco::Part& part)
@@ -157,4 +123,113 @@ TEST_CASE("loss.gram's errors and needs", "[gram]")
     CHECK(loss->needs().features.at(0).names == std::vector<std::string>{"a"});
     CHECK_FALSE(loss->needs().picture);
     CHECK(loss->state().empty());
+}
+
+TEST_CASE("the released rule compares passing and failing pixels with the coarse target, each on their own", "[gram]")
+{
+    Fixture fixture;
+    // Left half (passing) all green like the coarse target, right half white: Gram of ones, 8 of 9 entries off by 1.
+    auto picture = picture_of(0, 1, 0);
+    picture.narrow(2, 2, 2).fill_(1);
+    const auto all = at::ones({4, 4}, at::kBool);
+    auto fine = at::zeros({4, 4}, at::kBool);
+    fine.narrow(1, 0, 2).fill_(true);
+    fresco::testing::PicturePart part(picture, picture, all, fine);
+    const auto value = [&](const std::string& options, fresco::Part& of)
+    { return fixture.evaluate(options, of).at(0).value.item<double>(); };
+    CHECK(value(R"({"centre": false, "rule": "released", "targets": "coarse"})", part) == Approx(8.0 / 9));
+    // And the fine one on passing pixels: [1 .5 0; .5 .5 0; 0 0 0] against [0 0 0; 0 1 0; 0 0 0].
+    CHECK(value(R"({"centre": false, "rule": "released", "targets": "both"})", part) == Approx((8 + 1.75) / 9));
+    SECTION("where all pass, the coarse term comes once")
+    {
+        fresco::testing::PicturePart front(picture, picture, all, all);
+        CHECK(value(R"({"centre": false, "rule": "released", "targets": "coarse"})", front) == Approx(8 * 0.25 / 9));
+    }
+    SECTION("where none pass, it comes once too and the fine one not at all")
+    {
+        fresco::testing::PicturePart steep(picture, picture, all, at::zeros({4, 4}, at::kBool));
+        CHECK(value(R"({"centre": false, "rule": "released", "targets": "both"})", steep) == Approx(8 * 0.25 / 9));
+    }
+}
+
+TEST_CASE("fine_layers leaves the fine target to the layers it names", "[gram]")
+{
+    Fixture fixture;
+    fresco::testing::PicturePart part(picture_of(1, 0, 0), picture_of(0, 0, 0));
+    const auto terms = fixture.evaluate(R"({"centre": false, "targets": "both", "layers": "a, b", "fine_layers": "b"})", part);
+    REQUIRE(terms.size() == 2);
+    CHECK(terms[0].value.item<double>() == Approx(2.0 / 9));
+    // The fine picture's average is one cell of (1, 0.5, 0).
+    CHECK(terms[1].value.item<double>() == Approx((2.0 + 0.25 * 2 + 0.0625) / 9));
+
+    const auto refused = [&](const std::string& options, const std::string& word)
+    { CHECK_THROWS_WITH(fixture.make(options)->prepare(fixture.context), Catch::Contains(word)); };
+    refused(R"({"targets": "both", "fine_layers": "b"})", "none of the layers");
+    refused(R"({"targets": "coarse", "fine_layers": "a"})", "fine_layers");
+    refused(R"({"layers": "a, b", "fine_layers": "b"})", "layer a has no target");
+    refused(R"({"rule": "released"})", "rule: released");
+}
+
+namespace
+{
+
+/// A visit to a view of one colour on the layer "a".
+struct Visit
+{
+    double red = 0;
+    std::int64_t view = 0;
+    std::int64_t repeat = 0;
+};
+
+/// Σ (G - target)² / 9 for the fine style of the fixture, where G has `g` in the corner and nothing else.
+double corner_distance(double g)
+{
+    return ((g - 1) * (g - 1) + 0.75) / 9;
+}
+
+}  // namespace
+
+TEST_CASE("the Gram matrix is averaged over the last views, with state and restore", "[gram]")
+{
+    Fixture fixture;
+    const std::string options = R"({"centre": false, "average_views_count": 3})";
+    const std::vector<Visit> visits{{1, 7, 0}, {0.5, 8, 0}, {0.2, 8, 1}, {0.6, 9, 0}, {0.4, 7, 0}, {0.3, 7, 0}};
+    // Squares of the reds that count: the second step on view 8 replaces the first; two visits to view 7 in a row are two.
+    const std::vector<std::vector<double>> counted{
+        {1}, {1, 0.25}, {1, 0.04}, {1, 0.04, 0.36}, {0.04, 0.36, 0.16}, {0.36, 0.16, 0.09}};
+    const auto whole = fixture.make(options);
+    whole->prepare(fixture.context);
+    for (std::size_t step = 0; step < visits.size(); ++step)
+    {
+        double mean = 0;
+        for (const double square : counted[step])
+            mean += square / static_cast<double>(counted[step].size());
+        auto picture = picture_of(visits[step].red, 0, 0).requires_grad_();
+        fresco::testing::PicturePart part(picture, picture_of(0, 0, 0));
+        part.step_index = static_cast<std::int64_t>(step);
+        part.view_index = visits[step].view;
+        part.repeat_index = visits[step].repeat;
+
+        // The same from the state that came before, and asked twice in a step.
+        const auto resumed = fixture.make(options);
+        resumed->prepare(fixture.context);
+        resumed->restore(whole->state());
+        const auto value = whole->evaluate(part).at(0).value;
+        CHECK(value.item<double>() == Approx(corner_distance(mean)));
+        CHECK(whole->evaluate(part).at(0).value.item<double>() == value.item<double>());
+        CHECK(resumed->evaluate(part).at(0).value.item<double>() == value.item<double>());
+
+        // The current view has one share in the mean: 2 (G - 1) / 9 · 2 red / count, over 16 pixels.
+        value.backward();
+        const double slope = 2 * (mean - 1) / 9 * 2 * visits[step].red / static_cast<double>(counted[step].size());
+        CHECK(picture.grad()[0].sum().item<double>() == Approx(slope).margin(1e-12));
+    }
+    CHECK(whole->state().size() == 9);
+    const auto one = fixture.make("{}");
+    one->prepare(fixture.context);
+    CHECK_THROWS_WITH(one->restore(whole->state()), Catch::Contains("average_views_count"));
+    auto damaged = whole->state();
+    damaged.erase("level0.a.fine.1.mean");
+    CHECK_THROWS_WITH(whole->restore(damaged), Catch::Contains("level0.a.fine.1.mean"));
+    CHECK_THROWS_WITH(whole->restore({{"view", at::zeros({1})}}), Catch::Contains("another loss"));
 }

@@ -1,0 +1,76 @@
+// One step of the optimisation: optimiser, texture lookups, losses and features, each against the obvious way.
+#include "command_line.h"
+#include "components.h"
+#include "method_tables.h"
+#include "report.h"
+
+#include <fresco/error.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <thread>
+
+namespace
+{
+
+struct Options
+{
+    std::string json;
+    bench::MethodSettings settings;
+};
+
+std::optional<int> read_options(int argc, char** argv, Options& options)
+{
+    CLI::App app{"Times the parts of an optimisation step on generated views"};
+    auto& settings = options.settings;
+    settings.threads = static_cast<int>(std::max(std::thread::hardware_concurrency(), 1U));
+    app.add_option("--json", options.json, "File for the same figures as JSON");
+    app.add_option("--sizes", settings.sizes_px, "Texture sizes, multiples of 8")
+        ->check(CLI::Range(64, 16384) &
+                CLI::Validator([](std::string& text) { return std::stoi(text) % 8 == 0 ? "" : "no multiple of 8: " + text; }, ""))
+        ->delimiter(',')
+        ->capture_default_str();
+    app.add_option("--heights", settings.heights_px, "Heights of the views for lookups")
+        ->check(CLI::Range(16, 4096))
+        ->delimiter(',')
+        ->capture_default_str();
+    app.add_option("--loss-height", settings.loss_height_px, "Height of the picture that losses see")
+        ->check(CLI::Range(64, 2048))
+        ->capture_default_str();
+    app.add_option("--threads", settings.threads, "Threads")->check(CLI::Range(1, 1024))->capture_default_str();
+    return bench::parse(app, argc, argv);
+}
+
+void run(const Options& options)
+{
+    bench::Report report(
+        "method", fresco::Value::Map{{"threads", options.settings.threads}, {"loss_height_px", options.settings.loss_height_px}});
+    const fresco::testing::TemporaryFolder folder;
+    const auto vgg19 = folder.path() / "random_vgg19.safetensors";
+    bench::write_random_vgg19(vgg19);
+    report.add(bench::adam_table(options.settings));
+    report.add(bench::lookup_table(options.settings));
+    report.add(bench::loss_table(options.settings, vgg19));
+    report.add(bench::features_table(options.settings, vgg19));
+    if (!options.json.empty())
+        report.write(options.json);
+}
+
+}  // namespace
+
+int main(int argc, char** argv)
+{
+    Options options;
+    if (const auto code = read_options(argc, argv, options))
+        return *code;
+    try
+    {
+        run(options);
+    }
+    catch (const std::exception& error)
+    {
+        std::fprintf(stderr, "error: %s\n", error.what());
+        return 1;
+    }
+    return 0;
+}

@@ -1,0 +1,92 @@
+#include "components.h"
+
+#include "scene.h"
+
+#include <fresco/torch/tensor.h>
+
+#include <ATen/ATen.h>
+
+#include <cmath>
+#include <set>
+
+namespace bench
+{
+namespace
+{
+
+std::shared_ptr<fresco::Component> from_plugin(const std::string& type)
+{
+    std::string file = type;
+    file[file.find('.')] = '_';
+    auto made = fresco::testing::make_from_plugin(std::filesystem::path(FRESCO_PLUGIN_FOLDER) / (file + ".so"), type);
+    return std::shared_ptr<fresco::Component>(dynamic_cast<fresco::Component*>(made.release()));
+}
+
+/// Deterministic, roughly normal.
+torch::Tensor noise(const std::vector<std::int64_t>& shape, double deviation, std::uint64_t seed)
+{
+    auto values = at::empty(shape, at::kFloat);
+    auto* value = values.data_ptr<float>();
+    for (std::int64_t i = 0; i < values.numel(); ++i)
+    {
+        double sum = 0;
+        for (int k = 0; k < 3; ++k)
+        {
+            seed = seed * 6364136223846793005U + 1442695040888963407U;
+            sum += static_cast<double>(seed >> 33U) / 2147483648.0 - 0.5;
+        }
+        value[i] = static_cast<float>(2 * sum * deviation);
+    }
+    return values;
+}
+
+}  // namespace
+
+Components::Components()
+{
+    for (const char* type : {"loss.gram", "loss.content", "loss.content_gradients", "loss.patch_match", "features.dictionary",
+                             "features.vgg19", "texture.laplacian", "optimiser.adam"})
+        factory_.add(type, [type] { return from_plugin(type); });
+}
+
+void write_random_vgg19(const std::filesystem::path& file)
+{
+    struct Shape
+    {
+        const char* name;
+        std::int64_t outputs;
+        std::int64_t inputs;
+    };
+    constexpr std::array shapes{Shape{"conv1_1", 64, 3},    Shape{"conv1_2", 64, 64},   Shape{"conv2_1", 128, 64},
+                                Shape{"conv2_2", 128, 128}, Shape{"conv3_1", 256, 128}, Shape{"conv3_2", 256, 256},
+                                Shape{"conv3_3", 256, 256}, Shape{"conv3_4", 256, 256}, Shape{"conv4_1", 512, 256},
+                                Shape{"conv4_2", 512, 512}};
+    fresco::SafeTensors contents;
+    std::uint64_t seed = 1;
+    for (const auto& shape : shapes)
+    {
+        const double deviation = std::sqrt(2.0 / (9 * static_cast<double>(shape.inputs)));
+        contents.tensors[std::string(shape.name) + ".weight"] = noise({shape.outputs, shape.inputs, 3, 3}, deviation, ++seed);
+        contents.tensors[std::string(shape.name) + ".bias"] = noise({shape.outputs}, 0.1, ++seed);
+    }
+    fresco::write_safetensors(file, contents);
+}
+
+void prepare(const std::vector<std::shared_ptr<fresco::Loss>>& losses, int height_px)
+{
+    static fresco::Progress progress;  // Losses may keep it for as long as they live.
+    fresco::PrepareContext context;
+    context.style.fine = fresco::to_tensor(generated_style(256, 256));
+    context.style.coarse = fresco::to_tensor(generated_style(512, 512));
+    context.camera_samples = {fresco::to_tensor(generated_camera_picture(height_px * 4 / 3, height_px))};
+    context.progress = &progress;
+    std::set<const fresco::FeatureNetwork*> prepared;
+    for (const auto& loss : losses)
+        for (const auto& layers : loss->needs().features)
+            if (prepared.insert(layers.network).second)
+                layers.network->prepare(context);
+    for (const auto& loss : losses)
+        loss->prepare(context);
+}
+
+}  // namespace bench

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <fresco/testing.h>
+#include <fresco/torch/loss.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace bench
+{
+
+/// Components from the plugins of this build: type a.b is in a_b.so.
+class Components
+{
+  public:
+    Components();
+
+    /// `config` holds "type" and options. Throws fresco::Error for an unknown type or option, or another contract.
+    template <class T>
+    std::shared_ptr<T> make(const fresco::Value& config)
+    {
+        const auto made = std::dynamic_pointer_cast<T>(factory_.create(T::component_kind, config));
+        if (!made)
+            throw fresco::Error("a component is not of the kind asked for");
+        return made;
+    }
+
+  private:
+    fresco::testing::TestFactory factory_;
+};
+
+/// VGG-19 up to conv4_2 with random weights (He's deviation, so that responses keep their size) under Gatys' keys.
+void write_random_vgg19(const std::filesystem::path& file);
+
+/// Prepares the networks that the losses need, each once, and then the losses, for the generated style and camera picture.
+void prepare(const std::vector<std::shared_ptr<fresco::Loss>>& losses, int height_px);
+
+}  // namespace bench

@@ -22,8 +22,8 @@ class ExportObj final : public Stage
 
     Cost cost() const override
     {
-        return {.seconds = "3 + faces * 3e-6",
-                .memory_mb = "300 + faces * 0.0004",
+        return {.seconds = "0.5 + faces * 2e-6",
+                .memory_mb = "140 + faces * 0.0002",
                 .disk_mb = "30 + faces * 7e-5",
                 .frames = {},
                 .faces = {}};

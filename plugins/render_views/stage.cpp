@@ -35,8 +35,8 @@ class RenderViews final : public Stage
     {
         return {
             .seconds =
-                "2 + faces * 2e-6 + frames / every_count * max(height_px * height_px, 250000) * samples * samples * 8e-7 / cores",
-            .memory_mb = "500 + faces * 0.0004",
+                "2 + faces * 2e-6 + frames / every_count * max(height_px * height_px, 250000) * samples * samples * 4e-7 / cores",
+            .memory_mb = "140 + faces * 0.0002",
             .disk_mb = "frames / every_count * max(height_px * height_px, 250000) * 3e-6",
             .frames = {},
             .faces = {}};

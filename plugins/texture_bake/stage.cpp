@@ -22,8 +22,8 @@ class TextureBake final : public Stage
 
     Cost cost() const override
     {
-        return {.seconds = "5 + faces * 4e-6",
-                .memory_mb = "1500 + faces * 0.0006",
+        return {.seconds = "0.5 + faces * 2e-6",
+                .memory_mb = "150 + faces * 0.0002",
                 .disk_mb = "55 + faces * 6e-5",
                 .frames = {},
                 .faces = {}};

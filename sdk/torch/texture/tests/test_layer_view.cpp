@@ -1,9 +1,8 @@
-#include "layer_view.h"
-
 #include <catch2/catch.hpp>
 
 #include <fresco/error.h>
 #include <fresco/texture.h>
+#include <fresco/torch/layer_view.h>
 
 #include <array>
 #include <cmath>
@@ -11,7 +10,6 @@
 #include <map>
 
 using namespace fresco;
-using namespace fresco::laplacian;
 
 namespace
 {

@@ -1,13 +1,14 @@
-#include "layer_view.h"
+#include <fresco/torch/layer_view.h>
 
 #include <fresco/error.h>
+#include <fresco/radix_sort.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <string>
 
-namespace fresco::laplacian
+namespace fresco
 {
 namespace
 {
@@ -29,27 +30,6 @@ Place place(float coordinate, int size)
 float corner_weight(std::uint32_t corner, float right, float down)
 {
     return ((corner & 1U) != 0 ? right : 1 - right) * ((corner & 2U) != 0 ? down : 1 - down);
-}
-
-/// Sorts by the upper 32 bits, keeping the order of equal ones: a radix sort of as many 11-bit digits as `largest` has.
-void sort_by_texel(std::vector<std::uint64_t>& entries, std::uint32_t largest)
-{
-    constexpr unsigned digit_bits = 11;
-    constexpr std::size_t buckets = std::size_t{1} << digit_bits;
-    std::vector<std::uint64_t> sorted(entries.size());
-    for (unsigned shift = 0; shift < 32 && (largest >> shift) != 0; shift += digit_bits)
-    {
-        const auto digit = [shift](std::uint64_t entry)
-        { return static_cast<std::size_t>(entry >> (32 + shift)) & (buckets - 1); };
-        std::array<std::size_t, buckets + 1> starts{};
-        for (const auto entry : entries)
-            ++starts[digit(entry) + 1];
-        for (std::size_t i = 1; i <= buckets; ++i)
-            starts[i] += starts[i - 1];
-        for (const auto entry : entries)
-            sorted[starts[digit(entry)]++] = entry;
-        entries.swap(sorted);
-    }
 }
 
 }  // namespace
@@ -99,7 +79,7 @@ LayerView::LayerView(const ValidPixels& pixels, int size) : size_(size)
             entries.push_back(static_cast<std::uint64_t>(texel) << 32U | (4 * static_cast<std::uint64_t>(i) + corner));
         }
     }
-    sort_by_texel(entries, static_cast<std::uint32_t>(size) * static_cast<std::uint32_t>(size) - 1);
+    sort_by_upper_half(entries, static_cast<std::uint32_t>(size) * static_cast<std::uint32_t>(size) - 1);
 
     lookups_.reserve(entries.size());
     for (const auto entry : entries)
@@ -156,4 +136,4 @@ void LayerView::gather(const float* gradient, std::size_t begin, std::size_t end
     }
 }
 
-}  // namespace fresco::laplacian
+}  // namespace fresco

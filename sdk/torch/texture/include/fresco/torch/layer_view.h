@@ -10,7 +10,7 @@
 /// \file One uv map looked up in one square layer of 3-channel texels, both ways: texels to pixels, and pixel gradients back to
 /// texels.
 
-namespace fresco::laplacian
+namespace fresco
 {
 
 /// Pixels of a uv map that are valid, in row-major order, with their uv.
@@ -52,4 +52,4 @@ class LayerView
     float weight(std::uint32_t lookup) const;
 };
 
-}  // namespace fresco::laplacian
+}  // namespace fresco

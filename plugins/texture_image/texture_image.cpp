@@ -1,0 +1,34 @@
+#include <fresco/error.h>
+#include <fresco/option.h>
+#include <fresco/plugin.h>
+#include <fresco/stage.h>
+#include <fresco/torch/layered_texture.h>
+
+#include <string>
+
+namespace
+{
+
+class TextureImage final : public fresco::LayeredTexture
+{
+    fresco::Option<double> regulariser{this, "regulariser", 0.0, fresco::at_least(0), "Factor k of the regulariser"};
+
+  public:
+    void allocate(int size_px) override
+    {
+        if (size_px < 2 || size_px > largest_size_px)
+            throw fresco::Error("a texture of " + std::to_string(size_px) + " texels does not fit; take 2 to " +
+                                std::to_string(largest_size_px));
+        allocate_layers({size_px}, {*regulariser});
+    }
+
+    void set_picture(const fresco::RasterF& picture) override
+    {
+        check_picture(picture);
+        set_layers({picture});
+    }
+};
+
+}  // namespace
+
+FRESCO_COMPONENT("texture.image", TextureImage, fresco::TextureRepresentation, "One square image")

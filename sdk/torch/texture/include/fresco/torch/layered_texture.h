@@ -1,0 +1,39 @@
+#pragma once
+
+#include <fresco/torch/texture_representation.h>
+
+#include <memory>
+#include <vector>
+
+namespace fresco
+{
+
+/// A texture whose value at uv is the sum over square layers of a bilinear lookup: texel centres at +0.5, clamped at the borders,
+/// row 0 at v = 1 (sample_bilinear to the last bit). A representation derives from it and says which layers there are.
+///
+/// A view costs its valid pixels, not the layers: about 90 bytes per valid pixel and layer. Its gradient gathers, for each
+/// touched texel, its lookups in the order of the pixels: no atomics, the same bytes for any number of threads.
+class LayeredTexture : public TextureRepresentation
+{
+  public:
+    ~LayeredTexture() override;
+    std::vector<TextureParameter>& parameters() override { return parameters_; }
+    std::unique_ptr<TextureView> make_view(const UvMap& map) const override;
+    Texture to_texture() const override;
+
+  protected:
+    static constexpr int largest_size_px = 16384;
+
+    /// Layers of zeros, `sizes` texels a side (2 to largest_size_px), finest first, with their factors k of the regulariser.
+    void allocate_layers(const std::vector<int>& sizes, const std::vector<double>& regulariser);
+    /// Throws std::invalid_argument unless `picture` has the finest layer's size and 3 channels.
+    void check_picture(const RasterF& picture) const;
+    /// Sets all layers; `layers` have their sizes and 3 channels.
+    void set_layers(const std::vector<RasterF>& layers);
+
+  private:
+    std::vector<TextureParameter> parameters_;
+    std::vector<int> sizes_;
+};
+
+}  // namespace fresco

@@ -37,6 +37,7 @@ void Files::save(const ArtifactFolder& folder) const
 std::shared_ptr<Files> Files::load(const ArtifactFolder& folder)
 {
     auto files = std::make_shared<Files>();
+    files->loaded_from = folder.path;
     const Value root = detail::read_json_file(folder.path / "files.json");
     for (const Value& name : root.at("files").as_list())
     {

@@ -18,7 +18,8 @@ struct Files : Artifact
     static constexpr std::string_view artifact_name = "files";
     static constexpr int artifact_version = 1;
 
-    std::vector<std::string> names;  ///< Relative, '/'-separated, without "..".
+    std::vector<std::string> names;     ///< Relative, '/'-separated, without "..".
+    std::filesystem::path loaded_from;  ///< Where load() found them: each lies at loaded_from / name. Not saved.
 
     ~Files() override;
     Files() = default;

@@ -30,18 +30,9 @@ double ViewRenderer::level_of_detail(const Camera& dense, int x, int y, const Hi
 {
     if (!options_.mip_maps)
         return 0;
-    const auto corners = raycast::corners(scene_.mesh(), hit.triangle);
-    // Texels between this ray and its neighbour, both on the triangle's plane.
-    const auto texels_to = [&](double px, double py)
-    {
-        double distance = 0;
-        std::array<double, 3> weights{};
-        if (!raycast::meet_plane(corners, dense.world_from_camera.translation, dense.ray(px, py), distance, weights) ||
-            distance <= 0)
-            return 0.0;
-        return length(raycast::texcoord(scene_.mesh(), hit.triangle, weights) - uv) * texture_.size_px();
-    };
-    const double texels = std::max(texels_to(x + 1.5, y + 0.5), texels_to(x + 0.5, y + 1.5));
+    // Between this ray and its neighbours, all on the triangle's plane.
+    const double texels =
+        raycast::texels_per_pixel(scene_.mesh(), hit.triangle, uv, dense, x + 0.5, y + 0.5, texture_.width(), texture_.height());
     return texels > 1 ? std::log2(texels) : 0;
 }
 

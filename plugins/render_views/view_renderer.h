@@ -1,9 +1,8 @@
 #pragma once
 
-#include "mip_maps.h"
-
 #include <fresco/camera.h>
 #include <fresco/progress.h>
+#include <fresco/raycast/mip_maps.h>
 #include <fresco/raycast/scene.h>
 #include <fresco/texture.h>
 
@@ -33,5 +32,5 @@ class ViewRenderer
 
     RenderOptions options_;
     fresco::raycast::Scene scene_;
-    MipMaps texture_;
+    fresco::raycast::MipMaps texture_;
 };

@@ -91,20 +91,6 @@ TEST_CASE("mip-maps average a picture finer than the pixels, bilinear lookups al
     CHECK(worst(false) > 30);
 }
 
-TEST_CASE("mip-maps keep the mean and their place")
-{
-    Raster8 picture(6, 6, 3);  // sides that halve unevenly: 6, 3, 1
-    for (int y = 0; y < 6; ++y)
-        for (int x = 0; x < 6; ++x)
-            picture.at(x, y, 0) = static_cast<std::uint8_t>(40 * x);
-    const MipMaps maps(picture, true);
-    CHECK(maps.sample({0.5, 0.5}, 0).x == Approx(100));
-    CHECK(maps.sample({0.5, 0.5}, 1).x == Approx(100));
-    CHECK(maps.sample({0.5, 0.5}, 0.5).x == Approx(100));
-    CHECK(maps.sample({0.1, 0.9}, 7).x == Approx(100).epsilon(1e-3));
-    CHECK(maps.sample({1.0 / 6, 0.5}, 1).x == Approx(20).epsilon(1e-3));
-}
-
 TEST_CASE("pictures are equal for any number of threads")
 {
     struct Threads final : Progress

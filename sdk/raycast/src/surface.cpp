@@ -1,5 +1,7 @@
 #include <fresco/raycast/surface.h>
 
+#include <algorithm>
+
 namespace fresco::raycast
 {
 
@@ -33,6 +35,22 @@ Vec2d texcoord(const Mesh& mesh, std::uint32_t triangle, const std::array<double
 Vec2d texcoord(const Mesh& mesh, const Hit& hit)
 {
     return texcoord(mesh, hit.triangle, hit.weights);
+}
+
+double texels_per_pixel(const Mesh& mesh, std::uint32_t triangle, Vec2d uv, const Camera& camera, double x, double y, int width,
+                        int height)
+{
+    const auto plane = corners(mesh, triangle);
+    const auto texels_to = [&](double px, double py)
+    {
+        double distance = 0;
+        std::array<double, 3> weights{};
+        if (!meet_plane(plane, camera.world_from_camera.translation, camera.ray(px, py), distance, weights) || distance <= 0)
+            return 0.0;
+        const Vec2d step = texcoord(mesh, triangle, weights) - uv;
+        return length(Vec2d{step.x * width, step.y * height});
+    };
+    return std::max(texels_to(x + 1, y), texels_to(x, y + 1));
 }
 
 Vec3d normal(const Mesh& mesh, std::span<const Vec3f> vertex_normals, const Hit& hit)

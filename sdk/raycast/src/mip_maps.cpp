@@ -1,4 +1,4 @@
-#include "mip_maps.h"
+#include <fresco/raycast/mip_maps.h>
 
 #include <fresco/error.h>
 
@@ -6,7 +6,8 @@
 #include <cmath>
 #include <string>
 
-using namespace fresco;
+namespace fresco::raycast
+{
 
 namespace
 {
@@ -24,7 +25,7 @@ Raster<std::uint16_t> stored(const RasterF& values)
 MipMaps::MipMaps(const Raster8& picture, bool smaller_levels)
 {
     if (picture.channels != 3 || picture.empty())
-        throw Error("the textured mesh's picture has " + std::to_string(picture.channels) + " channels; expected 3 (RGB)");
+        throw Error("the picture has " + std::to_string(picture.channels) + " channels; expected 3 (RGB)");
     RasterF level(picture.width, picture.height, 3);
     std::copy(picture.values.begin(), picture.values.end(), level.values.begin());
     levels_.push_back(stored(level));
@@ -62,3 +63,5 @@ Vec3d MipMaps::sample(Vec2d uv, double lod) const
     const Vec3d fine = sample_level(uv, level);
     return share > 0 ? fine * (1 - share) + sample_level(uv, level + 1) * share : fine;
 }
+
+}  // namespace fresco::raycast

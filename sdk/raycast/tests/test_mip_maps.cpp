@@ -1,0 +1,39 @@
+#include <fresco/raycast/mip_maps.h>
+#include <fresco/raycast/surface.h>
+
+#include <catch2/catch.hpp>
+
+using namespace fresco;
+using namespace fresco::raycast;
+
+TEST_CASE("mip-maps keep the mean and their place")
+{
+    Raster8 picture(6, 6, 3);  // sides that halve unevenly: 6, 3, 1
+    for (int y = 0; y < 6; ++y)
+        for (int x = 0; x < 6; ++x)
+            picture.at(x, y, 0) = static_cast<std::uint8_t>(40 * x);
+    const MipMaps maps(picture, true);
+    CHECK(maps.sample({0.5, 0.5}, 0).x == Approx(100));
+    CHECK(maps.sample({0.5, 0.5}, 1).x == Approx(100));
+    CHECK(maps.sample({0.5, 0.5}, 0.5).x == Approx(100));
+    CHECK(maps.sample({0.1, 0.9}, 7).x == Approx(100).epsilon(1e-3));
+    CHECK(maps.sample({1.0 / 6, 0.5}, 1).x == Approx(20).epsilon(1e-3));
+}
+
+TEST_CASE("texels between neighbouring pixels follow distance, tilt and the picture's size")
+{
+    // A square of side 2 at z = 2 whose texcoords span the picture: 1 m is half of it.
+    Mesh mesh;
+    mesh.positions = {{-1, -1, 2}, {1, -1, 2}, {-1, 1, 2}};
+    mesh.triangles = {{0, 2, 1}};
+    mesh.texcoords = {{0, 1}, {0, 0}, {1, 1}};
+    Camera camera;
+    camera.intrinsics = {100, 100, 50, 50, 50, 50};  // a pixel is 1/50 of the depth: 4 cm
+    CHECK(texels_per_pixel(mesh, 0, {0.5, 0.5}, camera, 50, 50, 100, 100) == Approx(2));
+    CHECK(texels_per_pixel(mesh, 0, {0.5, 0.5}, camera, 50, 50, 300, 100) == Approx(6));
+    CHECK(texels_per_pixel(mesh, 0, {0.5, 0.5}, camera, 50, 50, 100, 300) == Approx(6));
+    camera.world_from_camera.translation = {0, 0, 1};
+    CHECK(texels_per_pixel(mesh, 0, {0.5, 0.5}, camera, 50, 50, 100, 100) == Approx(1));
+    camera.world_from_camera.translation = {0, 0, 3};  // the plane is behind
+    CHECK(texels_per_pixel(mesh, 0, {0.5, 0.5}, camera, 50, 50, 100, 100) == 0);
+}

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <fresco/files.h>
+#include <fresco/frames.h>
+#include <fresco/mesh.h>
+#include <fresco/run_context.h>
+#include <fresco/texture.h>
+
+#include <cstddef>
+#include <filesystem>
+#include <vector>
+
+namespace fresco::evaluation
+{
+
+/// A picture that shows what a frame's colour camera sees.
+struct PosedPicture
+{
+    std::size_t frame = 0;  ///< Index into the frames.
+    std::filesystem::path file;
+};
+
+/// The pictures of frames, by file name (<sequence>_<frame>.png, .jpg or .jpeg), in the order of the frames: of `views` (what
+/// render.views made) where it is not null, else of `folder`, which is then noted as read. Frames without a picture are left out,
+/// files without a frame too. Throws Error if both or neither are given, two files or two frames share a name, or nothing
+/// matches.
+std::vector<PosedPicture> posed_pictures(const Frames& frames, const Files* views, const std::filesystem::path& folder,
+                                         RunContext& run);
+
+/// The one of the two that is not null, checked: what the pictures show. Throws Error if both or neither are given, or for what
+/// check_mesh refuses.
+const Mesh& shown_mesh(const TexturedMesh* textured, const Mesh* plain);
+
+/// The frame's colour camera at a picture's size. Throws Error naming `file` unless the aspect ratios agree within 1 % and the
+/// camera is usable.
+Camera camera_of_picture(const Frame& frame, int width, int height, const std::filesystem::path& file);
+
+}  // namespace fresco::evaluation

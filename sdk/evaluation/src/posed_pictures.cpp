@@ -1,0 +1,107 @@
+#include <fresco/evaluation/posed_pictures.h>
+
+#include <fresco/error.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <set>
+#include <string>
+#include <string_view>
+
+namespace fresco::evaluation
+{
+namespace
+{
+
+namespace fs = std::filesystem;
+
+bool is_picture(const fs::path& file)
+{
+    constexpr std::array<std::string_view, 3> extensions{".png", ".jpg", ".jpeg"};
+    return std::ranges::find(extensions, file.extension().string()) != extensions.end();
+}
+
+std::vector<fs::path> listed(const Files& views)
+{
+    std::vector<fs::path> files;
+    for (const std::string& name : views.names)
+        files.push_back(views.loaded_from / name);
+    return files;
+}
+
+std::vector<fs::path> listed(const fs::path& folder, RunContext& run)
+{
+    run.reads_folder(folder);
+    std::vector<fs::path> files;
+    for (const auto& entry : fs::directory_iterator(folder))
+        if (entry.is_regular_file())
+            files.push_back(entry.path());
+    std::ranges::sort(files);
+    return files;
+}
+
+std::map<std::string, fs::path> by_stem(const std::vector<fs::path>& files)
+{
+    std::map<std::string, fs::path> result;
+    for (const fs::path& file : files)
+        if (is_picture(file))
+            if (const auto [place, is_new] = result.emplace(file.stem().string(), file); !is_new)
+                throw Error(file.string() + " and " + place->second.string() + " show the same view: keep one of them");
+    return result;
+}
+
+}  // namespace
+
+std::vector<PosedPicture> posed_pictures(const Frames& frames, const Files* views, const fs::path& folder, RunContext& run)
+{
+    if ((views != nullptr) != folder.empty())
+        throw Error("give either port 'views' (what render.views made) or option 'folder' (pictures made elsewhere)");
+    const auto pictures = by_stem(views != nullptr ? listed(*views) : listed(folder, run));
+    std::vector<PosedPicture> result;
+    std::set<std::string> names;
+    for (std::size_t i = 0; i < frames.frames.size(); ++i)
+    {
+        const std::string name = frames.frames[i].sequence + "_" + frames.frames[i].name;
+        if (!names.insert(name).second)
+            throw Error("two frames are called " + name + ": give the scan's sequences names that differ");
+        const auto picture = pictures.find(name);
+        if (picture == pictures.end())
+            continue;
+        if (views == nullptr)
+            run.reads_file(picture->second);
+        result.push_back({i, picture->second});
+    }
+    if (result.empty())
+        throw Error("none of the " + std::to_string(pictures.size()) + " pictures " +
+                    (views != nullptr ? "on port 'views'" : "in " + folder.string()) + " is of one of the " +
+                    std::to_string(frames.frames.size()) + " frames: they are looked for by name, " +
+                    (names.empty() ? "<sequence>_<frame>" : *names.begin()) + ".png or .jpg");
+    return result;
+}
+
+const Mesh& shown_mesh(const TexturedMesh* textured, const Mesh* plain)
+{
+    if ((textured != nullptr) == (plain != nullptr))
+        throw Error("give one of the ports 'textured_mesh' and 'mesh': depth is cast from it");
+    const Mesh& mesh = plain != nullptr ? *plain : textured->mesh;
+    check_mesh(mesh, plain != nullptr ? "the mesh on port 'mesh'" : "the mesh on port 'textured_mesh'");
+    return mesh;
+}
+
+Camera camera_of_picture(const Frame& frame, int width, int height, const fs::path& file)
+{
+    check_camera(frame.color, "the colour camera of " + frame.sequence + "/" + frame.name);
+    const Intrinsics& k = frame.color.intrinsics;
+    const double aspect = static_cast<double>(width) * k.height / (static_cast<double>(height) * k.width);
+    if (std::abs(aspect - 1) > 0.01)
+        throw Error(file.string() + ": is " + std::to_string(width) + "x" + std::to_string(height) + "; the colour camera of " +
+                    frame.sequence + "/" + frame.name + " has " + std::to_string(k.width) + "x" + std::to_string(k.height) +
+                    ": pictures must show the camera's whole view");
+    Camera camera = frame.color;
+    camera.intrinsics = k.scaled_to(width, height);
+    return camera;
+}
+
+}  // namespace fresco::evaluation

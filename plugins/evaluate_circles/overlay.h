@@ -1,0 +1,6 @@
+#pragma once
+
+#include "circles.h"
+
+/// The picture with its circles drawn on it: green where they have a radius in metres, else blue, with their axes.
+fresco::Raster8 overlay(const fresco::Raster8& rgb, const std::vector<Circle>& circles);

@@ -1,0 +1,190 @@
+#include "circle_figures.h"
+#include "overlay.h"
+
+#include <fresco/evaluation/posed_pictures.h>
+#include <fresco/files_io.h>
+#include <fresco/image_io.h>
+#include <fresco/parallel.h>
+#include <fresco/raycast/surface.h>
+#include <fresco/stage.h>
+
+#include <atomic>
+
+using namespace fresco;
+using evaluation::PosedPicture;
+
+namespace
+{
+constexpr int least_height_px = 784;
+
+/// What one picture gives.
+struct Seen
+{
+    std::vector<Circle> circles;
+    ContourCounts counts;
+};
+
+class EvaluateCircles final : public Stage
+{
+    Input<Files> views{this, "views", optional, "Pictures to judge, as render.views makes them: <sequence>_<frame>.png"};
+    Input<Frames> frames{this, "frames", "The frames whose colour cameras the pictures are seen from; their own are not read"};
+    Input<TexturedMesh> textured_mesh{this, "textured_mesh", optional, "The mesh that the pictures show, with its picture"};
+    Input<Mesh> mesh{this, "mesh", optional, "The room's mesh, where there is no textured one"};
+    Output<Files> figures{this, "figures", "All figures and every circle as JSON, and the overlays"};
+    Option<InputFolder> folder{this, "folder", InputFolder{},
+                               "Folder of pictures made elsewhere (<sequence>_<frame>.png or .jpg), in place of port 'views'"};
+    Option<std::string> protocol{this, "protocol", "paper", one_of({"paper", "released"}),
+                                 "paper: all circles together; released: what the authors' script measures"};
+    Option<bool> overlay_pictures{this, "overlay", false, "Write circles/<sequence>_<frame>.png: each picture with its ellipses"};
+    Option<int> bootstrap_count{this, "bootstrap_count", 2000, range(100, 1'000'000), "Resamples behind the 95 % intervals"};
+    Option<int> seed{this, "seed", 1, range(0, 2'000'000'000), "Seed of the resampling"};
+    Option<OutputName> path{this, "path", OutputName{"circles.json"}, "Name of the JSON file, below --out"};
+    Slot<ImageIo> images{this, "images", "image.opencv", "Reads the pictures and writes the overlays"};
+
+    Cost cost() const override
+    {
+        return {.seconds = "2 + frames * 3 / cores", .memory_mb = "300 + faces * 0.0004 + 40 * cores", .frames = {}, .faces = {}};
+    }
+
+    std::string name(const PosedPicture& posed) const
+    {
+        return frames->frames[posed.frame].sequence + "_" + frames->frames[posed.frame].name;
+    }
+
+    Seen look(const PosedPicture& posed, const raycast::Scene& scene) const
+    {
+        const Raster8 picture = images->read_rgb(posed.file);
+        if (picture.height < least_height_px)
+            throw Error(posed.file.string() + ": is " + std::to_string(picture.height) + " px high; circles need at least " +
+                        std::to_string(least_height_px) +
+                        " px: render the views with height_px: " + std::to_string(least_height_px) + " or more");
+        const Camera camera =
+            evaluation::camera_of_picture(frames->frames[posed.frame], picture.width, picture.height, posed.file);
+        const auto depth_at = [&](Vec2d pixel) -> std::optional<double>
+        {
+            const Vec3d direction = camera.ray(pixel.x, pixel.y);
+            raycast::Hit hit;
+            scene.cast(camera.world_from_camera.translation, {&direction, 1}, {&hit, 1});
+            if (raycast::sight(hit) != raycast::Sight::surface)
+                return std::nullopt;
+            return hit.distance;
+        };
+        Seen seen;
+        const Protocol rules = evaluation::protocol_of(*protocol);
+        seen.circles = circles_on_surface(find_ellipses(picture, rules, seen.counts), camera, depth_at, rules);
+        if (*overlay_pictures)
+            write_file(figures.folder().path / overlay_name(posed), images->encode_png(overlay(picture, seen.circles)));
+        return seen;
+    }
+
+    std::string overlay_name(const PosedPicture& posed) const { return "circles/" + name(posed) + ".png"; }
+
+    std::vector<Seen> look_at_all(const std::vector<PosedPicture>& pictures, const raycast::Scene& scene, RunContext& run) const
+    {
+        std::vector<Seen> seen(pictures.size());
+        std::atomic<std::size_t> done{0};
+        parallel_for(pictures.size(), 1, run.threads(),
+                     [&](std::size_t begin, std::size_t end)
+                     {
+                         for (std::size_t i = begin; i < end; ++i)
+                         {
+                             run.check_cancelled();
+                             seen[i] = look(pictures[i], scene);
+                             run.progress(static_cast<double>(++done), static_cast<double>(pictures.size()), "pictures");
+                         }
+                     });
+        return seen;
+    }
+
+    static Value circle_value(const Circle& circle)
+    {
+        const Ellipse& e = circle.ellipse;
+        Value::Map entry{{"center_px", Value::List{e.center.x, e.center.y}},
+                         {"half_axes_px", Value::List{length(e.half_axis_1), length(e.half_axis_2)}},
+                         {"depth_m", circle.depth},
+                         {"radius_px", e.radius_px()}};
+        if (circle.world)
+        {
+            entry.emplace_back("radius_m", circle.world->radius_m);
+            entry.emplace_back("stretch", circle.world->stretch);
+        }
+        return entry;
+    }
+
+    Value::Map tell(const std::vector<Seen>& seen, RunContext& run) const
+    {
+        std::vector<std::vector<Circle>> circles;
+        ContourCounts counts;
+        std::size_t without = 0;
+        for (const Seen& picture : seen)
+        {
+            circles.push_back(picture.circles);
+            counts += picture.counts;
+            without += picture.circles.empty() ? 1 : 0;
+        }
+        const CircleFigures all =
+            circle_figures(circles, evaluation::protocol_of(*protocol),
+                           {.resamples = *bootstrap_count, .seed = static_cast<std::uint64_t>(*seed), .confidence = 0.95});
+        const std::size_t off_surface =
+            counts.contours - counts.not_convex - counts.no_ellipse - counts.out_of_range - all.circles;
+        Value::Map result{{"protocol", *protocol},
+                          {"pictures", seen.size()},
+                          {"pictures_without_circles", without},
+                          {"circles", all.circles},
+                          {"circles_3d", all.circles_3d},
+                          {"contours", counts.contours},
+                          {"contours_not_convex", counts.not_convex},
+                          {"contours_without_ellipse", counts.no_ellipse},
+                          {"ellipses_out_of_range", counts.out_of_range},
+                          {"ellipses_off_surface", off_surface},
+                          {"corr_2d", evaluation::figure(all.value.corr_2d, all.corr_2d)},
+                          {"corr_3d", evaluation::figure(all.value.corr_3d, all.corr_3d)},
+                          {"stretch", evaluation::figure(all.value.stretch, all.stretch)}};
+        for (const auto& [key, value] : result)
+            run.report(key, value);
+        run.message("Corr2D " + evaluation::figure_text(all.value.corr_2d, all.corr_2d));
+        run.message("Corr3D " + evaluation::figure_text(all.value.corr_3d, all.corr_3d));
+        run.message("Stretch " + evaluation::figure_text(all.value.stretch, all.stretch));
+        run.message(std::to_string(all.circles) + " circles in " + std::to_string(seen.size()) + " pictures, " +
+                    std::to_string(all.circles_3d) + " with a radius in metres; of " + std::to_string(counts.contours) +
+                    " red contours " + std::to_string(counts.not_convex) + " are not convex");
+        if (all.circles_3d < 2)
+            run.warning("fewer than two circles were found: stylise with a picture of red circles, by the style loss alone");
+        return result;
+    }
+
+    void run(RunContext& run) override
+    {
+        const Mesh& shown =
+            evaluation::shown_mesh(textured_mesh.has_value() ? &*textured_mesh : nullptr, mesh.has_value() ? &*mesh : nullptr);
+        const auto pictures = evaluation::posed_pictures(*frames, views.has_value() ? &*views : nullptr, folder->path, run);
+        if (*overlay_pictures)
+            std::filesystem::create_directories(figures.folder().path / "circles");
+        const raycast::Scene scene(shown);
+        const std::vector<Seen> seen = look_at_all(pictures, scene, run);
+
+        Value::Map result = tell(seen, run);
+        Value::List list;
+        Files made;
+        made.names = {path->path};
+        for (std::size_t i = 0; i < pictures.size(); ++i)
+        {
+            Value::List circles;
+            for (const Circle& circle : seen[i].circles)
+                circles.push_back(circle_value(circle));
+            list.push_back(Value::Map{{"picture", name(pictures[i])}, {"circles", std::move(circles)}});
+            if (*overlay_pictures)
+                made.names.push_back(overlay_name(pictures[i]));
+        }
+        result.emplace_back("picture_circles", std::move(list));
+        std::filesystem::create_directories((figures.folder().path / path->path).parent_path());
+        write_file(figures.folder().path / path->path, to_json(result, 1) + "\n");
+        figures = std::move(made);
+    }
+};
+}  // namespace
+
+FRESCO_STAGE("evaluate.circles", EvaluateCircles,
+             "Measures the circles of a stylised room: size against depth, and stretch on the surface")
+FRESCO_LIBRARY("OpenCV", opencv_version())
+FRESCO_LIBRARY("Embree", raycast::embree_version())

@@ -1,0 +1,286 @@
+#include "circle_figures.h"
+#include "overlay.h"
+#include "painted_discs.h"
+
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+using namespace fresco;
+using painted_discs::camera;
+using painted_discs::Disc;
+using painted_discs::Scene;
+
+namespace
+{
+std::vector<Ellipse> found_in(const Raster8& picture, Protocol protocol = Protocol::paper)
+{
+    ContourCounts counts;
+    return find_ellipses(picture, protocol, counts);
+}
+
+/// The ellipse whose centre is next to a pixel position; null if none is within 3 px.
+const Ellipse* near(const std::vector<Ellipse>& ellipses, Vec2d at)
+{
+    for (const Ellipse& ellipse : ellipses)
+        if (length(ellipse.center - at) < 3)
+            return &ellipse;
+    return nullptr;
+}
+
+DepthAt depth_of(const Scene& scene, const Camera& c)
+{
+    return [&scene, c](Vec2d pixel) -> std::optional<double>
+    {
+        const auto hit = painted_discs::first_plane(scene, c, pixel.x, pixel.y);
+        return hit ? std::optional(hit->first) : std::nullopt;
+    };
+}
+
+Raster8 one_color(Rgb8 color)
+{
+    Raster8 picture(2, 2, 3);
+    for (std::size_t i = 0; i < picture.values.size(); ++i)
+        picture.values[i] = color[i % 3];
+    return picture;
+}
+}  // namespace
+
+TEST_CASE("what is red and what is not")
+{
+    struct Sample
+    {
+        Rgb8 color;
+        bool paper;
+    };
+    // Hue in degrees: 0.08 turns are 28.8, 0.88 turns 316.8.
+    const std::vector<Sample> samples{{{255, 0, 0}, true},      {{255, 120, 0}, true},  // 28.2
+                                      {{255, 126, 0}, false},                           // 29.6
+                                      {{255, 0, 180}, true},                            // 317.6
+                                      {{255, 0, 188}, false},                           // 315.8
+                                      {{255, 102, 102}, true},                          // saturation 0.6
+                                      {{255, 105, 105}, false},                         //
+                                      {{153, 0, 0}, true},      {{152, 0, 0}, false},   // value 0.6
+                                      {{0, 255, 0}, false},     {{0, 0, 255}, false},   //
+                                      {{255, 255, 255}, false}, {{0, 0, 0}, false},     //
+                                      {{255, 255, 0}, false},   {{255, 0, 255}, false}};
+    for (const Sample& sample : samples)
+    {
+        CAPTURE(int{sample.color[0]}, int{sample.color[1]}, int{sample.color[2]});
+        CHECK((red_mask(one_color(sample.color), Protocol::paper).values[0] == 255) == sample.paper);
+    }
+    // Released: half of a picture each; hue to 30 and from 320 degrees, there saturation and value from 102.
+    const auto released = [](Rgb8 color)
+    {
+        Raster8 picture(2, 1, 3);
+        std::copy(color.begin(), color.end(), picture.values.begin());
+        return red_mask(picture, Protocol::released).values[0] == 255;
+    };
+    CHECK(released({255, 126, 0}));
+    CHECK_FALSE(released({255, 140, 0}));
+    CHECK_FALSE(released({255, 0, 180}));
+    CHECK(released({255, 0, 160}));
+    CHECK(released({110, 30, 45}));
+    CHECK_FALSE(released({110, 30, 30}));
+}
+
+TEST_CASE("discs that face the camera are recovered within 5 %, at any place within a pixel")
+{
+    Scene scene{{{{0, 0, 2}, {0, 0, -1}}}, {}};
+    const Camera c = camera(420, 300, 200);  // 1 m is 100 px
+    const std::vector<double> radii_px{10.5, 12, 15.3, 20, 28.7, 40};
+    double x = -1.95;
+    for (const double radius : radii_px)
+    {
+        x += radius / 100 + 0.0537;
+        scene.discs.push_back({0, {x, 0.0173 * radius - 0.6, 2}, radius / 100});
+        scene.discs.push_back({0, {x + 0.0033, 0.0173 * radius + 0.35, 2}, radius / 100});
+        x += radius / 100 + 0.0537;
+    }
+    const auto ellipses = found_in(painted_discs::render(scene, c));
+    CHECK(ellipses.size() == scene.discs.size());
+    for (const Disc& disc : scene.discs)
+    {
+        const Vec3d at = c.project(disc.center);
+        const Ellipse* ellipse = near(ellipses, {at.x, at.y});
+        CAPTURE(disc.radius);
+        REQUIRE(ellipse != nullptr);
+        CHECK(ellipse->radius_px() == Approx(100 * disc.radius).epsilon(0.05));
+        CHECK(ellipse->stretch() < 1.04);
+        CHECK(length(ellipse->center - Vec2d{at.x, at.y}) < 0.3);
+    }
+}
+
+TEST_CASE("tilted discs are ellipses of known axes, and circles on their plane")
+{
+    for (const double tilt_deg : {30.0, 60.0})
+    {
+        const double tilt = tilt_deg * std::numbers::pi / 180;
+        // Turned about an axis that is diagonal in the picture.
+        const Vec3d along = normalized(Vec3d{1, 1, 0});
+        const Vec3d normal = Vec3d{0, 0, -1} * std::cos(tilt) + normalized(Vec3d{1, -1, 0}) * std::sin(tilt);
+        Scene scene{{{{0, 0, 4}, normal}}, {}};
+        const Camera c = camera(400, 300, 400);
+        for (const double step : {-0.8, 0.0, 0.75})
+            scene.discs.push_back({0, Vec3d{0, 0, 4} + along * step, 0.3});
+        const auto ellipses = found_in(painted_discs::render(scene, c));
+        REQUIRE(ellipses.size() == 3);
+        const Ellipse* middle = near(ellipses, {200, 150});
+        REQUIRE(middle != nullptr);
+        const double longer = std::max(length(middle->half_axis_1), length(middle->half_axis_2));
+        const double shorter = std::min(length(middle->half_axis_1), length(middle->half_axis_2));
+        CHECK(longer == Approx(30).epsilon(0.05));
+        CHECK(shorter == Approx(30 * std::cos(tilt)).epsilon(0.05));
+        const auto circles = circles_on_surface(ellipses, c, depth_of(scene, c), Protocol::paper);
+        REQUIRE(circles.size() == 3);
+        for (const Circle& circle : circles)
+        {
+            REQUIRE(circle.world);
+            CHECK(circle.depth == Approx(4).epsilon(0.02));
+            CHECK(circle.world->radius_m == Approx(0.3).epsilon(0.05));
+            CHECK(circle.world->stretch < 1.05);
+        }
+    }
+}
+
+TEST_CASE("circles of known size at known depths give the known correlations and stretch")
+{
+    // Three walls side by side at depths 2, 3 and 4 m, each seen by a camera of its own picture.
+    const std::vector<double> depths{2, 3, 4, 5};
+    const auto figures_of = [&](const std::function<double(double)>& radius_at, double stretch_tilt)
+    {
+        std::vector<std::vector<Circle>> pictures;
+        for (const double depth : depths)
+        {
+            const Vec3d normal{std::sin(stretch_tilt), 0, -std::cos(stretch_tilt)};
+            const Scene scene{{{{0, 0, depth}, normal}}, {{0, {0, 0, depth}, radius_at(depth)}}};
+            const Camera c = camera(160, 160, 300);
+            pictures.push_back(
+                circles_on_surface(found_in(painted_discs::render(scene, c)), c, depth_of(scene, c), Protocol::paper));
+            REQUIRE(pictures.back().size() == 1);
+        }
+        return circle_figures(pictures, Protocol::paper, {.resamples = 200, .seed = 1, .confidence = 0.95});
+    };
+    const auto correlation = [&](const std::function<double(double)>& value)
+    {
+        std::vector<double> values;
+        for (const double depth : depths)
+            values.push_back(value(depth));
+        return evaluation::pearson(depths, values);
+    };
+    // Equal patterns in the world: smaller with depth in the picture.
+    const auto grown = figures_of([](double depth) { return depth == 3 ? 0.36 : 0.3; }, 0.9);
+    CHECK(grown.circles == 4);
+    CHECK(grown.circles_3d == 4);
+    CHECK(grown.value.corr_2d ==
+          Approx(correlation([](double depth) { return (depth == 3 ? 0.36 : 0.3) * (1 + std::cos(0.9)) / depth; })).margin(0.02));
+    CHECK(grown.value.corr_3d == Approx(correlation([](double depth) { return depth == 3 ? 0.36 : 0.3; })).margin(0.1));
+    CHECK(grown.value.stretch == Approx(1).margin(0.05));
+    // Equal patterns in the picture: larger with depth in the world.
+    const auto in_picture = figures_of([](double depth) { return 0.1 * depth; }, 0);
+    CHECK(in_picture.value.corr_3d > 0.999);
+    CHECK(in_picture.value.stretch == Approx(1).margin(0.03));
+}
+
+TEST_CASE("round patterns in the picture of a tilted wall are stretched on it")
+{
+    const double tilt = std::numbers::pi / 3;  // cos is one half
+    const Scene wall{{{{0, 0, 4}, {std::sin(tilt), 0, -std::cos(tilt)}}}, {}};
+    const Camera c = camera(200, 200, 400);
+    const Ellipse round{{100, 100}, {10, 0}, {0, 10}};
+    for (const Protocol protocol : {Protocol::paper, Protocol::released})
+    {
+        const auto circles = circles_on_surface({round}, c, depth_of(wall, c), protocol);
+        REQUIRE(circles.size() == 1);
+        REQUIRE(circles[0].world);
+        CHECK(circles[0].world->stretch == Approx(2).epsilon(0.06));
+        CHECK(circles[0].world->radius_m == Approx(0.15).epsilon(0.06));
+    }
+}
+
+TEST_CASE("an end off the surface is done without, a centre is not")
+{
+    const Camera c = camera(100, 100, 100);
+    const auto half_plane = [](Vec2d pixel) { return pixel.x < 58 ? std::optional(2.0) : std::nullopt; };
+    const auto circles =
+        circles_on_surface({{{50, 50}, {0, 10}, {10, 0}}, {{60, 50}, {0, 10}, {10, 0}}}, c, half_plane, Protocol::paper);
+    REQUIRE(circles.size() == 1);
+    REQUIRE(circles[0].world);
+    CHECK(circles[0].world->radius_m == Approx(0.2));
+    CHECK(circles_on_surface({{{50, 50}, {0, 10}, {10, 0}}}, c, half_plane, Protocol::released).empty());
+    const auto strip = [](Vec2d pixel) { return std::abs(pixel.x - 50) < 5 ? std::optional(2.0) : std::nullopt; };
+    const auto flat = circles_on_surface({{{50, 50}, {0, 10}, {10, 0}}}, c, strip, Protocol::paper);
+    REQUIRE(flat.size() == 1);
+    CHECK_FALSE(flat[0].world);
+}
+
+TEST_CASE("what is no convex red disc of the right size is counted and left out")
+{
+    const Camera c = camera(400, 200, 100);
+    const Vec3d p{0, 0, 1};
+    Scene scene{{{p, {0, 0, -1}}}, {}};
+    const auto disc = [&](double x_px, double y_px, double radius_px, Rgb8 color = {230, 20, 30}) {
+        scene.discs.push_back({0, {(x_px - 200) / 100, (y_px - 100) / 100, 1}, radius_px / 100, color});
+    };
+    disc(50, 50, 25);                    // a disc
+    disc(140, 50, 20);                   // two that overlap: waisted
+    disc(172, 50, 20);                   //
+    disc(250, 50, 6);                    // too small
+    disc(320, 50, 25, {20, 30, 230});    // blue
+    disc(60, 140, 18, {250, 250, 250});  // a ring: its hole is white
+    disc(60, 140, 30);
+    ContourCounts counts;
+    const Raster8 picture = painted_discs::render(scene, c);
+    const auto paper = find_ellipses(picture, Protocol::paper, counts);
+    CHECK(paper.size() == 2);
+    CHECK(counts.contours == 4);
+    CHECK(counts.not_convex == 1);
+    CHECK(counts.out_of_range == 1);
+    CHECK(near(paper, {50, 50}) != nullptr);
+    CHECK(near(paper, {60, 140}) != nullptr);
+    // As released, a ring counts twice and a small disc is large enough.
+    const auto released = found_in(picture, Protocol::released);
+    CHECK(released.size() == 4);
+    CHECK(near(released, {250, 50}) != nullptr);
+    CHECK(std::ranges::count_if(released, [](const Ellipse& e) { return length(e.center - Vec2d{60, 140}) < 3; }) == 2);
+    // The overlay draws on the discs and nowhere else.
+    const auto circles = circles_on_surface(paper, c, depth_of(scene, c), Protocol::paper);
+    const Raster8 drawn = overlay(picture, circles);
+    CHECK(drawn.at(50, 50, 1) > 60);
+    CHECK(drawn.at(320, 50, 2) == 230);
+    CHECK(overlay(picture, {}) == picture);
+}
+
+TEST_CASE("statistics of hand-made circles")
+{
+    const auto circle = [](double depth, double radius_px, double radius_m, double stretch) {
+        return Circle{{{0, 0}, {radius_px, 0}, {0, radius_px}}, depth, Circle::World{radius_m, stretch}};
+    };
+    std::vector<std::vector<Circle>> pictures{
+        {circle(1, 10, 1, 1), circle(2, 20, 2, 2)},
+        {circle(1, 40, 1, 3), circle(2, 30, 1.5, 3), circle(3, 20, 2, 3), circle(4, 10, 2.5, 3)},
+        {circle(9, 50, 9, 9)}};
+    pictures[0].push_back(circle(3, 30, 3, 3));
+    pictures[0].back().world.reset();
+    const std::vector<std::size_t> both{0, 1};
+    const CircleStatistics paper = circle_statistics(pictures, both, Protocol::paper);
+    // Depths 1 2 3 1 2 3 4 and radii 10 20 30 40 30 20 10.
+    CHECK(paper.corr_2d ==
+          Approx(evaluation::pearson(std::vector<double>{1, 2, 3, 1, 2, 3, 4}, std::vector<double>{10, 20, 30, 40, 30, 20, 10})));
+    CHECK(paper.stretch == Approx((1 + 2 + 4 * 3) / 6.0));
+    const CircleStatistics released = circle_statistics(pictures, both, Protocol::released);
+    CHECK(released.corr_2d == Approx((3 * 1 + 4 * -1) / 7.0));
+    CHECK(released.corr_3d == Approx(1));
+    CHECK(released.stretch == Approx((3 * 1.5 + 4 * 3) / 7.0));
+    // A picture of one circle has no correlation of its own, but a stretch.
+    const std::vector<std::size_t> all{0, 1, 2};
+    CHECK(circle_statistics(pictures, all, Protocol::released).corr_2d == Approx(-1 / 7.0));
+    CHECK(circle_statistics(pictures, all, Protocol::released).stretch == Approx((3 * 1.5 + 4 * 3 + 9) / 8.0));
+    const CircleFigures figures = circle_figures(pictures, Protocol::paper, {});
+    CHECK(figures.circles == 8);
+    CHECK(figures.circles_3d == 7);
+    CHECK(figures.stretch.low <= figures.value.stretch);
+    CHECK(figures.stretch.high >= figures.value.stretch);
+}

@@ -1,0 +1,215 @@
+#include "view_cache.h"
+
+#include <fresco/evaluation/posed_pictures.h>
+#include <fresco/files_io.h>
+#include <fresco/image_io.h>
+#include <fresco/stage.h>
+
+#include <algorithm>
+#include <array>
+
+using namespace fresco;
+using evaluation::PosedPicture;
+
+namespace
+{
+/// A gap's name and the pairs it has.
+struct Gap
+{
+    std::string name;
+    long length = 0;
+    std::vector<FramePair> pairs;
+    std::vector<PairFigures> figures;
+};
+
+class EvaluateReprojection final : public Stage
+{
+    Input<Files> views{this, "views", optional, "Pictures to judge, as render.views makes them: <sequence>_<frame>.png"};
+    Input<Frames> frames{this, "frames", "The frames whose colour cameras the pictures are seen from; their own are not read"};
+    Input<TexturedMesh> textured_mesh{this, "textured_mesh", optional, "The mesh that 'views' shows, with its picture"};
+    Input<Mesh> mesh{this, "mesh", optional, "The room's mesh, where there is no textured one"};
+    Output<Files> figures{this, "figures", "All figures and every pair as JSON"};
+    Option<InputFolder> folder{this, "folder", InputFolder{},
+                               "Folder of pictures made elsewhere (<sequence>_<frame>.png or .jpg), in place of port 'views'"};
+    Option<std::string> protocol{this, "protocol", "paper", one_of({"paper", "released"}),
+                                 "paper: mean absolute difference, 0 to 1; released: what the authors' scripts measure"};
+    Option<int> short_gap{this, "short_gap", 0, range(0, 1'000'000),
+                          "Frames from source to target; 0: 2 recorded numbers (paper), 1 list position (released)"};
+    Option<int> long_gap{this, "long_gap", 0, range(0, 1'000'000),
+                         "The same for the long range; 0: 20 recorded numbers (paper), 10 list positions (released)"};
+    Option<int> height_px{this, "height_px", 0, range(0, 8192),
+                          "Height at which is measured; 0: the pictures' own (paper), 256 (released)"};
+    Option<double> min_covisible{this, "min_covisible", 0.2, range(0, 1),
+                                 "Drop pairs that have a smaller share of co-visible pixels"};
+    Option<std::string> floor{this, "floor", "auto", one_of({"auto", "texture", "picture"}),
+                              "The floor is of the mesh's picture or of the source's, projected; auto: texture where 'views' and "
+                              "'textured_mesh' are given"};
+    Option<int> bootstrap_count{this, "bootstrap_count", 2000, range(100, 1'000'000), "Resamples behind the 95 % intervals"};
+    Option<int> seed{this, "seed", 1, range(0, 2'000'000'000), "Seed of the resampling"};
+    Option<OutputName> path{this, "path", OutputName{"reprojection.json"}, "Name of the JSON file, below --out"};
+    Slot<ImageIo> images{this, "images", "image.opencv", "Reads the pictures"};
+
+    Cost cost() const override
+    {
+        return {.seconds = "2 + frames * 2 / cores", .memory_mb = "500 + faces * 0.0004", .frames = {}, .faces = {}};
+    }
+
+    Protocol rules() const { return evaluation::protocol_of(*protocol); }
+
+    std::unique_ptr<TexturePaint> texture_paint() const
+    {
+        if (*floor == "picture" || (*floor == "auto" && !(views.has_value() && textured_mesh.has_value())))
+            return nullptr;
+        if (!textured_mesh.has_value() || textured_mesh->mesh.texcoords.empty())
+            throw Error(
+                "floor: texture needs a mesh with texcoords and a picture on port 'textured_mesh'; choose floor: picture");
+        return std::make_unique<TexturePaint>(*textured_mesh);
+    }
+
+    JudgedView load_view(const PosedPicture& posed, const raycast::Scene& scene, const Progress& progress) const
+    {
+        Raster8 picture = images->read_rgb(posed.file);
+        const Frame& frame = frames->frames[posed.frame];
+        Camera camera = evaluation::camera_of_picture(frame, picture.width, picture.height, posed.file);
+        const int height = *height_px > 0 ? *height_px : rules() == Protocol::paper ? picture.height : 256;
+        if (height != picture.height)
+        {
+            const int width = frame.color.intrinsics.width_at(height);
+            picture = resized(picture, width, height);
+            camera.intrinsics = frame.color.intrinsics.scaled_to(width, height);
+        }
+        return {view_surface(scene, camera, progress), std::move(picture)};
+    }
+
+    std::array<Gap, 2> gaps(const std::vector<PosedPicture>& pictures) const
+    {
+        std::vector<FramePlace> places;
+        for (const PosedPicture& picture : pictures)
+            places.push_back({frames->frames[picture.frame].sequence, frames->frames[picture.frame].number});
+        const bool paper = rules() == Protocol::paper;
+        std::array<Gap, 2> result{Gap{"short",
+                                      *short_gap > 0 ? *short_gap
+                                      : paper        ? 2
+                                                     : 1,
+                                      {},
+                                      {}},
+                                  Gap{"long",
+                                      *long_gap > 0 ? *long_gap
+                                      : paper       ? 20
+                                                    : 10,
+                                      {},
+                                      {}}};
+        for (Gap& gap : result)
+            gap.pairs = frame_pairs(places, gap.length, rules());
+        if (result[0].pairs.empty() && result[1].pairs.empty())
+            throw Error("among the " + std::to_string(pictures.size()) + " frames with a picture none has another " +
+                        std::to_string(result[0].length) + " or " + std::to_string(result[1].length) +
+                        (paper
+                             ? " recorded numbers later (the smallest difference is " + std::to_string(smallest_gap(places)) + ")"
+                             : " list positions away") +
+                        ": set short_gap and long_gap, or render more frames");
+        return result;
+    }
+
+    void judge(std::array<Gap, 2>& all, ViewCache& cache, const Mesh& shown, const SurfacePaint* paint, RunContext& run) const
+    {
+        std::vector<std::pair<Gap*, FramePair>> jobs;
+        for (Gap& gap : all)
+            for (const FramePair& pair : gap.pairs)
+                jobs.emplace_back(&gap, pair);
+        // The views of neighbouring sources are still in the cache.
+        std::ranges::stable_sort(jobs, {}, [](const auto& job) { return job.second.source; });
+        std::size_t done = 0;
+        for (const auto& [gap, pair] : jobs)
+        {
+            run.check_cancelled();
+            const auto source = cache.get(pair.source);
+            const auto target = cache.get(pair.target);
+            gap->figures.push_back(judge_pair(pair, *source, *target, shown, paint, {rules(), *min_covisible}, run));
+            run.progress(static_cast<double>(++done), static_cast<double>(jobs.size()), "pairs");
+        }
+    }
+
+    Value pair_value(const PairFigures& pair, const std::vector<PosedPicture>& pictures) const
+    {
+        const auto name = [&](std::size_t i)
+        { return frames->frames[pictures[i].frame].sequence + "_" + frames->frames[pictures[i].frame].name; };
+        Value::Map entry{{"source", name(pair.pair.source)}, {"target", name(pair.pair.target)}, {"covisible", pair.covisible}};
+        if (pair.dropped)
+            entry.emplace_back("dropped", true);
+        else
+            for (const auto& [key, value] :
+                 {std::pair{"value", pair.value}, std::pair{"floor", pair.floor}, std::pair{"sharpness", pair.sharpness},
+                  std::pair{"detail", pair.detail}, std::pair{"headline", pair.headline}})
+                entry.emplace_back(key, evaluation::number_or_null(value));
+        return entry;
+    }
+
+    /// Says a gap's figures in messages and in the report, and returns them for the file.
+    Value tell(const Gap& gap, const std::vector<PosedPicture>& pictures, RunContext& run) const
+    {
+        const GapFigures all =
+            summary(gap.figures, {.resamples = *bootstrap_count, .seed = static_cast<std::uint64_t>(*seed), .confidence = 0.95});
+        Value::Map entry{{"gap", static_cast<std::int64_t>(gap.length)},
+                         {"pairs", all.kept},
+                         {"dropped_pairs", all.dropped},
+                         {"flat_pairs", all.flat},
+                         {"frames_without_target", pictures.size() - gap.pairs.size()},
+                         {"invalid", all.invalid}};
+        for (const auto& [key, figure] :
+             {std::pair{"value", &all.value}, std::pair{"floor", &all.floor}, std::pair{"sharpness", &all.sharpness},
+              std::pair{"detail", &all.detail}, std::pair{"headline", &all.headline}})
+        {
+            entry.emplace_back(key, evaluation::figure(figure->value, figure->interval));
+            run.message(gap.name + " " + key + " " + evaluation::figure_text(figure->value, figure->interval));
+        }
+        for (const auto& [key, value] : entry)
+            run.report(gap.name + "_" + key, value);
+        run.message(gap.name + ": " + std::to_string(all.kept) + " pairs " + std::to_string(gap.length) + " apart, " +
+                    std::to_string(all.dropped) + " dropped (too little in common), " +
+                    std::to_string(pictures.size() - gap.pairs.size()) + " frames without a target");
+        if (all.kept == 0)
+            run.warning("the " + gap.name + " range has no pair: its figures are undefined");
+        else if (all.invalid)
+            run.warning("the " + gap.name + " figures are invalid: " + std::to_string(all.flat) + " of " +
+                        std::to_string(all.kept) + " pictures have no detail, and a flat picture is consistent with anything");
+        Value::List list;
+        for (const PairFigures& pair : gap.figures)
+            list.push_back(pair_value(pair, pictures));
+        entry.emplace_back("pair_figures", std::move(list));
+        return entry;
+    }
+
+    void run(RunContext& run) override
+    {
+        const Mesh& shown =
+            evaluation::shown_mesh(textured_mesh.has_value() ? &*textured_mesh : nullptr, mesh.has_value() ? &*mesh : nullptr);
+        const auto pictures = evaluation::posed_pictures(*frames, views.has_value() ? &*views : nullptr, folder->path, run);
+        const std::unique_ptr<TexturePaint> paint = texture_paint();
+        std::array<Gap, 2> all = gaps(pictures);
+        const raycast::Scene scene(shown);
+        ViewCache cache([&](std::size_t i) { return load_view(pictures[i], scene, run); });
+        judge(all, cache, shown, paint.get(), run);
+
+        const bool paper = rules() == Protocol::paper;
+        Value::Map result{{"protocol", *protocol},
+                          {"unit", paper ? "mean absolute difference, 0 to 1" : "mean squared difference, 0 to 255"},
+                          {"gap_unit", paper ? "recorded frame numbers" : "list positions"},
+                          {"floor_of", paint ? "texture" : "picture"},
+                          {"pictures", pictures.size()}};
+        for (const auto& [key, value] : result)
+            run.report(key, value);
+        for (const Gap& gap : all)
+            result.emplace_back(gap.name, tell(gap, pictures, run));
+        Files made;
+        made.names = {path->path};
+        std::filesystem::create_directories((figures.folder().path / path->path).parent_path());
+        write_file(figures.folder().path / path->path, to_json(result, 1) + "\n");
+        figures = std::move(made);
+    }
+};
+}  // namespace
+
+FRESCO_STAGE("evaluate.reprojection", EvaluateReprojection,
+             "Measures how consistent pictures are across views, beside what resampling alone costs")
+FRESCO_LIBRARY("Embree", raycast::embree_version())

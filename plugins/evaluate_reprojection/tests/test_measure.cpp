@@ -1,0 +1,205 @@
+#include "measure.h"
+#include "pair_figures.h"
+#include "wall_scene.h"
+
+#include <fresco/random.h>
+
+#include <catch2/catch.hpp>
+
+#include <cmath>
+
+using namespace fresco;
+using namespace wall_scene;
+
+namespace
+{
+constexpr int width = 60;
+constexpr int height = 50;
+
+PairFigures judge(const Camera& a, const Raster8& picture_a, const Camera& b, const Raster8& picture_b,
+                  const TexturedMesh& textured, bool texture_floor, Protocol protocol = Protocol::paper)
+{
+    const TexturePaint paint(textured);
+    const JudgedView source{surface(a), picture_a};
+    const JudgedView target{surface(b), picture_b};
+    return judge_pair({0, 1}, source, target, textured.mesh, texture_floor ? &paint : nullptr, {protocol, 0.2}, Progress{});
+}
+
+Raster8 noise_picture(int w, int h, std::uint64_t seed)
+{
+    Random random(seed);
+    return picture(w, h, [&](int, int, int) { return 128 + 40 * random.normal(); });
+}
+
+Raster8 blurred(const Raster8& source)
+{
+    return picture(source.width, source.height,
+                   [&](int x, int y, int c)
+                   {
+                       double sum = 0;
+                       int count = 0;
+                       for (int ny = std::max(0, y - 2); ny <= std::min(source.height - 1, y + 2); ++ny)
+                           for (int nx = std::max(0, x - 2); nx <= std::min(source.width - 1, x + 2); ++nx, ++count)
+                               sum += source.at(nx, ny, c);
+                       return sum / count;
+                   });
+}
+
+Raster8 half_contrast(const Raster8& source)
+{
+    return picture(source.width, source.height, [&](int x, int y, int c) { return 64 + source.at(x, y, c) / 2.0; });
+}
+}  // namespace
+
+TEST_CASE("identical pictures from one camera differ by nothing")
+{
+    const TexturedMesh textured = wall(noise_picture(300, 300, 1));
+    const Camera c = camera(width, height, 0, 0);
+    const Raster8 seen = render(textured, c);
+    for (const bool texture_floor : {false, true})
+    {
+        const PairFigures figures = judge(c, seen, c, seen, textured, texture_floor);
+        CHECK(figures.covisible == 1);
+        CHECK(figures.value == 0);
+        CHECK(figures.floor == 0);
+        CHECK(figures.headline == 0);
+        CHECK(figures.sharpness > 1000);
+        CHECK_FALSE(figures.flat);
+        CHECK_FALSE(figures.dropped);
+    }
+}
+
+TEST_CASE("a ramp moved by one pixel against its camera differs by its slope")
+{
+    const TexturedMesh textured = wall(Raster8(8, 8, 3));
+    const Camera c = camera(width, height, 0, 0);
+    const auto ramp = [](int moved)
+    { return picture(width, height, [=](int x, int y, int) { return 2 * (x + moved) + 2 * y; }); };
+    const PairFigures paper = judge(c, ramp(0), c, ramp(1), textured, false);
+    CHECK(paper.value == Approx(2 / 255.0));
+    CHECK(paper.floor == 0);
+    CHECK(paper.detail == Approx(2 / 255.0));
+    CHECK(paper.headline == Approx(1));
+    CHECK(paper.sharpness == Approx(0).margin(1e-9));
+    // Released: equal poses, but every lookup is displaced by (x / 60, y / 50) px: on the ramp's slope 2 (x / 60 + y / 50).
+    const PairFigures released = judge(c, ramp(0), c, ramp(0), textured, false, Protocol::released);
+    double expected = 0;
+    for (int y = 0; y < height - 1; ++y)
+        for (int x = 0; x < width - 1; ++x)
+            expected += std::pow(2 * (x / 60.0 + y / 50.0), 2);
+    CHECK(released.value == Approx(expected / ((height - 1) * (width - 1))));
+    CHECK(released.detail == Approx(4));
+}
+
+TEST_CASE("detail and sharpness of a checkerboard")
+{
+    const Raster8 board = picture(10, 10, [](int x, int y, int) { return (x + y) % 2 == 0 ? 255 : 0; });
+    const ViewSurface view = surface(camera(10, 10, 0, 0));
+    const auto matches = covisible(view, view, Protocol::paper);
+    CHECK(forward_difference(board, matches, Protocol::paper) == Approx(1));
+    CHECK(forward_difference(board, matches, Protocol::released) == Approx(255.0 * 255));
+    CHECK(sharpness(board, matches) == Approx(1020.0 * 1020));
+    CHECK(std::isnan(reprojection_difference(board, board, {}, Protocol::paper)));
+    CHECK(std::isnan(sharpness(board, {})));
+}
+
+TEST_CASE("a flat texture scores 0 and is flagged")
+{
+    const TexturedMesh textured = wall(Raster8(8, 8, 3, 90));
+    const Camera a = camera(width, height, 0, 0);
+    const Camera b = camera(width, height, 3.3, 0);
+    for (const Protocol protocol : {Protocol::paper, Protocol::released})
+    {
+        const PairFigures flat = judge(a, render(textured, a), b, render(textured, b), textured, true, protocol);
+        CHECK(flat.value == 0);
+        CHECK(flat.flat);
+        CHECK(std::isnan(flat.headline));
+        CHECK(summary({flat, flat}, {}).invalid);
+    }
+}
+
+TEST_CASE("consistent pictures stay at the floor")
+{
+    const TexturedMesh textured = wall(noise_picture(300, 300, 2));  // a texel is a pixel
+    const Camera a = camera(width, height, 0, 0);
+    const Camera b = camera(width, height, 2.5, 0.25);
+    const PairFigures figures = judge(a, render(textured, a), b, render(textured, b), textured, true);
+    CHECK(figures.value > 0.02);
+    CHECK(figures.floor == Approx(figures.value).epsilon(0.01));
+    CHECK(figures.headline == Approx(0).margin(0.01));
+    // Seen from twice as far without mip-maps the texture aliases; the floor is of what neither camera undersamples.
+    const Camera far = camera(width, height, 0.25, 0.25, -2);
+    const PairFigures aliased = judge(a, render(textured, a), far, render(textured, far), textured, true);
+    CHECK(aliased.floor < 0.7 * aliased.value);
+    CHECK(aliased.headline > 0.2);
+    const PairFigures projected = judge(a, render(textured, a), far, render(textured, far), textured, false);
+    CHECK(projected.floor < 0.7 * projected.value);
+}
+
+TEST_CASE("blur and less contrast improve the value but not the headline")
+{
+    // Each view is painted on its own: the second one's pattern lies 0.6 px away from where it should.
+    const Raster8 pattern = noise_picture(300, 300, 3);
+    const Camera a = camera(width, height, 0, 0);
+    const Camera b = camera(width, height, 2.25, 0);
+    const Camera wrong = camera(width, height, 2.85, 0.2);
+    for (const bool texture_floor : {false, true})
+    {
+        const auto of = [&](const Raster8& texture)
+        {
+            const TexturedMesh textured = wall(texture);
+            return judge(a, render(textured, a), b, render(textured, wrong), textured, texture_floor);
+        };
+        const PairFigures plain = of(pattern);
+        const PairFigures blur = of(blurred(pattern));
+        const PairFigures half = of(half_contrast(pattern));
+        CHECK(plain.headline > 0.1);
+        CHECK(blur.value < 0.5 * plain.value);
+        CHECK(blur.sharpness < 0.1 * plain.sharpness);
+        CHECK(blur.headline >= plain.headline);
+        CHECK(half.value == Approx(plain.value / 2).epsilon(0.02));
+        CHECK(half.headline == Approx(plain.headline).epsilon(0.02));
+    }
+}
+
+TEST_CASE("blurring pictures that flicker does not improve the headline")
+{
+    const TexturedMesh textured = wall(noise_picture(300, 300, 4));
+    const Camera a = camera(width, height, 0, 0);
+    const Camera b = camera(width, height, 2.25, 0);
+    const auto flickering = [&](const Camera& c, std::uint64_t seed)
+    {
+        Random random(seed);
+        const Raster8 seen = render(textured, c);
+        return picture(width, height, [&](int x, int y, int k) { return seen.at(x, y, k) + 12 * random.normal(); });
+    };
+    const Raster8 first = flickering(a, 5);
+    const Raster8 second = flickering(b, 6);
+    const PairFigures plain = judge(a, first, b, second, textured, false);
+    const PairFigures blur = judge(a, blurred(first), b, blurred(second), textured, false);
+    CHECK(plain.headline > 0.02);
+    CHECK(blur.value < 0.5 * plain.value);
+    CHECK(blur.headline >= plain.headline);
+}
+
+TEST_CASE("pairs with too little in common are dropped and counted")
+{
+    const TexturedMesh textured = wall(noise_picture(300, 300, 7));
+    const Camera a = camera(width, height, 0, 0);
+    const auto pair_at = [&](double moved)
+    {
+        const Camera b = camera(width, height, moved, 0);
+        return judge(a, render(textured, a), b, render(textured, b), textured, true);
+    };
+    const PairFigures kept = pair_at(47);     // 13 of 60 columns
+    const PairFigures dropped = pair_at(49);  // 11 of 60: less than 20 %
+    CHECK_FALSE(kept.dropped);
+    CHECK(dropped.dropped);
+    const GapFigures all = summary({kept, dropped, kept}, {});
+    CHECK(all.kept == 2);
+    CHECK(all.dropped == 1);
+    CHECK(all.flat == 0);
+    CHECK_FALSE(all.invalid);
+    CHECK(all.value.value == Approx(kept.value));
+    CHECK(summary({dropped}, {}).invalid);
+}

@@ -31,6 +31,12 @@ class OpenCvImages final : public fresco::ImageIo
         return {info.width, info.height};
     }
 
+    fresco::ImageHeader check(const std::filesystem::path& file) const override
+    {
+        const PictureInfo info = check_picture(fresco::read_file(file), file.string(), Walk::whole);
+        return {info.width, info.height, info.bits, info.is_grey};
+    }
+
     fresco::Raster8 read_rgb(const std::filesystem::path& file) const override
     {
         const auto [info, picture] = read(file);

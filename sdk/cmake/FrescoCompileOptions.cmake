@@ -11,11 +11,15 @@ target_compile_options(
               -Wconversion
               -Wnon-virtual-dtor
               -Woverloaded-virtual
-              -Werror
               -Wno-restrict # GCC 12 sees overlaps in std::string's operator+ that are none (its bug 105651)
               -ffile-prefix-map=${PROJECT_SOURCE_DIR}=.
               -ffile-prefix-map=${PROJECT_BINARY_DIR}=build
               -ffp-contract=off)
+# On in the presets, whose compiler and flags are known: other levels of optimisation bring other false alarms.
+option(FRESCO_WARNINGS_AS_ERRORS "Treat compiler warnings as errors" OFF)
+if(FRESCO_WARNINGS_AS_ERRORS)
+    target_compile_options(fresco_compile_options INTERFACE -Werror)
+endif()
 if(FRESCO_SANITIZE)
     # GCC 12 takes the sanitizers' own shadow variables for uninitialized ones.
     target_compile_options(fresco_compile_options INTERFACE -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer

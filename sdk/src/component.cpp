@@ -8,6 +8,11 @@ namespace fresco
 
 Component::~Component() = default;
 ImageIo::~ImageIo() = default;
+
+ImageHeader ImageIo::check(const std::filesystem::path& file) const
+{
+    return header(file);
+}
 FileReader::~FileReader() = default;
 Stage::~Stage() = default;
 

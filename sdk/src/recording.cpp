@@ -28,11 +28,19 @@ void check_size(const std::filesystem::path& file, ImageHeader header, const Int
                     size_text(expected.width, expected.height) + "; all pictures of one camera must have one size");
 }
 
+void check_depth(const std::filesystem::path& file, ImageHeader header, const Intrinsics& expected)
+{
+    check_size(file, header, expected);
+    if (header.bits > 0 && (header.bits != 16 || !header.grey))
+        throw Error(file.string() + ": expected a depth picture, a PNG of one channel of 16 bits; this one has " +
+                    std::to_string(header.bits) + " bits" + (header.grey ? "" : " and colours"));
+}
+
 Frame make_frame(const ViewFiles& files, const RecorderCameras& cameras, const RigidTransform& world_from_depth,
                  const ImageIo& images)
 {
-    check_size(files.color, images.header(files.color), cameras.color);
-    check_size(files.depth, images.header(files.depth), cameras.depth);
+    check_size(files.color, images.check(files.color), cameras.color);
+    check_depth(files.depth, images.check(files.depth), cameras.depth);
     Frame frame;
     frame.sequence = files.sequence;
     frame.name = files.name;

@@ -18,6 +18,15 @@ class RawImages final : public ImageIo
         const auto h = read(file).first;
         return {h.width, h.height};
     }
+    ImageHeader check(const std::filesystem::path& file) const override
+    {
+        const auto [h, bytes] = read(file);
+        const auto values = static_cast<std::size_t>(h.width) * static_cast<std::size_t>(h.height) *
+                            static_cast<std::size_t>(h.channels) * static_cast<std::size_t>(h.value_bytes);
+        if (bytes.size() != sizeof h + values)
+            throw Error(file.string() + ": cut");
+        return {h.width, h.height, 8 * h.value_bytes, h.channels == 1};
+    }
     Raster8 read_rgb(const std::filesystem::path& file) const override { return decode<std::uint8_t>(file, 3); }
     Raster16 read_depth(const std::filesystem::path& file) const override { return decode<std::uint16_t>(file, 1); }
     std::vector<std::byte> encode_png(const Raster8& image) const override { return encode(image); }

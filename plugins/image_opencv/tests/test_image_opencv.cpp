@@ -155,6 +155,22 @@ TEST_CASE("image.opencv: grey, YCbCr, RGB and CMYK JPEG, each with the stored or
     }
 }
 
+TEST_CASE("image.opencv: the check tells the kind of samples and refuses a cut file, without decoding")
+{
+    Codec codec;
+    const auto deep = codec.images->encode_png(Raster16(7, 5, 1, 300));
+    const auto header = codec.images->check(codec.write(deep));
+    CHECK(header.width == 7);
+    CHECK(header.height == 5);
+    CHECK(header.bits == 16);
+    CHECK(header.grey);
+    const auto colours = codec.images->check(codec.write(codec.images->encode_jpeg(pattern(19, 9, 3), 80)));
+    CHECK(colours.bits == 8);
+    CHECK_FALSE(colours.grey);
+    CHECK_THROWS_AS(codec.images->check(codec.write(Bytes(deep.begin(), deep.end() - 1))), Error);
+    CHECK(codec.images->header(codec.write(Bytes(deep.begin(), deep.end() - 1))).width == 7);
+}
+
 TEST_CASE("image.opencv: pictures cut at any byte are refused")
 {
     Codec codec;

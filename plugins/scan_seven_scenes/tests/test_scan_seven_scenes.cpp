@@ -259,6 +259,23 @@ TEST_CASE("a scan that cannot be used is refused by name", "[scan.seven_scenes]"
                            scan.images.encode_jpeg(fresco::Raster8(48, 64, 3, 7), 95));
         CHECK_THAT(error_of(scan), Contains("seq-10/frame-000002.color.jpg: the picture is 48x64") && Contains("64x48"));
     }
+    SECTION("a depth picture that is cut")
+    {
+        const auto file = scan.path() / "seq-10/frame-000002.depth.png";
+        auto bytes = fresco::read_file(file);
+        bytes.pop_back();
+        fresco::write_file(file, bytes);
+        CHECK_THAT(error_of(scan), Contains("seq-10/frame-000002.depth.png: cut"));
+    }
+    SECTION("a depth picture of 8 bits, or in colours")
+    {
+        const auto file = scan.path() / "seq-10/frame-000002.depth.png";
+        const auto size = scan.images.header(file);
+        fresco::write_file(file, scan.images.encode_png(fresco::Raster8(size.width, size.height, 1, 7)));
+        CHECK_THAT(error_of(scan), Contains("frame-000002.depth.png: expected a depth picture") && Contains("8 bits"));
+        fresco::write_file(file, scan.images.encode_png(fresco::Raster16(size.width, size.height, 3, 7)));
+        CHECK_THAT(error_of(scan), Contains("expected a depth picture") && Contains("colours"));
+    }
     SECTION("no mesh")
     {
         fs::remove(scan.path() / "mesh.ply");

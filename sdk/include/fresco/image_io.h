@@ -15,6 +15,8 @@ struct ImageHeader
 {
     int width = 0;
     int height = 0;
+    int bits = 0;       ///< Per sample as stored; 0 = not looked at.
+    bool grey = false;  ///< One channel; meaningful where bits > 0.
 };
 
 /// Reads and writes picture files: the contract behind `image.opencv`. Thread-safe. Every reader checks the header first
@@ -27,6 +29,9 @@ class ImageIo : public Component
 
     /// Size without decoding; PNG and JPEG.
     virtual ImageHeader header(const std::filesystem::path& file) const = 0;
+    /// The same, with the kind of its samples, once the whole file was walked without decoding it: a picture that is cut is
+    /// refused. The default calls header().
+    virtual ImageHeader check(const std::filesystem::path& file) const;
     /// 8-bit sRGB, 3 channels: EXIF orientation applied, alpha composited on white, grey, 16-bit and CMYK converted.
     virtual Raster8 read_rgb(const std::filesystem::path& file) const = 0;
     /// 16-bit, 1 channel, values as stored. Throws Error for a picture that is not 16-bit grey.

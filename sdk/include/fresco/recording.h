@@ -47,9 +47,10 @@ void check_centre(const Intrinsics& k, const std::string& source, const std::fil
 using PoseReader = std::function<std::optional<RigidTransform>(const ViewFiles&)>;
 
 /// Cameras and content hashes of the views, in their order; views without a pose are left out. world_from_color =
-/// world_from_depth * depth_from_color. Pictures are not decoded: their headers are read, and EXIF orientation is not applied to
-/// a posed camera's picture. `read_pose` is called from several threads.
-/// Throws Error naming the file: a picture of another size than its camera's, a pose that check_camera refuses, what `read_pose`
+/// world_from_depth * depth_from_color. Pictures are not decoded, but their files are walked to the end; EXIF orientation is
+/// not applied to a posed camera's picture. `read_pose` is called from several threads.
+/// Throws Error naming the file: a picture that is cut or of another size than its camera's, a depth picture that is not 16-bit
+/// grey, a pose that check_camera refuses, what `read_pose`
 /// throws.
 Frames posed_frames(const std::vector<ViewFiles>& views, const RecorderCameras& cameras, const PoseReader& read_pose,
                     const ImageIo& images, Progress& progress);

@@ -1,0 +1,109 @@
+#include <catch2/catch.hpp>
+
+#include <fresco/testing.h>
+#include <fresco/torch/style_layers.h>
+
+#include <ATen/ops/arange.h>
+#include <ATen/ops/equal.h>
+#include <ATen/ops/ones.h>
+#include <ATen/ops/zeros.h>
+
+#include <memory>
+
+using namespace fresco;
+
+namespace
+{
+
+class Network final : public FeatureNetwork
+{
+  public:
+    void prepare(const PrepareContext&) override {}
+    std::vector<FeatureLayer> layers() const override
+    {
+        std::vector<FeatureLayer> layers(3);
+        layers[0] = {.name = "a", .channels = 3, .stride = 1, .margin_px = 0, .style = true, .content = false};
+        layers[1] = {.name = "b", .channels = 3, .stride = 2, .margin_px = 0, .style = false, .content = false};
+        layers[2] = {.name = "c", .channels = 3, .stride = 1, .margin_px = 0, .style = true, .content = false};
+        return layers;
+    }
+    std::vector<torch::Tensor> encode(const torch::Tensor& picture, const std::vector<std::string>& names) const override
+    {
+        std::vector<torch::Tensor> maps;
+        for (const auto& name : names)
+            maps.push_back(picture.slice(1, 0, picture.size(1) / 2 * 2, layer(name).stride).slice(2, 1, {}, 2));
+        return maps;
+    }
+};
+
+/// Something with these options, configured.
+class Owner final : public Component
+{
+  public:
+    explicit Owner(const std::string& json)
+    {
+        testing::TestFactory factory;
+        factory.add("test.network", [] { return std::make_shared<Network>(); });
+        auto value = parse_json(json, "test");
+        value.set("features", Value::Map{{"type", "test.network"}});
+        configure(value, factory);
+    }
+    StyleOptions options{this};
+};
+
+}  // namespace
+
+TEST_CASE("layers of a style loss: the named ones, or the network's, each with its factor")
+{
+    CHECK(names_of(Owner("{}").options.compared("loss.x")) == std::vector<std::string>{"a", "c"});
+    const Owner owner(R"({"layers": "b, a", "layer_weights": [2, 3]})");
+    const auto named = owner.options.compared("loss.x");
+    CHECK(names_of(named) == std::vector<std::string>{"b", "a"});
+    CHECK(named[1].factor == 3);
+    CHECK(owner.options.needs({}).features.at(0).names == std::vector<std::string>{"b", "a"});
+    CHECK(Owner("{}").options.needs(named).features.at(0).names == std::vector<std::string>{"b", "a"});
+    CHECK_THROWS_WITH(Owner(R"({"layers": "d"})").options.compared("loss.x"), Catch::Contains("a, b, c"));
+    CHECK_THROWS_WITH(Owner(R"({"layer_weights": [1]})").options.compared("loss.x"),
+                      Catch::Contains("loss.x: `layer_weights` has 1 entries for 2"));
+    CHECK_THROWS_WITH(style_features(*owner.options.features, at::zeros({3, 4, 1}), named, "loss.x"),
+                      Catch::Contains("1 x 4") && Catch::Contains("layer b"));
+    const auto features = style_features(*owner.options.features, at::zeros({3, 4, 4}), named, "loss.x");
+    CHECK(features[0].sizes() == at::IntArrayRef({3, 4}));
+    CHECK(features[1].sizes() == at::IntArrayRef({3, 8}));
+}
+
+TEST_CASE("roles of a style picture")
+{
+    const StylePictures style{at::zeros({3, 1, 1}), at::ones({3, 2, 2})};
+    CHECK(Owner("{}").options.roles(style).size() == 1);
+    CHECK(Owner(R"({"targets": "coarse"})").options.roles(style).at(0).pixels == Pixels::all);
+    const auto both = Owner(R"({"targets": "both"})").options.roles(style);
+    REQUIRE(both.size() == 2);
+    CHECK(both[0].picture.size(1) == 2);
+    CHECK(both[1].pixels == Pixels::fine);
+    CHECK(both[1].picture.size(1) == 1);
+}
+
+TEST_CASE("sampled columns: one of each run, by the seed, with a gradient to those alone")
+{
+    auto features = at::arange(22, at::kDouble).reshape({2, 11}).requires_grad_();
+    CHECK(at::equal(sampled_columns(features, 11, 1), features));
+    const auto sampled = sampled_columns(features, 4, 5);
+    REQUIRE(sampled.sizes() == at::IntArrayRef({2, 4}));
+    CHECK(at::equal(sampled, sampled_columns(features, 4, 5)));
+    const std::int64_t borders[] = {0, 2, 5, 8, 11};
+    bool differs = false;
+    for (std::uint64_t seed = 0; seed < 20; ++seed)
+    {
+        const auto columns = sampled_columns(features, 4, seed)[0];
+        for (std::int64_t i = 0; i < 4; ++i)
+        {
+            const auto column = static_cast<std::int64_t>(columns[i].item<double>());
+            CHECK((column >= borders[i] && column < borders[i + 1]));
+        }
+        differs = differs || !at::equal(columns, sampled[0]);
+    }
+    CHECK(differs);
+    sampled.sum().backward();
+    CHECK(features.grad().sum().item<double>() == 8);
+}

@@ -23,6 +23,9 @@ class TextureLaplacian final : public fresco::LayeredTexture
                                                     fresco::at_least(0),
                                                     "Factor k of each layer's regulariser, finest first; as many as layers"};
 
+    fresco::Option<std::string> lookup{this, "lookup", "centres", fresco::one_of({"centres", "corners"}),
+                                       "Texel i of S lies at (i + 0.5) / S, or at i / (S - 1)"};
+
   public:
     void allocate(int size_px) override
     {
@@ -37,12 +40,14 @@ class TextureLaplacian final : public fresco::LayeredTexture
         std::vector<int> sizes;
         for (int i = 0; i < *layers_count; ++i)
             sizes.push_back(size_px >> i);
-        allocate_layers(sizes, *regulariser);
+        allocate_layers(sizes, *regulariser, *lookup == "corners" ? fresco::TexelGrid::corners : fresco::TexelGrid::centres);
     }
 
     void set_picture(const fresco::RasterF& picture) override
     {
         check_picture(picture);
+        if (*lookup == "corners")
+            throw fresco::Error("option \"lookup\": a texture with corners begins with zeros alone; set init to zeros");
         set_layers(fresco::laplacian::laplacian_layers(picture, *layers_count, at::get_num_threads()));
     }
 };

@@ -67,9 +67,10 @@ class Loop
   public:
     Loop(const LoopInputs& inputs, const LoopComponents& components, const LoopOptions& options, RunContext& run)
         : components_(components), options_(options), run_(run),
-          source_(inputs.maps, inputs.frames, components.images, options.heights_px), space_(options.values),
-          views_(used_views(source_, options.train_share, run)), schedule_(schedule_of(options, views_)),
-          checkpoints_(run.checkpoint_folder()), evaluator_(components.losses, space_, options.device, options.seed),
+          source_(inputs.maps, inputs.frames, components.images, options.heights_px),
+          space_(options.values, !options.clamp_layers), views_(used_views(source_, options.train_share, run)),
+          schedule_(schedule_of(options, views_)), checkpoints_(run.checkpoint_folder()),
+          evaluator_(components.losses, space_, options.device, options.seed),
           style_(style_sizes(inputs.style, options.style_rule, [&](const std::string& text) { run.message(text); }))
     {
     }
@@ -233,6 +234,9 @@ class Loop
         { return evaluator_.evaluate(step_, scheduled, data, source_.name(scheduled.view), parameters().size()); };
         const double loss =
             components_.rule.step(parameters(), evaluate, schedule_.rate(step_) * std::pow(0.5, rollbacks_), options_.lambda_r);
+        if (options_.clamp_layers)
+            for (auto& parameter : parameters())
+                parameter.values.clamp_(space_.stored_range().first, space_.stored_range().second);
         run_.metric("loss", loss);
         run_.progress(static_cast<double>(step_ + 1), static_cast<double>(schedule_.steps()), "steps");
         if (options_.preview_every > 0 && components_.images != nullptr && step_ % options_.preview_every == 0 &&

@@ -43,6 +43,7 @@ struct LoopOptions
     int size_px = 2048;
     std::vector<int> heights_px;  ///< Empty = all.
     std::string values = "display";
+    bool clamp_layers = false;  ///< The stored values of each layer after every step; else the sum in the lookup.
     std::string init = "frames";
     LevelRules levels;
     StyleRule style_rule = StyleRule::printed;

@@ -43,6 +43,9 @@ class TextureOptimize final : public fresco::Stage
     fresco::Option<double> step_factor{this, "step_factor", 0.1, fresco::range(0, 1), "With decay step: factor of a fall"};
     fresco::Option<std::string> values{this, "values", "display", fresco::one_of({"display", "network"}),
                                        "What is stored: RGB in [0,1], or BGR in 0..255 minus the network's mean"};
+    fresco::Option<std::string> clamp{this, "clamp", "sum", fresco::one_of({"sum", "layers"}),
+                                      "What is kept in the displayable range: the sum of the layers where it is looked up, or "
+                                      "the stored values of each layer after every step"};
     fresco::Option<std::string> init{this, "init", "frames", fresco::one_of({"frames", "zeros", "color"}),
                                      "Begin with the recoloured camera pictures, with zeros, or with the style's mean colour"};
     fresco::Option<double> lambda_r{this, "lambda_r", 0, fresco::at_least(0), "Factor of the texture's regulariser"};
@@ -116,8 +119,8 @@ class TextureOptimize final : public fresco::Stage
     fresco::Cost cost() const override
     {
         fresco::Cost cost;
-        // max_steps = 0 means no limit. From runs of 900 and 2000 steps on a real scan (256 px, 2048 texels, the losses that need no
-        // weights): 60 s of processor time before the first step, 0.65 s for each; other heights are scaled by their pixels.
+        // max_steps = 0 means no limit. From runs of 900 and 2000 steps on a real scan (256 px, 2048 texels, the losses that need
+        // no weights): 60 s of processor time before the first step, 0.65 s for each; other heights are scaled by their pixels.
         const std::string steps = "min(frames * epochs * repeats_count, max_steps + (1 - min(max_steps, 1)) * 1e12)";
         cost.seconds = "(60 + " + steps + " * 0.65 * max(heights_px_squares, 65536) / 65536) / cores";
         cost.memory_mb = "1250 + size_px * size_px * 0.00012 + max(heights_px_squares, 65536) * 0.003";
@@ -151,6 +154,7 @@ class TextureOptimize final : public fresco::Stage
         o.size_px = *size_px;
         o.heights_px = *heights_px;
         o.values = *values;
+        o.clamp_layers = *clamp == "layers";
         o.init = *init;
         o.levels = level_rules();
         o.style_rule = *style_sizes == "released" ? fresco::optimize::StyleRule::released : fresco::optimize::StyleRule::printed;

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <utility>
 
 namespace fresco::optimize
 {
@@ -14,8 +15,11 @@ namespace fresco::optimize
 class ValueSpace
 {
   public:
-    /// `values`: "display" or "network".
-    explicit ValueSpace(const std::string& values) : network_(values == "network") {}
+    /// `values`: "display" or "network". With `clamped` false pictures are shown beyond [0,1] too, and all gradients pass.
+    explicit ValueSpace(const std::string& values, bool clamped = true) : network_(values == "network"), clamped_(clamped) {}
+
+    /// The range of stored values whose every channel may be displayed; each layer's in the authors' code (METHOD section 2).
+    std::pair<double, double> stored_range() const;
 
     /// `stored`, `displayed`: 3 planes of P values each; where `valid` (P) is 0 the displayed value is 0.
     void display(std::span<const float> stored, std::span<const std::uint8_t> valid, std::span<float> displayed) const;
@@ -31,6 +35,7 @@ class ValueSpace
     float shown(float stored, std::size_t channel) const;
 
     bool network_;
+    bool clamped_;
 };
 
 }  // namespace fresco::optimize

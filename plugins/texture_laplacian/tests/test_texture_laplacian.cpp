@@ -208,3 +208,30 @@ TEST_CASE("sizes and lists that do not fit are refused")
     CHECK_THROWS_WITH(made(Value::Map{{"layers_count", 1}})->allocate(16), Catch::Contains("regulariser"));
     CHECK_THROWS_AS(texture->set_picture(random_picture(8, 1)), std::invalid_argument);
 }
+
+TEST_CASE("layers with corners become layers with centres: a ramp stays a ramp")
+{
+    const auto texture = made(Value::Map{{"lookup", "corners"}, {"layers_count", 2}, {"regulariser", Value::List{1, 0}}});
+    texture->allocate(16);
+    // u and v themselves, in the finest layer: texel i at i / 15.
+    float* values = texture->parameters()[0].values.data_ptr<float>();
+    for (int y = 0; y < 16; ++y)
+        for (int x = 0; x < 16; ++x)
+        {
+            values[3 * (16 * y + x)] = static_cast<float>(x) / 15;
+            values[3 * (16 * y + x) + 1] = 1 - static_cast<float>(y) / 15;
+        }
+    const auto artifact = texture->to_texture();
+    const auto shown = texture->make_view(identity_map(16))->render();
+    for (int y = 0; y < 16; ++y)
+        for (int x = 0; x < 16; ++x)
+        {
+            const double u = (x + 0.5) / 16;
+            const double v = 1 - (y + 0.5) / 16;
+            CHECK(artifact.layers[0].at(x, y, 0) == Approx(u));
+            CHECK(artifact.layers[0].at(x, y, 1) == Approx(v));
+            CHECK(shown[0][y][x].item<float>() == Approx(u));
+            CHECK(shown[1][y][x].item<float>() == Approx(v));
+        }
+    CHECK_THROWS_WITH(texture->set_picture(RasterF(16, 16, 3)), Catch::Contains("lookup") && Catch::Contains("zeros"));
+}

@@ -167,6 +167,25 @@ TEST_CASE("outside the displayable range only the way back passes")
     CHECK(gradient == std::vector<float>{0.5F, 0, -0.25F});
 }
 
+TEST_CASE("without the clamp of the sum pictures go beyond the range, and every gradient passes")
+{
+    const ValueSpace space("network", false);
+    const std::vector<float> stored{300.0F, -200.0F, 0.0F};  // blue, green, red
+    const std::vector<std::uint8_t> valid{1};
+    std::vector<float> shown(3);
+    space.display(stored, valid, shown);
+    CHECK(shown[0] == Approx(123.68 / 255));
+    CHECK(shown[1] == Approx((116.779 - 200) / 255));
+    CHECK(shown[2] == Approx((103.939 + 300) / 255));
+    std::vector<float> gradient{1, 1, -1};
+    const std::vector<float> one{1};
+    space.back(stored, one, gradient);
+    CHECK(gradient[0] == Approx(-1.0 / 255));
+    CHECK(gradient[1] == Approx(1.0 / 255));
+    CHECK(space.stored_range().first == Approx(-123.68));
+    CHECK(space.stored_range().second == Approx(151.061));
+}
+
 TEST_CASE("levels share by covered area, and gradients scale by the cosine")
 {
     UvMap small{RasterF(4, 2, 2), RasterF(4, 2), RasterF(4, 2, 1, 0.5F), Raster8(4, 2)};

@@ -269,6 +269,26 @@ TEST_CASE("errors name what is wrong")
     CHECK_THROWS_WITH(blind.paint(run, Studio::options(camera_loss, {})), Catch::Contains("valid pixel"));
 }
 
+TEST_CASE("layers can be clamped in place of their sum")
+{
+    Studio studio;
+    testing::TestRun run;
+    const auto folder = studio.paint(
+        run, Studio::options(camera_loss,
+                             {{"epochs", 2}, {"values", "network"}, {"init", "zeros"}, {"rate", 120.0}, {"clamp", "layers"}}));
+    const auto texture = Texture::load({folder, {}});
+    double least = 0;
+    double most = 0;
+    for (const auto& layer : texture->layers)
+    {
+        const auto [low, high] = std::minmax_element(layer.values.begin(), layer.values.end());
+        least = std::min(least, static_cast<double>(*low));
+        most = std::max(most, static_cast<double>(*high));
+    }
+    CHECK(least == Approx(-123.68));
+    CHECK(most == Approx(151.061));
+}
+
 TEST_CASE("max_steps and a subset of the heights are kept")
 {
     Studio studio(4, {20, 30});

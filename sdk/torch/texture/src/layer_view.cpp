@@ -20,9 +20,11 @@ struct Place
     float share;  ///< Of the texel after `first`.
 };
 
-Place place(float coordinate, int size)
+Place place(float coordinate, int size, TexelGrid grid)
 {
-    const float x = std::clamp(coordinate * static_cast<float>(size) - 0.5F, 0.0F, static_cast<float>(size - 1));
+    const float texels =
+        grid == TexelGrid::centres ? coordinate * static_cast<float>(size) - 0.5F : coordinate * static_cast<float>(size - 1);
+    const float x = std::clamp(texels, 0.0F, static_cast<float>(size - 1));
     const auto first = std::min(static_cast<std::int32_t>(x), static_cast<std::int32_t>(size - 2));
     return {first, x - static_cast<float>(first)};
 }
@@ -56,7 +58,7 @@ ValidPixels valid_pixels(const UvMap& map)
     return result;
 }
 
-LayerView::LayerView(const ValidPixels& pixels, int size) : size_(size)
+LayerView::LayerView(const ValidPixels& pixels, int size, TexelGrid grid) : size_(size)
 {
     const std::size_t count = pixels.pixels.size();
     base_.reserve(count);
@@ -65,8 +67,8 @@ LayerView::LayerView(const ValidPixels& pixels, int size) : size_(size)
     entries.reserve(4 * count);
     for (std::size_t i = 0; i < count; ++i)
     {
-        const Place column = place(pixels.uv[2 * i], size);
-        const Place row = place(1 - pixels.uv[2 * i + 1], size);
+        const Place column = place(pixels.uv[2 * i], size, grid);
+        const Place row = place(1 - pixels.uv[2 * i + 1], size, grid);
         const std::int32_t base = row.first * size + column.first;
         base_.push_back(base);
         fraction_.push_back(column.share);

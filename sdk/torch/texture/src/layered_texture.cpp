@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace fresco
 {
@@ -22,13 +23,13 @@ constexpr std::size_t pixels_per_piece = 8192;
 class LayeredView final : public TextureView
 {
   public:
-    LayeredView(const UvMap& map, const std::vector<TextureParameter>& parameters, const std::vector<int>& sizes)
+    LayeredView(const UvMap& map, const std::vector<TextureParameter>& parameters, const std::vector<int>& sizes, TexelGrid grid)
         : pixels_(valid_pixels(map))
     {
         for (std::size_t i = 0; i < sizes.size(); ++i)
         {
             values_.push_back(parameters[i].values);
-            layers_.emplace_back(pixels_, sizes[i]);
+            layers_.emplace_back(pixels_, sizes[i], grid);
         }
         pixels_.uv = {};
     }
@@ -91,14 +92,41 @@ class LayeredView final : public TextureView
     std::vector<LayerView> layers_;
 };
 
+/// A layer whose outermost texels lie on the border, looked up at texel centres.
+RasterF on_centres(const RasterF& layer)
+{
+    RasterF result(layer.width, layer.height, layer.channels);
+    const float step = static_cast<float>(layer.width - 1) / static_cast<float>(layer.width);
+    const auto at = [&](int i)
+    {
+        const float x = (static_cast<float>(i) + 0.5F) * step;
+        const int first = std::min(static_cast<int>(x), layer.width - 2);
+        return std::pair(first, x - static_cast<float>(first));
+    };
+    for (int y = 0; y < layer.height; ++y)
+        for (int x = 0; x < layer.width; ++x)
+        {
+            const auto [column, right] = at(x);
+            const auto [row, down] = at(y);
+            for (int c = 0; c < layer.channels; ++c)
+            {
+                const float top = layer.at(column, row, c) * (1 - right) + layer.at(column + 1, row, c) * right;
+                const float bottom = layer.at(column, row + 1, c) * (1 - right) + layer.at(column + 1, row + 1, c) * right;
+                result.at(x, y, c) = top * (1 - down) + bottom * down;
+            }
+        }
+    return result;
+}
+
 }  // namespace
 
 LayeredTexture::~LayeredTexture() = default;
 
-void LayeredTexture::allocate_layers(const std::vector<int>& sizes, const std::vector<double>& regulariser)
+void LayeredTexture::allocate_layers(const std::vector<int>& sizes, const std::vector<double>& regulariser, TexelGrid grid)
 {
     parameters_.clear();
     sizes_ = sizes;
+    grid_ = grid;
     for (std::size_t i = 0; i < sizes.size(); ++i)
     {
         const std::int64_t size = sizes[i];
@@ -120,7 +148,7 @@ void LayeredTexture::set_layers(const std::vector<RasterF>& layers)
 
 std::unique_ptr<TextureView> LayeredTexture::make_view(const UvMap& map) const
 {
-    return std::make_unique<LayeredView>(map, parameters_, sizes_);
+    return std::make_unique<LayeredView>(map, parameters_, sizes_, grid_);
 }
 
 Texture LayeredTexture::to_texture() const
@@ -131,7 +159,7 @@ Texture LayeredTexture::to_texture() const
         RasterF layer(sizes_[i], sizes_[i], 3);
         const float* values = parameters_[i].values.data_ptr<float>();
         std::copy(values, values + layer.values.size(), layer.values.begin());
-        texture.layers.push_back(std::move(layer));
+        texture.layers.push_back(grid_ == TexelGrid::centres ? std::move(layer) : on_centres(layer));
     }
     return texture;
 }

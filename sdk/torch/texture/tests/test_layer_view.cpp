@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <utility>
 
 using namespace fresco;
 
@@ -45,10 +46,11 @@ RasterF random_layer(int size, std::uint64_t seed)
 }
 
 /// The weights of a lookup, texel by texel, in double precision.
-std::map<std::int64_t, double> slow_weights(double u, double v, int size)
+std::map<std::int64_t, double> slow_weights(double u, double v, int size, TexelGrid grid)
 {
-    const double x = std::clamp(u * size - 0.5, 0.0, size - 1.0);
-    const double y = std::clamp((1 - v) * size - 0.5, 0.0, size - 1.0);
+    const auto texels = [&](double w) { return grid == TexelGrid::centres ? w * size - 0.5 : w * (size - 1); };
+    const double x = std::clamp(texels(u), 0.0, size - 1.0);
+    const double y = std::clamp(texels(1 - v), 0.0, size - 1.0);
     std::map<std::int64_t, double> weights;
     for (int row = 0; row < size; ++row)
         for (int column = 0; column < size; ++column)
@@ -97,20 +99,38 @@ TEST_CASE("the corner of the texture and its middle by hand")
     CHECK(out[3] == 3);
 }
 
+TEST_CASE("with corners the outermost texels lie on the border")
+{
+    UvMap map{RasterF(3, 1, 2), RasterF(3, 1), RasterF(3, 1), Raster8(3, 1, 1, 1)};
+    map.uv.values = {0.0F, 1.0F, 0.25F, 1.0F, 1.0F, 0.0F};
+    RasterF layer(3, 3, 3);
+    layer.at(0, 0, 0) = 4;
+    layer.at(1, 0, 0) = 6;
+    layer.at(2, 2, 0) = 9;
+    const LayerView view(valid_pixels(map), 3, TexelGrid::corners);
+    std::vector<float> out(9);
+    view.add_lookup(layer.values.data(), 0, 3, out.data());
+    CHECK(out[0] == 4);
+    CHECK(out[3] == 5);  // Halfway between the first two texels.
+    CHECK(out[6] == 9);
+}
+
 TEST_CASE("gather is the transpose of the lookup")
 {
-    for (const int size : {2, 5, 64})
+    for (const auto& [size, grid] :
+         {std::pair(2, TexelGrid::centres), std::pair(5, TexelGrid::centres), std::pair(64, TexelGrid::centres),
+          std::pair(2, TexelGrid::corners), std::pair(37, TexelGrid::corners)})
     {
         const auto map = random_map(31, 19, 3);
         const auto pixels = valid_pixels(map);
-        const LayerView view(pixels, size);
+        const LayerView view(pixels, size, grid);
         std::vector<float> gradient(3 * view.pixel_count());
         std::uint64_t seed = 4;
         for (auto& g : gradient)
             g = static_cast<float>(number(seed) - 0.5);
         std::map<std::int64_t, std::array<double, 3>> expected;
         for (std::size_t i = 0; i < view.pixel_count(); ++i)
-            for (const auto& [texel, weight] : slow_weights(pixels.uv[2 * i], pixels.uv[2 * i + 1], size))
+            for (const auto& [texel, weight] : slow_weights(pixels.uv[2 * i], pixels.uv[2 * i + 1], size, grid))
                 for (std::size_t c = 0; c < 3; ++c)
                     expected[texel][c] += weight * static_cast<double>(gradient[3 * i + c]);
         const auto touched = view.texels();

@@ -24,12 +24,19 @@ struct ValidPixels
 /// Throws Error if a valid pixel's uv is not finite.
 ValidPixels valid_pixels(const UvMap& map);
 
-/// The bilinear lookups of V valid pixels in a layer of S x S texels, S >= 2: texel centres at +0.5, clamped at the borders, row
-/// 0 at v = 1, rounded exactly as fresco::sample_bilinear. Immutable after construction; any thread.
+/// Where the texels of a layer lie in the unit square.
+enum class TexelGrid
+{
+    centres,  ///< Texel i of S at (i + 0.5) / S; clamped at the borders.
+    corners   ///< Texel i of S at i / (S - 1): the outermost lie on the border ("align corners").
+};
+
+/// The bilinear lookups of V valid pixels in a layer of S x S texels, S >= 2: row 0 at v = 1, with TexelGrid::centres rounded
+/// exactly as fresco::sample_bilinear. Immutable after construction; any thread.
 class LayerView
 {
   public:
-    LayerView(const ValidPixels& pixels, int size);
+    LayerView(const ValidPixels& pixels, int size, TexelGrid grid = TexelGrid::centres);
 
     std::size_t pixel_count() const { return base_.size(); }
     /// Adds to `out` (3 per valid pixel) the lookups in `texels` (3 S², row-major) for valid pixels [begin, end).

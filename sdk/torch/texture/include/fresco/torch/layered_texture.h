@@ -1,5 +1,6 @@
 #pragma once
 
+#include <fresco/torch/layer_view.h>
 #include <fresco/torch/texture_representation.h>
 
 #include <memory>
@@ -8,8 +9,9 @@
 namespace fresco
 {
 
-/// A texture whose value at uv is the sum over square layers of a bilinear lookup: texel centres at +0.5, clamped at the borders,
-/// row 0 at v = 1 (sample_bilinear to the last bit). A representation derives from it and says which layers there are.
+/// A texture whose value at uv is the sum over square layers of a bilinear lookup: row 0 at v = 1, and unless said otherwise
+/// texel centres at +0.5, clamped at the borders (sample_bilinear to the last bit). A representation derives from it and says
+/// which layers there are.
 ///
 /// A view costs its valid pixels, not the layers: about 90 bytes per valid pixel and layer. Its gradient gathers, for each
 /// touched texel, its lookups in the order of the pixels: no atomics, the same bytes for any number of threads.
@@ -25,7 +27,10 @@ class LayeredTexture : public TextureRepresentation
     static constexpr int largest_size_px = 16384;
 
     /// Layers of zeros, `sizes` texels a side (2 to largest_size_px), finest first, with their factors k of the regulariser.
-    void allocate_layers(const std::vector<int>& sizes, const std::vector<double>& regulariser);
+    /// With TexelGrid::corners to_texture() resamples them bilinearly onto texel centres, where a texture artifact has its
+    /// values.
+    void allocate_layers(const std::vector<int>& sizes, const std::vector<double>& regulariser,
+                         TexelGrid grid = TexelGrid::centres);
     /// Throws std::invalid_argument unless `picture` has the finest layer's size and 3 channels.
     void check_picture(const RasterF& picture) const;
     /// Sets all layers; `layers` have their sizes and 3 channels.
@@ -34,6 +39,7 @@ class LayeredTexture : public TextureRepresentation
   private:
     std::vector<TextureParameter> parameters_;
     std::vector<int> sizes_;
+    TexelGrid grid_ = TexelGrid::centres;
 };
 
 }  // namespace fresco

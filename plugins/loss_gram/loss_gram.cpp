@@ -79,7 +79,7 @@ class LossGram final : public fresco::Loss
             if (apart)
                 add(sum, part, i, fresco::Pixels::steep, {&*targets.coarse, nullptr});
             if (sum.defined())
-                terms.push_back({compared_[i].name, sum * compared_[i].factor});
+                terms.push_back({compared_[i].name, sum * compared_[i].factor, &*style.features});
         }
         return terms;
     }

@@ -286,6 +286,63 @@ TEST_CASE("the evaluation's gradient is that of the weighted sum over losses and
     CHECK(scaled.loss == Approx(evaluation.loss));
 }
 
+namespace
+{
+
+/// 1 at the smallest height, 0 elsewhere, on a layer of stride 2: its weighted sum is the share of the smallest height.
+class LowestLoss final : public Loss
+{
+  public:
+    LowestLoss(FeatureNetwork& network, bool names_network) : network_(network), names_network_(names_network) {}
+    LossNeeds needs() const override { return {{{&network_, {"half"}, false, false}}, false}; }
+    void prepare(const PrepareContext&) override {}
+    std::vector<LossTerm> evaluate(Part& part) override
+    {
+        const double value = part.level() == 0 ? 1 : 0;
+        return {{"half", at::ones({}) * value, names_network_ ? &network_ : nullptr}};
+    }
+
+  private:
+    FeatureNetwork& network_;
+    bool names_network_;
+};
+
+}  // namespace
+
+TEST_CASE("levels share by pixels, or by the cells of a term's layer where the network is named")
+{
+    World world;
+    HalfNetwork network;
+    LevelRules rules;
+    rules.share_by_features = true;
+    const auto data = load_view(world.source, 0, world.texture, rules);
+    REQUIRE(data->levels.size() == 2);
+    // Cells look at the pixels with odd row and column: leave every second of these out.
+    auto& lowest = data->levels[0].pixels.all;
+    for (int y = 1; y < lowest.height; y += 4)
+        for (int x = 1; x < lowest.width; x += 2)
+            lowest.at(x, y) = 0;
+    const auto covered = [](const Raster8& mask, int first, int step)
+    {
+        double count = 0;
+        double all = 0;
+        for (int y = first; y < mask.height; y += step)
+            for (int x = first; x < mask.width; x += step, ++all)
+                count += mask.at(x, y);
+        return count / all;
+    };
+    const auto& upper = data->levels[1].pixels.all;
+    const double cells = covered(lowest, 1, 2) / (covered(lowest, 1, 2) + covered(upper, 1, 2));
+    CHECK(cells < 0.4);
+    for (const bool names_network : {false, true})
+    {
+        const std::map<std::string, std::shared_ptr<Loss>> losses{
+            {"lowest", std::make_shared<LowestLoss>(network, names_network)}};
+        Evaluator evaluator(losses, ValueSpace("display"), torch::kCPU, 1);
+        CHECK(evaluator.evaluate(0, {}, *data, "v", 1).loss == Approx(names_network ? cells : data->levels[0].share));
+    }
+}
+
 TEST_CASE("a loss that is not finite is named with step and view")
 {
     World world;

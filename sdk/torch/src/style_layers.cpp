@@ -165,7 +165,7 @@ std::vector<LossTerm> StyleFeatureLoss::evaluate(Part& part)
             sum = sum.defined() ? sum + value : value;
         }
         if (sum.defined())
-            terms.push_back({compared_[i].name, sum * compared_[i].factor});
+            terms.push_back({compared_[i].name, sum * compared_[i].factor, &*options_.features});
     }
     return terms;
 }

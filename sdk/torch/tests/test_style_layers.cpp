@@ -55,13 +55,13 @@ class Owner final : public Component
 
 TEST_CASE("layers of a style loss: the named ones, or the network's, each with its factor")
 {
-    CHECK(names_of(Owner("{}").options.compared("loss.x")) == std::vector<std::string>{"a", "c"});
+    CHECK((names_of(Owner("{}").options.compared("loss.x")) == std::vector<std::string>{"a", "c"}));
     const Owner owner(R"({"layers": "b, a", "layer_weights": [2, 3]})");
     const auto named = owner.options.compared("loss.x");
-    CHECK(names_of(named) == std::vector<std::string>{"b", "a"});
+    CHECK((names_of(named) == std::vector<std::string>{"b", "a"}));
     CHECK(named[1].factor == 3);
-    CHECK(owner.options.needs({}).features.at(0).names == std::vector<std::string>{"b", "a"});
-    CHECK(Owner("{}").options.needs(named).features.at(0).names == std::vector<std::string>{"b", "a"});
+    CHECK((owner.options.needs({}).features.at(0).names == std::vector<std::string>{"b", "a"}));
+    CHECK((Owner("{}").options.needs(named).features.at(0).names == std::vector<std::string>{"b", "a"}));
     CHECK_THROWS_WITH(Owner(R"({"layers": "d"})").options.compared("loss.x"), Catch::Contains("a, b, c"));
     CHECK_THROWS_WITH(Owner(R"({"layer_weights": [1]})").options.compared("loss.x"),
                       Catch::Contains("loss.x: `layer_weights` has 1 entries for 2"));

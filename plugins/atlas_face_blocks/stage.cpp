@@ -1,0 +1,54 @@
+#include "face_blocks.h"
+
+#include <fresco/mesh.h>
+#include <fresco/stage.h>
+
+#include <numeric>
+#include <string>
+
+namespace
+{
+
+namespace blocks = fresco::face_blocks;
+
+class AtlasFaceBlocks final : public fresco::Stage
+{
+    fresco::Input<fresco::Mesh> mesh{this, "mesh", "Triangle mesh; texture coordinates it has are replaced"};
+    fresco::Output<fresco::Mesh> atlas{this, "atlas", "The same mesh with texture coordinates, every face a chart of its own"};
+    fresco::Option<int> size_px{this, "size_px", 4096, fresco::range(64, 32768),
+                                "Texture size that the blocks are for; the optimiser's must be the same"};
+    fresco::Option<int> block_px{this, "block_px", 4, fresco::range(2, 64), "Texels along a side of a face's block"};
+
+    fresco::Cost cost() const override
+    {
+        return {.seconds = "0.1 + 0.0000002 * faces",
+                .memory_mb = "20 + 0.0001 * faces",
+                .disk_mb = "0.00005 * faces",
+                .frames = "",
+                .faces = ""};
+    }
+
+    void run(fresco::RunContext& run) override
+    {
+        fresco::check_mesh(*mesh, "atlas.face_blocks: input mesh");
+        const blocks::Layout layout{*size_px, *block_px};
+        const auto faces = mesh->triangles.size();
+        if (faces > layout.blocks_count())
+            throw fresco::Error("atlas.face_blocks: " + std::to_string(faces) + " faces, but a texture of " +
+                                std::to_string(*size_px) + " texels has room for " + std::to_string(layout.blocks_count()) +
+                                " blocks of " + std::to_string(*block_px) + ": set `size_px` to " +
+                                std::to_string(blocks::smallest_size_px(faces, *block_px)) +
+                                ", decimate the mesh further, or take smaller blocks");
+        fresco::Mesh result = *mesh;
+        result.texcoords = blocks::texcoords(faces, layout);
+        result.charts.resize(faces);
+        std::iota(result.charts.begin(), result.charts.end(), 0U);
+        run.report("faces", static_cast<std::int64_t>(faces));
+        run.report("used_share", static_cast<double>(faces) / static_cast<double>(layout.blocks_count()));
+        atlas = std::move(result);
+    }
+};
+
+}  // namespace
+
+FRESCO_STAGE("atlas.face_blocks", AtlasFaceBlocks, "A small block of texels for every face, as large as any other's")

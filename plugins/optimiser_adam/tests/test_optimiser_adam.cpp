@@ -9,6 +9,8 @@
 #include <ATen/ops/full.h>
 #include <ATen/ops/zeros.h>
 
+#include <cmath>
+
 using namespace fresco;
 
 namespace
@@ -42,6 +44,22 @@ Evaluate evaluation(int n)
         return e;
     };
 }
+
+/// Algorithm 1 for one number, beta1 0.8, beta2 0.95, epsilon 1e-3.
+struct TextbookAdam
+{
+    double value = 0;
+    double m = 0;
+    double v = 0;
+    int t = 0;
+    void step(double g, double rate)
+    {
+        ++t;
+        m = 0.8 * m + 0.2 * g;
+        v = 0.95 * v + 0.05 * g * g;
+        value -= rate * (m / (1 - std::pow(0.8, t))) / (std::sqrt(v / (1 - std::pow(0.95, t))) + 1e-3);
+    }
+};
 
 }  // namespace
 
@@ -94,6 +112,43 @@ TEST_CASE("the regulariser pulls on all texels, or on the visible ones")
         CHECK(p[0].values[2][0].item<float>() == Approx(0.49));
         CHECK(p[0].values[0][0].item<float>() == Approx(visible ? 0.5 : 0.49));
         CHECK(p[1].values[0][0].item<float>() == -0.5F);
+    }
+}
+
+TEST_CASE("both modes follow the textbook in double precision, the regulariser's gradient included")
+{
+    const double rate = 0.02;
+    const double lambda = 0.7;
+    for (const bool visible : {false, true})
+    {
+        auto p = parameters();
+        const auto rule =
+            made(Value::Map{{"mode", visible ? "visible" : "dense"}, {"beta1", 0.8}, {"beta2", 0.95}, {"epsilon", 1e-3}});
+        rule->attach(p);
+        // One number of each texel stands for all three.
+        std::vector<TextbookAdam> twins(8);
+        for (std::size_t i = 0; i < 8; ++i)
+            twins[i].value = i < 6 ? 0.5 : -0.5;
+        for (int n = 0; n < 30; ++n)
+        {
+            rule->step(p, evaluation(n), rate, lambda);
+            for (std::size_t i = 0; i < 8; ++i)
+            {
+                const bool seen = i < 6 ? static_cast<int>(i) == n % 6 : static_cast<int>(i) - 6 == n % 2;
+                if (visible && !seen)
+                    continue;
+                const double given = i < 6 ? 0.1 * (n % 5 - 2) : 0.2;
+                // d/dv of λ k Σ v² / 18, k = 2; the second parameter has none.
+                const double pull = i < 6 ? lambda * 2 * 2 * twins[i].value / 18 : 0;
+                twins[i].step((seen ? given : 0) + pull, rate);
+            }
+        }
+        for (std::size_t i = 0; i < 8; ++i)
+        {
+            const auto& values = p[i < 6 ? 0 : 1].values;
+            for (std::int64_t c = 0; c < 3; ++c)
+                CHECK(values[static_cast<std::int64_t>(i % 6)][c].item<double>() == Approx(twins[i].value).margin(3e-6));
+        }
     }
 }
 

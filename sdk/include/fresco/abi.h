@@ -5,12 +5,13 @@
  *
  * History of FRESCO_ABI:
  *   1  first
+ *   2  Files::loaded_from, ImageIo::check, LossTerm::network, Pixels::steep
  */
 #include <stddef.h>
 #include <stdint.h>
 
 #define FRESCO_MAGIC 0x46524553u /* "FRES" */
-#define FRESCO_ABI 1u
+#define FRESCO_ABI 2u
 
 #ifdef __cplusplus
 extern "C"

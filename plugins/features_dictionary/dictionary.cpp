@@ -1,10 +1,10 @@
 #include "dictionary.h"
 
-#include "random.h"
 #include "spherical_k_means.h"
 #include "whitening.h"
 
 #include <fresco/error.h>
+#include <fresco/random.h>
 #include <fresco/torch/tensor.h>
 
 #include <ATen/ATen.h>
@@ -58,7 +58,7 @@ torch::Tensor layer_output(std::size_t index, const torch::Tensor& input, const 
     return index == 0 ? at::cat({responses, input}, 0) : responses;
 }
 
-torch::Tensor with_noise(const torch::Tensor& picture, double deviation, Random& random)
+torch::Tensor with_noise(const torch::Tensor& picture, double deviation, fresco::Random& random)
 {
     auto noisy = picture.clone(at::MemoryFormat::Contiguous);
     float* value = noisy.data_ptr<float>();
@@ -68,7 +68,7 @@ torch::Tensor with_noise(const torch::Tensor& picture, double deviation, Random&
 }
 
 /// `count` patches of `size` x `size` at seeded places wholly inside, as rows of C · size · size.
-torch::Tensor draw_patches(const torch::Tensor& maps, int size, std::int64_t count, Random& random)
+torch::Tensor draw_patches(const torch::Tensor& maps, int size, std::int64_t count, fresco::Random& random)
 {
     const auto input = maps.contiguous();
     const auto channels = input.size(0);
@@ -129,7 +129,7 @@ Dictionary Dictionary::learn(const torch::Tensor& picture, const LearnOptions& o
                             std::to_string(picture.size(-2)) + " pixels; a dictionary of features needs at least " +
                             std::to_string(smallest_side) + " on both sides: use a larger picture");
     const at::NoGradGuard no_gradient;
-    Random random(options.seed);
+    fresco::Random random(options.seed);
     auto clean = picture.to(at::kFloat).contiguous();
     auto noisy = with_noise(clean, options.noise, random);
     Dictionary result;

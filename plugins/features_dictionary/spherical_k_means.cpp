@@ -37,7 +37,7 @@ void normalise_rows(torch::Tensor& rows)
 }
 
 /// The first `count` of a seeded shuffle of [0, total), begun again where count > total.
-std::vector<std::int64_t> draw(std::int64_t total, std::int64_t count, Random& random)
+std::vector<std::int64_t> draw(std::int64_t total, std::int64_t count, fresco::Random& random)
 {
     std::vector<std::int64_t> order(static_cast<std::size_t>(total));
     std::iota(order.begin(), order.end(), std::int64_t{0});
@@ -89,7 +89,7 @@ void fill_empty(torch::Tensor& sums, const torch::Tensor& samples, const std::ve
 
 }  // namespace
 
-torch::Tensor spherical_k_means(const torch::Tensor& samples, int centres, int iterations, Random& random,
+torch::Tensor spherical_k_means(const torch::Tensor& samples, int centres, int iterations, fresco::Random& random,
                                 fresco::Progress& progress)
 {
     auto unit = samples.clone(at::MemoryFormat::Contiguous);

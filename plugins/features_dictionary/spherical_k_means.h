@@ -1,8 +1,7 @@
 #pragma once
 
-#include "random.h"
-
 #include <fresco/progress.h>
+#include <fresco/random.h>
 
 #include <torch/types.h>
 
@@ -13,7 +12,7 @@ namespace dictionary
 /// sample to the centre with the largest dot product and moving each centre to the direction of its samples' sum. Starts from
 /// seeded samples; a centre without samples takes the sample that fits its own centre worst. K may exceed N.
 /// Coates and Ng, Learning Feature Representations with K-means, 2012. Deterministic for any thread count.
-torch::Tensor spherical_k_means(const torch::Tensor& samples, int centres, int iterations, Random& random,
+torch::Tensor spherical_k_means(const torch::Tensor& samples, int centres, int iterations, fresco::Random& random,
                                 fresco::Progress& progress);
 
 }  // namespace dictionary

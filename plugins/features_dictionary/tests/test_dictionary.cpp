@@ -3,6 +3,7 @@
 #include "whitening.h"
 
 #include <fresco/error.h>
+#include <fresco/random.h>
 #include <fresco/testing.h>
 
 #include <ATen/ATen.h>
@@ -20,7 +21,7 @@ namespace
 torch::Tensor rings(std::int64_t height, std::int64_t width)
 {
     auto picture = at::empty({3, height, width}, at::kFloat);
-    dictionary::Random random(7);
+    fresco::Random random(7);
     float* out = picture.data_ptr<float>();
     for (std::int64_t c = 0; c < 3; ++c)
         for (std::int64_t y = 0; y < height; ++y)
@@ -42,7 +43,7 @@ dictionary::Dictionary learned(int patches = 1500, std::uint64_t seed = 3)
 
 TEST_CASE("The generator gives the numbers of splitmix64")
 {
-    dictionary::Random random(1234567);
+    fresco::Random random(1234567);
     CHECK(random.bits() == 6457827717110365317ULL);
     CHECK(random.bits() == 3203168211198807973ULL);
     double sum = 0;
@@ -60,7 +61,7 @@ TEST_CASE("The generator gives the numbers of splitmix64")
 TEST_CASE("Whitened samples have the covariance that PCA whitening gives")
 {
     // Two independent directions of variance 4 and 1, turned by 30 degrees.
-    dictionary::Random random(5);
+    fresco::Random random(5);
     auto samples = at::empty({20'000, 2}, at::kFloat);
     const double c = std::cos(0.5236);
     const double s = std::sin(0.5236);
@@ -86,7 +87,7 @@ TEST_CASE("Whitened samples have the covariance that PCA whitening gives")
 
 TEST_CASE("Spherical k-means finds three directions")
 {
-    dictionary::Random random(1);
+    fresco::Random random(1);
     auto samples = at::empty({300, 3}, at::kFloat);
     for (std::int64_t i = 0; i < 300; ++i)
         for (std::int64_t j = 0; j < 3; ++j)

@@ -17,11 +17,12 @@ std::optional<double> as_number(const Value& value)
     return value.is_number() ? std::optional(value.as_double()) : std::nullopt;
 }
 
-/// Frames and faces as the formulas of one stage see them; what no input tells is assumed when it is asked for.
+/// Frames, faces and heights as the formulas of one stage see them; what no input tells is assumed when it is asked for.
 struct Figures
 {
     std::optional<double> frames;
     std::optional<double> faces;
+    std::optional<double> height_squares;
     bool assumed_frames_used = false;
     bool assumed_faces_used = false;
 
@@ -53,6 +54,8 @@ class StageNames final : public FormulaNames
             return figures_.ask_frames();
         if (name == "faces")
             return figures_.ask_faces();
+        if (name == "height_squares")
+            return figures_.height_squares.value_or(0);
         if (name == "cores")
             return cores_;
         if (name.ends_with("_count"))
@@ -138,6 +141,16 @@ std::optional<double> carried(Figure figure, const PipelineStage& stage, const s
     return result;
 }
 
+/// The largest that a wire brings.
+std::optional<double> carried_height_squares(const PipelineStage& stage, const std::map<std::string, const StageEstimate*>& done)
+{
+    std::optional<double> result;
+    for (const Wire& wire : stage.wires)
+        if (const auto source = done.find(wire.from_stage); source != done.end() && source->second->height_squares)
+            result = std::max(result.value_or(0), *source->second->height_squares);
+    return result;
+}
+
 class StageEstimator
 {
   public:
@@ -150,6 +163,7 @@ class StageEstimator
     {
         const std::optional<double> own_frames = made("frames", figures_.frames);
         const std::optional<double> own_faces = made("faces", figures_.faces);
+        result_.height_squares = made("height_squares", figures_.height_squares);
         result_.frames = measured && measured->frames ? measured->frames : own_frames;
         result_.faces = measured && measured->faces ? measured->faces : own_faces;
         if (stage_.wires.empty())
@@ -217,7 +231,8 @@ PipelineEstimate estimate_pipeline(const Pipeline& pipeline, int cores, const st
         const PipelineStage& stage = pipeline.stages[i];
         StageEstimate& estimate = result.stages[i];
         estimate.stage = stage.name;
-        const Figures inputs{carried(Figure::frames, stage, done), carried(Figure::faces, stage, done)};
+        const Figures inputs{carried(Figure::frames, stage, done), carried(Figure::faces, stage, done),
+                             carried_height_squares(stage, done)};
         const auto known = measured.find(stage.name);
         StageEstimator(stage, inputs, std::max(cores, 1), estimate).run(known == measured.end() ? nullptr : &known->second);
         done.emplace(stage.name, &estimate);

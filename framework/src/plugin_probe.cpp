@@ -43,7 +43,8 @@ Value describe_type(const PluginLibrary::Entry& entry, const Configurable& objec
                                            {"memory_mb", cost.memory_mb},
                                            {"disk_mb", cost.disk_mb},
                                            {"frames", cost.frames},
-                                           {"faces", cost.faces}});
+                                           {"faces", cost.faces},
+                                           {"height_squares", cost.height_squares}});
     }
     else if (entry.kind == "stage")
         throw Error("the type " + entry.type + " is registered as a stage but is none");

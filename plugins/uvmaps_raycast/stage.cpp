@@ -36,7 +36,8 @@ class UvmapsRaycast final : public Stage
                 .memory_mb = "100 + faces * 0.0004 + heights_px_squares * 6e-5",
                 .disk_mb = "frames * heights_px_squares * 2.4e-5",
                 .frames = {},
-                .faces = {}};
+                .faces = {},
+                .height_squares = "heights_px_squares"};
     }
 
     void check_inputs() const

@@ -13,8 +13,9 @@ namespace fresco
 {
 
 /// What a stage costs, for `fresco plan`, as formulas over its numeric options (a list: its length as `name_count` and the sum of
-/// its squares as `name_squares`), `frames`, `faces` (of its inputs), `cores`, `count(option, "glob")` (files below a folder
-/// option) and `bytes(option, "glob")`, with + - * / ( ) min max. A stage that makes frames or faces says how many; an empty text
+/// its squares as `name_squares`), `frames`, `faces` (of its inputs), `height_squares` (the sum of the squares of the heights
+/// of its uv maps; 0 without), `cores`, `count(option, "glob")` (files below a folder
+/// option) and `bytes(option, "glob")`, with + - * / ( ) min max. A stage that makes frames, faces or uv maps says how many; an empty text
 /// passes on its inputs' figures.
 struct Cost
 {
@@ -23,6 +24,7 @@ struct Cost
     std::string disk_mb = "0";
     std::string frames{};
     std::string faces{};
+    std::string height_squares{};
 };
 
 /// One step of a pipeline. Derive, declare ports and options as members, write `run`, and register with FRESCO_STAGE.

@@ -41,7 +41,13 @@ CheckpointFolder::Used CheckpointFolder::use_latest(const Use& use, const Warn& 
 
 bool CheckpointFolder::use_before(std::int64_t step, const Use& use, const Warn& warn) const
 {
-    return used(due(), step, use, warn) || used(earlier(), step, use, warn);
+    if (used(due(), step, use, warn))
+        return true;
+    // Else the bad state would take the place of the good one when the next checkpoint is due.
+    std::filesystem::remove(due());
+    std::error_code none;
+    std::filesystem::rename(earlier(), due(), none);
+    return used(due(), step, use, warn);
 }
 
 void CheckpointFolder::write_due(const Checkpoint& checkpoint) const
@@ -49,16 +55,12 @@ void CheckpointFolder::write_due(const Checkpoint& checkpoint) const
     std::error_code none_yet;
     std::filesystem::rename(due(), earlier(), none_yet);
     checkpoint.write(due());
+    std::filesystem::remove(interrupted());
 }
 
 void CheckpointFolder::write_interrupted(const Checkpoint& checkpoint) const
 {
     checkpoint.write(interrupted());
-}
-
-void CheckpointFolder::remove_interrupted() const
-{
-    std::filesystem::remove(interrupted());
 }
 
 }  // namespace fresco::optimize

@@ -30,14 +30,13 @@ class CheckpointFolder
     };
     /// To go on: the interruption's, else the last one due. Each that cannot be used is named to `warn`.
     Used use_latest(const Use& use, const Warn& warn) const;
-    /// To go back: the last one due before `step`. The state of a step is known to be good once the step was evaluated.
+    /// To go back: the last one due before `step`, whose evaluation failed; those from `step` on are thrown away. The state of a
+    /// step is known to be good once the step was evaluated. False where none is left.
     bool use_before(std::int64_t step, const Use& use, const Warn& warn) const;
 
-    /// The one that was due before is kept as well.
+    /// The one that was due before is kept as well; the interruption's is no longer needed.
     void write_due(const Checkpoint& checkpoint) const;
     void write_interrupted(const Checkpoint& checkpoint) const;
-    /// Once the run has gone on from it.
-    void remove_interrupted() const;
 
   private:
     std::filesystem::path due() const { return folder_ / "checkpoint.safetensors"; }

@@ -52,8 +52,8 @@ double level_share(ViewData& data, std::size_t level, const LossTerm& term, cons
 }  // namespace
 
 Evaluator::Evaluator(const std::map<std::string, std::shared_ptr<Loss>>& losses, ValueSpace space, torch::Device device,
-                     std::uint64_t seed)
-    : losses_(losses), space_(space), device_(device), seed_(seed)
+                     std::uint64_t seed, bool crops)
+    : losses_(losses), space_(space), device_(device), seed_(seed), crops_(crops)
 {
 }
 
@@ -62,7 +62,7 @@ Evaluation Evaluator::evaluate(std::int64_t step, const ScheduledStep& scheduled
 {
     // Not sooner: a loss knows its network's default layers only once that network is prepared.
     if (demands_.empty())
-        demands_ = demands_of(losses_);
+        demands_ = demands_of(losses_, crops_);
     summands_.clear();
     Evaluation result;
     for (std::size_t i = 0; i < data.levels.size(); ++i)
@@ -90,7 +90,8 @@ std::vector<SparseGradient> Evaluator::level_gradients(const PartPlace& place, V
     auto& level = data.levels[level_number];
     const auto stored = level.view->render();
     const auto displayed = at::empty_like(stored);
-    space_.display(values_of(stored), level.pixels.all.values, values_of(displayed));
+    // All that is seen, also beyond the level: features near its border look there.
+    space_.display(values_of(stored), level.valid.values, values_of(displayed));
     const auto image = displayed.to(device_).set_requires_grad(true);
     RenderedPart part(place, image, level, demands_);
     const auto sum = weighted_sum(

@@ -82,15 +82,32 @@ void keep_valid(LevelPixels& level, const Raster8& valid)
         }
 }
 
+RasterF degrees(const RasterF& cosine)
+{
+    RasterF result = cosine;
+    for (auto& value : result.values)
+        value = static_cast<float>(std::acos(std::clamp(static_cast<double>(value), 0.0, 1.0)) * 180 / std::numbers::pi);
+    return result;
+}
+
+/// Whether a pixel passes, by its angle in degrees.
+bool passes(double angle_deg, const AngleRule& rule)
+{
+    return rule.below ? angle_deg < rule.limit_deg : angle_deg <= rule.limit_deg;
+}
+
 void filter_by_angle(LevelPixels& level, const UvMap& map, const UvMap& smallest, const AngleRule& rule)
 {
+    RasterF angles = degrees(map.cosine);
     if (rule.from_smallest && map.cosine.width != smallest.cosine.width)
+    {
+        // The angles themselves are enlarged for the filter, the cosines for the scaling.
+        angles = resized(degrees(smallest.cosine), map.cosine.width, map.cosine.height);
         level.cosine = resized(smallest.cosine, map.cosine.width, map.cosine.height);
-    const RasterF& cosine = level.cosine.empty() ? map.cosine : level.cosine;
-    const double limit = rule.limit_deg >= 90 ? 0 : std::cos(rule.limit_deg * std::numbers::pi / 180);
+    }
     level.fine = level.all;
     for (std::size_t i = 0; i < level.fine.values.size(); ++i)
-        if (rule.below ? !(static_cast<double>(cosine.values[i]) > limit) : !(static_cast<double>(cosine.values[i]) >= limit))
+        if (!passes(static_cast<double>(angles.values[i]), rule))
             level.fine.values[i] = 0;
 }
 
@@ -191,7 +208,7 @@ RasterF gradient_factor(const UvMap& map, const LevelPixels& pixels, GradientSca
         if (scaling == GradientScaling::angle)
             factor.values[i] *= cosine.values[i];
         else if (scaling == GradientScaling::none)
-            factor.values[i] = map.valid.values[i] != 0 ? 1.0F : 0.0F;
+            factor.values[i] = pixels.all.values[i] != 0 ? 1.0F : 0.0F;
     return factor;
 }
 

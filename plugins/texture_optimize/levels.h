@@ -33,7 +33,7 @@ struct AngleRule
 {
     double limit_deg = 90;       ///< Largest angle between normal and view that passes.
     bool below = false;          ///< The angle must be smaller than the limit; else at most the limit.
-    bool from_smallest = false;  ///< Cosines of the smallest height, enlarged bilinearly; else each height's own.
+    bool from_smallest = false;  ///< Angles of the smallest height, enlarged bilinearly, cosines alike; else each height's own.
 };
 
 /// The pixels of one rendered height that take part.
@@ -42,7 +42,7 @@ struct LevelPixels
     Raster8 all;                 ///< H x W: 1 = belongs to the level.
     Raster8 fine;                ///< H x W: 1 = also passes the angle filter.
     RasterF weight;              ///< H x W: share of the level in the pixel, [0,1]; 0 outside `all`.
-    RasterF cosine;              ///< H x W: cos α that filter and scaling use; empty: the uv map's own.
+    RasterF cosine;              ///< H x W: cos α that the scaling uses; empty: the uv map's own.
     std::int64_t count() const;  ///< Pixels in `all`.
 };
 
@@ -62,11 +62,12 @@ std::vector<double> level_shares(std::span<const LevelPixels> levels);
 /// What image gradients are multiplied by (METHOD section 6).
 enum class GradientScaling
 {
-    none,   ///< 1 wherever the uv map is valid.
+    none,   ///< 1 in the level.
     level,  ///< The level's share in the pixel.
     angle   ///< The level's share times cos α.
 };
 
+/// 0 outside the level.
 RasterF gradient_factor(const UvMap& map, const LevelPixels& pixels, GradientScaling scaling);
 
 /// 1 where `mask` and its eight neighbours are 1; outside the raster is 0.

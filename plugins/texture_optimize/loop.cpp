@@ -133,7 +133,6 @@ class Loop
             run_.message("going on after step " + std::to_string(step_) + " of " + std::to_string(schedule_.steps()));
         else
             start_anew();
-        checkpoints_.remove_interrupted();
     }
 
     void start_anew()
@@ -200,7 +199,7 @@ class Loop
         if (!back)
             start_anew();
         rollbacks_ = rollbacks;
-        due_step_ = step_;
+        due_step_ = back ? step_ : -1;
     }
 
     /// Between two steps everything is consistent: here a run may end, and goes on later.

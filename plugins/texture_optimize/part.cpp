@@ -8,6 +8,7 @@
 #include <ATen/ops/zeros.h>
 
 #include <algorithm>
+#include <numeric>
 #include <stdexcept>
 
 namespace fresco::optimize
@@ -164,7 +165,7 @@ CroppedLevel* RenderedPart::cropped(const FeatureNetwork& network)
         for (const auto& name : demand(network).image)
         {
             const auto layer = network.layer(name);
-            align = std::max(align, layer.stride);
+            align = std::lcm(align, layer.stride);
             margin = std::max(margin, layer.margin_px);
         }
         CroppedLevel level{covering_crops(data_.pixels.all, align, margin), {}, {}};

@@ -13,6 +13,7 @@ namespace
 {
 
 constexpr int largest_side = 2048;
+constexpr int least_side = 64;
 constexpr int fine_side = 256;
 constexpr int coarse_factor = 4;
 
@@ -63,6 +64,9 @@ StyleSizes released_sizes(RasterF source)
 StyleSizes style_sizes(const Raster8& picture, StyleRule rule, const std::function<void(const std::string&)>& message)
 {
     RasterF source = opaque_rgb(picture);
+    if (std::min(source.width, source.height) < least_side)
+        throw Error("the style picture is " + std::to_string(source.width) + "x" + std::to_string(source.height) +
+                    "; its shorter side must have at least " + std::to_string(least_side) + " px for a style to be seen in it");
     if (rule == StyleRule::released)
         return released_sizes(std::move(source));
     const int longer = std::max(source.width, source.height);

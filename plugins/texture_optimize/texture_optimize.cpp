@@ -30,8 +30,9 @@ class TextureOptimize final : public fresco::Stage
     fresco::Option<int> size_px{this, "size_px", 2048, fresco::range(8, 16384), "Texels a side of the texture"};
     fresco::Option<std::vector<int>> heights_px{this, "heights_px", std::vector<int>{}, fresco::at_least(1),
                                                 "Which heights of the uv maps to render; none named: all"};
-    fresco::Option<int> epochs{this, "epochs", 2, fresco::at_least(1), "How often every view is visited"};
-    fresco::Option<int> repeats_count{this, "repeats_count", 8, fresco::at_least(1), "Consecutive steps on a view at each visit"};
+    fresco::Option<int> epochs{this, "epochs", 2, fresco::range(1, 100000), "How often every view is visited"};
+    fresco::Option<int> repeats_count{this, "repeats_count", 8, fresco::range(1, 100000),
+                                      "Consecutive steps on a view at each visit"};
     fresco::Option<std::int64_t> max_steps{this, "max_steps", 0, fresco::at_least(0), "End after so many steps; 0: no limit"};
     fresco::Option<std::string> order{this, "order", "shuffled", fresco::one_of({"shuffled", "recorded"}),
                                       "Order of the views in an epoch; shuffled: seeded, and evenly spread over the recording"};
@@ -83,14 +84,11 @@ class TextureOptimize final : public fresco::Stage
                                        "Where losses are computed"};
     fresco::Option<fresco::InputFile> weights{this, "weights", fresco::InputFile{},
                                               "VGG-19 weights for `losses: auto`; none: losses without a network"};
-    fresco::Option<int> checkpoint_steps{this,
-                                         "checkpoint_steps",
-                                         200,
-                                         fresco::at_least(0),
-                                         "Steps between two checkpoints; 0: only when interrupted",
-                                         fresco::not_in_key};
+    // In the key: where a run goes back to after a loss that is not finite depends on it.
+    fresco::Option<int> checkpoint_steps{this, "checkpoint_steps", 200, fresco::at_least(0),
+                                         "Steps between two checkpoints; 0: only when interrupted"};
     fresco::Option<int> preview_every{
-        this, "preview_every", 0, fresco::at_least(0), "Steps between two preview pictures; 0: none", fresco::not_in_key};
+        this, "preview_every", 100, fresco::at_least(0), "Steps between two preview pictures; 0: none", fresco::not_in_key};
 
     fresco::SlotMap<fresco::Loss> losses{this, "losses", "auto", "What the rendered views should be like"};
     fresco::Slot<fresco::TextureRepresentation> representation{this, "texture", "texture.laplacian", "How the texture is stored"};
@@ -122,8 +120,9 @@ class TextureOptimize final : public fresco::Stage
         // max_steps = 0 means no limit. From runs of 900 and 2000 steps on a real scan (256 px, 2048 texels, the losses that need
         // no weights): 60 s of processor time before the first step, 0.65 s for each; other heights are scaled by their pixels.
         const std::string steps = "min(frames * epochs * repeats_count, max_steps + (1 - min(max_steps, 1)) * 1e12)";
-        cost.seconds = "(60 + " + steps + " * 0.65 * max(heights_px_squares, 65536) / 65536) / cores";
-        cost.memory_mb = "1250 + size_px * size_px * 0.00012 + max(heights_px_squares, 65536) * 0.003";
+        const std::string squares = "max(65536, heights_px_squares + (1 - min(heights_px_squares, 1)) * height_squares)";
+        cost.seconds = "(60 + " + steps + " * 0.65 * " + squares + " / 65536) / cores";
+        cost.memory_mb = "1250 + size_px * size_px * 0.00012 + " + squares + " * 0.003";
         cost.disk_mb = "size_px * size_px * 0.000017";
         return cost;
     }

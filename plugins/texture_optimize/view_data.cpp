@@ -74,6 +74,7 @@ std::unique_ptr<ViewData> load_view(const ViewSource& source, std::size_t view, 
         result.camera = to_tensor(resized(camera, map.valid.width, map.valid.height));
         result.all = bool_tensor(pixels[level].all);
         result.fine = bool_tensor(pixels[level].fine);
+        result.valid = map.valid;
         result.pixels = pixels[level];
         result.smallest = smallest;
         data->levels.push_back(std::move(result));

@@ -61,6 +61,7 @@ struct LevelData
 {
     int height_px = 0;
     std::unique_ptr<TextureView> view;
+    Raster8 valid;  ///< H x W: 1 = the texture is seen here, whether or not the pixel belongs to the level.
     LevelPixels pixels;
     RasterF factor;                            ///< H x W: what the image gradient is multiplied by.
     double share = 0;                          ///< ŵ_l

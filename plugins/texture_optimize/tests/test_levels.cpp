@@ -183,6 +183,11 @@ TEST_CASE("the angle filter takes a level's own cosines, or the smallest height'
     CHECK(smallest[1].fine.at(0, 0) == 0);
     CHECK(gradient_factor(maps[1], smallest[1], GradientScaling::angle).at(0, 0) == Approx(0.2));
     CHECK(gradient_factor(maps[1], own[1], GradientScaling::angle).at(0, 0) == Approx(0.9));
+    // The angles are enlarged, not the cosines: a quarter of the way from 25.8° to 78.5° is 39.0°; the mean of the cosines would
+    // be that of 43.5°.
+    const auto between = whole_levels(maps, {41, false, true});
+    CHECK(between[1].fine.at(2, 0) == 1);
+    CHECK(between[1].fine.at(1, 0) == 0);
     // Exactly on the limit: cos 90° = 0 passes "at most", not "below".
     maps[0].cosine.at(1, 1) = 0;
     CHECK(whole_levels(maps, {90, false})[0].fine.at(1, 1) == 1);
@@ -199,7 +204,8 @@ TEST_CASE("gradients are scaled by the level's share and the cosine, or not at a
     CHECK(angle.at(0, 0) == 0);
     CHECK(gradient_factor(maps[1], levels[1], GradientScaling::level).at(8, 8) == Approx(0.25));
     const auto none = gradient_factor(maps[1], levels[1], GradientScaling::none);
-    CHECK(none.at(0, 0) == 1);
+    CHECK(none.at(8, 8) == 1);
+    CHECK(none.at(0, 0) == 0);
     CHECK(none.at(5, 5) == 0);
 }
 

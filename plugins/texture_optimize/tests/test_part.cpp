@@ -343,6 +343,41 @@ TEST_CASE("levels share by pixels, or by the cells of a term's layer where the n
     }
 }
 
+namespace
+{
+
+/// Keeps the last picture that it was shown.
+class WitnessLoss final : public Loss
+{
+  public:
+    LossNeeds needs() const override { return {{}, true}; }
+    void prepare(const PrepareContext&) override {}
+    std::vector<LossTerm> evaluate(Part& part) override
+    {
+        seen = part.image().detach().clone();
+        return {{"", ordered_mean(part.image())}};
+    }
+    torch::Tensor seen;
+};
+
+}  // namespace
+
+TEST_CASE("a level's picture goes on beyond the level, as far as the texture is seen")
+{
+    World world;
+    world.texture.parameters()[0].values.fill_(0.4);
+    const auto data = load_view(world.source, 0, world.texture, {});
+    auto& level = data->levels[1];
+    std::fill(level.pixels.all.values.begin(), level.pixels.all.values.end(), std::uint8_t{0});
+    level.pixels.all.at(20, 20) = 1;
+    auto witness = std::make_shared<WitnessLoss>();
+    const std::map<std::string, std::shared_ptr<Loss>> losses{{"witness", witness}};
+    Evaluator evaluator(losses, ValueSpace("display"), torch::kCPU, 1);
+    evaluator.evaluate(0, {}, *data, "v", 1);
+    CHECK(witness->seen[0][5][30].item<float>() == Approx(0.4));
+    CHECK(witness->seen[0][5][0].item<float>() == 0);  // Not on the wall.
+}
+
 TEST_CASE("a loss that is not finite is named with step and view")
 {
     World world;

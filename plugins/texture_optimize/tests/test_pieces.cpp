@@ -97,14 +97,21 @@ TEST_CASE("style sizes as the released code finds them")
 TEST_CASE("alpha is composited on white, grey spread, other pictures refused")
 {
     const auto ignore = [](const std::string&) {};
-    Raster8 rgba(1, 1, 4);
-    rgba.values = {255, 0, 51, 51};
+    Raster8 rgba(64, 64, 4);
+    for (std::size_t i = 0; i < rgba.values.size(); i += 4)
+    {
+        rgba.values[i] = 255;
+        rgba.values[i + 2] = 51;
+        rgba.values[i + 3] = 51;
+    }
     const auto composited = style_sizes(rgba, StyleRule::printed, ignore).fine;
     CHECK(composited.values[0] == Approx(1));
     CHECK(composited.values[1] == Approx(0.8));
     CHECK(composited.values[2] == Approx(0.84));
-    CHECK(style_sizes(Raster8(2, 2, 1, 51), StyleRule::printed, ignore).fine.at(1, 1, 2) == Approx(0.2));
-    CHECK_THROWS_AS(style_sizes(Raster8(2, 2, 2), StyleRule::printed, ignore), Error);
+    CHECK(style_sizes(Raster8(64, 64, 1, 51), StyleRule::printed, ignore).fine.at(1, 1, 2) == Approx(0.2));
+    CHECK_THROWS_AS(style_sizes(Raster8(64, 64, 2), StyleRule::printed, ignore), Error);
+    CHECK_THROWS_WITH(style_sizes(Raster8(100, 63, 3), StyleRule::released, ignore),
+                      Catch::Contains("100x63") && Catch::Contains("64 px"));
     CHECK_THROWS_AS(style_sizes(Raster8(), StyleRule::printed, ignore), Error);
 }
 

@@ -29,7 +29,7 @@ std::shared_ptr<Component> from_plugin(const char* file, const char* type)
 
 Raster8 style_picture()
 {
-    Raster8 picture(64, 48, 3);
+    Raster8 picture(96, 72, 3);
     for (std::size_t i = 0; i < picture.values.size(); ++i)
         picture.values[i] = static_cast<std::uint8_t>(40 + (i * 37) % 150);
     return picture;
@@ -249,6 +249,34 @@ TEST_CASE("where a loss is not finite the run goes back and halves the rate, and
     testing::TestRun hopeless;
     CHECK_THROWS_WITH(studio.paint(hopeless, options(10)),
                       Catch::Contains("glass") && Catch::Contains("3 times") && Catch::Contains("checkpoint"));
+}
+
+TEST_CASE("a state that is bad when its checkpoint is due is thrown away, and the good one before it kept")
+{
+    Studio studio;
+    const Value fragile = Value::Map{{"glass", Value::Map{{"type", "fragile"}}}};
+    // 0.45 at first, four layers: past 0.9 after four steps of 0.03, which is when a checkpoint is due. From the one after step 2
+    // on at half the rate it is not; two checkpoints later it is again, so that the run goes back twice.
+    const auto options = Studio::options(
+        fragile, {{"rate", 0.03}, {"max_steps", 7}, {"decay_start", 1.0}, {"init", "color"}, {"checkpoint_steps", 2}});
+    testing::TestRun run;
+    const auto expected = bytes_in(studio.paint(run, options));
+    CHECK(run.reported.at("rollbacks").as_int() >= 2);
+    for (int calls = 1; calls < 20; ++calls)
+    {
+        CAPTURE(calls);
+        testing::TestRun interrupted;
+        interrupted.cancel_after(calls);
+        try
+        {
+            studio.paint(interrupted, options);
+        }
+        catch (const Cancelled&)
+        {
+        }
+        interrupted.cancel_after(1000);
+        CHECK((bytes_in(studio.paint(interrupted, options)) == expected));
+    }
 }
 
 TEST_CASE("errors name what is wrong")

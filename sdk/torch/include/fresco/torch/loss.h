@@ -57,7 +57,8 @@ class Part
                                           const std::string& layer) = 0;  ///< C x h x w, no gradient
     /// The mask on a layer's grid (nearest neighbour): h x w, bool.
     virtual torch::Tensor feature_mask(const FeatureNetwork& network, const std::string& layer, Pixels pixels) = 0;
-    /// The features inside the mask: C x N, N may be 0.
+    /// The features inside the mask: C x N, N may be 0. Their order is the optimiser's own, one for the image and the camera: it
+    /// may differ from feature_mask's, because large frames are encoded in crops.
     virtual torch::Tensor selected(const FeatureNetwork& network, const std::string& layer, Pixels pixels) = 0;
     virtual torch::Tensor camera_selected(const FeatureNetwork& network, const std::string& layer, Pixels pixels) = 0;
 };

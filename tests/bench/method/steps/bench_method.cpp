@@ -37,6 +37,9 @@ std::optional<int> read_options(int argc, char** argv, Options& options)
     app.add_option("--loss-height", settings.loss_height_px, "Height of the picture that losses see")
         ->check(CLI::Range(64, 2048))
         ->capture_default_str();
+    app.add_option("--step-size", settings.step_size_px, "Texture size of whole steps, a multiple of 8")
+        ->check(CLI::Range(64, 16384))
+        ->capture_default_str();
     app.add_option("--threads", settings.threads, "Threads")->check(CLI::Range(1, 1024))->capture_default_str();
     return bench::parse(app, argc, argv);
 }
@@ -48,6 +51,7 @@ void run(const Options& options)
     const fresco::testing::TemporaryFolder folder;
     const auto vgg19 = folder.path() / "random_vgg19.safetensors";
     bench::write_random_vgg19(vgg19);
+    report.add(bench::step_table(options.settings, folder.path()));
     report.add(bench::adam_table(options.settings));
     report.add(bench::lookup_table(options.settings));
     report.add(bench::loss_table(options.settings, vgg19));

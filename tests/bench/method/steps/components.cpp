@@ -6,6 +6,8 @@
 
 #include <ATen/ATen.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <set>
 
@@ -49,21 +51,24 @@ Components::Components()
         factory_.add(type, [type] { return from_plugin(type); });
 }
 
-void write_random_vgg19(const std::filesystem::path& file)
+std::vector<ConvolutionShape> vgg19_shapes(std::string_view last)
 {
-    struct Shape
-    {
-        const char* name;
-        std::int64_t outputs;
-        std::int64_t inputs;
-    };
-    constexpr std::array shapes{Shape{"conv1_1", 64, 3},    Shape{"conv1_2", 64, 64},   Shape{"conv2_1", 128, 64},
-                                Shape{"conv2_2", 128, 128}, Shape{"conv3_1", 256, 128}, Shape{"conv3_2", 256, 256},
-                                Shape{"conv3_3", 256, 256}, Shape{"conv3_4", 256, 256}, Shape{"conv4_1", 512, 256},
-                                Shape{"conv4_2", 512, 512}};
+    constexpr std::array shapes{ConvolutionShape{"conv1_1", 64, 3, 1},    ConvolutionShape{"conv1_2", 64, 64, 1},
+                                ConvolutionShape{"conv2_1", 128, 64, 2},  ConvolutionShape{"conv2_2", 128, 128, 2},
+                                ConvolutionShape{"conv3_1", 256, 128, 4}, ConvolutionShape{"conv3_2", 256, 256, 4},
+                                ConvolutionShape{"conv3_3", 256, 256, 4}, ConvolutionShape{"conv3_4", 256, 256, 4},
+                                ConvolutionShape{"conv4_1", 512, 256, 8}, ConvolutionShape{"conv4_2", 512, 512, 8},
+                                ConvolutionShape{"conv4_3", 512, 512, 8}, ConvolutionShape{"conv4_4", 512, 512, 8},
+                                ConvolutionShape{"conv5_1", 512, 512, 16}};
+    const auto end = std::find_if(shapes.begin(), shapes.end(), [&](const auto& shape) { return shape.name == last; });
+    return {shapes.begin(), end == shapes.end() ? end : end + 1};
+}
+
+void write_random_vgg19(const std::filesystem::path& file, std::string_view last)
+{
     fresco::SafeTensors contents;
     std::uint64_t seed = 1;
-    for (const auto& shape : shapes)
+    for (const auto& shape : vgg19_shapes(last))
     {
         const double deviation = std::sqrt(2.0 / (9 * static_cast<double>(shape.inputs)));
         contents.tensors[std::string(shape.name) + ".weight"] = noise({shape.outputs, shape.inputs, 3, 3}, deviation, ++seed);

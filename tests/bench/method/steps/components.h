@@ -5,6 +5,7 @@
 
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace bench
@@ -30,8 +31,20 @@ class Components
     fresco::testing::TestFactory factory_;
 };
 
-/// VGG-19 up to conv4_2 with random weights (He's deviation, so that responses keep their size) under Gatys' keys.
-void write_random_vgg19(const std::filesystem::path& file);
+/// One of VGG-19's convolutions of 3 x 3.
+struct ConvolutionShape
+{
+    const char* name;
+    std::int64_t outputs;
+    std::int64_t inputs;
+    int stride;  ///< Of its input, in pixels of the picture.
+};
+
+/// From conv1_1 to `last`.
+std::vector<ConvolutionShape> vgg19_shapes(std::string_view last);
+
+/// VGG-19 up to `last` with random weights (He's deviation, so that responses keep their size) under Gatys' keys.
+void write_random_vgg19(const std::filesystem::path& file, std::string_view last = "conv4_2");
 
 /// Prepares the networks that the losses need, each once, and then the losses, for the generated style and camera picture.
 void prepare(const std::vector<std::shared_ptr<fresco::Loss>>& losses, int height_px);

@@ -14,6 +14,7 @@ struct MethodSettings
     std::vector<int> heights_px{256, 784};        ///< Views for lookups.
     int loss_height_px = 256;
     int threads = 1;
+    int step_size_px = 4096;  ///< Texture of whole steps.
 };
 
 /// optimiser.adam on the visible texels against all texels.
@@ -24,6 +25,10 @@ Table lookup_table(const MethodSettings& settings);
 
 /// Each loss alone, and the default ones together; `vgg19`: a file with weights.
 Table loss_table(const MethodSettings& settings, const std::filesystem::path& vgg19);
+
+/// Whole steps of the paper's method: as texture.optimize runs them, and as the released code does (whole frames, the camera
+/// picture encoded in every step, every texel updated), with the same loss.
+Table step_table(const MethodSettings& settings, const std::filesystem::path& folder);
 
 /// Encoding pictures once or again.
 Table features_table(const MethodSettings& settings, const std::filesystem::path& vgg19);

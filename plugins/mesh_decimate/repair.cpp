@@ -1,8 +1,11 @@
 #include "repair.h"
 
+#include "nearest_pairs.h"
+
 #include <fresco/geometry/topology.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <vector>
 
@@ -78,27 +81,31 @@ std::uint32_t half(const EdgeUse& use)
     return use.face * 3 + use.corner;
 }
 
-void join_best(const Mesh& mesh, std::span<const EdgeUse> uses, Mates& mates)
+/// Joins the faces around an edge, those first that continue each other best: whose normals are nearest.
+void join_best(const Mesh& mesh, std::uint32_t low, std::span<const EdgeUse> uses, Mates& mates)
 {
-    struct Pair
+    const auto join = [&](const EdgeUse& a, const EdgeUse& b)
     {
-        double bend;
-        std::uint32_t a, b;
+        mates[half(a)] = half(b);
+        mates[half(b)] = half(a);
     };
-    std::vector<Pair> pairs;
-    for (const auto& a : uses)
-        for (const auto& b : uses)
-            if (a.forward && !b.forward && a.face != b.face)
-                pairs.push_back(
-                    {-dot(fresco::normalized(area_vector(mesh, a.face)), fresco::normalized(area_vector(mesh, b.face))), half(a),
-                     half(b)});
-    std::stable_sort(pairs.begin(), pairs.end(), [](const Pair& a, const Pair& b) { return a.bend < b.bend; });
-    for (const auto& pair : pairs)
-        if (mates[pair.a] == none && mates[pair.b] == none)
-        {
-            mates[pair.a] = pair.b;
-            mates[pair.b] = pair.a;
-        }
+    if (uses.size() == 2 && uses[0].forward != uses[1].forward)
+        return join(uses[0], uses[1]);
+
+    const auto place = [&](std::uint32_t v) { return fresco::vec_cast<double>(mesh.positions[v]); };
+    const auto axis = fresco::normalized(place(uses[0].high) - place(low));
+    const auto zero = area_vector(mesh, uses[0].face);
+    const auto quarter = cross(axis, zero);
+    std::vector<EdgeUse> forward, backward;
+    std::vector<double> forward_angles, backward_angles;
+    for (const auto& use : uses)
+    {
+        const auto normal = area_vector(mesh, use.face);
+        (use.forward ? forward : backward).push_back(use);
+        (use.forward ? forward_angles : backward_angles).push_back(std::atan2(dot(normal, quarter), dot(normal, zero)));
+    }
+    for (const auto& [a, b] : nearest_pairs(forward_angles, backward_angles))
+        join(forward[a], backward[b]);
 }
 
 /// The triangles after copying vertices so that two corners share a vertex only if joined edges connect them.
@@ -191,11 +198,11 @@ Mesh repaired(const Mesh& input, RepairReport& report, const fresco::Progress& p
 
     Mates mates(mesh.triangles.size() * 3, none);
     for_each_edge(mesh.triangles, mesh.positions.size(),
-                  [&](std::uint32_t, std::uint32_t, std::span<const EdgeUse> uses)
+                  [&](std::uint32_t low, std::uint32_t, std::span<const EdgeUse> uses)
                   {
                       if (uses.size() > 2 || (uses.size() == 2 && uses[0].forward == uses[1].forward))
                           ++report.complex_edges;
-                      join_best(mesh, uses, mates);
+                      join_best(mesh, low, uses, mates);
                   });
     progress.check_cancelled();
 

@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 
 #include <algorithm>
+#include <cmath>
 
 using fresco::Mesh;
 using fresco::geometry::count_surface;
@@ -147,6 +148,34 @@ TEST_CASE("sheets that touch in an edge are told apart and keep all faces")
         CHECK(out.triangles[1][0] == out.triangles[2][1]);
         CHECK(out.triangles[0][0] != out.triangles[1][0]);
     }
+}
+
+TEST_CASE("a hundred thousand faces on one edge come apart into the planes they are of")
+{
+    // The planes through the z axis, each of two triangles; all pairs of the edge's faces would fill 40 GB.
+    constexpr std::uint32_t planes = 50'000;
+    Mesh mesh;
+    mesh.positions = {{0, 0, 0}, {0, 0, 1}};
+    for (std::uint32_t k = 0; k < planes; ++k)
+    {
+        const double angle = 3.14159265358979 * k / planes;
+        const auto x = static_cast<float>(std::cos(angle));
+        const auto y = static_cast<float>(std::sin(angle));
+        mesh.positions.push_back({x, y, 0});
+        mesh.positions.push_back({-x, -y, 0});
+        mesh.triangles.push_back({0, 1, 2 + 2 * k});
+        mesh.triangles.push_back({1, 0, 3 + 2 * k});
+    }
+    RepairReport report;
+    const auto out = repair(mesh, report);
+    CHECK(report.complex_edges == 1);
+    CHECK(report.faces_detached == 0);
+    CHECK(report.vertices_added == 2 * (planes - 1));
+    REQUIRE(out.triangles.size() == 2 * planes);
+    std::size_t whole = 0;
+    for (std::uint32_t k = 0; k < planes; ++k)
+        whole += out.triangles[2 * k][0] == out.triangles[2 * k + 1][1] && out.triangles[2 * k][1] == out.triangles[2 * k + 1][0];
+    CHECK(whole == planes);
 }
 
 TEST_CASE("fans that meet in a vertex alone get a vertex each")

@@ -16,6 +16,7 @@ namespace
 struct Options
 {
     std::string json;
+    std::vector<std::string> only;
     bench::MethodSettings settings;
 };
 
@@ -25,6 +26,9 @@ std::optional<int> read_options(int argc, char** argv, Options& options)
     auto& settings = options.settings;
     settings.threads = static_cast<int>(std::max(std::thread::hardware_concurrency(), 1U));
     app.add_option("--json", options.json, "File for the same figures as JSON");
+    app.add_option("--only", options.only, "Some of the tables: steps, adam, lookup, losses, features")
+        ->check(CLI::IsMember({"steps", "adam", "lookup", "losses", "features"}))
+        ->delimiter(',');
     app.add_option("--sizes", settings.sizes_px, "Texture sizes, multiples of 8")
         ->check(CLI::Range(64, 16384) &
                 CLI::Validator([](std::string& text) { return std::stoi(text) % 8 == 0 ? "" : "no multiple of 8: " + text; }, ""))
@@ -51,11 +55,18 @@ void run(const Options& options)
     const fresco::testing::TemporaryFolder folder;
     const auto vgg19 = folder.path() / "random_vgg19.safetensors";
     bench::write_random_vgg19(vgg19);
-    report.add(bench::step_table(options.settings, folder.path()));
-    report.add(bench::adam_table(options.settings));
-    report.add(bench::lookup_table(options.settings));
-    report.add(bench::loss_table(options.settings, vgg19));
-    report.add(bench::features_table(options.settings, vgg19));
+    const auto wanted = [&](const char* name)
+    { return options.only.empty() || std::find(options.only.begin(), options.only.end(), name) != options.only.end(); };
+    if (wanted("steps"))
+        report.add(bench::step_table(options.settings, folder.path()));
+    if (wanted("adam"))
+        report.add(bench::adam_table(options.settings));
+    if (wanted("lookup"))
+        report.add(bench::lookup_table(options.settings));
+    if (wanted("losses"))
+        report.add(bench::loss_table(options.settings, vgg19));
+    if (wanted("features"))
+        report.add(bench::features_table(options.settings, vgg19));
     if (!options.json.empty())
         report.write(options.json);
 }

@@ -113,6 +113,7 @@ struct Studio
             LevelData level;
             level.height_px = heights.at(i);
             level.view = texture->make_view(maps[i]);
+            level.valid = maps[i].valid;
             level.pixels = pixels[i];
             level.factor = gradient_factor(maps[i], pixels[i], GradientScaling::angle);
             level.share = shares[i];

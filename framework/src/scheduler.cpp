@@ -12,6 +12,7 @@
 #include <list>
 #include <map>
 #include <poll.h>
+#include <stdexcept>
 
 namespace fresco::host
 {
@@ -194,8 +195,26 @@ class Scheduler
     void remember_cost(const StageNode& node, const RunningStage& running)
     {
         const auto estimate = request_.estimates.find(node.stage->name);
-        record_cost(store_, node.stage->type->type, {running.seconds(), running.memory_mb(), running.disk_mb()},
-                    estimate == request_.estimates.end() ? CostFigures{} : estimate->second);
+        keep_books(
+            [&]
+            {
+                record_cost(store_, node.stage->type->type, {running.seconds(), running.memory_mb(), running.disk_mb()},
+                            estimate == request_.estimates.end() ? CostFigures{} : estimate->second);
+            });
+    }
+
+    /// What is written about results, not the results: no run ends because there is no room for it.
+    template <class Write>
+    void keep_books(const Write& write)
+    {
+        try
+        {
+            write();
+        }
+        catch (const std::runtime_error& error)
+        {
+            display_.note(std::string(error.what()) + "; the run goes on without this record");
+        }
     }
 
     /// A damaged result is removed; whoever makes it runs again.
@@ -248,8 +267,11 @@ class Scheduler
                 if (!there || taken_[node.stage->name] == node.result->object)
                     continue;
                 taken_[node.stage->name] = node.result->object;
-                write_stage_record(store_, *request_.pipeline,
-                                   {node.stage->name, node.key, node.result->object, node.key_document, 0});
+                keep_books(
+                    [&] {
+                        write_stage_record(store_, *request_.pipeline,
+                                           {node.stage->name, node.key, node.result->object, node.key_document, 0});
+                    });
                 if (node.exports_files && !stopping())
                     again = !export_result(node) || again;
             }

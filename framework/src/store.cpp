@@ -75,17 +75,25 @@ void write_results(const fs::path& file, const std::vector<StoredResult>& result
     write_file(file, to_json(Value(std::move(entries))));
 }
 
-/// Writes a result's new stamps, unless another process is at work on the same key: then it stays for the next time.
+/// Writes a result's new stamps. Where another process is at work on the same key, or the disk is full, the old ones stay: the
+/// next look-up reads the files once more.
 void renew(const Store& store, const std::string& key, const StoredResult& result)
 {
-    FileLock lock(store.lock_file(key));
-    if (!lock.try_exclusive())
+    try
+    {
+        FileLock lock(store.lock_file(key));
+        if (!lock.try_exclusive())
+            return;
+        std::vector<StoredResult> results = read_results(store.key_file(key));
+        for (auto& other : results)
+            if (other.object == result.object)
+                other.dependencies = result.dependencies;
+        write_results(store.key_file(key), results);
+    }
+    catch (const Error&)
+    {
         return;
-    std::vector<StoredResult> results = read_results(store.key_file(key));
-    for (auto& other : results)
-        if (other.object == result.object)
-            other.dependencies = result.dependencies;
-    write_results(store.key_file(key), results);
+    }
 }
 
 }  // namespace

@@ -227,6 +227,36 @@ stages:
     CHECK(place.read("out2/count.txt") == "20.000000\n");
 }
 
+TEST_CASE("Books that cannot be kept are told and end nothing")
+{
+    Workplace place;
+    place.write("room.yaml", diamond);
+    REQUIRE(place.run({"run", "room.yaml"}).code == 0);
+    // In the way of what is written: a folder is no file, and a file no folder.
+    fs::remove(place.file(".fresco/stats.json"));
+    fs::create_directory(place.file(".fresco/stats.json"));
+    const fs::path records = fs::directory_iterator(place.file(".fresco/stages"))->path();
+    fs::remove_all(records);
+    std::ofstream(records) << "no folder";
+    place.clear_log();
+    const Finished finished = place.run({"run", "room.yaml", "--set", "right.plus=10", "--json-log"});
+    INFO(finished.err);
+    REQUIRE(finished.code == 0);
+    auto state = states(finished);
+    CHECK(state["right"] == "ran");
+    CHECK(state["join"] == "ran");
+    CHECK(place.read("out/sum.txt") == "24.000000\n");
+    std::string notes;
+    for (const auto& event : events(finished.out))
+        if (event.at("event").as_string() == "note")
+            notes += event.at("text").as_string() + "\n";
+    CHECK(contains(notes, "stats.json"));
+    CHECK(contains(notes, "pipeline.path"));
+    place.clear_log();
+    CHECK(place.run({"run", "room.yaml", "--set", "right.plus=10"}).code == 0);
+    CHECK(place.log().empty());
+}
+
 TEST_CASE("A pipeline with many files has nothing to do in under a second")
 {
     Workplace place;

@@ -124,6 +124,12 @@ TEST_CASE("Outside files: touched is the same, changed is another, changed back 
     age(input, 1);
     CHECK(store.lookup("key").value().object == first.object);
 
+    // Also where the new stamp cannot be written down: a folder is no lock.
+    age(input, 2);
+    fs::remove(store.lock_file("key"));
+    fs::create_directory(store.lock_file("key"));
+    CHECK(store.lookup("key").value().object == first.object);
+
     write(input, "two");
     std::string why;
     CHECK(!store.lookup("key", &why));

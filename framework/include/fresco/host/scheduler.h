@@ -32,7 +32,8 @@ struct RunSummary
 };
 
 /// Runs a checked pipeline: every stage at most once, each in a process of its own, independent ones side by side within `cores`.
-/// A stage that fails stops only what depends on it. SIGINT and SIGTERM end the run in order. One thread; call once at a time.
+/// A stage that fails stops only what depends on it. SIGINT and SIGTERM end the run in order. Costs and records of what a
+/// stage led to that cannot be written (a full disk) are noted, and the run goes on. One thread; call once at a time.
 /// Throws Error if the store cannot be used.
 RunSummary run_pipeline(const RunRequest& request, ProgressDisplay& display);
 

@@ -73,6 +73,7 @@ struct RunningProbe
     bool timed_out = false;
     bool loops = false;
     bool done = false;
+    std::string foreign;  ///< What the library wrote over the channel, in words.
     Probe probe;
 };
 
@@ -122,6 +123,21 @@ void check_time(RunningProbe& running)
     }
 }
 
+/// Throws Error if the line is none that internal_probe writes.
+void take_line(RunningProbe& running, const std::string& text)
+{
+    const Value line = parse_json(text, "probe");
+    if (const auto* step = line.find("step"))
+        running.step = step->as_string();
+    else if (const auto* refusal = line.find("refusal"))
+    {
+        running.probe.refusal = refusal->as_string();
+        running.probe.lasting = line.at("lasting").as_bool();
+    }
+    else
+        running.probe.description = line.at("description");
+}
+
 void take_lines(RunningProbe& running)
 {
     running.lines.read_from(running.child.channel.get());
@@ -129,16 +145,17 @@ void take_lines(RunningProbe& running)
     std::string text;
     while (running.lines.next(text))
     {
-        const Value line = parse_json(text, "probe");
-        if (const auto* step = line.find("step"))
-            running.step = step->as_string();
-        if (const auto* refusal = line.find("refusal"))
+        try
         {
-            running.probe.refusal = refusal->as_string();
-            running.probe.lasting = line.at("lasting").as_bool();
+            take_line(running, text);
         }
-        if (const auto* description = line.find("description"))
-            running.probe.description = *description;
+        catch (const Error&)
+        {
+            constexpr std::size_t shown = 60;
+            if (running.foreign.empty())
+                running.foreign = "wrote " + to_json(text.substr(0, shown)) + " to descriptor " + std::to_string(child_channel) +
+                                  ", the host's channel, when " + running.step;
+        }
     }
 }
 
@@ -154,6 +171,9 @@ bool finish(RunningProbe& running)
         probe.refusal = "did not come back within 5 s when " + running.step;
     else if (end.signal != 0)
         probe.refusal = "crashed when " + running.step + ": " + signal_text(end.signal);
+    else if (!running.foreign.empty())
+        // It would write over what its stages tell, too.
+        probe.refusal = running.foreign;
     else if (probe.refusal.empty() && probe.description.is_null())
         probe.refusal = "ended the process with exit code " + std::to_string(end.exit_code) + " when " + running.step;
     else

@@ -73,8 +73,8 @@ TEST_CASE("Files that are no whole library are named without being opened as one
 
 TEST_CASE("Bad plugins are refused by name, good ones beside them work")
 {
-    Workplace place({"good", "bad/throws", "bad/exits", "bad/crashes", "bad/wrong_abi", "bad/wrong_magic", "bad/wrong_compiler",
-                     "bad/no_symbol", "bad/undefined_symbol"},
+    Workplace place({"good", "bad/throws", "bad/exits", "bad/crashes", "bad/channel", "bad/wrong_abi", "bad/wrong_magic",
+                     "bad/wrong_compiler", "bad/no_symbol", "bad/undefined_symbol"},
                     true);
     const fs::path odd = place.root() / "odd";
     fs::create_directories(odd / "folder.so");
@@ -86,26 +86,29 @@ TEST_CASE("Bad plugins are refused by name, good ones beside them work")
 
     const Finished listed = place.run({"stages", "--all"});
     CHECK(listed.code == 0);
-    for (const char* text : {"no licence for today",
-                             "bad_exits.so",
-                             "ended the process with exit code 0",
-                             "bad_crashes.so",
-                             "Segmentation fault",
-                             "\"99\"",
-                             "0x12345678",
-                             "\"gcc 4\"",
-                             "fresco_plugin_info_1",
-                             "fresco_function_that_nobody_has",
-                             "folder.so",
-                             "a folder",
-                             "fifo.so",
-                             "a FIFO",
-                             "text.so",
-                             "does not begin as an ELF file",
-                             "cut.so",
-                             "is cut short",
-                             "nowhere",
-                             "test.source"})
+    for (const char* text :
+         {"no licence for today",
+          "bad_exits.so",
+          "ended the process with exit code 0",
+          "bad_crashes.so",
+          "Segmentation fault",
+          "bad_channel.so",
+          "wrote \"cache opened\" to descriptor 3, the host's channel, when an object of type bad.channel was made",
+          "\"99\"",
+          "0x12345678",
+          "\"gcc 4\"",
+          "fresco_plugin_info_1",
+          "fresco_function_that_nobody_has",
+          "folder.so",
+          "a folder",
+          "fifo.so",
+          "a FIFO",
+          "text.so",
+          "does not begin as an ELF file",
+          "cut.so",
+          "is cut short",
+          "nowhere",
+          "test.source"})
         CHECK(contains(listed.out, text));
 
     place.write("room.yaml", "version: 1\nstages:\n  source: {type: test.source}\n");

@@ -107,7 +107,7 @@ class PlainDisplay : public QuietDisplay
     {
         std::string text;
         for (const auto& [name, value] : metrics.as_map())
-            text += fmt::format(", {} {:.4g}", name, value.as_double());
+            text += value.is_null() ? ", " + name + " not finite" : fmt::format(", {} {:.4g}", name, value.as_double());
         return text;
     }
 

@@ -3,6 +3,7 @@
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 
+#include <cmath>
 #include <fstream>
 
 namespace fresco::host
@@ -17,6 +18,20 @@ void make_folder(const fs::path& folder)
     fs::create_directories(folder, error);
     if (error)
         throw Error(folder.string() + ": cannot make the folder: " + error.message());
+}
+
+/// With null for every number that is not finite: JSON has no other word for them.
+Value finite_or_null(Value value)
+{
+    if (value.is_number() && !std::isfinite(value.as_double()))
+        return {};
+    if (value.is_list())
+        for (auto& entry : value.as_list())
+            entry = finite_or_null(std::move(entry));
+    if (value.is_map())
+        for (auto& [name, entry] : value.as_map())
+            entry = finite_or_null(std::move(entry));
+    return value;
 }
 
 }  // namespace
@@ -34,6 +49,10 @@ WorkerContext::~WorkerContext()
 
 void WorkerContext::progress(double done, double total, std::string_view unit)
 {
+    if (!std::isfinite(done))
+        return;
+    if (!std::isfinite(total))
+        total = 0;
     const auto now = std::chrono::steady_clock::now();
     const std::lock_guard lock(mutex_);
     if (now < next_progress_)
@@ -70,13 +89,13 @@ void WorkerContext::warning(std::string_view text)
 void WorkerContext::metric(std::string_view name, double value)
 {
     const std::lock_guard lock(mutex_);
-    metrics_.set(name, value);
+    metrics_.set(name, finite_or_null(value));
 }
 
 void WorkerContext::report(std::string_view key, Value value)
 {
     const std::lock_guard lock(mutex_);
-    report_.set(key, std::move(value));
+    report_.set(key, finite_or_null(std::move(value)));
 }
 
 fs::path WorkerContext::preview_folder()

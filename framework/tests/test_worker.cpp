@@ -1,5 +1,7 @@
 #include "program.h"
 
+#include <fresco/host/progress_display.h>
+
 namespace
 {
 
@@ -59,6 +61,32 @@ TEST_CASE("The manifest says how a result came about")
     CHECK(manifest.at("memory_mb").as_double() > 1);
     CHECK(manifest.find("processor") != nullptr);
     CHECK(fs::is_empty(place.file(".fresco/tmp")));
+}
+
+TEST_CASE("A figure that is no number is null, in the live line and in the manifest")
+{
+    Workplace place;
+    place.write("room.yaml", "version: 1\nstages:\n  mean: {type: test.unmeasured}\n");
+    const Finished finished = place.run({"run", "room.yaml", "--json-log"});
+    INFO(finished.out);
+    REQUIRE(finished.code == 0);
+    const auto report = manifest_with(place, "table").at("report");
+    CHECK(report.at("mean").is_null());
+    CHECK(report.at("ranges").at("list").as_list().at(0).as_double() == 1.5);
+    CHECK(report.at("ranges").at("list").as_list().at(1).is_null());
+    CHECK(report.at("ranges").at("count").as_int() == 3);
+    std::vector<fresco::Value> progress;
+    for (const auto& event : events(finished.out))
+        if (event.at("event").as_string() == "progress")
+            progress.push_back(event);
+    REQUIRE(progress.size() == 1);
+    CHECK(progress[0].at("done").as_double() == 1);
+    CHECK(progress[0].at("metrics").at("loss").is_null());
+    // Drawn for a person, too.
+    const auto live = fresco::host::make_display(fresco::host::DisplayKind::live);
+    live->stage_begins("mean", 1);
+    live->stage_progress("mean", 1, 2, "steps", progress[0].at("metrics"));
+    CHECK_NOTHROW(live->note("drawn"));
 }
 
 TEST_CASE("Equal components are one object, a file goes through its reader")

@@ -11,6 +11,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <iostream>
+#include <limits>
 #include <new>
 #include <thread>
 
@@ -197,6 +198,27 @@ class Sink final : public LoggedStage
     }
 };
 FRESCO_STAGE("test.sink", Sink, "A number as a text file")
+
+/// Figures that are no numbers, as a mean over nothing is.
+class Unmeasured final : public LoggedStage
+{
+    Output<Table> table{this, "table", "A number"};
+
+    void run(RunContext& run) override
+    {
+        log("unmeasured");
+        constexpr double none = std::numeric_limits<double>::quiet_NaN();
+        constexpr double endless = std::numeric_limits<double>::infinity();
+        run.metric("loss", none);
+        run.progress(none, endless, "steps");
+        std::this_thread::sleep_for(std::chrono::milliseconds(150));
+        run.progress(1, 2, "steps");
+        run.report("mean", none);
+        run.report("ranges", fresco::Value::Map{{"list", fresco::Value::List{1.5, -endless}}, {"count", 3}});
+        table = number(1);
+    }
+};
+FRESCO_STAGE("test.unmeasured", Unmeasured, "Reports what is no number")
 
 class FactorScaler final : public Scaler
 {

@@ -10,7 +10,9 @@
 namespace fresco
 {
 
-/// What the host gives a running stage. All functions may be called from any thread.
+/// What the host gives a running stage. All functions may be called from any thread. A number that is not finite may be given to
+/// metric and report (also inside of lists and maps): it is kept and shown as null. A `progress` that is not finite is passed
+/// over, such a total counts as unknown.
 class RunContext : public Progress
 {
   public:

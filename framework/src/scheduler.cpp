@@ -127,13 +127,22 @@ class Scheduler
                 stop_all(SIGKILL);
             return;
         }
-        if (!stopping())
+        if (stopping() || more > 1)
         {
-            display_.note("stopping; press Ctrl-C again to stop at once");
-            stop_deadline_ = Clock::now() + stop_patience;
+            stops_ += more;
+            stop_all(SIGKILL);
         }
-        stops_ += more;
-        stop_all(stops_ > 1 ? SIGKILL : SIGTERM);
+        else
+            stop_in_order("stopping; press Ctrl-C again to stop at once");
+    }
+
+    /// The first request to stop: everyone may come to a good place, within the patience.
+    void stop_in_order(const std::string& note)
+    {
+        display_.note(note);
+        stops_ = 1;
+        stop_deadline_ = Clock::now() + stop_patience;
+        stop_all(SIGTERM);
     }
 
     void stop_all(int signal)
@@ -180,7 +189,8 @@ class Scheduler
         else if (end.exit_code == worker_cancelled || (stopping() && end.signal != 0))
         {
             node.state = StageState::interrupted;
-            stops_ = std::max(stops_, 1);
+            if (!stopping())
+                stop_in_order("stage " + node.stage->name + " was told to stop from outside: stopping");
             outcome_of(node).seconds = running.elapsed();
             end_stage(node);
         }

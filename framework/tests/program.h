@@ -48,6 +48,15 @@ class Background
         }
     }
     void signal(int number) const { kill(pid_, number); }
+    /// A process that the program started and that runs; fails the test if there is none.
+    pid_t a_child() const
+    {
+        const std::string id = std::to_string(pid_);
+        std::ifstream children("/proc/" + id + "/task/" + id + "/children");
+        pid_t child = 0;
+        REQUIRE(children >> child);
+        return child;
+    }
     Finished wait()
     {
         int status = 0;

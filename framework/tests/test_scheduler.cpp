@@ -185,10 +185,11 @@ stages:
     REQUIRE(place.run({"run", "room.yaml"}).code == 0);
     CHECK(place.read("out/count.txt") == "60.000000\n");
     const auto log = place.log();
-    REQUIRE(log.size() == 4);
+    REQUIRE(log.size() == 6);
     CHECK(log[0] == "slow from 0");
-    CHECK(std::stoi(log[1].substr(10)) >= 3);
-    CHECK(std::stoi(log[2].substr(10)) > std::stoi(log[1].substr(10)));
+    CHECK(log[1] == "slow was stopped");
+    CHECK(std::stoi(log[2].substr(10)) >= 3);
+    CHECK(std::stoi(log[4].substr(10)) > std::stoi(log[2].substr(10)));
     CHECK(fs::is_empty(place.file(".fresco/checkpoints")));
 }
 
@@ -225,6 +226,28 @@ stages:
     CHECK(runs_of(place, "slow") == 1);
     CHECK(place.read("out1/count.txt") == place.read("out2/count.txt"));
     CHECK(place.read("out2/count.txt") == "20.000000\n");
+}
+
+TEST_CASE("One stage's process that is told to stop ends the run in order: the others stop at their next check")
+{
+    Workplace place;
+    place.write("room.yaml", R"(version: 1
+stages:
+  one: {type: test.slow, steps: 1000, step_ms: 20, log: log}
+  two: {type: test.slow, steps: 1001, step_ms: 20, log: log}
+)");
+    const auto run = place.start({"run", "room.yaml", "--cores", "2", "--json-log"});
+    Workplace::wait_until([&] { return place.log().size() == 2; });
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    REQUIRE(kill(run->a_child(), SIGTERM) == 0);
+    const Finished stopped = run->wait();
+    CHECK(stopped.code == 75);
+    CHECK(stopped.seconds < 8);
+    for (const auto& [stage, state] : states(stopped))
+        CHECK(state == "interrupted");
+    // Each said itself that it stopped; a killed one says nothing.
+    const auto log = place.log();
+    CHECK(std::count(log.begin(), log.end(), "slow was stopped") == 2);
 }
 
 TEST_CASE("Books that cannot be kept are told and end nothing")

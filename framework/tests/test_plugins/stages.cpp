@@ -105,7 +105,7 @@ class Add final : public LoggedStage
 };
 FRESCO_STAGE("test.add", Add, "The sum of two numbers")
 
-/// Counts to `steps`, one checkpoint per step.
+/// Counts to `steps`, one checkpoint per step. Says so when it is stopped in order.
 class Slow final : public LoggedStage
 {
     Input<Table> start{this, "start", fresco::optional, "Where to begin"};
@@ -122,13 +122,26 @@ class Slow final : public LoggedStage
         log("slow from " + std::to_string(step));
         for (; step < *steps; ++step)
         {
-            run.check_cancelled();
+            stop_if_told(run);
             run.metric("loss", 1.0 / (step + 1));
             run.progress(step, *steps, "steps");
             std::this_thread::sleep_for(std::chrono::milliseconds(*step_ms));
             fresco::write_file(checkpoint, std::to_string(step + 1));
         }
         counted = number((start.has_value() ? value_of(*start) : 0) + step);
+    }
+
+    void stop_if_told(RunContext& run)
+    {
+        try
+        {
+            run.check_cancelled();
+        }
+        catch (const fresco::Cancelled&)
+        {
+            log("slow was stopped");
+            throw;
+        }
     }
 };
 FRESCO_STAGE("test.slow", Slow, "Counts slowly, with checkpoints")

@@ -6,6 +6,7 @@
 #include <fresco/host/scheduler.h>
 #include <fresco/host/stage_record.h>
 #include <fresco/host/statistics.h>
+#include <fresco/host/store_tidy.h>
 
 #include <algorithm>
 #include <csignal>
@@ -227,7 +228,7 @@ class Scheduler
         }
     }
 
-    /// A damaged result is removed; whoever makes it runs again.
+    /// A damaged result is removed, unless another run was faster; whoever makes it runs again.
     void repair(const Damage& damage, StageNode& reader)
     {
         reader.state = StageState::waiting;
@@ -237,8 +238,16 @@ class Scheduler
                  worker_failed);
             return;
         }
-        display_.note(damage.text + ": the result is damaged and is made anew");
-        store_.discard(damage.object);
+        try
+        {
+            const bool removed = discard_damaged(store_, damage.object, request_.cores);
+            display_.note(damage.text + ": the result " +
+                          (removed ? "is damaged and is made anew" : "was damaged; another run made it anew meanwhile"));
+        }
+        catch (const Error& error)
+        {
+            fail(reader, error.what(), worker_failed);
+        }
         state_.update();
     }
 

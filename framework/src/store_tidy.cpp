@@ -1,10 +1,14 @@
 #include <fresco/error.h>
+#include <fresco/files_io.h>
 #include <fresco/host/stage_record.h>
 #include <fresco/host/store_tidy.h>
 
 #include <algorithm>
+#include <chrono>
 #include <ctime>
+#include <optional>
 #include <set>
+#include <thread>
 
 namespace fresco::host
 {
@@ -63,6 +67,20 @@ double age_days(const fs::path& path)
     return std::max(0.0, static_cast<double>(std::time(nullptr)) - modified_s) / 86400.0;
 }
 
+bool leads_to(const fs::path& key_file, const std::string& object)
+{
+    try
+    {
+        const Value results = parse_json(read_text_file(key_file, std::size_t{1} << 30U), key_file.string());
+        return std::any_of(results.as_list().begin(), results.as_list().end(),
+                           [&](const Value& result) { return result.at("object").as_string() == object; });
+    }
+    catch (const Error&)
+    {
+        return false;  // An unreadable record counts as none.
+    }
+}
+
 /// A checkpoint serves until its stage is done, or is given up.
 int remove_checkpoints(const Store& store, double keep_days, bool dry_run)
 {
@@ -83,6 +101,23 @@ int remove_checkpoints(const Store& store, double keep_days, bool dry_run)
         }
     }
     return removed;
+}
+
+/// The key that led to an object: by its manifest, or, where that is what is damaged, by the keys' own files. Nothing if no key
+/// leads to it.
+std::optional<std::string> key_of_object(const Store& store, const std::string& object)
+{
+    try
+    {
+        return store.manifest(object).at("key").as_string();
+    }
+    catch (const Error&)
+    {
+        for (const auto& file : entries_of(store.root() / "keys"))
+            if (leads_to(file, object))
+                return file.stem().string();
+        return std::nullopt;
+    }
 }
 
 }  // namespace
@@ -126,6 +161,29 @@ std::vector<Damage> verify_store(const Store& store, int threads)
                 damages.push_back(std::move(*damage));
     }
     return damages;
+}
+
+bool discard_damaged(const Store& store, const std::string& object, int threads)
+{
+    constexpr int patience = 500;  // times 20 ms
+    FileLock lock;
+    if (const auto key = key_of_object(store, object))
+    {
+        lock = FileLock(store.lock_file(*key));
+        for (int tries = 0; !lock.try_exclusive(); ++tries)
+        {
+            if (!store.present(object))
+                return true;
+            if (tries == patience)
+                throw Error(store.object(object).string() +
+                            ": is damaged, and another run is at work on the same result; run again when that one has ended");
+            std::this_thread::sleep_for(std::chrono::milliseconds(20));
+        }
+    }
+    if (store.present(object) && !store.verify(object, threads))
+        return false;
+    store.discard(object);
+    return true;
 }
 
 TidyResult tidy_store(const Store& store, double keep_days, bool dry_run)

@@ -1,6 +1,7 @@
 #include "program.h"
 
 #include <fresco/host/progress_display.h>
+#include <fresco/host/store.h>
 
 namespace
 {
@@ -185,6 +186,46 @@ stages:
         CHECK(contains(verified.out, source));
         CHECK(place.run({"store", "verify", "--remove"}).code == 0);
         CHECK(place.run({"store", "verify"}).code == 0);
+    }
+}
+
+TEST_CASE("A damaged result that another run makes anew meanwhile is left to it")
+{
+    Workplace place;
+    place.write("room.yaml", R"(version: 1
+stages:
+  source: {type: test.source, value: 4, log: log}
+  add:    {type: test.add, input: {left: source}, plus: 1, log: log}
+)");
+    REQUIRE(place.run({"run", "room.yaml"}).code == 0);
+    const std::string table = ".fresco/objects/" + only_object_with(place, "table") + "/table/table.json";
+    const std::string whole = place.read(table);
+    place.write(table, "scribble");
+    place.clear_log();
+    // The other run: at work on the key until the result is whole again.
+    fresco::host::FileLock other(place.file(".fresco/locks/" + manifest_with(place, "table").at("key").as_string()));
+    REQUIRE(other.try_exclusive());
+    const auto end_other_run = [&]
+    {
+        std::this_thread::sleep_for(std::chrono::milliseconds(1500));
+        place.write(table, whole);
+        other = fresco::host::FileLock();
+    };
+    SECTION("by a run that found the damage")
+    {
+        const auto run = place.start({"run", "room.yaml", "--set", "add.plus=2"});
+        end_other_run();
+        CHECK(run->wait().code == 0);
+        CHECK(place.log() == std::vector<std::string>{"add begins 2.000000", "add ends 2.000000"});
+    }
+    SECTION("by store verify --remove")
+    {
+        const auto verify = place.start({"store", "verify", "--remove"});
+        end_other_run();
+        const Finished verified = verify->wait();
+        CHECK(verified.code == 0);
+        CHECK(contains(verified.out, "a run made it anew meanwhile"));
+        CHECK(place.read(table) == whole);
     }
 }
 

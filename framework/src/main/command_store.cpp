@@ -74,11 +74,10 @@ int verify(const StoreArguments& arguments)
     Value::List values;
     for (const auto& damage : damages)
     {
-        values.push_back(Value::Map{{"object", damage.object}, {"text", damage.text}});
+        const bool made_anew = arguments.remove && !discard_damaged(store, damage.object, available_cores());
+        values.push_back(Value::Map{{"object", damage.object}, {"text", damage.text}, {"made_anew", made_anew}});
         if (!arguments.json)
-            fmt::print("damaged: {}\n", damage.text);
-        if (arguments.remove)
-            store.discard(damage.object);
+            fmt::print("damaged: {}{}\n", damage.text, made_anew ? "; a run made it anew meanwhile" : "");
     }
     if (arguments.json)
         fmt::print("{}\n", to_json(Value::Map{{"damaged", std::move(values)}, {"removed", arguments.remove}}, 2));

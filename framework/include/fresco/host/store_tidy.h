@@ -26,6 +26,10 @@ std::vector<StoredObject> list_objects(const Store& store);
 /// Re-reads every byte of every object.
 std::vector<Damage> verify_store(const Store& store, int threads);
 
+/// Removes an object that was found damaged, unless it was made anew since: takes the lock of its key and reads it again, on up
+/// to `threads` threads. True if it is gone, false if it is whole. Throws Error if another run holds the key for 10 s.
+bool discard_damaged(const Store& store, const std::string& object, int threads);
+
 struct TidyResult
 {
     std::vector<StoredObject> removed;

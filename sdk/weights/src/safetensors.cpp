@@ -1,0 +1,240 @@
+#include <fresco/weights/state_dict.h>
+
+#include <fresco/error.h>
+#include <fresco/value.h>
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <limits>
+#include <stdexcept>
+#include <utility>
+
+namespace fresco::weights
+{
+namespace
+{
+
+constexpr std::size_t largest_header = std::size_t{100} << 20U;
+constexpr std::size_t prefix = 8;
+
+constexpr std::array<ElementType, 10> types{ElementType::float64, ElementType::int64,    ElementType::float32, ElementType::int32,
+                                            ElementType::float16, ElementType::bfloat16, ElementType::int16,   ElementType::uint8,
+                                            ElementType::int8,    ElementType::boolean};
+
+/// What the header says of one tensor; `begin` and `end` count from the first byte after the header.
+struct Entry
+{
+    TensorView tensor;
+    std::size_t begin = 0;
+    std::size_t end = 0;
+};
+
+class Reader
+{
+  public:
+    Reader(std::span<const std::byte> bytes, std::string_view source) : bytes_(bytes), source_(source) {}
+
+    StateDict read()
+    {
+        const Value header = parse_header();
+        StateDict contents;
+        std::vector<Entry> entries;
+        for (const auto& [name, value] : header.as_map())
+        {
+            if (name == "__metadata__")
+                contents.metadata = metadata(value);
+            else
+                entries.push_back(entry(name, value));
+        }
+        check_layout(entries);
+        for (auto& e : entries)
+        {
+            check_booleans(e.tensor);
+            contents.tensors.push_back(std::move(e.tensor));
+        }
+        return contents;
+    }
+
+  private:
+    [[noreturn]] void fail(std::size_t offset, const std::string& what) const
+    {
+        throw Error(source_ + ": byte " + std::to_string(offset) + ": " + what + "; this is no valid safetensors file");
+    }
+
+    Value parse_header()
+    {
+        if (bytes_.size() < prefix)
+            fail(0, "the file ends before its 8-byte header length");
+        std::uint64_t length = 0;
+        std::memcpy(&length, bytes_.data(), prefix);
+        if (length > largest_header)
+            fail(0, "a header of " + std::to_string(length) + " bytes is more than the 100 MiB allowed");
+        if (length > bytes_.size() - prefix)
+            fail(0, "a header of " + std::to_string(length) + " bytes in a file of " + std::to_string(bytes_.size()));
+        data_ = prefix + static_cast<std::size_t>(length);
+        const std::string_view text(reinterpret_cast<const char*>(bytes_.data()) + prefix, static_cast<std::size_t>(length));
+        if (text.empty() || text.front() != '{')
+            fail(prefix, "the header does not begin with '{'");
+        Value header = parse_json(text, source_ + ": header");
+        if (!header.is_map())
+            fail(prefix, "the header is no map");
+        return header;
+    }
+
+    std::map<std::string, std::string> metadata(const Value& value) const
+    {
+        if (!value.is_map())
+            fail(prefix, "__metadata__ is no map");
+        std::map<std::string, std::string> result;
+        for (const auto& [key, text] : value.as_map())
+        {
+            if (!text.is_string())
+                fail(prefix, "__metadata__ '" + key + "' is no text");
+            result.emplace(key, text.as_string());
+        }
+        return result;
+    }
+
+    std::size_t whole_number(const Value& value, const std::string& where) const
+    {
+        if (!value.is_int() || value.as_int() < 0)
+            fail(prefix, where + ": expected a whole number of at least 0");
+        return static_cast<std::size_t>(value.as_int());
+    }
+
+    Entry entry(const std::string& name, const Value& value) const
+    {
+        const std::string where = "tensor '" + name + "'";
+        const Value* type = value.find("dtype");
+        const Value* shape = value.find("shape");
+        const Value* offsets = value.find("data_offsets");
+        if (type == nullptr || shape == nullptr || offsets == nullptr || value.as_map().size() != 3 || !type->is_string() ||
+            !shape->is_list() || !offsets->is_list() || offsets->as_list().size() != 2)
+            fail(prefix, where + ": expected exactly dtype, shape and two data_offsets");
+        Entry result;
+        result.tensor.name = name;
+        result.tensor.type = type_of(type->as_string(), where);
+        std::size_t size = size_of(result.tensor.type);
+        for (const auto& extent : shape->as_list())
+        {
+            const std::size_t count = whole_number(extent, where + ": shape");
+            // A product that overflows could fit the offsets by accident.
+            if (count != 0 && size > std::numeric_limits<std::size_t>::max() / 4 / count)
+                fail(prefix, where + ": the shape is too large");
+            size *= count;
+            result.tensor.shape.push_back(count);
+        }
+        result.begin = whole_number(offsets->as_list()[0], where + ": data_offsets");
+        result.end = whole_number(offsets->as_list()[1], where + ": data_offsets");
+        if (result.end < result.begin || result.end > bytes_.size() - data_)
+            fail(data_ + std::min(result.begin, bytes_.size()), where + ": data_offsets beyond the end of the file");
+        if (result.end - result.begin != size)
+            fail(data_ + result.begin, where + ": the shape takes " + std::to_string(size) + " bytes, the data_offsets give " +
+                                           std::to_string(result.end - result.begin));
+        result.tensor.bytes = bytes_.subspan(data_ + result.begin, size);
+        return result;
+    }
+
+    ElementType type_of(const std::string& name, const std::string& where) const
+    {
+        for (const auto type : types)
+            if (name_of(type) == name)
+                return type;
+        fail(prefix, where + ": unknown type '" + name + "'");
+    }
+
+    /// The tensors must cover the bytes after the header once and without gaps: nothing is hidden between them.
+    void check_layout(std::vector<Entry>& entries) const
+    {
+        std::sort(entries.begin(), entries.end(),
+                  [](const Entry& a, const Entry& b) { return std::pair(a.begin, a.end) < std::pair(b.begin, b.end); });
+        std::size_t position = 0;
+        for (const auto& e : entries)
+        {
+            if (e.begin != position)
+                fail(data_ + std::min(e.begin, position),
+                     "tensor '" + e.tensor.name +
+                         (e.begin < position ? "' overlaps the one before it" : "' leaves a gap before it"));
+            position = e.end;
+        }
+        if (data_ + position != bytes_.size())
+            fail(data_ + position, "bytes that belong to no tensor");
+    }
+
+    void check_booleans(const TensorView& tensor) const
+    {
+        if (tensor.type != ElementType::boolean)
+            return;
+        for (const auto& byte : tensor.bytes)
+            if (std::to_integer<unsigned>(byte) > 1)
+                fail(static_cast<std::size_t>(&byte - bytes_.data()),
+                     "tensor '" + tensor.name + "': a BOOL that is neither 0 nor 1");
+    }
+
+    std::span<const std::byte> bytes_;
+    std::string source_;
+    std::size_t data_ = 0;  ///< Where the tensors begin.
+};
+
+std::string header_of(std::span<const TensorView* const> tensors, const std::map<std::string, std::string>& metadata)
+{
+    Value header{Value::Map{}};
+    if (!metadata.empty())
+    {
+        Value entries{Value::Map{}};
+        for (const auto& [key, text] : metadata)
+            entries.set(key, text);
+        header.set("__metadata__", std::move(entries));
+    }
+    std::size_t position = 0;
+    for (const auto* tensor : tensors)
+    {
+        const std::size_t size = tensor->bytes.size();
+        Value entry{Value::Map{}};
+        entry.set("dtype", std::string(name_of(tensor->type)));
+        entry.set("shape", Value::List(tensor->shape.begin(), tensor->shape.end()));
+        entry.set("data_offsets", Value::List{Value(position), Value(position + size)});
+        header.set(tensor->name, std::move(entry));
+        position += size;
+    }
+    std::string text = to_json(header);
+    text.append((8 - text.size() % 8) % 8, ' ');
+    return text;
+}
+
+}  // namespace
+
+StateDict parse_safetensors(std::span<const std::byte> bytes, std::string_view source)
+{
+    return Reader(bytes, source).read();
+}
+
+std::vector<std::byte> to_safetensors(std::span<const TensorView> tensors, const std::map<std::string, std::string>& metadata)
+{
+    std::vector<const TensorView*> ordered;
+    std::size_t total = 0;
+    for (const auto& tensor : tensors)
+    {
+        std::size_t size = size_of(tensor.type);
+        for (const std::size_t extent : tensor.shape)
+            size *= extent;
+        if (tensor.name == "__metadata__" || size != tensor.bytes.size())
+            throw std::invalid_argument("to_safetensors: tensor '" + tensor.name +
+                                        "' has a reserved name or bytes that do not fit");
+        ordered.push_back(&tensor);
+        total += size;
+    }
+    std::stable_sort(ordered.begin(), ordered.end(), [](const auto* a, const auto* b) { return a->type < b->type; });
+    const std::string header = header_of(ordered, metadata);
+    std::vector<std::byte> bytes(prefix + header.size() + total);
+    const std::uint64_t length = header.size();
+    std::memcpy(bytes.data(), &length, prefix);
+    std::memcpy(bytes.data() + prefix, header.data(), header.size());
+    auto position = bytes.begin() + static_cast<std::ptrdiff_t>(prefix + header.size());
+    for (const auto* tensor : ordered)
+        position = std::copy(tensor->bytes.begin(), tensor->bytes.end(), position);
+    return bytes;
+}
+
+}  // namespace fresco::weights

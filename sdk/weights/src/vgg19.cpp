@@ -1,0 +1,227 @@
+#include <fresco/weights/vgg19.h>
+
+#include <fresco/error.h>
+
+#include <algorithm>
+#include <cctype>
+#include <set>
+
+namespace fresco::weights
+{
+namespace
+{
+
+struct Convolution
+{
+    int block;
+    int number;       ///< within the block
+    int torchvision;  ///< N of "features.N"
+    std::size_t outputs;
+};
+
+constexpr std::array<Convolution, 16> architecture{{{1, 1, 0, 64},
+                                                    {1, 2, 2, 64},
+                                                    {2, 1, 5, 128},
+                                                    {2, 2, 7, 128},
+                                                    {3, 1, 10, 256},
+                                                    {3, 2, 12, 256},
+                                                    {3, 3, 14, 256},
+                                                    {3, 4, 16, 256},
+                                                    {4, 1, 19, 512},
+                                                    {4, 2, 21, 512},
+                                                    {4, 3, 23, 512},
+                                                    {4, 4, 25, 512},
+                                                    {5, 1, 28, 512},
+                                                    {5, 2, 30, 512},
+                                                    {5, 3, 32, 512},
+                                                    {5, 4, 34, 512}}};
+
+std::string layer_name(const Convolution& convolution)
+{
+    return std::to_string(convolution.block) + "_" + std::to_string(convolution.number);
+}
+
+std::string key_of(const Convolution& convolution, Vgg19Keys keys)
+{
+    return keys == Vgg19Keys::torchvision ? "features." + std::to_string(convolution.torchvision)
+                                          : "conv" + layer_name(convolution);
+}
+
+std::string lower_case(std::string text)
+{
+    std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return text;
+}
+
+bool is_of_classifier(std::string_view name)
+{
+    return name.starts_with("classifier.") || name.starts_with("fc");
+}
+
+class Recogniser
+{
+  public:
+    Recogniser(const StateDict& contents, std::string_view source) : contents_(contents), source_(source) {}
+
+    Vgg19Weights recognise()
+    {
+        Vgg19Weights result;
+        if (contents_.find("features.0.weight") != nullptr)
+            result.keys = Vgg19Keys::torchvision;
+        else if (contents_.find("conv1_1.weight") != nullptr)
+            result.keys = Vgg19Keys::gatys;
+        else
+            fail("holds neither 'features.0.weight' (torchvision's names) nor 'conv1_1.weight' (Gatys'): not the weights of "
+                 "VGG-19");
+        read_layers(result);
+        for (const auto& tensor : contents_.tensors)
+        {
+            if (is_of_classifier(tensor.name))
+                result.ignored.push_back(tensor.name);
+            else if (!taken_.contains(tensor.name))
+                fail("tensor '" + tensor.name + "' is none of VGG-19's; give the weights of VGG-19 without batch normalisation");
+        }
+        result.input = input(result.keys);
+        result.normalised = normalised(result.keys);
+        return result;
+    }
+
+  private:
+    [[noreturn]] void fail(const std::string& what) const { throw Error(source_ + ": " + what); }
+
+    void read_layers(Vgg19Weights& result)
+    {
+        std::string gap;
+        std::size_t inputs = 3;
+        for (const auto& convolution : architecture)
+        {
+            const auto key = key_of(convolution, result.keys);
+            if (contents_.find(key + ".weight") == nullptr)
+            {
+                if (gap.empty())
+                    gap = key + ".weight";
+                continue;
+            }
+            if (!gap.empty())
+                fail("tensor '" + gap + "' is missing, though '" + key +
+                     ".weight' after it is there; layers must be given without a gap");
+            Vgg19Layer layer;
+            layer.name = layer_name(convolution);
+            layer.weight = checked(key + ".weight", {convolution.outputs, inputs, 3, 3});
+            layer.bias = checked(key + ".bias", {convolution.outputs});
+            layer.pooled = convolution.block > 1 && convolution.number == 1;
+            inputs = convolution.outputs;
+            result.layers.push_back(std::move(layer));
+        }
+    }
+
+    TensorView checked(const std::string& name, const std::vector<std::size_t>& shape)
+    {
+        const TensorView* tensor = contents_.find(name);
+        if (tensor == nullptr)
+            fail("tensor '" + name + "' is missing; VGG-19 needs it beside its other half");
+        if (tensor->shape != shape)
+            fail("tensor '" + name + "' is " + shape_text(tensor->shape) + ", VGG-19 has " + shape_text(shape) +
+                 " there; give the weights of VGG-19");
+        if (const auto type = tensor->type; type != ElementType::float32 && type != ElementType::float64 &&
+                                            type != ElementType::float16 && type != ElementType::bfloat16)
+            fail("tensor '" + name + "' does not hold floating-point numbers");
+        taken_.insert(name);
+        return *tensor;
+    }
+
+    /// In lower case, with the entry as it is written; nullptr where there is none.
+    const std::string* entry(const char* name, std::string& lower) const
+    {
+        const auto found = contents_.metadata.find(name);
+        if (found == contents_.metadata.end())
+            return nullptr;
+        lower = lower_case(found->second);
+        return &found->second;
+    }
+
+    Vgg19Input input(Vgg19Keys keys) const
+    {
+        auto result = keys == Vgg19Keys::torchvision ? torchvision_input() : caffe_input();
+        std::string text;
+        const auto has = [&](const char* word) { return text.find(word) != std::string::npos; };
+        if (const auto* written = entry("input", text))
+        {
+            const auto padding = result.padding;
+            if (has("bgr") && has("255"))
+                result = caffe_input();
+            else if (has("rgb") && (has("imagenet") || has("0.485")))
+                result = torchvision_input();
+            else
+                fail("metadata 'input' is \"" + *written + "\"; known are \"" + std::string(input_text(caffe_input())) +
+                     "\" and \"" + std::string(input_text(torchvision_input())) + "\"");
+            result.padding = padding;
+        }
+        if (const auto* written = entry("padding", text))
+        {
+            if (text != "reflect" && text != "zero" && text != "zeros")
+                fail("metadata 'padding' is \"" + *written + "\"; known are reflect and zero");
+            result.padding = text == "reflect" ? Vgg19Padding::reflect : Vgg19Padding::zero;
+        }
+        return result;
+    }
+
+    bool normalised(Vgg19Keys keys) const
+    {
+        std::string text;
+        const auto* written = entry("normalised", text);
+        if (written == nullptr)
+            return keys == Vgg19Keys::gatys;
+        if (text.find("unit mean") != std::string::npos || text == "yes")
+            return true;
+        if (text != "no")
+            fail("metadata 'normalised' is \"" + *written + "\"; known are \"unit mean activation\" and \"no\"");
+        return false;
+    }
+
+    const StateDict& contents_;
+    std::string source_;
+    std::set<std::string> taken_;
+};
+
+}  // namespace
+
+Vgg19Input caffe_input()
+{
+    return {
+        .bgr = true, .scale = 255, .mean = {103.939, 116.779, 123.68}, .deviation = {1, 1, 1}, .padding = Vgg19Padding::reflect};
+}
+
+Vgg19Input torchvision_input()
+{
+    return {.bgr = false,
+            .scale = 1,
+            .mean = {0.485, 0.456, 0.406},
+            .deviation = {0.229, 0.224, 0.225},
+            .padding = Vgg19Padding::zero};
+}
+
+std::string_view input_text(const Vgg19Input& input)
+{
+    return input.bgr ? "BGR in 0..255 minus (103.939, 116.779, 123.68)" : "RGB in [0,1], ImageNet mean and deviation";
+}
+
+std::string_view padding_text(Vgg19Padding padding)
+{
+    return padding == Vgg19Padding::zero ? "zero" : "reflect";
+}
+
+Vgg19Weights recognise_vgg19(const StateDict& contents, std::string_view source)
+{
+    return Recogniser(contents, source).recognise();
+}
+
+std::map<std::string, std::string> vgg19_metadata(const Vgg19Weights& weights)
+{
+    return {{"architecture", "VGG-19, conv1_1 to conv" + weights.layers.back().name},
+            {"input", std::string(input_text(weights.input))},
+            {"padding", std::string(padding_text(weights.input.padding))},
+            {"normalised", weights.normalised ? "unit mean activation" : "no"}};
+}
+
+}  // namespace fresco::weights

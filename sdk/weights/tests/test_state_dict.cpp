@@ -1,0 +1,199 @@
+#include "made_weights.h"
+
+#include <fresco/error.h>
+#include <fresco/random.h>
+
+#include <algorithm>
+#include <cmath>
+
+using namespace fresco::weights;
+
+namespace
+{
+
+const std::vector<std::string> good_files{"legacy.pth",           "legacy_old.pth",    "legacy_parameters.pth",
+                                          "legacy_protocol4.pth", "legacy_double.pth", "zip.pth",
+                                          "zip_half.pth",         "zip_protocol4.pth", "zip_wrapped.pth"};
+
+void check_shapes(const StateDict& contents)
+{
+    REQUIRE(contents.tensors.size() == 2);
+    CHECK(contents.tensors[0].name == "features.0.weight");
+    CHECK(contents.tensors[0].shape == std::vector<std::size_t>{64, 3, 3, 3});
+    CHECK(contents.tensors[1].name == "features.0.bias");
+    CHECK(contents.tensors[1].shape == std::vector<std::size_t>{64});
+}
+
+std::string error_of(std::span<const std::byte> bytes)
+{
+    try
+    {
+        parse_state_dict(bytes, "w.pth");
+    }
+    catch (const fresco::Error& error)
+    {
+        return error.what();
+    }
+    return {};
+}
+
+/// An error, or tensors whose bytes lie where they should: reading them all must not leave the buffer.
+bool refused_or_sound(std::span<const std::byte> bytes)
+{
+    try
+    {
+        const auto contents = parse_state_dict(bytes, "w.pth");
+        for (const auto& tensor : contents.tensors)
+        {
+            std::size_t size = size_of(tensor.type);
+            for (const auto extent : tensor.shape)
+                size *= extent;
+            REQUIRE(tensor.bytes.size() == size);
+            REQUIRE((tensor.bytes.empty() || (tensor.bytes.data() >= bytes.data() &&
+                                              tensor.bytes.data() + tensor.bytes.size() <= bytes.data() + bytes.size())));
+            volatile unsigned sum = 0;
+            for (const auto byte : tensor.bytes)
+                sum = sum + std::to_integer<unsigned>(byte);
+        }
+        return false;
+    }
+    catch (const fresco::Error&)
+    {
+        return true;
+    }
+}
+
+}  // namespace
+
+TEST_CASE("State dicts of every age and protocol are read")
+{
+    for (const auto& name : good_files)
+    {
+        CAPTURE(name);
+        const auto file = read_weights(made_weights() / name);
+        check_shapes(file.contents);
+        CHECK(file.contents.form == (name.starts_with("zip") ? Form::zip_pickle : Form::legacy_pickle));
+        const auto weight = to_float32(file.contents.tensors[0], name);
+        const auto bias = to_float32(file.contents.tensors[1], name);
+        REQUIRE(weight.size() == 64 * 27);
+        REQUIRE(bias.size() == 64);
+        // Numbers below 2 in 64ths fit half precision too. The bias begins at the sixth element of its storage.
+        for (std::size_t i = 0; i < weight.size(); ++i)
+            REQUIRE(weight[i] == made_number(i));
+        for (std::size_t i = 0; i < bias.size(); ++i)
+            REQUIRE(bias[i] == made_number(i + 12));
+    }
+}
+
+TEST_CASE("What no state dict needs is refused by name, and nothing is executed")
+{
+    const auto refused = [](const std::string& name, const std::string& what)
+    {
+        CAPTURE(name);
+        CHECK_THROWS_WITH(read_weights(made_weights() / name), Catch::Contains(name) && Catch::Contains(what));
+    };
+    refused("bad_evil.pth", "eval");
+    refused("bad_evil_legacy.pth", "eval");
+    refused("bad_type.pth", "torch.OtherStorage");
+    refused("bad_compressed.pth", "compressed");
+    refused("bad_script.pth", "TorchScript");
+    refused("bad_two.pth", "two entries");
+    refused("bad_nested.pth", "'epoch' is no tensor");
+    refused("bad_strides.pth", "row-major");
+    refused("bad_offset.pth", "larger than its storage");
+    refused("bad_shape.pth", "larger than its storage");
+    CHECK_THROWS_AS(read_weights(made_weights() / "none.pth"), fresco::MissingInput);
+}
+
+TEST_CASE("A file cut anywhere is refused")
+{
+    for (const std::string name : {"legacy.pth", "legacy_parameters.pth", "zip.pth"})
+    {
+        CAPTURE(name);
+        const auto whole = made_bytes(name);
+        // Every byte of the beginning and of the end, 200 cuts between.
+        std::vector<std::size_t> cuts;
+        for (std::size_t i = 0; i < 200; ++i)
+            cuts.push_back(whole.size() * i / 200);
+        for (std::size_t i = 0; i < 600; ++i)
+        {
+            cuts.push_back(i);
+            cuts.push_back(whole.size() - 1 - i);
+        }
+        for (const std::size_t cut : cuts)
+        {
+            // A copy of its own, so that a sanitizer sees a read beyond the end.
+            const std::vector<std::byte> piece(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(cut));
+            INFO("cut at " << cut << " of " << whole.size());
+            CHECK(refused_or_sound(piece));
+        }
+    }
+}
+
+TEST_CASE("A file with a wrong byte is refused or read within its bounds")
+{
+    fresco::Random random(7);
+    for (const auto& name : good_files)
+    {
+        CAPTURE(name);
+        const auto whole = made_bytes(name);
+        std::size_t refusals = 0;
+        for (int i = 0; i < 500; ++i)
+        {
+            auto damaged = whole;
+            // Half of them where the structure is, at either end.
+            const auto size = static_cast<std::int64_t>(whole.size());
+            const std::int64_t place = i % 2 == 0   ? random.below(size)
+                                       : i % 4 == 1 ? random.below(900)
+                                                    : size - 1 - random.below(700);
+            const auto flip = static_cast<unsigned char>(1 + random.below(255));
+            damaged[static_cast<std::size_t>(place)] ^= std::byte{flip};
+            if (refused_or_sound(damaged))
+                ++refusals;
+        }
+        // Checksums find what is changed in a zip archive; in a legacy file elements may differ unseen.
+        CHECK(refusals > (name.starts_with("zip") ? 350U : 30U));
+    }
+}
+
+TEST_CASE("Wrong bytes in the elements of a zip archive are found")
+{
+    auto bytes = made_bytes("zip.pth");
+    const float number = made_number(100);
+    const auto pattern = std::as_bytes(std::span(&number, 1));
+    const auto place = std::search(bytes.begin() + 2000, bytes.end(), pattern.begin(), pattern.end());
+    REQUIRE(place != bytes.end());
+    *place ^= std::byte{1};
+    CHECK_THAT(error_of(bytes), Catch::Contains("checksum"));
+}
+
+TEST_CASE("The form is told by the first bytes")
+{
+    CHECK_THAT(error_of({}), Catch::Contains("safetensors"));
+    CHECK_THAT(error_of(bytes_of("PK")), Catch::Contains("zip"));
+    CHECK_THAT(error_of(bytes_of("\x80\x02")), Catch::Contains("pickle ends"));
+    CHECK_THAT(error_of(bytes_of(std::string(257, 'x') + "ustar")), Catch::Contains("tar archive"));
+    // A safetensors header of 128 bytes begins like a pickle.
+    std::string header = R"({"a":{"dtype":"U8","shape":[1],"data_offsets":[0,1]}})";
+    header.resize(128, ' ');
+    const auto bytes = bytes_of(std::string("\x80\0\0\0\0\0\0\0", 8) + header + "x");
+    CHECK(parse_state_dict(bytes, "w").find("a") != nullptr);
+}
+
+TEST_CASE("Half precision, the other types and what is not finite")
+{
+    const auto value = [](ElementType type, const std::string& text)
+    {
+        const auto bytes = bytes_of(text);
+        return to_float32({"t", type, {1}, bytes}, "w").at(0);
+    };
+    CHECK(value(ElementType::float16, std::string("\x00\x3c", 2)) == 1.0F);
+    CHECK(value(ElementType::float16, std::string("\x00\xc0", 2)) == -2.0F);
+    CHECK(value(ElementType::float16, std::string("\x01\x00", 2)) == std::ldexp(1.0F, -24));
+    CHECK(value(ElementType::float16, std::string("\xff\x7b", 2)) == 65504.0F);
+    CHECK(value(ElementType::bfloat16, std::string("\x20\x40", 2)) == 2.5F);
+    CHECK_THROWS_WITH(value(ElementType::float16, std::string("\x00\x7c", 2)),
+                      Catch::Contains("finite") && Catch::Contains("'t'"));
+    CHECK_THROWS_WITH(value(ElementType::float32, std::string("\x00\x00\xc0\x7f", 4)), Catch::Contains("finite"));
+    CHECK_THROWS_WITH(value(ElementType::int32, "abcd"), Catch::Contains("floating-point"));
+}

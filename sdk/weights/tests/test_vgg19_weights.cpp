@@ -1,0 +1,149 @@
+#include "made_weights.h"
+#include "shared_data.h"
+
+#include <fresco/error.h>
+#include <fresco/weights/vgg19.h>
+
+#include <functional>
+
+using namespace fresco::weights;
+
+namespace
+{
+
+/// conv1_1 .. conv2_1; all elements are 0.
+struct Contents
+{
+    std::vector<std::byte> zeros = std::vector<std::byte>(std::size_t{512} * 512 * 9 * 4);
+    StateDict dict;
+
+    explicit Contents(const std::vector<std::string>& keys = {"features.0", "features.2", "features.5"})
+    {
+        const std::size_t outputs[] = {64, 64, 128};
+        std::size_t inputs = 3;
+        for (std::size_t i = 0; i < keys.size(); ++i)
+        {
+            add(keys[i] + ".weight", {outputs[i], inputs, 3, 3});
+            add(keys[i] + ".bias", {outputs[i]});
+            inputs = outputs[i];
+        }
+    }
+    TensorView& add(const std::string& name, const std::vector<std::size_t>& shape, ElementType type = ElementType::float32)
+    {
+        std::erase_if(dict.tensors, [&](const TensorView& tensor) { return tensor.name == name; });
+        std::size_t size = size_of(type);
+        for (const auto extent : shape)
+            size *= extent;
+        return dict.tensors.emplace_back(TensorView{name, type, shape, std::span(zeros).first(size)});
+    }
+    void remove(const std::string& name)
+    {
+        std::erase_if(dict.tensors, [&](const TensorView& tensor) { return tensor.name == name; });
+    }
+};
+
+Vgg19Weights recognised(const Contents& contents)
+{
+    return recognise_vgg19(contents.dict, "w.pth");
+}
+
+}  // namespace
+
+TEST_CASE("Layers are found by torchvision's names and by Gatys'")
+{
+    Contents torchvision;
+    torchvision.add("classifier.0.weight", {2, 2});
+    const auto first = recognised(torchvision);
+    CHECK(first.keys == Vgg19Keys::torchvision);
+    CHECK(first.ignored == std::vector<std::string>{"classifier.0.weight"});
+    REQUIRE(first.layers.size() == 3);
+    CHECK(first.layers[2].name == "2_1");
+    CHECK((!first.layers[1].pooled && first.layers[2].pooled));
+    CHECK_FALSE(first.normalised);
+    CHECK_FALSE(first.input.bgr);
+    CHECK(first.input.padding == Vgg19Padding::zero);
+
+    const auto second = recognised(Contents({"conv1_1", "conv1_2"}));
+    CHECK(second.keys == Vgg19Keys::gatys);
+    CHECK(second.layers.size() == 2);
+    CHECK(second.normalised);
+    CHECK(second.input.bgr);
+    CHECK(second.input.padding == Vgg19Padding::reflect);
+}
+
+TEST_CASE("All sixteen layers, as long as they are there")
+{
+    const std::vector<std::pair<std::string, std::size_t>> layers{
+        {"1_1", 64},  {"1_2", 64},  {"2_1", 128}, {"2_2", 128}, {"3_1", 256}, {"3_2", 256}, {"3_3", 256}, {"3_4", 256},
+        {"4_1", 512}, {"4_2", 512}, {"4_3", 512}, {"4_4", 512}, {"5_1", 512}, {"5_2", 512}, {"5_3", 512}, {"5_4", 512}};
+    Contents contents(std::vector<std::string>{});
+    std::size_t inputs = 3;
+    for (const auto& [name, outputs] : layers)
+    {
+        contents.add("conv" + name + ".weight", {outputs, inputs, 3, 3});
+        contents.add("conv" + name + ".bias", {outputs});
+        inputs = outputs;
+    }
+    const auto weights = recognised(contents);
+    REQUIRE(weights.layers.size() == 16);
+    for (std::size_t i = 0; i < 16; ++i)
+        CHECK(weights.layers[i].name == layers[i].first);
+    CHECK(vgg19_metadata(weights).at("architecture") == "VGG-19, conv1_1 to conv5_4");
+}
+
+TEST_CASE("Metadata decides over names")
+{
+    Contents contents;
+    auto& metadata = contents.dict.metadata;
+    metadata["input"] = "BGR in 0..255 minus (103.939, 116.779, 123.68)";
+    CHECK(recognised(contents).input.bgr);
+    CHECK(recognised(contents).input.padding == Vgg19Padding::zero);
+    metadata["padding"] = "reflect";
+    CHECK(recognised(contents).input.padding == Vgg19Padding::reflect);
+    metadata["normalised"] = "weights rescaled to unit mean activation (Gatys)";
+    CHECK(recognised(contents).normalised);
+    // What is written of weights is read again as the same.
+    Contents again;
+    again.dict.metadata = vgg19_metadata(recognised(contents));
+    CHECK(vgg19_metadata(recognised(again)) == again.dict.metadata);
+
+    const auto refused = [](Contents changed, const char* key, const char* value)
+    {
+        changed.dict.metadata[key] = value;
+        CHECK_THROWS_WITH(recognised(changed), Catch::Contains("w.pth") && Catch::Contains(key) && Catch::Contains(value));
+    };
+    refused(contents, "padding", "circular");
+    refused(contents, "input", "YUV");
+    refused(contents, "normalised", "perhaps");
+}
+
+TEST_CASE("What is not VGG-19 is refused with the tensor's name")
+{
+    const auto refused = [](const std::function<void(Contents&)>& change, const std::string& tensor)
+    {
+        Contents contents;
+        change(contents);
+        CHECK_THROWS_WITH(recognised(contents), Catch::Contains("w.pth") && Catch::Contains(tensor));
+    };
+    refused([](Contents& c) { c.add("features.2.weight", {64, 32, 3, 3}); }, "'features.2.weight' is 64 x 32 x 3 x 3");
+    refused([](Contents& c) { c.add("features.5.bias", {64}); }, "features.5.bias");
+    refused([](Contents& c) { c.remove("features.2.bias"); }, "features.2.bias");
+    refused([](Contents& c) { c.remove("features.2.weight"); }, "features.2.weight");
+    refused([](Contents& c) { c.remove("features.0.weight"); }, "features.0.weight");
+    refused([](Contents& c) { c.add("features.0.weight", {64, 3, 3, 3}, ElementType::int32); }, "features.0.weight");
+    refused([](Contents& c) { c.add("features.1.running_mean", {64}); }, "batch normalisation");
+}
+
+TEST_CASE("The weights at hand say what they are")
+{
+    const auto path = shared_data("weights/vgg19_conv1_1-conv3_1.safetensors", "The weights at hand say what they are");
+    if (path.empty())
+        return;
+    const auto file = read_weights(path);
+    const auto weights = recognise_vgg19(file.contents, path.string());
+    CHECK(file.contents.form == Form::safetensors);
+    CHECK(weights.layers.size() == 5);
+    CHECK(weights.normalised);
+    CHECK(weights.input.bgr);
+    CHECK(weights.input.padding == Vgg19Padding::reflect);
+}

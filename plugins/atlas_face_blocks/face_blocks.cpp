@@ -12,8 +12,10 @@ std::vector<Vec2f> texcoords(std::size_t faces, const Layout& layout)
     result.reserve(3 * faces);
     for (std::size_t face = 0; face < faces; ++face)
     {
-        const double left = static_cast<double>(face % layout.blocks_per_row()) * layout.block_px;
-        const double lower = static_cast<double>(face / layout.blocks_per_row()) * layout.block_px;
+        const std::size_t column = face % layout.blocks_per_row();
+        const std::size_t row = face / layout.blocks_per_row();
+        const double left = static_cast<double>(column) * layout.block_px;
+        const double lower = static_cast<double>(row) * layout.block_px;
         const auto uv = [&](double x, double y) {
             return Vec2f{static_cast<float>((left + x) / size), static_cast<float>((lower + y) / size)};
         };

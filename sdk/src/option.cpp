@@ -191,8 +191,8 @@ struct Kind<OutputName>
 std::string unit_of(const std::string& name)
 {
     static constexpr std::array units{"px", "m", "deg", "count", "s", "mb"};
-    for (const std::string unit : units)
-        if (name.ends_with("_" + unit))
+    for (const char* unit : units)
+        if (name.ends_with(std::string("_") + unit))
             return unit;
     return {};
 }

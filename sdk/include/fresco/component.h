@@ -88,9 +88,9 @@ class SlotMap final : public detail::SlotBase
 
     /// The word `auto` stands for the map `if_empty` (JSON) where the owner's option `option` is empty, else for `if_set`, in
     /// which the text "${option}" is replaced by that option's value. Returns itself, to be called in the member initialiser.
-    SlotMap& auto_rule(std::string option, std::string_view if_empty, std::string_view if_set)
+    SlotMap& auto_rule(const std::string& option, std::string_view if_empty, std::string_view if_set)
     {
-        auto_option_ = std::move(option);
+        auto_option_ = option;
         auto_if_empty_ = parse_json(if_empty, "auto rule");
         auto_if_set_ = parse_json(if_set, "auto rule");
         return *this;

@@ -79,8 +79,11 @@ constexpr Vec3<To> vec_cast(Vec3<From> a)
 struct Mat3
 {
     std::array<double, 9> m{1, 0, 0, 0, 1, 0, 0, 0, 1};
-    double operator()(int row, int column) const { return m[static_cast<std::size_t>(row * 3 + column)]; }
-    double& operator()(int row, int column) { return m[static_cast<std::size_t>(row * 3 + column)]; }
+    double operator()(int row, int column) const
+    {
+        return m[3 * static_cast<std::size_t>(row) + static_cast<std::size_t>(column)];
+    }
+    double& operator()(int row, int column) { return m[3 * static_cast<std::size_t>(row) + static_cast<std::size_t>(column)]; }
     friend bool operator==(const Mat3&, const Mat3&) = default;
 };
 

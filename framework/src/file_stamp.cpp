@@ -2,6 +2,7 @@
 #include <fresco/files_io.h>
 #include <fresco/hash.h>
 #include <fresco/host/file_stamp.h>
+#include <fresco/host/glob.h>
 
 #include <algorithm>
 #include <ctime>
@@ -13,7 +14,7 @@ namespace fresco::host
 namespace
 {
 
-std::string names_hash(const std::filesystem::path& folder)
+std::string names_hash(const std::filesystem::path& folder, const std::string& pattern)
 {
     std::vector<std::string> names;
     std::error_code error;
@@ -21,7 +22,8 @@ std::string names_hash(const std::filesystem::path& folder)
     if (error)
         throw MissingInput(folder.string() + ": cannot list the folder: " + error.message());
     for (const auto& entry : entries)
-        names.push_back(entry.path().filename().string());
+        if (std::string name = entry.path().filename().string(); name_matches(name, pattern))
+            names.push_back(std::move(name));
     std::sort(names.begin(), names.end());
     std::string joined;
     for (const auto& name : names)
@@ -31,7 +33,13 @@ std::string names_hash(const std::filesystem::path& folder)
 
 std::string contents_of(const std::filesystem::path& path, bool folder)
 {
-    return folder ? names_hash(path) : file_hash(path);
+    return folder ? names_hash(path.parent_path(), path.filename().string()) : file_hash(path);
+}
+
+/// The file or folder on the disk.
+std::filesystem::path place_of(const std::filesystem::path& path, bool folder)
+{
+    return folder ? path.parent_path() : path;
 }
 
 }  // namespace
@@ -59,15 +67,15 @@ FileStamp settled(FileStamp stamp)
 
 Dependency take_dependency(const std::filesystem::path& path, bool folder)
 {
-    const auto before = stamp_of(path);
+    const auto before = stamp_of(place_of(path, folder));
     if (!before)
-        throw MissingInput(path.string() + ": there is no such " + (folder ? "folder" : "file"));
+        throw MissingInput(place_of(path, folder).string() + ": there is no such " + (folder ? "folder" : "file"));
     return {path, folder, settled(*before), contents_of(path, folder)};
 }
 
 Change compare(Dependency& dependency)
 {
-    const auto now = stamp_of(dependency.path);
+    const auto now = stamp_of(place_of(dependency.path, dependency.folder));
     if (!now)
         return Change::contents;
     if (dependency.stamp.matches(*now))

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <fstream>
+#include <stdexcept>
 
 namespace fresco::host
 {
@@ -186,9 +187,11 @@ void WorkerContext::reads_file(const fs::path& file)
     depend_on(file, false);
 }
 
-void WorkerContext::reads_folder(const fs::path& folder)
+void WorkerContext::reads_folder(const fs::path& folder, std::string_view names)
 {
-    depend_on(folder, true);
+    if (names.empty() || names.find('/') != std::string_view::npos)
+        throw std::invalid_argument("reads_folder: \"" + std::string(names) + "\" is no pattern of names");
+    depend_on(folder / names, true);
 }
 
 std::vector<Dependency> WorkerContext::settled_dependencies()

@@ -30,7 +30,8 @@ class WorkerContext final : public RunContext
     std::filesystem::path scratch_folder() override;
     std::filesystem::path checkpoint_folder() override;
     void reads_file(const std::filesystem::path& file) override;
-    void reads_folder(const std::filesystem::path& folder) override;
+    using RunContext::reads_folder;
+    void reads_folder(const std::filesystem::path& folder, std::string_view names) override;
 
     /// Everything reads_file and reads_folder named, sorted by path. Throws Error if any of it changed meanwhile.
     std::vector<Dependency> settled_dependencies();

@@ -168,11 +168,31 @@ TEST_CASE("A folder's dependency is its names")
     const TemporaryFolder folder;
     const fs::path inner = folder.path() / "inner";
     write(inner / "a", "1");
-    Dependency dependency = take_dependency(inner, true);
+    Dependency dependency = take_dependency(inner / "*", true);
     write(inner / "a", "2");
     CHECK(compare(dependency) != Change::contents);
     write(inner / "b", "1");
     CHECK(compare(dependency) == Change::contents);
+}
+
+TEST_CASE("Of a folder's names only those count that match the pattern")
+{
+    const TemporaryFolder folder;
+    write(folder.path() / "seq-01", "1");
+    Dependency sequences = take_dependency(folder.path() / "seq-*", true);
+    Dependency calibration = take_dependency(folder.path() / "k.txt", true);
+    fs::create_directory(folder.path() / "out");
+    write(folder.path() / ".DS_Store", "1");
+    CHECK(compare(sequences) == Change::stamp);
+    CHECK(compare(calibration) == Change::stamp);
+    write(folder.path() / "k.txt", "1");
+    CHECK(compare(sequences) != Change::contents);
+    CHECK(compare(calibration) == Change::contents);
+    fs::rename(folder.path() / "seq-01", folder.path() / "seq-02");
+    CHECK(compare(sequences) == Change::contents);
+    fs::rename(folder.path() / "seq-02", folder.path() / "seq-01");
+    CHECK(compare(sequences) == Change::stamp);
+    CHECK_THROWS_AS(take_dependency(folder.path() / "nowhere" / "*", true), fresco::MissingInput);
 }
 
 TEST_CASE("A key keeps its last eight results")

@@ -125,10 +125,11 @@ stages:
   source: {type: test.source, value: 0, folder: scan, file: extra, log: log}
   text:   {type: test.sink, input: source, path: x.txt}
 )");
+    std::vector<std::string> arguments{"run", "room.yaml"};
     const auto run = [&]
     {
         place.clear_log();
-        REQUIRE(place.run({"run", "room.yaml"}).code == 0);
+        REQUIRE(place.run(arguments).code == 0);
         return place.log().size();
     };
     CHECK(run() == 1);
@@ -142,9 +143,18 @@ stages:
     CHECK(place.read("out/x.txt") == "7.000000\n");
     place.write("scan/b", "1");
     CHECK(run() == 1);
+    // From here on the stage looks for names with "n-".
+    arguments.insert(arguments.end(), {"--set", "source.prefix=n-"});
+    place.write("scan/n-1", "1");
+    CHECK(run() == 1);
+    place.write("scan/.DS_Store", "x");
+    fs::create_directory(place.file("scan/out"));
+    CHECK(run() == 0);
+    place.write("scan/n-2", "1");
+    CHECK(run() == 1);
     place.write("extra", "x");
     CHECK(run() == 1);
-    CHECK(place.read("out/x.txt") == "6.000000\n");
+    CHECK(place.read("out/x.txt") == "3.000000\n");
 }
 
 TEST_CASE("A damaged result is named and made anew in the same run")

@@ -31,11 +31,13 @@ class ScanScannet final : public fresco::Stage
     {
         const auto& folder = path->path;
         const auto views = scannet::list_views(folder, *every);
-        const auto calibration = scannet::read_scene_calibration(folder, scannet::find_properties(folder));
+        const auto properties = scannet::find_properties(folder);
+        const auto calibration = scannet::read_scene_calibration(folder, properties);
         if (*align_axes && !calibration.aligned_from_world)
             throw fresco::Error(folder.string() + ": the scene has no axisAlignment; leave align_axes out");
         const auto surface_file = mesh_file->empty() ? scannet::find_mesh(folder, *mesh_kind) : mesh_file->path;
-        record_inputs(views, calibration, surface_file, run);
+        record_names(properties, surface_file, run);
+        record_files(views, calibration, surface_file, run);
 
         auto surface = fresco::read_mesh(surface_file);
         const auto centre = *pixel_centre == "half" ? fresco::PixelCentre::half : fresco::PixelCentre::integer;
@@ -54,13 +56,23 @@ class ScanScannet final : public fresco::Stage
         mesh = std::move(surface);
     }
 
-    void record_inputs(const std::vector<fresco::ViewFiles>& views, const scannet::SceneCalibration& calibration,
-                       const std::filesystem::path& surface_file, fresco::RunContext& run) const
+    void record_names(const std::filesystem::path& properties, const std::filesystem::path& surface_file,
+                      fresco::RunContext& run) const
     {
-        run.reads_folder(path->path);
-        for (const char* folder : {"color", "depth", "pose", "intrinsic"})
-            if (std::filesystem::exists(path->path / folder))
-                run.reads_folder(path->path / folder);
+        const auto& folder = path->path;
+        for (const char* names : {"color/*.jpg", "color/*.png", "depth/*.png", "pose/*.txt", "intrinsic/*.txt"})
+            if (const auto pattern = folder / names; std::filesystem::exists(pattern.parent_path()))
+                run.reads_folder(pattern.parent_path(), pattern.filename().string());
+        run.reads_folder(folder, "intrinsic");
+        run.reads_folder(folder, scannet::properties_names(folder, properties));
+        if (mesh_file->empty())
+            for (const auto& names : scannet::mesh_names(surface_file, *mesh_kind))
+                run.reads_folder(folder, names);
+    }
+
+    void record_files(const std::vector<fresco::ViewFiles>& views, const scannet::SceneCalibration& calibration,
+                      const std::filesystem::path& surface_file, fresco::RunContext& run) const
+    {
         for (const auto& file : calibration.files)
             run.reads_file(file);
         for (const auto& view : views)

@@ -15,6 +15,14 @@ namespace scannet
 namespace
 {
 
+constexpr std::string_view full_mesh = "_vh_clean.ply";
+constexpr std::string_view reduced_mesh = "_vh_clean_2.ply";
+
+fs::path named_properties(const fs::path& path)
+{
+    return path / (fs::weakly_canonical(path).filename().string() + ".txt");
+}
+
 std::optional<long> number_of(const std::string& stem)
 {
     long number = 0;
@@ -94,9 +102,9 @@ std::vector<fresco::ViewFiles> list_views(const fs::path& path, int every)
 
 fs::path find_mesh(const fs::path& path, std::string_view kind)
 {
-    auto files = kind == "reduced" ? std::vector<fs::path>{} : files_ending(path, "_vh_clean.ply");
+    auto files = kind == "reduced" ? std::vector<fs::path>{} : files_ending(path, full_mesh);
     if (files.empty() && kind != "full")
-        files = files_ending(path, "_vh_clean_2.ply");
+        files = files_ending(path, reduced_mesh);
     if (files.empty())
         throw fresco::MissingInput(path.string() + ": no mesh " +
                                    (kind == "full"      ? "*_vh_clean.ply"
@@ -109,13 +117,29 @@ fs::path find_mesh(const fs::path& path, std::string_view kind)
     return files[0];
 }
 
+std::vector<std::string> mesh_names(const fs::path& mesh, std::string_view kind)
+{
+    std::vector<std::string> names;
+    if (kind != "reduced")
+        names.push_back("*" + std::string(full_mesh));
+    if (mesh.filename().string().ends_with(reduced_mesh))
+        names.push_back("*" + std::string(reduced_mesh));
+    return names;
+}
+
 fs::path find_properties(const fs::path& path)
 {
-    const auto named = path / (fs::weakly_canonical(path).filename().string() + ".txt");
+    const auto named = named_properties(path);
     if (fs::exists(named))
         return named;
     const auto files = files_ending(path, ".txt");
     return files.size() == 1 ? files[0] : fs::path{};
+}
+
+std::string properties_names(const fs::path& path, const fs::path& properties)
+{
+    const auto named = named_properties(path);
+    return properties == named ? named.filename().string() : "*.txt";
 }
 
 }  // namespace scannet

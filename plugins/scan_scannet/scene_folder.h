@@ -3,6 +3,7 @@
 #include <fresco/recording.h>
 
 #include <filesystem>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -18,8 +19,13 @@ std::vector<fresco::ViewFiles> list_views(const std::filesystem::path& path, int
 /// else the reduced one. Throws MissingInput if there is none, Error if there are several.
 std::filesystem::path find_mesh(const std::filesystem::path& path, std::string_view kind);
 
+/// The pattern of the names that find_mesh looks for to find `mesh`, and of those that would be taken before it.
+std::vector<std::string> mesh_names(const std::filesystem::path& mesh, std::string_view kind);
+
 /// The text file of the scene's properties, `path`/<scene>.txt: the one named like the folder, else the only .txt file. Empty if
 /// there is none.
 std::filesystem::path find_properties(const std::filesystem::path& path);
+/// The pattern of the names that find_properties looks for to find `properties`.
+std::string properties_names(const std::filesystem::path& path, const std::filesystem::path& properties);
 
 }  // namespace scannet

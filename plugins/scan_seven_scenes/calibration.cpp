@@ -33,7 +33,8 @@ NamedMatrix intrinsics_part(const std::vector<double>& option, const std::string
         calibration.files.push_back(file);
         return {fresco::read_matrix_text(file, 3, 3), file.string()};
     }
-    calibration.guesses.push_back(file.filename().string() + " is missing and the option " + option_name +
+    calibration.missing.push_back(file.filename().string());
+    calibration.guesses.push_back(calibration.missing.back() + " is missing and the option " + option_name +
                                   " is not given: focal length 585 and centre (320, 240) are assumed");
     return {assumed_matrix, assumed};
 }
@@ -47,7 +48,8 @@ fresco::RigidTransform transform_part(const std::vector<double>& option, const f
         calibration.files.push_back(file);
         return fresco::read_rigid_transform(file);
     }
-    calibration.guesses.push_back(file.filename().string() +
+    calibration.missing.push_back(file.filename().string());
+    calibration.guesses.push_back(calibration.missing.back() +
                                   " is missing and the option color_from_depth is not given: the colour "
                                   "camera is taken to be where the depth camera is");
     return {};

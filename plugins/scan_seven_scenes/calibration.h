@@ -17,7 +17,8 @@ struct Calibration
     fresco::RigidTransform color_from_depth;
     fresco::PixelCentre centre = fresco::PixelCentre::half;
     std::vector<std::filesystem::path> files;  ///< The files it was read from.
-    std::vector<std::string> guesses;          ///< What had to be assumed, as sentences for the user.
+    std::vector<std::string> missing;  ///< Names of files in the scan's folder that it would be read from, were they there.
+    std::vector<std::string> guesses;  ///< What had to be assumed, as sentences for the user.
 };
 
 /// What the pipeline gives in place of files; empty lists: not given.

@@ -68,9 +68,11 @@ class ScanSevenScenes final : public fresco::Stage
 
     void record_inputs(const ScanFolder& scan, const Calibration& calibration, fresco::RunContext& run) const
     {
-        run.reads_folder(path->path);
+        run.reads_folder(path->path, "seq-*");
         for (const auto& sequence : scan.sequences)
-            run.reads_folder(sequence);
+            run.reads_folder(sequence, "frame-*");
+        for (const auto& name : calibration.missing)
+            run.reads_folder(path->path, name);
         for (const auto& file : calibration.files)
             run.reads_file(file);
         for (const auto& frame : scan.frames)

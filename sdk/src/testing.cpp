@@ -94,10 +94,10 @@ void TestRun::reads_file(const fs::path& file)
     files_read.push_back(file);
 }
 
-void TestRun::reads_folder(const fs::path& folder)
+void TestRun::reads_folder(const fs::path& folder, std::string_view names)
 {
     const std::lock_guard lock(lists_mutex());
-    folders_read.push_back(folder);
+    folders_read.push_back(folder / names);
 }
 
 TestFactory::~TestFactory() = default;

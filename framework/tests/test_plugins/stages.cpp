@@ -60,6 +60,7 @@ class Source final : public LoggedStage
     Option<double> value{this, "value", 1, "The number"};
     Option<fresco::InputFile> file{this, "file", fresco::InputFile{}, "Its size is added"};
     Option<fresco::InputFolder> folder{this, "folder", fresco::InputFolder{}, "The sizes of its files are added"};
+    Option<std::string> prefix{this, "prefix", "", "How the names of the folder's files begin"};
     Option<int> wait_ms{this, "wait_ms", 0, fresco::range(0, 60'000), "Pause", fresco::not_in_key};
 
     void run(RunContext& run) override
@@ -70,9 +71,11 @@ class Source final : public LoggedStage
             sum += static_cast<double>(std::filesystem::file_size(file->path));
         if (!folder->empty())
         {
-            run.reads_folder(folder->path);
+            run.reads_folder(folder->path, *prefix + "*");
             for (const auto& entry : std::filesystem::directory_iterator(folder->path))
             {
+                if (!entry.path().filename().string().starts_with(*prefix))
+                    continue;
                 run.reads_file(entry.path());
                 sum += static_cast<double>(fresco::read_file(entry.path()).size());
             }

@@ -123,7 +123,11 @@ TEST_CASE("an exported scene becomes frames by number, without the lost ones", "
     CHECK(fresco::load_depth(frames[0], &scene.images).at(3, 3) == Approx(1.5f));
     CHECK(result.mesh->positions[1] == fresco::Vec3f{1, 0, 0});
     CHECK(run.files_read.size() == 3 * 3 + 4 + 1 + 1);
-    CHECK(run.folders_read.size() == 5);
+    std::vector<fs::path> names;
+    for (const char* pattern : {"color/*.jpg", "color/*.png", "depth/*.png", "pose/*.txt", "intrinsic/*.txt", "intrinsic",
+                                "scene0000_00.txt", "*_vh_clean.ply"})
+        names.push_back(scene.path() / pattern);
+    CHECK(run.folders_read == names);
 }
 
 TEST_CASE("the mesh is chosen by kind", "[scan.scannet]")
@@ -134,8 +138,16 @@ TEST_CASE("the mesh is chosen by kind", "[scan.scannet]")
     run_scan(scene.path(), fresco::Value::Map{{"mesh_kind", "reduced"}}, run, result);
     CHECK(result.mesh->positions[1].x == 2);
     fs::remove(scene.path() / "scene0000_00_vh_clean.ply");
-    run_scan(scene.path(), fresco::Value::Map{}, run, result);
+    TestRun without_full;
+    run_scan(scene.path(), fresco::Value::Map{}, without_full, result);
     CHECK(result.mesh->positions[1].x == 2);
+    // The full one would be taken if it came back.
+    CHECK(without_full.folders_read.back() == scene.path() / "*_vh_clean_2.ply");
+    CHECK(without_full.folders_read.rbegin()[1] == scene.path() / "*_vh_clean.ply");
+    fs::rename(scene.path() / "scene0000_00.txt", scene.path() / "other.txt");
+    TestRun renamed;
+    run_scan(scene.path(), fresco::Value::Map{}, renamed, result);
+    CHECK(std::count(renamed.folders_read.begin(), renamed.folders_read.end(), scene.path() / "*.txt") == 1);
     CHECK_THAT(error_of(scene, fresco::Value::Map{{"mesh_kind", "full"}}), Contains("no mesh *_vh_clean.ply"));
     fs::copy_file(scene.path() / "scene0000_00_vh_clean_2.ply", scene.path() / "other_vh_clean_2.ply");
     CHECK_THAT(error_of(scene), Contains("several meshes") && Contains("other_vh_clean_2.ply"));

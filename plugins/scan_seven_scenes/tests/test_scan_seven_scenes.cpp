@@ -135,7 +135,17 @@ TEST_CASE("every file that was read is recorded", "[scan.seven_scenes]")
     CHECK(run.files_read.size() == 4 * 3 + 3 + 1);
     for (const char* file : {"seq-10/frame-000002.pose.txt", "color_from_depth.txt", "mesh.ply"})
         CHECK(std::count(run.files_read.begin(), run.files_read.end(), scan.path() / file) == 1);
-    CHECK(run.folders_read == std::vector<fs::path>{scan.path(), scan.path() / "seq-02", scan.path() / "seq-10"});
+    CHECK(run.folders_read ==
+          std::vector<fs::path>{scan.path() / "seq-*", scan.path() / "seq-02/frame-*", scan.path() / "seq-10/frame-*"});
+    // A calibration that is not there may come; one that an option gives may not.
+    fs::remove(scan.path() / "color-intrinsics.txt");
+    fs::remove(scan.path() / "color_from_depth.txt");
+    TestRun uncalibrated;
+    run_scan(scan.path(),
+             fresco::Value::Map{{"color_intrinsics", fresco::Value::List{50, 51, 32, 24}}, {"sequences", fresco::Value::List{2}}},
+             uncalibrated, result);
+    CHECK(uncalibrated.folders_read ==
+          std::vector<fs::path>{scan.path() / "seq-*", scan.path() / "seq-02/frame-*", scan.path() / "color_from_depth.txt"});
 }
 
 TEST_CASE("sequences and every choose frames", "[scan.seven_scenes]")

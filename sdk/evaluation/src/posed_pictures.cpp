@@ -17,9 +17,10 @@ namespace
 
 namespace fs = std::filesystem;
 
+constexpr std::array<std::string_view, 3> extensions{".png", ".jpg", ".jpeg"};
+
 bool is_picture(const fs::path& file)
 {
-    constexpr std::array<std::string_view, 3> extensions{".png", ".jpg", ".jpeg"};
     return std::ranges::find(extensions, file.extension().string()) != extensions.end();
 }
 
@@ -33,7 +34,8 @@ std::vector<fs::path> listed(const Files& views)
 
 std::vector<fs::path> listed(const fs::path& folder, RunContext& run)
 {
-    run.reads_folder(folder);
+    for (const std::string_view extension : extensions)
+        run.reads_folder(folder, "*" + std::string(extension));
     std::vector<fs::path> files;
     for (const auto& entry : fs::directory_iterator(folder))
         if (entry.is_regular_file())

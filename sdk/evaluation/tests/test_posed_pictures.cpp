@@ -35,7 +35,8 @@ TEST_CASE("pictures are found by their frames' names, in the frames' order")
     CHECK(found[0].frame == 0);
     CHECK(found[0].file.filename() == "seq_01_b.jpg");
     CHECK(found[1].frame == 1);
-    CHECK(run.folders_read.size() == 1);
+    CHECK(run.folders_read ==
+          std::vector<std::filesystem::path>{folder.path() / "*.png", folder.path() / "*.jpg", folder.path() / "*.jpeg"});
     CHECK(run.files_read.size() == 2);
 
     Files views;

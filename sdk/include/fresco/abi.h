@@ -6,12 +6,13 @@
  * History of FRESCO_ABI:
  *   1  first
  *   2  Files::loaded_from, ImageIo::check, LossTerm::network, Pixels::steep
+ *   3  RunContext::reads_folder with a pattern, Cost::height_squares
  */
 #include <stddef.h>
 #include <stdint.h>
 
 #define FRESCO_MAGIC 0x46524553u /* "FRES" */
-#define FRESCO_ABI 2u
+#define FRESCO_ABI 3u
 
 #ifdef __cplusplus
 extern "C"

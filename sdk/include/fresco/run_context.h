@@ -32,10 +32,16 @@ class RunContext : public Progress
     /// A folder that belongs to exactly this result and outlives a killed run; removed once the result is published. Write into
     /// it with write_file (whole or not at all).
     virtual std::filesystem::path checkpoint_folder() = 0;
-    /// Says that the result depends on a file (its contents) or on a folder (the sorted names directly in it) that no option of
-    /// type InputFile names. The next run does nothing only if these are unchanged.
+    /// Says that the result depends on the contents of a file that no option of type InputFile names. The next run does nothing
+    /// only if they are unchanged.
     virtual void reads_file(const std::filesystem::path& file) = 0;
-    virtual void reads_folder(const std::filesystem::path& folder) = 0;
+    /// Says that the result depends on which names that match `names` are directly in a folder: '*' stands for any text, '?' for
+    /// one character ("seq-*", "*.png"); a pattern without them for one name that is there or not. Name what the stage looks for
+    /// and nothing else: results, an editor's files or pictures put beside it must not make it run again. Patterns add up,
+    /// one call each. A stage that lists the folder must pass over all other names.
+    virtual void reads_folder(const std::filesystem::path& folder, std::string_view names) = 0;
+    /// The same for every name.
+    void reads_folder(const std::filesystem::path& folder) { reads_folder(folder, "*"); }
 };
 
 }  // namespace fresco

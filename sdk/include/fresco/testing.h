@@ -42,7 +42,7 @@ class TestRun final : public RunContext
     Value reported{Value::Map{}};
     std::map<std::string, std::vector<double>> metrics;
     std::vector<std::filesystem::path> files_read;
-    std::vector<std::filesystem::path> folders_read;
+    std::vector<std::filesystem::path> folders_read;  ///< Folder / pattern of names.
 
     void cancel_after(int checks) { checks_left_ = checks; }
 
@@ -57,7 +57,8 @@ class TestRun final : public RunContext
     std::filesystem::path scratch_folder() override;
     std::filesystem::path checkpoint_folder() override;
     void reads_file(const std::filesystem::path& file) override;
-    void reads_folder(const std::filesystem::path& folder) override;
+    using RunContext::reads_folder;
+    void reads_folder(const std::filesystem::path& folder, std::string_view names) override;
 
   private:
     TemporaryFolder folder_;

@@ -28,16 +28,17 @@ std::optional<FileStamp> stamp_of(const std::filesystem::path& file);
 /// The same with mtime 0 where it is too young to be relied on.
 FileStamp settled(FileStamp stamp);
 
-/// Something outside the store that a result was made from: a file's contents, or the sorted names directly in a folder.
+/// Something outside the store that a result was made from: a file's contents, or which names that match a pattern are directly
+/// in a folder.
 struct Dependency
 {
-    std::filesystem::path path;
+    std::filesystem::path path;  ///< With `folder`, the folder and then the pattern (see name_matches): "scan/seq-*".
     bool folder = false;
     FileStamp stamp;
     std::string hash;
 };
 
-/// Reads the file or folder now. Throws MissingInput if it is not there.
+/// Reads the file, or the folder that holds the names, now. Throws MissingInput if it is not there.
 Dependency take_dependency(const std::filesystem::path& path, bool folder);
 
 enum class Change

@@ -116,15 +116,19 @@ class Reader
         result.tensor.name = name;
         result.tensor.type = type_of(type->as_string(), where);
         std::size_t size = size_of(result.tensor.type);
+        bool empty = false;
         for (const auto& extent : shape->as_list())
         {
             const std::size_t count = whole_number(extent, where + ": shape");
-            // A product that overflows could fit the offsets by accident.
-            if (count != 0 && size > std::numeric_limits<std::size_t>::max() / 4 / count)
+            empty = empty || count == 0;
+            // A product that overflows could fit the offsets by accident; strides multiply an empty tensor's other extents too.
+            if (size > std::numeric_limits<std::size_t>::max() / 4 / std::max<std::size_t>(count, 1))
                 fail(prefix, where + ": the shape is too large");
-            size *= count;
+            size *= std::max<std::size_t>(count, 1);
             result.tensor.shape.push_back(count);
         }
+        if (empty)
+            size = 0;
         result.begin = whole_number(offsets->as_list()[0], where + ": data_offsets");
         result.end = whole_number(offsets->as_list()[1], where + ": data_offsets");
         if (result.end < result.begin || result.end > bytes_.size() - data_)

@@ -1,0 +1,137 @@
+#include "made_weights.h"
+
+#include <fresco/error.h>
+#include <fresco/weights/state_dict.h>
+
+#include <catch2/catch.hpp>
+
+#include <cstring>
+#include <string>
+
+using namespace fresco;
+using namespace fresco::weights;
+
+namespace
+{
+
+/// A file with the given header text and `data` after it.
+std::string file_text(const std::string& header, const std::string& data, std::int64_t stated = -1)
+{
+    const std::uint64_t length = stated >= 0 ? static_cast<std::uint64_t>(stated) : header.size();
+    std::string text(8, '\0');
+    std::memcpy(text.data(), &length, 8);
+    return text + header + data;
+}
+
+/// How many tensors there are. Of bytes of the file's own size, so that a sanitizer sees the first beyond it.
+std::size_t parsed(const std::string& text)
+{
+    const auto bytes = bytes_of(text);
+    return parse_safetensors(bytes, "t.safetensors").tensors.size();
+}
+
+const std::string one = R"({"a":{"dtype":"F32","shape":[2],"data_offsets":[0,8]}})";
+
+}  // namespace
+
+TEST_CASE("Tensors and metadata of a safetensors file by hand")
+{
+    const std::string header =
+        R"({"b":{"dtype":"BOOL","shape":[1],"data_offsets":[6,7]},"__metadata__":{"step":"7"},)"
+        R"("a":{"dtype":"I16","shape":[3,1],"data_offsets":[0,6]},"e":{"dtype":"F64","shape":[0,5],"data_offsets":[7,7]}} )";
+    const auto bytes = bytes_of(file_text(header, std::string("123456\x01", 7)));
+    const auto contents = parse_safetensors(bytes, "t.safetensors");
+    CHECK(contents.metadata == std::map<std::string, std::string>{{"step", "7"}});
+    REQUIRE(contents.tensors.size() == 3);
+    const auto* a = contents.find("a");
+    REQUIRE(a != nullptr);
+    CHECK(a->type == ElementType::int16);
+    CHECK(a->shape == std::vector<std::size_t>{3, 1});
+    CHECK((a->bytes.data() == bytes.data() + 8 + header.size() && a->bytes.size() == 6));
+    CHECK(contents.find("b")->bytes.data() == a->bytes.data() + 6);
+    CHECK(contents.find("e")->bytes.empty());
+}
+
+TEST_CASE("Damaged safetensors files are refused by name and offset")
+{
+    const std::string eight(8, '\0');
+    const auto refused = [&](const std::string& bytes, const std::string& what)
+    {
+        CAPTURE(bytes);
+        CHECK_THROWS_WITH(parsed(bytes), Catch::Contains("t.safetensors") && Catch::Contains(what));
+    };
+    CHECK(parsed(file_text(one, eight)) == 1);
+    refused("", "header length");
+    refused("1234567", "header length");
+    refused(file_text(one, eight, std::int64_t{1} << 40), "100 MiB");
+    refused(file_text(one, "", 70), "header of 70 bytes");
+    refused(file_text("[]", ""), "'{'");
+    refused(file_text(" " + one, eight), "'{'");
+    refused(file_text(one.substr(0, 20), ""), "header");
+    refused(file_text(one, eight + "x"), "no tensor");
+    refused(file_text(one, eight.substr(1)), "beyond the end");
+    refused(file_text(R"({"a":{"dtype":"F31","shape":[2],"data_offsets":[0,8]}})", eight), "unknown type 'F31'");
+    refused(file_text(R"({"a":{"dtype":"F32","shape":[3],"data_offsets":[0,8]}})", eight), "12 bytes");
+    refused(file_text(R"({"a":{"dtype":"F32","shape":[-2],"data_offsets":[0,8]}})", eight), "at least 0");
+    refused(file_text(R"({"a":{"dtype":"F32","shape":[2.0],"data_offsets":[0,8]}})", eight), "whole number");
+    refused(file_text(R"({"a":{"dtype":"F32","shape":[4294967296,4294967296,2],"data_offsets":[0,8]}})", eight), "too large");
+    refused(file_text(R"({"a":{"dtype":"F32","shape":[0,4294967296,4294967296],"data_offsets":[0,0]}})", ""), "too large");
+    refused(file_text(R"({"a":{"dtype":"F32","shape":[2],"data_offsets":[8,0]}})", eight), "beyond");
+    refused(file_text(R"({"a":{"dtype":"F32","shape":[2],"data_offsets":[0]}})", eight), "expected exactly");
+    refused(file_text(R"({"a":{"dtype":"F32","shape":[2]}})", eight), "expected exactly");
+    refused(file_text(R"({"a":{"dtype":"F32","shape":[2],"data_offsets":[0,8],"more":1}})", eight), "expected exactly");
+    refused(file_text(R"({"a":3})", eight), "expected exactly");
+    refused(file_text(R"({"__metadata__":{"x":1}})", ""), "no text");
+    refused(
+        file_text(R"({"a":{"dtype":"U8","shape":[4],"data_offsets":[0,4]},"b":{"dtype":"U8","shape":[4],"data_offsets":[3,7]}})",
+                  eight.substr(1)),
+        "overlaps");
+    refused(
+        file_text(R"({"a":{"dtype":"U8","shape":[3],"data_offsets":[0,3]},"b":{"dtype":"U8","shape":[4],"data_offsets":[4,8]}})",
+                  eight),
+        "gap");
+    refused(file_text(R"({"a":{"dtype":"BOOL","shape":[2],"data_offsets":[0,2]}})", "\x01\x02"), "neither 0 nor 1");
+    refused(
+        file_text(R"({"a":{"dtype":"U8","shape":[1],"data_offsets":[0,1]},"a":{"dtype":"U8","shape":[1],"data_offsets":[1,2]}})",
+                  "ab"),
+        "header");
+}
+
+TEST_CASE("Every truncation of a safetensors file is refused")
+{
+    const std::string whole =
+        file_text(R"({"a":{"dtype":"F32","shape":[2],"data_offsets":[0,8]},"z":{"dtype":"U8","shape":[0],"data_offsets":[8,8]}})",
+                  std::string(8, '\x01'));
+    for (std::size_t length = 0; length < whole.size(); ++length)
+        CHECK_THROWS_AS(parsed(whole.substr(0, length)), Error);
+    CHECK(parsed(whole) == 2);
+}
+
+TEST_CASE("Whatever one byte of a safetensors file becomes, it is refused or lies inside the file")
+{
+    const std::string whole = file_text(R"({"__metadata__":{"k":"v"},"a":{"dtype":"F32","shape":[2],"data_offsets":[0,8]},)"
+                                        R"("z":{"dtype":"BOOL","shape":[1],"data_offsets":[8,9]}})",
+                                        std::string(9, '\x01'));
+    std::size_t refused = 0;
+    std::size_t accepted = 0;
+    for (std::size_t i = 0; i < whole.size(); ++i)
+        for (const int value : {0x00, 0x01, 0x22, 0x2c, 0x2d, 0x30, 0x39, 0x5b, 0x5d, 0x7b, 0x7d, 0x7f, 0x80, 0xff})
+        {
+            auto bytes = whole;
+            bytes[i] = static_cast<char>(value);
+            const auto file = bytes_of(bytes);
+            try
+            {
+                for (const auto& tensor : parse_safetensors(file, "t.safetensors").tensors)
+                    CHECK((tensor.bytes.empty() || (tensor.bytes.data() >= file.data() &&
+                                                    tensor.bytes.data() + tensor.bytes.size() <= file.data() + file.size())));
+                ++accepted;
+            }
+            catch (const Error&)
+            {
+                ++refused;
+            }
+        }
+    CHECK(accepted > 0);
+    CHECK(refused > accepted);
+}

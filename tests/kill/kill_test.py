@@ -1,13 +1,16 @@
 #!/usr/bin/env python3
-"""kill_test.py FRESCO PIPELINE: kills runs with SIGKILL, runs them again, and compares the final files with an uninterrupted run.
+"""kill_test.py FRESCO PIPELINE KILL_AT_RENAME: kills runs with SIGKILL, runs them again, and compares the final files with an
+uninterrupted run. KILL_AT_RENAME is the library made of kill_at_rename.c.
 
 Kills are spread over the measured run (at the beginning and the end of every stage, and at even times), at least 15 fall inside the
-optimiser after its first checkpoint, and each publishing step is hit once. Fails if fewer than 50 landed.
+optimiser after its first checkpoint, each publishing step is hit once, and each step of changing checkpoints twice. Fails if fewer
+than 50 landed.
 """
 import hashlib
 import json
 import os
 import pathlib
+import re
 import shutil
 import signal
 import subprocess
@@ -15,7 +18,7 @@ import sys
 import tempfile
 import time
 
-FRESCO, PIPELINE = sys.argv[1], sys.argv[2]
+FRESCO, PIPELINE, KILL_AT_RENAME = sys.argv[1], sys.argv[2], sys.argv[3]
 CHECKPOINT_STEPS = 5
 WORK = pathlib.Path(tempfile.mkdtemp(prefix="fresco-kill-"))
 ENVIRONMENT = dict(os.environ, XDG_CACHE_HOME=str(WORK / "cache"), XDG_DATA_HOME=str(WORK / "data"))
@@ -23,6 +26,10 @@ for name in ("FRESCO_PLUGIN_PATH", "FRESCO_FAULT"):
     ENVIRONMENT.pop(name, None)
 
 PUBLISHING = ["publish.written", "publish.synced", "publish.renamed", "publish.key", "publish.manifest", "publish.done"]
+# When the optimiser changes its checkpoints, the last becomes the earlier one before the next takes its name. Killed just then, the
+# next run goes on from as many checkpoints further than this run did. One that goes on from the earlier checkpoint writes it again.
+CHANGING = [("before earlier.safetensors", 0), ("after earlier.safetensors", 0), ("before checkpoint.safetensors", 0),
+            ("after checkpoint.safetensors", 0), ("after checkpoint.safetensors", 1)]
 OTHER_POINTS = ["stage.started", "stage.done", "export.written", "export.copied"]
 
 
@@ -35,16 +42,19 @@ class Site:
     def wipe(self):
         shutil.rmtree(self.store.parent, ignore_errors=True)
 
-    def start(self, fault=None):
+    def start(self, fault=None, rename=None):
         environment = dict(ENVIRONMENT)
+        if rename:
+            environment.update(LD_PRELOAD=KILL_AT_RENAME, KILL_AT_RENAME=rename)
         if fault:
             environment["FRESCO_FAULT"] = fault
         command = [FRESCO, "run", PIPELINE, "--store", str(self.store), "--out", str(self.out), "--json-log", "--cores", "2"]
         return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
 
-    def run(self, kill_when=None, fault=None, kill_after=None):
-        """Runs until the end, until an event makes kill_when true, or for kill_after seconds. Returns (exit status, events)."""
-        process = self.start(fault)
+    def run(self, kill_when=None, fault=None, kill_after=None, rename=None):
+        """Runs until the end, a fault point or a renaming, until an event makes kill_when true, or for kill_after seconds.
+        Returns (exit status, events)."""
+        process = self.start(fault, rename)
         begin, events = time.monotonic(), []
         if kill_after is not None:
             try:
@@ -72,6 +82,13 @@ def steps(events):
     return [event["done"] for event in events if event.get("event") == "progress" and event["stage"] == "texture" and event.get("unit") == "steps"]
 
 
+def taken_up(events):
+    """The step after which the optimiser went on; 0: it began anew; None: it did not come to that."""
+    messages = [event["text"] for event in events if event.get("event") == "message" and event.get("stage") == "texture"]
+    found = [int(match[1]) for match in (re.match(r"going on after step (\d+) of", text) for text in messages) if match]
+    return found[0] if found else 0 if steps(events) else None
+
+
 def main():
     reference = Site("reference")
     _, events = reference.run()
@@ -94,13 +111,28 @@ def main():
     reached = 0
     for target in range(CHECKPOINT_STEPS + 1, int(total_steps) - 1, 5):
         status, events = site.run(lambda e: e.get("stage") == "texture" and e.get("event") == "progress" and e.get("done", 0) >= target)
-        seen = steps(events)
-        if seen and reached > CHECKPOINT_STEPS:
-            assert seen[0] > reached - 2 * CHECKPOINT_STEPS, f"killed at step {reached}, went on at {seen[0]}: more than an interval lost"
-        reached = max(seen, default=reached)
+        begun = taken_up(events)
+        if begun is not None:
+            assert begun >= reached - CHECKPOINT_STEPS, f"killed at step {reached}, went on after {begun}: more than an interval lost"
+        reached = max(steps(events), default=reached)
         if status != 0:
             landed += 1
             in_optimiser += reached > CHECKPOINT_STEPS
+    finish()
+
+    # While checkpoints change: how far the next run comes back is known to the step.
+    site.wipe()
+    left, told = 0, 0
+    for point, further in CHANGING[-1:] + CHANGING * 2:
+        status, events = site.run(rename=point)
+        assert status != 0, f"the run came through: killing {point} had no effect"
+        begun = taken_up(events)
+        assert begun in (left, None), f"went on after step {begun} instead of {left}; then killed {point}"
+        told += begun is not None
+        left += further * CHECKPOINT_STEPS
+        landed += 1
+        in_optimiser += left > 0
+    assert told >= len(CHANGING), f"only {told} of {2 * len(CHANGING) + 1} runs told where they went on"
     finish()
 
     # At every publishing step, each time in another stage.

@@ -7,6 +7,10 @@
 #     [TEST_LINK target…])
 # In the tree and outside it (after find_package(fresco)) the same call. The library is NAME.so, in lib/fresco.
 #
+# fresco_add_algorithms(NAME SOURCES file… [LINK target…] [TESTS file…]) makes a static library of pure code alone, for a plugin
+# to LINK: what is to be tested where the plugin itself cannot be built. Its folder is an include directory; TESTS become the
+# test test_NAME.
+#
 # fresco_add_artifact(NAME SOURCES file… [LINK target…]) makes the shared library of an artifact type; its producers and
 # consumers link it. Its folder is an include directory for them.
 
@@ -48,11 +52,7 @@ function(fresco_add_plugin NAME)
     _fresco_own_options(${NAME})
 
     if(ARG_ALGORITHMS)
-        add_library(${NAME}_core STATIC ${ARG_ALGORITHMS})
-        set_target_properties(${NAME}_core PROPERTIES POSITION_INDEPENDENT_CODE ON)
-        target_include_directories(${NAME}_core PUBLIC ${CMAKE_CURRENT_SOURCE_DIR})
-        target_link_libraries(${NAME}_core PUBLIC ${sdk} ${ARG_LINK})
-        _fresco_own_options(${NAME}_core)
+        fresco_add_algorithms(${NAME}_core SOURCES ${ARG_ALGORITHMS} LINK ${sdk} ${ARG_LINK})
         target_link_libraries(${NAME} PRIVATE ${NAME}_core)
     endif()
 
@@ -66,6 +66,21 @@ function(fresco_add_plugin NAME)
         endif()
     endif()
     install(TARGETS ${NAME} LIBRARY DESTINATION lib/fresco)
+endfunction()
+
+function(fresco_add_algorithms NAME)
+    cmake_parse_arguments(ARG "" "" "SOURCES;LINK;TESTS" ${ARGN})
+    if(ARG_UNPARSED_ARGUMENTS OR NOT ARG_SOURCES)
+        message(FATAL_ERROR "fresco_add_algorithms(${NAME}): SOURCES missing or unknown arguments: ${ARG_UNPARSED_ARGUMENTS}")
+    endif()
+    add_library(${NAME} STATIC ${ARG_SOURCES})
+    set_target_properties(${NAME} PROPERTIES POSITION_INDEPENDENT_CODE ON)
+    target_include_directories(${NAME} PUBLIC ${CMAKE_CURRENT_SOURCE_DIR})
+    target_link_libraries(${NAME} PUBLIC ${ARG_LINK})
+    _fresco_own_options(${NAME})
+    if(ARG_TESTS AND BUILD_TESTING)
+        fresco_add_test(test_${NAME} SOURCES ${ARG_TESTS} LINK ${NAME})
+    endif()
 endfunction()
 
 function(fresco_add_artifact NAME)

@@ -187,10 +187,16 @@ std::vector<PluginFolder> plugin_folders()
     return folders;
 }
 
-fs::path descriptor_cache_folder()
+fs::path user_cache_folder()
 {
     const fs::path cache = home_based("XDG_CACHE_HOME", ".cache");
-    return cache.empty() ? fs::path() : cache / "fresco" / "descriptors";
+    return cache.empty() ? fs::path() : cache / "fresco";
+}
+
+fs::path descriptor_cache_folder()
+{
+    const fs::path cache = user_cache_folder();
+    return cache.empty() ? fs::path() : cache / "descriptors";
 }
 
 std::string combined_library_hash(const std::string& plugin_hash, const std::vector<std::string>& own_hashes)

@@ -18,6 +18,7 @@ void add_run_command(CLI::App& app, int& exit_code);
 void add_inspect_commands(CLI::App& app, int& exit_code);
 void add_plan_command(CLI::App& app, int& exit_code);
 void add_store_command(CLI::App& app, int& exit_code);
+void add_weights_command(CLI::App& app, int& exit_code);
 void add_doctor_command(CLI::App& app, int& exit_code);
 void add_internal_commands(CLI::App& app, int& exit_code);
 

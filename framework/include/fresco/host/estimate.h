@@ -28,7 +28,7 @@ struct StageEstimate
     std::optional<double> disk_mb;
     std::optional<double> frames;  ///< Passed on to the stages behind it.
     std::optional<double> faces;
-    bool measured = false;  ///< `seconds` is from an earlier run.
+    bool measured = false;                 ///< `seconds` is from an earlier run.
     std::optional<double> height_squares;  ///< Of the uv maps it made, passed on too.
 
     /// What was assumed ("300 frames assumed: …") and which formulas do not work, ready to be shown.

@@ -18,8 +18,10 @@ struct PluginFolder
 };
 std::vector<PluginFolder> plugin_folders();
 
-/// The folder of remembered plugin descriptions: $XDG_CACHE_HOME/fresco/descriptors or ~/.cache/fresco/descriptors; empty where
-/// neither variable nor home is set.
+/// $XDG_CACHE_HOME/fresco or ~/.cache/fresco; empty where neither variable nor home is set.
+std::filesystem::path user_cache_folder();
+
+/// The folder of remembered plugin descriptions: `descriptors` in the user's cache folder; empty where there is none.
 std::filesystem::path descriptor_cache_folder();
 
 /// Everything in the plugin folders: descriptions from the cache where the file is known (by stamp, then by contents), from a

@@ -1,0 +1,185 @@
+#include "commands.h"
+
+#include <fresco/error.h>
+#include <fresco/files_io.h>
+#include <fresco/host/download.h>
+#include <fresco/host/plugin_search.h>
+#include <fresco/weights/sha256.h>
+#include <fresco/weights/vgg19.h>
+
+#include <cstdio>
+#include <fmt/format.h>
+
+namespace fresco::host
+{
+namespace
+{
+
+namespace fs = std::filesystem;
+
+/// torchvision names its files after the beginning of their SHA-256.
+constexpr const char* published_url = "https://download.pytorch.org/models/vgg19-dcbb9e9d.pth";
+constexpr const char* published_sha256 = "dcbb9e9d";
+constexpr const char* published_name = "vgg19-dcbb9e9d.pth";
+
+struct WeightsArguments
+{
+    std::string file;
+    std::string out;
+    std::string input = "auto";
+    std::string padding = "auto";
+    std::string normalised = "auto";
+    std::string network;
+    std::string url = published_url;
+    std::string sha256 = published_sha256;
+    std::string to;
+    bool json = false;
+};
+
+Value describe(const fs::path& path, const weights::WeightsFile& file, const weights::Vgg19Weights& vgg19)
+{
+    Value::List layers;
+    for (const auto& layer : vgg19.layers)
+        for (const auto* tensor : {&layer.weight, &layer.bias})
+            layers.push_back(Value::Map{{"layer", "conv" + layer.name},
+                                        {"tensor", tensor->name},
+                                        {"type", weights::name_of(tensor->type)},
+                                        {"shape", Value::List(tensor->shape.begin(), tensor->shape.end())}});
+    Value metadata{Value::Map{}};
+    for (const auto& [key, text] : file.contents.metadata)
+        metadata.set(key, text);
+    return Value::Map{{"file", path.string()},
+                      {"form", weights::name_of(file.contents.form)},
+                      {"size", file.bytes.size()},
+                      {"sha256", weights::sha256(file.bytes)},
+                      {"names", vgg19.keys == weights::Vgg19Keys::gatys ? "gatys" : "torchvision"},
+                      {"input", weights::input_text(vgg19.input)},
+                      {"padding", weights::padding_text(vgg19.input.padding)},
+                      {"normalised", vgg19.normalised},
+                      {"tensors", std::move(layers)},
+                      {"ignored", Value::List(vgg19.ignored.begin(), vgg19.ignored.end())},
+                      {"metadata", std::move(metadata)}};
+}
+
+int inspect(const WeightsArguments& arguments)
+{
+    const auto file = weights::read_weights(arguments.file);
+    const auto vgg19 = weights::recognise_vgg19(file.contents, arguments.file);
+    const Value description = describe(arguments.file, file, vgg19);
+    if (arguments.json)
+    {
+        fmt::print("{}\n", to_json(description, 2));
+        return 0;
+    }
+    const auto line = [&](const char* key) { fmt::print("{:<11} {}\n", key, description.at(key).as_string()); };
+    fmt::print("{:<11} {}, {} bytes\n", "form", description.at("form").as_string(), file.bytes.size());
+    line("sha256");
+    fmt::print("{:<11} VGG-19, conv1_1 to conv{}, {}' names\n", "network", vgg19.layers.back().name,
+               vgg19.keys == weights::Vgg19Keys::gatys ? "Gatys" : "torchvision");
+    line("input");
+    line("padding");
+    fmt::print("{:<11} {}\n", "normalised", vgg19.normalised ? "to unit mean activation" : "no");
+    for (const auto& layer : vgg19.layers)
+        for (const auto* tensor : {&layer.weight, &layer.bias})
+            fmt::print("  conv{}  {:<20}  {:<4}  {}\n", layer.name, tensor->name, weights::name_of(tensor->type),
+                       weights::shape_text(tensor->shape));
+    for (const auto& name : vgg19.ignored)
+        fmt::print("  not used: {}\n", name);
+    return 0;
+}
+
+/// What the person says of the weights decides over what is recognised.
+void apply(const WeightsArguments& arguments, weights::Vgg19Weights& vgg19)
+{
+    const auto padding = vgg19.input.padding;
+    if (arguments.input != "auto")
+        vgg19.input = arguments.input == "bgr" ? weights::caffe_input() : weights::torchvision_input();
+    vgg19.input.padding = padding;
+    if (arguments.padding != "auto")
+        vgg19.input.padding = arguments.padding == "zero" ? weights::Vgg19Padding::zero : weights::Vgg19Padding::reflect;
+    if (arguments.normalised != "auto")
+        vgg19.normalised = arguments.normalised == "yes";
+}
+
+int convert(const WeightsArguments& arguments)
+{
+    const auto file = weights::read_weights(arguments.file);
+    auto vgg19 = weights::recognise_vgg19(file.contents, arguments.file);
+    apply(arguments, vgg19);
+    std::vector<std::vector<float>> values;
+    std::vector<weights::TensorView> tensors;
+    for (const auto& layer : vgg19.layers)
+        for (const auto* tensor : {&layer.weight, &layer.bias})
+        {
+            values.push_back(weights::to_float32(*tensor, arguments.file));
+            tensors.push_back(
+                {tensor->name, weights::ElementType::float32, tensor->shape, std::as_bytes(std::span(values.back()))});
+        }
+    auto metadata = weights::vgg19_metadata(vgg19);
+    metadata["source_sha256"] = weights::sha256(file.bytes);
+    const auto bytes = weights::to_safetensors(tensors, metadata);
+    write_file(arguments.out, bytes);
+    fmt::print("{}: VGG-19, conv1_1 to conv{}, {} bytes\n", arguments.out, vgg19.layers.back().name, bytes.size());
+    return 0;
+}
+
+fs::path place(const WeightsArguments& arguments)
+{
+    if (!arguments.to.empty())
+        return fs::is_directory(arguments.to) ? fs::path(arguments.to) / published_name : fs::path(arguments.to);
+    const fs::path cache = user_cache_folder();
+    if (cache.empty())
+        throw Error("neither XDG_CACHE_HOME nor HOME is set; name a file with --to");
+    return cache / "weights" / published_name;
+}
+
+int get(const WeightsArguments& arguments)
+{
+    const fs::path to = place(arguments);
+    const bool fetched = download({arguments.url, arguments.sha256, to});
+    std::fprintf(stderr, "%s\n", fetched ? "fetched; its SHA-256 is right" : "it was there already; its SHA-256 is right");
+    fmt::print("{}\n", to.string());
+    return 0;
+}
+
+}  // namespace
+
+void add_weights_command(CLI::App& app, int& exit_code)
+{
+    CLI::App* command = app.add_subcommand("weights", "Look at files with the weights of VGG-19, convert them, fetch them");
+    command->require_subcommand(1);
+    const auto arguments = std::make_shared<WeightsArguments>();
+    const auto add = [&](const char* name, const char* help, int (*action)(const WeightsArguments&))
+    {
+        CLI::App* sub = command->add_subcommand(name, help);
+        sub->callback([arguments, action, &exit_code] { exit_code = action(*arguments); });
+        return sub;
+    };
+    const char* file_help = "Weights of VGG-19: safetensors, or a state dict as .pth";
+
+    CLI::App* look = add("inspect", "Print form, layers, shapes, what the input must be like, SHA-256", inspect);
+    look->add_option("file", arguments->file, file_help)->required();
+    look->add_flag("--json", arguments->json, "Print JSON");
+
+    CLI::App* change = add("convert", "Write the convolutions as safetensors that say what they are", convert);
+    change->add_option("file", arguments->file, file_help)->required();
+    change->add_option("out", arguments->out, "The safetensors file to write")->required();
+    change->add_option("--input", arguments->input, "Say what the input is: bgr (0..255 minus Caffe's mean), rgb (torchvision's)")
+        ->check(CLI::IsMember({"auto", "bgr", "rgb"}))
+        ->capture_default_str();
+    change->add_option("--padding", arguments->padding, "Say what lies beyond the border")
+        ->check(CLI::IsMember({"auto", "zero", "reflect"}))
+        ->capture_default_str();
+    change->add_option("--normalised", arguments->normalised, "Say whether each layer's mean activation is 1 already")
+        ->check(CLI::IsMember({"auto", "yes", "no"}))
+        ->capture_default_str();
+
+    CLI::App* fetch =
+        add("get", "Fetch torchvision's file with curl, or the rest of it, check its SHA-256, print where it is", get);
+    fetch->add_option("network", arguments->network, "vgg19 (548 MB)")->required()->check(CLI::IsMember({"vgg19"}));
+    fetch->add_option("--url", arguments->url, "Another address of it")->capture_default_str();
+    fetch->add_option("--sha256", arguments->sha256, "The first 8 to 64 digits of its SHA-256")->capture_default_str();
+    fetch->add_option("--to", arguments->to, "File or folder to keep it in; default: weights/ in the user's cache");
+}
+
+}  // namespace fresco::host

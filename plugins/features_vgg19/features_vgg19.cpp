@@ -1,3 +1,4 @@
+#include "rescale.h"
 #include "vgg19.h"
 
 #include <fresco/error.h>
@@ -5,31 +6,61 @@
 #include <fresco/plugin.h>
 #include <fresco/stage.h>
 #include <fresco/torch/features.h>
+#include <fresco/weights/sha256.h>
 
+#include <ATen/ops/adaptive_avg_pool2d.h>
 #include <torch/version.h>
+
+#include <algorithm>
+#include <cmath>
 
 namespace
 {
 
+/// The pictures that weights are rescaled on, with a shorter side of at most 256 pixels: large enough for every layer to see
+/// structure, and a few seconds for nine of them.
+std::vector<torch::Tensor> rescaling_pictures(const fresco::PrepareContext& context)
+{
+    constexpr double shorter_px = 256;
+    std::vector<torch::Tensor> pictures;
+    if (context.style.fine.defined())
+        pictures.push_back(context.style.fine);
+    pictures.insert(pictures.end(), context.camera_samples.begin(), context.camera_samples.end());
+    for (auto& picture : pictures)
+    {
+        const double factor = shorter_px / static_cast<double>(std::min(picture.size(1), picture.size(2)));
+        if (factor < 1)
+            picture = at::adaptive_avg_pool2d(picture, {std::llround(static_cast<double>(picture.size(1)) * factor),
+                                                        std::llround(static_cast<double>(picture.size(2)) * factor)});
+    }
+    return pictures;
+}
+
 class FeaturesVgg19 final : public fresco::FeatureNetwork
 {
     fresco::Option<fresco::InputFile> weights{this, "weights", fresco::required,
-                                              "Weights of VGG-19 as safetensors; may end at any layer"};
+                                              "Weights of VGG-19: safetensors, or a state dict as .pth; may end at any layer"};
+    fresco::Option<std::string> sha256{this, "sha256", "",
+                                       "The first 8 to 64 hexadecimal digits of the file's SHA-256; empty: not checked"};
     fresco::Option<std::string> pooling{this, "pooling", "max", fresco::one_of({"max", "average"}), "How 2x2 cells are joined"};
     fresco::Option<std::string> padding{this, "padding", "auto", fresco::one_of({"auto", "zero", "reflect"}),
                                         "What lies beyond the border; auto: as the weights say"};
+    fresco::Option<std::string> rescale{
+        this, "rescale", "auto", fresco::one_of({"auto", "layers", "filters", "never"}),
+        "What gets a mean activation of 1 on style and frames; auto: layers, if the weights are not "
+        "normalised"};
 
   public:
-    void prepare(const fresco::PrepareContext&) override
+    void prepare(const fresco::PrepareContext& context) override
     {
-        if (weights->empty())
-            throw fresco::MissingInput("features.vgg19: `weights` is empty; give a safetensors file with the weights of VGG-19");
-        const auto contents = fresco::read_safetensors(weights->path);
-        auto format = vgg19::input_format(contents, weights->path);
-        if (*padding != "auto")
-            format.padding = *padding == "zero" ? vgg19::Padding::zero : vgg19::Padding::reflect;
-        network_ = vgg19::Vgg19(vgg19::convolutions(contents, weights->path), format,
-                                *pooling == "max" ? vgg19::Pooling::max : vgg19::Pooling::average);
+        bool normalised = false;
+        network_ = read(normalised);
+        if (context.style.fine.defined())
+            network_.move_to(context.style.fine.device());
+        if (*rescale == "never" || (*rescale == "auto" && normalised))
+            return;
+        const auto unit = *rescale == "filters" ? vgg19::UnitMean::of_filters : vgg19::UnitMean::of_layers;
+        network_ = vgg19::with_unit_means(network_, rescaling_pictures(context), unit);
     }
 
     std::vector<fresco::FeatureLayer> layers() const override { return network_.layers(); }
@@ -42,10 +73,31 @@ class FeaturesVgg19 final : public fresco::FeatureNetwork
     }
 
   private:
+    vgg19::Vgg19 read(bool& normalised) const
+    {
+        if (weights->empty())
+            throw fresco::MissingInput("features.vgg19: `weights` is empty; give a file with the weights of VGG-19 "
+                                       "(`fresco weights get vgg19` fetches torchvision's)");
+        if (!sha256->empty() && !fresco::weights::is_sha256_prefix(*sha256))
+            throw fresco::Error("features.vgg19: `sha256` is \"" + *sha256 + "\"; give 8 to 64 hexadecimal digits");
+        const std::string source = weights->path.string();
+        const auto file = fresco::weights::read_weights(weights->path);
+        if (!sha256->empty())
+            if (const auto hash = fresco::weights::sha256(file.bytes); !fresco::weights::has_sha256_prefix(hash, *sha256))
+                throw fresco::Error(source + ": its SHA-256 is " + hash + ", which does not begin with " + *sha256 +
+                                    "; it is another file, or damaged");
+        const auto found = fresco::weights::recognise_vgg19(file.contents, source);
+        normalised = found.normalised;
+        auto input = found.input;
+        if (*padding != "auto")
+            input.padding = *padding == "zero" ? fresco::weights::Vgg19Padding::zero : fresco::weights::Vgg19Padding::reflect;
+        return {vgg19::convolutions(found, source), input, *pooling == "max" ? vgg19::Pooling::max : vgg19::Pooling::average};
+    }
+
     vgg19::Vgg19 network_;
 };
 
 }  // namespace
 
-FRESCO_COMPONENT("features.vgg19", FeaturesVgg19, fresco::FeatureNetwork, "VGG-19 with weights from a safetensors file")
+FRESCO_COMPONENT("features.vgg19", FeaturesVgg19, fresco::FeatureNetwork, "VGG-19 with weights from a file")
 FRESCO_LIBRARY("libtorch", TORCH_VERSION)

@@ -10,10 +10,21 @@ namespace vgg19
 namespace
 {
 
-torch::Tensor padded(const torch::Tensor& maps, Padding padding)
+using fresco::weights::Vgg19Padding;
+
+torch::Tensor to_tensor(const fresco::weights::TensorView& view, std::string_view source)
+{
+    const auto values = fresco::weights::to_float32(view, source);
+    const std::vector<std::int64_t> shape(view.shape.begin(), view.shape.end());
+    auto tensor = at::empty(shape, at::kFloat);
+    std::copy(values.begin(), values.end(), tensor.data_ptr<float>());
+    return tensor;
+}
+
+torch::Tensor padded(const torch::Tensor& maps, Vgg19Padding padding)
 {
     const std::vector<std::int64_t> sides{1, 1, 1, 1};
-    if (padding == Padding::zero)
+    if (padding == Vgg19Padding::zero)
         return at::constant_pad_nd(maps, sides);
     return std::min(maps.size(2), maps.size(3)) > 1 ? at::reflection_pad2d(maps, sides) : at::replication_pad2d(maps, sides);
 }
@@ -29,9 +40,26 @@ torch::Tensor pooled(const torch::Tensor& maps, Pooling pooling)
 
 }  // namespace
 
-Vgg19::Vgg19(std::vector<Convolution> layers, InputFormat format, Pooling pooling)
-    : convolutions_(std::move(layers)), format_(format), pooling_(pooling)
+std::vector<Convolution> convolutions(const fresco::weights::Vgg19Weights& weights, std::string_view source)
 {
+    std::vector<Convolution> result;
+    for (const auto& layer : weights.layers)
+        result.push_back({"relu" + layer.name, to_tensor(layer.weight, source), to_tensor(layer.bias, source), layer.pooled});
+    return result;
+}
+
+Vgg19::Vgg19(std::vector<Convolution> layers, const fresco::weights::Vgg19Input& input, Pooling pooling)
+    : convolutions_(std::move(layers)), input_(input), pooling_(pooling)
+{
+}
+
+void Vgg19::move_to(const torch::Device& device)
+{
+    for (auto& convolution : convolutions_)
+    {
+        convolution.weights = convolution.weights.to(device);
+        convolution.bias = convolution.bias.to(device);
+    }
 }
 
 std::vector<fresco::FeatureLayer> Vgg19::layers() const
@@ -64,8 +92,8 @@ torch::Tensor Vgg19::network_input(const torch::Tensor& picture) const
     std::vector<torch::Tensor> channels;
     for (std::size_t i = 0; i < 3; ++i)
     {
-        const auto channel = picture[static_cast<std::int64_t>(format_.bgr ? 2 - i : i)];
-        channels.push_back((channel * format_.scale - format_.mean[i]) / format_.deviation[i]);
+        const auto channel = picture[static_cast<std::int64_t>(input_.bgr ? 2 - i : i)];
+        channels.push_back((channel * input_.scale - input_.mean[i]) / input_.deviation[i]);
     }
     return at::stack(channels).unsqueeze(0);
 }
@@ -84,8 +112,8 @@ std::vector<torch::Tensor> Vgg19::encode(const torch::Tensor& picture, const std
         if (maps.size(2) == 0 || maps.size(3) == 0)
             maps = maps.new_empty({1, convolution.weights.size(0), maps.size(2), maps.size(3)});
         else
-            maps = at::relu(at::conv2d(padded(maps, format_.padding), convolution.weights.to(maps.scalar_type()),
-                                       convolution.bias.to(maps.scalar_type())));
+            maps = at::relu(at::conv2d(padded(maps, input_.padding), convolution.weights.to(maps.options()),
+                                       convolution.bias.to(maps.options())));
         for (std::size_t i = 0; i < names.size(); ++i)
             if (names[i] == convolution.layer)
             {

@@ -1,8 +1,11 @@
+#include "rescale.h"
 #include "shared_data.h"
 #include "vgg19.h"
 
 #include <fresco/error.h>
 #include <fresco/testing.h>
+#include <fresco/torch/tensor.h>
+#include <fresco/weights/sha256.h>
 
 #include <ATen/ATen.h>
 #include <ATen/Parallel.h>
@@ -40,6 +43,15 @@ fresco::SafeTensors three_layers()
     add(contents, "features.2", 64, 64);
     add(contents, "features.5", 128, 64);
     return contents;
+}
+
+/// As a plugin reads them from a file.
+std::vector<vgg19::Convolution> layers_of(const fresco::SafeTensors& contents)
+{
+    const fresco::testing::TemporaryFolder folder;
+    fresco::write_safetensors(folder.path() / "w", contents);
+    const auto file = fresco::weights::read_weights(folder.path() / "w");
+    return vgg19::convolutions(fresco::weights::recognise_vgg19(file.contents, "w"), "w");
 }
 
 torch::Tensor picture(std::int64_t height, std::int64_t width)
@@ -82,11 +94,11 @@ torch::Tensor plain_convolution(const torch::Tensor& maps, const torch::Tensor& 
 TEST_CASE("VGG-19 agrees with sums by hand, in both conventions")
 {
     const auto contents = three_layers();
-    const auto layers = vgg19::convolutions(contents, "w");
+    const auto layers = layers_of(contents);
     const auto input = picture(6, 7);
     for (const bool caffe : {false, true})
     {
-        const auto format = caffe ? vgg19::caffe_input() : vgg19::torchvision_input();
+        const auto format = caffe ? fresco::weights::caffe_input() : fresco::weights::torchvision_input();
         auto expected = at::empty({3, 6, 7}, at::kDouble);
         const double means[2][3] = {{0.485, 0.456, 0.406}, {103.939, 116.779, 123.68}};
         const double deviations[3] = {0.229, 0.224, 0.225};
@@ -105,11 +117,11 @@ TEST_CASE("VGG-19 agrees with sums by hand, in both conventions")
 
 TEST_CASE("Pooling takes the largest or the mean of 2x2 cells")
 {
-    const auto layers = vgg19::convolutions(three_layers(), "w");
+    const auto layers = layers_of(three_layers());
     const auto input = picture(8, 8);
     for (const auto pooling : {vgg19::Pooling::max, vgg19::Pooling::average})
     {
-        const vgg19::Vgg19 network(layers, vgg19::torchvision_input(), pooling);
+        const vgg19::Vgg19 network(layers, fresco::weights::torchvision_input(), pooling);
         const auto maps = network.encode(input, {"relu1_2", "relu2_1"});
         const auto cells = maps[0].reshape({64, 4, 2, 4, 2}).to(at::kDouble);
         const auto joined = pooling == vgg19::Pooling::max ? cells.amax(std::vector<std::int64_t>{2, 4})
@@ -121,7 +133,7 @@ TEST_CASE("Pooling takes the largest or the mean of 2x2 cells")
 
 TEST_CASE("Layers: stride, channels, reach, and the defaults for style and content")
 {
-    const vgg19::Vgg19 network(vgg19::convolutions(three_layers(), "w"), {}, vgg19::Pooling::max);
+    const vgg19::Vgg19 network(layers_of(three_layers()), {}, vgg19::Pooling::max);
     const auto layers = network.layers();
     REQUIRE(layers.size() == 3);
     CHECK(layers[0].name == "relu1_1");
@@ -137,74 +149,172 @@ TEST_CASE("Layers: stride, channels, reach, and the defaults for style and conte
     CHECK(network.encode(picture(3, 5), {"relu2_1"}).at(0).sizes() == at::IntArrayRef({128, 1, 2}));
 }
 
-TEST_CASE("The input format: metadata decides over keys")
+namespace
 {
-    auto contents = three_layers();
-    CHECK(vgg19::input_format(contents, "w").bgr == false);
-    CHECK(vgg19::input_format(contents, "w").padding == vgg19::Padding::zero);
-    contents.metadata["input"] = "BGR in 0..255 minus (103.939, 116.779, 123.68)";
-    CHECK(vgg19::input_format(contents, "w").bgr);
-    CHECK(vgg19::input_format(contents, "w").padding == vgg19::Padding::zero);
-    contents.metadata["padding"] = "reflect";
-    CHECK(vgg19::input_format(contents, "w").padding == vgg19::Padding::reflect);
-    contents.metadata["padding"] = "circular";
-    CHECK_THROWS_WITH(vgg19::input_format(contents, "w.st"), Catch::Contains("w.st") && Catch::Contains("circular"));
-    contents.metadata["input"] = "YUV";
-    CHECK_THROWS_WITH(vgg19::input_format(contents, "w.st"), Catch::Contains("w.st") && Catch::Contains("YUV"));
 
-    fresco::SafeTensors gatys;
-    add(gatys, "conv1_1", 64, 3);
-    CHECK(vgg19::input_format(gatys, "w").bgr);
-    CHECK(vgg19::input_format(gatys, "w").padding == vgg19::Padding::reflect);
-    CHECK(vgg19::convolutions(gatys, "w").at(0).layer == "relu1_1");
+/// The component with these weights and options, prepared on `context`.
+std::shared_ptr<fresco::FeatureNetwork> prepared(const fresco::SafeTensors& contents, const fresco::PrepareContext& context,
+                                                 const fresco::Value::Map& options = {})
+{
+    const fresco::testing::TemporaryFolder folder;
+    const auto file = folder.path() / "weights.safetensors";
+    fresco::write_safetensors(file, contents);
+    auto made = fresco::testing::make_from_plugin(FRESCO_PLUGIN_FILE, "features.vgg19");
+    std::shared_ptr<fresco::FeatureNetwork> network(dynamic_cast<fresco::FeatureNetwork*>(made.release()));
+    fresco::testing::TestFactory factory;
+    fresco::Value::Map config{{"weights", file.string()}};
+    config.insert(config.end(), options.begin(), options.end());
+    network->configure(config, factory);
+    network->prepare(context);
+    return network;
 }
 
-TEST_CASE("Weights that are not VGG-19's are refused with file and tensor")
+fresco::PrepareContext pictures()
 {
-    const auto refused = [](fresco::SafeTensors contents, const std::string& tensor)
-    { CHECK_THROWS_WITH(vgg19::convolutions(contents, "w.st"), Catch::Contains("w.st") && Catch::Contains(tensor)); };
+    fresco::PrepareContext context;
+    context.style.fine = picture(24, 20);
+    context.camera_samples = {picture(16, 24) * 0.5, 1 - picture(14, 18)};
+    return context;
+}
+
+/// A Gram loss between two pictures in one layer, with sums in double precision.
+double gram_loss(const fresco::FeatureNetwork& network, const std::string& layer)
+{
+    const auto gram = [&](const torch::Tensor& image)
+    {
+        const auto features = network.encode(image, {layer})[0].to(at::kDouble).flatten(1);
+        return at::mm(features, features.t()) / features.size(1);
+    };
+    return (gram(picture(24, 24)) - gram(picture(20, 28).pow(2))).pow(2).mean().item<double>();
+}
+
+/// The same network under Gatys' names, for BGR in 0..255 minus Caffe's mean, each layer times a factor of its own.
+fresco::SafeTensors twin_of(const fresco::SafeTensors& contents, const std::vector<double>& factors)
+{
+    const double mean[3] = {0.485, 0.456, 0.406};
+    const double deviation[3] = {0.229, 0.224, 0.225};
+    const double caffe[3] = {123.68, 116.779, 103.939};
+    const char* from[3] = {"features.0", "features.2", "features.5"};
+    const char* to[3] = {"conv1_1", "conv1_2", "conv2_1"};
+    fresco::SafeTensors twin;
+    for (std::size_t i = 0; i < 3; ++i)
+    {
+        auto weight = contents.tensors.at(std::string(from[i]) + ".weight").to(at::kDouble);
+        auto bias = contents.tensors.at(std::string(from[i]) + ".bias").to(at::kDouble).clone();
+        if (i == 0)
+        {
+            const auto old = weight.clone();
+            for (std::int64_t c = 0; c < 3; ++c)
+            {
+                // (v / 255 - mean) / deviation of v = x + caffe
+                weight.select(1, 2 - c).copy_(old.select(1, c) / (255 * deviation[c]));
+                bias += old.select(1, c).sum({1, 2}) * ((caffe[c] / 255 - mean[c]) / deviation[c]);
+            }
+        }
+        const double before = i == 0 ? 1 : factors[i - 1];
+        twin.tensors[std::string(to[i]) + ".weight"] = (weight * (factors[i] / before)).to(at::kFloat);
+        twin.tensors[std::string(to[i]) + ".bias"] = (bias * factors[i]).to(at::kFloat);
+    }
+    twin.metadata["normalised"] = "no";
+    return twin;
+}
+
+}  // namespace
+
+TEST_CASE("A network and its rescaled twin with swapped channels give the same loss")
+{
+    const auto plain = three_layers();
+    const auto twin = twin_of(plain, {0.02, 3, 17});
+    const fresco::Value::Map never{{"padding", "reflect"}, {"rescale", "never"}};
+    for (const char* pooling : {"max", "average"})
+    {
+        const fresco::Value::Map options{{"padding", "reflect"}, {"pooling", pooling}};
+        const auto first = prepared(plain, pictures(), options);
+        const auto second = prepared(twin, pictures(), options);
+        for (const char* layer : {"relu1_1", "relu1_2", "relu2_1"})
+        {
+            CAPTURE(layer);
+            const double loss = gram_loss(*first, layer);
+            CHECK(std::abs(gram_loss(*second, layer) / loss - 1) < 1e-4);
+            // As they are, they differ by the fourth power of the factors.
+            CHECK(gram_loss(*prepared(twin, {}, never), layer) / gram_loss(*prepared(plain, {}, never), layer) ==
+                  Approx(std::pow(layer[4] == '2'   ? 17
+                                  : layer[6] == '1' ? 0.02
+                                                    : 3,
+                                  4))
+                      .epsilon(1e-3));
+        }
+    }
+}
+
+TEST_CASE("Weights that are not normalised get unit means on style and frames")
+{
+    const auto context = pictures();
+    const auto mean_over_pictures = [&](const fresco::FeatureNetwork& network, const char* layer)
+    {
+        double sum = network.encode(context.style.fine, {layer})[0].to(at::kDouble).mean().item<double>();
+        for (const auto& sample : context.camera_samples)
+            sum += network.encode(sample, {layer})[0].to(at::kDouble).mean().item<double>();
+        return sum / 3;
+    };
     auto contents = three_layers();
-    contents.tensors["features.2.weight"] = numbers({64, 32, 3, 3}, 1);
-    refused(contents, "features.2.weight");
+    const auto rescaled = prepared(contents, context);
+    for (const char* layer : {"relu1_1", "relu1_2", "relu2_1"})
+        CHECK(mean_over_pictures(*rescaled, layer) == Approx(1).epsilon(1e-5));
+    // A border of zeros is the mean colour before and after: the answers differ by a factor alone, at the border too.
+    const auto plain = prepared(contents, {}, {{"rescale", "never"}});
+    const auto a = rescaled->encode(picture(8, 8), {"relu2_1"})[0];
+    const auto b = plain->encode(picture(8, 8), {"relu2_1"})[0];
+    CHECK(at::allclose(a, b / mean_over_pictures(*plain, "relu2_1"), 1e-4, 1e-5));
+
+    contents.metadata["normalised"] = "unit mean activation";
+    CHECK(at::equal(prepared(contents, context)->encode(picture(8, 8), {"relu2_1"})[0], b));
+    CHECK(mean_over_pictures(*prepared(contents, context, {{"rescale", "layers"}}), "relu2_1") == Approx(1).epsilon(1e-5));
+
+    const auto filters = prepared(three_layers(), context, {{"rescale", "filters"}});
+    CHECK(mean_over_pictures(*filters, "relu1_2") == Approx(1).epsilon(1e-5));
+    auto means = at::zeros({128}, at::kDouble);
+    for (const auto& image : {context.style.fine, context.camera_samples[0], context.camera_samples[1]})
+        means += filters->encode(image, {"relu2_1"})[0].to(at::kDouble).mean({1, 2}) / 3;
+    // All equal, but for those that hardly answer at all.
+    CHECK((means - means.max()).abs().lt(1e-4).sum().item<std::int64_t>() > 64);
+    CHECK(means.mean().item<double>() == Approx(1).epsilon(1e-5));
+    CHECK(means.max().item<double>() < 2);
+
+    CHECK_THROWS_WITH(prepared(three_layers(), {}), Catch::Contains("no picture"));
     contents = three_layers();
-    contents.tensors["features.5.bias"] = numbers({64}, 1);
-    refused(contents, "features.5.bias");
-    contents = three_layers();
-    contents.tensors.erase("features.2.bias");
-    refused(contents, "features.2.bias");
-    contents = three_layers();
-    contents.tensors.erase("features.2.weight");
-    refused(contents, "features.2.weight");
-    contents = three_layers();
-    contents.tensors.erase("features.0.weight");
-    refused(contents, "features.0.weight");
-    contents = three_layers();
-    contents.tensors["features.0.weight"] = at::zeros({64, 3, 3, 3}, at::kInt);
-    refused(contents, "features.0.weight");
-    contents = three_layers();
-    contents.tensors["features.0.bias"][3] = std::nanf("");
-    refused(contents, "features.0.bias");
+    contents.tensors["features.2.weight"].zero_();
+    contents.tensors["features.2.bias"].fill_(-1);
+    CHECK_THROWS_WITH(prepared(contents, context), Catch::Contains("relu1_2 is silent"));
 }
 
 TEST_CASE("features.vgg19 as a component")
 {
     fresco::testing::TemporaryFolder folder;
     const auto file = folder.path() / "weights.safetensors";
-    fresco::write_safetensors(file, three_layers());
-    auto made = fresco::testing::make_from_plugin(FRESCO_PLUGIN_FILE, "features.vgg19");
-    auto& network = dynamic_cast<fresco::FeatureNetwork&>(*made);
+    auto contents = three_layers();
+    const auto network = prepared(contents, pictures());
+    CHECK(network->encode(picture(8, 8), {"relu2_1"}).at(0).sizes() == at::IntArrayRef({128, 4, 4}));
+    CHECK_THROWS_WITH(network->encode(picture(8, 8), {"relu3_1"}), Catch::Contains("relu3_1") && Catch::Contains("relu2_1"));
+
+    fresco::write_safetensors(file, contents);
+    const std::string hash = fresco::weights::sha256_of_file(file);
+    CHECK_NOTHROW(prepared(contents, pictures(), {{"sha256", hash.substr(0, 12)}}));
+    CHECK_THROWS_WITH(prepared(contents, pictures(), {{"sha256", std::string(64, 'a')}}), Catch::Contains(hash));
+    CHECK_THROWS_WITH(prepared(contents, pictures(), {{"sha256", "abc"}}), Catch::Contains("8 to 64"));
+    contents.tensors["features.0.bias"][3] = std::nanf("");
+    CHECK_THROWS_WITH(prepared(contents, pictures()), Catch::Contains("features.0.bias") && Catch::Contains("finite"));
+    contents.tensors["features.0.weight"] = at::zeros({64, 3, 5, 5});
+    CHECK_THROWS_WITH(prepared(contents, pictures()), Catch::Contains("features.0.weight") && Catch::Contains("64 x 3 x 5 x 5"));
+
     fresco::testing::TestFactory factory;
-    network.configure(fresco::Value::Map{{"weights", file.string()}}, factory);
-    network.prepare({});
-    CHECK(network.encode(picture(8, 8), {"relu2_1"}).at(0).sizes() == at::IntArrayRef({128, 4, 4}));
-    CHECK_THROWS_WITH(network.encode(picture(8, 8), {"relu3_1"}), Catch::Contains("relu3_1") && Catch::Contains("relu2_1"));
-    network.configure(fresco::Value::Map{{"weights", (folder.path() / "none").string()}}, factory);
-    CHECK_THROWS_AS(network.prepare({}), fresco::MissingInput);
+    network->configure(fresco::Value::Map{{"weights", (folder.path() / "none").string()}}, factory);
+    CHECK_THROWS_AS(network->prepare({}), fresco::MissingInput);
 }
 
 TEST_CASE("Gradients through VGG-19 agree with finite differences, and threads change no byte")
 {
-    const vgg19::Vgg19 network(vgg19::convolutions(three_layers(), "w"), vgg19::torchvision_input(), vgg19::Pooling::max);
+    const vgg19::Vgg19 network(layers_of(three_layers()), fresco::weights::torchvision_input(), vgg19::Pooling::max);
     const auto input = picture(8, 8).to(at::kDouble);
     const auto value = [&](const torch::Tensor& p) { return network.encode(p, {"relu2_1"})[0].pow(2).sum(); };
     auto variable = input.clone().requires_grad_();
@@ -240,11 +350,11 @@ TEST_CASE("Real weights give activations of unit mean")
     const auto file = shared_data("weights/vgg19_conv1_1-conv3_1.safetensors", "Real weights give activations of unit mean");
     if (file.empty())
         return;
-    const auto contents = fresco::read_safetensors(file);
-    const auto format = vgg19::input_format(contents, file);
-    CHECK(format.bgr);
-    CHECK(format.padding == vgg19::Padding::reflect);
-    const vgg19::Vgg19 network(vgg19::convolutions(contents, file), format, vgg19::Pooling::max);
+    const auto contents = fresco::weights::read_weights(file);
+    const auto weights = fresco::weights::recognise_vgg19(contents.contents, file.string());
+    CHECK(weights.input.bgr);
+    CHECK(weights.input.padding == fresco::weights::Vgg19Padding::reflect);
+    const vgg19::Vgg19 network(vgg19::convolutions(weights, file.string()), weights.input, vgg19::Pooling::max);
     REQUIRE(network.layers().size() == 5);
     CHECK(network.layers().back().content);
     // The scaling is to a mean of 1 over natural pictures; noise is none, but stays within a small factor.

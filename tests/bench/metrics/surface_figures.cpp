@@ -1,10 +1,10 @@
 #include "surface_figures.h"
 
 #include "closest_triangle.h"
-#include "split_mix.h"
 
 #include <fresco/geometry/topology.h>
 #include <fresco/parallel.h>
+#include <fresco/random.h>
 
 #include <algorithm>
 #include <cmath>
@@ -59,9 +59,9 @@ class Wheel
         for (std::size_t i = 0; i < count; ++i)
             sums_.push_back(sum += weight(i));
     }
-    std::size_t pick(SplitMix& random) const
+    std::size_t pick(fresco::Random& random) const
     {
-        const double at = random.unit() * sums_.back();
+        const double at = random.uniform() * sums_.back();
         const auto found = std::upper_bound(sums_.begin(), sums_.end(), at);
         return std::min(static_cast<std::size_t>(found - sums_.begin()), sums_.size() - 1);
     }
@@ -72,13 +72,13 @@ class Wheel
 
 std::vector<Vec3d> border_samples(const std::vector<Corners3>& border, std::size_t count, std::uint64_t seed)
 {
-    SplitMix random(seed);
+    fresco::Random random(seed);
     const Wheel wheel(border.size(), [&](std::size_t i) { return length(border[i][1] - border[i][0]); });
     std::vector<Vec3d> points;
     for (std::size_t i = 0; i < count; ++i)
     {
         const auto& edge = border[wheel.pick(random)];
-        points.push_back(edge[0] + (edge[1] - edge[0]) * random.unit());
+        points.push_back(edge[0] + (edge[1] - edge[0]) * random.uniform());
     }
     return points;
 }
@@ -124,7 +124,7 @@ DistanceFigures TwoSided::both() const
 
 std::vector<Vec3d> surface_samples(const Mesh& mesh, std::size_t count, std::uint64_t seed)
 {
-    SplitMix random(seed);
+    fresco::Random random(seed);
     const Wheel wheel(mesh.triangles.size(), [&](std::size_t f) { return length(fresco::geometry::area_vector(mesh, f)); });
     std::vector<Vec3d> points;
     points.reserve(count);
@@ -132,8 +132,8 @@ std::vector<Vec3d> surface_samples(const Mesh& mesh, std::size_t count, std::uin
     {
         const auto t = corners_of(mesh, mesh.triangles[wheel.pick(random)]);
         // Evenly over the triangle: the root spreads the rows, whose lengths grow from one corner.
-        const double row = std::sqrt(random.unit());
-        const double along = random.unit();
+        const double row = std::sqrt(random.uniform());
+        const double along = random.uniform();
         points.push_back(t[0] * (1 - row) + t[1] * (row * (1 - along)) + t[2] * (row * along));
     }
     return points;

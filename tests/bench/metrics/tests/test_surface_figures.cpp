@@ -1,9 +1,10 @@
 #include "closest_triangle.h"
 #include "shapes.h"
-#include "split_mix.h"
 #include "surface_figures.h"
 
 #include <catch2/catch.hpp>
+
+#include <fresco/random.h>
 
 #include <limits>
 
@@ -33,8 +34,8 @@ TEST_CASE("the closest point lies in the face, on a side or in a corner")
 
 TEST_CASE("the tree finds what a look at every triangle finds")
 {
-    SplitMix random(1);
-    const auto anywhere = [&] { return Vec3d{random.unit(), random.unit(), random.unit()}; };
+    fresco::Random random(1);
+    const auto anywhere = [&] { return Vec3d{random.uniform(), random.uniform(), random.uniform()}; };
     std::vector<Corners3> triangles;
     for (int i = 0; i < 500; ++i)
     {

@@ -20,9 +20,9 @@ namespace
 {
 
 /// A file with the given header text and `data` after it.
-std::string file_text(const std::string& header, const std::string& data, std::int64_t stated = -1)
+std::string file_text(const std::string& header, const std::string& data)
 {
-    const std::uint64_t length = stated >= 0 ? static_cast<std::uint64_t>(stated) : header.size();
+    const std::uint64_t length = header.size();
     std::string text(8, '\0');
     std::memcpy(text.data(), &length, 8);
     return text + header + data;
@@ -81,61 +81,15 @@ TEST_CASE("a file made by hand is read, half precision too")
     CHECK(read.tensors.at("a").to(at::kLong).item<std::int64_t>() == -1);
 }
 
-TEST_CASE("damaged files are refused by name and offset")
+TEST_CASE("a damaged file is refused by name, a missing one as missing")
 {
+    // Every kind of damage is tested where the bytes are read: sdk/weights.
     const File file;
     const std::string eight(8, '\0');
-    const auto refused = [&](const std::string& bytes, const std::string& what)
-    {
-        CAPTURE(bytes);
-        CHECK_THROWS_WITH(file.read(bytes), Catch::Contains("t.safetensors") && Catch::Contains(what));
-    };
     CHECK(file.read(file_text(one, eight)).tensors.size() == 1);
-    refused("", "header length");
-    refused("1234567", "header length");
-    refused(file_text(one, eight, std::int64_t{1} << 40), "100 MiB");
-    refused(file_text(one, "", 70), "header of 70 bytes");
-    refused(file_text("[]", ""), "'{'");
-    refused(file_text(" " + one, eight), "'{'");
-    refused(file_text(one.substr(0, 20), ""), "header");
-    refused(file_text(one, eight + "x"), "no tensor");
-    refused(file_text(one, eight.substr(1)), "beyond the end");
-    refused(file_text(R"({"a":{"dtype":"F31","shape":[2],"data_offsets":[0,8]}})", eight), "unknown type 'F31'");
-    refused(file_text(R"({"a":{"dtype":"F32","shape":[3],"data_offsets":[0,8]}})", eight), "12 bytes");
-    refused(file_text(R"({"a":{"dtype":"F32","shape":[-2],"data_offsets":[0,8]}})", eight), "at least 0");
-    refused(file_text(R"({"a":{"dtype":"F32","shape":[2.0],"data_offsets":[0,8]}})", eight), "whole number");
-    refused(file_text(R"({"a":{"dtype":"F32","shape":[4294967296,4294967296,2],"data_offsets":[0,8]}})", eight), "too large");
-    refused(file_text(R"({"a":{"dtype":"F32","shape":[2],"data_offsets":[8,0]}})", eight), "beyond");
-    refused(file_text(R"({"a":{"dtype":"F32","shape":[2],"data_offsets":[0]}})", eight), "expected exactly");
-    refused(file_text(R"({"a":{"dtype":"F32","shape":[2]}})", eight), "expected exactly");
-    refused(file_text(R"({"a":{"dtype":"F32","shape":[2],"data_offsets":[0,8],"more":1}})", eight), "expected exactly");
-    refused(file_text(R"({"a":3})", eight), "expected exactly");
-    refused(file_text(R"({"__metadata__":{"x":1}})", ""), "no text");
-    refused(
-        file_text(R"({"a":{"dtype":"U8","shape":[4],"data_offsets":[0,4]},"b":{"dtype":"U8","shape":[4],"data_offsets":[3,7]}})",
-                  eight.substr(1)),
-        "overlaps");
-    refused(
-        file_text(R"({"a":{"dtype":"U8","shape":[3],"data_offsets":[0,3]},"b":{"dtype":"U8","shape":[4],"data_offsets":[4,8]}})",
-                  eight),
-        "gap");
-    refused(file_text(R"({"a":{"dtype":"BOOL","shape":[2],"data_offsets":[0,2]}})", "\x01\x02"), "neither 0 nor 1");
-    refused(
-        file_text(R"({"a":{"dtype":"U8","shape":[1],"data_offsets":[0,1]},"a":{"dtype":"U8","shape":[1],"data_offsets":[1,2]}})",
-                  "ab"),
-        "header");
+    CHECK_THROWS_WITH(file.read(file_text(one, eight.substr(1))),
+                      Catch::Contains("t.safetensors") && Catch::Contains("beyond the end"));
     CHECK_THROWS_AS(read_safetensors(file.folder.path() / "none"), MissingInput);
-}
-
-TEST_CASE("every truncation of a file is refused")
-{
-    const File file;
-    const std::string whole =
-        file_text(R"({"a":{"dtype":"F32","shape":[2],"data_offsets":[0,8]},"z":{"dtype":"U8","shape":[0],"data_offsets":[8,8]}})",
-                  std::string(8, '\x01'));
-    for (std::size_t length = 0; length < whole.size(); ++length)
-        CHECK_THROWS_AS(file.read(whole.substr(0, length)), Error);
-    CHECK(file.read(whole).tensors.size() == 2);
 }
 
 TEST_CASE("types that are not written are refused")

@@ -1,12 +1,10 @@
 #include "selection.h"
-#include "sharpness.h"
 
 #include <fresco/frames.h>
 #include <fresco/image_io.h>
 #include <fresco/parallel.h>
+#include <fresco/sharpness.h>
 #include <fresco/stage.h>
-
-#include <opencv2/core/version.hpp>
 
 #include <algorithm>
 #include <atomic>
@@ -47,18 +45,18 @@ class FramesSharpest final : public fresco::Stage
         const auto& all = frames->frames;
         std::vector<MeasuredFrame> measured(all.size());
         std::atomic<std::size_t> done{0};
-        fresco::parallel_for(
-            all.size(), 1, progress.threads(),
-            [&](std::size_t begin, std::size_t end)
-            {
-                for (std::size_t i = begin; i < end; ++i)
-                {
-                    progress.check_cancelled();
-                    const auto picture = fresco::load_color(all[i], images.get().get());
-                    measured[i] = {all[i].sequence, all[i].name, sharpness(picture, (*sharpness_size)[0], (*sharpness_size)[1])};
-                    progress.progress(static_cast<double>(++done), static_cast<double>(all.size()), "frames");
-                }
-            });
+        fresco::parallel_for(all.size(), 1, progress.threads(),
+                             [&](std::size_t begin, std::size_t end)
+                             {
+                                 for (std::size_t i = begin; i < end; ++i)
+                                 {
+                                     progress.check_cancelled();
+                                     const auto picture = fresco::load_color(all[i], images.get().get());
+                                     measured[i] = {all[i].sequence, all[i].name,
+                                                    fresco::sharpness(picture, (*sharpness_size)[0], (*sharpness_size)[1])};
+                                     progress.progress(static_cast<double>(++done), static_cast<double>(all.size()), "frames");
+                                 }
+                             });
         return measured;
     }
 
@@ -86,5 +84,4 @@ class FramesSharpest final : public fresco::Stage
 
 }  // namespace
 
-FRESCO_LIBRARY("OpenCV", CV_VERSION)
 FRESCO_STAGE("frames.sharpest", FramesSharpest, "Drop blurred frames and keep the sharpest of each window")

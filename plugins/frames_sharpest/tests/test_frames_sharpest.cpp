@@ -1,5 +1,4 @@
 #include "selection.h"
-#include "sharpness.h"
 
 #include "shared_data.h"
 
@@ -7,13 +6,11 @@
 #include <fresco/hash.h>
 #include <fresco/image_io.h>
 #include <fresco/npy.h>
+#include <fresco/sharpness.h>
 #include <fresco/stage.h>
 #include <fresco/testing.h>
 
 #include <catch2/catch.hpp>
-
-#include <algorithm>
-#include <cmath>
 
 namespace fs = std::filesystem;
 using Catch::Contains;
@@ -30,29 +27,6 @@ fresco::Raster<std::uint8_t> checkerboard(int width, int height, int field, std:
             for (int c = 0; c < 3; ++c)
                 picture.at(x, y, c) = (x / field + y / field) % 2 == 0 ? dark : light;
     return picture;
-}
-
-/// The definition, written out: nearest sampling, grey, 4-neighbour Laplacian with borders mirrored about the edge pixel.
-double slow_sharpness(const fresco::Raster<std::uint8_t>& rgb, int width, int height)
-{
-    const auto grey = [&](int x, int y)
-    {
-        x = x < 0 ? -x : x >= width ? 2 * width - 2 - x : x;
-        y = y < 0 ? -y : y >= height ? 2 * height - 2 - y : y;
-        const int sx = x * rgb.width / width;
-        const int sy = y * rgb.height / height;
-        return std::round(0.299 * rgb.at(sx, sy, 0) + 0.587 * rgb.at(sx, sy, 1) + 0.114 * rgb.at(sx, sy, 2));
-    };
-    double sum = 0, squares = 0;
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x)
-        {
-            const double edge = grey(x - 1, y) + grey(x + 1, y) + grey(x, y - 1) + grey(x, y + 1) - 4 * grey(x, y);
-            sum += edge;
-            squares += edge * edge;
-        }
-    const double count = width * height;
-    return squares / count - (sum / count) * (sum / count);
 }
 
 MeasuredFrame measured(const std::string& sequence, double value)
@@ -104,28 +78,6 @@ fresco::Frames run_sharpest(const fresco::Frames& input, fresco::Value options, 
 }
 
 }  // namespace
-
-TEST_CASE("sharpness of pictures that can be computed by hand", "[frames.sharpest]")
-{
-    CHECK(sharpness(fresco::Raster<std::uint8_t>(40, 30, 3, 99), 40, 30) == 0);
-    // Every pixel of a board of single pixels differs from its four neighbours by 100, up or down: the Laplacian is +-400.
-    CHECK(sharpness(checkerboard(40, 30, 1, 50, 150), 40, 30) == Approx(160'000));
-    // Every second pixel of it has one colour: at half size nothing is left.
-    CHECK(sharpness(checkerboard(40, 30, 1, 50, 150), 20, 15) == 0);
-}
-
-TEST_CASE("sharpness is the variance of the Laplacian as written out", "[frames.sharpest]")
-{
-    fresco::Raster<std::uint8_t> picture(61, 47, 3);
-    std::uint32_t state = 7;
-    for (auto& value : picture.values)
-    {
-        state = state * 1664525u + 1013904223u;
-        value = static_cast<std::uint8_t>(state >> 24U);
-    }
-    for (const auto& [width, height] : {std::pair{61, 47}, std::pair{30, 23}})
-        CHECK(sharpness(picture, width, height) == Approx(slow_sharpness(picture, width, height)).epsilon(1e-3));
-}
 
 TEST_CASE("blurred frames are dropped, the threshold itself passes", "[frames.sharpest]")
 {

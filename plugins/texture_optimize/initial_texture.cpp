@@ -1,9 +1,9 @@
 #include "initial_texture.h"
 
-#include "push_pull.h"
 #include "splat.h"
 
 #include <fresco/parallel.h>
+#include <fresco/push_pull.h>
 #include <fresco/torch/recolour.h>
 
 #include <algorithm>

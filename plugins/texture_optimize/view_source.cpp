@@ -1,12 +1,10 @@
 #include "view_source.h"
 
-#include "sensor_depth.h"
-
 #include <fresco/error.h>
+#include <fresco/sensor_depth.h>
+#include <fresco/view_frames.h>
 
 #include <algorithm>
-#include <map>
-#include <utility>
 
 namespace fresco::optimize
 {
@@ -24,7 +22,7 @@ std::string listed(const std::vector<int>& numbers)
 }  // namespace
 
 ViewSource::ViewSource(const UvMaps& maps, const Frames& frames, const ImageIo* images, const std::vector<int>& heights_px)
-    : maps_(maps), frames_(frames), images_(images)
+    : maps_(maps), frames_(frames), images_(images), frame_of_(frames_of_views(maps, frames))
 {
     for (std::size_t level = 0; level < maps.heights_px.size(); ++level)
         if (heights_px.empty() || std::find(heights_px.begin(), heights_px.end(), maps.heights_px[level]) != heights_px.end())
@@ -33,17 +31,6 @@ ViewSource::ViewSource(const UvMaps& maps, const Frames& frames, const ImageIo* 
         if (std::find(maps.heights_px.begin(), maps.heights_px.end(), height) == maps.heights_px.end())
             throw Error("option \"heights_px\": there are no uv maps of " + std::to_string(height) + " px; there are " +
                         listed(maps.heights_px));
-    std::map<std::pair<std::string, std::string>, std::size_t> known;
-    for (std::size_t i = 0; i < frames.frames.size(); ++i)
-        known.emplace(std::pair(frames.frames[i].sequence, frames.frames[i].name), i);
-    for (const auto& view : maps.views)
-    {
-        const auto found = known.find({view.sequence, view.frame});
-        if (found == known.end())
-            throw Error("the uv maps show the frame " + view.sequence + "/" + view.frame +
-                        ", which is not among the frames; wire the frames that the uv maps were made from");
-        frame_of_.push_back(found->second);
-    }
 }
 
 std::vector<std::size_t> ViewSource::seeing_views() const

@@ -1,8 +1,8 @@
-#include "sensor_depth.h"
+#include <fresco/sensor_depth.h>
 
 #include <cmath>
 
-namespace fresco::optimize
+namespace fresco
 {
 
 RasterF sensor_depth(const UvMap& map, const Camera& color, const Camera& depth_camera, const RasterF& measured, float unmeasured)
@@ -28,4 +28,4 @@ RasterF sensor_depth(const UvMap& map, const Camera& color, const Camera& depth_
     return result;
 }
 
-}  // namespace fresco::optimize
+}  // namespace fresco

@@ -2,7 +2,7 @@
 
 #include <fresco/image.h>
 
-namespace fresco::optimize
+namespace fresco
 {
 
 /// Fills what is not covered from coarser and coarser means of what is (Gortler et al., "The Lumigraph", SIGGRAPH 1996,
@@ -10,4 +10,4 @@ namespace fresco::optimize
 /// the picture as it is.
 void push_pull(RasterF& picture, const Raster8& covered);
 
-}  // namespace fresco::optimize
+}  // namespace fresco

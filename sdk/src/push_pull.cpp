@@ -1,10 +1,10 @@
-#include "push_pull.h"
+#include <fresco/push_pull.h>
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-namespace fresco::optimize
+namespace fresco
 {
 namespace
 {
@@ -76,4 +76,4 @@ void push_pull(RasterF& picture, const Raster8& covered)
     fill(picture, covered, half.picture);
 }
 
-}  // namespace fresco::optimize
+}  // namespace fresco

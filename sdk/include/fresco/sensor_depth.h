@@ -3,7 +3,7 @@
 #include <fresco/frames.h>
 #include <fresco/uv_maps.h>
 
-namespace fresco::optimize
+namespace fresco
 {
 
 /// What the depth camera measured of the surface point that each pixel of the colour camera sees: H x W like `map`, metres along
@@ -14,4 +14,4 @@ namespace fresco::optimize
 RasterF sensor_depth(const UvMap& map, const Camera& color, const Camera& depth_camera, const RasterF& measured,
                      float unmeasured);
 
-}  // namespace fresco::optimize
+}  // namespace fresco

@@ -69,6 +69,8 @@ OptionDeclaration read_option(const Value& description)
     option.unit = text_at(description, "unit");
     option.in_key = flag_at(description, "in_key", true);
     option.component_kind = text_at(description, "component_kind");
+    option.optional =
+        option.kind == OptionKind::component && (option.default_value.is_null() || flag_at(description, "optional", false));
     option.help = text_at(description, "help");
     if (const Value* rule = description.find("auto"))
         option.auto_rule = AutoRule{rule->at("option").as_string(), rule->at("if_empty"), rule->at("if_set")};
@@ -138,7 +140,7 @@ std::string OptionDeclaration::accepted() const
     case OptionKind::output_name:
         return "a relative path below --out without '..'";
     case OptionKind::component:
-        return "{type: …} of kind '" + component_kind + "'";
+        return "{type: …} of kind '" + component_kind + "'" + (optional ? ", or none" : "");
     case OptionKind::components:
         return "a map {name: {type: …}} of kind '" + component_kind + "'" + (auto_rule ? ", or auto" : "");
     }

@@ -80,6 +80,8 @@ Value OptionChecker::complete_slot(const OptionDeclaration& option, const YamlNo
 {
     if (option.kind == OptionKind::components)
         return complete_component_map(option, node, user, uses);
+    if (option.optional && node.is_scalar() && node.text == "none")
+        return {};
     return complete_component(option.component_kind, node, {}, user + ": option '" + option.name + "'", uses);
 }
 

@@ -70,7 +70,12 @@ Value accepted_schema(const OptionDeclaration& option)
     case OptionKind::output_name:
         return Map{{"type", "string"}};
     case OptionKind::component:
-        return or_var(reference("kind." + option.component_kind));
+    {
+        List ways{reference("kind." + option.component_kind), reference("var")};
+        if (option.optional)
+            ways.push_back(Map{{"const", "none"}});
+        return Map{{"anyOf", std::move(ways)}};
+    }
     case OptionKind::components:
     {
         List ways{Map{{"type", "object"}, {"additionalProperties", reference("kind." + option.component_kind)}},

@@ -91,6 +91,12 @@ inline Catalog hand_made_catalog()
                     {"name": "size", "kind": "number", "default": 1.0, "help": "A number"}],
         "inputs": [{"name": "mesh", "artifact": "mesh", "version": 1, "optional": true, "help": ""}],
         "outputs": [{"name": "mesh", "artifact": "mesh", "version": 1, "help": ""}]})json"));
+    catalog.add(described("mesh.judged", "stage", R"json({
+        "options": [{"name": "loss", "kind": "component", "component_kind": "loss", "default": {"type": "loss.content"},
+                     "optional": true, "help": "May be left out"},
+                    {"name": "needed", "kind": "component", "component_kind": "loss", "default": {"type": "loss.content"},
+                     "help": "May not"}],
+        "inputs": [], "outputs": []})json"));
     catalog.add(described("mesh.future", "stage", R"json({"options": [],
         "inputs": [{"name": "mesh", "artifact": "mesh", "version": 2, "help": ""}], "outputs": []})json"));
     catalog.add(described("loss.gram", "loss", R"json({

@@ -72,10 +72,10 @@ TEST_CASE("describe tells ports, options, defaults and ranges", "[inspect]")
                        "  out  mesh (version 3)  What goes out\n"
                        "\n"
                        "options (name, default, accepted, what it is):\n"
-                       "  size_px  5         an integer of at least 1      A size\n"
-                       "  path     required  the path of an existing file  A file\n"
-                       "  note     \"\"        text                          A note (cannot change the result)\n"
-                       "  style    none      {type: …} of kind 'loss'      A loss\n"
+                       "  size_px  5         an integer of at least 1           A size\n"
+                       "  path     required  the path of an existing file       A file\n"
+                       "  note     \"\"        text                               A note (cannot change the result)\n"
+                       "  style    none      {type: …} of kind 'loss', or none  A loss\n"
                        "\n"
                        "for 'style' there is: loss.gram\n");
     std::ostringstream json;

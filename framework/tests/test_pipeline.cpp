@@ -118,6 +118,24 @@ TEST_CASE("Components are written by type alone or with options, in any order", 
     CHECK(options_of(losses("auto"), "texture") == options_of(check(folder, room, catalog), "texture"));
 }
 
+TEST_CASE("none leaves a slot empty that may be, whatever its default", "[pipeline]")
+{
+    const TemporaryFolder folder;
+    const Catalog catalog = hand_made_catalog();
+    const auto judged = [&](const std::string& options, const Sets& sets = {})
+    {
+        const PipelineResult result =
+            check(folder, "version: 1\nstages: {a: {type: mesh.judged" + options + "}}\n", catalog, sets);
+        return result.problems.empty() ? options_of(result, "a") : lines(result).front();
+    };
+    const std::string needed = R"("needed":{"type":"loss.content","weight":70.0}})";
+    CHECK(judged("") == R"({"loss":{"type":"loss.content","weight":70.0},)" + needed);
+    CHECK(judged(", loss: none") == "{" + needed);
+    CHECK(judged("", {{"a.loss", "none"}}) == "{" + needed);
+    CHECK_THAT(judged(", needed: none"), Catch::Contains("no plugin has the type 'none' (there are: loss.content, loss.gram)"));
+    CHECK_THAT(judged(", loss: [1]"), Catch::Contains("a type such as"));
+}
+
 TEST_CASE("Ports may be named, outputs too, and an empty file leaves an optional one open", "[pipeline]")
 {
     const Room folder;

@@ -78,6 +78,7 @@ stages:
 )")));
     CHECK(stage("{type: mesh.decimate, input: {file: a.ply}}"));
     CHECK(stage("{type: texture.optimize, losses: auto}"));
+    CHECK(stage("{type: mesh.judged, loss: none}"));
 
     CHECK_FALSE(stage("{type: mesh.decimat}"));
     CHECK_FALSE(stage("{max_faces: 5}"));
@@ -89,6 +90,7 @@ stages:
     CHECK_FALSE(stage("{type: mesh.decimate, method: quick}"));
     CHECK_FALSE(stage("{type: mesh.decimate, input: {meshes: b}}"));
     CHECK_FALSE(stage("{type: mesh.two, input: b}"));
+    CHECK_FALSE(stage("{type: mesh.judged, needed: none}"));
     CHECK_FALSE(stage("{type: uvmaps.raycast, heights_px: [1]}"));
     CHECK_FALSE(stage("{type: uvmaps.raycast, input: {frames: {file: a.ply}}}"));
     CHECK_FALSE(stage("{type: texture.optimize, losses: {a: {type: features.vgg, weights: w}}}"));

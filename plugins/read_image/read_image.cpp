@@ -9,7 +9,8 @@ namespace
 
 class ReadImage final : public fresco::FileReader
 {
-    fresco::Slot<fresco::ImageIo> images{this, "images", "image.opencv", "What decodes PNG and JPEG files"};
+    fresco::Slot<fresco::ImageIo> images{this, "images", "image.opencv", fresco::optional,
+                                         "What decodes PNG and JPEG files; none: NPY alone"};
 
     std::string artifact() const override { return std::string(fresco::Image::artifact_name); }
     std::vector<std::string> extensions() const override { return {".png", ".jpg", ".jpeg", ".npy"}; }

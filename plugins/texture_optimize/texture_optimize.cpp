@@ -95,7 +95,8 @@ class TextureOptimize final : public fresco::Stage
     fresco::Slot<fresco::OptimiserRule> optimiser{this, "optimiser",
                                                   R"({"type": "optimiser.adam", "mode": "visible", "beta1": 0.9, "beta2": 0.99})",
                                                   "How a step changes it"};
-    fresco::Slot<fresco::ImageIo> images{this, "images", "image.opencv", "Reads pictures that are not NPY, writes previews"};
+    fresco::Slot<fresco::ImageIo> images{this, "images", "image.opencv", fresco::optional,
+                                         "Reads pictures that are not NPY, writes previews; none: NPY alone, no previews"};
 
   public:
     TextureOptimize()

@@ -41,9 +41,9 @@ Value parsed_default(const std::string& text)
 }  // namespace
 
 SlotBase::SlotBase(Configurable* owner, std::string name, std::string kind, std::string default_config, bool many,
-                   std::string help)
+                   bool is_optional, std::string help)
     : Parameter(owner, std::move(name), std::move(help)), kind_(std::move(kind)), default_(parsed_default(default_config)),
-      many_(many)
+      many_(many), optional_(is_optional)
 {
 }
 
@@ -54,6 +54,8 @@ Value SlotBase::describe() const
     Value description = Value::Map{{"name", name()}, {"kind", many_ ? "components" : "component"}, {"component_kind", kind_}};
     if (!default_.is_null())
         description.set("default", default_);
+    if (optional_ || (!many_ && default_.is_null()))
+        description.set("optional", true);
     if (!auto_option_.empty())
         description.set("auto", Value::Map{{"option", auto_option_}, {"if_empty", auto_if_empty_}, {"if_set", auto_if_set_}});
     description.set("help", help());
@@ -72,8 +74,7 @@ void SlotBase::wrong_contract(const Value& config) const
 
 void SlotBase::not_assigned() const
 {
-    throw Error("option \"" + name() + "\": no component of kind " + kind_ +
-                " is given and none is the default; name one by its type");
+    throw Error("option \"" + name() + "\": no component of kind " + kind_ + " is given; name one by its type");
 }
 
 }  // namespace detail

@@ -108,6 +108,27 @@ TEST_CASE("Values are taken, and what does not fit is refused by name, value and
     CHECK_THROWS_WITH(refuse("brush", Value::Map{{"type", "brush.flat"}}), Contains("brush.flat"));
 }
 
+TEST_CASE("A slot that may be empty says so, and one that must not tells what it lacks")
+{
+    struct Palette : fresco::Configurable
+    {
+        fresco::Slot<Brush> needed{this, "needed", "brush.round", "Must be there"};
+        fresco::Slot<Brush> spare{this, "spare", "brush.round", fresco::optional, "May be none"};
+        fresco::Slot<Brush> other{this, "other", "", "None unless given"};
+    };
+    Palette palette;
+    const Value description = palette.describe();
+    const auto& options = description.at("options").as_list();
+    CHECK(options[0].find("optional") == nullptr);
+    CHECK(options[1].at("optional").as_bool());
+    CHECK(options[1].at("default").at("type").as_string() == "brush.round");
+    CHECK(options[2].at("optional").as_bool());
+    auto factory = brushes();
+    palette.configure(Value::Map{}, factory);
+    CHECK_FALSE(palette.spare.has_value());
+    CHECK_THROWS_WITH(*palette.needed, Contains("\"needed\": no component of kind brush is given"));
+}
+
 TEST_CASE("Equal configurations share one component")
 {
     Painter painter;

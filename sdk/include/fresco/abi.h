@@ -7,12 +7,13 @@
  *   1  first
  *   2  Files::loaded_from, ImageIo::check, LossTerm::network, Pixels::steep
  *   3  RunContext::reads_folder with a pattern, Cost::height_squares
+ *   4  Slot that is optional though it has a default
  */
 #include <stddef.h>
 #include <stdint.h>
 
 #define FRESCO_MAGIC 0x46524553u /* "FRES" */
-#define FRESCO_ABI 3u
+#define FRESCO_ABI 4u
 
 #ifdef __cplusplus
 extern "C"

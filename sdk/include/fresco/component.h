@@ -29,7 +29,8 @@ class SlotBase : public Parameter
     Value describe() const override;
 
   protected:
-    SlotBase(Configurable* owner, std::string name, std::string kind, std::string default_config, bool many, std::string help);
+    SlotBase(Configurable* owner, std::string name, std::string kind, std::string default_config, bool many, bool is_optional,
+             std::string help);
     std::shared_ptr<Component> make(const Value& config, ComponentFactory& factory) const;
     [[noreturn]] void wrong_contract(const Value& config) const;
     [[noreturn]] void not_assigned() const;
@@ -37,6 +38,7 @@ class SlotBase : public Parameter
     std::string kind_;
     Value default_;
     bool many_;
+    bool optional_;
     std::string auto_option_;
     Value auto_if_empty_;
     Value auto_if_set_;
@@ -44,13 +46,20 @@ class SlotBase : public Parameter
 }  // namespace detail
 
 /// One component. `default_config` is a type ("image.opencv") or a JSON map; the host fills it in before the key is made, so
-/// another default is another key. An empty default makes the slot optional: test it with has_value().
+/// another default is another key. A slot with an empty default, or declared optional, may hold nothing (the word `none` in the
+/// pipeline): test it with has_value().
 template <class T>
 class Slot final : public detail::SlotBase
 {
   public:
     Slot(Configurable* owner, std::string name, std::string default_config, std::string help)
-        : SlotBase(owner, std::move(name), std::string(T::component_kind), std::move(default_config), false, std::move(help))
+        : SlotBase(owner, std::move(name), std::string(T::component_kind), std::move(default_config), false, false,
+                   std::move(help))
+    {
+    }
+    Slot(Configurable* owner, std::string name, std::string default_config, Optional, std::string help)
+        : SlotBase(owner, std::move(name), std::string(T::component_kind), std::move(default_config), false, true,
+                   std::move(help))
     {
     }
 
@@ -82,7 +91,8 @@ class SlotMap final : public detail::SlotBase
 {
   public:
     SlotMap(Configurable* owner, std::string name, std::string default_config, std::string help)
-        : SlotBase(owner, std::move(name), std::string(T::component_kind), std::move(default_config), true, std::move(help))
+        : SlotBase(owner, std::move(name), std::string(T::component_kind), std::move(default_config), true, false,
+                   std::move(help))
     {
     }
 

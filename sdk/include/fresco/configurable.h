@@ -16,6 +16,12 @@ class Component;
 class InputPort;
 class OutputPort;
 
+/// Argument of an input that a pipeline may leave unwired, and of a slot that it may leave empty.
+struct Optional
+{
+};
+inline constexpr Optional optional{};
+
 /// Makes the components that a configuration names. The host implements it; tests use fresco::testing.
 class ComponentFactory
 {

@@ -10,12 +10,6 @@
 namespace fresco
 {
 
-/// Second argument of an input that a pipeline may leave unwired.
-struct Optional
-{
-};
-inline constexpr Optional optional{};
-
 /// Untyped half of Input: what the host sees.
 class InputPort
 {

@@ -46,6 +46,7 @@ struct OptionDeclaration
     std::string unit;
     bool in_key = true;
     std::string component_kind;
+    bool optional = false;  ///< Of a component: the word `none` leaves it empty.
     std::optional<AutoRule> auto_rule;
     std::string help;
 

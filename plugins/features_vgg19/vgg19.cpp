@@ -49,7 +49,8 @@ std::vector<Convolution> convolutions(const fresco::weights::Vgg19Weights& weigh
 }
 
 Vgg19::Vgg19(std::vector<Convolution> layers, const fresco::weights::Vgg19Input& input, Pooling pooling)
-    : convolutions_(std::move(layers)), input_(input), pooling_(pooling)
+    : convolutions_(std::move(layers)), on_cpu_(std::make_shared<CpuEncoder>(convolutions_, input, pooling)), input_(input),
+      pooling_(pooling)
 {
 }
 
@@ -99,6 +100,23 @@ torch::Tensor Vgg19::network_input(const torch::Tensor& picture) const
 }
 
 std::vector<torch::Tensor> Vgg19::encode(const torch::Tensor& picture, const std::vector<std::string>& names) const
+{
+    std::vector<std::size_t> wanted;
+    for (std::size_t i = 0; i < convolutions_.size(); ++i)
+        if (std::find(names.begin(), names.end(), convolutions_[i].layer) != names.end())
+            wanted.push_back(i);
+    if (wanted.empty() || !CpuEncoder::takes(picture, convolutions_, wanted.back()))
+        return encode_generally(picture, names);
+    const auto maps = on_cpu_->encode(picture, wanted);
+    std::vector<torch::Tensor> result;
+    for (const auto& name : names)
+        for (std::size_t i = 0; i < wanted.size(); ++i)
+            if (convolutions_[wanted[i]].layer == name)
+                result.push_back(maps[i]);
+    return result;
+}
+
+std::vector<torch::Tensor> Vgg19::encode_generally(const torch::Tensor& picture, const std::vector<std::string>& names) const
 {
     std::vector<torch::Tensor> result(names.size());
     std::size_t missing = names.size();

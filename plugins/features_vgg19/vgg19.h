@@ -1,31 +1,19 @@
 #pragma once
 
+#include "encoder.h"
+
 #include <fresco/torch/features.h>
 #include <fresco/weights/vgg19.h>
 
 #include <torch/types.h>
 
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace vgg19
 {
-
-enum class Pooling
-{
-    max,
-    average
-};
-
-/// One of the 16 convolutions.
-struct Convolution
-{
-    std::string layer;      ///< "relu1_1", its response after the rectifier
-    torch::Tensor weights;  ///< K x C x 3 x 3, float32
-    torch::Tensor bias;     ///< K
-    bool pooled = false;    ///< Comes after a pooling.
-};
 
 /// The layers of a file as tensors of their own. Throws fresco::Error naming `source` and the tensor for values that are not
 /// finite.
@@ -40,7 +28,10 @@ class Vgg19
 
     std::vector<fresco::FeatureLayer> layers() const;
     /// Named layers of `picture` (RGB in [0,1], 3 x H x W, float32 or float64), each C x floor(H / stride) x floor(W / stride).
+    /// Float32 pictures on the CPU take the fast way.
     std::vector<torch::Tensor> encode(const torch::Tensor& picture, const std::vector<std::string>& names) const;
+    /// The same by libtorch's convolutions, on any device and in float64 too.
+    std::vector<torch::Tensor> encode_generally(const torch::Tensor& picture, const std::vector<std::string>& names) const;
     /// Call it before encode, which takes weights that are elsewhere over each time.
     void move_to(const torch::Device& device);
     const fresco::weights::Vgg19Input& input() const { return input_; }
@@ -51,6 +42,7 @@ class Vgg19
     torch::Tensor network_input(const torch::Tensor& picture) const;
 
     std::vector<Convolution> convolutions_;
+    std::shared_ptr<const CpuEncoder> on_cpu_;
     fresco::weights::Vgg19Input input_;
     Pooling pooling_ = Pooling::max;
 };

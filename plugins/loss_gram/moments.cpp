@@ -12,29 +12,13 @@ namespace gram
 namespace
 {
 
-// A block of 64 channels stays in the second-level cache, and 8 192 float32 terms are few enough to lose no digit that matters.
-constexpr std::int64_t block = 8192;
-
-torch::Tensor second_moment(const torch::Tensor& features)
-{
-    const auto channels = features.size(0);
-    const auto count = features.size(1);
-    auto sum = at::zeros({channels, channels}, features.options());
-    for (std::int64_t begin = 0; begin < count; begin += block)
-    {
-        const auto part = features.narrow(1, begin, std::min(block, count - begin)).contiguous();
-        sum.add_(fresco::matrix_product(part, part.t().contiguous()));
-    }
-    return sum.div_(static_cast<double>(count));
-}
-
 struct MomentsFunction : torch::autograd::Function<MomentsFunction>
 {
-    static torch::autograd::variable_list forward(torch::autograd::AutogradContext* context, const torch::Tensor& input)
+    static torch::autograd::variable_list forward(torch::autograd::AutogradContext* context, const torch::Tensor& features)
     {
-        const auto features = input.contiguous();
         context->save_for_backward({features});
-        return {fresco::ordered_mean(features, 1), second_moment(features)};
+        const auto count = static_cast<double>(features.size(1));
+        return {fresco::ordered_mean(features, 1), fresco::matrix_product(features, features.t()).div_(count)};
     }
 
     static torch::autograd::variable_list backward(torch::autograd::AutogradContext* context,
@@ -42,9 +26,16 @@ struct MomentsFunction : torch::autograd::Function<MomentsFunction>
     {
         const auto features = context->get_saved_variables()[0];
         const auto count = static_cast<double>(features.size(1));
-        auto result = at::zeros_like(features);
+        torch::Tensor result;
         if (gradients[1].defined())
-            result = fresco::matrix_product((gradients[1] + gradients[1].t()).div_(count).contiguous(), features);
+        {
+            // Symmetric, so that the product can keep the order of the features in memory.
+            const auto factor = (gradients[1] + gradients[1].t()).div_(count);
+            result = features.is_contiguous() ? fresco::matrix_product(factor, features)
+                                              : fresco::matrix_product(features.t(), factor).t();
+        }
+        else
+            result = at::zeros_like(features);
         if (gradients[0].defined())
             result = result + (gradients[0] / count).unsqueeze(1);
         return {result};

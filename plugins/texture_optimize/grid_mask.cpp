@@ -4,6 +4,7 @@
 
 #include <ATen/Parallel.h>
 #include <ATen/ops/empty.h>
+#include <ATen/ops/empty_strided.h>
 #include <ATen/ops/zeros.h>
 #include <torch/csrc/autograd/custom_function.h>
 
@@ -20,7 +21,13 @@ bool is_plain(const at::Tensor& tensor)
     return tensor.device().is_cpu() && tensor.scalar_type() == at::kFloat;
 }
 
-/// C x P to C x N by column number, each number at most once.
+/// Whether the channels of a pixel lie side by side.
+bool has_pixels_in_rows(const at::Tensor& values)
+{
+    return values.size(0) > 1 && values.size(1) > 1 && values.t().is_contiguous();
+}
+
+/// C x P to C x N by column number, each number at most once; in memory as `values` is.
 struct Columns : torch::autograd::Function<Columns>
 {
     static at::Tensor forward(torch::autograd::AutogradContext* context, const at::Tensor& values, const at::Tensor& index)
@@ -29,6 +36,8 @@ struct Columns : torch::autograd::Function<Columns>
         context->saved_data["columns"] = values.size(1);
         if (!is_plain(values))
             return values.index_select(1, index);
+        if (has_pixels_in_rows(values))
+            return pixels(values, index);
         const auto source = values.contiguous();
         auto result = at::empty({source.size(0), index.numel()}, source.options());
         each_row(
@@ -43,6 +52,8 @@ struct Columns : torch::autograd::Function<Columns>
     {
         const auto index = context->get_saved_variables()[0];
         const auto columns = context->saved_data["columns"].toInt();
+        if (is_plain(gradients[0]) && has_pixels_in_rows(gradients[0]))
+            return {spread_pixels(gradients[0], index, columns), at::Tensor()};
         const auto gradient = gradients[0].contiguous();
         auto result = at::zeros({gradient.size(0), columns}, gradient.options());
         if (!is_plain(gradient))
@@ -54,6 +65,38 @@ struct Columns : torch::autograd::Function<Columns>
     }
 
   private:
+    static at::Tensor pixels(const at::Tensor& values, const at::Tensor& index)
+    {
+        const auto channels = values.size(0);
+        auto result = at::empty_strided({channels, index.numel()}, {1, channels}, values.options());
+        const float* from = values.data_ptr<float>();
+        float* to = result.data_ptr<float>();
+        const auto* numbers = index.data_ptr<std::int64_t>();
+        each_row(index.numel(), channels,
+                 [&](std::int64_t i) { std::copy_n(from + numbers[i] * channels, channels, to + i * channels); });
+        return result;
+    }
+    static at::Tensor spread_pixels(const at::Tensor& gradient, const at::Tensor& index, std::int64_t columns)
+    {
+        const auto channels = gradient.size(0);
+        auto result = at::empty_strided({channels, columns}, {1, channels}, gradient.options());
+        const float* from = gradient.data_ptr<float>();
+        float* to = result.data_ptr<float>();
+        const auto* numbers = index.data_ptr<std::int64_t>();
+        const std::int64_t count = index.numel();
+        // The numbers ascend: what lies between two of them is zero.
+        each_row(count + 1, channels,
+                 [&](std::int64_t i)
+                 {
+                     const std::int64_t before = i == 0 ? 0 : numbers[i - 1] + 1;
+                     const std::int64_t here = i == count ? columns : numbers[i];
+                     std::fill(to + before * channels, to + here * channels, 0.0F);
+                     if (i < count)
+                         std::copy_n(from + i * channels, channels, to + here * channels);
+                 });
+        return result;
+    }
+
     /// Several rows to a piece, so that one is worth a thread.
     template <class Work>
     static void each_row(std::int64_t rows, std::int64_t columns, const Work& work)

@@ -1,9 +1,9 @@
+#include <fresco/matrix_multiply.h>
 #include <fresco/torch/tensor.h>
 
-#include <ATen/Context.h>
-#include <ATen/ops/mkldnn_convolution.h>
+#include <ATen/Parallel.h>
+#include <ATen/ops/empty.h>
 #include <ATen/ops/mm.h>
-#include <ATen/ops/zeros.h>
 #include <torch/csrc/autograd/custom_function.h>
 
 #include <stdexcept>
@@ -13,28 +13,22 @@ namespace fresco
 namespace
 {
 
-bool convolves(const at::Tensor& a)
+MatrixView view(const at::Tensor& matrix)
 {
-    return a.device().is_cpu() && a.scalar_type() == at::kFloat && at::hasMKLDNN();
+    return {matrix.data_ptr<float>(), static_cast<std::size_t>(matrix.size(0)), static_cast<std::size_t>(matrix.size(1)),
+            matrix.stride(0), matrix.stride(1)};
 }
 
-/// The rows of `a` are the filters, the columns of `b` the pixels of a picture with K channels. Called by its own name and not as
-/// at::conv2d, which takes the reference BLAS for 1x1 filters on one thread.
 at::Tensor plain_product(const at::Tensor& a, const at::Tensor& b)
 {
-    const auto rows = a.size(0);
-    const auto inner = a.size(1);
-    const auto columns = b.size(1);
-    if (rows == 0 || inner == 0 || columns == 0)
-        return at::zeros({rows, columns}, a.options());
-    if (!convolves(a))
+    if (!a.device().is_cpu() || a.scalar_type() != at::kFloat)
         return at::mm(a, b);
-    const auto filters = a.contiguous().view({rows, inner, 1, 1});
-    const auto pixels = b.contiguous().view({1, inner, 1, columns});
-    return at::mkldnn_convolution(pixels, filters, {}, {0, 0}, {1, 1}, {1, 1}, 1).contiguous().view({rows, columns});
+    auto product = at::empty({a.size(0), b.size(1)}, a.options());
+    multiply_matrices(view(a), view(b), product.data_ptr<float>(), at::get_num_threads());
+    return product;
 }
 
-/// Own backward, as two more products: oneDNN's gradient for filters splits its sums among the threads.
+/// Its backward is two more products.
 struct MatrixProduct : torch::autograd::Function<MatrixProduct>
 {
     static at::Tensor forward(torch::autograd::AutogradContext* context, const at::Tensor& a, const at::Tensor& b)

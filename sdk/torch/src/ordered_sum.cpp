@@ -64,6 +64,38 @@ void row_sums(const T* values, std::int64_t rows, std::int64_t columns, T* sums)
     }
 }
 
+/// The same of a tensor whose transpose is contiguous: pieces of columns, each summed row by row.
+template <class T>
+void row_sums_of_columns(const T* values, std::int64_t rows, std::int64_t columns, T* sums)
+{
+    const std::int64_t length = std::max<std::int64_t>(1, chunk / rows);
+    const std::int64_t pieces = (columns + length - 1) / length;
+    std::vector<double> partial(static_cast<std::size_t>(rows * pieces));
+    parallel_for(static_cast<std::size_t>(pieces), 32, at::get_num_threads(),
+                 [&](std::size_t begin, std::size_t end)
+                 {
+                     for (auto piece = static_cast<std::int64_t>(begin); piece < static_cast<std::int64_t>(end); ++piece)
+                     {
+                         double* sum = partial.data() + piece * rows;
+                         for (std::int64_t column = piece * length; column < std::min(columns, (piece + 1) * length); ++column)
+                             for (std::int64_t row = 0; row < rows; ++row)
+                                 sum[row] += static_cast<double>(values[column * rows + row]);
+                     }
+                 });
+    for (std::int64_t row = 0; row < rows; ++row)
+    {
+        double sum = 0;
+        for (std::int64_t piece = 0; piece < pieces; ++piece)
+            sum += partial[static_cast<std::size_t>(piece * rows + row)];
+        sums[row] = static_cast<T>(sum);
+    }
+}
+
+bool has_contiguous_transpose(const at::Tensor& values)
+{
+    return values.dim() == 2 && values.size(0) > 1 && values.size(1) > 1 && values.t().is_contiguous();
+}
+
 /// R x N to R.
 struct RowSums : torch::autograd::Function<RowSums>
 {
@@ -72,11 +104,16 @@ struct RowSums : torch::autograd::Function<RowSums>
         context->saved_data["columns"] = values.size(1);
         if (!values.device().is_cpu())
             return values.sum(1);
-        const auto source = values.contiguous();
+        const bool by_columns = has_contiguous_transpose(values);
+        const auto source = by_columns ? values : values.contiguous();
         auto sums = at::empty({source.size(0)}, source.options());
-        AT_DISPATCH_FLOATING_TYPES(
-            source.scalar_type(), "ordered_sum",
-            [&] { row_sums(source.data_ptr<scalar_t>(), source.size(0), source.size(1), sums.data_ptr<scalar_t>()); });
+        AT_DISPATCH_FLOATING_TYPES(source.scalar_type(), "ordered_sum",
+                                   [&]
+                                   {
+                                       const auto add = by_columns ? row_sums_of_columns<scalar_t> : row_sums<scalar_t>;
+                                       add(source.data_ptr<scalar_t>(), source.size(0), source.size(1),
+                                           sums.data_ptr<scalar_t>());
+                                   });
         return sums;
     }
 
@@ -99,7 +136,8 @@ void check_type(const torch::Tensor& values)
 torch::Tensor ordered_sum(const torch::Tensor& values)
 {
     check_type(values);
-    return RowSums::apply(values.reshape({1, values.numel()})).reshape({});
+    const auto rows = has_contiguous_transpose(values) ? values.t() : values;
+    return RowSums::apply(rows.reshape({1, values.numel()})).reshape({});
 }
 
 torch::Tensor ordered_sum(const torch::Tensor& values, std::int64_t dimension)

@@ -47,11 +47,12 @@ struct Room
 
 constexpr std::array rooms{Room{"1", 0.8, 1.9}, Room{"2", 2.1, 3.3}, Room{"4", 1.2, 6.0}};
 
-std::map<std::string, std::shared_ptr<fresco::Loss>> made_losses(Components& components, const Network& network,
+std::map<std::string, std::shared_ptr<fresco::Loss>> made_losses(Components& components, const Network& network, bool reference,
                                                                  const std::filesystem::path& weights)
 {
     using Map = fresco::Value::Map;
-    const fresco::Value features = Map{{"type", "features.vgg19"}, {"weights", weights.string()}};
+    const fresco::Value features =
+        Map{{"type", "features.vgg19"}, {"weights", weights.string()}, {"convolutions", reference ? "libtorch" : "auto"}};
     fresco::Value::List factors(network.style_weights.begin(), network.style_weights.end());
     std::map<std::string, std::shared_ptr<fresco::Loss>> losses;
     losses["style"] = components.make<fresco::Loss>(Map{{"type", "loss.gram"},
@@ -79,7 +80,7 @@ struct Studio
            const std::filesystem::path& weights)
     {
         at::set_num_threads(settings.threads);
-        losses = made_losses(components, network, weights);
+        losses = made_losses(components, network, reference, weights);
         std::vector<std::shared_ptr<fresco::Loss>> all;
         for (const auto& [name, loss] : losses)
             all.push_back(loss);

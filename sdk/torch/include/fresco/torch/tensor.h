@@ -21,15 +21,15 @@ RasterF to_raster(const torch::Tensor& picture);
 /// C x H x W in [0,1], clamped, rounded to 8 bits.
 Raster8 to_raster8(const torch::Tensor& picture);
 
-/// a (M x K) times b (K x N), float32 or float64, differentiable (once). Runs as a convolution on the CPU, because Debian's
-/// libtorch multiplies matrices with the reference BLAS (5 GFLOP/s against 200). The same bytes for any number of torch threads.
-/// Throws std::invalid_argument for shapes or types that do not fit. Prefer it to at::mm, at::matmul and 1x1 convolutions: torch
-/// chooses the library for those by the number of threads.
+/// a (M x K) times b (K x N), float32 or float64, of any strides, differentiable (once). Float32 on the CPU is multiplied by
+/// multiply_matrices, because Debian's libtorch takes the reference BLAS (5 GFLOP/s against 200). The same bytes for any number
+/// of torch threads. Throws std::invalid_argument for shapes or types that do not fit. Prefer it to at::mm, at::matmul and 1x1
+/// convolutions: torch chooses the library for those by the number of threads.
 torch::Tensor matrix_product(const torch::Tensor& a, const torch::Tensor& b);
 
 /// Sum and mean over all elements (a scalar tensor), or over one dimension; float32 or float64, differentiable. On the CPU summed
-/// in double precision in a fixed order: the same bytes for any number of threads, which at::sum and at::mean do not give. Use
-/// them for every reduction whose result is a loss. The mean of nothing is 0.
+/// in double precision in an order that the shape and the strides fix: the same bytes for any number of threads, which at::sum
+/// and at::mean do not give. Use them for every reduction whose result is a loss. The mean of nothing is 0.
 torch::Tensor ordered_sum(const torch::Tensor& values);
 torch::Tensor ordered_sum(const torch::Tensor& values, std::int64_t dimension);
 torch::Tensor ordered_mean(const torch::Tensor& values);

@@ -1,0 +1,238 @@
+#include "convolution.h"
+
+#include <algorithm>
+#include <array>
+#include <vector>
+
+namespace vgg19
+{
+namespace
+{
+
+constexpr int positions = 36;
+constexpr int side = 4;  ///< Of the outputs of a tile.
+
+int filled_up(int channels)
+{
+    constexpr int multiple = 16;
+    return (channels + multiple - 1) / multiple * multiple;
+}
+
+/// G w Gᵀ: a filter's values at the 36 positions.
+std::array<double, positions> transformed(const std::array<double, 9>& w)
+{
+    const auto six = [](double a, double b, double c) {
+        return std::array<double, 6>{a / 4, -(a + b + c) / 6, -(a - b + c) / 6, a / 24 + b / 12 + c / 6, a / 24 - b / 12 + c / 6,
+                                     c};
+    };
+    std::array<std::array<double, 6>, 3> columns{};
+    for (std::size_t x = 0; x < 3; ++x)
+        columns[x] = six(w[x], w[3 + x], w[6 + x]);
+    std::array<double, positions> result{};
+    for (std::size_t y = 0; y < 6; ++y)
+    {
+        const auto row = six(columns[0][y], columns[1][y], columns[2][y]);
+        std::copy(row.begin(), row.end(), result.begin() + static_cast<std::ptrdiff_t>(6 * y));
+    }
+    return result;
+}
+
+/// The pixel that stands for one beyond the border; -1: zero.
+int beyond_border(int i, int count, Border border)
+{
+    if (i >= 0 && i < count)
+        return i;
+    // Rows of the last tiles that no output needs lie farther out.
+    if (border == Border::zero || i < -1 || i > count)
+        return -1;
+    return count == 1 ? 0 : i < 0 ? 1 : count - 2;
+}
+
+}  // namespace
+
+/// What goes in and out of one run.
+struct Convolution3x3::Job
+{
+    const float* in = nullptr;
+    MapsShape shape;  ///< Of the input.
+    Border border = Border::zero;
+    int origin = 1;  ///< Output y reads the input rows y - origin … y - origin + 2.
+    int height = 0;  ///< Of the output.
+    int width = 0;
+    const float* bias = nullptr;  ///< Null: neither bias nor rectifier.
+    float* out = nullptr;
+    std::uint8_t* masks = nullptr;
+
+    int tiles_x() const { return (width + side - 1) / side; }
+    std::size_t tiles() const
+    {
+        return static_cast<std::size_t>((height + side - 1) / side) * static_cast<std::size_t>(tiles_x());
+    }
+};
+
+const winograd::Kernel& Convolution3x3::fastest_kernel()
+{
+    static const winograd::Kernel& fastest = []() -> const winograd::Kernel&
+    {
+#if defined(__x86_64__)
+        if (winograd::avx512_kernel() != nullptr && __builtin_cpu_supports("avx512f") != 0)
+            return *winograd::avx512_kernel();
+        if (winograd::avx2_kernel() != nullptr && __builtin_cpu_supports("avx2") != 0 && __builtin_cpu_supports("fma") != 0)
+            return *winograd::avx2_kernel();
+#endif
+        return *winograd::base_kernel();
+    }();
+    return fastest;
+}
+
+Convolution3x3::Convolution3x3(int outputs, int inputs, const winograd::Kernel& kernel)
+    : kernel_(&kernel), inputs_(filled_up(inputs)), outputs_(filled_up(outputs)),
+      filters_(std::make_shared<float[]>(static_cast<std::size_t>(positions) * static_cast<std::size_t>(inputs_) *
+                                         static_cast<std::size_t>(outputs_)))
+{
+}
+
+template <class Weight>
+void Convolution3x3::pack(const Weight& weight)
+{
+    const auto inner = static_cast<std::size_t>(inputs_);
+    const auto all = static_cast<std::size_t>(outputs_);
+    const auto panel = static_cast<std::size_t>(kernel_->panel);
+    for (std::size_t output = 0; output < all; ++output)
+    {
+        const std::size_t first = output / panel * panel;
+        const std::size_t width = std::min(panel, all - first);
+        for (std::size_t input = 0; input < inner; ++input)
+        {
+            const auto values = transformed(weight(output, input));
+            for (std::size_t position = 0; position < positions; ++position)
+                filters_[position * inner * all + first * inner + input * width + output - first] =
+                    static_cast<float>(values[position]);
+        }
+    }
+}
+
+Convolution3x3::Convolution3x3(std::span<const float> weights, int outputs, int inputs, const winograd::Kernel& kernel)
+    : Convolution3x3(outputs, inputs, kernel)
+{
+    pack(
+        [&](std::size_t output, std::size_t input)
+        {
+            std::array<double, 9> filter{};
+            if (output < static_cast<std::size_t>(outputs) && input < static_cast<std::size_t>(inputs))
+                std::copy_n(weights.begin() +
+                                static_cast<std::ptrdiff_t>((output * static_cast<std::size_t>(inputs) + input) * 9),
+                            9, filter.begin());
+            return filter;
+        });
+}
+
+Convolution3x3 Convolution3x3::backward(std::span<const float> weights, int outputs, int inputs, const winograd::Kernel& kernel)
+{
+    Convolution3x3 result(inputs, outputs, kernel);
+    result.pack(
+        [&](std::size_t output, std::size_t input)
+        {
+            std::array<double, 9> filter{};
+            if (output < static_cast<std::size_t>(inputs) && input < static_cast<std::size_t>(outputs))
+                std::reverse_copy(
+                    weights.begin() + static_cast<std::ptrdiff_t>((input * static_cast<std::size_t>(inputs) + output) * 9),
+                    weights.begin() + static_cast<std::ptrdiff_t>((input * static_cast<std::size_t>(inputs) + output) * 9 + 9),
+                    filter.begin());
+            return filter;
+        });
+    return result;
+}
+
+void Convolution3x3::rectified(const float* in, MapsShape shape, Border border, const float* bias, float* out,
+                               std::uint8_t* masks, const Parallel& parallel) const
+{
+    run({in, shape, border, 1, shape.height, shape.width, bias, out, masks}, parallel);
+}
+
+void Convolution3x3::plain(const float* in, MapsShape shape, int beyond, float* out, const Parallel& parallel) const
+{
+    run({in, shape, Border::zero, 1 + beyond, shape.height + 2 * beyond, shape.width + 2 * beyond, nullptr, out, nullptr},
+        parallel);
+}
+
+void Convolution3x3::run(const Job& job, const Parallel& parallel) const
+{
+    // Many tiles share a pass over the filters; the values of one block still fit the caches near the core.
+    constexpr std::size_t most = 48;
+    constexpr std::size_t fewest_blocks = 8;
+    const auto rows = static_cast<std::size_t>(kernel_->rows);
+    const std::size_t tiles = job.tiles();
+    const std::size_t share = (tiles + fewest_blocks - 1) / fewest_blocks;
+    const std::size_t block = std::min(most, (share + rows - 1) / rows * rows);
+    parallel((tiles + block - 1) / block,
+             [&](std::size_t begin, std::size_t end)
+             {
+                 for (std::size_t i = begin; i < end; ++i)
+                     run_block(job, i * block, std::min(tiles, (i + 1) * block));
+             });
+}
+
+void Convolution3x3::run_block(const Job& job, std::size_t first, std::size_t last) const
+{
+    const auto inner = static_cast<std::size_t>(inputs_);
+    const auto outer = static_cast<std::size_t>(outputs_);
+    const auto rows = static_cast<std::size_t>(kernel_->rows);
+    const std::size_t count = (last - first + rows - 1) / rows * rows;
+    thread_local std::vector<float> values;
+    thread_local std::vector<float> products;
+    // Not a multiple of a page: a tile's 36 values would all fall into one set of the first-level cache.
+    const std::size_t value_stride = count * inner + 16;
+    const std::size_t product_stride = count * outer + 16;
+    values.resize(std::max(values.size(), positions * value_stride));
+    products.resize(std::max(products.size(), positions * product_stride));
+    const std::vector<float> zeros(inner);
+
+    const auto tiles_x = static_cast<std::size_t>(job.tiles_x());
+    for (std::size_t tile = first; tile < last; ++tile)
+    {
+        const int y0 = static_cast<int>(tile / tiles_x) * side - job.origin;
+        const int x0 = static_cast<int>(tile % tiles_x) * side - job.origin;
+        std::array<const float*, positions> pixels{};
+        for (int i = 0; i < positions; ++i)
+        {
+            const int y = beyond_border(y0 + i / 6, job.shape.height, job.border);
+            const int x = beyond_border(x0 + i % 6, job.shape.width, job.border);
+            pixels[static_cast<std::size_t>(i)] =
+                y < 0 || x < 0 ? zeros.data()
+                               : job.in + (static_cast<std::size_t>(y) * static_cast<std::size_t>(job.shape.width) +
+                                           static_cast<std::size_t>(x)) *
+                                              inner;
+        }
+        kernel_->transform(pixels.data(), inputs_, values.data() + (tile - first) * inner, value_stride);
+    }
+    for (std::size_t position = 0; position < positions; ++position)
+        kernel_->multiply(values.data() + position * value_stride, static_cast<int>(count), inputs_,
+                          filters_.get() + position * inner * outer, outputs_, products.data() + position * product_stride);
+    for (std::size_t tile = first; tile < last; ++tile)
+    {
+        const int y0 = static_cast<int>(tile / tiles_x) * side;
+        const int x0 = static_cast<int>(tile % tiles_x) * side;
+        std::array<float*, side * side> pixels{};
+        std::array<std::uint8_t*, side * side> masks{};
+        for (int i = 0; i < side * side; ++i)
+        {
+            const int y = y0 + i / side;
+            const int x = x0 + i % side;
+            if (y >= job.height || x >= job.width)
+                continue;
+            const std::size_t offset =
+                (static_cast<std::size_t>(y) * static_cast<std::size_t>(job.width) + static_cast<std::size_t>(x)) * outer;
+            pixels[static_cast<std::size_t>(i)] = job.out + offset;
+            masks[static_cast<std::size_t>(i)] = job.masks == nullptr ? nullptr : job.masks + offset;
+        }
+        const float* from = products.data() + (tile - first) * outer;
+        if (job.bias == nullptr)
+            kernel_->transform_back(from, product_stride, outputs_, pixels.data());
+        else
+            kernel_->rectify_back(from, product_stride, outputs_, job.bias, pixels.data(),
+                                  job.masks == nullptr ? nullptr : masks.data());
+    }
+}
+
+}  // namespace vgg19

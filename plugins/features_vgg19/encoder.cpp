@@ -1,0 +1,259 @@
+#include "encoder.h"
+
+#include <fresco/parallel.h>
+
+#include <ATen/Parallel.h>
+#include <ATen/core/grad_mode.h>
+#include <ATen/ops/empty.h>
+#include <ATen/ops/empty_strided.h>
+#include <torch/csrc/autograd/custom_function.h>
+
+#include <algorithm>
+#include <span>
+
+namespace vgg19
+{
+namespace
+{
+
+// at::parallel_for is serial in code that is not compiled with OpenMP.
+void on_all_threads(std::size_t count, const std::function<void(std::size_t, std::size_t)>& work)
+{
+    fresco::parallel_for(count, 1, at::get_num_threads(), work);
+}
+
+std::span<const float> values_of(const torch::Tensor& tensor)
+{
+    return {tensor.data_ptr<float>(), static_cast<std::size_t>(tensor.numel())};
+}
+
+int channels_of(const torch::Tensor& weights, std::int64_t dimension)
+{
+    return static_cast<int>(weights.size(dimension));
+}
+
+/// C x H x W, with the channels innermost in memory.
+torch::Tensor room_for(MapsShape shape, at::ScalarType type)
+{
+    const std::int64_t pixel = shape.channels;
+    return at::empty_strided({pixel, shape.height, shape.width}, {1, shape.width * pixel, pixel}, type);
+}
+
+Border border_of(fresco::weights::Vgg19Padding padding)
+{
+    return padding == fresco::weights::Vgg19Padding::zero ? Border::zero : Border::reflect;
+}
+
+}  // namespace
+
+/// What the way back needs.
+struct CpuEncoder::Tape : torch::CustomClassHolder
+{
+    struct Entry
+    {
+        MapsShape shape;       ///< Of the responses.
+        torch::Tensor mask;    ///< 1 where they are positive.
+        torch::Tensor chosen;  ///< Where the layer's input was pooled from, with max pooling.
+    };
+
+    std::shared_ptr<const CpuEncoder> encoder;
+    std::vector<std::size_t> wanted;
+    std::vector<Entry> entries;  ///< By convolution.
+};
+
+struct CpuEncoder::Function : torch::autograd::Function<CpuEncoder::Function>
+{
+    static torch::autograd::variable_list forward(torch::autograd::AutogradContext* context, const torch::Tensor& picture,
+                                                  const c10::intrusive_ptr<Tape>& tape)
+    {
+        context->set_materialize_grads(false);
+        context->saved_data["tape"] = torch::IValue::make_capsule(tape);
+        return tape->encoder->encode(picture, tape->wanted, tape.get());
+    }
+
+    static torch::autograd::variable_list backward(torch::autograd::AutogradContext* context,
+                                                   const torch::autograd::variable_list& gradients)
+    {
+        const auto capsule = context->saved_data["tape"].toCapsule();
+        const auto& tape = static_cast<const Tape&>(*capsule);
+        return {tape.encoder->gradient(tape, gradients), torch::Tensor()};
+    }
+};
+
+CpuEncoder::CpuEncoder(const std::vector<Convolution>& layers, const fresco::weights::Vgg19Input& input, Pooling pooling)
+    : input_(input), pooling_(pooling)
+{
+    for (const auto& convolution : layers)
+    {
+        auto layer = std::make_unique<Layer>();
+        layer->weights = convolution.weights.to(at::kCPU, at::kFloat).contiguous();
+        const auto bias = convolution.bias.to(at::kCPU, at::kFloat).contiguous();
+        layer->bias.assign(values_of(bias).begin(), values_of(bias).end());
+        layer->pooled = convolution.pooled;
+        layers_.push_back(std::move(layer));
+    }
+}
+
+bool CpuEncoder::takes(const torch::Tensor& picture, const std::vector<Convolution>& layers, std::size_t last)
+{
+    if (!picture.device().is_cpu() || picture.scalar_type() != at::kFloat || picture.dim() != 3)
+        return false;
+    std::int64_t smaller = std::min(picture.size(1), picture.size(2));
+    for (std::size_t i = 0; i <= last; ++i)
+    {
+        smaller /= layers[i].pooled ? 2 : 1;
+        if (layers[i].weights.size(0) % 16 != 0)
+            return false;
+    }
+    return smaller > 0;
+}
+
+const Convolution3x3& CpuEncoder::forward(std::size_t layer) const
+{
+    auto& l = *layers_[layer];
+    std::call_once(l.forward_once,
+                   [&] { l.forward.emplace(values_of(l.weights), channels_of(l.weights, 0), channels_of(l.weights, 1)); });
+    return *l.forward;
+}
+
+const Convolution3x3& CpuEncoder::backward(std::size_t layer) const
+{
+    auto& l = *layers_[layer];
+    std::call_once(l.backward_once,
+                   [&] {
+                       l.backward.emplace(
+                           Convolution3x3::backward(values_of(l.weights), channels_of(l.weights, 0), channels_of(l.weights, 1)));
+                   });
+    return *l.backward;
+}
+
+torch::Tensor CpuEncoder::network_input(const torch::Tensor& picture) const
+{
+    const auto planes = picture.contiguous();
+    const MapsShape shape{static_cast<int>(planes.size(1)), static_cast<int>(planes.size(2)), forward(0).inputs()};
+    auto maps = room_for(shape, at::kFloat).zero_();
+    const auto channels = static_cast<std::size_t>(shape.channels);
+    for (std::size_t channel = 0; channel < 3; ++channel)
+    {
+        const float* from = planes.data_ptr<float>() + (input_.bgr ? 2 - channel : channel) * shape.pixels();
+        float* to = maps.data_ptr<float>() + channel;
+        for (std::size_t i = 0; i < shape.pixels(); ++i)
+            to[i * channels] = static_cast<float>((from[i] * input_.scale - input_.mean[channel]) / input_.deviation[channel]);
+    }
+    return maps;
+}
+
+torch::Tensor CpuEncoder::picture_gradient(GradientView gradient, MapsShape shape) const
+{
+    auto result = at::empty({3, shape.height, shape.width}, at::kFloat);
+    const auto channels = static_cast<std::size_t>(shape.channels);
+    const auto width = static_cast<std::size_t>(shape.width);
+    for (std::size_t channel = 0; channel < 3; ++channel)
+    {
+        float* to = result.data_ptr<float>() + (input_.bgr ? 2 - channel : channel) * shape.pixels();
+        const auto factor = static_cast<float>(input_.scale / input_.deviation[channel]);
+        for (std::size_t y = 0; y < static_cast<std::size_t>(shape.height); ++y)
+            for (std::size_t x = 0; x < width; ++x)
+                to[y * width + x] = factor * gradient.values[y * gradient.row + x * channels + channel];
+    }
+    return result;
+}
+
+std::vector<torch::Tensor> CpuEncoder::encode(const torch::Tensor& picture, const std::vector<std::size_t>& wanted) const
+{
+    if (!picture.requires_grad() || !at::GradMode::is_enabled())
+        return encode(picture, wanted, nullptr);
+    auto tape = c10::make_intrusive<Tape>();
+    tape->encoder = shared_from_this();
+    tape->wanted = wanted;
+    return Function::apply(picture, tape);
+}
+
+std::vector<torch::Tensor> CpuEncoder::encode(const torch::Tensor& picture, const std::vector<std::size_t>& wanted,
+                                              Tape* tape) const
+{
+    std::vector<torch::Tensor> result;
+    auto maps = network_input(picture);
+    MapsShape shape{static_cast<int>(maps.size(1)), static_cast<int>(maps.size(2)), static_cast<int>(maps.size(0))};
+    for (std::size_t i = 0; result.size() < wanted.size(); ++i)
+    {
+        Tape::Entry entry;
+        if (layers_[i]->pooled)
+        {
+            const MapsShape small{shape.height / 2, shape.width / 2, shape.channels};
+            const auto pooled = room_for(small, at::kFloat);
+            if (tape != nullptr && pooling_ == Pooling::max)
+                entry.chosen = room_for(small, at::kByte);
+            pool(maps.data_ptr<float>(), shape, pooling_, pooled.data_ptr<float>(),
+                 entry.chosen.defined() ? entry.chosen.data_ptr<std::uint8_t>() : nullptr, on_all_threads);
+            maps = pooled;
+            shape = small;
+        }
+        const auto& convolution = forward(i);
+        const auto in = maps;
+        const MapsShape in_shape = shape;
+        shape.channels = convolution.outputs();
+        maps = room_for(shape, at::kFloat);
+        entry.shape = shape;
+        if (tape != nullptr)
+            entry.mask = room_for(shape, at::kByte);
+        convolution.rectified(in.data_ptr<float>(), in_shape, border_of(input_.padding), layers_[i]->bias.data(),
+                              maps.data_ptr<float>(), tape != nullptr ? entry.mask.data_ptr<std::uint8_t>() : nullptr,
+                              on_all_threads);
+        if (wanted[result.size()] == i)
+            result.push_back(maps);
+        if (tape != nullptr)
+            tape->entries.push_back(std::move(entry));
+    }
+    return result;
+}
+
+torch::Tensor CpuEncoder::own_gradient(const Tape& tape, const std::vector<torch::Tensor>& of_wanted, std::size_t layer)
+{
+    const auto place = std::find(tape.wanted.begin(), tape.wanted.end(), layer) - tape.wanted.begin();
+    if (place == std::ssize(tape.wanted) || !of_wanted[static_cast<std::size_t>(place)].defined())
+        return {};
+    const auto& given = of_wanted[static_cast<std::size_t>(place)];
+    if (given.permute({1, 2, 0}).is_contiguous())
+        return given;
+    const auto planes = given.contiguous();
+    const auto& shape = tape.entries[layer].shape;
+    auto result = room_for(shape, at::kFloat);
+    from_planes(planes.data_ptr<float>(), shape, result.data_ptr<float>(), on_all_threads);
+    return result;
+}
+
+torch::Tensor CpuEncoder::gradient(const Tape& tape, const std::vector<torch::Tensor>& of_wanted) const
+{
+    const bool reflects = border_of(input_.padding) == Border::reflect;
+    torch::Tensor framed;  // Gradients of the next convolution's input, with a frame where its border was reflected.
+    GradientView of_next;
+    for (std::size_t i = tape.entries.size(); i-- > 0;)
+    {
+        const auto& entry = tape.entries[i];
+        const auto own = own_gradient(tape, of_wanted, i);
+        const float* own_values = own.defined() ? own.data_ptr<float>() : nullptr;
+        const auto gradient = room_for(entry.shape, at::kFloat);
+        const auto* mask = entry.mask.data_ptr<std::uint8_t>();
+        if (i + 1 < tape.entries.size() && layers_[i + 1]->pooled)
+        {
+            const auto& chosen = tape.entries[i + 1].chosen;
+            add_unpooled(entry.shape, own_values, of_next, pooling_, chosen.defined() ? chosen.data_ptr<std::uint8_t>() : nullptr,
+                         mask, gradient.data_ptr<float>(), on_all_threads);
+        }
+        else
+            add_masked(entry.shape, own_values, of_next, mask, gradient.data_ptr<float>(), on_all_threads);
+
+        const auto& convolution = backward(i);
+        const int frame = reflects ? 1 : 0;
+        const MapsShape shape{entry.shape.height + 2 * frame, entry.shape.width + 2 * frame, convolution.outputs()};
+        framed = room_for(shape, at::kFloat);
+        convolution.plain(gradient.data_ptr<float>(), entry.shape, frame, framed.data_ptr<float>(), on_all_threads);
+        of_next = reflects ? folded(framed.data_ptr<float>(), entry.shape.height, entry.shape.width, shape.channels)
+                           : GradientView{framed.data_ptr<float>(),
+                                          static_cast<std::size_t>(shape.width) * static_cast<std::size_t>(shape.channels)};
+    }
+    return picture_gradient(of_next, {tape.entries[0].shape.height, tape.entries[0].shape.width, backward(0).outputs()});
+}
+
+}  // namespace vgg19

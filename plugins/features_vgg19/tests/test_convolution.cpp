@@ -1,0 +1,246 @@
+#include "convolution.h"
+#include "maps.h"
+
+#include <fresco/parallel.h>
+#include <fresco/random.h>
+
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+using namespace vgg19;
+
+namespace
+{
+
+Parallel on_threads(int threads)
+{
+    return [threads](std::size_t count, const auto& work) { fresco::parallel_for(count, 1, threads, work); };
+}
+
+std::vector<float> numbers(std::size_t count, std::uint64_t seed)
+{
+    fresco::Random random(seed);
+    std::vector<float> values(count);
+    for (auto& value : values)
+        value = static_cast<float>(random.uniform() - 0.5);
+    return values;
+}
+
+std::vector<const winograd::Kernel*> kernels_here()
+{
+    std::vector<const winograd::Kernel*> kernels{winograd::base_kernel()};
+#if defined(__x86_64__)
+    if (winograd::avx2_kernel() != nullptr && __builtin_cpu_supports("avx2") != 0 && __builtin_cpu_supports("fma") != 0)
+        kernels.push_back(winograd::avx2_kernel());
+    if (winograd::avx512_kernel() != nullptr && __builtin_cpu_supports("avx512f") != 0)
+        kernels.push_back(winograd::avx512_kernel());
+#endif
+    return kernels;
+}
+
+/// Sums one by one, in double: H x W x C -> (H + 2 beyond) x (W + 2 beyond) x K.
+std::vector<double> summed(const std::vector<float>& in, MapsShape shape, const std::vector<float>& weights, int outputs,
+                           int inputs, Border border, int beyond)
+{
+    const auto place = [&](int i, int count)
+    {
+        if (i >= 0 && i < count)
+            return i;
+        if (border == Border::zero)
+            return -1;
+        return count == 1 ? 0 : i < 0 ? -i : 2 * count - 2 - i;
+    };
+    std::vector<double> out;
+    for (int y = -beyond; y < shape.height + beyond; ++y)
+        for (int x = -beyond; x < shape.width + beyond; ++x)
+            for (int k = 0; k < outputs; ++k)
+            {
+                double sum = 0;
+                for (int j = 0; j < 3; ++j)
+                    for (int i = 0; i < 3; ++i)
+                    {
+                        const int sy = place(y + j - 1, shape.height);
+                        const int sx = place(x + i - 1, shape.width);
+                        for (int c = 0; c < inputs && sy >= 0 && sx >= 0; ++c)
+                            sum +=
+                                static_cast<double>(in[static_cast<std::size_t>((sy * shape.width + sx) * shape.channels + c)]) *
+                                static_cast<double>(weights[static_cast<std::size_t>(((k * inputs + c) * 3 + j) * 3 + i)]);
+                    }
+                out.push_back(sum);
+            }
+    return out;
+}
+
+double largest_difference(const std::vector<float>& a, const std::vector<double>& b)
+{
+    REQUIRE(a.size() == b.size());
+    double worst = 0;
+    for (std::size_t i = 0; i < a.size(); ++i)
+        worst = std::max(worst, std::abs(static_cast<double>(a[i]) - b[i]));
+    return worst;
+}
+
+/// Of sums of `count` products of numbers in [-0.5, 0.5].
+double accuracy(int count)
+{
+    return 2e-6 * std::sqrt(static_cast<double>(count)) + 1e-6;
+}
+
+}  // namespace
+
+TEST_CASE("Every kernel's convolution is the sum over the window, rectified, for every size and border")
+{
+    struct Case
+    {
+        int height, width, inputs, outputs;
+    };
+    for (const auto* kernel : kernels_here())
+        for (const auto [height, width, inputs, outputs] : {Case{1, 1, 16, 16}, Case{1, 7, 16, 32}, Case{2, 2, 3, 48},
+                                                            Case{5, 4, 32, 80}, Case{9, 13, 16, 64}, Case{27, 30, 48, 64}})
+            for (const auto border : {Border::zero, Border::reflect})
+            {
+                INFO(kernel->name << ", " << height << " x " << width << ", " << inputs << " -> " << outputs);
+                const MapsShape shape{height, width, (inputs + 15) / 16 * 16};
+                const auto in = numbers(shape.size(), 1);
+                const auto weights = numbers(static_cast<std::size_t>(9 * inputs * outputs), 2);
+                const auto bias = numbers(static_cast<std::size_t>(outputs), 3);
+                auto expected = summed(in, shape, weights, outputs, inputs, border, 0);
+                for (std::size_t i = 0; i < expected.size(); ++i)
+                    expected[i] = std::max(0.0, expected[i] + static_cast<double>(bias[i % bias.size()]));
+                const Convolution3x3 convolution(weights, outputs, inputs, *kernel);
+                REQUIRE(convolution.outputs() == outputs);
+                std::vector<float> out(expected.size(), -1.0F);
+                std::vector<std::uint8_t> mask(expected.size(), 7);
+                convolution.rectified(in.data(), shape, border, bias.data(), out.data(), mask.data(), on_threads(1));
+                CHECK(largest_difference(out, expected) < accuracy(9 * inputs));
+                bool masks_agree = true;
+                for (std::size_t i = 0; i < out.size(); ++i)
+                    masks_agree = masks_agree && mask[i] == (out[i] > 0 ? 1 : 0);
+                CHECK(masks_agree);
+            }
+}
+
+TEST_CASE("The way back is the transpose of the convolution, with and without a frame")
+{
+    constexpr int inputs = 16;
+    constexpr int outputs = 32;
+    for (const int beyond : {0, 1})
+    {
+        // <conv(a), b> = <a, back(b)>: conv over `a` with zeros round it, read where b is.
+        const MapsShape a_shape{6, 9, inputs};
+        const auto weights = numbers(9 * inputs * outputs, 5);
+        const auto b_shape = MapsShape{a_shape.height - 2 * beyond, a_shape.width - 2 * beyond, outputs};
+        const auto a = numbers(a_shape.size(), 6);
+        const auto b = numbers(b_shape.size(), 7);
+        const auto all = summed(a, a_shape, weights, outputs, inputs, Border::zero, 0);
+        double forward = 0;
+        for (int y = 0; y < b_shape.height; ++y)
+            for (int x = 0; x < b_shape.width; ++x)
+                for (int k = 0; k < outputs; ++k)
+                    forward += all[static_cast<std::size_t>(((y + beyond) * a_shape.width + x + beyond) * outputs + k)] *
+                               static_cast<double>(b[static_cast<std::size_t>((y * b_shape.width + x) * outputs + k)]);
+        const auto back = Convolution3x3::backward(weights, outputs, inputs);
+        std::vector<float> gradient(a_shape.size());
+        back.plain(b.data(), b_shape, beyond, gradient.data(), on_threads(1));
+        double backward = 0;
+        for (std::size_t i = 0; i < a.size(); ++i)
+            backward += static_cast<double>(a[i]) * static_cast<double>(gradient[i]);
+        double size = 0;
+        for (std::size_t i = 0; i < a.size(); ++i)
+            size += std::abs(static_cast<double>(a[i]) * static_cast<double>(gradient[i]));
+        CHECK(std::abs(backward - forward) < 1e-6 * size);
+    }
+}
+
+TEST_CASE("The number of threads does not change a byte")
+{
+    const MapsShape shape{61, 47, 32};
+    const auto in = numbers(shape.size(), 8);
+    const auto weights = numbers(9 * 32 * 64, 9);
+    const std::vector<float> bias(64);
+    const Convolution3x3 convolution(weights, 64, 32);
+    std::vector<float> one(shape.pixels() * 64);
+    auto five = one;
+    convolution.rectified(in.data(), shape, Border::reflect, bias.data(), one.data(), nullptr, on_threads(1));
+    convolution.rectified(in.data(), shape, Border::reflect, bias.data(), five.data(), nullptr, on_threads(5));
+    CHECK(one == five);
+}
+
+TEST_CASE("Planes become maps")
+{
+    const MapsShape shape{7, 11, 16};
+    const auto planes = numbers(shape.size(), 10);
+    std::vector<float> maps(shape.size());
+    from_planes(planes.data(), shape, maps.data(), on_threads(2));
+    bool equal = true;
+    for (std::size_t pixel = 0; pixel < shape.pixels(); ++pixel)
+        for (std::size_t channel = 0; channel < 16; ++channel)
+            equal = equal && maps[pixel * 16 + channel] == planes[channel * shape.pixels() + pixel];
+    CHECK(equal);
+}
+
+TEST_CASE("Pooling and its way back, by hand, with an odd row and column")
+{
+    // Channel 0 of 3 x 5 pixels; the other channels are 0.
+    const std::vector<float> values{1, 5, 2, 2, 9, 4, 3, 2, 2, 9, 9, 9, 9, 9, 9};
+    const MapsShape shape{3, 5, 16};
+    std::vector<float> maps(shape.size());
+    for (std::size_t i = 0; i < values.size(); ++i)
+        maps[i * 16] = values[i];
+    const std::vector<std::uint8_t> mask(shape.size(), 1);
+    std::vector<float> of_next(2 * 16);
+    of_next[0] = 8;
+    of_next[16] = 4;
+    const auto back = [&](Pooling pooling, const std::uint8_t* chosen)
+    {
+        const std::vector<float> own(shape.size(), 1.0F);
+        std::vector<float> gradient(shape.size());
+        add_unpooled(shape, own.data(), {of_next.data(), 32}, pooling, chosen, mask.data(), gradient.data(), on_threads(1));
+        std::vector<float> first;
+        for (std::size_t i = 0; i < values.size(); ++i)
+            first.push_back(gradient[i * 16]);
+        return first;
+    };
+
+    std::vector<float> pooled(2 * 16);
+    std::vector<std::uint8_t> chosen(2 * 16);
+    pool(maps.data(), shape, Pooling::max, pooled.data(), chosen.data(), on_threads(1));
+    CHECK((pooled[0] == 5 && pooled[16] == 2));
+    CHECK((chosen[0] == 1 && chosen[16] == 0));
+    CHECK(back(Pooling::max, chosen.data()) == std::vector<float>{1, 9, 5, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1});
+
+    pool(maps.data(), shape, Pooling::average, pooled.data(), nullptr, on_threads(1));
+    CHECK((pooled[0] == 3.25F && pooled[16] == 2));
+    CHECK(back(Pooling::average, nullptr) == std::vector<float>{3, 3, 2, 2, 1, 3, 3, 2, 2, 1, 1, 1, 1, 1, 1});
+}
+
+TEST_CASE("A frame's gradients go where the reflection took its values from, and masks stop what was not positive")
+{
+    const MapsShape shape{2, 3, 16};
+    std::vector<float> framed(4 * 5 * 16);
+    for (std::size_t i = 0; i < 20; ++i)
+        framed[i * 16] = static_cast<float>(1U << i);
+    const auto view = folded(framed.data(), 2, 3, 16);
+    std::vector<std::uint8_t> mask(shape.size(), 1);
+    mask[4 * 16] = 0;
+    std::vector<float> gradient(shape.size());
+    add_masked(shape, nullptr, view, mask.data(), gradient.data(), on_threads(1));
+    // Rows of 2^0 … 2^4 and so on; the frame's row 0 is the picture's row 1, its column 0 the picture's column 1.
+    const auto bits = [](std::initializer_list<int> list)
+    {
+        float sum = 0;
+        for (const int bit : list)
+            sum += static_cast<float>(1U << static_cast<unsigned>(bit));
+        return sum;
+    };
+    CHECK(gradient[0] == bits({6, 16}));
+    CHECK(gradient[16] == bits({7, 17, 5, 15, 9, 19}));
+    CHECK(gradient[32] == bits({8, 18}));
+    CHECK(gradient[48] == bits({11, 1}));
+    CHECK(gradient[64] == 0);
+    CHECK(gradient[80] == bits({13, 3}));
+}

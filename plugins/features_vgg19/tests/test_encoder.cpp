@@ -1,0 +1,112 @@
+#include "vgg19.h"
+
+#include <fresco/random.h>
+
+#include <ATen/ATen.h>
+#include <ATen/Parallel.h>
+#include <torch/csrc/autograd/autograd.h>
+
+#include <catch2/catch.hpp>
+
+#include <cmath>
+
+namespace
+{
+
+torch::Tensor numbers(std::vector<std::int64_t> shape, double scale, std::uint64_t seed)
+{
+    fresco::Random random(seed);
+    auto values = at::empty(shape, at::kFloat);
+    for (std::int64_t i = 0; i < values.numel(); ++i)
+        values.data_ptr<float>()[i] = static_cast<float>(scale * (random.uniform() - 0.5));
+    return values;
+}
+
+/// conv1_1 .. conv3_1 in VGG's shapes.
+std::vector<vgg19::Convolution> layers()
+{
+    struct Shape
+    {
+        const char* name;
+        std::int64_t outputs;
+        std::int64_t inputs;
+        bool pooled;
+    };
+    std::vector<vgg19::Convolution> result;
+    for (const auto& [name, outputs, inputs, pooled] :
+         {Shape{"relu1_1", 64, 3, false}, Shape{"relu1_2", 64, 64, false}, Shape{"relu2_1", 128, 64, true},
+          Shape{"relu2_2", 128, 128, false}, Shape{"relu3_1", 256, 128, true}})
+        result.push_back({name, numbers({outputs, inputs, 3, 3}, 2 / std::sqrt(static_cast<double>(inputs)), result.size()),
+                          numbers({outputs}, 0.2, 10 + result.size()), pooled});
+    return result;
+}
+
+torch::Tensor picture(std::int64_t height, std::int64_t width)
+{
+    return numbers({3, height, width}, 1, 77) + 0.5;
+}
+
+/// A sum that weighs every response otherwise, and its gradient.
+torch::Tensor gradient_of(const std::vector<torch::Tensor>& maps, const torch::Tensor& picture)
+{
+    auto sum = at::zeros({}, maps[0].options());
+    for (std::size_t i = 0; i < maps.size(); ++i)
+        sum = sum + (maps[i] * numbers(maps[i].sizes().vec(), 1, 100 + i).to(maps[i].options())).sum();
+    return torch::autograd::grad({sum}, {picture})[0];
+}
+
+double relative_difference(const torch::Tensor& a, const torch::Tensor& b)
+{
+    const auto wide = b.to(at::kDouble);
+    return (a.to(at::kDouble) - wide).norm().item<double>() / wide.norm().item<double>();
+}
+
+}  // namespace
+
+TEST_CASE("The fast way and its gradient agree with libtorch's convolutions in double")
+{
+    const std::vector<std::string> names{"relu1_1", "relu2_2", "relu3_1"};
+    for (const auto& format : {fresco::weights::caffe_input(), fresco::weights::torchvision_input()})
+        for (const auto pooling : {vgg19::Pooling::max, vgg19::Pooling::average})
+        {
+            const vgg19::Vgg19 network(layers(), format, pooling);
+            // Odd sizes: the last row and column are not pooled.
+            const auto fast_picture = picture(37, 51).set_requires_grad(true);
+            const auto slow_picture = fast_picture.detach().to(at::kDouble).set_requires_grad(true);
+            const auto fast = network.encode(fast_picture, names);
+            const auto slow = network.encode_generally(slow_picture, names);
+            for (std::size_t i = 0; i < names.size(); ++i)
+            {
+                REQUIRE(fast[i].sizes() == slow[i].sizes());
+                CHECK(relative_difference(fast[i], slow[i]) < 3e-6);
+            }
+            CHECK(relative_difference(gradient_of(fast, fast_picture), gradient_of(slow, slow_picture)) < 1e-4);
+        }
+}
+
+TEST_CASE("A layer that nobody asks a gradient of gives none")
+{
+    const vgg19::Vgg19 network(layers(), fresco::weights::caffe_input(), vgg19::Pooling::max);
+    const auto fast_picture = picture(16, 20).set_requires_grad(true);
+    const auto slow_picture = fast_picture.detach().to(at::kDouble).set_requires_grad(true);
+    const auto fast = network.encode(fast_picture, {"relu1_1", "relu3_1"});
+    const auto slow = network.encode_generally(slow_picture, {"relu1_1", "relu3_1"});
+    for (const std::size_t i : {std::size_t{0}, std::size_t{1}})
+    {
+        const auto own = torch::autograd::grad({fast[i].sum()}, {fast_picture}, {}, true)[0];
+        CHECK(relative_difference(own, torch::autograd::grad({slow[i].sum()}, {slow_picture}, {}, true)[0]) < 1e-4);
+    }
+}
+
+TEST_CASE("Features do not depend on the order of names, on a gradient being wanted, or on the threads")
+{
+    const vgg19::Vgg19 network(layers(), fresco::weights::caffe_input(), vgg19::Pooling::max);
+    const int threads = at::get_num_threads();
+    const auto one_picture = picture(40, 30);
+    const auto plain = network.encode(one_picture, {"relu3_1", "relu1_2"});
+    at::set_num_threads(threads == 1 ? 3 : 1);
+    const auto others = network.encode(one_picture.clone().set_requires_grad(true), {"relu1_2", "relu3_1"});
+    at::set_num_threads(threads);
+    CHECK(plain[0].equal(others[1]));
+    CHECK(plain[1].equal(others[0]));
+}

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace winograd
+{
+
+/// The inner loops for one kind of processor: of the minimal filtering F(4x4, 3x3) (Winograd 1980; Lavin and Gray, CVPR 2016,
+/// section 4.1), and of what lies between two convolutions. A tile of 6 x 6 inputs becomes 36 transformed values, each multiplied
+/// with the filter's at the same position, and these become 4 x 4 outputs: a quarter of the direct way's multiplications.
+/// Channels are innermost and multiples of 16.
+struct Kernel
+{
+    const char* name;
+    int panel;  ///< Outputs that lie side by side in packed filters.
+    int rows;   ///< Tiles are multiplied so many at once.
+
+    /// 36 pixels, row by row, each with `channels` values -> out[position * stride + channel].
+    void (*transform)(const float* const* pixels, int channels, float* out, std::size_t stride);
+
+    /// Products for one position: tiles x inner values by filters -> tiles x outputs. `tiles` is a multiple of `rows`; the
+    /// filters are packed as panels of inner x (panel, or what is left) values.
+    void (*multiply)(const float* values, int tiles, int inner, const float* filters, int outputs, float* products);
+
+    /// in[position * stride + channel] -> 16 pixels; null pixels are left out.
+    void (*transform_back)(const float* in, std::size_t stride, int channels, float* const* pixels);
+
+    /// The same, plus bias, rectified; masks become 1 where the response is positive. `masks` may be null.
+    void (*rectify_back)(const float* in, std::size_t stride, int channels, const float* bias, float* const* pixels,
+                         std::uint8_t* const* masks);
+
+    /// The largest of four pixels, two side by side in `upper` and two in `lower`; `chosen`, unless null: which of them, row by
+    /// row, the first of equal ones.
+    void (*pool)(const float* upper, const float* lower, int channels, float* out, std::uint8_t* chosen);
+    /// out = from where chosen is `number`, else 0.
+    void (*unpool)(const float* from, const std::uint8_t* chosen, std::uint8_t number, int channels, float* out);
+    /// out = a + b where mask is 1, else 0; one of a and b may be null.
+    void (*mask_sum)(const float* a, const float* b, const std::uint8_t* mask, std::size_t count, float* out);
+};
+
+/// For any processor, and for x86-64 ones with AVX2 and FMA, and with AVX-512; null where the compiler cannot make them.
+const Kernel* base_kernel();
+const Kernel* avx2_kernel();
+const Kernel* avx512_kernel();
+
+}  // namespace winograd

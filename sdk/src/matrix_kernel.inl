@@ -1,0 +1,45 @@
+// The loop of matrix_kernel.h with vectors of FRESCO_LANES floats. Compiled several times for other processors, so that it must
+// not use anything inline from elsewhere: the linker might take this copy for all.
+
+#include "matrix_kernel.h"
+
+namespace fresco::matrix
+{
+namespace
+{
+
+constexpr std::size_t lanes = FRESCO_LANES;
+constexpr std::size_t vectors = FRESCO_PANEL_VECTORS;
+constexpr std::size_t rows = 6;
+
+typedef float Vector __attribute__((vector_size(lanes * 4), aligned(4), may_alias));
+
+void multiply(const float* a, const float* b, std::size_t inner, float* c, std::size_t stride)
+{
+    Vector sums[rows][vectors] = {};
+    for (std::size_t k = 0; k < inner; ++k)
+    {
+        Vector panel[vectors];
+        for (std::size_t v = 0; v < vectors; ++v)
+            panel[v] = *reinterpret_cast<const Vector*>(b + (k * vectors + v) * lanes);
+        for (std::size_t row = 0; row < rows; ++row)
+        {
+            const float value = a[k * rows + row];
+            for (std::size_t v = 0; v < vectors; ++v)
+                sums[row][v] += panel[v] * value;
+        }
+    }
+    for (std::size_t row = 0; row < rows; ++row)
+        for (std::size_t v = 0; v < vectors; ++v)
+            *reinterpret_cast<Vector*>(c + row * stride + v * lanes) += sums[row][v];
+}
+
+}  // namespace
+
+const Kernel* FRESCO_KERNEL()
+{
+    static constexpr Kernel kernel{FRESCO_KERNEL_NAME, rows, vectors * lanes, multiply};
+    return &kernel;
+}
+
+}  // namespace fresco::matrix

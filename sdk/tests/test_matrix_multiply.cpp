@@ -1,0 +1,107 @@
+#include "../src/matrix_kernel.h"
+
+#include <fresco/matrix_multiply.h>
+#include <fresco/random.h>
+
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <stdexcept>
+#include <vector>
+
+namespace
+{
+
+std::vector<float> numbers(std::size_t count, std::uint64_t seed)
+{
+    fresco::Random random(seed);
+    std::vector<float> values(count);
+    for (auto& value : values)
+        value = static_cast<float>(random.uniform() - 0.5);
+    return values;
+}
+
+double at(const fresco::MatrixView& m, std::size_t row, std::size_t column)
+{
+    return static_cast<double>(
+        m.values[static_cast<std::ptrdiff_t>(row) * m.row_stride + static_cast<std::ptrdiff_t>(column) * m.column_stride]);
+}
+
+double largest_error(const fresco::MatrixView& a, const fresco::MatrixView& b, const std::vector<float>& c)
+{
+    double worst = 0;
+    for (std::size_t row = 0; row < a.rows; ++row)
+        for (std::size_t column = 0; column < b.columns; ++column)
+        {
+            double sum = 0;
+            for (std::size_t k = 0; k < a.columns; ++k)
+                sum += at(a, row, k) * at(b, k, column);
+            worst = std::max(worst, std::abs(sum - static_cast<double>(c[row * b.columns + column])));
+        }
+    return worst;
+}
+
+}  // namespace
+
+TEST_CASE("A product of matrices is the triple loop's, for every order in memory and any number of threads")
+{
+    struct Shape
+    {
+        std::size_t m, k, n;
+    };
+    for (const auto [m, k, n] :
+         {Shape{1, 1, 1}, Shape{7, 300, 65}, Shape{97, 5, 257}, Shape{64, 8193, 64}, Shape{3, 20'000, 2}, Shape{200, 64, 300}})
+        for (const bool a_turned : {false, true})
+            for (const bool b_turned : {false, true})
+            {
+                CAPTURE(m, k, n, a_turned, b_turned);
+                const auto a_values = numbers(m * k, 1);
+                const auto b_values = numbers(k * n, 2);
+                const auto wide = [](std::size_t i) { return static_cast<std::ptrdiff_t>(i); };
+                const fresco::MatrixView a{a_values.data(), m, k, a_turned ? 1 : wide(k), a_turned ? wide(m) : 1};
+                const fresco::MatrixView b{b_values.data(), k, n, b_turned ? 1 : wide(n), b_turned ? wide(k) : 1};
+                std::vector<float> one(m * n, 7.0F);
+                std::vector<float> three(m * n, 8.0F);
+                fresco::multiply_matrices(a, b, one.data(), 1);
+                fresco::multiply_matrices(a, b, three.data(), 3);
+                CHECK(largest_error(a, b, one) < 1e-6 * std::sqrt(static_cast<double>(k)) + 1e-6);
+                CHECK(one == three);
+            }
+}
+
+TEST_CASE("A product over nothing is zero, and shapes that do not fit are refused")
+{
+    const float value = 3;
+    std::vector<float> c(4, 1.0F);
+    fresco::multiply_matrices({&value, 2, 0, 0, 1}, {&value, 0, 2, 2, 1}, c.data(), 1);
+    CHECK(c == std::vector<float>(4));
+    fresco::multiply_matrices({&value, 0, 5, 5, 1}, {&value, 5, 0, 0, 1}, nullptr, 2);
+    CHECK_THROWS_AS(fresco::multiply_matrices({&value, 1, 2, 2, 1}, {&value, 1, 1, 1, 1}, c.data(), 1), std::invalid_argument);
+}
+
+TEST_CASE("Every processor's kernel adds the sum of its products")
+{
+    using namespace fresco::matrix;
+    std::vector<const Kernel*> kernels{base_kernel(), &fastest_kernel()};
+#if defined(__x86_64__)
+    if (avx2_kernel() != nullptr && __builtin_cpu_supports("avx2") != 0 && __builtin_cpu_supports("fma") != 0)
+        kernels.push_back(avx2_kernel());
+#endif
+    for (const auto* kernel : kernels)
+    {
+        constexpr std::size_t inner = 5;
+        const auto a = numbers(inner * kernel->rows, 3);
+        const auto b = numbers(inner * kernel->columns, 4);
+        const std::size_t stride = kernel->columns + 3;
+        std::vector<float> c(kernel->rows * stride, 1.0F);
+        kernel->multiply(a.data(), b.data(), inner, c.data(), stride);
+        for (std::size_t row = 0; row < kernel->rows; ++row)
+            for (std::size_t column = 0; column < stride; ++column)
+            {
+                double sum = 1;
+                for (std::size_t k = 0; k < inner && column < kernel->columns; ++k)
+                    sum += static_cast<double>(a[k * kernel->rows + row]) * static_cast<double>(b[k * kernel->columns + column]);
+                CHECK(static_cast<double>(c[row * stride + column]) == Approx(sum).margin(1e-6));
+            }
+    }
+}

@@ -35,6 +35,7 @@ class EvaluateCircles final : public Stage
                                "Folder of pictures made elsewhere (<sequence>_<frame>.png or .jpg), in place of port 'views'"};
     Option<std::string> protocol{this, "protocol", "paper", one_of({"paper", "released"}),
                                  "paper: all circles together; released: what the authors' script measures"};
+    Option<int> every{this, "every", 1, range(1, 1'000'000), "Measure every n-th picture only"};
     Option<bool> overlay_pictures{this, "overlay", false, "Write circles/<sequence>_<frame>.png: each picture with its ellipses"};
     Option<int> bootstrap_count{this, "bootstrap_count", 2000, range(100, 1'000'000), "Resamples behind the 95 % intervals"};
     Option<int> seed{this, "seed", 1, range(0, 2'000'000'000), "Seed of the resampling"};
@@ -157,7 +158,8 @@ class EvaluateCircles final : public Stage
     {
         const Mesh& shown =
             evaluation::shown_mesh(textured_mesh.has_value() ? &*textured_mesh : nullptr, mesh.has_value() ? &*mesh : nullptr);
-        const auto pictures = evaluation::posed_pictures(*frames, views.has_value() ? &*views : nullptr, folder->path, run);
+        auto pictures = evaluation::posed_pictures(*frames, views.has_value() ? &*views : nullptr, folder->path, run);
+        std::erase_if(pictures, [&, i = 0](const PosedPicture&) mutable { return i++ % *every != 0; });
         if (*overlay_pictures)
             std::filesystem::create_directories(figures.folder().path / "circles");
         const raycast::Scene scene(shown);

@@ -19,6 +19,7 @@ struct Gap
     std::string name;
     long length = 0;
     std::vector<FramePair> pairs;
+    std::size_t without_target = 0;  ///< Pictures.
     std::vector<PairFigures> figures;
 };
 
@@ -39,6 +40,7 @@ class EvaluateReprojection final : public Stage
                          "The same for the long range; 0: 20 recorded numbers (paper), 10 list positions (released)"};
     Option<int> height_px{this, "height_px", 0, range(0, 8192),
                           "Height at which is measured; 0: the pictures' own (paper), 256 (released)"};
+    Option<int> every{this, "every", 1, range(1, 1'000'000), "Measure the pairs of every n-th picture only"};
     Option<double> min_covisible{this, "min_covisible", 0.2, range(0, 1),
                                  "Drop pairs that have a smaller share of co-visible pixels"};
     Option<std::string> floor{this, "floor", "auto", one_of({"auto", "texture", "picture"}),
@@ -87,20 +89,14 @@ class EvaluateReprojection final : public Stage
         for (const PosedPicture& picture : pictures)
             places.push_back({frames->frames[picture.frame].sequence, frames->frames[picture.frame].number});
         const bool paper = rules() == Protocol::paper;
-        std::array<Gap, 2> result{Gap{"short",
-                                      *short_gap > 0 ? *short_gap
-                                      : paper        ? 2
-                                                     : 1,
-                                      {},
-                                      {}},
-                                  Gap{"long",
-                                      *long_gap > 0 ? *long_gap
-                                      : paper       ? 20
-                                                    : 10,
-                                      {},
-                                      {}}};
+        const long near = *short_gap > 0 ? *short_gap : paper ? 2 : 1;
+        const long far = *long_gap > 0 ? *long_gap : paper ? 20 : 10;
+        std::array<Gap, 2> result{Gap{"short", near, {}, 0, {}}, Gap{"long", far, {}, 0, {}}};
         for (Gap& gap : result)
+        {
             gap.pairs = frame_pairs(places, gap.length, rules());
+            gap.without_target = pictures.size() - gap.pairs.size();
+        }
         if (result[0].pairs.empty() && result[1].pairs.empty())
             throw Error("among the " + std::to_string(pictures.size()) + " frames with a picture none has another " +
                         std::to_string(result[0].length) + " or " + std::to_string(result[1].length) +
@@ -108,6 +104,8 @@ class EvaluateReprojection final : public Stage
                              ? " recorded numbers later (the smallest difference is " + std::to_string(smallest_gap(places)) + ")"
                              : " list positions away") +
                         ": set short_gap and long_gap, or render more frames");
+        for (Gap& gap : result)
+            std::erase_if(gap.pairs, [&](const FramePair& pair) { return pair.source % static_cast<std::size_t>(*every) != 0; });
         return result;
     }
 
@@ -154,7 +152,7 @@ class EvaluateReprojection final : public Stage
                          {"pairs", all.kept},
                          {"dropped_pairs", all.dropped},
                          {"flat_pairs", all.flat},
-                         {"frames_without_target", pictures.size() - gap.pairs.size()},
+                         {"frames_without_target", gap.without_target},
                          {"invalid", all.invalid}};
         for (const auto& [key, figure] :
              {std::pair{"value", &all.value}, std::pair{"floor", &all.floor}, std::pair{"sharpness", &all.sharpness},
@@ -167,7 +165,7 @@ class EvaluateReprojection final : public Stage
             run.report(gap.name + "_" + key, value);
         run.message(gap.name + ": " + std::to_string(all.kept) + " pairs " + std::to_string(gap.length) + " apart, " +
                     std::to_string(all.dropped) + " dropped (too little in common), " +
-                    std::to_string(pictures.size() - gap.pairs.size()) + " frames without a target");
+                    std::to_string(gap.without_target) + " frames without a target");
         if (all.kept == 0)
             run.warning("the " + gap.name + " range has no pair: its figures are undefined");
         else if (all.invalid)
@@ -196,7 +194,8 @@ class EvaluateReprojection final : public Stage
                           {"unit", paper ? "mean absolute difference, 0 to 1" : "mean squared difference, 0 to 255"},
                           {"gap_unit", paper ? "recorded frame numbers" : "list positions"},
                           {"floor_of", paint ? "texture" : "picture"},
-                          {"pictures", pictures.size()}};
+                          {"pictures", pictures.size()},
+                          {"every", *every}};
         for (const auto& [key, value] : result)
             run.report(key, value);
         for (const Gap& gap : all)

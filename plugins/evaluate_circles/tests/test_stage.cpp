@@ -95,6 +95,13 @@ TEST_CASE("the stage measures the circles of renders, and draws them")
     CHECK(run.reported.at("corr_2d") == figures.at("corr_2d"));
     CHECK(std::ranges::any_of(run.messages, [](const auto& line) { return line.starts_with("Corr2D -0.8"); }));
 
+    testing::TemporaryFolder half;
+    testing::TestRun every_second;
+    const Value fewer = parse_json(
+        read_text_file(recording.judge(Value::Map{{"every", 2}}, every_second, half.path()).loaded_from / "circles.json"));
+    CHECK(fewer.at("pictures").as_int() == 1);
+    CHECK(fewer.at("circles").as_int() == 3);
+
     testing::TemporaryFolder again;
     testing::TestRun one(1);
     const Files same = recording.judge(Value::Map{{"overlay", true}}, one, again.path());

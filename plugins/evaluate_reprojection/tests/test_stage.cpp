@@ -104,6 +104,19 @@ TEST_CASE("the stage judges renders by gaps in recorded numbers")
     CHECK(std::ranges::any_of(run.messages, [](const auto& line) { return line.starts_with("short value 0.0"); }));
 }
 
+TEST_CASE("every n-th picture's pairs are those of the whole run")
+{
+    const Recording recording;
+    testing::TestRun run;
+    const Value all = parse_json(recording.judge(kitchen_gaps, recording.rendered(), run));
+    Value options = kitchen_gaps;
+    options.set("every", 2);
+    const Value some = parse_json(recording.judge(options, recording.rendered(), run));
+    CHECK(some.at("short").at("pairs").as_int() == 3);
+    CHECK(some.at("short").at("frames_without_target").as_int() == 1);
+    CHECK(some.at("short").at("pair_figures").as_list()[1] == all.at("short").at("pair_figures").as_list()[2]);
+}
+
 TEST_CASE("the figures have the same bytes for any number of threads")
 {
     const Recording recording;

@@ -1,12 +1,16 @@
 #!/usr/bin/env python3
 """The paper's ablation, shortened: only 2D, angle, angle and depth, on one scan with one schedule.
 
-Needs a built fresco. Every run is a pipeline over the preset of its mode; what runs share is stored once. Prints a table with
-95 % bootstrap intervals over pictures and says where an order holds: only where intervals do not overlap.
+Needs a built fresco. Every run is a pipeline over the preset of its mode, by the style loss alone; what runs share is stored once.
+Prints a table with 95 % bootstrap intervals over pictures and says where an order holds: only where intervals do not overlap.
+Writes OUT/pictures.html: the same views in all modes, side by side.
 """
 
 import argparse
+import concurrent.futures
+import html
 import json
+import os
 import pathlib
 import subprocess
 import sys
@@ -20,9 +24,7 @@ PIPELINE = """version: 1
 base: {base}
 vars: {{data: {data}, picture: {picture}, weights: {weights}}}
 stages:
-  scan: {{type: scan.seven_scenes, path: "${{data}}"}}
-  training: {{type: scan.seven_scenes, path: "${{data}}", every: {every}}}
-  frames: {{type: frames.sharpest, input: training}}
+{scan}
   mesh: {{max_faces: {faces}}}
   atlas: {{size_px: {size}}}
   texture:
@@ -45,11 +47,22 @@ stages:
     input: {{views: views, frames: scan, textured_mesh: bake}}
     short_gap: {short}
     long_gap: {long}
+    every: 4
 """
+
+RECORDED = """  scan: {{type: scan.seven_scenes, path: "${{data}}"}}
+  training: {{type: scan.seven_scenes, path: "${{data}}", every: {every}}}
+  frames: {{type: frames.sharpest, input: training}}"""
+
+# Looked along, the room is 6 m deep and more.
+GENERATED = """  scan: {{type: scan.synthetic_room, length_m: 7.5, width_m: 4, frames_count: 60, keep_unseen: true}}
+  frames: {{type: frames.sharpest, input: scan, max_frames: 30}}
+  mesh: {{input: scan}}"""
 
 CIRCLES = """  circles:
     type: evaluate.circles
     input: {views: views, frames: scan, textured_mesh: bake}
+    every: 2
 """
 
 
@@ -57,16 +70,18 @@ def quoted(path):
     return json.dumps(str(pathlib.Path(path).resolve()))
 
 
-def run(options, mode, picture, seed):
-    out = options.out / f"{mode.replace(' ', '_')}-{picture.stem}-{seed}"
-    out.mkdir(parents=True, exist_ok=True)
+def has_circles(picture):
+    return "circle" in picture.stem
+
+
+def pipeline(options, mode, picture, seed):
     layers = [layer.strip() for layer in options.layers.split(",")]
     text = PIPELINE.format(
         base=quoted(ROOT / "pipelines/presets" / (MODES[mode] + ".yaml")),
-        data=quoted(options.scan),
+        data=quoted(options.scan or "."),
         picture=quoted(picture),
         weights=quoted(options.weights),
-        every=options.every,
+        scan=(RECORDED if options.scan else GENERATED).format(every=options.every),
         faces=options.faces,
         size=options.size,
         theta_d=options.theta_d,
@@ -81,19 +96,23 @@ def run(options, mode, picture, seed):
         short=options.short_gap,
         long=options.long_gap,
     )
-    if "circle" in picture.stem:
-        text += CIRCLES
-    (out / "pipeline.yaml").write_text(text)
+    return text + (CIRCLES if has_circles(picture) else "")
+
+
+def run(options, mode, picture, seed):
+    out = options.out / f"{mode.replace(' ', '_')}-{picture.stem}-{seed}"
+    out.mkdir(parents=True, exist_ok=True)
+    (out / "pipeline.yaml").write_text(pipeline(options, mode, picture, seed))
     begin = time.time()
+    cores = max(1, options.cores // options.jobs)
+    command = [options.fresco, "run", out / "pipeline.yaml", "--out", out, "--store", options.out / "store", "--cores", str(cores)]
     with open(out / "log.txt", "w") as log:
-        code = subprocess.run(
-            [options.fresco, "run", out / "pipeline.yaml", "--out", out, "--store", options.out / "store"], stdout=log, stderr=log
-        ).returncode
+        code = subprocess.run(command, stdout=log, stderr=log).returncode
     if code:
-        sys.exit((out / "log.txt").read_text()[-3000:] + f"\n{mode}, {picture.name}, seed {seed}: exit code {code}")
+        raise RuntimeError((out / "log.txt").read_text()[-3000:] + f"\n{mode}, {picture.name}, seed {seed}: exit code {code}")
     print(f"{mode}, {picture.name}, seed {seed}: {time.time() - begin:.0f} s", flush=True)
     figures = {"reprojection": json.loads((out / "reprojection.json").read_text())}
-    if (out / "circles.json").exists():
+    if has_circles(picture):
         figures["circles"] = json.loads((out / "circles.json").read_text())
     return figures
 
@@ -107,6 +126,19 @@ def rows(figures):
     for gap in ("short", "long"):
         for key in ("value", "floor", "sharpness", "headline"):
             yield f"{gap} {key}", figures["reprojection"][gap][key]
+
+
+def over_seeds(runs):
+    """Of the same mode and picture: the mean of the values, and intervals that hold all of them."""
+    merged = {}
+    for name, _ in rows(runs[0]):
+        known = [figure for figure in (dict(rows(one))[name] for one in runs) if figure["value"] is not None]
+        merged[name] = {
+            "value": sum(f["value"] for f in known) / len(known) if known else None,
+            "low": min((f["low"] for f in known), default=None),
+            "high": max((f["high"] for f in known), default=None),
+        }
+    return merged
 
 
 def cell(figure):
@@ -125,46 +157,82 @@ def order(figures):
     return ", ".join(said) or "not distinguishable"
 
 
-def table(title, results):
+def table(title, merged, runs):
     print(f"\n{title}")
-    names = [name for name, _ in rows(next(iter(results.values())))]
-    values = {mode: dict(rows(figures)) for mode, figures in results.items()}
-    for name in names:
-        figures = {mode: values[mode][name] for mode in results}
-        print(f"  {name:16}" + "".join(f"{cell(figures[mode]):36}" for mode in results) + order(figures))
+    for name in next(iter(merged.values())):
+        figures = {mode: merged[mode][name] for mode in merged}
+        print(f"  {name:16}" + "".join(f"{cell(figures[mode]):36}" for mode in merged) + order(figures))
+    if all("circles" in one for several in runs.values() for one in several):
+        counts = {mode: [one["circles"]["circles"] for one in several] for mode, several in runs.items()}
+        print("  circles         " + "".join(f"{' + '.join(map(str, counts[mode])):36}" for mode in merged))
 
 
-def main():
+def pictures_page(options, modes):
+    """One row for each picture and view, one column for each mode."""
+    lines = ["<!doctype html><meta charset=utf-8><title>Ablation</title><style>body{font:14px sans-serif}img{width:32vw}</style>"]
+    for picture in options.picture:
+        folders = [options.out / f"{mode.replace(' ', '_')}-{picture.stem}-0" for mode in modes]
+        lines.append(f"<h2>{html.escape(picture.name)}: {html.escape(' | '.join(modes))}</h2>")
+        views = sorted((folders[0] / "views").glob("*.png"))
+        for view in views[:: max(1, len(views) // 6)]:
+            lines.append("<div>")
+            for folder in folders:
+                lines.append(f"<img loading=lazy src='{html.escape(os.path.relpath(folder / 'views' / view.name, options.out))}'>")
+            lines.append("</div>")
+    (options.out / "pictures.html").write_text("\n".join(lines) + "\n")
+
+
+def arguments():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--scan", required=True, type=pathlib.Path, help="folder in the layout of 7-Scenes")
+    parser.add_argument("--scan", type=pathlib.Path, help="folder in the layout of 7-Scenes; none: a generated room of 7.5 m")
     parser.add_argument("--weights", required=True, type=pathlib.Path, help="VGG-19")
     parser.add_argument("--picture", required=True, type=pathlib.Path, action="append", help="a name with 'circle' is measured as such")
     parser.add_argument("--seeds", type=int, default=3, help="orders of the frames for circle pictures")
     parser.add_argument("--layers", default="relu1_1, relu2_1, relu3_1", help="style layers that the weights hold")
     parser.add_argument("--modes", default=",".join(MODES), help="some of: " + ", ".join(MODES))
-    parser.add_argument("--every", type=int, default=5, help="train with every n-th frame")
+    parser.add_argument("--every", type=int, default=5, help="train with every n-th frame of a scan")
     parser.add_argument("--steps", type=int, default=120)
     parser.add_argument("--repeats", type=int, default=4)
     parser.add_argument("--rate", type=float, default=5)
     parser.add_argument("--size", type=int, default=2048, help="texels a side")
     parser.add_argument("--faces", type=int, default=500000)
-    parser.add_argument("--theta-d", type=float, default=0.12, help="metres")
+    parser.add_argument("--theta-d", type=float, help="metres; default 0.12 for a scan, 0.25 for the generated room")
     parser.add_argument("--height", type=int, default=784, help="of the rendered views")
-    parser.add_argument("--short-gap", type=int, default=8)
-    parser.add_argument("--long-gap", type=int, default=24)
+    parser.add_argument("--short-gap", type=int, help="recorded frame numbers; default 8 for a scan, 1 for the generated room")
+    parser.add_argument("--long-gap", type=int, help="default 24 for a scan, 4 for the generated room")
     parser.add_argument("--fresco", default=ROOT / "build/bin/fresco", type=pathlib.Path)
     parser.add_argument("--out", default=ROOT / "build/ablation", type=pathlib.Path)
+    parser.add_argument("--cores", type=int, default=os.cpu_count())
+    parser.add_argument("--jobs", type=int, default=1, help="runs at a time; they share the cores")
     options = parser.parse_args()
-    modes = [mode.strip() for mode in options.modes.split(",")]
-    for mode in modes:
+    options.theta_d = options.theta_d or (0.12 if options.scan else 0.25)
+    options.short_gap = options.short_gap or (8 if options.scan else 1)
+    options.long_gap = options.long_gap or (24 if options.scan else 4)
+    options.modes = [mode.strip() for mode in options.modes.split(",")]
+    for mode in options.modes:
         if mode not in MODES:
             parser.error(f"there is no mode {mode!r}; there are: {', '.join(MODES)}")
+    return options
+
+
+def main():
+    options = arguments()
     print(f"{options.steps} steps, {options.repeats} in a row, cosine decay from {options.rate}, {options.size}², "
           f"θ_d {options.theta_d} m, layers {options.layers}", flush=True)
+    cases = [(mode, picture, seed) for picture in options.picture
+             for seed in range(options.seeds if has_circles(picture) else 1) for mode in options.modes]
+    # The first run alone makes what all share.
+    results = {cases[0]: run(options, *cases[0])}
+    with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
+        waiting = {case: pool.submit(run, options, *case) for case in cases[1:]}
+        for case, future in waiting.items():
+            results[case] = future.result()
     for picture in options.picture:
-        for seed in range(options.seeds if "circle" in picture.stem else 1):
-            results = {mode: run(options, mode, picture, seed) for mode in modes}
-            table(f"{picture.name}, order {seed}: " + " | ".join(modes), results)
+        runs = {mode: [figures for (m, p, _), figures in results.items() if m == mode and p == picture] for mode in options.modes}
+        title = f"{picture.name}, {len(runs[options.modes[0]])} orders: " + " | ".join(options.modes)
+        table(title, {mode: over_seeds(several) for mode, several in runs.items()}, runs)
+    pictures_page(options, options.modes)
+    print(f"\nside by side: {options.out / 'pictures.html'}")
     return 0
 
 

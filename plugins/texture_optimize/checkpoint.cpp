@@ -18,7 +18,8 @@ constexpr std::string_view parameter_prefix = "parameter/";
 constexpr std::string_view rule_prefix = "rule/";
 constexpr std::string_view loss_prefix = "loss/";
 constexpr std::string_view seen_name = "seen";
-constexpr const char* form = "fresco texture.optimize 2";
+constexpr std::string_view held_out_name = "held_out";
+constexpr const char* form = "fresco texture.optimize 3";
 
 bool begins(std::string_view text, std::string_view prefix)
 {
@@ -52,6 +53,27 @@ Raster8 from_bytes(const torch::Tensor& tensor, const std::string& file)
     return raster;
 }
 
+torch::Tensor to_tensor(const std::vector<HeldOutLoss>& history)
+{
+    auto tensor = at::empty({std::ssize(history), 2}, at::kDouble);
+    for (std::size_t i = 0; i < history.size(); ++i)
+    {
+        tensor.data_ptr<double>()[2 * i] = static_cast<double>(history[i].step);
+        tensor.data_ptr<double>()[2 * i + 1] = history[i].loss;
+    }
+    return tensor;
+}
+
+std::vector<HeldOutLoss> to_history(const torch::Tensor& tensor, const std::string& file)
+{
+    if (tensor.dim() != 2 || tensor.size(1) != 2 || tensor.scalar_type() != at::kDouble)
+        throw Error(file + ": 'held_out' is no table of steps and losses; remove the checkpoint folder");
+    std::vector<HeldOutLoss> history;
+    for (std::int64_t i = 0; i < tensor.size(0); ++i)
+        history.push_back({static_cast<std::int64_t>(tensor.data_ptr<double>()[2 * i]), tensor.data_ptr<double>()[2 * i + 1]});
+    return history;
+}
+
 }  // namespace
 
 Checkpoint Checkpoint::of(std::int64_t step, std::int64_t rollbacks, const std::vector<TextureParameter>& parameters,
@@ -82,6 +104,7 @@ void Checkpoint::write(const std::filesystem::path& file) const
         for (const auto& [name, tensor] : state)
             contents.tensors.emplace(joined(loss_prefix, loss + "/" + name), tensor);
     contents.tensors.emplace(std::string(seen_name), to_bytes(seen));
+    contents.tensors.emplace(std::string(held_out_name), to_tensor(held_out));
     write_safetensors(file, contents);
 }
 
@@ -109,6 +132,8 @@ std::optional<Checkpoint> Checkpoint::read(const std::filesystem::path& file)
         }
         else if (view == seen_name)
             result.seen = from_bytes(tensor, file.string());
+        else if (view == held_out_name)
+            result.held_out = to_history(tensor, file.string());
         else
             throw Error(file.string() + ": unknown tensor '" + name + "'");
     }

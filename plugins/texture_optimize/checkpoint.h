@@ -1,5 +1,7 @@
 #pragma once
 
+#include "held_out.h"
+
 #include <fresco/image.h>
 #include <fresco/torch/loss.h>
 #include <fresco/torch/optimiser_rule.h>
@@ -24,6 +26,7 @@ struct Checkpoint
     TensorMap rule;
     std::map<std::string, TensorMap> losses;
     Raster8 seen;
+    std::vector<HeldOutLoss> held_out;  ///< Measured so far.
 
     /// Refers to the tensors, copies nothing.
     static Checkpoint of(std::int64_t step, std::int64_t rollbacks, const std::vector<TextureParameter>& parameters,

@@ -3,6 +3,7 @@
 #include "random.h"
 #include "sparse_sum.h"
 
+#include <ATen/core/grad_mode.h>
 #include <ATen/ops/empty.h>
 #include <ATen/ops/empty_like.h>
 #include <torch/csrc/autograd/autograd.h>
@@ -57,42 +58,74 @@ Evaluator::Evaluator(const std::map<std::string, std::shared_ptr<Loss>>& losses,
 {
 }
 
-Evaluation Evaluator::evaluate(std::int64_t step, const ScheduledStep& scheduled, ViewData& data, const std::string& view_name,
-                               std::size_t parameters)
+template <class Work>
+void Evaluator::each_level(std::int64_t step, const ScheduledStep& scheduled, const ViewData& data, const std::string& view_name,
+                           const Work& work)
 {
     // Not sooner: a loss knows its network's default layers only once that network is prepared.
     if (demands_.empty())
         demands_ = demands_of(losses_, crops_);
     summands_.clear();
-    Evaluation result;
     for (std::size_t i = 0; i < data.levels.size(); ++i)
     {
         const int level = data.numbers[i];
         const PartPlace place{level, step, static_cast<std::int64_t>(scheduled.view), scheduled.repeat,
                               mixed(seed_, static_cast<std::uint64_t>(step), static_cast<std::uint64_t>(level))};
-        const std::string where = "step " + std::to_string(step + 1) + ", view " + view_name + " at " +
-                                  std::to_string(data.levels[i].height_px) + " px: ";
-        auto gradients = level_gradients(place, data, i, where, result.loss);
-        if (result.gradients.empty())
-            result.gradients = std::move(gradients);
-        else
-            for (std::size_t p = 0; p < gradients.size() && p < result.gradients.size(); ++p)
-                result.gradients[p] = sparse_sum(result.gradients[p], gradients[p]);
+        work(place, i,
+             "step " + std::to_string(step + 1) + ", view " + view_name + " at " + std::to_string(data.levels[i].height_px) +
+                 " px: ");
     }
+}
+
+Evaluation Evaluator::evaluate(std::int64_t step, const ScheduledStep& scheduled, ViewData& data, const std::string& view_name,
+                               std::size_t parameters)
+{
+    Evaluation result;
+    each_level(step, scheduled, data, view_name,
+               [&](const PartPlace& place, std::size_t level, const std::string& where)
+               {
+                   auto gradients = level_gradients(place, data, level, where, result.loss);
+                   if (result.gradients.empty())
+                       result.gradients = std::move(gradients);
+                   else
+                       for (std::size_t p = 0; p < gradients.size() && p < result.gradients.size(); ++p)
+                           result.gradients[p] = sparse_sum(result.gradients[p], gradients[p]);
+               });
     if (result.gradients.empty())
         result.gradients = no_gradients(parameters);
     return result;
+}
+
+double Evaluator::loss(std::int64_t step, const ScheduledStep& scheduled, ViewData& data, const std::string& view_name)
+{
+    const at::NoGradGuard no_gradient;
+    double loss = 0;
+    each_level(step, scheduled, data, view_name,
+               [&](const PartPlace& place, std::size_t number, const std::string& where)
+               {
+                   torch::Tensor stored;
+                   RenderedPart part(place, displayed(data.levels[number], stored), data.levels[number], demands_);
+                   weighted_sum(
+                       part, [&](const LossTerm& term) { return level_share(data, number, term, device_); }, where, loss);
+               });
+    return loss;
+}
+
+torch::Tensor Evaluator::displayed(LevelData& level, torch::Tensor& stored) const
+{
+    stored = level.view->render();
+    const auto result = at::empty_like(stored);
+    // All that is seen, also beyond the level: features near its border look there.
+    space_.display(values_of(stored), level.valid.values, values_of(result));
+    return result.to(device_);
 }
 
 std::vector<SparseGradient> Evaluator::level_gradients(const PartPlace& place, ViewData& data, std::size_t level_number,
                                                        const std::string& where, double& loss)
 {
     auto& level = data.levels[level_number];
-    const auto stored = level.view->render();
-    const auto displayed = at::empty_like(stored);
-    // All that is seen, also beyond the level: features near its border look there.
-    space_.display(values_of(stored), level.valid.values, values_of(displayed));
-    const auto image = displayed.to(device_).set_requires_grad(true);
+    torch::Tensor stored;
+    const auto image = displayed(level, stored).set_requires_grad(true);
     RenderedPart part(place, image, level, demands_);
     const auto sum = weighted_sum(
         part, [&](const LossTerm& term) { return level_share(data, level_number, term, device_); }, where, loss);

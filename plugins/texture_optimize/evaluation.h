@@ -36,10 +36,19 @@ class Evaluator
     Evaluation evaluate(std::int64_t step, const ScheduledStep& scheduled, ViewData& data, const std::string& view_name,
                         std::size_t parameters);
 
+    /// The loss alone.
+    double loss(std::int64_t step, const ScheduledStep& scheduled, ViewData& data, const std::string& view_name);
+
     /// Each loss's share of the last evaluation's sum.
     const std::map<std::string, double>& summands() const { return summands_; }
 
   private:
+    /// Calls work(place, level, text that names the place) for every level of the view.
+    template <class Work>
+    void each_level(std::int64_t step, const ScheduledStep& scheduled, const ViewData& data, const std::string& view_name,
+                    const Work& work);
+    /// The level as it is displayed, 3 x H x W, on the run's device; `stored`: the same in the texture's values.
+    torch::Tensor displayed(LevelData& level, torch::Tensor& stored) const;
     std::vector<SparseGradient> level_gradients(const PartPlace& place, ViewData& data, std::size_t level,
                                                 const std::string& where, double& loss);
     torch::Tensor weighted_sum(Part& part, const std::function<double(const LossTerm&)>& share, const std::string& where,

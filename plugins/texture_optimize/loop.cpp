@@ -2,6 +2,7 @@
 
 #include "checkpoint_folder.h"
 #include "evaluation.h"
+#include "held_out.h"
 #include "initial_texture.h"
 #include "prefetch.h"
 #include "preparation.h"
@@ -68,9 +69,10 @@ class Loop
     Loop(const LoopInputs& inputs, const LoopComponents& components, const LoopOptions& options, RunContext& run)
         : components_(components), options_(options), run_(run),
           source_(inputs.maps, inputs.frames, components.images, options.heights_px),
-          space_(options.values, !options.clamp_layers), views_(used_views(source_, options.train_share, run)),
-          schedule_(schedule_of(options, views_)), checkpoints_(run.checkpoint_folder()),
-          evaluator_(components.losses, space_, options.device, options.seed),
+          space_(options.values, !options.clamp_layers),
+          split_(split_views(used_views(source_, options.train_share, run), options.held_out_count)),
+          schedule_(schedule_of(options, split_.trained)), checkpoints_(run.checkpoint_folder()),
+          evaluator_(components.losses, space_, options.device, options.seed, !options.reference),
           style_(style_sizes(inputs.style, options.style_rule, [&](const std::string& text) { run.message(text); }))
     {
     }
@@ -81,6 +83,7 @@ class Loop
         prepare_components();
         components_.rule.attach(parameters());
         take_up();
+        held_out_views_.emplace(source_, split_.held_out, components_.texture, options_.levels, options_.device);
         const auto start = std::chrono::steady_clock::now();
         const std::int64_t first_step = step_;
         while (!walked())
@@ -103,7 +106,7 @@ class Loop
         PrepareContext context;
         context.style.fine = to_tensor(style_.fine).to(options_.device);
         context.style.coarse = to_tensor(style_.coarse).to(options_.device);
-        context.camera_samples = camera_samples(source_, views_, options_.device);
+        context.camera_samples = camera_samples(source_, split_.trained, options_.device);
         context.seed = options_.seed;
         context.progress = &run_;
         prepare(components_.losses, context);
@@ -120,6 +123,7 @@ class Loop
         seen_ = checkpoint.seen;
         step_ = checkpoint.step;
         rollbacks_ = checkpoint.rollbacks;
+        held_out_ = checkpoint.held_out;
     }
 
     /// Where the last run was interrupted, or at the start.
@@ -139,12 +143,13 @@ class Loop
     {
         step_ = 0;
         rollbacks_ = 0;
+        held_out_.clear();
         components_.rule.attach(parameters());
         for (const auto& [name, loss] : components_.losses)
             loss->restore(prepared_states_.at(name));
         for (auto& parameter : parameters())
             parameter.values.zero_();
-        auto initial = initial_texture(source_, views_, style_.fine, options_.init, options_.size_px, run_);
+        auto initial = initial_texture(source_, split_.trained, style_.fine, options_.init, options_.size_px, run_);
         seen_ = std::move(initial.seen);
         if (initial.picture.empty())
             return;
@@ -167,6 +172,9 @@ class Loop
             for (; step_ < schedule_.steps(); ++step_)
             {
                 interrupt_point();
+                measure();
+                if (has_stopped_falling(held_out_, options_.stop_gain))
+                    return true;
                 const auto scheduled = schedule_.at(step_);
                 if (loaded_visit != scheduled.visit)
                 {
@@ -176,6 +184,7 @@ class Loop
                 }
                 one_step(scheduled, *data);
             }
+            measure();
         }
         catch (const NotFinite& error)
         {
@@ -224,7 +233,24 @@ class Loop
 
     Checkpoint state() const
     {
-        return Checkpoint::of(step_, rollbacks_, components_.texture.parameters(), components_.rule, components_.losses, seen_);
+        auto result =
+            Checkpoint::of(step_, rollbacks_, components_.texture.parameters(), components_.rule, components_.losses, seen_);
+        result.held_out = held_out_;
+        return result;
+    }
+
+    /// The loss on the held-out views, at the start, every so many steps, and at the end.
+    void measure()
+    {
+        const bool due = step_ % options_.measure_steps == 0 || step_ == schedule_.steps();
+        if (split_.held_out.empty() || !due || (!held_out_.empty() && held_out_.back().step == step_))
+            return;
+        const auto begin = std::chrono::steady_clock::now();
+        held_out_.push_back({step_, held_out_views_->loss(evaluator_, step_, components_.losses)});
+        run_.metric("held_out_loss", held_out_.back().loss);
+        const auto end = std::chrono::steady_clock::now();
+        measuring_ += end - begin;
+        measured_at_.emplace_back(end - begun_ - measuring_);
     }
 
     void one_step(const ScheduledStep& scheduled, ViewData& data)
@@ -233,6 +259,8 @@ class Loop
         { return evaluator_.evaluate(step_, scheduled, data, source_.name(scheduled.view), parameters().size()); };
         const double loss =
             components_.rule.step(parameters(), evaluate, schedule_.rate(step_) * std::pow(0.5, rollbacks_), options_.lambda_r);
+        if (options_.reference)
+            forget_camera(data);
         if (options_.clamp_layers)
             for (auto& parameter : parameters())
                 parameter.values.clamp_(space_.stored_range().first, space_.stored_range().second);
@@ -246,8 +274,10 @@ class Loop
 
     void report(double seconds, std::int64_t done)
     {
-        run_.report("steps", schedule_.steps());
-        run_.report("views", views_.size());
+        run_.report("steps", step_);
+        run_.report("views", split_.trained.size());
+        if (!held_out_.empty())
+            report_held_out();
         if (rollbacks_ > 0)
             run_.report("rollbacks", rollbacks_);
         run_.report("seconds_per_step", done > 0 ? seconds / static_cast<double>(done) : 0.0);
@@ -257,18 +287,39 @@ class Loop
         run_.report("losses_at_last_step", std::move(summands));
     }
 
+    /// Seconds since the stage began, without the measuring itself; those before an interruption are not known any more.
+    void report_held_out()
+    {
+        Value::List list;
+        const std::size_t earlier = held_out_.size() - measured_at_.size();
+        for (std::size_t i = 0; i < held_out_.size(); ++i)
+        {
+            Value entry{Value::Map{{"step", held_out_[i].step}, {"loss", held_out_[i].loss}}};
+            if (i >= earlier)
+                entry.set("seconds", measured_at_[i - earlier].count());
+            list.push_back(std::move(entry));
+        }
+        run_.report("held_out_views", split_.held_out.size());
+        run_.report("held_out", std::move(list));
+    }
+
     LoopComponents components_;
     const LoopOptions& options_;
     RunContext& run_;
     ViewSource source_;
     ValueSpace space_;
-    std::vector<std::size_t> views_;
+    ViewSplit split_;
     Schedule schedule_;
     CheckpointFolder checkpoints_;
     Evaluator evaluator_;
     StyleSizes style_;
     std::map<std::string, TensorMap> prepared_states_;  ///< Of the losses before the first step.
     Raster8 seen_;
+    std::optional<HeldOutViews> held_out_views_;
+    std::vector<HeldOutLoss> held_out_;
+    std::chrono::steady_clock::time_point begun_ = std::chrono::steady_clock::now();
+    std::chrono::steady_clock::duration measuring_{};
+    std::vector<std::chrono::duration<double>> measured_at_;  ///< Of the last entries of held_out_.
     std::int64_t step_ = 0;
     std::int64_t rollbacks_ = 0;
     std::int64_t due_step_ = -1;  ///< Of the last checkpoint that was due, as far as this process knows.

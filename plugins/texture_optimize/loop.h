@@ -61,7 +61,12 @@ struct LoopOptions
     double decay_start = 0.5;
     int step_epochs = 3;
     double step_factor = 0.1;
+    // Measuring on views that are not optimised for
+    int held_out_count = 0;
+    std::int64_t measure_steps = 50;
+    double stop_gain = 0;  ///< 0 = all steps are made.
     // What the result does not depend on
+    bool reference = false;               ///< Whole frames, and the camera pictures in every step, are encoded.
     std::int64_t checkpoint_steps = 200;  ///< 0 = only when interrupted.
     std::int64_t preview_every = 0;       ///< 0 = never.
 };

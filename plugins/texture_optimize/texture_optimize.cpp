@@ -79,6 +79,17 @@ class TextureOptimize final : public fresco::Stage
                                             "How the fine and the coarse style picture are sized"};
     fresco::Option<double> train_share{this, "train_share", 1, fresco::range(0.01, 1),
                                        "Share of the views, the first ones, to use"};
+    fresco::Option<int> held_out_count{this, "held_out_count", 0, fresco::range(0, 16),
+                                       "Evenly spread views to keep out of the optimisation and to measure the losses on"};
+    fresco::Option<int> measure_steps{this, "measure_steps", 50, fresco::at_least(1),
+                                      "With held_out_count: steps between two measurements"};
+    fresco::Option<double> stop_gain{this, "stop_gain", 0, fresco::range(0, 0.99),
+                                     "With held_out_count: end when three measurements have not lowered the loss by this share; "
+                                     "0: make all steps"};
+    fresco::Option<std::string> execution{this, "execution", "active", fresco::one_of({"active", "reference"}),
+                                          "active: encode the parts of a frame that a level has pixels in, and the camera "
+                                          "picture once a visit; reference: whole frames and everything in every step, for "
+                                          "comparison"};
     fresco::Option<std::int64_t> seed{this, "seed", 0, fresco::at_least(0), "Of the views' order and of what losses draw"};
     fresco::Option<std::string> device{this, "device", "auto", fresco::one_of({"auto", "cpu", "cuda"}),
                                        "Where losses are computed"};
@@ -108,6 +119,8 @@ class TextureOptimize final : public fresco::Stage
     {
         if (losses->empty())
             throw fresco::Error("option \"losses\": none is given; name at least one, or leave the option out");
+        if (*stop_gain > 0 && *held_out_count == 0)
+            throw fresco::Error("option \"stop_gain\": it is about the loss on held-out views; set held_out_count too");
         const auto options = loop_options();
         run.report("device", options.device.is_cuda() ? "cuda" : "cpu");
         texture = fresco::optimize::optimised_texture(
@@ -171,6 +184,10 @@ class TextureOptimize final : public fresco::Stage
         o.decay_start = *decay_start;
         o.step_epochs = *step_epochs;
         o.step_factor = *step_factor;
+        o.held_out_count = *held_out_count;
+        o.measure_steps = *measure_steps;
+        o.stop_gain = *stop_gain;
+        o.reference = *execution == "reference";
         o.checkpoint_steps = *checkpoint_steps;
         o.preview_every = *preview_every;
         return o;

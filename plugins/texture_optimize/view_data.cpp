@@ -92,6 +92,19 @@ const GridMask& grid_of(LevelData& level, int stride, Pixels pixels, const torch
     return level.grids.emplace(key, grid_mask(chosen_pixels(level.pixels, pixels), stride, device)).first->second;
 }
 
+void forget_camera(ViewData& data)
+{
+    for (auto& level : data.levels)
+    {
+        level.camera_features.clear();
+        for (auto& [network, cropped] : level.cropped)
+            for (auto& features : cropped.camera_features)
+                features.clear();
+        if (level.smallest)
+            level.smallest->features.clear();
+    }
+}
+
 void move_to(ViewData& data, const torch::Device& device)
 {
     for (auto& level : data.levels)

@@ -94,6 +94,9 @@ Raster8 chosen_pixels(const LevelPixels& level, Pixels pixels);
 /// The cells of a grid of `stride` that belong to the level's `pixels`; made when first asked for.
 const GridMask& grid_of(LevelData& level, int stride, Pixels pixels, const torch::Device& device);
 
+/// Forgets what networks say of the camera picture.
+void forget_camera(ViewData& data);
+
 /// Moves what losses see to `device`.
 void move_to(ViewData& data, const torch::Device& device);
 

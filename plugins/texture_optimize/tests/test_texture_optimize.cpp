@@ -324,3 +324,55 @@ TEST_CASE("max_steps and a subset of the heights are kept")
     studio.paint(run, Studio::options(camera_loss, {{"max_steps", 5}, {"heights_px", Value::List{20}}, {"init", "color"}}));
     CHECK(run.metrics.at("loss").size() == 5);
 }
+
+TEST_CASE("losses are measured on held-out views, and a run that gains nothing more ends early with the same bytes, also resumed")
+{
+    Studio studio(9);
+    const auto options = [&](double stop_gain)
+    {
+        return Studio::options(camera_loss, {{"held_out_count", 2},
+                                             {"measure_steps", 5},
+                                             {"stop_gain", stop_gain},
+                                             {"epochs", 30},
+                                             {"rate", 0.05},
+                                             {"decay_start", 1.0},
+                                             {"checkpoint_steps", 7}});
+    };
+    testing::TestRun all;
+    studio.paint(all, options(0));
+    CHECK(all.reported.at("views").as_int() == 7);
+    CHECK(all.reported.at("held_out_views").as_int() == 2);
+    CHECK(all.reported.at("steps").as_int() == 630);
+    const auto& measured = all.reported.at("held_out").as_list();
+    REQUIRE(measured.size() == 127);
+    CHECK(measured[126].at("step").as_int() == 630);
+    CHECK(measured[126].at("loss").as_double() < 0.5 * measured[0].at("loss").as_double());
+    CHECK(measured[126].at("seconds").as_double() > measured[0].at("seconds").as_double());
+
+    testing::TestRun early;
+    const auto texture = bytes_in(studio.paint(early, options(0.01)));
+    const auto steps = early.reported.at("steps").as_int();
+    CHECK(steps >= 20);
+    CHECK(steps < 600);
+    CHECK(steps % 5 == 0);
+
+    testing::TestRun resumed;
+    resumed.cancel_after(static_cast<int>(4 + steps / 2));  // 4 batches of views first
+    CHECK_THROWS_AS(studio.paint(resumed, options(0.01)), Cancelled);
+    CHECK((bytes_in(studio.paint(resumed, options(0.01))) == texture));
+    CHECK(resumed.reported.at("steps").as_int() == steps);
+    CHECK(resumed.reported.at("held_out").as_list().size() == early.reported.at("held_out").as_list().size());
+
+    testing::TestRun wrong;
+    CHECK_THROWS_WITH(studio.paint(wrong, Studio::options(camera_loss, {{"stop_gain", 0.1}})), Catch::Contains("held_out_count"));
+    CHECK_THROWS_WITH(studio.paint(wrong, Studio::options(camera_loss, {{"held_out_count", 9}})),
+                      Catch::Contains("only 9 views"));
+}
+
+TEST_CASE("the reference way of executing gives the same texture")
+{
+    Studio studio;
+    testing::TestRun run;
+    const auto active = bytes_in(studio.paint(run, Studio::options(mean_losses, {{"max_steps", 12}})));
+    CHECK((bytes_in(studio.paint(run, Studio::options(mean_losses, {{"max_steps", 12}, {"execution", "reference"}}))) == active));
+}

@@ -124,17 +124,6 @@ struct Studio
         }
     }
 
-    void forget_camera()
-    {
-        for (auto& level : view.levels)
-        {
-            level.camera_features.clear();
-            for (auto& [network, cropped] : level.cropped)
-                for (auto& features : cropped.camera_features)
-                    features.clear();
-        }
-    }
-
     double step(Evaluator& evaluator)
     {
         auto& parameters = texture->parameters();
@@ -184,7 +173,7 @@ fresco::Value measured(const Network& network, const Room& room, bool reference,
     const auto first = measure.times(1,
                                      [&]
                                      {
-                                         studio.forget_camera();
+                                         forget_camera(studio.view);
                                          const double value = studio.step(evaluator);
                                          loss = loss > 0 ? loss : value;
                                      });
@@ -192,7 +181,7 @@ fresco::Value measured(const Network& network, const Room& room, bool reference,
                                      [&]
                                      {
                                          if (reference)
-                                             studio.forget_camera();
+                                             forget_camera(studio.view);
                                          studio.step(evaluator);
                                      });
     const auto mean = [&](double one, double other) { return reference ? other : (one + (repeats - 1) * other) / repeats; };

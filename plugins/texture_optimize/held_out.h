@@ -1,0 +1,47 @@
+#pragma once
+
+#include "evaluation.h"
+#include "view_data.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace fresco::optimize
+{
+
+/// Splits the views, in recorded order, into those to optimise for and `count` evenly spread ones to measure on. Throws Error
+/// where that leaves none to optimise for.
+struct ViewSplit
+{
+    std::vector<std::size_t> trained;
+    std::vector<std::size_t> held_out;
+};
+ViewSplit split_views(const std::vector<std::size_t>& views, int count);
+
+/// A loss measured on the held-out views after some steps.
+struct HeldOutLoss
+{
+    std::int64_t step = 0;
+    double loss = 0;
+};
+
+/// Whether the last `window` measurements are worth nothing: their smallest is not below (1 - gain) times the smallest before.
+bool has_stopped_falling(const std::vector<HeldOutLoss>& history, double gain, std::size_t window = 3);
+
+/// What the losses, without the texture's regulariser, say of views that are not optimised for: the mean over these views. They
+/// stay in memory. Used by one thread; references its arguments.
+class HeldOutViews
+{
+  public:
+    HeldOutViews(const ViewSource& source, const std::vector<std::size_t>& views, const TextureRepresentation& texture,
+                 const LevelRules& rules, const torch::Device& device);
+
+    /// Leaves the losses' state as it was.
+    double loss(Evaluator& evaluator, std::int64_t step, const std::map<std::string, std::shared_ptr<Loss>>& losses);
+
+  private:
+    const ViewSource& source_;
+    std::vector<std::unique_ptr<ViewData>> views_;
+};
+
+}  // namespace fresco::optimize

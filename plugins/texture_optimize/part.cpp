@@ -46,6 +46,18 @@ torch::Tensor cut(const torch::Tensor& picture, const PixelBox& box)
     return picture.slice(1, box.y0, box.y1).slice(2, box.x0, box.x1);
 }
 
+/// C x N tensors -> C x (sum of N), in memory as they are.
+torch::Tensor side_by_side(std::vector<torch::Tensor>& parts)
+{
+    if (parts.size() == 1)
+        return parts[0];
+    if (parts[0].is_contiguous())
+        return at::cat(parts, 1);
+    for (auto& part : parts)
+        part = part.t();
+    return at::cat(parts, 0).t();
+}
+
 /// The mask of the crop's core, as large as what is encoded.
 Raster8 core_mask(const Raster8& mask, const Crop& crop)
 {
@@ -199,7 +211,7 @@ torch::Tensor RenderedPart::selected_in_crops(CroppedLevel& level, const Feature
     }
     if (parts.empty())
         return at::zeros({network.layer(layer).channels, 0}, image_.options().requires_grad(false));
-    return parts.size() == 1 ? parts[0] : at::cat(parts, 1);
+    return side_by_side(parts);
 }
 
 torch::Tensor RenderedPart::selected(const FeatureNetwork& network, const std::string& layer, Pixels pixels)

@@ -9,11 +9,13 @@ namespace fresco::matrix
 struct Kernel
 {
     const char* name;
-    std::size_t rows;     ///< Of c at once: a comes in panels of so many rows, …
-    std::size_t columns;  ///< … b in panels of so many columns.
+    std::size_t rows;     ///< Of c at once.
+    std::size_t columns;  ///< The same.
 
-    /// c (rows x columns, `stride` apart) += a (inner x rows) b (inner x columns).
-    void (*multiply)(const float* a, const float* b, std::size_t inner, float* c, std::size_t stride);
+    /// c (rows x columns, `stride` from row to row) += a b. `a`: where each of the rows begins; its elements are `a_step` apart.
+    /// b: `columns` elements side by side, `b_step` from one row to the next.
+    void (*multiply)(const float* const* a, std::ptrdiff_t a_step, const float* b, std::ptrdiff_t b_step, std::size_t inner,
+                     float* c, std::size_t stride);
 };
 
 /// For any processor, and for x86-64 ones with AVX2 and FMA, and with AVX-512; null where the compiler cannot make them.

@@ -14,17 +14,23 @@ constexpr std::size_t rows = 6;
 
 typedef float Vector __attribute__((vector_size(lanes * 4), aligned(4), may_alias));
 
-void multiply(const float* a, const float* b, std::size_t inner, float* c, std::size_t stride)
+void multiply(const float* const* a, std::ptrdiff_t a_step, const float* b, std::ptrdiff_t b_step, std::size_t inner, float* c,
+              std::size_t stride)
 {
+    const float* a_rows[rows];
+    for (std::size_t row = 0; row < rows; ++row)
+        a_rows[row] = a[row];
     Vector sums[rows][vectors] = {};
     for (std::size_t k = 0; k < inner; ++k)
     {
         Vector panel[vectors];
         for (std::size_t v = 0; v < vectors; ++v)
-            panel[v] = *reinterpret_cast<const Vector*>(b + (k * vectors + v) * lanes);
+            panel[v] = *reinterpret_cast<const Vector*>(b + v * lanes);
+        b += b_step;
         for (std::size_t row = 0; row < rows; ++row)
         {
-            const float value = a[k * rows + row];
+            const float value = *a_rows[row];
+            a_rows[row] += a_step;
             for (std::size_t v = 0; v < vectors; ++v)
                 sums[row][v] += panel[v] * value;
         }

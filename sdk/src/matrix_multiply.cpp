@@ -12,7 +12,7 @@ namespace fresco
 namespace
 {
 
-// A block of b (inner x columns) stays in the second-level cache while the rows of a pass by it, a block of a beside it.
+// A panel of b (block_inner rows) stays in the first-level caches while the rows of a pass by it.
 constexpr std::size_t block_inner = 256;
 constexpr std::size_t block_rows = 96;
 constexpr std::size_t block_columns = 256;
@@ -37,28 +37,6 @@ std::size_t blocks(std::size_t count, std::size_t size)
     return (count + size - 1) / size;
 }
 
-/// Copies vectors of a matrix into panels: `width` vectors side by side, element by element; missing ones are zero.
-void pack(const float* values, std::ptrdiff_t vector_stride, std::ptrdiff_t element_stride, std::size_t vectors,
-          std::size_t elements, std::size_t width, float* panels)
-{
-    for (std::size_t first = 0; first < vectors; first += width)
-    {
-        const std::size_t there = std::min(width, vectors - first);
-        const float* from = values + static_cast<std::ptrdiff_t>(first) * vector_stride;
-        float* panel = panels + first * elements;
-        if (there < width)
-            std::fill_n(panel, width * elements, 0.0F);
-        if (vector_stride == 1)
-            for (std::size_t e = 0; e < elements; ++e)
-                std::copy_n(from + static_cast<std::ptrdiff_t>(e) * element_stride, there, panel + e * width);
-        else
-            for (std::size_t v = 0; v < there; ++v)
-                for (std::size_t e = 0; e < elements; ++e)
-                    panel[e * width + v] =
-                        from[static_cast<std::ptrdiff_t>(v) * vector_stride + static_cast<std::ptrdiff_t>(e) * element_stride];
-    }
-}
-
 const float* element(const MatrixView& matrix, std::size_t row, std::size_t column)
 {
     return matrix.values + static_cast<std::ptrdiff_t>(row) * matrix.row_stride +
@@ -71,17 +49,16 @@ class Block
   public:
     Block(const MatrixView& a, const MatrixView& b, Range rows, Range columns) : a_(a), b_(b), rows_(rows), columns_(columns)
     {
-        const std::size_t full_rows = blocks(rows.size(), kernel_.rows) * kernel_.rows;
         stride_ = blocks(columns.size(), kernel_.columns) * kernel_.columns;
-        sums_.assign(full_rows * stride_, 0.0F);
-        packed_a_.resize(full_rows * block_inner);
-        packed_b_.resize(stride_ * block_inner);
+        sums_.assign(blocks(rows.size(), kernel_.rows) * kernel_.rows * stride_, 0.0F);
+        starts_.resize(kernel_.rows);
     }
 
     void add(Range inner)
     {
         for (std::size_t k = inner.begin; k < inner.end; k += block_inner)
-            add_block({k, std::min(inner.end, k + block_inner)});
+            for (std::size_t column = columns_.begin; column < columns_.end; column += kernel_.columns)
+                add_panel({k, std::min(inner.end, k + block_inner)}, column);
     }
 
     void write(float* c, std::size_t stride) const
@@ -91,16 +68,38 @@ class Block
     }
 
   private:
-    void add_block(Range inner)
+    void add_panel(Range inner, std::size_t column)
     {
-        pack(element(a_, rows_.begin, inner.begin), a_.row_stride, a_.column_stride, rows_.size(), inner.size(), kernel_.rows,
-             packed_a_.data());
-        pack(element(b_, inner.begin, columns_.begin), b_.column_stride, b_.row_stride, columns_.size(), inner.size(),
-             kernel_.columns, packed_b_.data());
-        for (std::size_t column = 0; column < columns_.size(); column += kernel_.columns)
-            for (std::size_t row = 0; row < rows_.size(); row += kernel_.rows)
-                kernel_.multiply(packed_a_.data() + row * inner.size(), packed_b_.data() + column * inner.size(), inner.size(),
-                                 sums_.data() + row * stride_ + column, stride_);
+        const auto [panel, step] = panel_of(inner, column);
+        for (std::size_t row = rows_.begin; row < rows_.end; row += kernel_.rows)
+        {
+            // Rows beyond the last are the last again, and their sums are not used.
+            for (std::size_t i = 0; i < kernel_.rows; ++i)
+                starts_[i] = element(a_, std::min(row + i, rows_.end - 1), inner.begin);
+            kernel_.multiply(starts_.data(), a_.column_stride, panel, step, inner.size(),
+                             sums_.data() + (row - rows_.begin) * stride_ + (column - columns_.begin), stride_);
+        }
+    }
+
+    struct Panel
+    {
+        const float* values;
+        std::ptrdiff_t step;
+    };
+
+    /// b itself where its columns lie side by side, else a copy where they do; missing columns are zero.
+    Panel panel_of(Range inner, std::size_t column)
+    {
+        const std::size_t there = std::min(kernel_.columns, columns_.end - column);
+        const float* from = element(b_, inner.begin, column);
+        if (b_.column_stride == 1 && there == kernel_.columns)
+            return {from, b_.row_stride};
+        copy_.assign(inner.size() * kernel_.columns, 0.0F);
+        for (std::size_t i = 0; i < there; ++i)
+            for (std::size_t k = 0; k < inner.size(); ++k)
+                copy_[k * kernel_.columns + i] =
+                    from[static_cast<std::ptrdiff_t>(i) * b_.column_stride + static_cast<std::ptrdiff_t>(k) * b_.row_stride];
+        return {copy_.data(), static_cast<std::ptrdiff_t>(kernel_.columns)};
     }
 
     const matrix::Kernel& kernel_ = matrix::fastest_kernel();
@@ -110,8 +109,8 @@ class Block
     Range columns_;
     std::size_t stride_ = 0;
     std::vector<float> sums_;
-    std::vector<float> packed_a_;
-    std::vector<float> packed_b_;
+    std::vector<float> copy_;
+    std::vector<const float*> starts_;
 };
 
 }  // namespace

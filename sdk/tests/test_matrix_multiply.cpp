@@ -94,7 +94,11 @@ TEST_CASE("Every processor's kernel adds the sum of its products")
         const auto b = numbers(inner * kernel->columns, 4);
         const std::size_t stride = kernel->columns + 3;
         std::vector<float> c(kernel->rows * stride, 1.0F);
-        kernel->multiply(a.data(), b.data(), inner, c.data(), stride);
+        std::vector<const float*> rows;
+        for (std::size_t row = 0; row < kernel->rows; ++row)
+            rows.push_back(a.data() + row);
+        kernel->multiply(rows.data(), static_cast<std::ptrdiff_t>(kernel->rows), b.data(),
+                         static_cast<std::ptrdiff_t>(kernel->columns), inner, c.data(), stride);
         for (std::size_t row = 0; row < kernel->rows; ++row)
             for (std::size_t column = 0; column < stride; ++column)
             {

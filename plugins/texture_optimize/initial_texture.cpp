@@ -1,5 +1,6 @@
 #include "initial_texture.h"
 
+#include "noise_picture.h"
 #include "splat.h"
 
 #include <fresco/parallel.h>
@@ -7,6 +8,7 @@
 #include <fresco/torch/recolour.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace fresco::optimize
 {
@@ -83,10 +85,16 @@ RasterF plain(int size_px, Vec3d color)
     return picture;
 }
 
+Vec3d deviation(const ColorMoments& moments)
+{
+    const auto covariance = moments.covariance();
+    return {std::sqrt(covariance(0, 0)), std::sqrt(covariance(1, 1)), std::sqrt(covariance(2, 2))};
+}
+
 }  // namespace
 
 InitialTexture initial_texture(const ViewSource& source, const std::vector<std::size_t>& views, const RasterF& style,
-                               const std::string& init, int size_px, Progress& progress)
+                               const std::string& init, int size_px, std::uint64_t seed, Progress& progress)
 {
     const bool with_colors = init == "frames";
     TexelGatherer gatherer(size_px, with_colors);
@@ -122,11 +130,12 @@ InitialTexture initial_texture(const ViewSource& source, const std::vector<std::
     if (init == "zeros")
         return result;
     const ColorMoments wanted = moments_of(style);
-    if (!with_colors)
-    {
+    if (init == "noise")
+        result.picture = noise_picture(size_px, wanted.mean(), deviation(wanted), seed, progress.threads());
+    else if (!with_colors)
         result.picture = plain(size_px, wanted.mean());
+    if (!with_colors)
         return result;
-    }
     Raster8 covered;
     result.picture = gatherer.take_colors(covered);
     recolour(result.picture, covered, monge_kantorovich(recorded, wanted));

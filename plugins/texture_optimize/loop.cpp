@@ -149,7 +149,8 @@ class Loop
             loss->restore(prepared_states_.at(name));
         for (auto& parameter : parameters())
             parameter.values.zero_();
-        auto initial = initial_texture(source_, split_.trained, style_.fine, options_.init, options_.size_px, run_);
+        auto initial =
+            initial_texture(source_, split_.trained, style_.fine, options_.init, options_.size_px, options_.seed, run_);
         seen_ = std::move(initial.seen);
         if (initial.picture.empty())
             return;

@@ -47,8 +47,9 @@ class TextureOptimize final : public fresco::Stage
     fresco::Option<std::string> clamp{this, "clamp", "sum", fresco::one_of({"sum", "layers"}),
                                       "What is kept in the displayable range: the sum of the layers where it is looked up, or "
                                       "the stored values of each layer after every step"};
-    fresco::Option<std::string> init{this, "init", "frames", fresco::one_of({"frames", "zeros", "color"}),
-                                     "Begin with the recoloured camera pictures, with zeros, or with the style's mean colour"};
+    fresco::Option<std::string> init{
+        this, "init", "frames", fresco::one_of({"frames", "zeros", "color", "noise"}),
+        "Begin with the recoloured camera pictures, with zeros, with the style's mean colour, or with noise"};
     fresco::Option<double> lambda_r{this, "lambda_r", 0, fresco::at_least(0), "Factor of the texture's regulariser"};
     fresco::Option<std::string> gradient_scaling{this, "gradient_scaling", "angle", fresco::one_of({"none", "level", "angle"}),
                                                  "Multiply each pixel's gradient by the level's share in it (level), and by the "

@@ -1,5 +1,6 @@
 #include "fakes.h"
 #include "initial_texture.h"
+#include "noise_picture.h"
 
 #include <catch2/catch.hpp>
 
@@ -28,8 +29,8 @@ TEST_CASE("the camera pictures gathered into the texture, recoloured, have the s
     testing::TestRun two(2);
     const auto views = source.seeing_views();
     REQUIRE(views.size() == 9);
-    const auto texture = initial_texture(source, views, style, "frames", 32, run);
-    CHECK((initial_texture(source, views, style, "frames", 32, two).picture == texture.picture));
+    const auto texture = initial_texture(source, views, style, "frames", 32, 0, run);
+    CHECK((initial_texture(source, views, style, "frames", 32, 0, two).picture == texture.picture));
 
     // The slow twin: the painting itself, mapped by the statistics of what the frames show.
     ColorMoments shown;
@@ -75,9 +76,9 @@ TEST_CASE("a texture begins with the style's mean colour, or at zero, and is mar
     RasterF style(2, 1, 3);
     style.values = {0, 0.5F, 1, 1, 0.5F, 0};
     testing::TestRun run;
-    const auto zeros = initial_texture(source, {0, 1, 2}, style, "zeros", 16, run);
-    const auto color = initial_texture(source, {0, 1, 2}, style, "color", 16, run);
-    const auto frames = initial_texture(source, {0, 1, 2}, style, "frames", 16, run);
+    const auto zeros = initial_texture(source, {0, 1, 2}, style, "zeros", 16, 0, run);
+    const auto color = initial_texture(source, {0, 1, 2}, style, "color", 16, 0, run);
+    const auto frames = initial_texture(source, {0, 1, 2}, style, "frames", 16, 0, run);
     CHECK(zeros.picture.empty());
     CHECK(color.picture.values == std::vector<float>(16 * 16 * 3, 0.5F));
     CHECK((zeros.seen == color.seen));
@@ -86,4 +87,47 @@ TEST_CASE("a texture begins with the style's mean colour, or at zero, and is mar
     const int x = static_cast<int>(middle[0] * 16);
     CHECK(zeros.seen.at(x, 8) == 1);
     CHECK(zeros.seen.at(15, 0) == 0);
+}
+
+TEST_CASE("noise has the mean and the deviation asked for, structure of several sizes, and depends on the seed alone")
+{
+    const auto picture = noise_picture(512, {0.5, 0.4, 0.6}, {0.1, 0.05, 0.02}, 7, 1);
+    CHECK((noise_picture(512, {0.5, 0.4, 0.6}, {0.1, 0.05, 0.02}, 7, 3) == picture));
+    CHECK_FALSE((noise_picture(512, {0.5, 0.4, 0.6}, {0.1, 0.05, 0.02}, 8, 1) == picture));
+    const auto correlation = [&](int distance, std::size_t a, std::size_t b)
+    {
+        double sum = 0;
+        double sum_a = 0;
+        double sum_b = 0;
+        double squares_a = 0;
+        double squares_b = 0;
+        int count = 0;
+        for (int y = 0; y < 512; ++y)
+            for (int x = 0; x + distance < 512; ++x)
+            {
+                const auto va = static_cast<double>(picture.at(x, y, static_cast<int>(a)));
+                const auto vb = static_cast<double>(picture.at(x + distance, y, static_cast<int>(b)));
+                sum += va * vb;
+                sum_a += va;
+                sum_b += vb;
+                squares_a += va * va;
+                squares_b += vb * vb;
+                ++count;
+            }
+        const double n = count;
+        return (sum - sum_a * sum_b / n) / std::sqrt((squares_a - sum_a * sum_a / n) * (squares_b - sum_b * sum_b / n));
+    };
+    ColorMoments moments;
+    for (std::size_t i = 0; i < picture.values.size(); i += 3)
+        moments.add({static_cast<double>(picture.values[i]), static_cast<double>(picture.values[i + 1]),
+                     static_cast<double>(picture.values[i + 2])});
+    CHECK(moments.mean().x == Approx(0.5).margin(0.01));
+    CHECK(moments.mean().z == Approx(0.6).margin(0.005));
+    CHECK(std::sqrt(moments.covariance()(0, 0)) == Approx(0.1).epsilon(0.1));
+    CHECK(std::sqrt(moments.covariance()(1, 1)) == Approx(0.05).epsilon(0.1));
+    CHECK(std::abs(correlation(0, 0, 1)) < 0.1);
+    CHECK(correlation(1, 0, 0) > 0.9);
+    CHECK(correlation(16, 0, 0) > 0.15);
+    CHECK(correlation(16, 0, 0) < 0.7);
+    CHECK(std::abs(correlation(200, 0, 0)) < 0.15);
 }

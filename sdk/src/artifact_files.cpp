@@ -127,6 +127,11 @@ Raster8 read_raster8(const std::filesystem::path& file, int channels)
     return read_any<std::uint8_t>(file, channels);
 }
 
+Raster16 read_raster16(const std::filesystem::path& file, int channels)
+{
+    return read_any<std::uint16_t>(file, channels);
+}
+
 RasterF read_raster_f(const std::filesystem::path& file, int channels)
 {
     return read_any<float>(file, channels);

@@ -26,6 +26,7 @@ void write_raster(const std::filesystem::path& file, const Raster8& raster);
 void write_raster(const std::filesystem::path& file, const RasterF& raster);
 /// Throws Error naming the file if it is of another type or number of channels. `channels` 0: any from 1 to 4.
 Raster8 read_raster8(const std::filesystem::path& file, int channels);
+Raster16 read_raster16(const std::filesystem::path& file, int channels);
 RasterF read_raster_f(const std::filesystem::path& file, int channels);
 
 }  // namespace fresco::detail

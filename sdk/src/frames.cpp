@@ -134,6 +134,8 @@ std::shared_ptr<Frames> Frames::load(const ArtifactFolder& folder)
 
 Raster8 load_color(const Frame& frame, const ImageIo* images)
 {
+    if (frame.color_picture.empty())
+        throw Error(frame.sequence + "/" + frame.name + ": has no colour picture");
     const fs::path& file = frame.color_picture.path;
     check_unchanged(frame.color_picture);
     Raster8 picture = file.extension() == ".npy" ? detail::read_raster8(file, 3) : codec(images, file).read_rgb(file);
@@ -141,14 +143,20 @@ Raster8 load_color(const Frame& frame, const ImageIo* images)
     return picture;
 }
 
-RasterF load_depth(const Frame& frame, const ImageIo* images)
+Raster16 load_depth_steps(const Frame& frame, const ImageIo* images)
 {
     if (frame.depth_picture.empty())
         throw Error(frame.sequence + "/" + frame.name + ": has no depth picture");
     const fs::path& file = frame.depth_picture.path;
     check_unchanged(frame.depth_picture);
-    const Raster16 steps = codec(images, file).read_depth(file);
+    Raster16 steps = file.extension() == ".npy" ? detail::read_raster16(file, 1) : codec(images, file).read_depth(file);
     check_size(steps, frame.depth.intrinsics, file);
+    return steps;
+}
+
+RasterF load_depth(const Frame& frame, const ImageIo* images)
+{
+    const Raster16 steps = load_depth_steps(frame, images);
     RasterF depth(steps.width, steps.height);
     std::ranges::transform(steps.values, depth.values.begin(),
                            [&](std::uint16_t step)

@@ -4,6 +4,7 @@
 #include <fresco/files_io.h>
 #include <fresco/frames.h>
 #include <fresco/hash.h>
+#include <fresco/npy.h>
 #include <fresco/parallel.h>
 #include <fresco/testing.h>
 #include <fresco/texture.h>
@@ -170,6 +171,26 @@ TEST_CASE("A frame's picture must be the one that was listed, of its camera's si
     fresco::write_file(frame.color_picture.path, "x");
     frame.color_picture.hash.clear();
     CHECK_THROWS_WITH(fresco::load_color(frame, nullptr), Contains("codec"));
+}
+
+TEST_CASE("A depth picture may be NPY, and needs no codec then")
+{
+    const fresco::testing::TemporaryFolder folder;
+    fresco::Frame frame;
+    frame.sequence = "seq";
+    frame.name = "f";
+    CHECK_THROWS_WITH(fresco::load_color(frame, nullptr), Contains("seq/f: has no colour picture"));
+    frame.depth.intrinsics = {3, 2, 1, 1, 1, 1};
+    frame.depth_unit_m = 0.5;
+    frame.depth_picture.path = folder.path() / "depth.npy";
+    const std::vector<std::uint16_t> steps{0, 1, 2, 3, 65534, 65535};
+    fresco::write_npy(frame.depth_picture.path, std::vector<std::size_t>{2, 3}, steps);
+    CHECK(fresco::load_depth_steps(frame, nullptr).values == steps);
+    CHECK(fresco::load_depth(frame, nullptr).values == std::vector<float>{0, 0.5F, 1, 1.5F, 32767, 0});
+    fresco::write_npy(frame.depth_picture.path, std::vector<std::size_t>{3, 2}, steps);
+    CHECK_THROWS_WITH(fresco::load_depth(frame, nullptr), Contains("depth.npy") && Contains("2x3"));
+    frame.depth_picture.path = folder.path() / "depth.png";
+    CHECK_THROWS_WITH(fresco::load_depth(frame, nullptr), Contains("codec"));
 }
 
 TEST_CASE("uv maps stream to disk and back")

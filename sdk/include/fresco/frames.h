@@ -31,7 +31,7 @@ struct Frame
     Camera color;
     Camera depth;
     PictureFile color_picture;    ///< 8-bit picture of color.intrinsics' size; NPY (uint8 H x W x 3), PNG or JPEG.
-    PictureFile depth_picture;    ///< 16-bit PNG of depth.intrinsics' size; may be empty.
+    PictureFile depth_picture;    ///< 16-bit picture of depth.intrinsics' size; NPY (uint16 H x W) or PNG; may be empty.
     double depth_unit_m = 0.001;  ///< Metres per step of the depth picture; 0 and 65535 mean none.
 };
 
@@ -59,7 +59,9 @@ class Frames : public Artifact
 /// The colour picture as RGB (3 channels), of exactly color.intrinsics' size. NPY needs no codec; other formats use `images`,
 /// which may be null only then. Thread-safe. Throws Error naming the file if it changed, is damaged or of another size.
 Raster8 load_color(const Frame& frame, const ImageIo* images);
-/// Depth in metres along the optical axis, 0 = none. Throws as load_color; Error if the frame has no depth picture.
+/// The depth picture's values as stored. Throws as load_color; Error if the frame has no depth picture.
+Raster16 load_depth_steps(const Frame& frame, const ImageIo* images);
+/// Depth in metres along the optical axis, 0 = none. Throws as load_depth_steps.
 RasterF load_depth(const Frame& frame, const ImageIo* images);
 
 /// Throws Error naming `source` unless the camera is usable: positive size and focal lengths, finite entries, a pose whose

@@ -1,0 +1,123 @@
+#include "view_reader.h"
+
+#include <fresco/dataset/dataset_files.h>
+#include <fresco/files_io.h>
+#include <fresco/image.h>
+#include <fresco/mesh.h>
+#include <fresco/parallel.h>
+#include <fresco/stage.h>
+#include <fresco/uv_maps.h>
+
+#include <atomic>
+#include <set>
+
+using namespace fresco;
+
+namespace
+{
+class DatasetRead final : public Stage
+{
+    Output<UvMaps> uvmaps{this, "uvmaps", "The uv maps of its views"};
+    Output<Frames> frames{this, "frames", "Its views with their pictures, as NPY: no codec is needed to read them"};
+    Output<Image> style{this, "style", "Its style picture; an empty one (0 x 0) where it holds none"};
+    Output<Mesh> mesh{this, "mesh", "Its mesh, with texcoords"};
+    Option<InputFolder> path{this, "path", required, "The dataset's folder, in which dataset.json is"};
+
+    Cost cost() const override
+    {
+        return {.seconds = "1 + bytes(path, \"views/*/*.npy\") / 3e8",
+                .memory_mb = "50 + bytes(path, \"mesh.ply\") * 4e-6 + cores * (10 + bytes(path, \"views/000000/*.npy\") * 1e-6)",
+                .disk_mb = "bytes(path, \"**\") / 1e6",
+                .frames = "count(path, \"views/*/color.npy\")",
+                .faces = "bytes(path, \"mesh.ply\") / 50",
+                .height_squares = "bytes(path, \"views/000000/depth_*.npy\") / 5.33"};
+    }
+
+    dataset::Manifest manifest(RunContext& run) const
+    {
+        const auto file = path->path / dataset::manifest_name;
+        if (!std::filesystem::exists(file))
+            throw MissingInput(path->path.string() + ": holds no " + std::string(dataset::manifest_name) +
+                               ": it is no dataset, or one that was not copied to its end");
+        // It stamps all other files: whatever a result was made from is known by it alone.
+        run.reads_file(file);
+        return dataset::parse_manifest(read_text_file(file, std::size_t{1} << 30U), file.string());
+    }
+
+    std::vector<std::byte> listed(const dataset::Manifest& manifest, const std::string& name) const
+    {
+        return dataset::read_stamped(path->path / name, manifest.files.at(name));
+    }
+
+    Mesh checked_mesh(const dataset::Manifest& manifest) const
+    {
+        const auto file = path->path / dataset::mesh_name;
+        listed(manifest, std::string(dataset::mesh_name));
+        Mesh result = *Mesh::load({path->path, {}});
+        check_mesh(result, file.string());
+        if (result.texcoords.empty())
+            throw Error(file.string() + ": the mesh has no texcoords");
+        return result;
+    }
+
+    Image style_picture(const dataset::Manifest& manifest, RunContext& run) const
+    {
+        if (manifest.has_style)
+            return Image(dataset::picture_from(listed(manifest, std::string(dataset::style_name)),
+                                               (path->path / dataset::style_name).string()));
+        run.message("the dataset holds no style picture: give texture.optimize one, as {file: picture.npy}");
+        return {};
+    }
+
+    void read_views(const dataset::Manifest& manifest, RunContext& run)
+    {
+        const ViewFolders folders{path->path, uvmaps.folder(), frames.folder().path};
+        Frames read;
+        read.frames.resize(manifest.views.size());
+        std::atomic<std::size_t> done{0};
+        parallel_for(read.frames.size(), 1, run.threads(),
+                     [&](std::size_t begin, std::size_t end)
+                     {
+                         for (std::size_t i = begin; i < end; ++i)
+                         {
+                             run.check_cancelled();
+                             read.frames[i] = read_view(manifest, i, folders);
+                             run.progress(static_cast<double>(++done), static_cast<double>(read.frames.size()), "views");
+                         }
+                     });
+        UvMaps maps;
+        maps.heights_px = manifest.heights_px;
+        for (const dataset::View& view : manifest.views)
+            maps.views.push_back({view.sequence, view.frame, view.color, view.valid_pixels});
+        uvmaps = std::move(maps);
+        frames = std::move(read);
+    }
+
+    /// What a later version of the writer may add is not read, but has to be whole as well.
+    void check_others(const dataset::Manifest& manifest, const RunContext& run) const
+    {
+        const auto needed = dataset::needed_files(manifest);
+        const std::set<std::string> known(needed.begin(), needed.end());
+        for (const auto& [name, stamp] : manifest.files)
+            if (!known.contains(name))
+            {
+                run.check_cancelled();
+                listed(manifest, name);
+            }
+    }
+
+    void run(RunContext& run) override
+    {
+        const dataset::Manifest found = manifest(run);
+        check_others(found, run);
+        mesh = checked_mesh(found);
+        style = style_picture(found, run);
+        read_views(found, run);
+        run.report("views", found.views.size());
+        run.report("heights_px", Value::List(found.heights_px.begin(), found.heights_px.end()));
+        run.report("files", found.files.size());
+    }
+};
+}  // namespace
+
+FRESCO_STAGE("dataset.read", DatasetRead, "Reads a dataset's folder: uv maps, frames, style picture and mesh, all checked")

@@ -1,0 +1,206 @@
+#include "made_dataset.h"
+
+#include <fresco/frames.h>
+#include <fresco/testing.h>
+#include <fresco/uv_maps.h>
+
+#include <catch2/catch.hpp>
+
+using namespace fresco;
+using Catch::Contains;
+namespace fs = std::filesystem;
+
+namespace
+{
+
+void read_dataset(const fs::path& folder, const fs::path& out, testing::TestRun& run)
+{
+    const auto made = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "dataset.read");
+    testing::TestFactory factory;
+    testing::run_stage(dynamic_cast<Stage&>(*made), Value::Map{{"path", folder.string()}}, {}, out, run, factory);
+}
+
+/// A small dataset, and what is said of it once `damage` was done to it.
+struct Damaged
+{
+    testing::TemporaryFolder folder;
+    MadeDataset dataset{folder.path() / "room", dataset::UvType::float32, true};
+    fs::path path(const char* name) const { return folder.path() / "room" / name; }
+
+    std::string error() const
+    {
+        testing::TestRun run;
+        try
+        {
+            read_dataset(folder.path() / "room", folder.path() / "out", run);
+        }
+        catch (const Error& error)
+        {
+            return error.what();
+        }
+        return "";
+    }
+};
+
+}  // namespace
+
+TEST_CASE("everything that a dataset holds is read as it was written, without a codec")
+{
+    for (const auto uv : {dataset::UvType::float32, dataset::UvType::uint16})
+        for (const int threads : {1, 3})
+        {
+            const testing::TemporaryFolder folder;
+            const MadeDataset made(folder.path() / "room", uv, true);
+            const fs::path out = folder.path() / "out";
+            testing::TestRun run(threads);
+            read_dataset(folder.path() / "room", out, run);
+
+            const auto maps = UvMaps::load({out / "uvmaps", out});
+            CHECK(maps->heights_px == std::vector<int>{8, 20});
+            REQUIRE(maps->views.size() == 2);
+            for (std::size_t i = 0; i < 2; ++i)
+            {
+                CHECK(maps->views[i].sequence == "seq");
+                CHECK(maps->views[i].frame == "frame-" + std::to_string(i));
+                CHECK(maps->views[i].camera == made.manifest.views[i].color);
+                CHECK(maps->views[i].valid_pixels == std::vector<std::int64_t>{10 * 8, 25 * 20});
+                for (std::size_t level = 0; level < 2; ++level)
+                {
+                    const UvMap map = maps->load_map(i, level);
+                    CHECK(map.uv == made.uvs[2 * i + level]);
+                    CHECK(map.depth.values == std::vector<float>(map.depth.values.size(), 1.5F));
+                    CHECK(map.cosine.values == std::vector<float>(map.depth.values.size(), 0.5F));
+                    CHECK(map.valid.values == std::vector<std::uint8_t>(map.depth.values.size(), 1));
+                }
+            }
+            const auto frames = Frames::load({out / "frames", out});
+            REQUIRE(frames->frames.size() == 2);
+            CHECK(frames->frames[1].sequence == "seq");
+            CHECK(frames->frames[1].name == "frame-1");
+            CHECK(frames->frames[1].number == 1);
+            CHECK(frames->frames[1].depth == made.manifest.views[1].depth);
+            CHECK(load_color(frames->frames[0], nullptr) == made.pictures[0]);
+            CHECK(load_color(frames->frames[1], nullptr) == made.pictures[1]);
+            CHECK(load_depth_steps(frames->frames[0], nullptr) == made.depths[0]);
+            CHECK(frames->frames[0].depth_unit_m == 0.25);
+            CHECK(frames->frames[1].depth_picture.empty());
+            CHECK(Image::load({out / "style", out})->pixels == made.style);
+            const auto mesh = Mesh::load({out / "mesh", out});
+            CHECK(mesh->triangles == made.mesh.triangles);
+            CHECK(mesh->texcoords == made.mesh.texcoords);
+            // The manifest stamps all files: it alone decides whether the result is still the right one.
+            CHECK(run.files_read == std::vector<fs::path>{folder.path() / "room/dataset.json"});
+        }
+}
+
+TEST_CASE("a dataset without a style picture gives an empty one and says so")
+{
+    const testing::TemporaryFolder folder;
+    const MadeDataset made(folder.path() / "room", dataset::UvType::float32, false);
+    testing::TestRun run;
+    read_dataset(folder.path() / "room", folder.path() / "out", run);
+    CHECK(Image::load({folder.path() / "out/style", {}})->pixels.empty());
+    REQUIRE(run.messages.size() == 1);
+    CHECK_THAT(run.messages[0], Contains("holds no style picture"));
+}
+
+TEST_CASE("files that are not as the manifest lists them are named")
+{
+    const char* name = "views/000001/cosine_20.npy";
+    {
+        const Damaged damaged;
+        fs::remove(damaged.path(name));
+        CHECK_THAT(damaged.error(), Contains(name) && Contains("is missing; copy the dataset again"));
+    }
+    {
+        const Damaged damaged;
+        fs::resize_file(damaged.path(name), 1000);
+        CHECK_THAT(damaged.error(), Contains(name) && Contains("has 1000 bytes; dataset.json lists"));
+    }
+    // A single bit, in each kind of file, those that are not copied too.
+    for (const char* file :
+         {"mesh.ply", "style.npy", "views/000000/uv_8.npy", "views/000000/depth_20.npy", "views/000001/valid_8.npy",
+          "views/000001/color_8.npy", "views/000001/color.npy", "views/000000/sensor_depth.npy"})
+    {
+        const Damaged damaged;
+        auto bytes = read_file(damaged.path(file));
+        bytes[bytes.size() - 3] ^= std::byte{1};
+        write_file(damaged.path(file), bytes);
+        CHECK_THAT(damaged.error(), Contains(file) && Contains("has not the contents that dataset.json lists"));
+    }
+    {
+        const Damaged damaged;
+        fs::remove(damaged.path("dataset.json"));
+        CHECK_THAT(damaged.error(), Contains("room: holds no dataset.json"));
+    }
+    {
+        Damaged damaged;
+        damaged.dataset.manifest.files["extra/notes.txt"] = {4, content_hash(std::string_view("note"))};
+        damaged.dataset.save();
+        CHECK_THAT(damaged.error(), Contains("extra/notes.txt: is missing"));
+        fs::create_directory(damaged.path("extra"));
+        write_file(damaged.path("extra/notes.txt"), "note");
+        CHECK(damaged.error().empty());
+    }
+}
+
+TEST_CASE("files of the wrong kind, shape or range are named though their stamps are right")
+{
+    const auto error = [](const char* name, const std::vector<std::byte>& bytes)
+    {
+        Damaged damaged;
+        damaged.dataset.replace(name, bytes);
+        return damaged.error();
+    };
+    const char* uv = "views/000001/uv_20.npy";
+    CHECK_THAT(error(uv, dataset::to_npy(RasterF(20, 25, 2))), Contains(uv) && Contains("25 x 20 x 2; 20 x 25 x 2 was expected"));
+    CHECK_THAT(error(uv, dataset::to_npy(Raster16(25, 20, 2))), Contains(uv) && Contains("float32 was expected"));
+    CHECK_THAT(error(uv, dataset::to_npy(RasterF(25, 20, 2, 1.01F))),
+               Contains(uv) && Contains("holds 1.01; a number from 0 to 1"));
+    auto cut = dataset::to_npy(RasterF(25, 20, 2));
+    cut.resize(cut.size() - 8);
+    CHECK_THAT(error(uv, cut), Contains(uv) && Contains("the shape asks for 4000 bytes of data, the file has 3992"));
+    CHECK_THAT(error("views/000000/depth_8.npy", dataset::to_npy(RasterF(10, 8))),
+               Contains("depth_8.npy: pixel (0, 0) is valid"));
+    CHECK_THAT(error("views/000000/cosine_8.npy", dataset::to_npy(RasterF(10, 8, 1, 2))),
+               Contains("cosine_8.npy: pixel (0, 0) holds 2"));
+    CHECK_THAT(error("views/000000/valid_8.npy", dataset::to_npy(Raster8(10, 8, 1, 3))),
+               Contains("valid_8.npy") && Contains("0 or 1"));
+    CHECK_THAT(error("views/000000/valid_8.npy", dataset::to_npy(Raster8(10, 8))), Contains("0 valid pixels; 80 were expected"));
+    CHECK_THAT(error("views/000000/color_8.npy", dataset::to_npy(Raster8(10, 8, 4))),
+               Contains("color_8.npy") && Contains("8 x 10 x 3"));
+    CHECK_THAT(error("views/000000/color.npy", dataset::to_npy(Raster8(10, 8, 3))), Contains("16 x 20 x 3 was expected"));
+    CHECK_THAT(error("views/000000/sensor_depth.npy", dataset::to_npy(Raster8(10, 8))), Contains("uint16 was expected"));
+    CHECK_THAT(error("style.npy", dataset::to_npy(RasterF(10, 8))), Contains("style.npy: a picture"));
+    CHECK_THAT(error("mesh.ply", cut), Contains("mesh.ply"));
+    Mesh plain;
+    plain.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    plain.triangles = {{0, 1, 2}};
+    CHECK_THAT(error("mesh.ply", to_ply(plain)), Contains("mesh.ply: the mesh has no texcoords"));
+}
+
+TEST_CASE("a manifest that is not as described is refused before anything is read")
+{
+    const auto error = [](const std::string& from, const std::string& to)
+    {
+        const Damaged damaged;
+        std::string text = read_text_file(damaged.path("dataset.json"));
+        const auto at = text.find(from);
+        REQUIRE(at != std::string::npos);
+        text.replace(at, from.size(), to);
+        write_file(damaged.path("dataset.json"), text);
+        return damaged.error();
+    };
+    CHECK_THAT(error("\"version\": 1", "\"version\": 9"), Contains("room/dataset.json: version: 9; this fresco reads version 1"));
+    CHECK_THAT(error("\"mesh.ply\"", "\"../mesh.ply\""), Contains("does not name a file inside of the dataset's folder"));
+    CHECK_THAT(error("\"uv\": \"float32\"", "\"uv\": \"uint16\""), Contains("uv_8.npy") && Contains("uint16 was expected"));
+    CHECK_THAT(error("{", "["), Contains("dataset.json: not valid JSON"));
+}
+
+TEST_CASE("a cancelled run stops")
+{
+    const Damaged whole;
+    testing::TestRun run(1);
+    run.cancel_after(2);
+    CHECK_THROWS_AS(read_dataset(whole.folder.path() / "room", whole.folder.path() / "out", run), Cancelled);
+}

@@ -1,0 +1,97 @@
+#pragma once
+
+#include <fresco/frames.h>
+#include <fresco/mesh.h>
+#include <fresco/npy.h>
+#include <fresco/random.h>
+#include <fresco/uv_maps.h>
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+/// Three frames of 40 x 30 with noise for pictures and uv maps at 12 and 45 px, on disk below `folder`; the last has no depth
+/// picture. Left two columns of every map are invalid.
+class SmallRecording
+{
+  public:
+    explicit SmallRecording(const std::filesystem::path& folder) : folder_(folder)
+    {
+        std::filesystem::create_directories(folder / "maps");
+        fresco::UvMaps index;
+        index.heights_px = {12, 45};
+        for (int i = 0; i < 3; ++i)
+        {
+            frames->frames.push_back(frame(i));
+            const fresco::Frame& made = frames->frames.back();
+            fresco::UvMaps::View view{made.sequence, made.name, made.color, {}};
+            for (const int height : index.heights_px)
+            {
+                const auto map = noise_map(made.color.intrinsics.width_at(height), height);
+                fresco::UvMaps::write_map({folder / "maps", {}}, static_cast<std::size_t>(i), height, map);
+                view.valid_pixels.push_back((map.valid.width - 2) * height);
+            }
+            index.views.push_back(view);
+        }
+        index.save({folder / "maps", {}});
+        maps = fresco::UvMaps::load({folder / "maps", {}});
+        mesh->positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 1, 0.3F}};
+        // The second face is degenerate: it must survive, for faces are counted.
+        mesh->triangles = {{0, 1, 2}, {1, 1, 3}};
+        mesh->texcoords = {{0, 0}, {1, 0}, {0, 1}, {0.1F, 0.2F}, {0.3F, 0.4F}, {0.5F, 0.6F}};
+        mesh->charts = {0, 1};
+    }
+
+    std::shared_ptr<fresco::Frames> frames = std::make_shared<fresco::Frames>();
+    std::shared_ptr<fresco::UvMaps> maps;
+    std::shared_ptr<fresco::Mesh> mesh = std::make_shared<fresco::Mesh>();
+
+  private:
+    std::uint8_t byte() { return static_cast<std::uint8_t>(random_.below(256)); }
+    float share() { return static_cast<float>(random_.uniform()); }
+
+    fresco::Frame frame(int i)
+    {
+        fresco::Frame frame;
+        frame.sequence = "seq-01";
+        frame.name = "frame-" + std::to_string(10 * i);
+        frame.number = 10 * i;
+        frame.color.intrinsics = {40, 30, 33.25, 34, 20, 15.5};
+        frame.color.world_from_camera.translation = {0.1 * i, 1.0 / 3, -2};
+        frame.depth = frame.color;
+        frame.depth.intrinsics = {20, 14, 16, 16, 10, 7};
+        frame.depth_unit_m = 0.002;
+        std::vector<std::uint8_t> pixels(std::size_t{40} * 30 * 3);
+        for (auto& value : pixels)
+            value = byte();
+        frame.color_picture.path = folder_ / (frame.name + ".color.npy");
+        fresco::write_npy(frame.color_picture.path, std::vector<std::size_t>{30, 40, 3}, pixels);
+        if (i == 2)
+            return frame;
+        std::vector<std::uint16_t> steps(std::size_t{20} * 14);
+        for (auto& value : steps)
+            value = static_cast<std::uint16_t>(random_.below(65536));
+        frame.depth_picture.path = folder_ / (frame.name + ".depth.npy");
+        fresco::write_npy(frame.depth_picture.path, std::vector<std::size_t>{14, 20}, steps);
+        return frame;
+    }
+
+    fresco::UvMap noise_map(int width, int height)
+    {
+        fresco::UvMap map{{width, height, 2}, {width, height}, {width, height}, {width, height}};
+        for (int y = 0; y < height; ++y)
+            for (int x = 2; x < width; ++x)
+            {
+                map.uv.at(x, y, 0) = share();
+                map.uv.at(x, y, 1) = share();
+                map.depth.at(x, y) = 0.5F + share();
+                map.cosine.at(x, y) = share();
+                map.valid.at(x, y) = 1;
+            }
+        return map;
+    }
+
+    std::filesystem::path folder_;
+    fresco::Random random_{5};
+};

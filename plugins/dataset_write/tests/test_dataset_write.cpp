@@ -1,0 +1,203 @@
+#include "small_recording.h"
+#include "view_writer.h"
+
+#include <fresco/dataset/dataset_files.h>
+#include <fresco/files.h>
+#include <fresco/files_io.h>
+#include <fresco/hash.h>
+#include <fresco/mesh_io.h>
+#include <fresco/sharpness.h>
+#include <fresco/testing.h>
+
+#include <catch2/catch.hpp>
+
+#include <cmath>
+
+using namespace fresco;
+using Catch::Contains;
+namespace fs = std::filesystem;
+
+namespace
+{
+
+struct NoImages final : ImageIo
+{
+    ImageHeader header(const fs::path&) const override { throw Error("not used"); }
+    Raster8 read_rgb(const fs::path&) const override { throw Error("not used"); }
+    Raster16 read_depth(const fs::path&) const override { throw Error("not used"); }
+    std::vector<std::byte> encode_png(const Raster8&) const override { return {}; }
+    std::vector<std::byte> encode_png(const Raster16&) const override { return {}; }
+    std::vector<std::byte> encode_jpeg(const Raster8&, int) const override { return {}; }
+};
+
+using Inputs = std::map<std::string, std::shared_ptr<const Artifact>>;
+
+/// Runs the stage; the dataset is at `out`/files/dataset.
+std::shared_ptr<Files> write_dataset(const fs::path& out, const Inputs& inputs, testing::TestRun& run,
+                                     Value options = Value::Map{})
+{
+    const auto made = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "dataset.write");
+    testing::TestFactory factory;
+    factory.add("image.none", [] { return std::make_shared<NoImages>(); });
+    options.set("images", Value::Map{{"type", "image.none"}});
+    testing::run_stage(dynamic_cast<Stage&>(*made), options, inputs, out, run, factory);
+    return Files::load({out / "files", out});
+}
+
+Inputs inputs_of(const SmallRecording& recording)
+{
+    return {{"uvmaps", recording.maps}, {"frames", recording.frames}, {"mesh", recording.mesh}};
+}
+
+dataset::Manifest manifest_at(const fs::path& folder)
+{
+    return dataset::parse_manifest(read_text_file(folder / "dataset.json"), "dataset.json");
+}
+
+}  // namespace
+
+TEST_CASE("the folder holds every view's maps and pictures, and the manifest lists and stamps each file")
+{
+    const testing::TemporaryFolder folder;
+    const SmallRecording recording(folder.path());
+    testing::TestRun run;
+    Inputs inputs = inputs_of(recording);
+    inputs["style"] = std::make_shared<Image>(Raster8(9, 7, 4, 200));
+    const auto files = write_dataset(folder.path() / "out", inputs, run);
+    const fs::path made = folder.path() / "out/files/dataset";
+    const auto manifest = manifest_at(made);
+
+    CHECK(manifest.uv == dataset::UvType::float32);
+    CHECK(manifest.heights_px == std::vector<int>{12, 45});
+    REQUIRE(manifest.views.size() == 3);
+    // 3 views x (2 heights x 5 quantities + picture) + 2 depth pictures + style + mesh; the manifest is last and lists all
+    // others.
+    CHECK(manifest.files.size() == 3 * 11 + 2 + 2);
+    REQUIRE(files->names.size() == manifest.files.size() + 1);
+    CHECK(files->names.back() == "dataset/dataset.json");
+    for (const auto& [name, stamp] : manifest.files)
+    {
+        CHECK(fs::file_size(made / name) == stamp.bytes);
+        CHECK(file_hash(made / name) == stamp.hash);
+    }
+    CHECK(run.reported.at("views").as_int() == 3);
+    CHECK(run.reported.at("files").as_int() == static_cast<std::int64_t>(files->names.size()));
+
+    const auto bytes = [&](const char* name) { return read_file(made / name); };
+    const UvMap map = recording.maps->load_map(1, 1);
+    const Raster8 picture = load_color(recording.frames->frames[1], nullptr);
+    CHECK(dataset::raster_f_from(bytes("views/000001/uv_45.npy"), 60, 45, 2, "uv") == map.uv);
+    CHECK(dataset::raster_f_from(bytes("views/000001/depth_45.npy"), 60, 45, 1, "depth") == map.depth);
+    CHECK(dataset::raster_f_from(bytes("views/000001/cosine_45.npy"), 60, 45, 1, "cosine") == map.cosine);
+    CHECK(dataset::raster8_from(bytes("views/000001/valid_45.npy"), 60, 45, 1, "valid") == map.valid);
+    CHECK(dataset::raster8_from(bytes("views/000001/color_45.npy"), 60, 45, 3, "color") == resized(picture, 60, 45));
+    CHECK(dataset::raster8_from(bytes("views/000001/color_12.npy"), 16, 12, 3, "color") == resized(picture, 16, 12));
+    CHECK(dataset::raster8_from(bytes("views/000001/color.npy"), 40, 30, 3, "color") == picture);
+    CHECK(dataset::raster16_from(bytes("views/000001/sensor_depth.npy"), 20, 14, 1, "depth") ==
+          load_depth_steps(recording.frames->frames[1], nullptr));
+    CHECK_FALSE(fs::exists(made / "views/000002/sensor_depth.npy"));
+    CHECK(dataset::picture_from(bytes("style.npy"), "style") == Raster8(9, 7, 4, 200));
+    CHECK(bytes("mesh.ply") == to_ply(*recording.mesh));
+
+    const dataset::View& view = manifest.views[1];
+    CHECK(view.sequence == "seq-01");
+    CHECK(view.frame == "frame-10");
+    CHECK(view.number == 10);
+    CHECK(view.color == recording.frames->frames[1].color);
+    CHECK(view.depth == recording.frames->frames[1].depth);
+    CHECK(view.depth_unit_m == 0.002);
+    CHECK_FALSE(manifest.views[2].depth_unit_m);
+    CHECK(view.sharpness == sharpness(picture, 320, 240));
+    CHECK(view.valid_pixels == std::vector<std::int64_t>{14 * 12, 58 * 45});
+}
+
+TEST_CASE("texcoords as uint16 are round(65535 u); the path is the folder's name")
+{
+    const testing::TemporaryFolder folder;
+    const SmallRecording recording(folder.path());
+    testing::TestRun run;
+    const auto files =
+        write_dataset(folder.path() / "out", inputs_of(recording), run, Value::Map{{"uv", "uint16"}, {"path", "a/b"}});
+    const fs::path made = folder.path() / "out/files/a/b";
+    CHECK(files->names.back() == "a/b/dataset.json");
+    CHECK(manifest_at(made).uv == dataset::UvType::uint16);
+    CHECK_FALSE(manifest_at(made).has_style);
+    const RasterF uv = recording.maps->load_map(0, 0).uv;
+    const Raster16 stored = dataset::raster16_from(read_file(made / "views/000000/uv_12.npy"), 16, 12, 2, "uv");
+    for (std::size_t i = 0; i < uv.values.size(); ++i)
+        CHECK(stored.values[i] == std::lround(65535.0 * static_cast<double>(uv.values[i])));
+}
+
+TEST_CASE("the bytes do not depend on the number of threads")
+{
+    const testing::TemporaryFolder folder;
+    const SmallRecording recording(folder.path());
+    testing::TestRun one(1);
+    testing::TestRun four(4);
+    write_dataset(folder.path() / "one", inputs_of(recording), one);
+    write_dataset(folder.path() / "four", inputs_of(recording), four);
+    const char* manifest = "files/dataset/dataset.json";
+    CHECK(read_text_file(folder.path() / "one" / manifest) == read_text_file(folder.path() / "four" / manifest));
+}
+
+TEST_CASE("frames without a uv map are left out, uv maps without their frame are refused")
+{
+    const testing::TemporaryFolder folder;
+    const SmallRecording recording(folder.path());
+    recording.frames->frames.push_back(recording.frames->frames[0]);
+    recording.frames->frames.back().name = "other";
+    testing::TestRun run;
+    write_dataset(folder.path() / "out", inputs_of(recording), run);
+    CHECK(manifest_at(folder.path() / "out/files/dataset").views.size() == 3);
+    REQUIRE(run.messages.size() == 1);
+    CHECK(run.messages[0] == "1 of 4 frames have no uv map and are left out");
+
+    Frames frames = *recording.frames;
+    frames.frames[1].name = "frame-11";
+    CHECK_THROWS_WITH(checked_frames(*recording.maps, frames), Contains("seq-01/frame-10, which is not among the frames"));
+    frames = *recording.frames;
+    frames.frames[1].color.world_from_camera.translation.x += 1e-9;
+    CHECK_THROWS_WITH(checked_frames(*recording.maps, frames), Contains("uv map of seq-01/frame-10 was made for another"));
+    frames = *recording.frames;
+    frames.frames.back().name = "frame-0";
+    CHECK_THROWS_WITH(checked_frames(*recording.maps, frames), Contains("seq-01/frame-0 is there twice"));
+    CHECK(checked_frames(*recording.maps, *recording.frames) == std::vector<std::size_t>{0, 1, 2});
+}
+
+TEST_CASE("what the reader would refuse is not written, and a cancelled run stops")
+{
+    const testing::TemporaryFolder folder;
+    const SmallRecording recording(folder.path());
+    testing::TestRun run;
+    const auto refuse = [&](const Inputs& inputs) { write_dataset(folder.path() / "out", inputs, run); };
+
+    Inputs inputs = inputs_of(recording);
+    inputs["style"] = std::make_shared<Image>();
+    CHECK_THROWS_WITH(refuse(inputs), Contains("the picture on port 'style': a picture of 0 x 0"));
+    inputs = inputs_of(recording);
+    auto bare = std::make_shared<Mesh>(*recording.mesh);
+    bare->texcoords.clear();
+    inputs["mesh"] = bare;
+    CHECK_THROWS_WITH(refuse(inputs), Contains("has no texcoords"));
+    inputs = inputs_of(recording);
+    inputs["uvmaps"] = std::make_shared<UvMaps>();
+    CHECK_THROWS_WITH(refuse(inputs), Contains("brings no uv maps"));
+
+    UvMap map = recording.maps->load_map(2, 0);
+    map.uv.at(5, 3, 1) = 1.5F;
+    UvMaps::write_map({folder.path() / "maps", {}}, 2, 12, map);
+    CHECK_THROWS_WITH(refuse(inputs_of(recording)),
+                      Contains("the uv map of seq-01/frame-20 at 12 px, uv: pixel (5, 3) holds 1.5"));
+    map.uv.at(5, 3, 1) = 1;
+    UvMaps::write_map({folder.path() / "maps", {}}, 2, 12, map);
+    CHECK_NOTHROW(refuse(inputs_of(recording)));
+    auto renamed = std::make_shared<Frames>(*recording.frames);
+    auto maps = std::make_shared<UvMaps>(*recording.maps);
+    renamed->frames[0].sequence = maps->views[0].sequence = "a/b";
+    inputs = inputs_of(recording);
+    inputs["frames"] = renamed;
+    inputs["uvmaps"] = maps;
+    CHECK_THROWS_WITH(refuse(inputs), Contains("views[0]: sequence: \"a/b\" cannot be part"));
+    run.cancel_after(2);
+    CHECK_THROWS_AS(refuse(inputs_of(recording)), Cancelled);
+}

@@ -1,0 +1,73 @@
+#!/usr/bin/env bash
+# run.sh BUILD SOURCE: one machine has the scan and a codec, the other the dataset, NPY and no codec at all.
+set -euo pipefail
+build=$1 source=$2
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+export XDG_CACHE_HOME=$work/cache XDG_DATA_HOME=$work/data
+unset FRESCO_PLUGIN_PATH FRESCO_FAULT
+fail() { echo "dataset: $*" >&2; exit 1; }
+
+options='size_px: 128, epochs: 1, repeats_count: 2, max_steps: 8, depth_levels: true, theta_d_m: 0.6, level_depth: sensor_or_lowest,
+         angle_limit_deg: 60, preview_every: 0'
+cat >"$work/scan.yaml" <<YAML
+version: 1
+stages:
+  scan: {type: scan.synthetic_room, frames_count: 5, color_width_px: 160, color_height_px: 120, depth_width_px: 80, depth_height_px: 60, edge_m: 0.15}
+  picture: {type: picture.pattern, size_px: 128}
+  atlas: {type: atlas.project, input: scan.mesh, size_px: 128}
+  uvmaps: {type: uvmaps.raycast, input: {mesh: atlas, frames: scan.frames}, heights_px: [48, 96]}
+  texture: {type: texture.optimize, input: {uvmaps: uvmaps, frames: scan.frames, style: picture}, $options}
+  bake: {type: texture.bake, input: {texture: texture, mesh: atlas}}
+  room: {type: dataset.write, input: {uvmaps: uvmaps, frames: scan.frames, mesh: atlas, style: picture}, path: room}
+YAML
+"$build/bin/fresco" run "$work/scan.yaml" --store "$work/store" --out "$work/out"
+
+# The other machine: no plugin that reads pictures, casts rays or flattens meshes.
+server=$work/server
+mkdir -p "$server/bin" "$server/lib/fresco"
+cp "$build/bin/fresco" "$server/bin/"
+cp -P "$build"/lib/*.so* "$server/lib/"
+for plugin in dataset_read texture_optimize texture_laplacian optimiser_adam features_dictionary loss_gram loss_patch_match loss_content_gradients \
+              texture_bake; do
+    cp "$build/lib/fresco/$plugin.so" "$server/lib/fresco/"
+done
+cp -r "$work/out/room" "$server/room"
+cat >"$server/room.yaml" <<YAML
+version: 1
+stages:
+  room: {type: dataset.read, path: room}
+  texture: {type: texture.optimize, input: {uvmaps: room, frames: room, style: room}, images: none, $options}
+  bake: {type: texture.bake, input: {texture: texture, mesh: room}}
+YAML
+rm -rf "$work/out"
+"$server/bin/fresco" run "$server/room.yaml" --store "$server/store" --out "$server/out"
+
+# The texture's layers and the baked mesh of each store, by name and contents.
+sums() {
+    (cd "$1/objects" && find . \( -path '*/texture/*.npy' -o -path '*/textured_mesh/*' \) -type f -exec sha256sum {} +) | sed 's, .*/,  ,' | sort -k2
+}
+sums "$work/store" >"$work/direct"
+sums "$server/store" >"$work/through"
+[ "$(wc -l <"$work/direct")" -ge 5 ] || fail "found only: $(cat "$work/direct")"
+diff "$work/direct" "$work/through" || fail "the results differ"
+
+# Nothing is run again, and a damaged dataset does not hurt what was read from it …
+"$server/bin/fresco" run "$server/room.yaml" --store "$server/store" --out "$server/out" --json-log >"$work/second.log"
+! grep -q '"event":"begin"' "$work/second.log" || fail "the second run ran a stage"
+printf '\1' | dd of="$server/room/views/000001/color.npy" bs=1 seek=4000 conv=notrunc status=none
+"$server/bin/fresco" run "$server/room.yaml" --store "$server/store" --out "$server/out" --json-log >"$work/third.log"
+! grep -q '"event":"begin"' "$work/third.log" || fail "a run after damage ran a stage"
+# … but is refused where it is read.
+! "$server/bin/fresco" run "$server/room.yaml" --store "$server/fresh" --out "$server/out" 2>"$work/damaged.log" || fail "a damaged dataset was read"
+grep -q 'views/000001/color.npy: has not the contents' "$work/damaged.log" || fail "the damage is not named: $(cat "$work/damaged.log")"
+
+# With NumPy alone, as plugins/dataset_write/README.md says.
+for python in /usr/bin/python3 python3; do
+    if "$python" -c 'import numpy' 2>/dev/null; then
+        "$python" "$source/read_with_numpy.py" "$server/room"
+        exit
+    fi
+done
+echo "SKIPPED the dataset read with NumPy: no python3 with numpy is at hand"
+[ -z "${FRESCO_SKIP_LOG:-}" ] || echo "the dataset read with NumPy: no python3 with numpy is at hand" >>"$FRESCO_SKIP_LOG"

@@ -53,24 +53,31 @@ Raster8 from_bytes(const torch::Tensor& tensor, const std::string& file)
     return raster;
 }
 
+/// Rows of the step, the loss and its parts.
 torch::Tensor to_tensor(const std::vector<HeldOutLoss>& history)
 {
-    auto tensor = at::empty({std::ssize(history), 2}, at::kDouble);
-    for (std::size_t i = 0; i < history.size(); ++i)
+    const std::size_t columns = history.empty() ? 2 : 2 + history[0].parts.size();
+    auto tensor = at::empty({std::ssize(history), static_cast<std::int64_t>(columns)}, at::kDouble);
+    double* value = tensor.data_ptr<double>();
+    for (const auto& entry : history)
     {
-        tensor.data_ptr<double>()[2 * i] = static_cast<double>(history[i].step);
-        tensor.data_ptr<double>()[2 * i + 1] = history[i].loss;
+        *value++ = static_cast<double>(entry.step);
+        *value++ = entry.loss;
+        value = std::copy(entry.parts.begin(), entry.parts.end(), value);
     }
     return tensor;
 }
 
 std::vector<HeldOutLoss> to_history(const torch::Tensor& tensor, const std::string& file)
 {
-    if (tensor.dim() != 2 || tensor.size(1) != 2 || tensor.scalar_type() != at::kDouble)
+    if (tensor.dim() != 2 || tensor.size(1) < 2 || tensor.scalar_type() != at::kDouble)
         throw Error(file + ": 'held_out' is no table of steps and losses; remove the checkpoint folder");
     std::vector<HeldOutLoss> history;
     for (std::int64_t i = 0; i < tensor.size(0); ++i)
-        history.push_back({static_cast<std::int64_t>(tensor.data_ptr<double>()[2 * i]), tensor.data_ptr<double>()[2 * i + 1]});
+    {
+        const double* row = tensor.data_ptr<double>() + i * tensor.size(1);
+        history.push_back({static_cast<std::int64_t>(row[0]), row[1], std::vector<double>(row + 2, row + tensor.size(1))});
+    }
     return history;
 }
 

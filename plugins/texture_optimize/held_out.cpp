@@ -3,7 +3,6 @@
 #include <fresco/error.h>
 
 #include <algorithm>
-#include <limits>
 
 namespace fresco::optimize
 {
@@ -47,21 +46,29 @@ HeldOutViews::HeldOutViews(const ViewSource& source, const std::vector<std::size
     }
 }
 
-double HeldOutViews::loss(Evaluator& evaluator, std::int64_t step, const std::map<std::string, std::shared_ptr<Loss>>& losses)
+HeldOutLoss HeldOutViews::measured(Evaluator& evaluator, std::int64_t step,
+                                   const std::map<std::string, std::shared_ptr<Loss>>& losses)
 {
     std::map<std::string, TensorMap> states;
     for (const auto& [name, loss] : losses)
         states.emplace(name, loss->state());
-    double sum = 0;
+    HeldOutLoss result{step, 0, std::vector<double>(losses.size())};
+    const auto count = static_cast<double>(views_.size());
     for (const auto& data : views_)
     {
         ScheduledStep scheduled;
         scheduled.view = data->view;
-        sum += evaluator.loss(step, scheduled, *data, source_.name(data->view));
+        result.loss += evaluator.loss(step, scheduled, *data, source_.name(data->view)) / count;
+        std::size_t part = 0;
+        for (const auto& [name, loss] : losses)
+        {
+            const auto found = evaluator.summands().find(name);
+            result.parts[part++] += found == evaluator.summands().end() ? 0.0 : found->second / count;
+        }
     }
     for (const auto& [name, loss] : losses)
         loss->restore(states.at(name));
-    return views_.empty() ? std::numeric_limits<double>::quiet_NaN() : sum / static_cast<double>(views_.size());
+    return result;
 }
 
 }  // namespace fresco::optimize

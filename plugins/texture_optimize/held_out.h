@@ -23,6 +23,7 @@ struct HeldOutLoss
 {
     std::int64_t step = 0;
     double loss = 0;
+    std::vector<double> parts;  ///< Of each loss, in the order of their names; their sum is `loss`.
 };
 
 /// Whether the last `window` measurements are worth nothing: their smallest is not below (1 - gain) times the smallest before.
@@ -37,7 +38,7 @@ class HeldOutViews
                  const LevelRules& rules, const torch::Device& device);
 
     /// Leaves the losses' state as it was.
-    double loss(Evaluator& evaluator, std::int64_t step, const std::map<std::string, std::shared_ptr<Loss>>& losses);
+    HeldOutLoss measured(Evaluator& evaluator, std::int64_t step, const std::map<std::string, std::shared_ptr<Loss>>& losses);
 
   private:
     const ViewSource& source_;

@@ -119,6 +119,9 @@ class Loop
     {
         if (checkpoint.seen.width != options_.size_px || checkpoint.step > schedule_.steps())
             throw Error("it is of another run");
+        for (const auto& entry : checkpoint.held_out)
+            if (entry.parts.size() != components_.losses.size())
+                throw Error("it is of a run with other losses");
         checkpoint.restore(parameters(), components_.rule, components_.losses);
         seen_ = checkpoint.seen;
         step_ = checkpoint.step;
@@ -247,7 +250,7 @@ class Loop
         if (split_.held_out.empty() || !due || (!held_out_.empty() && held_out_.back().step == step_))
             return;
         const auto begin = std::chrono::steady_clock::now();
-        held_out_.push_back({step_, held_out_views_->loss(evaluator_, step_, components_.losses)});
+        held_out_.push_back(held_out_views_->measured(evaluator_, step_, components_.losses));
         run_.metric("held_out_loss", held_out_.back().loss);
         const auto end = std::chrono::steady_clock::now();
         measuring_ += end - begin;
@@ -296,6 +299,9 @@ class Loop
         for (std::size_t i = 0; i < held_out_.size(); ++i)
         {
             Value entry{Value::Map{{"step", held_out_[i].step}, {"loss", held_out_[i].loss}}};
+            std::size_t part = 0;
+            for (const auto& [name, loss] : components_.losses)
+                entry.set(name + "_loss", held_out_[i].parts.at(part++));
             if (i >= earlier)
                 entry.set("seconds", measured_at_[i - earlier].count());
             list.push_back(std::move(entry));

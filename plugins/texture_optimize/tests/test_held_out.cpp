@@ -14,7 +14,7 @@ std::vector<HeldOutLoss> history(const std::vector<double>& losses)
 {
     std::vector<HeldOutLoss> result;
     for (const double loss : losses)
-        result.push_back({std::ssize(result) * 10, loss});
+        result.push_back({std::ssize(result) * 10, loss, {loss}});
     return result;
 }
 

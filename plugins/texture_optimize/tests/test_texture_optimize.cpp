@@ -347,6 +347,7 @@ TEST_CASE("losses are measured on held-out views, and a run that gains nothing m
     REQUIRE(measured.size() == 127);
     CHECK(measured[126].at("step").as_int() == 630);
     CHECK(measured[126].at("loss").as_double() < 0.5 * measured[0].at("loss").as_double());
+    CHECK(measured[126].at("camera_loss") == measured[126].at("loss"));
     CHECK(measured[126].at("seconds").as_double() > measured[0].at("seconds").as_double());
 
     testing::TestRun early;

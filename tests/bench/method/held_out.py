@@ -1,0 +1,132 @@
+#!/usr/bin/env python3
+"""Time to the same held-out loss: the released way of executing, and what each change to it brings.
+
+Needs a built fresco, a scan in the layout of 7-Scenes and the weights of VGG-19 up to conv3_1. 20 frames are optimised for and 3 are
+held out; heights 128, 216, 304 and 392, a texture of 1024², 2 steps in a row on a frame, θ_d 0.25 m. The held-out loss is the
+method's content (relu3_1) and style (relu1_1, relu2_1, relu3_1) without regulariser, the mean over the held-out frames. Seconds
+count from the start of the stage, without the measuring.
+"""
+
+import argparse
+import json
+import os
+import pathlib
+import subprocess
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[3]
+
+PIPELINE = """version: 1
+base: {base}
+vars: {{data: {data}, picture: {picture}, weights: {weights}}}
+stages:
+  scan: {{type: scan.seven_scenes, path: "${{data}}", every: 5}}
+  frames: {{max_frames: 23}}
+  atlas: {{size_px: 1024}}
+  uvmaps: {{heights_px: [128, 216, 304, 392]}}
+  texture:
+    size_px: 1024
+    theta_d_m: 0.25
+    held_out_count: 3
+    checkpoint_steps: 0
+    preview_every: 0
+    losses:
+      style: {{layers: "relu1_1, relu2_1, relu3_1", layer_weights: [1000, 1000, 10], features: {{convolutions: {convolutions}}}}}
+      content: {{layers: relu3_1, features: {{convolutions: {convolutions}}}}}
+{changes}
+  views: {{height_px: 480}}
+"""
+
+EXACT = ["repeats_count: 2", "measure_steps: 20"]
+# Each mode: the preset, who convolves, and what it changes.
+MODES = {
+    "reference": ("stylemesh-scannet", "libtorch", EXACT + ["execution: reference"]),
+    "active work": ("stylemesh-scannet", "libtorch", EXACT),
+    "+ minimal filtering": ("stylemesh-scannet", "auto", EXACT),
+    "+ visible Adam": ("stylemesh-scannet", "auto", EXACT + ["optimiser: {mode: visible}"]),
+    "+ frames as start": ("stylemesh-scannet", "auto", EXACT + ["optimiser: {mode: visible}", "init: frames"]),
+    "fast": ("fast", "auto", ["measure_steps: 5"]),
+}
+
+
+def quoted(path):
+    return json.dumps(str(pathlib.Path(path).resolve()))
+
+
+def run(options, mode):
+    preset, convolutions, changes = MODES[mode]
+    out = options.out / mode.replace("+ ", "").replace(" ", "_")
+    out.mkdir(parents=True, exist_ok=True)
+    (out / "pipeline.yaml").write_text(
+        PIPELINE.format(base=quoted(ROOT / f"pipelines/presets/{preset}.yaml"), data=quoted(options.scan),
+                        picture=quoted(options.picture), weights=quoted(options.weights), convolutions=convolutions,
+                        changes="\n".join("    " + change for change in changes)))
+    # The reference keeps the allocator's ways: what fresco sets for its stages is one of the changes.
+    environment = dict(os.environ)
+    if mode in ("reference", "active work"):
+        environment["GLIBC_TUNABLES"] = ""
+    command = [options.fresco, "run", out / "pipeline.yaml", "--out", out, "--store", options.out / "store", "--json-log",
+               "--cores", str(options.cores)]
+    done = subprocess.run(command, capture_output=True, text=True, env=environment)
+    if done.returncode:
+        sys.exit(f"{done.stdout[-2000:]}{done.stderr[-2000:]}\n{mode}: exit code {done.returncode}")
+    summary = next(event for event in map(json.loads, reversed(done.stdout.splitlines())) if event["event"] == "summary")
+    stage = next(stage for stage in summary["stages"] if stage["stage"] == "texture")
+    manifest = json.loads(next((options.out / "store").rglob(f"{stage['object']}/manifest.json")).read_text())
+    return {"report": manifest["report"], "memory_mb": manifest["memory_mb"]}
+
+
+def reached(report, key, limit):
+    """Step and seconds of the first measurement that is as low."""
+    for entry in report["held_out"]:
+        if entry[key] <= limit and "seconds" in entry:
+            return entry["step"], entry["seconds"]
+    return None
+
+
+def say(results):
+    reference = results["reference"]["report"]["held_out"]
+    final = reference[-1]
+    limit = 1.02 * final["loss"]
+    print(f"\nheld-out loss of the reference after {final['step']} steps: {final['loss']:.4g} "
+          f"(content {final['content_loss']:.4g}, style {final['style_loss']:.4g}); to reach: {limit:.4g}")
+    base = reached(results["reference"]["report"], "loss", limit)
+    print(f"{'mode':22}{'s/step':>8}{'peak MB':>9}{'steps':>7}{'seconds':>9}{'times':>7}   final loss = content + style")
+    for mode, result in results.items():
+        report = result["report"]
+        there = reached(report, "loss", limit)
+        last = report["held_out"][-1]
+        figures = f"{there[0]:7}{there[1]:9.1f}{base[1] / there[1]:7.1f}" if there else f"{'-':>7}{'never':>9}{'-':>7}"
+        print(f"{mode:22}{report['seconds_per_step']:8.3f}{result['memory_mb']:9.0f}{figures}   "
+              f"{last['loss']:.4g} = {last['content_loss']:.4g} + {last['style_loss']:.4g} after {last['step']} steps")
+    for key in ("content_loss", "style_loss"):
+        limit = 1.02 * final[key]
+        texts = [f"{mode} {there[1]:.1f} s" if (there := reached(result["report"], key, limit)) else f"{mode} never"
+                 for mode, result in results.items()]
+        print(f"{key} <= {limit:.4g}: {', '.join(texts)}")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--scan", required=True, type=pathlib.Path, help="folder in the layout of 7-Scenes")
+    parser.add_argument("--weights", required=True, type=pathlib.Path, help="VGG-19 up to conv3_1 or more")
+    parser.add_argument("--picture", required=True, type=pathlib.Path)
+    parser.add_argument("--modes", default=",".join(MODES), help="reference and some of: " + ", ".join(MODES))
+    parser.add_argument("--cores", type=int, default=os.cpu_count())
+    parser.add_argument("--fresco", default=ROOT / "build/bin/fresco", type=pathlib.Path)
+    parser.add_argument("--out", default=ROOT / "build/held_out", type=pathlib.Path)
+    options = parser.parse_args()
+    modes = [mode.strip() for mode in options.modes.split(",")]
+    for mode in modes:
+        if mode not in MODES:
+            parser.error(f"there is no mode {mode!r}; there are: {', '.join(MODES)}")
+    results = {}
+    for mode in dict.fromkeys(["reference"] + modes):
+        results[mode] = run(options, mode)
+        print(f"{mode}: {results[mode]['report']['seconds_per_step']:.3f} s/step", flush=True)
+    say(results)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

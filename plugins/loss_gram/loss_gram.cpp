@@ -71,9 +71,11 @@ class LossGram final : public fresco::Loss
             const auto& targets = targets_[i];
             const bool apart = targets.coarse && *rule == "released";
             torch::Tensor sum;
-            if (targets.coarse && !apart)
+            if (targets.coarse && targets.fine && !apart)
+                add_both(sum, part, i);
+            else if (targets.coarse && !apart)
                 add(sum, part, i, fresco::Pixels::all, {&*targets.coarse, nullptr});
-            if (targets.fine || apart)
+            if (apart || (targets.fine && !targets.coarse))
                 add(sum, part, i, fresco::Pixels::fine,
                     {apart ? &*targets.coarse : nullptr, targets.fine ? &*targets.fine : nullptr});
             if (apart)
@@ -109,6 +111,27 @@ class LossGram final : public fresco::Loss
         return names.empty() || std::find(names.begin(), names.end(), layer) != names.end();
     }
 
+    /// Adds the distances of all features to the coarse target and of the fine ones to theirs.
+    void add_both(torch::Tensor& sum, fresco::Part& part, std::size_t layer)
+    {
+        const auto& name = compared_[layer].name;
+        const auto selected = part.selected(*style.features, name, fresco::Pixels::all);
+        if (selected.size(1) == 0)
+            return;
+        const auto both = gram::moments_of_both(selected, part.fine_among_selected(*style.features, name));
+        sum = distance(averaged(both.all, part, name, fresco::Pixels::all), *targets_[layer].coarse);
+        if (both.fine)
+            sum = sum + distance(averaged(*both.fine, part, name, fresco::Pixels::fine), *targets_[layer].fine);
+    }
+
+    gram::Moments averaged(const gram::Moments& moments, fresco::Part& part, const std::string& name, fresco::Pixels pixels)
+    {
+        if (*average_views_count <= 1)
+            return moments;
+        return average_.average("level" + std::to_string(part.level()) + "." + name + "." + word(pixels),
+                                {part.step(), part.view(), part.repeat()}, moments);
+    }
+
     /// Adds the distances of one selection of pixels to its targets (null: none), where it has any pixels.
     void add(torch::Tensor& sum, fresco::Part& part, std::size_t layer, fresco::Pixels pixels,
              const std::array<const gram::Moments*, 2>& targets)
@@ -117,10 +140,7 @@ class LossGram final : public fresco::Loss
         const auto selected = part.selected(*style.features, name, pixels);
         if (selected.size(1) == 0)
             return;
-        auto moments = gram::moments(selected);
-        if (*average_views_count > 1)
-            moments = average_.average("level" + std::to_string(part.level()) + "." + name + "." + word(pixels),
-                                       {part.step(), part.view(), part.repeat()}, moments);
+        const auto moments = averaged(gram::moments(selected), part, name, pixels);
         for (const auto* target : targets)
         {
             if (target == nullptr)

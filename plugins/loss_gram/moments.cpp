@@ -42,6 +42,74 @@ struct MomentsFunction : torch::autograd::Function<MomentsFunction>
     }
 };
 
+/// Some of the features, in memory as all are, and where they belong.
+class Selection
+{
+  public:
+    Selection(const torch::Tensor& features, const torch::Tensor& index)
+        : pixels_in_rows_(!features.is_contiguous()), index_(index),
+          chosen_(pixels_in_rows_ ? features.t().index_select(0, index).t() : features.index_select(1, index))
+    {
+    }
+
+    torch::Tensor sum() const { return fresco::ordered_sum(chosen_, 1); }
+    torch::Tensor products() const { return fresco::matrix_product(chosen_, chosen_.t()); }
+
+    /// Their columns of `gradient` become `factor` (symmetric) times the features, plus `offset`.
+    void write_gradient(const torch::Tensor& factor, const torch::Tensor& offset, torch::Tensor& gradient) const
+    {
+        if (pixels_in_rows_)
+            gradient.t().index_copy_(0, index_, fresco::matrix_product(chosen_.t(), factor).add_(offset));
+        else
+            gradient.index_copy_(1, index_, fresco::matrix_product(factor, chosen_).add_(offset.unsqueeze(1)));
+    }
+
+  private:
+    bool pixels_in_rows_;
+    torch::Tensor index_;
+    torch::Tensor chosen_;
+};
+
+/// C x N and the numbers of the fine and of the other columns -> mean and second moment of all, and of the fine ones.
+struct BothMomentsFunction : torch::autograd::Function<BothMomentsFunction>
+{
+    static torch::autograd::variable_list forward(torch::autograd::AutogradContext* context, const torch::Tensor& features,
+                                                  const torch::Tensor& fine, const torch::Tensor& others)
+    {
+        context->save_for_backward({features, fine, others});
+        const auto count = static_cast<double>(features.size(1));
+        const auto fine_count = static_cast<double>(fine.numel());
+        torch::Tensor sum;
+        torch::Tensor products;
+        {
+            const Selection selection(features, others);
+            sum = selection.sum();
+            products = selection.products();
+        }
+        const Selection selection(features, fine);
+        const auto fine_sum = selection.sum();
+        const auto fine_products = selection.products();
+        return {(sum + fine_sum) / count, (products + fine_products) / count, fine_sum / fine_count, fine_products / fine_count};
+    }
+
+    static torch::autograd::variable_list backward(torch::autograd::AutogradContext* context,
+                                                   torch::autograd::variable_list gradients)
+    {
+        const auto saved = context->get_saved_variables();
+        const auto& features = saved[0];
+        const auto count = static_cast<double>(features.size(1));
+        const auto fine_count = static_cast<double>(saved[1].numel());
+        const auto factor = (gradients[1] + gradients[1].t()).div_(count);
+        const auto offset = gradients[0] / count;
+        auto result = at::empty_strided(features.sizes(), features.strides(), features.options());
+        Selection(features, saved[2]).write_gradient(factor, offset, result);
+        Selection(features, saved[1])
+            .write_gradient(factor + (gradients[3] + gradients[3].t()).div_(fine_count), offset + gradients[2] / fine_count,
+                            result);
+        return {result, torch::Tensor(), torch::Tensor()};
+    }
+};
+
 torch::Tensor sum_of_squares(const torch::Tensor& x)
 {
     return fresco::ordered_sum(x * x);
@@ -53,6 +121,21 @@ Moments moments(const torch::Tensor& features)
 {
     const auto values = MomentsFunction::apply(features);
     return {values[0], values[1]};
+}
+
+MomentsOfBoth moments_of_both(const torch::Tensor& given, const torch::Tensor& fine)
+{
+    const auto features = given.t().is_contiguous() ? given : given.contiguous();
+    const auto fine_index = fine.nonzero().flatten();
+    if (fine_index.numel() == 0)
+        return {moments(features), std::nullopt};
+    if (fine_index.numel() == fine.numel())
+    {
+        const auto all = moments(features);
+        return {all, all};
+    }
+    const auto values = BothMomentsFunction::apply(features, fine_index, fine.logical_not().nonzero().flatten());
+    return {{values[0], values[1]}, Moments{values[2], values[3]}};
 }
 
 torch::Tensor covariance(const Moments& moments)

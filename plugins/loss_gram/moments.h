@@ -2,6 +2,8 @@
 
 #include <torch/types.h>
 
+#include <optional>
+
 namespace gram
 {
 
@@ -15,6 +17,15 @@ struct Moments
 /// Of `features` (C x N, float32 or float64, N >= 1); differentiable. Sums run over fixed blocks in a fixed order, so the result
 /// and the gradient are the same for any thread count.
 Moments moments(const torch::Tensor& features);
+
+/// Of all features and of those that `fine` (N, bool) says; the second is missing where these are none. The same as moments() of
+/// each, for less work: what both share is multiplied once, forward and back.
+struct MomentsOfBoth
+{
+    Moments all;
+    std::optional<Moments> fine;
+};
+MomentsOfBoth moments_of_both(const torch::Tensor& features, const torch::Tensor& fine);
 
 /// second - mean·meanᵀ.
 torch::Tensor covariance(const Moments& moments);

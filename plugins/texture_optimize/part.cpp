@@ -188,6 +188,16 @@ CroppedLevel* RenderedPart::cropped(const FeatureNetwork& network)
     return &found->second;
 }
 
+const GridMask& RenderedPart::crop_grid(CroppedLevel& level, std::size_t number, int stride, Pixels pixels)
+{
+    auto& known = level.grids[number];
+    const auto found = known.find({stride, pixels});
+    if (found != known.end())
+        return found->second;
+    const auto mask = core_mask(chosen_pixels(data_.pixels, pixels), level.crops[number]);
+    return known.emplace(std::tuple(stride, pixels), grid_mask(mask, stride, image_.device())).first->second;
+}
+
 torch::Tensor RenderedPart::selected_in_crops(CroppedLevel& level, const FeatureNetwork& network, const std::string& layer,
                                               Pixels pixels, bool camera)
 {
@@ -198,16 +208,9 @@ torch::Tensor RenderedPart::selected_in_crops(CroppedLevel& level, const Feature
     std::vector<torch::Tensor> parts;
     for (std::size_t i = 0; i < level.crops.size(); ++i)
     {
-        const auto& crop = level.crops[i];
-        auto mask = level.grids[i].find({stride, pixels});
-        if (mask == level.grids[i].end())
-            mask = level.grids[i]
-                       .emplace(std::tuple(stride, pixels),
-                                grid_mask(core_mask(chosen_pixels(data_.pixels, pixels), crop), stride, image_.device()))
-                       .first;
         const auto features = encoded_layer(camera ? level.camera_features[i] : image_features[i], network, wanted, layer,
-                                            cut(camera ? data_.camera : image_, crop.encoded));
-        parts.push_back(selected_cells(features, mask->second));
+                                            cut(camera ? data_.camera : image_, level.crops[i].encoded));
+        parts.push_back(selected_cells(features, crop_grid(level, i, stride, pixels)));
     }
     if (parts.empty())
         return at::zeros({network.layer(layer).channels, 0}, image_.options().requires_grad(false));
@@ -219,6 +222,19 @@ torch::Tensor RenderedPart::selected(const FeatureNetwork& network, const std::s
     if (auto* level = cropped(network))
         return selected_in_crops(*level, network, layer, pixels, false);
     return selected_cells(encoded(features_, network, demand(network).image, layer, image_), grid(network, layer, pixels));
+}
+
+torch::Tensor RenderedPart::fine_among_selected(const FeatureNetwork& network, const std::string& layer)
+{
+    const auto among = [](const GridMask& all, const GridMask& fine) { return fine.cells.flatten().index_select(0, all.index); };
+    auto* level = cropped(network);
+    if (level == nullptr)
+        return among(grid(network, layer, Pixels::all), grid(network, layer, Pixels::fine));
+    const int stride = network.layer(layer).stride;
+    std::vector<torch::Tensor> parts{at::zeros({0}, image_.options().dtype(at::kBool).requires_grad(false))};
+    for (std::size_t i = 0; i < level->crops.size(); ++i)
+        parts.push_back(among(crop_grid(*level, i, stride, Pixels::all), crop_grid(*level, i, stride, Pixels::fine)));
+    return at::cat(parts);
 }
 
 torch::Tensor RenderedPart::camera_selected(const FeatureNetwork& network, const std::string& layer, Pixels pixels)

@@ -60,6 +60,7 @@ class RenderedPart final : public Part
     torch::Tensor feature_mask(const FeatureNetwork& network, const std::string& layer, Pixels pixels) override;
     torch::Tensor selected(const FeatureNetwork& network, const std::string& layer, Pixels pixels) override;
     torch::Tensor camera_selected(const FeatureNetwork& network, const std::string& layer, Pixels pixels) override;
+    torch::Tensor fine_among_selected(const FeatureNetwork& network, const std::string& layer) override;
 
     /// Cells of the layer's grid inside the level's mask.
     const GridMask& grid(const FeatureNetwork& network, const std::string& layer, Pixels pixels);
@@ -72,6 +73,8 @@ class RenderedPart final : public Part
                                  const std::string& layer, const torch::Tensor& picture);
     /// Null where the network encodes whole frames.
     CroppedLevel* cropped(const FeatureNetwork& network);
+    /// The cells of crop `number`'s core.
+    const GridMask& crop_grid(CroppedLevel& level, std::size_t number, int stride, Pixels pixels);
     torch::Tensor selected_in_crops(CroppedLevel& level, const FeatureNetwork& network, const std::string& layer, Pixels pixels,
                                     bool camera);
     const Demand& demand(const FeatureNetwork& network) const;

@@ -95,6 +95,36 @@ TEST_CASE("Moments and their gradient are the same bytes for any thread count")
     CHECK(at::equal(one.second, two.second));
 }
 
+TEST_CASE("Moments of all and of the fine features are those of each, and so are their gradients")
+{
+    const auto features = some_features(7, 500);
+    const auto weights = some_features(7, 7);
+    const auto value = [&](const gram::Moments& all, const gram::Moments& fine) {
+        return (all.second * weights).sum() + 2 * all.mean.sum() + 3 * (fine.second * weights.t()).sum() - fine.mean.pow(2).sum();
+    };
+    for (const std::int64_t every : {1, 3})
+        for (const bool turned : {false, true})
+        {
+            const auto given = turned ? features.t().contiguous().t() : features;
+            const auto fine = at::arange(500).remainder(every).eq(0);
+            const auto slow_input = given.detach().clone().requires_grad_();
+            const auto fine_only = slow_input.index_select(1, fine.nonzero().flatten());
+            const auto slow = value(gram::moments(slow_input), gram::moments(fine_only));
+            slow.backward();
+            const auto fast_input = given.detach().clone().requires_grad_();
+            const auto both = gram::moments_of_both(fast_input, fine);
+            REQUIRE(both.fine);
+            const auto fast = value(both.all, *both.fine);
+            fast.backward();
+            CHECK(fast.item<double>() == Approx(slow.item<double>()).epsilon(1e-12));
+            CHECK((fast_input.grad() - slow_input.grad()).abs().max().item<double>() <
+                  1e-12 * slow_input.grad().abs().max().item<double>());
+        }
+    const auto none = gram::moments_of_both(features, at::zeros({500}, at::kBool));
+    CHECK_FALSE(none.fine);
+    CHECK(none.all.second.allclose(gram::moments(features).second));
+}
+
 TEST_CASE("Differences are relative to the target")
 {
     const auto target = at::tensor({3.0, 4.0}, at::kDouble);

@@ -251,6 +251,14 @@ TEST_CASE("crops give the loss and the gradient of the whole frame, and encode l
         pixels.push_back(network.pixels);
         values.push_back(sum.item<double>());
         gradients.push_back(torch::autograd::grad({sum}, {image})[0]);
+        for (const char* layer : {"fine", "deep"})
+        {
+            const auto chosen = part.fine_among_selected(network, layer).nonzero().flatten();
+            CHECK(chosen.numel() > 0);
+            CHECK(part.selected(network, layer, Pixels::all)
+                      .index_select(1, chosen)
+                      .equal(part.selected(network, layer, Pixels::fine)));
+        }
     }
     CHECK(values[1] == Approx(values[0]).epsilon(1e-12));
     CHECK((gradients[1] - gradients[0]).abs().max().item<double>() < 1e-11 * gradients[0].abs().max().item<double>());

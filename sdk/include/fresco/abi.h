@@ -7,7 +7,7 @@
  *   1  first
  *   2  Files::loaded_from, ImageIo::check, LossTerm::network, Pixels::steep
  *   3  RunContext::reads_folder with a pattern, Cost::height_squares
- *   4  Slot that is optional though it has a default
+ *   4  Slot that is optional though it has a default; Part::fine_among_selected
  */
 #include <stddef.h>
 #include <stdint.h>

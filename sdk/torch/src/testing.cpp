@@ -137,6 +137,11 @@ torch::Tensor PicturePart::selected(const FeatureNetwork& network, const std::st
     return inside(features(network, layer), feature_mask(network, layer, pixels));
 }
 
+torch::Tensor PicturePart::fine_among_selected(const FeatureNetwork& network, const std::string& layer)
+{
+    return feature_mask(network, layer, Pixels::fine).masked_select(feature_mask(network, layer, Pixels::all));
+}
+
 torch::Tensor PicturePart::camera_selected(const FeatureNetwork& network, const std::string& layer, Pixels pixels)
 {
     return inside(camera_features(network, layer), feature_mask(network, layer, pixels));

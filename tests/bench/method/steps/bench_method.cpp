@@ -26,8 +26,8 @@ std::optional<int> read_options(int argc, char** argv, Options& options)
     auto& settings = options.settings;
     settings.threads = static_cast<int>(std::max(std::thread::hardware_concurrency(), 1U));
     app.add_option("--json", options.json, "File for the same figures as JSON");
-    app.add_option("--only", options.only, "Some of the tables: steps, adam, lookup, losses, features")
-        ->check(CLI::IsMember({"steps", "adam", "lookup", "losses", "features"}))
+    app.add_option("--only", options.only, "Some of the tables: steps, runs, adam, lookup, losses, features")
+        ->check(CLI::IsMember({"steps", "runs", "adam", "lookup", "losses", "features"}))
         ->delimiter(',');
     app.add_option("--sizes", settings.sizes_px, "Texture sizes, multiples of 8")
         ->check(CLI::Range(64, 16384) &
@@ -59,6 +59,8 @@ void run(const Options& options)
     { return options.only.empty() || std::find(options.only.begin(), options.only.end(), name) != options.only.end(); };
     if (wanted("steps"))
         report.add(bench::step_table(options.settings, folder.path()));
+    if (wanted("runs"))
+        report.add(bench::run_table(options.settings, folder.path(), vgg19));
     if (wanted("adam"))
         report.add(bench::adam_table(options.settings));
     if (wanted("lookup"))

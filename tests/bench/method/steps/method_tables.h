@@ -30,6 +30,9 @@ Table loss_table(const MethodSettings& settings, const std::filesystem::path& vg
 /// picture encoded in every step, every texel updated), with the same loss.
 Table step_table(const MethodSettings& settings, const std::filesystem::path& folder);
 
+/// Whole runs: how a step's time depends on the texture's size, and the memory on the number of frames.
+Table run_table(const MethodSettings& settings, const std::filesystem::path& folder, const std::filesystem::path& vgg19);
+
 /// Encoding pictures once or again.
 Table features_table(const MethodSettings& settings, const std::filesystem::path& vgg19);
 

@@ -71,4 +71,9 @@ torch::Tensor ViewPart::camera_selected(const fresco::FeatureNetwork& network, c
     return camera_features(network, layer).flatten(1);
 }
 
+torch::Tensor ViewPart::fine_among_selected(const fresco::FeatureNetwork& network, const std::string& layer)
+{
+    return feature_mask(network, layer, fresco::Pixels::fine).flatten();
+}
+
 }  // namespace bench

@@ -61,6 +61,8 @@ class Part
     /// may differ from feature_mask's, because large frames are encoded in crops.
     virtual torch::Tensor selected(const FeatureNetwork& network, const std::string& layer, Pixels pixels) = 0;
     virtual torch::Tensor camera_selected(const FeatureNetwork& network, const std::string& layer, Pixels pixels) = 0;
+    /// Which of selected(network, layer, Pixels::all) are also among selected(…, Pixels::fine): N, bool.
+    virtual torch::Tensor fine_among_selected(const FeatureNetwork& network, const std::string& layer) = 0;
 };
 
 /// A summand of a loss: a scalar tensor, and the network layer it belongs to ("" = none). The optimiser multiplies it by the

@@ -2,6 +2,8 @@
 """The paper's ablation, shortened: only 2D, angle, angle and depth, on one scan with one schedule.
 
 Needs a built fresco. Every run is a pipeline over the preset of its mode, by the style loss alone; what runs share is stored once.
+All modes start from noise: on a flat start the style loss alone pulls every pixel of a plain wall alike. There is no regulariser:
+with weights of unit mean activation the paper's factor outweighs the style on all layers but the coarsest.
 Prints a table with 95 % bootstrap intervals over pictures and says where an order holds: only where intervals do not overlap.
 Writes OUT/pictures.html: the same views in all modes, side by side.
 """
@@ -35,6 +37,8 @@ stages:
     max_steps: {steps}
     rate: {rate}
     decay: cosine
+    init: noise
+    lambda_r: 0
     seed: {seed}
     optimiser: {{mode: visible, beta2: 0.99}}
     losses:
@@ -192,8 +196,8 @@ def arguments():
     parser.add_argument("--modes", default=",".join(MODES), help="some of: " + ", ".join(MODES))
     parser.add_argument("--every", type=int, default=5, help="train with every n-th frame of a scan")
     parser.add_argument("--steps", type=int, default=120)
-    parser.add_argument("--repeats", type=int, default=4)
-    parser.add_argument("--rate", type=float, default=5)
+    parser.add_argument("--repeats", type=int, default=3)
+    parser.add_argument("--rate", type=float, default=8)
     parser.add_argument("--size", type=int, default=2048, help="texels a side")
     parser.add_argument("--faces", type=int, default=500000)
     parser.add_argument("--theta-d", type=float, help="metres; default 0.12 for a scan, 0.25 for the generated room")

@@ -48,6 +48,7 @@ fresco::Value figures_of(const std::function<fresco::Value(Measure&)>& work)
         Measure measure;
         auto figures = work(measure);
         figures.set("peak_mb", measure.peak_growth_mb());
+        figures.set("process_mb", peak_mb());
         return figures;
     }
     catch (const std::exception& error)

@@ -31,8 +31,9 @@ class Measure
 };
 
 /// Runs `work` in a child process of its own, so that the memory of one case does not count for the next, and returns the map of
-/// figures that it returns, with "peak_mb" added. If the child throws or dies, the map holds "note" with the reason instead. The
-/// calling process must have no other threads.
+/// figures that it returns, with "peak_mb", by how much the process
+/// grew, and "process_mb", how large it was at most, added. If the child throws or dies, the map holds "note" with the reason
+/// instead. The calling process must have no other threads.
 fresco::Value run_case(const std::function<fresco::Value(Measure&)>& work);
 
 /// What the system could still give out, megabytes.

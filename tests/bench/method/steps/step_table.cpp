@@ -10,7 +10,9 @@
 #include <ATen/ATen.h>
 #include <ATen/Parallel.h>
 
+#include <climits>
 #include <cmath>
+#include <malloc.h>
 
 namespace bench
 {
@@ -164,9 +166,20 @@ double network_work(const Studio& studio, const Network& network, bool reference
     return sum * (reference ? 2 : 1 + 1 / repeats);
 }
 
+/// As the host has it for its stages.
+void keep_freed_memory()
+{
+#if defined(__GLIBC__)
+    ::mallopt(M_MMAP_THRESHOLD, 1 << 30);
+    ::mallopt(M_TRIM_THRESHOLD, INT_MAX);
+#endif
+}
+
 fresco::Value measured(const Network& network, const Room& room, bool reference, const MethodSettings& settings,
                        const std::filesystem::path& weights, Measure& measure)
 {
+    if (!reference)
+        keep_freed_memory();
     Studio studio(network, room, reference, settings, weights);
     Evaluator evaluator(studio.losses, ValueSpace("network"), torch::kCPU, 0, !reference);
     double loss = 0;
@@ -211,7 +224,8 @@ Table step_table(const MethodSettings& settings, const std::filesystem::path& fo
                  {"seconds_per_step", "s/step"},
                  {"processor_seconds_per_step", "cpu s/step"},
                  {"times_faster", "x faster (cpu)", 1},
-                 {"peak_mb", "peak MB", 0},
+                 {"process_mb", "peak MB", 0},
+                 {"times_smaller", "x smaller", 1},
                  {"loss_difference", "loss apart", 7}});
     for (const auto& network : networks)
     {
@@ -231,6 +245,7 @@ Table step_table(const MethodSettings& settings, const std::filesystem::path& fo
                     reference = row;
                 row.set("times_faster",
                         ratio(entry(reference, "processor_seconds_per_step"), entry(row, "processor_seconds_per_step")));
+                row.set("times_smaller", ratio(entry(reference, "process_mb"), entry(row, "process_mb")));
                 if (const auto own = entry(row, "loss"), other = entry(reference, "loss"); !own.is_null() && !other.is_null())
                     row.set("loss_difference", std::abs(own.as_double() / other.as_double() - 1));
                 table.add(std::move(row));

@@ -79,7 +79,7 @@ struct Case
 fresco::Value measured(const Case& one, const std::filesystem::path& folder, const std::filesystem::path& vgg19, int threads,
                        Measure& measure)
 {
-    const Recording recording(folder / ("frames" + std::to_string(one.frames)), one.frames);
+    const Recording recording(folder / (std::to_string(one.size_px) + "_" + std::to_string(one.frames)), one.frames);
     Components components;
     const fresco::Value features = Map{{"type", "features.vgg19"}, {"weights", vgg19.string()}};
     const std::map<std::string, std::shared_ptr<fresco::Loss>> losses{

@@ -1,4 +1,5 @@
 #include <fresco/error.h>
+#include <fresco/strict_map.h>
 #include <fresco/value.h>
 
 #include <catch2/catch.hpp>
@@ -39,4 +40,17 @@ TEST_CASE("A value of another kind is named in the error")
     CHECK_THROWS_WITH(Value("x").as_int(), Contains("whole number") && Contains("\"x\""));
     CHECK_THROWS_WITH(Value(Value::Map{}).at("faces"), Contains("faces"));
     CHECK(Value(3).as_double() == 3.0);
+}
+
+TEST_CASE("A strict map gives what it has, and names what is missing or not known")
+{
+    const fresco::Value value = fresco::parse_json(R"({"a": 1, "b": 2})");
+    fresco::StrictMap map(value);
+    CHECK(map.take("a").as_int() == 1);
+    CHECK_THROWS_WITH(map.take("c"), "the entry \"c\" is missing");
+    CHECK_THROWS_WITH(map.refuse_others(), "the entry \"b\" is not known");
+    map.take("b");
+    CHECK_NOTHROW(map.refuse_others());
+    const fresco::Value list{fresco::Value::List{}};
+    CHECK_THROWS_WITH(fresco::StrictMap(list).take("a"), "the entry \"a\" is missing");
 }

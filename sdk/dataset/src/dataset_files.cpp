@@ -122,7 +122,7 @@ std::vector<std::byte> read_stamped(const std::filesystem::path& file, const Fil
     const std::string way_out = "; copy the dataset again from where it was written";
     if (!std::filesystem::exists(file))
         throw MissingInput(file.string() + ": is missing" + way_out);
-    const auto bytes = read_file(file, std::numeric_limits<std::size_t>::max());
+    auto bytes = read_file(file, std::numeric_limits<std::size_t>::max());
     if (bytes.size() != stamp.bytes)
         fail(file.string(),
              "has " + std::to_string(bytes.size()) + " bytes; dataset.json lists " + std::to_string(stamp.bytes) + way_out);

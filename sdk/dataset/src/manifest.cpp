@@ -3,6 +3,7 @@
 #include "manifest_values.h"
 
 #include <fresco/error.h>
+#include <fresco/strict_map.h>
 
 #include <algorithm>
 #include <cmath>
@@ -58,7 +59,7 @@ Value to_value(const View& view)
 
 View view_from(const Value& value, const std::vector<int>& heights_px)
 {
-    detail::Entries entries(value);
+    StrictMap entries(value);
     View view;
     view.sequence = detail::checked_part(entries.take("sequence").as_string(), "sequence");
     view.frame = detail::checked_part(entries.take("frame").as_string(), "frame");
@@ -90,7 +91,7 @@ View view_from(const Value& value, const std::vector<int>& heights_px)
 
 std::pair<std::string, FileStamp> file_from(const Value& value)
 {
-    detail::Entries entries(value);
+    StrictMap entries(value);
     const std::string name = detail::checked_name(entries.take("name").as_string());
     const std::int64_t bytes = entries.take("bytes").as_int();
     const std::string hash = entries.take("hash").as_string();
@@ -126,7 +127,7 @@ UvType uv_type_from(const Value& value)
     throw Error("float32 or uint16 was expected");
 }
 
-void check_format(detail::Entries& entries)
+void check_format(StrictMap& entries)
 {
     const Value& format = entries.take("format");
     if (!format.is_string() || format.as_string() != format_name)
@@ -159,7 +160,7 @@ auto at_place(const std::string& place, const Read& read)
 
 Manifest manifest_from(const Value& root)
 {
-    detail::Entries entries(root);
+    StrictMap entries(root);
     check_format(entries);
     Manifest manifest;
     manifest.uv = at_place("uv", [&] { return uv_type_from(entries.take("uv")); });

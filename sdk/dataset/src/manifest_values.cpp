@@ -3,6 +3,7 @@
 #include <fresco/dataset/manifest.h>
 #include <fresco/error.h>
 #include <fresco/frames.h>
+#include <fresco/strict_map.h>
 
 #include <algorithm>
 #include <limits>
@@ -56,22 +57,6 @@ bool is_part(std::string_view part)
 
 }  // namespace
 
-const Value& Entries::take(std::string_view key)
-{
-    const Value* value = map_.is_map() ? map_.find(key) : nullptr;
-    if (value == nullptr)
-        throw Error("the entry \"" + std::string(key) + "\" is missing");
-    taken_.emplace(key);
-    return *value;
-}
-
-void Entries::refuse_others() const
-{
-    for (const auto& [key, value] : map_.as_map())
-        if (!taken_.contains(key))
-            throw Error("the entry \"" + key + "\" is not known");
-}
-
 Value camera_value(const Camera& camera)
 {
     const Intrinsics& k = camera.intrinsics;
@@ -94,7 +79,7 @@ Value camera_value(const Camera& camera)
 
 Camera camera_from(const Value& value, const std::string& name)
 {
-    Entries entries(value);
+    StrictMap entries(value);
     Camera camera;
     Intrinsics& k = camera.intrinsics;
     k.width = size_from(entries.take("width"));

@@ -3,7 +3,6 @@
 #include <fresco/camera.h>
 #include <fresco/value.h>
 
-#include <set>
 #include <string>
 #include <string_view>
 
@@ -12,20 +11,6 @@
 
 namespace fresco::dataset::detail
 {
-
-/// The entries of a map, each to be taken once. References the map.
-class Entries
-{
-  public:
-    explicit Entries(const Value& map) : map_(map) {}
-    const Value& take(std::string_view key);
-    /// Throws Error if the map has an entry that was not taken.
-    void refuse_others() const;
-
-  private:
-    const Value& map_;
-    std::set<std::string, std::less<>> taken_;
-};
 
 /// {width, height, fx, fy, cx, cy, world_from_camera: three rows of four}
 Value camera_value(const Camera& camera);

@@ -95,6 +95,19 @@ Interval bootstrap_mean(std::span<const double> values, const BootstrapOptions& 
     return bootstrap_interval(values.size(), mean_of, options);
 }
 
+Interval wilson_interval(std::int64_t successes, std::int64_t trials)
+{
+    if (trials <= 0)
+        return {undefined, undefined};
+    constexpr double z = 1.959963984540054;  // 97.5 % of the normal distribution lie below
+    const auto n = static_cast<double>(trials);
+    const double share = static_cast<double>(successes) / n;
+    const double centre = (share + z * z / (2 * n)) / (1 + z * z / n);
+    const double half = z / (1 + z * z / n) * std::sqrt(share * (1 - share) / n + z * z / (4 * n * n));
+    // At the ends the exact bounds are 0 and 1; rounding must not miss them.
+    return {successes == 0 ? 0 : std::max(0.0, centre - half), successes == trials ? 1 : std::min(1.0, centre + half)};
+}
+
 std::string figure_text(double value, Interval interval)
 {
     return digits(value) + " [" + digits(interval.low) + ", " + digits(interval.high) + "]";

@@ -42,6 +42,10 @@ Interval bootstrap_interval(std::size_t groups, const GroupStatistic& statistic,
 /// The interval of the mean of one value per group.
 Interval bootstrap_mean(std::span<const double> values, const BootstrapOptions& options);
 
+/// 95 % score interval of a share, `successes` of `trials` independent ones: Wilson, "Probable inference, the law of succession,
+/// and statistical inference" (1927). Both ends are NaN for no trials.
+Interval wilson_interval(std::int64_t successes, std::int64_t trials);
+
 /// A figure with its interval as a map {value, low, high}; what is not finite becomes null, which JSON has.
 Value figure(double value, Interval interval);
 Value number_or_null(double value);

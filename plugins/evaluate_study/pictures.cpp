@@ -1,0 +1,92 @@
+#include "pictures.h"
+
+#include "page.h"
+
+#include <fresco/error.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string_view>
+
+namespace study
+{
+namespace
+{
+
+namespace fs = std::filesystem;
+using fresco::Error;
+using fresco::Raster8;
+
+constexpr std::array<std::string_view, 3> extensions{".png", ".jpg", ".jpeg"};
+
+MethodPictures by_stem(const std::string& method, const std::vector<fs::path>& files)
+{
+    MethodPictures result{method, {}};
+    for (const fs::path& file : files)
+        if (std::ranges::find(extensions, file.extension().string()) != extensions.end())
+            if (const auto [other, is_new] = result.files.emplace(file.stem().string(), file); !is_new)
+                throw Error(file.string() + " and " + other->second.string() + " share a name: keep one of them");
+    return result;
+}
+
+}  // namespace
+
+MethodPictures pictures_of(const std::string& method, const fresco::Files& views)
+{
+    std::vector<fs::path> files;
+    for (const std::string& name : views.names)
+        files.push_back(views.loaded_from / name);
+    return by_stem(method, files);
+}
+
+std::vector<MethodPictures> pictures_below(const fs::path& folder, fresco::RunContext& run)
+{
+    run.reads_folder(folder);
+    std::vector<fs::path> subfolders;
+    for (const auto& entry : fs::directory_iterator(folder))
+        if (entry.is_directory() && !entry.path().filename().string().starts_with('.'))
+            subfolders.push_back(entry.path());
+    std::ranges::sort(subfolders);
+    std::vector<MethodPictures> methods;
+    for (const fs::path& subfolder : subfolders)
+    {
+        for (const std::string_view extension : extensions)
+            run.reads_folder(subfolder, "*" + std::string(extension));
+        std::vector<fs::path> files;
+        for (const auto& entry : fs::directory_iterator(subfolder))
+            if (entry.is_regular_file())
+                files.push_back(entry.path());
+        std::ranges::sort(files);
+        methods.push_back(by_stem(subfolder.filename().string(), files));
+    }
+    return methods;
+}
+
+std::map<std::string, std::string> encoded(const Group& group, const ShownAs& shown, const fresco::ImageIo& images)
+{
+    std::map<std::string, Raster8> pictures;
+    for (const auto& [method, file] : group.files)
+        pictures.emplace(method, images.read_rgb(file));
+    const auto least = std::ranges::min_element(pictures, {}, [](const auto& entry) { return entry.second.height; });
+    const double aspect = static_cast<double>(least->second.width) / least->second.height;
+    for (const auto& [method, picture] : pictures)
+        if (std::abs(static_cast<double>(picture.width) / picture.height / aspect - 1) > 0.01)
+            throw Error(group.files.at(method).string() + " is " + std::to_string(picture.width) + "x" +
+                        std::to_string(picture.height) + " and " + group.files.at(least->first).string() + " is " +
+                        std::to_string(least->second.width) + "x" + std::to_string(least->second.height) +
+                        ": pictures that are compared must show the same view");
+    const double scale = std::min(1.0, static_cast<double>(shown.max_px) / std::max(least->second.width, least->second.height));
+    const int width = std::max(1, static_cast<int>(std::lround(least->second.width * scale)));
+    const int height = std::max(1, static_cast<int>(std::lround(least->second.height * scale)));
+    std::map<std::string, std::string> result;
+    for (const auto& [method, picture] : pictures)
+    {
+        const Raster8 small = fresco::resized(picture, width, height);
+        const auto bytes = shown.png ? images.encode_png(small) : images.encode_jpeg(small, shown.jpeg_quality);
+        result.emplace(method, data_uri(shown.png ? "image/png" : "image/jpeg", bytes));
+    }
+    return result;
+}
+
+}  // namespace study

@@ -1,0 +1,35 @@
+#pragma once
+
+#include "study.h"
+
+#include <fresco/files.h>
+#include <fresco/image_io.h>
+#include <fresco/run_context.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace study
+{
+
+/// The pictures (.png, .jpg, .jpeg) among what a stage made, by the names of the files without extension. Throws Error if two
+/// share a name.
+MethodPictures pictures_of(const std::string& method, const fresco::Files& views);
+
+/// One method per subfolder, called after it, in alphabetical order; hidden ones and other files are passed over. Notes what was
+/// looked for. Throws Error as pictures_of.
+std::vector<MethodPictures> pictures_below(const std::filesystem::path& folder, fresco::RunContext& run);
+
+struct ShownAs
+{
+    int max_px = 960;  ///< Of the longer side; smaller pictures stay as they are.
+    bool png = false;  ///< Else JPEG.
+    int jpeg_quality = 90;
+};
+
+/// The data URIs of a group's pictures, by method, all of one size: none tells its method by its resolution. Throws Error naming
+/// the files if their shapes differ by more than 1 %.
+std::map<std::string, std::string> encoded(const Group& group, const ShownAs& shown, const fresco::ImageIo& images);
+
+}  // namespace study

@@ -1,0 +1,244 @@
+#include "answers.h"
+#include "figures.h"
+#include "page.h"
+#include "pictures.h"
+
+#include <fresco/files.h>
+#include <fresco/files_io.h>
+#include <fresco/parallel.h>
+#include <fresco/stage.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <charconv>
+
+using namespace fresco;
+using namespace study;
+
+namespace
+{
+constexpr const char* default_questions =
+    "Which picture has less visible stretch? | In which picture are patterns in the background smaller?";
+constexpr std::size_t large_page = std::size_t{64} << 20U;
+
+/// "61.3 % [55.0, 67.1]"
+std::string percent_text(const Share& share)
+{
+    const auto percent = [](double value)
+    {
+        std::array<char, 32> text{};
+        const auto end = std::to_chars(text.data(), text.data() + text.size(), 100 * value, std::chars_format::fixed, 1).ptr;
+        return std::string(text.data(), end);
+    };
+    return percent(share.value) + " % [" + percent(share.interval.low) + ", " + percent(share.interval.high) + "]";
+}
+
+Value share_value(const Share& share)
+{
+    Value value = evaluation::figure(share.value, share.interval);
+    value.set("count", share.count);
+    return value;
+}
+
+Value verdict_value(const Verdict& verdict)
+{
+    return Value::Map{{"first", verdict.first},
+                      {"second", verdict.second},
+                      {"participants", verdict.participants},
+                      {"answers", verdict.answers},
+                      {"first_share", share_value(verdict.shares[0])},
+                      {"second_share", share_value(verdict.shares[1])},
+                      {"neither_share", share_value(verdict.shares[2])},
+                      {"preferred", verdict.preferred.empty() ? Value() : Value(verdict.preferred)}};
+}
+
+class EvaluateStudy final : public Stage
+{
+    Input<Files> first{this, "first", optional, "Pictures of one method, as render.views makes them"};
+    Input<Files> second{this, "second", optional, "Pictures of another method"};
+    Output<Files> files{this, "files", "The page, its key, and the figures where there are results"};
+    Option<std::string> first_name{this, "first_name", "first", "What the method on port 'first' is called in the figures"};
+    Option<std::string> second_name{this, "second_name", "second", "The same for port 'second'"};
+    Option<InputFolder> folder{this, "folder", InputFolder{}, "Folder with a subfolder of pictures per method, called after it"};
+    Option<std::string> questions{this, "questions", default_questions, "What is asked about a pair, separated by |"};
+    Option<int> pairs_count{this, "pairs_count", 70, range(1, 10'000),
+                            "Pairs that each participant is shown, each with one question"};
+    Option<int> pictures_count{this, "pictures_count", 40, range(1, 10'000),
+                               "Views that the page holds of each method, evenly spread"};
+    Option<int> max_px{this, "max_px", 960, range(64, 8192), "Longer side of the pictures in the page; larger ones are shrunk"};
+    Option<std::string> image_format{this, "image_format", "jpeg", one_of({"jpeg", "png"}),
+                                     "How pictures are stored in the page"};
+    Option<int> jpeg_quality{this, "jpeg_quality", 90, range(1, 100), "For image_format: jpeg"};
+    Option<int> seed{this, "seed", 1, range(0, 2'000'000'000), "Of the pictures' numbers and of the resampling"};
+    Option<InputFolder> results{this, "results", InputFolder{}, "Folder of the files that participants' pages made (*.json)"};
+    Option<InputFile> key{this, "key", InputFile{}, "Key of an earlier study whose results these are, in place of its pictures"};
+    Option<int> bootstrap_count{this, "bootstrap_count", 2000, range(100, 1'000'000), "Resamples behind the 95 % intervals"};
+    Option<OutputName> path{this, "path", OutputName{"study.html"}, "Name of the page, below --out; ends in .html"};
+    Slot<ImageIo> images{this, "images", "image.opencv", "Reads and encodes the pictures"};
+
+    Cost cost() const override
+    {
+        return {.seconds = "1 + 4 * pictures_count * max_px * max_px * 1e-7 / cores",
+                .memory_mb = "80 + cores * 60 + 4 * pictures_count * max_px * max_px * 1e-6",
+                .disk_mb = "2 * pictures_count * max_px * max_px * 1e-6",
+                .frames = {},
+                .faces = {}};
+    }
+
+    std::string sibling(const char* extension) const
+    {
+        return std::filesystem::path(path->path).replace_extension(extension).generic_string();
+    }
+
+    std::vector<MethodPictures> methods(RunContext& run) const
+    {
+        std::vector<MethodPictures> result;
+        if (!folder->empty())
+            result = pictures_below(folder->path, run);
+        if (first.has_value())
+            result.push_back(pictures_of(*first_name, *first));
+        if (second.has_value())
+            result.push_back(pictures_of(*second_name, *second));
+        return result;
+    }
+
+    /// The study of the pictures; its page and key are written.
+    Study written_study(Files& result, RunContext& run) const
+    {
+        const auto all = methods(run);
+        const auto groups = compared_groups(all, static_cast<std::size_t>(*pictures_count));
+        for (const Group& group : groups)
+            for (const auto& [method, file] : group.files)
+                run.reads_file(file);
+        const ShownAs shown{*max_px, *image_format == "png", *jpeg_quality};
+        const Study study = make_study(groups, split_questions(*questions), *pairs_count, static_cast<std::uint64_t>(*seed),
+                                       std::to_string(*max_px) + *image_format + std::to_string(*jpeg_quality));
+        const std::string text = page(study, encoded_pictures(study, groups, shown, run));
+        write(path->path, text, result);
+        write(sibling(".key.json"), key_text(study), result);
+
+        run.report("study", study.id);
+        run.report("pictures", study.pictures.size());
+        run.report("page_bytes", text.size());
+        std::size_t pairs = 0;
+        for (const Comparison& comparison : comparisons(study))
+            pairs += comparison.pairs.size();
+        run.report("pairs", pairs);
+        if (pairs * study.questions.size() < static_cast<std::size_t>(*pairs_count))
+            run.warning("there are only " + std::to_string(pairs) + " pairs for " + std::to_string(study.questions.size()) +
+                        " questions: participants are shown each once, fewer than pairs_count");
+        if (text.size() > large_page)
+            run.warning("the page has " + std::to_string(text.size() >> 20U) +
+                        " MB: make pictures_count, max_px or jpeg_quality smaller for phones");
+        return study;
+    }
+
+    std::vector<std::string> encoded_pictures(const Study& study, const std::vector<Group>& groups, const ShownAs& shown,
+                                              RunContext& run) const
+    {
+        std::map<std::pair<std::string, std::string>, std::size_t> number_of;
+        for (std::size_t i = 0; i < study.pictures.size(); ++i)
+            number_of[{study.pictures[i].method, study.pictures[i].name}] = i;
+        std::vector<std::string> pictures(study.pictures.size());
+        std::atomic<std::size_t> done{0};
+        parallel_for(groups.size(), 1, run.threads(),
+                     [&](std::size_t begin, std::size_t end)
+                     {
+                         for (std::size_t i = begin; i < end; ++i)
+                         {
+                             run.check_cancelled();
+                             for (auto& [method, uri] : encoded(groups[i], shown, *images))
+                                 pictures[number_of.at({method, groups[i].name})] = std::move(uri);
+                             run.progress(static_cast<double>(++done), static_cast<double>(groups.size()), "views");
+                         }
+                     });
+        return pictures;
+    }
+
+    Study study_of_key(RunContext& run) const
+    {
+        if (results->empty())
+            throw Error("a key is for results: give the folder of result files too");
+        if (first.has_value() || second.has_value() || !folder->empty())
+            throw Error("give either the key of a study or its pictures");
+        Study study = key_from(read_text_file(key->path), key->path.string());
+        run.report("study", study.id);
+        return study;
+    }
+
+    std::vector<AnswerSheet> sheets(const Study& study, RunContext& run) const
+    {
+        run.reads_folder(results->path, "*.json");
+        std::vector<std::filesystem::path> found;
+        for (const auto& entry : std::filesystem::directory_iterator(results->path))
+            if (entry.is_regular_file() && entry.path().extension() == ".json")
+                found.push_back(entry.path());
+        std::ranges::sort(found);
+        if (found.empty())
+            throw MissingInput(results->path.string() + ": holds no result file (*.json)");
+        for (const auto& file : found)
+            run.reads_file(file);
+        return read_sheets(found, study);
+    }
+
+    void tell(const Study& study, const std::vector<AnswerSheet>& sheets, Files& result, RunContext& run) const
+    {
+        const auto all = verdicts(study, sheets, {*bootstrap_count, static_cast<std::uint64_t>(*seed), 0.95});
+        const auto complete = std::ranges::count(sheets, true, &AnswerSheet::complete);
+        if (const auto early = static_cast<std::int64_t>(sheets.size()) - complete; early > 0)
+            run.warning(std::to_string(early) + " of " + std::to_string(sheets.size()) +
+                        " participants finished early; their answers count");
+        std::vector<double> seconds;
+        for (const AnswerSheet& sheet : sheets)
+            for (const Answer& answer : sheet.answers)
+                seconds.push_back(answer.seconds);
+        Value::List asked;
+        for (std::size_t question = 0; question < study.questions.size(); ++question)
+        {
+            Value::List compared;
+            for (const Verdict& verdict : all)
+                if (verdict.question == question)
+                {
+                    compared.push_back(verdict_value(verdict));
+                    run.message(
+                        study.questions[question] + " " + verdict.first + " " + percent_text(verdict.shares[0]) + ", " +
+                        verdict.second + " " + percent_text(verdict.shares[1]) + ", neither " + percent_text(verdict.shares[2]) +
+                        " of " + std::to_string(verdict.answers) + " answers: " +
+                        (verdict.preferred.empty() ? "no order can be told" : verdict.preferred + " is chosen more often"));
+                }
+            asked.emplace_back(Value::Map{{"question", study.questions[question]}, {"comparisons", std::move(compared)}});
+        }
+        const Value figures = Value::Map{{"study", study.id},
+                                         {"participants", sheets.size()},
+                                         {"complete", std::int64_t{complete}},
+                                         {"answers", seconds.size()},
+                                         {"mean_seconds", evaluation::number_or_null(evaluation::mean(seconds))},
+                                         {"questions", std::move(asked)}};
+        for (const auto& [name, value] : figures.as_map())
+            run.report(name, value);
+        write(sibling(".results.json"), to_json(figures, 1) + "\n", result);
+    }
+
+    void write(const std::string& name, const std::string& text, Files& result) const
+    {
+        const auto file = files.folder().path / name;
+        std::filesystem::create_directories(file.parent_path());
+        write_file(file, text);
+        result.names.push_back(name);
+    }
+
+    void run(RunContext& run) override
+    {
+        if (!path->path.ends_with(".html"))
+            throw Error("path \"" + path->path + "\" does not end in .html");
+        Files result;
+        const Study study = key->empty() ? written_study(result, run) : study_of_key(run);
+        if (!results->empty())
+            tell(study, sheets(study, run), result, run);
+        files = std::move(result);
+    }
+};
+}  // namespace
+
+FRESCO_STAGE("evaluate.study", EvaluateStudy, "User study: a page of picture pairs, and how often each method was chosen")

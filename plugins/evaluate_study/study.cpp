@@ -1,0 +1,183 @@
+#include "study.h"
+
+#include <fresco/error.h>
+#include <fresco/hash.h>
+#include <fresco/random.h>
+#include <fresco/strict_map.h>
+
+#include <algorithm>
+#include <set>
+
+namespace study
+{
+namespace
+{
+
+using fresco::Error;
+using fresco::Value;
+
+constexpr std::string_view key_format = "fresco.study_key";
+constexpr int key_version = 1;
+
+std::string names_of(const std::map<std::string, std::filesystem::path>& files)
+{
+    return files.empty() ? "no pictures" : files.begin()->first + (files.size() > 1 ? ", …" : "");
+}
+
+Value::List pictures_value(const std::vector<Picture>& pictures)
+{
+    Value::List list;
+    for (const Picture& picture : pictures)
+        list.emplace_back(Value::Map{{"method", picture.method}, {"name", picture.name}});
+    return list;
+}
+
+}  // namespace
+
+std::vector<Group> compared_groups(const std::vector<MethodPictures>& methods, std::size_t most)
+{
+    if (methods.size() < 2)
+        throw Error("a study compares two methods or more, but there " + std::string(methods.empty() ? "is none" : "is one") +
+                    ": give a folder with a subfolder of pictures per method, or the ports 'first' and 'second'");
+    std::map<std::string, Group> groups;
+    std::set<std::string> names;
+    for (const MethodPictures& method : methods)
+    {
+        if (!names.insert(method.method).second)
+            throw Error("two methods are called " + method.method + ": name them apart");
+        for (const auto& [name, file] : method.files)
+        {
+            groups[name].name = name;
+            groups[name].files.emplace(method.method, file);
+        }
+    }
+    std::vector<Group> shared;
+    for (auto& [name, group] : groups)
+        if (group.files.size() >= 2)
+            shared.push_back(std::move(group));
+    if (shared.empty())
+        throw Error("no picture's name is there in two methods: " + methods[0].method + " has " + names_of(methods[0].files) +
+                    " and " + methods[1].method + " has " + names_of(methods[1].files) +
+                    "; give the same view the same file name");
+    if (shared.size() <= most)
+        return shared;
+    std::vector<Group> chosen;
+    for (std::size_t i = 0; i < most; ++i)
+        chosen.push_back(shared[(2 * i + 1) * shared.size() / (2 * most)]);
+    return chosen;
+}
+
+std::vector<Comparison> comparisons(const Study& study)
+{
+    std::map<std::string, std::map<std::string, std::size_t>> by_name;
+    for (std::size_t i = 0; i < study.pictures.size(); ++i)
+        by_name[study.pictures[i].name][study.pictures[i].method] = i;
+    std::map<std::pair<std::string, std::string>, Comparison> found;
+    for (const auto& [name, by_method] : by_name)
+        for (auto first = by_method.begin(); first != by_method.end(); ++first)
+            for (auto second = std::next(first); second != by_method.end(); ++second)
+            {
+                Comparison& comparison = found[{first->first, second->first}];
+                comparison.first = first->first;
+                comparison.second = second->first;
+                comparison.pairs.emplace_back(first->second, second->second);
+            }
+    std::vector<Comparison> result;
+    for (auto& [methods, comparison] : found)
+        result.push_back(std::move(comparison));
+    return result;
+}
+
+Study make_study(const std::vector<Group>& groups, std::vector<std::string> questions, int pairs_count, std::uint64_t seed,
+                 std::string_view shown)
+{
+    std::vector<std::pair<Picture, std::filesystem::path>> all;
+    for (const Group& group : groups)
+        for (const auto& [method, file] : group.files)
+            all.emplace_back(Picture{method, group.name}, file);
+    fresco::Random random(seed);
+    for (std::size_t i = all.size(); i > 1; --i)
+        std::swap(all[i - 1], all[static_cast<std::size_t>(random.below(static_cast<std::int64_t>(i)))]);
+
+    Study study;
+    Value::List hashes;
+    for (auto& [picture, file] : all)
+    {
+        hashes.emplace_back(fresco::file_hash(file));
+        study.pictures.push_back(std::move(picture));
+    }
+    study.questions = std::move(questions);
+    study.pairs_count = pairs_count;
+    study.id = fresco::content_hash(key_text(study) + fresco::to_json(Value(std::move(hashes))) + std::string(shown));
+    return study;
+}
+
+std::vector<std::string> split_questions(std::string_view text)
+{
+    std::vector<std::string> questions;
+    for (std::size_t start = 0; start <= text.size();)
+    {
+        const std::size_t end = std::min(text.find('|', start), text.size());
+        std::string_view part = text.substr(start, end - start);
+        while (!part.empty() && (part.front() == ' ' || part.front() == '\n'))
+            part.remove_prefix(1);
+        while (!part.empty() && (part.back() == ' ' || part.back() == '\n'))
+            part.remove_suffix(1);
+        if (part.empty())
+            throw Error("option \"questions\": a question is empty; write them as 'One? | Another?'");
+        questions.emplace_back(part);
+        start = end + 1;
+    }
+    return questions;
+}
+
+std::string key_text(const Study& study)
+{
+    return fresco::to_json(Value::Map{{"format", key_format},
+                                      {"version", key_version},
+                                      {"study", study.id},
+                                      {"questions", Value::List(study.questions.begin(), study.questions.end())},
+                                      {"pairs_count", study.pairs_count},
+                                      {"pictures", pictures_value(study.pictures)}},
+                           1) +
+           "\n";
+}
+
+Study key_from(std::string_view text, std::string_view source)
+{
+    const Value root = fresco::parse_json(text, source);
+    const auto read = [&]
+    {
+        fresco::StrictMap entries(root);
+        if (entries.take("format") != Value(key_format) || entries.take("version") != Value(key_version))
+            throw Error("this is no key of a study, version " + std::to_string(key_version));
+        Study study;
+        study.id = entries.take("study").as_string();
+        for (const Value& question : entries.take("questions").as_list())
+            study.questions.push_back(question.as_string());
+        study.pairs_count = static_cast<int>(entries.take("pairs_count").as_int());
+        std::set<std::pair<std::string, std::string>> known;
+        for (const Value& value : entries.take("pictures").as_list())
+        {
+            fresco::StrictMap picture(value);
+            study.pictures.push_back({picture.take("method").as_string(), picture.take("name").as_string()});
+            picture.refuse_others();
+            if (!known.emplace(study.pictures.back().method, study.pictures.back().name).second)
+                throw Error("pictures: " + study.pictures.back().name + " of " + study.pictures.back().method + " stands twice");
+        }
+        entries.refuse_others();
+        if (study.questions.empty() || comparisons(study).empty())
+            throw Error("there is no question, or no pair of pictures");
+        return study;
+    };
+    try
+    {
+        return read();
+    }
+    catch (const Error& error)
+    {
+        throw Error(std::string(source) + ": " + error.what());
+    }
+}
+
+}  // namespace study

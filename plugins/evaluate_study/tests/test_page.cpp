@@ -1,0 +1,60 @@
+#include "page.h"
+#include "small_study.h"
+
+#include <fresco/value.h>
+
+#include <catch2/catch.hpp>
+
+using namespace study;
+
+namespace
+{
+
+std::string encoded(std::string_view text)
+{
+    return data_uri("image/png", std::as_bytes(std::span(text)));
+}
+
+/// The data in the page, as its script reads it.
+fresco::Value data_of(const std::string& text)
+{
+    const std::string_view mark = "id=\"study-data\">";
+    const auto begin = text.find(mark) + mark.size();
+    return fresco::parse_json(std::string_view(text).substr(begin, text.find("</script>", begin) - begin));
+}
+
+}  // namespace
+
+TEST_CASE("data URIs have the base64 of RFC 4648's examples")
+{
+    for (const auto& [plain, base64] : {std::pair{"", ""},
+                                        {"f", "Zg=="},
+                                        {"fo", "Zm8="},
+                                        {"foo", "Zm9v"},
+                                        {"foob", "Zm9vYg=="},
+                                        {"fooba", "Zm9vYmE="},
+                                        {"foobar", "Zm9vYmFy"},
+                                        {"\xfb\xff\xfe", "+//+"}})
+        CHECK(encoded(plain) == std::string("data:image/png;base64,") + base64);
+}
+
+TEST_CASE("the page holds the pictures and questions, all pairs, and no method's name")
+{
+    Study study = small_study();
+    for (Picture& picture : study.pictures)
+        picture.method = "method-" + picture.method;
+    study.questions[0] = "Is </script><b>this</b> sharper?";
+    const std::string text = page(study, {"data:0", "data:1", "data:2", "data:3", "data:4", "data:5"});
+    CHECK(text.find("method-") == std::string::npos);
+    CHECK(text.find("<!--STYLE-->") == std::string::npos);
+    CHECK(text.find("<!--SCRIPT-->") == std::string::npos);
+    CHECK(text.find("http://") == std::string::npos);
+    CHECK(text.find("https://") == std::string::npos);
+    const fresco::Value data = data_of(text);
+    CHECK(data.at("study").as_string() == study.id);
+    CHECK(data.at("questions").as_list().front().as_string() == study.questions[0]);
+    CHECK(data.at("pictures").as_list().size() == 6);
+    CHECK(data.at("pairs_count").as_int() == 6);
+    // In each pair the smaller number first: the order does not tell the method.
+    CHECK(data.at("strata") == fresco::parse_json("[[[0, 2], [1, 3]], [[4, 5]]]"));
+}

@@ -1,0 +1,130 @@
+#include "small_study.h"
+
+#include <fresco/error.h>
+#include <fresco/files_io.h>
+#include <fresco/testing.h>
+
+#include <catch2/catch.hpp>
+
+#include <set>
+
+using namespace study;
+using Catch::Contains;
+
+namespace
+{
+
+std::vector<Group> two_groups(const std::filesystem::path& folder)
+{
+    std::vector<Group> groups;
+    for (const char* name : {"one", "two"})
+    {
+        Group group{name, {}};
+        for (const char* method : {"a", "b"})
+        {
+            group.files[method] = folder / (std::string(name) + method);
+            fresco::write_file(group.files[method], std::string(name) + method);
+        }
+        groups.push_back(group);
+    }
+    return groups;
+}
+
+}  // namespace
+
+TEST_CASE("pictures of equal names are compared, so many of them at most, evenly spread")
+{
+    MethodPictures a{"a", {}};
+    MethodPictures b{"b", {}};
+    for (int i = 0; i < 10; ++i)
+    {
+        a.files["view-" + std::to_string(i)] = "a" + std::to_string(i);
+        b.files["view-" + std::to_string(i + 2)] = "b" + std::to_string(i);
+    }
+    const auto all = compared_groups({a, b}, 100);
+    REQUIRE(all.size() == 8);
+    CHECK(all[0].name == "view-2");
+    CHECK(all[0].files.at("a") == "a2");
+    CHECK(all[0].files.at("b") == "b0");
+    const auto some = compared_groups({a, b}, 2);
+    REQUIRE(some.size() == 2);
+    // The middles of two halves.
+    CHECK(some[0].name == "view-4");
+    CHECK(some[1].name == "view-8");
+
+    CHECK_THROWS_WITH(compared_groups({}, 5), Contains("there is none"));
+    CHECK_THROWS_WITH(compared_groups({a}, 5), Contains("there is one"));
+    CHECK_THROWS_WITH(compared_groups({a, a}, 5), Contains("two methods are called a"));
+    MethodPictures other{"other", {{"x", "x.png"}}};
+    CHECK_THROWS_WITH(compared_groups({a, other}, 5), Contains("a has view-0, … and other has x;"));
+}
+
+TEST_CASE("every two methods with a view in common are compared")
+{
+    const auto found = comparisons(small_study());
+    REQUIRE(found.size() == 2);
+    CHECK(found[0].first == "a");
+    CHECK(found[0].second == "b");
+    CHECK(found[0].pairs == std::vector<std::pair<std::size_t, std::size_t>>{{2, 0}, {1, 3}});
+    CHECK(found[1].first == "b");
+    CHECK(found[1].second == "c");
+    CHECK(found[1].pairs == std::vector<std::pair<std::size_t, std::size_t>>{{5, 4}});
+}
+
+TEST_CASE("a study's id is of all that it is made of, its numbers of the seed")
+{
+    const fresco::testing::TemporaryFolder folder;
+    auto groups = two_groups(folder.path());
+    const Study made = make_study(groups, {"Which?"}, 5, 1, "960jpeg90");
+    CHECK(made.id.size() == 32);
+    CHECK(made.id == make_study(groups, {"Which?"}, 5, 1, "960jpeg90").id);
+    std::set<std::pair<std::string, std::string>> pictures;
+    for (const Picture& picture : made.pictures)
+        pictures.emplace(picture.method, picture.name);
+    CHECK(pictures == std::set<std::pair<std::string, std::string>>{{"a", "one"}, {"b", "one"}, {"a", "two"}, {"b", "two"}});
+    bool other_order = false;
+    for (std::uint64_t seed = 2; seed < 6; ++seed)
+        other_order = other_order || !(make_study(groups, {"Which?"}, 5, seed, "960jpeg90").pictures == made.pictures);
+    CHECK(other_order);
+
+    std::set<std::string> ids{made.id};
+    CHECK(ids.insert(make_study(groups, {"Why?"}, 5, 1, "960jpeg90").id).second);
+    CHECK(ids.insert(make_study(groups, {"Which?"}, 6, 1, "960jpeg90").id).second);
+    CHECK(ids.insert(make_study(groups, {"Which?"}, 5, 1, "960png90").id).second);
+    fresco::write_file(groups[1].files["b"], "repainted");
+    CHECK(ids.insert(make_study(groups, {"Which?"}, 5, 1, "960jpeg90").id).second);
+}
+
+TEST_CASE("questions are separated by a bar")
+{
+    CHECK(split_questions("One?") == std::vector<std::string>{"One?"});
+    CHECK(split_questions(" One? |Two, or\nthree? \n") == std::vector<std::string>{"One?", "Two, or\nthree?"});
+    CHECK_THROWS_WITH(split_questions("One? |"), Contains("a question is empty"));
+    CHECK_THROWS_WITH(split_questions(""), Contains("a question is empty"));
+}
+
+TEST_CASE("a key gives the study back, and only as it was written")
+{
+    const Study study = small_study();
+    const std::string text = key_text(study);
+    const Study read = key_from(text, "study.key.json");
+    CHECK(read.id == study.id);
+    CHECK(read.questions == study.questions);
+    CHECK(read.pictures == study.pictures);
+    CHECK(read.pairs_count == 6);
+    CHECK(key_text(read) == text);
+    const auto changed = [&](const std::string& from, const std::string& to)
+    {
+        std::string other = text;
+        other.replace(other.find(from), from.size(), to);
+        return other;
+    };
+    CHECK_THROWS_WITH(key_from(changed("study_key", "other"), "k.json"),
+                      Contains("k.json: this is no key of a study, version 1"));
+    CHECK_THROWS_WITH(key_from(changed("\"version\": 1", "\"version\": 2"), "k.json"), Contains("no key of a study, version 1"));
+    CHECK_THROWS_WITH(key_from(changed("\"pairs_count\"", "\"pairs\""), "k.json"), Contains("\"pairs_count\" is missing"));
+    CHECK_THROWS_WITH(key_from(changed("\"version\": 1,", "\"version\": 1, \"more\": 2,"), "k.json"),
+                      Contains("\"more\" is not known"));
+    CHECK_THROWS_WITH(key_from(changed("\"name\": \"two\"", "\"name\": \"one\""), "k.json"), Contains("one of a stands twice"));
+    CHECK_THROWS_WITH(key_from("{]", "k.json"), Contains("k.json: not valid JSON"));
+}

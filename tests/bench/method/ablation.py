@@ -45,7 +45,7 @@ stages:
     losses:
       style: {{layers: "{layers}", layer_weights: {layer_weights}}}
       content:
-  views: {{type: render.views, input: {{mesh: bake, frames: scan}}, height_px: {height}}}
+  views: {{type: render.views, input: {{mesh: bake, frames: scan}}, height_px: {height}, samples: 1}}
   glb:
   reprojection:
     type: evaluate.reprojection

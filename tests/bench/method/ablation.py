@@ -64,10 +64,10 @@ GENERATED = """  scan: {{type: scan.synthetic_room, length_m: 7.5, width_m: 4, f
   frames: {{type: frames.sharpest, input: scan, max_frames: 30}}
   mesh: {{input: scan}}"""
 
-CIRCLES = """  circles:
-    type: evaluate.circles
-    input: {views: views, frames: scan, textured_mesh: bake}
-    every: 2
+# Circles of a radius below 10 px do not count: drawn too small, only the largest of the distant ones would.
+CIRCLES = """  large_views:
+    {{type: render.views, input: {{mesh: bake, frames: scan}}, folder: large_views, height_px: {height}, samples: 1, every_count: {every}}}
+  circles: {{type: evaluate.circles, input: {{views: large_views, frames: scan, textured_mesh: bake}}}}
 """
 
 
@@ -101,7 +101,9 @@ def pipeline(options, mode, picture, seed):
         short=options.short_gap,
         long=options.long_gap,
     )
-    return text + (CIRCLES if has_circles(picture) else "")
+    if has_circles(picture):
+        text += CIRCLES.format(height=options.circle_height, every=options.circles_every)
+    return text
 
 
 def run(options, mode, picture, seed):
@@ -203,6 +205,8 @@ def arguments():
     parser.add_argument("--faces", type=int, default=500000)
     parser.add_argument("--theta-d", type=float, help="metres; default 0.12 for a scan, 0.25 for the generated room")
     parser.add_argument("--height", type=int, default=784, help="of the rendered views")
+    parser.add_argument("--circle-height", type=int, default=1960, help="of the views that circles are looked for in")
+    parser.add_argument("--circles-every", type=int, help="look in every n-th view; default 5 for a scan, 3 for the generated room")
     parser.add_argument("--short-gap", type=int, help="recorded frame numbers; default 8 for a scan, 1 for the generated room")
     parser.add_argument("--long-gap", type=int, help="default 24 for a scan, 4 for the generated room")
     parser.add_argument("--fresco", default=ROOT / "build/bin/fresco", type=pathlib.Path)
@@ -213,6 +217,7 @@ def arguments():
     options.theta_d = options.theta_d or (0.12 if options.scan else 0.25)
     options.short_gap = options.short_gap or (8 if options.scan else 1)
     options.long_gap = options.long_gap or (24 if options.scan else 4)
+    options.circles_every = options.circles_every or (5 if options.scan else 3)
     options.modes = [mode.strip() for mode in options.modes.split(",")]
     for mode in options.modes:
         if mode not in MODES:

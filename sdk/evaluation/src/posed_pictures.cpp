@@ -3,7 +3,6 @@
 #include <fresco/error.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 #include <set>
@@ -17,12 +16,7 @@ namespace
 
 namespace fs = std::filesystem;
 
-constexpr std::array<std::string_view, 3> extensions{".png", ".jpg", ".jpeg"};
-
-bool is_picture(const fs::path& file)
-{
-    return std::ranges::find(extensions, file.extension().string()) != extensions.end();
-}
+using Extensions = std::span<const std::string_view>;
 
 std::vector<fs::path> listed(const Files& views)
 {
@@ -32,7 +26,7 @@ std::vector<fs::path> listed(const Files& views)
     return files;
 }
 
-std::vector<fs::path> listed(const fs::path& folder, RunContext& run)
+std::vector<fs::path> listed(const fs::path& folder, Extensions extensions, RunContext& run)
 {
     for (const std::string_view extension : extensions)
         run.reads_folder(folder, "*" + std::string(extension));
@@ -44,11 +38,11 @@ std::vector<fs::path> listed(const fs::path& folder, RunContext& run)
     return files;
 }
 
-std::map<std::string, fs::path> by_stem(const std::vector<fs::path>& files)
+std::map<std::string, fs::path> by_stem(const std::vector<fs::path>& files, Extensions extensions)
 {
     std::map<std::string, fs::path> result;
     for (const fs::path& file : files)
-        if (is_picture(file))
+        if (std::ranges::find(extensions, file.extension().string()) != extensions.end())
             if (const auto [place, is_new] = result.emplace(file.stem().string(), file); !is_new)
                 throw Error(file.string() + " and " + place->second.string() + " show the same view: keep one of them");
     return result;
@@ -56,11 +50,12 @@ std::map<std::string, fs::path> by_stem(const std::vector<fs::path>& files)
 
 }  // namespace
 
-std::vector<PosedPicture> posed_pictures(const Frames& frames, const Files* views, const fs::path& folder, RunContext& run)
+std::vector<PosedPicture> posed_pictures(const Frames& frames, const Files* views, const fs::path& folder, RunContext& run,
+                                         Extensions extensions)
 {
     if ((views != nullptr) != folder.empty())
         throw Error("give either port 'views' (what render.views made) or option 'folder' (pictures made elsewhere)");
-    const auto pictures = by_stem(views != nullptr ? listed(*views) : listed(folder, run));
+    const auto pictures = by_stem(views != nullptr ? listed(*views) : listed(folder, extensions, run), extensions);
     std::vector<PosedPicture> result;
     std::set<std::string> names;
     for (std::size_t i = 0; i < frames.frames.size(); ++i)

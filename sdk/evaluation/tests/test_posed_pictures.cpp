@@ -39,6 +39,11 @@ TEST_CASE("pictures are found by their frames' names, in the frames' order")
           std::vector<std::filesystem::path>{folder.path() / "*.png", folder.path() / "*.jpg", folder.path() / "*.jpeg"});
     CHECK(run.files_read.size() == 2);
 
+    write_file(folder.path() / "seq_01_c.npy", "x");
+    CHECK(posed_pictures(three_frames(), nullptr, folder.path(), run).size() == 2);
+    CHECK(posed_pictures(three_frames(), nullptr, folder.path(), run, picture_or_npy).back().file.filename() == "seq_01_c.npy");
+    CHECK(run.folders_read.back() == folder.path() / "*.npy");
+
     Files views;
     views.names = {"views/seq_01_c.png"};
     views.loaded_from = "/somewhere";

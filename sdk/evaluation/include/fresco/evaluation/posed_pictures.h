@@ -6,8 +6,11 @@
 #include <fresco/run_context.h>
 #include <fresco/texture.h>
 
+#include <array>
 #include <cstddef>
 #include <filesystem>
+#include <span>
+#include <string_view>
 #include <vector>
 
 namespace fresco::evaluation
@@ -20,12 +23,16 @@ struct PosedPicture
     std::filesystem::path file;
 };
 
-/// The pictures of frames, by file name (<sequence>_<frame>.png, .jpg or .jpeg), in the order of the frames: of `views` (what
-/// render.views made) where it is not null, else of `folder`, which is then noted as read. Frames without a picture are left out,
-/// files without a frame too. Throws Error if both or neither are given, two files or two frames share a name, or nothing
-/// matches.
+/// What picture files end in.
+inline constexpr std::array<std::string_view, 3> picture_extensions{".png", ".jpg", ".jpeg"};
+inline constexpr std::array<std::string_view, 4> picture_or_npy{".png", ".jpg", ".jpeg", ".npy"};
+
+/// The pictures of frames, by file name (<sequence>_<frame>, ending in one of `extensions`), in the order of the frames: of
+/// `views` (what render.views made) where it is not null, else of `folder`, which is then noted as read. Frames without a picture
+/// are left out, files without a frame too. Throws Error if both or neither are given, two files or two frames share a name, or
+/// nothing matches.
 std::vector<PosedPicture> posed_pictures(const Frames& frames, const Files* views, const std::filesystem::path& folder,
-                                         RunContext& run);
+                                         RunContext& run, std::span<const std::string_view> extensions = picture_extensions);
 
 /// The one of the two that is not null, checked: what the pictures show. Throws Error if both or neither are given, or for what
 /// check_mesh refuses.

@@ -1,0 +1,374 @@
+#include "alignment.h"
+
+#include <fresco/parallel.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace fresco::align
+{
+namespace
+{
+
+constexpr std::array<int, 3> level_heights{60, 120, 240};
+constexpr double darkest = 0.03;
+/// Differences of log brightness beyond this count less and less.
+constexpr double robust_scale = 0.15;
+/// Neighbouring points see the same edges: so many count as one observation against the prior.
+constexpr double alike_observations = 20;
+constexpr double settled_px = 0.02;
+/// Of each step, this share is taken again in the next one: groups of views that agree among themselves move slowly without.
+constexpr double momentum = 0.85;
+/// Rounds that find exposures alone, to tell afterwards what moving cameras changed.
+constexpr int exposure_rounds = 10;
+/// Points with less weight from other views tell nothing.
+constexpr double least_weight = 1e-3;
+/// Keeps the equations solvable where a picture is even.
+constexpr double tiny_share = 1e-6;
+constexpr std::size_t unknowns = 7;  ///< Turn, shift, exposure.
+
+using Vector = std::array<double, unknowns>;
+using Matrix = std::array<Vector, unknowns>;
+
+/// The value and its derivatives along x and y of a bilinear lookup; false outside.
+struct Lookup
+{
+    double value = 0;
+    double along_x = 0;
+    double along_y = 0;
+};
+
+bool look_up(const RasterF& picture, double x, double y, Lookup& found)
+{
+    x -= 0.5;
+    y -= 0.5;
+    if (!(x >= 0 && y >= 0 && x < picture.width - 1 && y < picture.height - 1))
+        return false;
+    const int column = static_cast<int>(x);
+    const int row = static_cast<int>(y);
+    const double right = x - column;
+    const double down = y - row;
+    const auto at = [&](int dx, int dy) { return static_cast<double>(picture.at(column + dx, row + dy)); };
+    const double top = at(0, 0) + (at(1, 0) - at(0, 0)) * right;
+    const double bottom = at(0, 1) + (at(1, 1) - at(0, 1)) * right;
+    found.value = top + (bottom - top) * down;
+    found.along_x = (at(1, 0) - at(0, 0)) * (1 - down) + (at(1, 1) - at(0, 1)) * down;
+    found.along_y = bottom - top;
+    return true;
+}
+
+Mat3 rotation_of(Vec3d turn)
+{
+    const double angle = length(turn);
+    const Vec3d axis = normalized(turn);
+    const double s = std::sin(angle);
+    const double c = std::cos(angle);
+    const double r = 1 - c;
+    Mat3 m;
+    m.m = {c + axis.x * axis.x * r,          axis.x * axis.y * r - axis.z * s, axis.x * axis.z * r + axis.y * s,
+           axis.y * axis.x * r + axis.z * s, c + axis.y * axis.y * r,          axis.y * axis.z * r - axis.x * s,
+           axis.z * axis.x * r - axis.y * s, axis.z * axis.y * r + axis.x * s, c + axis.z * axis.z * r};
+    return m;
+}
+
+/// Solves a symmetric positive definite system by Cholesky.
+Vector solved(Matrix a, Vector b)
+{
+    for (std::size_t i = 0; i < unknowns; ++i)
+        for (std::size_t j = 0; j <= i; ++j)
+        {
+            double sum = a[i][j];
+            for (std::size_t k = 0; k < j; ++k)
+                sum -= a[i][k] * a[j][k];
+            a[i][j] = i == j ? std::sqrt(sum) : sum / a[j][j];
+        }
+    for (std::size_t i = 0; i < unknowns; ++i)
+    {
+        for (std::size_t k = 0; k < i; ++k)
+            b[i] -= a[i][k] * b[k];
+        b[i] /= a[i][i];
+    }
+    for (std::size_t i = unknowns; i-- > 0;)
+    {
+        for (std::size_t k = i + 1; k < unknowns; ++k)
+            b[i] -= a[k][i] * b[k];
+        b[i] /= a[i][i];
+    }
+    return b;
+}
+
+struct State
+{
+    Vec3d turn;
+    Vec3d shift;
+    double exposure = 0;
+    Vector speed{};
+
+    RigidTransform motion() const { return {rotation_of(turn), shift}; }
+};
+
+class Aligner
+{
+  public:
+    Aligner(const std::vector<AlignedView>& views, std::size_t points, const AlignmentRules& rules)
+        : views_(views), rules_(rules), states_(views.size()), samples_(views.size()), sums_(points), totals_(points)
+    {
+        for (std::size_t v = 0; v < views.size(); ++v)
+            samples_[v].resize(views[v].sightings.size());
+    }
+
+    const std::vector<State>& states() const { return states_; }
+
+    /// Looks all sightings up; robust weights from the points' brightness as it was.
+    void look(std::size_t level, bool reweigh, int threads)
+    {
+        parallel_for(views_.size(), 1, threads,
+                     [&](std::size_t begin, std::size_t end)
+                     {
+                         for (std::size_t v = begin; v < end; ++v)
+                             look_view(v, std::min(level, views_[v].levels.size() - 1), reweigh);
+                     });
+        std::ranges::fill(sums_, 0);
+        std::ranges::fill(totals_, 0);
+        for (std::size_t v = 0; v < views_.size(); ++v)
+            for (std::size_t i = 0; i < samples_[v].size(); ++i)
+            {
+                const auto point = views_[v].sightings[i].point;
+                const auto weight = static_cast<double>(samples_[v][i].weight);
+                sums_[point] += weight * static_cast<double>(samples_[v][i].value);
+                totals_[point] += weight;
+            }
+    }
+
+    /// One step of every view, or of its exposure alone; the largest move in pixels of the level.
+    double step(std::size_t level, bool exposure_only, int threads)
+    {
+        std::vector<double> moved(views_.size());
+        parallel_for(views_.size(), 1, threads,
+                     [&](std::size_t begin, std::size_t end)
+                     {
+                         for (std::size_t v = begin; v < end; ++v)
+                             moved[v] = step_view(v, std::min(level, views_[v].levels.size() - 1), exposure_only);
+                     });
+        return moved.empty() ? 0 : *std::ranges::max_element(moved);
+    }
+
+    /// Mean difference to what all views see.
+    double error() const
+    {
+        double sum = 0;
+        double total = 0;
+        for (std::size_t v = 0; v < views_.size(); ++v)
+            for (std::size_t i = 0; i < samples_[v].size(); ++i)
+                if (double residual = 0; difference(v, i, residual))
+                {
+                    sum += static_cast<double>(views_[v].sightings[i].weight) * std::abs(residual);
+                    total += static_cast<double>(views_[v].sightings[i].weight);
+                }
+        return total > 0 ? sum / total : 0;
+    }
+
+  private:
+    struct Sample
+    {
+        float value = 0;  ///< With the exposure.
+        float weight = 0;
+        float along_x = 0;
+        float along_y = 0;
+    };
+
+    void look_view(std::size_t v, std::size_t level, bool reweigh)
+    {
+        const AlignedView& view = views_[v];
+        const RasterF& picture = view.levels[level];
+        const Intrinsics k = view.intrinsics.scaled_to(picture.width, picture.height);
+        const RigidTransform motion = states_[v].motion();
+        for (std::size_t i = 0; i < samples_[v].size(); ++i)
+        {
+            double residual = 0;
+            double robust = 1;
+            if (reweigh && difference(v, i, residual))
+                robust = 1 / (1 + residual * residual / (robust_scale * robust_scale));
+            const Vec3d p = motion.point(vec_cast<double>(view.sightings[i].in_camera));
+            Lookup found;
+            Sample& sample = samples_[v][i];
+            if (!(p.z > 0) || !look_up(picture, k.fx * p.x / p.z + k.cx, k.fy * p.y / p.z + k.cy, found))
+            {
+                sample = {};
+                continue;
+            }
+            sample = {static_cast<float>(found.value + states_[v].exposure),
+                      static_cast<float>(static_cast<double>(view.sightings[i].weight) * robust),
+                      static_cast<float>(found.along_x), static_cast<float>(found.along_y)};
+        }
+    }
+
+    /// To the mean of all views: with that of the others two views would trade places for ever. False where no other view sees
+    /// the point.
+    bool difference(std::size_t v, std::size_t i, double& residual) const
+    {
+        const Sample& sample = samples_[v][i];
+        const auto point = views_[v].sightings[i].point;
+        if (!(sample.weight > 0) || !(totals_[point] - static_cast<double>(sample.weight) > least_weight))
+            return false;
+        residual = static_cast<double>(sample.value) - sums_[point] / totals_[point];
+        return true;
+    }
+
+    double step_view(std::size_t v, std::size_t level, bool exposure_only)
+    {
+        const AlignedView& view = views_[v];
+        const RasterF& picture = view.levels[level];
+        const Intrinsics k = view.intrinsics.scaled_to(picture.width, picture.height);
+        State& state = states_[v];
+        const RigidTransform motion = state.motion();
+        Matrix normal{};
+        Vector right{};
+        double total = 0;
+        double depth = 0;
+        for (std::size_t i = 0; i < samples_[v].size(); ++i)
+        {
+            double residual = 0;
+            if (!difference(v, i, residual))
+                continue;
+            const Sample& sample = samples_[v][i];
+            const auto weight = static_cast<double>(sample.weight);
+            const Vec3d p = motion.point(vec_cast<double>(view.sightings[i].in_camera));
+            const double by_x = static_cast<double>(sample.along_x) * k.fx;
+            const double by_y = static_cast<double>(sample.along_y) * k.fy;
+            // How the value changes with the point, and with the camera's turn and shift.
+            const Vec3d slope{by_x / p.z, by_y / p.z, -(by_x * p.x + by_y * p.y) / (p.z * p.z)};
+            const Vec3d by_turn = cross(p - state.shift, slope);
+            const Vector gradient{by_turn.x, by_turn.y, by_turn.z, slope.x, slope.y, slope.z, 1};
+            for (std::size_t a = 0; a < unknowns; ++a)
+            {
+                right[a] -= weight * gradient[a] * residual;
+                for (std::size_t b = 0; b <= a; ++b)
+                    normal[a][b] += weight * gradient[a] * gradient[b];
+            }
+            total += weight;
+            depth += weight * p.z;
+        }
+        if (!(total > 0))
+            return 0;
+        if (exposure_only)
+        {
+            state.exposure += right[6] / normal[6][6];
+            return 0;
+        }
+        const double observation = robust_scale * robust_scale * alike_observations;
+        const Vector now{state.turn.x, state.turn.y, state.turn.z, state.shift.x, state.shift.y, state.shift.z, 0};
+        for (std::size_t a = 0; a < 6; ++a)
+        {
+            const double likely = a < 3 ? rules_.likely_turn : rules_.likely_shift_m;
+            normal[a][a] += observation / (likely * likely);
+            right[a] -= observation / (likely * likely) * now[a];
+        }
+        normal[6][6] *= 1 + tiny_share;
+        const Vector s = solved(normal, right);
+        for (std::size_t a = 0; a < unknowns; ++a)
+            state.speed[a] = momentum * state.speed[a] + s[a];
+        state.turn += Vec3d{state.speed[0], state.speed[1], state.speed[2]};
+        state.shift += Vec3d{state.speed[3], state.speed[4], state.speed[5]};
+        state.exposure += state.speed[6];
+        return k.fx * (length(Vec3d{s[0], s[1], s[2]}) + length(Vec3d{s[3], s[4], s[5]}) * total / depth);
+    }
+
+    const std::vector<AlignedView>& views_;
+    AlignmentRules rules_;
+    std::vector<State> states_;
+    std::vector<std::vector<Sample>> samples_;
+    std::vector<double> sums_;  ///< Per point.
+    std::vector<double> totals_;
+};
+
+std::size_t level_count(const std::vector<AlignedView>& views)
+{
+    std::size_t levels = 0;
+    for (const auto& view : views)
+        levels = std::max(levels, view.levels.size());
+    return levels;
+}
+
+double error_as_recorded(const std::vector<AlignedView>& views, std::size_t points, const AlignmentRules& rules, int threads)
+{
+    if (views.empty())
+        return 0;
+    Aligner aligner(views, points, rules);
+    const std::size_t finest = level_count(views) - 1;
+    aligner.look(finest, false, threads);
+    for (int round = 0; round < exposure_rounds; ++round)
+    {
+        aligner.step(finest, true, threads);
+        aligner.look(finest, true, threads);
+    }
+    return aligner.error();
+}
+
+double moved_px(const AlignedView& view, const RigidTransform& motion)
+{
+    double sum = 0;
+    for (const Sighting& sighting : view.sightings)
+    {
+        const Vec3d from = vec_cast<double>(sighting.in_camera);
+        const Vec3d to = motion.point(from);
+        const double dx = view.intrinsics.fx * (to.x / to.z - from.x / from.z);
+        const double dy = view.intrinsics.fy * (to.y / to.z - from.y / from.z);
+        sum += dx * dx + dy * dy;
+    }
+    return view.sightings.empty() ? 0 : std::sqrt(sum / static_cast<double>(view.sightings.size()));
+}
+
+}  // namespace
+
+std::vector<RasterF> brightness_levels(const Raster8& rgb)
+{
+    RasterF grey(rgb.width, rgb.height);
+    for (std::size_t i = 0; i < grey.values.size(); ++i)
+        grey.values[i] = (0.299F * static_cast<float>(rgb.values[3 * i]) + 0.587F * static_cast<float>(rgb.values[3 * i + 1]) +
+                          0.114F * static_cast<float>(rgb.values[3 * i + 2])) /
+                         255;
+    std::vector<RasterF> levels;
+    for (const int height : level_heights)
+        if (levels.empty() || height <= rgb.height)
+        {
+            const int used = std::min(height, rgb.height);
+            const int width = std::max(1, static_cast<int>(std::lround(static_cast<double>(used) * rgb.width / rgb.height)));
+            levels.push_back(resized(grey, width, used));
+            for (float& value : levels.back().values)
+                value = static_cast<float>(std::log(static_cast<double>(value) + darkest));
+        }
+    return levels;
+}
+
+Alignment align(const std::vector<AlignedView>& views, std::size_t points, const AlignmentRules& rules, Progress& progress)
+{
+    Alignment result;
+    result.error_before = error_as_recorded(views, points, rules, progress.threads());
+    Aligner aligner(views, points, rules);
+    const std::size_t levels = level_count(views);
+    for (std::size_t level = 0; level < levels; ++level)
+    {
+        aligner.look(level, false, progress.threads());
+        for (int round = 0; round < rules.rounds; ++round)
+        {
+            progress.check_cancelled();
+            const double moved = aligner.step(level, false, progress.threads());
+            aligner.look(level, true, progress.threads());
+            progress.progress(static_cast<double>(level) * rules.rounds + round + 1, static_cast<double>(levels) * rules.rounds,
+                              "rounds");
+            if (moved < settled_px)
+                break;
+        }
+    }
+    result.error_after = aligner.error();
+    for (std::size_t v = 0; v < views.size(); ++v)
+    {
+        result.corrected_from_recorded.push_back(aligner.states()[v].motion());
+        result.moved_px.push_back(moved_px(views[v], result.corrected_from_recorded.back()));
+    }
+    return result;
+}
+
+}  // namespace fresco::align

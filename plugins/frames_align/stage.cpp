@@ -1,0 +1,136 @@
+#include "alignment.h"
+
+#include <fresco/frames.h>
+#include <fresco/image_io.h>
+#include <fresco/mesh.h>
+#include <fresco/parallel.h>
+#include <fresco/raycast/surface.h>
+#include <fresco/stage.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <vector>
+
+using namespace fresco;
+
+namespace
+{
+
+/// Height at which the mesh's depth is cast, to see which points a view shows.
+constexpr int depth_height = 240;
+
+RasterF cast_depth(const raycast::Scene& scene, const Camera& camera)
+{
+    RasterF depth(camera.intrinsics.width, camera.intrinsics.height);
+    std::vector<raycast::Hit> hits(depth.values.size());
+    scene.cast_rows(camera, 0, depth.height, hits);
+    for (std::size_t i = 0; i < hits.size(); ++i)
+        if (raycast::sight(hits[i]) == raycast::Sight::surface)
+            depth.values[i] = static_cast<float>(hits[i].distance);
+    return depth;
+}
+
+std::string rounded(double value, const char* unit)
+{
+    return std::to_string(std::lround(value)) + unit;
+}
+
+class FramesAlign final : public Stage
+{
+    Input<Mesh> mesh{this, "mesh", "The room, in the world frame of the poses"};
+    Input<Frames> frames{this, "frames", "Recorded frames"};
+    Output<Frames> aligned{this, "frames", "The same frames, the poses of their colour cameras corrected"};
+    Option<int> points_count{this, "points_count", 60'000, range(100, 10'000'000),
+                             "Compare the views at so many points of the surface, at most"};
+    Option<int> rounds_count{this, "rounds_count", 40, range(1, 10'000), "Steps at each of the three picture sizes, at most"};
+    Option<double> likely_turn_deg{this, "likely_turn_deg", 1, range(0.001, 90),
+                                   "How far a camera's direction is usually off; a prior, not a limit"};
+    Option<double> likely_shift_m{this, "likely_shift_m", 0.02, range(1e-5, 100), "How far its place is usually off"};
+    Slot<ImageIo> images{this, "images", "image.opencv", optional, "Reads pictures that are not NPY; none: there are no others"};
+
+    Cost cost() const override
+    {
+        return {.seconds = "2 + faces * 2e-6 + frames * 0.15 / cores",
+                .memory_mb = "60 + faces * 0.0003 + frames * (0.45 + points_count * 0.000006)",
+                .disk_mb = "0",
+                .frames = "",
+                .faces = ""};
+    }
+
+    align::AlignedView view_of(const Frame& frame, const std::vector<align::SurfacePoint>& points,
+                               const raycast::Scene& scene) const
+    {
+        check_camera(frame.color, "the colour camera of " + frame.sequence + "/" + frame.name);
+        const Camera camera{frame.color.intrinsics.scaled_to(frame.color.intrinsics.width_at(depth_height), depth_height),
+                            frame.color.world_from_camera};
+        return {frame.color.intrinsics, align::sightings(points, camera, cast_depth(scene, camera)),
+                align::brightness_levels(load_color(frame, images.has_value() ? images.get().get() : nullptr))};
+    }
+
+    void run(RunContext& run) override
+    {
+        check_mesh(*mesh, "the mesh on port 'mesh'");
+        const auto& all = frames->frames;
+        if (all.empty())
+            throw Error("port 'frames' brings no frames: check the scan's path and the stages that drop frames");
+        const auto points = align::surface_points(*mesh, static_cast<std::size_t>(*points_count));
+        const raycast::Scene scene(*mesh);
+        std::vector<align::AlignedView> views(all.size());
+        std::atomic<std::size_t> done{0};
+        parallel_for(all.size(), 1, run.threads(),
+                     [&](std::size_t begin, std::size_t end)
+                     {
+                         for (std::size_t i = begin; i < end; ++i)
+                         {
+                             run.check_cancelled();
+                             views[i] = view_of(all[i], points, scene);
+                             run.progress(static_cast<double>(++done), static_cast<double>(all.size()), "frames");
+                         }
+                     });
+        const double turn = *likely_turn_deg * std::numbers::pi / 180;
+        const auto found = align::align(views, points.size(), {*rounds_count, turn, *likely_shift_m}, run);
+        Frames result = *frames;
+        for (std::size_t i = 0; i < all.size(); ++i)
+            result.frames[i].color.world_from_camera =
+                all[i].color.world_from_camera * found.corrected_from_recorded[i].inverse();
+        tell(found, points.size(), views, run);
+        aligned = std::move(result);
+    }
+
+    static void tell(const align::Alignment& found, std::size_t points, const std::vector<align::AlignedView>& views,
+                     RunContext& run)
+    {
+        auto moved = found.moved_px;
+        std::ranges::sort(moved);
+        std::size_t sightings = 0;
+        std::size_t blind = 0;
+        for (const auto& view : views)
+        {
+            sightings += view.sightings.size();
+            blind += view.sightings.empty();
+        }
+        run.report("points", points);
+        run.report("sightings", sightings);
+        run.report("blind_frames", blind);
+        run.report("median_moved_px", moved[moved.size() / 2]);
+        run.report("most_moved_px", moved.back());
+        run.report("error_before", found.error_before);
+        run.report("error_after", found.error_after);
+        if (found.error_before > 0)
+            run.message("pictures moved by " + rounded(moved[moved.size() / 2], " px (median), ") +
+                        rounded(moved.back(), " px at most") + "; they differ by " +
+                        rounded(100 * (1 - found.error_after / found.error_before), " % less"));
+        if (blind > 0)
+            run.warning(std::to_string(blind) + " of " + std::to_string(views.size()) +
+                        " frames see no point of the mesh and stay as they are" +
+                        (blind == views.size() ? ": are the mesh and the poses in the same world frame?" : ""));
+    }
+};
+
+}  // namespace
+
+FRESCO_STAGE("frames.align", FramesAlign, "Corrects the poses of the colour cameras so that their pictures agree on the surface")
+FRESCO_LIBRARY("Embree", raycast::embree_version())

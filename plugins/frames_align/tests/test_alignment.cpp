@@ -1,0 +1,215 @@
+#include "painted_corner.h"
+
+#include <fresco/error.h>
+#include <fresco/testing.h>
+
+#include <catch2/catch.hpp>
+
+#include <set>
+
+using namespace painted_corner;
+using namespace fresco::align;
+
+namespace
+{
+
+/// Points are seen from where the recorder says that the cameras are; pictures are taken from where they are.
+std::vector<AlignedView> views_of(const std::vector<Camera>& true_cameras, const std::vector<Camera>& recorded,
+                                  const std::vector<SurfacePoint>& points, const std::vector<double>& gains)
+{
+    std::vector<AlignedView> views;
+    for (std::size_t i = 0; i < true_cameras.size(); ++i)
+        views.push_back({true_cameras[i].intrinsics, sightings(points, recorded[i], depth_of(recorded[i])),
+                         brightness_levels(picture_of(true_cameras[i], gains[i]))});
+    return views;
+}
+
+Camera corrected(const Camera& recorded, const RigidTransform& motion)
+{
+    return {recorded.intrinsics, recorded.world_from_camera * motion.inverse()};
+}
+
+/// How far the cameras' places relative to each other are from the true ones, in pixels: the mean over the cameras, against each
+/// one in turn. All of them may move together.
+double relatively_apart_px(const std::vector<Camera>& truth, const std::vector<Camera>& now)
+{
+    double sum = 0;
+    for (std::size_t i = 0; i < truth.size(); ++i)
+        for (std::size_t j = 0; j < truth.size(); ++j)
+        {
+            const RigidTransform moved = now[j].world_from_camera * truth[j].world_from_camera.inverse();
+            sum += apart_px(truth[i], {now[i].intrinsics, moved.inverse() * now[i].world_from_camera});
+        }
+    return sum / static_cast<double>(truth.size() * (truth.size() - 1));
+}
+
+std::vector<Camera> corrected(const std::vector<Camera>& recorded, const align::Alignment& found)
+{
+    std::vector<Camera> result;
+    for (std::size_t i = 0; i < recorded.size(); ++i)
+        result.push_back(corrected(recorded[i], found.corrected_from_recorded[i]));
+    return result;
+}
+
+const std::vector<double> even_gains(7, 1.0);
+
+}  // namespace
+
+TEST_CASE("a camera that is told wrongly is put where it was")
+{
+    const auto points = surface_points(mesh_of(0.04), 10000);
+    const auto truth = cameras();
+    auto recorded = truth;
+    recorded[2] = mistaken(truth[2], 0.02, {0.02, -0.01, 0.015});
+    REQUIRE(apart_px(truth[2], recorded[2]) > 5);
+    testing::TestRun run;
+    const auto found = align::align(views_of(truth, recorded, points, even_gains), points.size(), {}, run);
+    CHECK(relatively_apart_px(truth, recorded) > 2);
+    CHECK(relatively_apart_px(truth, corrected(recorded, found)) < 0.5);
+    for (std::size_t i = 0; i < truth.size(); ++i)
+        CHECK(found.moved_px[i] ==
+              Approx(apart_px(recorded[i], corrected(recorded[i], found.corrected_from_recorded[i]))).epsilon(0.15));
+    CHECK(found.error_after < 0.25 * found.error_before);
+}
+
+TEST_CASE("many small mistakes are corrected, whatever the exposures")
+{
+    const auto points = surface_points(mesh_of(0.04), 10000);
+    const auto truth = cameras();
+    std::vector<Camera> recorded;
+    for (std::size_t i = 0; i < truth.size(); ++i)
+    {
+        const double sign = i % 2 == 0 ? 1 : -1;
+        const auto part = static_cast<double>(i);
+        recorded.push_back(mistaken(truth[i], sign * 0.004 * (part - 3), {0.003 * sign * part, 0.002 * (part - 3), 0}));
+    }
+    testing::TestRun run;
+    const auto found = align::align(views_of(truth, recorded, points, {1, 1.2, 0.8, 0.9, 1.1, 1.3, 0.7}), points.size(), {}, run);
+    CHECK(relatively_apart_px(truth, recorded) > 2.5);
+    CHECK(relatively_apart_px(truth, corrected(recorded, found)) < 0.4);
+    CHECK(found.error_after < 0.4 * found.error_before);
+}
+
+TEST_CASE("right cameras stay, and one that shares nothing with others")
+{
+    const auto points = surface_points(mesh_of(0.06), 10000);
+    const auto truth = cameras();
+    auto views = views_of(truth, truth, points, even_gains);
+    views.push_back({truth[0].intrinsics, {}, brightness_levels(picture_of(truth[0]))});
+    testing::TestRun run;
+    const auto found = align::align(views, points.size(), {}, run);
+    for (std::size_t i = 0; i < truth.size(); ++i)
+        CHECK(found.moved_px[i] < 0.3);
+    CHECK(found.corrected_from_recorded[7] == RigidTransform{});
+    CHECK(found.moved_px[7] == 0);
+    CHECK(align::align({}, 0, {}, run).moved_px.empty());
+    // Exposures are no error.
+    const std::vector<double> gains{1, 1.2, 0.8, 0.9, 1.1, 1.3, 0.7};
+    CHECK(align::align(views_of(truth, truth, points, gains), points.size(), {}, run).error_before < 0.005);
+}
+
+TEST_CASE("the prior holds cameras where pictures say nothing")
+{
+    const auto points = surface_points(mesh_of(0.06), 10000);
+    const auto truth = cameras();
+    auto recorded = truth;
+    recorded[1] = mistaken(truth[1], 0.02, {});
+    const auto views = views_of(truth, recorded, points, even_gains);
+    testing::TestRun run;
+    AlignmentRules stiff;
+    stiff.likely_turn = 1e-3;
+    stiff.likely_shift_m = 1e-3;
+    stiff.rounds = 100;  // It does not give way in the end.
+    CHECK(align::align(views, points.size(), stiff, run).moved_px[1] < 0.1);
+    CHECK(align::align(views, points.size(), {}, run).moved_px[1] > 3);
+    auto blank = views;
+    for (auto& view : blank)
+        for (auto& level : view.levels)
+            std::fill(level.values.begin(), level.values.end(), -1.0F);
+    CHECK(align::align(blank, points.size(), {}, run).moved_px[1] == 0);
+}
+
+TEST_CASE("the alignment does not depend on the threads, and heeds a stop")
+{
+    const auto points = surface_points(mesh_of(0.08), 10000);
+    const auto truth = cameras();
+    auto recorded = truth;
+    recorded[3] = mistaken(truth[3], 0.015, {0, 0.01, 0});
+    const auto views = views_of(truth, recorded, points, even_gains);
+    AlignmentRules rules;
+    rules.rounds = 5;
+    testing::TestRun one(1);
+    const auto expected = align::align(views, points.size(), rules, one);
+    for (const int threads : {2, 5})
+    {
+        testing::TestRun run(threads);
+        const auto found = align::align(views, points.size(), rules, run);
+        CHECK(found.corrected_from_recorded == expected.corrected_from_recorded);
+        CHECK(found.error_after == expected.error_after);
+    }
+    one.cancel_after(3);
+    CHECK_THROWS_AS(align::align(views, points.size(), rules, one), Cancelled);
+}
+
+TEST_CASE("points are vertices, one of each cell, not more than asked for")
+{
+    const Mesh mesh = mesh_of(0.02);
+    const auto all = surface_points(mesh, 1'000'000);
+    CHECK(all.size() == mesh.positions.size());
+    const auto some = surface_points(mesh, 2000);
+    CHECK(some.size() <= 2000);
+    CHECK(some.size() > 900);
+    for (const auto& point : some)
+        CHECK(std::find(mesh.positions.begin(), mesh.positions.end(), point.position) != mesh.positions.end());
+    // Each quarter has its share.
+    std::array<int, 4> quarters{};
+    for (const auto& point : some)
+        ++quarters[(point.position.x > 0 ? 1U : 0U) + (point.position.y > 0 ? 2U : 0U)];
+    for (const int count : quarters)
+        CHECK(count == Approx(static_cast<double>(some.size()) / 4).epsilon(0.2));
+}
+
+TEST_CASE("a view sees the points that face it in the open")
+{
+    // f = 40 px, the plane z = 2 m fills the picture, but for a box 1 m away in columns 20 to 29.
+    const Camera camera{{40, 30, 40, 40, 20, 15}, {}};
+    RasterF depth(40, 30, 1, 2.0F);
+    for (int y = 0; y < 30; ++y)
+        for (int x = 20; x < 30; ++x)
+            depth.at(x, y) = 1;
+    const auto at = [](double column, double row, float z) {
+        return Vec3f{static_cast<float>((column - 20) / 40) * z, static_cast<float>((row - 15) / 40) * z, z};
+    };
+    const Vec3f to_camera{0, 0, -1};
+    const std::vector<SurfacePoint> points{
+        {at(10.5, 10.5, 2), to_camera},     // seen
+        {at(10.5, 10.5, 2.1F), to_camera},  // not on the surface, but near it: 10 cm are more than 3 % + 2 cm
+        {at(10.5, 10.5, 2.05F), to_camera}, {at(24.5, 10.5, 2), to_camera},  // behind the box
+        {at(24.5, 10.5, 1), to_camera},     {at(18.5, 10.5, 2), to_camera},  // beside the box: two pixels
+        {at(17.5, 10.5, 2), to_camera},     {at(1.5, 10.5, 2), to_camera},   // at the picture's border
+        {at(-5, 10.5, 2), to_camera},       {at(10.5, 10.5, 2), {0, 0, 1}},  // from behind
+        {at(10.5, 10.5, -2), to_camera},    {at(20, 15, 1), {0.99F, 0, -0.1F}},
+    };
+    std::set<std::uint32_t> seen;
+    for (const auto& sighting : sightings(points, camera, depth))
+        seen.insert(sighting.point);
+    CHECK(seen == std::set<std::uint32_t>{0, 2, 4, 6});
+    const auto first = sightings(points, camera, depth).front();
+    CHECK(first.in_camera == points[0].position);
+    CHECK(first.weight == Approx(2 / length(vec_cast<double>(points[0].position))));
+}
+
+TEST_CASE("brightness is the logarithm of the grey picture, at up to three sizes")
+{
+    Raster8 picture(480, 360, 3);
+    for (std::size_t i = 0; i < picture.values.size(); i += 3)
+        picture.values[i + 1] = 255;
+    const auto levels = brightness_levels(picture);
+    REQUIRE(levels.size() == 3);
+    CHECK(levels[0].height == 60);
+    CHECK(levels[0].width == 80);
+    CHECK(levels[2].height == 240);
+    CHECK(levels[1].at(17, 5) == Approx(std::log(0.587 + 0.03)));
+    CHECK(brightness_levels(Raster8(100, 119, 3)).size() == 1);
+    CHECK(brightness_levels(Raster8(20, 30, 3)).front().height == 30);
+}

@@ -1,0 +1,70 @@
+#include "painted_corner.h"
+#include "raw_images.h"
+
+#include <fresco/frames.h>
+#include <fresco/npy.h>
+#include <fresco/testing.h>
+
+#include <catch2/catch.hpp>
+
+using namespace painted_corner;
+
+namespace
+{
+
+std::shared_ptr<const Frames> aligned(const Mesh& mesh, const Frames& frames, testing::TestRun& run)
+{
+    const auto stage = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "frames.align");
+    testing::TemporaryFolder folder;
+    testing::TestFactory factory;
+    factory.add("test.raw", [] { return std::make_shared<testing::RawImages>(); });
+    testing::run_stage(dynamic_cast<Stage&>(*stage), Value::Map{{"images", Value::Map{{"type", "test.raw"}}}},
+                       {{"mesh", std::make_shared<Mesh>(mesh)}, {"frames", std::make_shared<Frames>(frames)}}, folder.path(), run,
+                       factory);
+    return Frames::load({folder.path() / "frames", folder.path()});
+}
+
+}  // namespace
+
+TEST_CASE("the stage corrects the colour cameras and nothing else")
+{
+    testing::TemporaryFolder folder;
+    Frames frames;
+    const auto truth = cameras();
+    for (std::size_t i = 0; i < truth.size(); ++i)
+    {
+        Frame frame;
+        frame.sequence = "walk";
+        frame.name = "frame-" + std::to_string(i);
+        frame.color = i == 4 ? mistaken(truth[i], 0.015, {0.01, 0, 0.01}) : truth[i];
+        frame.depth = frame.color;
+        frame.color_picture.path = folder.path() / (frame.name + ".npy");
+        const Raster8 picture = picture_of(truth[i]);
+        const std::vector<std::size_t> shape{240, 320, 3};
+        write_npy(frame.color_picture.path, shape, std::span<const std::uint8_t>(picture.values));
+        frames.frames.push_back(frame);
+    }
+    testing::TestRun run;
+    const Mesh mesh = mesh_of(0.04);
+    const auto found = aligned(mesh, frames, run);
+    REQUIRE(found->frames.size() == 7);
+    CHECK(apart_px(truth[4], frames.frames[4].color) > 3);
+    // They may all have moved together.
+    const RigidTransform moved = found->frames[0].color.world_from_camera * truth[0].world_from_camera.inverse();
+    CHECK(apart_px(truth[4], {truth[4].intrinsics, moved.inverse() * found->frames[4].color.world_from_camera}) < 0.7);
+    CHECK(found->frames[4].depth == frames.frames[4].depth);
+    CHECK(found->frames[4].color_picture.path == frames.frames[4].color_picture.path);
+    CHECK(found->frames[4].color.world_from_camera.rotation_error() < 1e-12);
+    CHECK(run.reported.at("most_moved_px").as_double() > 3);
+    CHECK(run.reported.at("error_after").as_double() < 0.5 * run.reported.at("error_before").as_double());
+    CHECK(run.reported.at("blind_frames").as_int() == 0);
+    REQUIRE(run.messages.size() == 1);
+    CHECK(run.messages[0].find("px at most; they differ by ") != std::string::npos);
+
+    // Behind the walls nothing is seen.
+    for (auto& frame : frames.frames)
+        frame.color.world_from_camera.translation.z += 5;
+    CHECK(aligned(mesh, frames, run)->frames[4].color == frames.frames[4].color);
+    CHECK(run.messages.back().find("7 of 7 frames see no point") != std::string::npos);
+    CHECK_THROWS_WITH(aligned(mesh, Frames(), run), Catch::Contains("brings no frames"));
+}

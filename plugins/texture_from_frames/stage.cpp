@@ -1,0 +1,152 @@
+#include "frames_texture.h"
+#include "view_pictures.h"
+
+#include <fresco/sensor_depth.h>
+#include <fresco/stage.h>
+#include <fresco/texture.h>
+#include <fresco/view_frames.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
+
+using namespace fresco;
+
+namespace
+{
+
+class TextureFromFrames final : public Stage
+{
+    Input<UvMaps> uvmaps{this, "uvmaps", "Which texel each pixel of each view sees"};
+    Input<Frames> frames{this, "frames", "The frames that the uv maps were made for, with their pictures"};
+    Output<Texture> texture{this, "texture", "What the pictures show, in one layer"};
+
+    Option<int> size_px{this, "size_px", 2048, range(8, 16384), "Texels a side of the texture"};
+    Option<int> height_px{this, "height_px", 0, range(0, 8192), "Which height of the uv maps to go by; 0: the largest"};
+    Option<InputFolder> pictures{
+        this, "pictures", InputFolder{},
+        "Folder of pictures in place of the cameras' (<sequence>_<frame>.png, .jpg or .npy), in any size of "
+        "the camera's aspect ratio: stylised frames, for one"};
+    Option<std::string> exposure{this, "exposure", "gain", one_of({"gain", "none"}),
+                                 "gain: solve a factor per picture and channel so that they agree"};
+    Option<std::string> outliers{this, "outliers", "reject", one_of({"reject", "keep"}),
+                                 "reject: leave out samples that disagree with the others of their texel"};
+    Option<int> views_count{this, "views_count", 16, range(1, 63), "Blend the best so many views of each texel"};
+    Option<double> edge_margin_px{this, "edge_margin_px", 3, range(0, 1000),
+                                  "Distrust pixels so near a depth step; pixels of the cameras' full size"};
+    Option<double> sensor_tolerance_m{
+        this, "sensor_tolerance_m", 0.1, range(0, 1000),
+        "Reject pixels whose measured depth differs from the mesh's by more (and 5 %); 0: do not look"};
+    Option<double> sharpness_power{this, "sharpness_power", 2, range(0, 8),
+                                   "Weigh pictures by their sharpness against the neighbouring ones', to this power; 0: alike"};
+    Slot<ImageIo> images{this, "images", "image.opencv", optional, "Reads pictures that are not NPY; none: there are no others"};
+
+    Cost cost() const override
+    {
+        return {.seconds = "1 + (frames * 0.2 + size_px * size_px * 4e-7) / cores",
+                .memory_mb = "60 + size_px * size_px * (views_count + 1) * 0.000012 + size_px * size_px * 0.000013 + 60 * cores",
+                .disk_mb = "size_px * size_px * 0.000013",
+                .frames = {},
+                .faces = {}};
+    }
+
+    std::size_t level() const
+    {
+        const auto& heights = uvmaps->heights_px;
+        const auto wanted = *height_px == 0 ? std::max_element(heights.begin(), heights.end())
+                                            : std::find(heights.begin(), heights.end(), *height_px);
+        if (wanted != heights.end())
+            return static_cast<std::size_t>(wanted - heights.begin());
+        std::string there;
+        for (const int height : heights)
+            there += (there.empty() ? "" : ", ") + std::to_string(height);
+        throw Error("option \"height_px\": there are no uv maps of " + std::to_string(*height_px) + " px; there are " + there);
+    }
+
+    from_frames::TextureRules rules() const
+    {
+        from_frames::TextureRules result;
+        result.size_px = *size_px;
+        result.best_views = *views_count;
+        result.solve_exposure = *exposure == "gain";
+        result.sharpness_power = *sharpness_power;
+        result.weights = {*edge_margin_px, *sensor_tolerance_m};
+        result.blend.reject_outliers = *outliers == "reject";
+        return result;
+    }
+
+    void run(RunContext& run) override
+    {
+        const std::size_t used_level = level();
+        const auto frame_of = frames_of_views(*uvmaps, *frames);
+        std::vector<std::size_t> views;
+        std::vector<std::size_t> wanted;
+        for (std::size_t i = 0; i < uvmaps->views.size(); ++i)
+            if (uvmaps->views[i].valid_pixels.at(used_level) > 0)
+            {
+                views.push_back(i);
+                wanted.push_back(frame_of[i]);
+            }
+        if (views.empty())
+            throw Error("none of the " + std::to_string(uvmaps->views.size()) + " views sees the mesh");
+        const ImageIo* const codec = images.has_value() ? images.get().get() : nullptr;
+        const from_frames::ViewPictures source(*frames, wanted, pictures->path, codec, run);
+        const auto read = [&](std::size_t i)
+        {
+            const Frame& frame = frames->frames[wanted[i]];
+            from_frames::View view{uvmaps->load_map(views[i], used_level),
+                                   uvmaps->views[views[i]].camera,
+                                   source.load(wanted[i]),
+                                   {},
+                                   frame.sequence};
+            if (*sensor_tolerance_m > 0 && !frame.depth_picture.empty())
+                view.measured = sensor_depth(view.map, view.camera, frame.depth, load_depth(frame, codec), 0);
+            return view;
+        };
+        auto made = from_frames::frames_texture(views.size(), read, rules(), run);
+        tell(made, run);
+        Texture result;
+        result.layers.push_back(std::move(made.picture));
+        result.seen = std::move(made.seen);
+        texture = std::move(result);
+    }
+
+    void tell(const from_frames::FramesTexture& made, RunContext& run) const
+    {
+        const auto share = [](std::size_t part, std::size_t whole)
+        { return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : 0.0; };
+        const auto seen = static_cast<std::size_t>(std::count(made.seen.values.begin(), made.seen.values.end(), 1));
+        run.report("views", made.gains.size());
+        run.report("height_px", uvmaps->heights_px[level()]);
+        run.report("seen_share", share(seen, made.seen.values.size()));
+        run.report("samples_per_texel", share(made.blended_samples, seen));
+        run.report("rejected_samples", made.rejected_samples);
+        run.report("rejected_share", share(made.rejected_samples, made.blended_samples));
+        run.report("edge_pixel_share", share(made.edge_pixels, made.pixels));
+        run.report("occluded_pixel_share", share(made.occluded_pixels, made.pixels));
+        double least_gain = made.gains.front()[0];
+        double most_gain = least_gain;
+        for (const auto& gain : made.gains)
+            for (const double factor : gain)
+            {
+                least_gain = std::min(least_gain, factor);
+                most_gain = std::max(most_gain, factor);
+            }
+        run.report("least_gain", least_gain);
+        run.report("most_gain", most_gain);
+        const auto [blurred, sharp] = std::minmax_element(made.sharpness.begin(), made.sharpness.end());
+        run.report("least_sharpness_factor", *blurred);
+        run.report("most_sharpness_factor", *sharp);
+        if (made.occluded_pixels * 2 > made.pixels)
+            run.warning("the measured depth disagrees with the mesh at " +
+                        std::to_string(std::lround(100 * share(made.occluded_pixels, made.pixels))) +
+                        " % of the pixels, which are not used: are poses, depth and mesh of one recording? sensor_tolerance_m: 0 "
+                        "uses them");
+    }
+};
+
+}  // namespace
+
+FRESCO_STAGE("texture.from_frames", TextureFromFrames, "A plain texture from the camera pictures, or from others in their place")

@@ -1,0 +1,135 @@
+#pragma once
+
+#include "frames_texture.h"
+
+#include <fresco/math.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <vector>
+
+/// \file A wall of 2 m x 2 m in the plane z = 0, seen from z < 0; texture u runs along x, v against y. Everything is known by
+/// hand, and nothing is rendered by the code under test.
+
+namespace painted_wall
+{
+
+using namespace fresco;
+using namespace fresco::from_frames;
+
+using Paint = std::function<Vec3f(double u, double v)>;
+
+/// Smooth, so that bilinear lookups cost little.
+inline Vec3f smooth_paint(double u, double v)
+{
+    return {static_cast<float>(0.5 + 0.25 * std::sin(9 * u + 2 * v)), static_cast<float>(0.45 + 0.3 * std::cos(7 * v)),
+            static_cast<float>(0.35 + 0.3 * u * v)};
+}
+
+/// At (x, y, -distance), turned about the y axis so that it looks at the wall from the side.
+inline Camera camera_at(double x, double y, double distance, double turn = 0, int width = 160, int height = 120)
+{
+    Camera camera;
+    camera.intrinsics = {width, height, 0.8 * width, 0.8 * width, width / 2.0, height / 2.0};
+    camera.world_from_camera.translation = {x, y, -distance};
+    camera.world_from_camera.rotation.m = {std::cos(turn), 0, std::sin(turn), 0, 1, 0, -std::sin(turn), 0, std::cos(turn)};
+    return camera;
+}
+
+/// Five views that see the whole wall, from several sides.
+inline std::vector<Camera> five_cameras()
+{
+    return {camera_at(1, 1, 2.6), camera_at(0.4, 0.9, 2.5, 0.2), camera_at(1.7, 1.1, 2.6, -0.25), camera_at(0.9, 0.7, 2.8, 0.05),
+            camera_at(1.2, 1.3, 3.0, -0.1)};
+}
+
+struct Point
+{
+    bool seen = false;
+    double u = 0;
+    double v = 0;
+    double depth = 0;
+    double cosine = 0;
+};
+
+inline Point point_at(const Camera& camera, double x, double y)
+{
+    const Vec3d origin = camera.world_from_camera.translation;
+    const Vec3d ray = camera.ray(x, y);
+    Point point;
+    if (!(ray.z > 0))
+        return point;
+    point.depth = -origin.z / ray.z;
+    const Vec3d at = origin + ray * point.depth;
+    point.u = at.x / 2;
+    point.v = 1 - at.y / 2;
+    point.cosine = ray.z / length(ray);
+    point.seen = point.u > 0 && point.u < 1 && point.v > 0 && point.v < 1;
+    return point;
+}
+
+inline UvMap map_of(const Camera& camera, int height)
+{
+    const int width = camera.intrinsics.width_at(height);
+    const Camera own{camera.intrinsics.scaled_to(width, height), camera.world_from_camera};
+    UvMap map{RasterF(width, height, 2), RasterF(width, height), RasterF(width, height), Raster8(width, height)};
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+            if (const Point point = point_at(own, x + 0.5, y + 0.5); point.seen)
+            {
+                map.uv.at(x, y, 0) = static_cast<float>(point.u);
+                map.uv.at(x, y, 1) = static_cast<float>(point.v);
+                map.depth.at(x, y) = static_cast<float>(point.depth);
+                map.cosine.at(x, y) = static_cast<float>(point.cosine);
+                map.valid.at(x, y) = 1;
+            }
+    return map;
+}
+
+/// The camera's picture, the mean of 3 x 3 points a pixel.
+inline Raster8 picture_of(const Camera& camera, const Paint& paint, Vec3f gain = {1, 1, 1})
+{
+    Raster8 picture(camera.intrinsics.width, camera.intrinsics.height, 3);
+    for (int y = 0; y < picture.height; ++y)
+        for (int x = 0; x < picture.width; ++x)
+        {
+            Vec3f sum;
+            for (int i = 0; i < 9; ++i)
+                if (const Point point = point_at(camera, x + (i % 3 + 0.5) / 3, y + (i / 3 + 0.5) / 3); point.seen)
+                    sum += paint(point.u, point.v) * (1.0F / 9);
+            picture.at(x, y, 0) = static_cast<std::uint8_t>(std::clamp(255 * sum.x * gain.x + 0.5F, 0.0F, 255.0F));
+            picture.at(x, y, 1) = static_cast<std::uint8_t>(std::clamp(255 * sum.y * gain.y + 0.5F, 0.0F, 255.0F));
+            picture.at(x, y, 2) = static_cast<std::uint8_t>(std::clamp(255 * sum.z * gain.z + 0.5F, 0.0F, 255.0F));
+        }
+    return picture;
+}
+
+inline View view_of(const Camera& camera, int map_height, const Paint& paint, Vec3f gain = {1, 1, 1})
+{
+    return {map_of(camera, map_height), camera, picture_of(camera, paint, gain), {}, "walk"};
+}
+
+inline FramesTexture texture_of(const std::vector<View>& views, const TextureRules& rules, Progress& progress)
+{
+    return frames_texture(
+        views.size(), [&](std::size_t i) { return views[i]; }, rules, progress);
+}
+
+/// The largest difference of a channel from the painting, over the seen texels at least `margin` texels inside the wall.
+inline double largest_error(const FramesTexture& texture, const Paint& paint, int margin = 2)
+{
+    double largest = 0;
+    const int size = texture.picture.width;
+    for (int y = margin; y < size - margin; ++y)
+        for (int x = margin; x < size - margin; ++x)
+        {
+            const Vec3f truth = paint((x + 0.5) / size, 1 - (y + 0.5) / size);
+            const Vec3f found{texture.picture.at(x, y, 0), texture.picture.at(x, y, 1), texture.picture.at(x, y, 2)};
+            for (const float difference : {found.x - truth.x, found.y - truth.y, found.z - truth.z})
+                largest = std::max(largest, static_cast<double>(std::abs(difference)));
+        }
+    return largest;
+}
+
+}  // namespace painted_wall

@@ -1,0 +1,322 @@
+#include "gather.h"
+#include "painted_wall.h"
+#include "view_weights.h"
+
+#include <fresco/random.h>
+
+#include <catch2/catch.hpp>
+
+#include <map>
+#include <optional>
+
+using namespace painted_wall;
+
+namespace
+{
+
+/// A camera of w x h pixels and its view of the plane at `depth`, uv growing by `step` texture units a pixel.
+UvMap flat_map(int width, int height, float depth, float step)
+{
+    UvMap map{RasterF(width, height, 2), RasterF(width, height, 1, depth), RasterF(width, height, 1, 1.0F),
+              Raster8(width, height, 1, 1)};
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+        {
+            map.uv.at(x, y, 0) = 0.1F + step * static_cast<float>(x);
+            map.uv.at(x, y, 1) = 0.9F - step * static_cast<float>(y);
+        }
+    return map;
+}
+
+Camera flat_camera(int width, int height)
+{
+    return {{width, height, 40, 40, width / 2.0, height / 2.0}, {}};
+}
+
+std::map<std::uint32_t, TexelSample> by_texel(const SampleBlocks& blocks)
+{
+    std::map<std::uint32_t, TexelSample> result;
+    for (const auto& block : blocks)
+        for (const auto& sample : block)
+            REQUIRE(result.emplace(sample.texel, sample).second);
+    return result;
+}
+
+/// The obvious way: every texel asks every triangle of neighbouring pixels.
+std::map<std::uint32_t, TexelSample> slow_gather(const UvMap& map, const PixelLinks& links, const RasterF& weight,
+                                                 const PicturePyramid& picture, int size)
+{
+    std::map<std::uint32_t, TexelSample> result;
+    const auto offer = [&](int column, int row, double sample_weight, double x, double y, double footprint)
+    {
+        if (!(sample_weight > 0))
+            return;
+        const TexelSample sample{static_cast<std::uint32_t>(row * size + column), static_cast<float>(sample_weight),
+                                 picture.at(x, y, footprint)};
+        const auto [place, is_new] = result.emplace(sample.texel, sample);
+        if (!is_new && sample.weight > place->second.weight)
+            place->second = sample;
+    };
+    const double scale = static_cast<double>(picture.width()) / map.valid.width;
+    struct At
+    {
+        int x, y;
+    };
+    const auto texel_x = [&](At p) { return static_cast<double>(map.uv.at(p.x, p.y, 0)) * size - 0.5; };
+    const auto texel_y = [&](At p) { return (1 - static_cast<double>(map.uv.at(p.x, p.y, 1))) * size - 0.5; };
+    const auto joined = [&](At a, At b)  // b is right of a or below it.
+    {
+        return weight.at(a.x, a.y) > 0 && weight.at(b.x, b.y) > 0 &&
+               links.has(a.x, a.y, b.x > a.x ? PixelLinks::texels_right : PixelLinks::texels_down);
+    };
+    std::vector<std::array<At, 3>> triangles;
+    Raster<int> whole(map.valid.width, map.valid.height);
+    for (int y = 0; y + 1 < map.valid.height; ++y)
+        for (int x = 0; x + 1 < map.valid.width; ++x)
+        {
+            const At a{x, y}, b{x + 1, y}, c{x, y + 1}, d{x + 1, y + 1};
+            const bool ab = joined(a, b), cd = joined(c, d), ac = joined(a, c), bd = joined(b, d);
+            if (ab && cd && ac && bd)
+            {
+                triangles.push_back({a, b, c});
+                triangles.push_back({b, d, c});
+                for (const At p : {a, b, c, d})
+                    ++whole.at(p.x, p.y);
+            }
+            else if (ab && ac && !cd && !bd)
+                triangles.push_back({a, b, c});
+            else if (ab && bd && !cd && !ac)
+                triangles.push_back({a, b, d});
+            else if (cd && ac && !ab && !bd)
+                triangles.push_back({a, c, d});
+            else if (cd && bd && !ab && !ac)
+                triangles.push_back({b, c, d});
+        }
+    for (int row = 0; row < size; ++row)
+        for (int column = 0; column < size; ++column)
+            for (const auto& [a, b, c] : triangles)
+            {
+                const double ax = texel_x(b) - texel_x(a), ay = texel_y(b) - texel_y(a);
+                const double bx = texel_x(c) - texel_x(a), by = texel_y(c) - texel_y(a);
+                const double area = ax * by - ay * bx;
+                const double px = column - texel_x(a), py = row - texel_y(a);
+                const double s = (px * by - py * bx) / area;
+                const double t = (ax * py - ay * px) / area;
+                if (area == 0 || s < -1e-9 || t < -1e-9 || s + t > 1 + 1e-9)
+                    continue;
+                const auto blend = [&](double of_a, double of_b, double of_c)
+                { return of_a * (1 - s - t) + of_b * s + of_c * t; };
+                offer(column, row,
+                      blend(static_cast<double>(weight.at(a.x, a.y)), static_cast<double>(weight.at(b.x, b.y)),
+                            static_cast<double>(weight.at(c.x, c.y))),
+                      scale * blend(a.x + 0.5, b.x + 0.5, c.x + 0.5), scale * blend(a.y + 0.5, b.y + 0.5, c.y + 0.5),
+                      scale / std::sqrt(std::abs(area)));
+            }
+    for (int y = 0; y < map.valid.height; ++y)
+        for (int x = 0; x < map.valid.width; ++x)
+            if (whole.at(x, y) < 4)
+                for (int row = 0; row < size; ++row)
+                    for (int column = 0; column < size; ++column)
+                        if (const double dx = std::abs(texel_x({x, y}) - column), dy = std::abs(texel_y({x, y}) - row);
+                            dx < 1 && dy < 1)
+                            offer(column, row, 0.01 * static_cast<double>(weight.at(x, y)) * (1 - dx) * (1 - dy),
+                                  scale * (x + 0.5), scale * (y + 0.5), scale);
+    return result;
+}
+
+Raster8 random_picture(int width, int height, std::uint64_t seed)
+{
+    Random random(seed);
+    Raster8 picture(width, height, 3);
+    for (auto& value : picture.values)
+        value = static_cast<std::uint8_t>(random.below(256));
+    return picture;
+}
+
+}  // namespace
+
+TEST_CASE("oblique planes and corners have no depth steps, what stands in front of them has")
+{
+    for (const double turn : {1.2, -1.2})  // 69 degrees off
+    {
+        const Camera camera = camera_at(turn > 0 ? -2 : 4, 1, 1.5, turn);
+        const UvMap oblique = map_of(camera, 24);
+        REQUIRE(std::count(oblique.valid.values.begin(), oblique.valid.values.end(), 1) > 100);
+        const Raster8 steps = PixelLinks(oblique, camera).at_steps();
+        for (int y = 0; y < 24; ++y)
+            for (int x = 0; x < 32; ++x)
+            {
+                CAPTURE(turn, x, y);
+                const auto sees = [&](int px, int py)
+                { return px < 0 || py < 0 || px >= 32 || py >= 24 || oblique.valid.at(px, py) != 0; };
+                const bool rim = !sees(x - 1, y) || !sees(x + 1, y) || !sees(x, y - 1) || !sees(x, y + 1);
+                CHECK(static_cast<bool>(steps.at(x, y)) == (rim && oblique.valid.at(x, y) != 0));
+            }
+    }
+
+    // A corner of two walls at 45 degrees: depth 2 + |x - 20| / 40 pixels wide. A box stands 20 cm in front of columns 5 to 9.
+    UvMap corner = flat_map(40, 8, 2, 0.01F);
+    for (int y = 0; y < 8; ++y)
+        for (int x = 0; x < 40; ++x)
+            corner.depth.at(x, y) = 1 / (0.5F - 0.005F * static_cast<float>(std::abs(x - 20))) - (x >= 5 && x < 10 ? 0.2F : 0.0F);
+    const Raster8 found = PixelLinks(corner, flat_camera(40, 8)).at_steps();
+    for (int x = 0; x < 40; ++x)
+    {
+        CAPTURE(x);
+        CHECK(static_cast<bool>(found.at(x, 3)) == (x == 4 || x == 5 || x == 9 || x == 10));
+    }
+}
+
+TEST_CASE("a seam between charts parts texels but not the surface")
+{
+    UvMap map = flat_map(20, 10, 1, 0.01F);
+    for (int y = 0; y < 10; ++y)
+        for (int x = 12; x < 20; ++x)
+            map.uv.at(x, y, 0) += 0.3F;
+    const PixelLinks links(map, flat_camera(20, 10));
+    for (int x = 0; x < 19; ++x)
+    {
+        CAPTURE(x);
+        CHECK(links.has(x, 4, PixelLinks::surface_right));
+        CHECK(links.has(x, 4, PixelLinks::texels_right) == (x != 11));
+        CHECK(links.has(x, 4, PixelLinks::texels_down));
+    }
+    // A pixel is 1 m / 40 wide.
+    CHECK(links.texture_per_m() == Approx(0.4).epsilon(1e-4));
+}
+
+TEST_CASE("distances agree with a search, to 8 %")
+{
+    Random random(3);
+    Raster8 marked(37, 29);
+    for (int i = 0; i < 12; ++i)
+        marked.values[static_cast<std::size_t>(random.below(37 * 29))] = 1;
+    const RasterF found = distance_to(marked);
+    for (int y = 0; y < 29; ++y)
+        for (int x = 0; x < 37; ++x)
+        {
+            double nearest = 1e9;
+            for (int v = 0; v < 29; ++v)
+                for (int u = 0; u < 37; ++u)
+                    if (marked.at(u, v) != 0)
+                        nearest = std::min(nearest, std::hypot(u - x, v - y));
+            CHECK(static_cast<double>(found.at(x, y)) >= nearest - 1e-4);
+            CHECK(static_cast<double>(found.at(x, y)) <= 1.083 * nearest + 1e-4);
+        }
+    CHECK(distance_to(Raster8(3, 2)).at(1, 1) > 1e5F);
+}
+
+TEST_CASE("pixels count by angle and resolution, less at borders and beside steps, not at all where something was in front")
+{
+    // The depth step is between columns 49 and 50; f = 40 px at 1 m, so 1600 px per m² behind a margin of 10 columns.
+    UvMap map = flat_map(100, 40, 1, 0.005F);
+    map.cosine = RasterF(100, 40, 1, 0.8F);
+    for (int y = 0; y < 40; ++y)
+        for (int x = 50; x < 100; ++x)
+            map.depth.at(x, y) = 2;
+    RasterF measured(100, 40, 1, 1.04F);
+    for (int y = 0; y < 40; ++y)
+        for (int x = 50; x < 100; ++x)
+            measured.at(x, y) = 0;
+    measured.at(30, 20) = 0.8F;
+    const Camera camera = flat_camera(100, 40);
+    const PixelLinks links(map, camera);
+    // The lower quartile of 0.2 and 0.1 per metre is 0.1 (the left links of both halves are 1 / 40 m and 2 / 40 m long).
+    REQUIRE(links.texture_per_m() == Approx(0.1).epsilon(1e-3));
+    const auto found = view_weights(map, links, camera, measured, 1000, {2, 0.1});
+    // 1600 * 0.8 / 1² px per m², 10 000 texels per m², so 0.128 px per texel of the 0.25 that are enough.
+    CHECK(found.weight.at(20, 20) == Approx(0.8 * 0.128 / 0.25).epsilon(1e-3));
+    CHECK(found.weight.at(70, 20) == Approx(0.8 * 0.032 / 0.25).epsilon(1e-3));
+    CHECK(found.trust.at(20, 20) == 1);
+    CHECK(view_weights(map, links, camera, measured, 100, {2, 0.1}).weight.at(20, 20) == Approx(0.8));
+    // Beside the step: nothing up to two pixels, then a rise over four.
+    for (const auto& [column, trust] : {std::pair{49, 0.0}, {47, 0.0}, {46, 0.25}, {45, 0.5}, {43, 1.0}, {52, 0.0}, {54, 0.5}})
+    {
+        CAPTURE(column);
+        CHECK(found.trust.at(column, 20) == Approx(trust));
+        CHECK(found.weight.at(column, 20) ==
+              Approx(static_cast<double>(found.weight.at(column < 50 ? 20 : 70, 20)) * std::max(trust, 1e-3)));
+    }
+    // Pixels 47 to 49 and 50 to 52 of 40 rows, two of which are shared with the rejected pixel's surroundings: none.
+    CHECK(found.edge_pixels == 6 * 40 + 12);
+    // Over a tenth of the height, four pixels.
+    CHECK(found.trust.at(0, 20) == Approx(0.125));
+    CHECK(found.trust.at(20, 39) == Approx(0.125));
+    CHECK(found.trust.at(20, 37) == Approx(0.625));
+    // 20 cm are more than 10 cm + 5 %; where nothing was measured nothing is known.
+    CHECK(found.rejected_pixels == 1);
+    CHECK(found.weight.at(30, 20) == 0);
+    CHECK(found.trust.at(31, 20) == 0);
+    CHECK(found.weight.at(31, 20) > 0);
+    CHECK(view_weights(map, links, camera, measured, 1000, {2, 0.2}).rejected_pixels == 0);
+    CHECK(view_weights(map, links, camera, {}, 1000, {0, 0.1}).trust.at(49, 20) == 1);
+}
+
+TEST_CASE("pictures are averaged over what a texel covers")
+{
+    Raster8 picture(8, 4, 3);
+    for (int y = 0; y < 4; ++y)
+        for (int x = 0; x < 8; ++x)
+            for (int c = 0; c < 3; ++c)
+                picture.at(x, y, c) = static_cast<std::uint8_t>(x % 2 == 0 ? 0 : 200);
+    const PicturePyramid pyramid(picture);
+    CHECK(pyramid.at(2.5, 1.5, 1)[0] == Approx(0).margin(1e-6));
+    CHECK(pyramid.at(3.5, 1.5, 0.2)[1] == Approx(200 / 255.0));
+    CHECK(pyramid.at(3.0, 1.5, 1)[2] == Approx(100 / 255.0));
+    CHECK(pyramid.at(2.5, 1.5, 2)[0] == Approx(100 / 255.0));
+    CHECK(pyramid.at(2.5, 1.5, std::sqrt(2.0))[0] == Approx(50 / 255.0));
+    CHECK(pyramid.at(2.5, 1.5, 1e6)[0] == Approx(100 / 255.0));
+}
+
+TEST_CASE("gathering agrees with asking every triangle for every texel")
+{
+    // Oblique, with a seam, a hole, a strip of single pixels and rejected pixels; finer and coarser than the map.
+    const Camera camera = camera_at(0.8, 1, 1.4, 0.5);
+    UvMap map = map_of(camera, 24);
+    for (int y = 0; y < 24; ++y)
+        for (int x = 18; x < 32; ++x)
+            map.uv.at(x, y, 1) *= 0.4F;
+    for (int x = 3; x < 32; ++x)
+        map.valid.at(x, 9) = x % 3 == 0 ? 0 : map.valid.at(x, 9);
+    const PixelLinks links(map, camera);
+    Random random(11);
+    RasterF weight(32, 24);
+    for (std::size_t i = 0; i < weight.values.size(); ++i)
+        weight.values[i] = map.valid.values[i] == 0 || random.below(20) == 0 ? 0 : static_cast<float>(0.1 + random.uniform());
+    const PicturePyramid picture(random_picture(64, 48, 5));
+    for (const int size : {11, 40, 97})
+    {
+        CAPTURE(size);
+        const auto fast = by_texel(gather(map, links, weight, picture, {size, 8, false}));
+        const auto slow = slow_gather(map, links, weight, picture, size);
+        REQUIRE(fast.size() == slow.size());
+        for (const auto& [texel, sample] : slow)
+        {
+            CAPTURE(texel % static_cast<std::uint32_t>(size), texel / static_cast<std::uint32_t>(size));
+            REQUIRE(fast.count(texel) == 1);
+            CHECK(fast.at(texel).weight == Approx(sample.weight).epsilon(1e-5));
+            for (std::size_t c = 0; c < 3; ++c)
+                CHECK(fast.at(texel).rgb[c] == Approx(sample.rgb[c]).margin(1e-4));
+        }
+    }
+}
+
+TEST_CASE("blocks hold their rows, and without splats only what lies between pixels")
+{
+    const UvMap map = flat_map(10, 10, 1, 0.05F);  // 0.1 to 0.55 along u: texels 2 to 10.5 of 20
+    const PixelLinks links(map, flat_camera(10, 10));
+    const RasterF weight(10, 10, 1, 1.0F);
+    const PicturePyramid picture(random_picture(10, 10, 1));
+    const auto blocks = gather(map, links, weight, picture, {20, 4, true});
+    REQUIRE(blocks.size() == 5);
+    std::size_t count = 0;
+    for (std::size_t block = 0; block < blocks.size(); ++block)
+        for (const auto& sample : blocks[block])
+        {
+            ++count;
+            CHECK(sample.texel / 20 / 4 == block);
+            CHECK(sample.weight == Approx(1));
+        }
+    CHECK(count == 9 * 9);
+    CHECK(by_texel(gather(map, links, weight, picture, {20, 4, false})).size() == 11 * 11);
+}

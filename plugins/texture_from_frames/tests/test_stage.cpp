@@ -1,0 +1,181 @@
+#include "painted_wall.h"
+#include "raw_images.h"
+#include "view_pictures.h"
+
+#include <fresco/files_io.h>
+#include <fresco/npy.h>
+#include <fresco/testing.h>
+#include <fresco/texture.h>
+
+#include <catch2/catch.hpp>
+
+#include <filesystem>
+
+using namespace painted_wall;
+namespace fs = std::filesystem;
+
+namespace
+{
+
+void write_picture(const fs::path& file, const Raster8& picture)
+{
+    const std::vector<std::size_t> shape{static_cast<std::size_t>(picture.height), static_cast<std::size_t>(picture.width), 3};
+    write_npy(file, shape, std::span<const std::uint8_t>(picture.values));
+}
+
+/// Uv maps of two heights, and frames with NPY pictures and raw depth pictures, below a folder.
+struct Recording
+{
+    explicit Recording(const fs::path& folder, bool with_depth = false)
+    {
+        fs::create_directories(folder / "maps");
+        UvMaps index;
+        index.heights_px = {30, 60};
+        const auto cameras = five_cameras();
+        for (std::size_t i = 0; i < cameras.size(); ++i)
+        {
+            Frame frame;
+            frame.sequence = "walk";
+            frame.name = "frame-" + std::to_string(i);
+            frame.color = frame.depth = cameras[i];
+            frame.color_picture.path = folder / (frame.name + ".npy");
+            write_picture(frame.color_picture.path, picture_of(cameras[i], smooth_paint));
+            if (with_depth)
+                write_depth(folder, frame);
+            UvMaps::View view{frame.sequence, frame.name, frame.color, {}};
+            for (const int height : index.heights_px)
+            {
+                const UvMap map = map_of(cameras[i], height);
+                UvMaps::write_map({folder / "maps", {}}, i, height, map);
+                view.valid_pixels.push_back(std::count(map.valid.values.begin(), map.valid.values.end(), 1));
+            }
+            index.views.push_back(view);
+            frames->frames.push_back(frame);
+        }
+        index.save({folder / "maps", {}});
+        maps = UvMaps::load({folder / "maps", {}});
+    }
+
+    /// The wall's depth; in the left half of the first frame something 1 m away.
+    static void write_depth(const fs::path& folder, Frame& frame)
+    {
+        const Intrinsics& k = frame.depth.intrinsics;
+        Raster16 depth(k.width, k.height);
+        for (int y = 0; y < k.height; ++y)
+            for (int x = 0; x < k.width; ++x)
+            {
+                const double metres = point_at(frame.depth, x + 0.5, y + 0.5).depth;
+                depth.at(x, y) =
+                    static_cast<std::uint16_t>(std::lround(1000 * (frame.name == "frame-0" && x < 80 ? 1.0 : metres)));
+            }
+        frame.depth_picture.path = folder / (frame.name + ".depth.png");
+        write_file(frame.depth_picture.path, testing::RawImages().encode_png(depth));
+    }
+
+    std::shared_ptr<UvMaps> maps;
+    std::shared_ptr<Frames> frames = std::make_shared<Frames>();
+};
+
+std::shared_ptr<const Texture> made(const Recording& recording, Value::Map options, testing::TestRun& run)
+{
+    const auto stage = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "texture.from_frames");
+    testing::TemporaryFolder folder;
+    testing::TestFactory factory;
+    factory.add("test.raw", [] { return std::make_shared<testing::RawImages>(); });
+    options.emplace_back("images", Value::Map{{"type", "test.raw"}});
+    testing::run_stage(dynamic_cast<Stage&>(*stage), options, {{"uvmaps", recording.maps}, {"frames", recording.frames}},
+                       folder.path(), run, factory);
+    return Texture::load({folder.path() / "texture", folder.path()});
+}
+
+}  // namespace
+
+TEST_CASE("the stage makes a texture that texture.bake takes, and reports")
+{
+    testing::TemporaryFolder folder;
+    const Recording recording(folder.path());
+    testing::TestRun run;
+    const auto texture = made(recording, {{"size_px", 64}}, run);
+    CHECK(texture->values == "display");
+    REQUIRE(texture->layers.size() == 1);
+    CHECK(texture->size_px() == 64);
+    const Vec3f truth = smooth_paint(20.5 / 64, 1 - 40.5 / 64);
+    CHECK(texture->layers[0].at(20, 40, 0) == Approx(truth.x).margin(0.01));
+    CHECK(texture->layers[0].at(20, 40, 2) == Approx(truth.z).margin(0.01));
+    CHECK(run.reported.at("views").as_int() == 5);
+    CHECK(run.reported.at("height_px").as_int() == 60);
+    CHECK(run.reported.at("seen_share").as_double() == 1);
+    CHECK(run.reported.at("samples_per_texel").as_double() > 3);
+    CHECK(run.reported.at("rejected_share").as_double() < 1e-3);
+    CHECK(run.reported.at("occluded_pixel_share").as_double() == 0);
+    CHECK(run.reported.at("least_gain").as_double() == Approx(1).epsilon(0.01));
+    CHECK(run.reported.at("most_gain").as_double() == Approx(1).epsilon(0.01));
+    made(recording, {{"size_px", 16}, {"height_px", 30}}, run);
+    CHECK(run.reported.at("height_px").as_int() == 30);
+    CHECK_THROWS_WITH(made(recording, {{"height_px", 45}}, run), Catch::Contains("45 px; there are 30, 60"));
+}
+
+TEST_CASE("measured depth is looked at, unless told not to")
+{
+    testing::TemporaryFolder folder;
+    const Recording recording(folder.path(), true);
+    testing::TestRun run;
+    made(recording, {{"size_px", 32}}, run);
+    CHECK(run.reported.at("occluded_pixel_share").as_double() == Approx(0.1).margin(0.03));
+    made(recording, {{"size_px", 32}, {"sensor_tolerance_m", 0}}, run);
+    CHECK(run.reported.at("occluded_pixel_share").as_double() == 0);
+}
+
+TEST_CASE("pictures of a folder take the place of the cameras'")
+{
+    testing::TemporaryFolder folder;
+    const Recording recording(folder.path());
+    const fs::path styled = folder.path() / "styled";
+    fs::create_directories(styled);
+    const auto write_all = [&](int width, int height)
+    {
+        for (const Frame& frame : recording.frames->frames)
+        {
+            Raster8 picture(width, height, 3, 40);
+            for (std::size_t i = 0; i < picture.values.size(); i += 3)
+                picture.values[i] = 200;
+            write_picture(styled / ("walk_" + frame.name + ".npy"), picture);
+        }
+    };
+    const Value::Map options{{"size_px", 32}, {"pictures", styled.string()}};
+    testing::TestRun run;
+    write_all(213, 160);  // 4 : 3, to a pixel.
+    const auto texture = made(recording, options, run);
+    CHECK(texture->layers[0].at(16, 16, 0) == Approx(200 / 255.0).margin(1e-3));
+    CHECK(texture->layers[0].at(16, 16, 1) == Approx(40 / 255.0).margin(1e-3));
+    CHECK(run.files_read.size() == 5);
+    CHECK(run.folders_read.size() == 4);
+
+    write_all(200, 160);
+    CHECK_THROWS_WITH(made(recording, options, run),
+                      Catch::Contains("walk_frame-") && Catch::Contains("is 200x160") && Catch::Contains("160x120"));
+    write_all(160, 120);
+    const std::vector<std::size_t> flat{120, 160};
+    write_npy(styled / "walk_frame-3.npy", flat, std::span<const std::uint8_t>(std::vector<std::uint8_t>(160 * 120)));
+    CHECK_THROWS_WITH(made(recording, options, run), Catch::Contains("walk_frame-3.npy") && Catch::Contains("H x W x 3"));
+    fs::remove(styled / "walk_frame-3.npy");
+    fs::remove(styled / "walk_frame-1.npy");
+    CHECK_THROWS_AS(made(recording, options, run), MissingInput);
+    CHECK_THROWS_WITH(made(recording, options, run),
+                      Catch::Contains("2 of 5 frames") && Catch::Contains("walk_frame-1, walk_frame-3;"));
+    write_file(styled / "walk_frame-1.png", testing::RawImages().encode_png(Raster8(160, 120, 3, 9)));
+    write_file(styled / "walk_frame-3.jpg", testing::RawImages().encode_jpeg(Raster8(160, 120, 3, 9), 90));
+    CHECK(made(recording, options, run)->layers[0].at(16, 16, 0) > 0.1F);
+}
+
+TEST_CASE("pictures fit a camera if a side is what the other calls for")
+{
+    const Intrinsics camera{1296, 968, 1, 1, 1, 1};
+    CHECK(fits_camera(1296, 968, camera));
+    CHECK(fits_camera(343, 256, camera));
+    CHECK(fits_camera(342, 256, camera));
+    CHECK(fits_camera(341, 256, camera) == false);
+    CHECK(fits_camera(648, 484, camera));
+    CHECK_FALSE(fits_camera(640, 360, camera));
+    CHECK_FALSE(fits_camera(968, 1296, camera));
+}

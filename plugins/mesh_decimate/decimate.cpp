@@ -1,240 +1,198 @@
 #include "decimate.h"
 
-#include <fresco/error.h>
+#include "edge_queue.h"
+#include "pieces.h"
+
 #include <fresco/geometry/topology.h>
+#include <fresco/parallel.h>
+#include <fresco/radix_sort.h>
 
-#include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
-
-// QuadricT.hh and the decimater need the kernel's declarations before them.
-#include <OpenMesh/Core/Geometry/QuadricT.hh>
-#include <OpenMesh/Tools/Decimater/DecimaterT.hh>
-#include <OpenMesh/Tools/Decimater/ModNormalFlippingT.hh>
-
+#include <algorithm>
+#include <bit>
 #include <cmath>
-#include <string>
-#include <vector>
+#include <functional>
+#include <limits>
+#include <memory>
+
+using fresco::Mesh;
+using fresco::Vec3d;
+using fresco::Vec3f;
 
 namespace
 {
 
-struct Traits : OpenMesh::DefaultTraits
-{
-    VertexAttributes(OpenMesh::Attributes::Status);
-    EdgeAttributes(OpenMesh::Attributes::Status);
-    HalfedgeAttributes(OpenMesh::Attributes::PrevHalfedge | OpenMesh::Attributes::Status);
-    FaceAttributes(OpenMesh::Attributes::Status | OpenMesh::Attributes::Normal);
-};
-using HalfedgeMesh = OpenMesh::TriMesh_ArrayKernelT<Traits>;
-using Quadric = OpenMesh::Geometry::QuadricT<double>;
+/// Of the faces that are left to remove, a step may take this share before prices are compared again.
+constexpr double step_share = 0.6;
+/// Edges that become unfit or dearer for each collapse, about.
+constexpr double edges_per_collapse = 2.5;
+/// The first cut leaves this share of the removals to the second, which reaches what rested.
+constexpr double second_share = 0.12;
+/// Price classes: the leading bits of a float.
+constexpr int class_shift = 18;
+constexpr double most_eager = 1e9;
 
-/// How strongly a border edge resists leaving its line, relative to the surface.
-constexpr double border_weight = 10;
-/// Pull of each vertex towards where it was, relative to the planes: spreads collapses evenly where the surface is flat and every
-/// collapse costs nothing.
-constexpr double point_weight = 1e-3;
-
-OpenMesh::Vec3d wide(const HalfedgeMesh::Point& p)
+Surface surface_of(const Mesh& mesh)
 {
-    return {p[0], p[1], p[2]};
+    Surface surface{mesh.positions, std::vector<VertexLoad>(mesh.positions.size()), mesh.triangles};
+    for (const auto& t : mesh.triangles)
+    {
+        const Vec3f a = mesh.positions[t[0]];
+        const Vec3f normal = cross(mesh.positions[t[1]] - a, mesh.positions[t[2]] - a);
+        const float area = length(normal) / 6;
+        for (const std::uint32_t v : t)
+        {
+            surface.loads[v].normal += normal;
+            surface.loads[v].area += area;
+        }
+    }
+    if (!mesh.colors.empty())
+        for (std::size_t v = 0; v < mesh.colors.size(); ++v)
+            surface.loads[v].color = {static_cast<float>(mesh.colors[v][0]), static_cast<float>(mesh.colors[v][1]),
+                                      static_cast<float>(mesh.colors[v][2])};
+    return surface;
 }
 
-/// What a vertex stands for: the error planes, and the colour of an area.
-struct VertexLoad
+Mesh mesh_of(const Surface& surface, bool colored)
 {
-    Quadric quadric;
-    double area = 0;
-    OpenMesh::Vec3d color_sum{0, 0, 0};
-};
+    Mesh mesh;
+    std::vector<std::uint32_t> index(surface.positions.size(), Piece::none);
+    for (const auto& t : surface.triangles)
+        for (const std::uint32_t v : t)
+            index[v] = 0;
+    const auto byte = [](float value) { return static_cast<std::uint8_t>(std::lround(std::clamp(value, 0.0F, 255.0F))); };
+    for (std::size_t v = 0; v < index.size(); ++v)
+    {
+        if (index[v] == Piece::none)
+            continue;
+        index[v] = static_cast<std::uint32_t>(mesh.positions.size());
+        mesh.positions.push_back(surface.positions[v]);
+        if (const Vec3f color = surface.loads[v].color; colored)
+            mesh.colors.push_back({byte(color.x), byte(color.y), byte(color.z)});
+    }
+    mesh.triangles.reserve(surface.triangles.size());
+    for (const auto& t : surface.triangles)
+        mesh.triangles.push_back({index[t[0]], index[t[1]], index[t[2]]});
+    return mesh;
+}
 
-/// Area-weighted quadrics with border planes; carries colours along.
-class ModBorderQuadric final : public OpenMesh::Decimater::ModBaseT<HalfedgeMesh>
+/// How many waiting edges there are of each price class, of one piece.
+using Prices = std::vector<std::uint32_t>;
+
+Prices prices_of(const EdgeQueue& queue)
+{
+    Prices prices((0xffffffffU >> class_shift) + 1, 0);
+    queue.each_cost([&](float cost) { ++prices[fresco::ordered_key(cost) >> class_shift]; });
+    return prices;
+}
+
+/// Collapses in all pieces until `target` faces are left, or nothing more can be collapsed.
+class Steps
 {
   public:
-    using Base = OpenMesh::Decimater::ModBaseT<HalfedgeMesh>;
-    using CollapseInfo = OpenMesh::Decimater::CollapseInfoT<HalfedgeMesh>;
-    using Handle = OpenMesh::Decimater::ModHandleT<ModBorderQuadric>;
-    DECIMATER_MODNAME(BorderQuadric)
-
-    explicit ModBorderQuadric(HalfedgeMesh& mesh) : Base(mesh, false) {}
-
-    void set_loads(std::vector<VertexLoad>* loads) { loads_ = loads; }
-
-    float collapse_priority(const CollapseInfo& ci) override
+    Steps(std::vector<CutPiece>& pieces, fresco::Progress& progress)
+        : pieces_(pieces), queues_(pieces.size()), progress_(progress)
     {
-        // A component of four closed faces, or a vertex left with two neighbours, would vanish.
-        if ((ci.vl.is_valid() && !mesh().is_boundary(ci.vl) && mesh().valence(ci.vl) <= 3) ||
-            (ci.vr.is_valid() && !mesh().is_boundary(ci.vr) && mesh().valence(ci.vr) <= 3))
-            return ILLEGAL_COLLAPSE;
-        auto q = load(ci.v0).quadric;
-        q += load(ci.v1).quadric;
-        return static_cast<float>(std::max(q(wide(ci.p1)), 0.0));
+        each([&](std::size_t i) { queues_[i] = std::make_unique<EdgeQueue>(*pieces_[i].piece); });
     }
 
-    void postprocess_collapse(const CollapseInfo& ci) override
+    std::size_t faces() const
     {
-        const auto& from = load(ci.v0);
-        auto& to = load(ci.v1);
-        to.quadric += from.quadric;
-        to.area += from.area;
-        to.color_sum += from.color_sum;
+        std::size_t sum = 0;
+        for (const CutPiece& piece : pieces_)
+            sum += piece.piece->faces();
+        return sum;
+    }
+
+    /// `total`: of what the progress is told of.
+    void run(std::size_t target, std::size_t from, std::size_t end)
+    {
+        // Where all of the cheapest edges turn out unfit, the next step looks at more.
+        double eagerness = 1;
+        while (faces() > target)
+        {
+            progress_.progress(static_cast<double>(from - faces()), static_cast<double>(from - end), "faces removed");
+            const std::size_t removed = step(faces() - target, eagerness);
+            if (removed == 0 && eagerness > most_eager)
+                return;
+            eagerness = removed == 0 ? 4 * eagerness : 1;
+        }
     }
 
   private:
-    VertexLoad& load(OpenMesh::VertexHandle v) { return (*loads_)[static_cast<std::size_t>(v.idx())]; }
-
-    std::vector<VertexLoad>* loads_ = nullptr;
-};
-
-class Watch final : public OpenMesh::Decimater::Observer
-{
-  public:
-    Watch(fresco::Progress& progress, std::size_t faces, std::size_t target)
-        : Observer(2000), progress_(progress), faces_(faces), target_(target)
+    void each(const std::function<void(std::size_t)>& act)
     {
-    }
-    void notify(std::size_t collapses) override
-    {
-        const auto total = faces_ - target_;
-        progress_.progress(static_cast<double>(std::min(2 * collapses, total)), static_cast<double>(total), "faces removed");
-        progress_.check_cancelled();
+        fresco::parallel_for(pieces_.size(), 1, progress_.threads(),
+                             [&](std::size_t i, std::size_t)
+                             {
+                                 progress_.check_cancelled();
+                                 act(i);
+                             });
     }
 
-  private:
+    /// Removes at most `surplus` faces (one more where the last collapse removes two).
+    std::size_t step(std::size_t surplus, double eagerness)
+    {
+        std::vector<Prices> prices(pieces_.size());
+        each([&](std::size_t i) { prices[i] = prices_of(*queues_[i]); });
+        const bool last = surplus < 4 * pieces_.size() + 64;
+        const double wanted = static_cast<double>(surplus) / 2 * (last ? 4 : step_share) * edges_per_collapse * eagerness;
+        // The price at which so many edges wait.
+        std::size_t price = 0;
+        double waiting = 0;
+        for (; price < prices[0].size() && waiting < wanted; ++price)
+            for (const Prices& of : prices)
+                waiting += of[price];
+        if (waiting == 0)
+            return 0;
+        // Each piece may take its share of the surplus.
+        std::vector<std::size_t> caps(pieces_.size());
+        double shared = 0;
+        std::size_t given = 0;
+        for (std::size_t i = 0; i < caps.size(); ++i)
+        {
+            for (std::size_t p = 0; p < price; ++p)
+                shared += prices[i][p];
+            // Even, as most collapses remove two faces.
+            const auto up_to =
+                2 * static_cast<std::size_t>(std::ceil(shared / waiting * static_cast<double>(surplus) / 2 - 1e-9));
+            caps[i] = up_to - given;
+            given = up_to;
+        }
+        const auto key = static_cast<std::uint32_t>(price) << class_shift;
+        const float most =
+            price >= prices[0].size() ? std::numeric_limits<float>::max() : std::bit_cast<float>((key - 1) & 0x7fffffffU);
+        std::vector<std::size_t> removed(pieces_.size());
+        each([&](std::size_t i) { removed[i] = queues_[i]->run(most, caps[i]); });
+        std::size_t sum = 0;
+        for (const std::size_t one : removed)
+            sum += one;
+        return sum;
+    }
+
+    std::vector<CutPiece>& pieces_;
+    std::vector<std::unique_ptr<EdgeQueue>> queues_;
     fresco::Progress& progress_;
-    std::size_t faces_;
-    std::size_t target_;
 };
-
-Quadric plane(const OpenMesh::Vec3d& unit_normal, const OpenMesh::Vec3d& point)
-{
-    return {unit_normal[0], unit_normal[1], unit_normal[2], -(unit_normal | point)};
-}
-
-void add_face(const HalfedgeMesh& mesh, OpenMesh::FaceHandle face, std::vector<VertexLoad>& loads)
-{
-    const auto h = mesh.halfedge_handle(face);
-    const OpenMesh::VertexHandle v[3] = {mesh.from_vertex_handle(h), mesh.to_vertex_handle(h),
-                                         mesh.to_vertex_handle(mesh.next_halfedge_handle(h))};
-    const OpenMesh::Vec3d p[3] = {wide(mesh.point(v[0])), wide(mesh.point(v[1])), wide(mesh.point(v[2]))};
-    auto normal = (p[1] - p[0]) % (p[2] - p[0]);
-    const double twice_area = normal.norm();
-    if (!(twice_area > 0))
-        return;
-    normal /= twice_area;
-    const double share = twice_area / 6;
-    auto q = plane(normal, p[0]);
-    q *= share;
-    for (int k = 0; k < 3; ++k)
-    {
-        auto& load = loads[static_cast<std::size_t>(v[k].idx())];
-        load.quadric += q;
-        load.area += share;
-    }
-    auto edge = h;
-    for (int k = 0; k < 3; ++k, edge = mesh.next_halfedge_handle(edge))
-    {
-        if (!mesh.is_boundary(mesh.opposite_halfedge_handle(edge)))
-            continue;
-        const auto along = p[(k + 1) % 3] - p[k];
-        const double norm = along.norm();
-        if (!(norm > 0))
-            continue;
-        auto wall = plane((along % normal) / norm, p[k]);
-        wall *= border_weight * norm * norm / 2;
-        loads[static_cast<std::size_t>(v[k].idx())].quadric += wall;
-        loads[static_cast<std::size_t>(v[(k + 1) % 3].idx())].quadric += wall;
-    }
-}
-
-std::vector<VertexLoad> initial_loads(const HalfedgeMesh& mesh, const std::vector<fresco::Rgb8>& colors)
-{
-    std::vector<VertexLoad> loads(mesh.n_vertices());
-    for (auto& load : loads)
-        load.quadric.clear();
-    for (const auto face : mesh.faces())
-        add_face(mesh, face, loads);
-    for (const auto v : mesh.vertices())
-    {
-        const auto i = static_cast<std::size_t>(v.idx());
-        Quadric place(wide(mesh.point(v)));
-        place *= point_weight * loads[i].area;
-        loads[i].quadric += place;
-        if (!colors.empty())
-            loads[i].color_sum = OpenMesh::Vec3d(colors[i][0], colors[i][1], colors[i][2]) * loads[i].area;
-    }
-    return loads;
-}
-
-HalfedgeMesh to_halfedges(const fresco::Mesh& mesh)
-{
-    HalfedgeMesh out;
-    out.reserve(mesh.positions.size(), mesh.positions.size() + mesh.triangles.size(), mesh.triangles.size());
-    for (const auto& p : mesh.positions)
-        out.add_vertex({p.x, p.y, p.z});
-    const auto vertex = [](std::uint32_t i) { return OpenMesh::VertexHandle(static_cast<int>(i)); };
-    for (std::size_t f = 0; f < mesh.triangles.size(); ++f)
-    {
-        const auto& t = mesh.triangles[f];
-        if (!out.add_face(vertex(t[0]), vertex(t[1]), vertex(t[2])).is_valid())
-            throw fresco::Error("mesh.decimate: face " + std::to_string(f) +
-                                " does not fit a halfedge structure after the repair");
-    }
-    out.update_face_normals();
-    return out;
-}
-
-fresco::Mesh from_halfedges(const HalfedgeMesh& mesh, const std::vector<VertexLoad>& loads,
-                            const std::vector<fresco::Rgb8>& colors)
-{
-    fresco::Mesh out;
-    std::vector<std::uint32_t> index(mesh.n_vertices(), fresco::geometry::none);
-    for (const auto v : mesh.vertices())  // skips deleted ones
-    {
-        const auto i = static_cast<std::size_t>(v.idx());
-        if (mesh.is_isolated(v))
-            continue;
-        index[i] = static_cast<std::uint32_t>(out.positions.size());
-        const auto& p = mesh.point(v);
-        out.positions.push_back({p[0], p[1], p[2]});
-        if (colors.empty())
-            continue;
-        fresco::Rgb8 color = colors[i];
-        if (loads[i].area > 0)
-            for (std::size_t c = 0; c < 3; ++c)
-                color[c] = static_cast<std::uint8_t>(std::lround(loads[i].color_sum[c] / loads[i].area));
-        out.colors.push_back(color);
-    }
-    for (const auto f : mesh.faces())
-    {
-        fresco::Triangle t{};
-        std::size_t k = 0;
-        for (const auto v : mesh.fv_range(f))
-            t[k++] = index[static_cast<std::size_t>(v.idx())];
-        out.triangles.push_back(t);
-    }
-    return out;
-}
 
 }  // namespace
 
-fresco::Mesh decimated(const fresco::Mesh& mesh, const DecimateOptions& options, fresco::Progress& progress)
+Mesh decimated(const Mesh& mesh, const DecimateOptions& options, fresco::Progress& progress)
 {
-    auto halfedges = to_halfedges(mesh);
-    progress.check_cancelled();
-    auto loads = initial_loads(halfedges, mesh.colors);
+    const std::size_t before = mesh.triangles.size();
+    Surface surface = surface_of(mesh);
+    for (int turn = 0; surface.triangles.size() > options.max_faces; ++turn)
     {
-        OpenMesh::Decimater::DecimaterT<HalfedgeMesh> decimater(halfedges);
-        ModBorderQuadric::Handle quadric;
-        decimater.add(quadric);
-        decimater.module(quadric).set_loads(&loads);
-        OpenMesh::Decimater::ModNormalFlippingT<HalfedgeMesh>::Handle flipping;
-        decimater.add(flipping);
-        decimater.module(flipping).set_max_normal_deviation(static_cast<float>(options.max_turn_deg));
-        decimater.initialize();
-        Watch watch(progress, mesh.triangles.size(), options.max_faces);
-        decimater.set_observer(&watch);
-        // OpenMesh stops once the count is below its argument plus one collapse, which takes one or two faces.
-        decimater.decimate_to_faces(0, options.max_faces);
+        const std::size_t now = surface.triangles.size();
+        auto pieces = cut(surface, regions_of(surface, options.piece_faces, turn, progress), progress);
+        const std::size_t surplus = now - options.max_faces;
+        // What rests in this turn is done in the next.
+        const auto left =
+            turn == 0 && pieces.size() > 1 ? static_cast<std::size_t>(second_share * static_cast<double>(surplus)) : 0;
+        Steps steps(pieces, progress);
+        steps.run(options.max_faces + left, before, options.max_faces);
+        put_back(pieces, surface, progress);
+        if (surface.triangles.size() == now)
+            break;
     }
-    return from_halfedges(halfedges, loads, mesh.colors);
+    return mesh_of(surface, !mesh.colors.empty());
 }

@@ -1,6 +1,9 @@
 #include "decimate.h"
-#include "repair.h"
 
+#include "../../../sdk/geometry/tests/shapes.h"
+
+#include <fresco/error.h>
+#include <fresco/geometry/repair.h>
 #include <fresco/geometry/topology.h>
 #include <fresco/testing.h>
 
@@ -14,157 +17,165 @@ using fresco::geometry::count_surface;
 namespace
 {
 
-/// n x n squares over [0,1]² in the plane z = height(x, y).
-template <class Height>
-Mesh grid(std::uint32_t n, Height height)
+class Threads final : public fresco::Progress
 {
-    Mesh mesh;
-    for (std::uint32_t y = 0; y <= n; ++y)
-        for (std::uint32_t x = 0; x <= n; ++x)
-        {
-            const float u = static_cast<float>(x) / static_cast<float>(n);
-            const float v = static_cast<float>(y) / static_cast<float>(n);
-            mesh.positions.push_back({u, v, height(u, v)});
-            mesh.colors.push_back(u < 0.5F ? fresco::Rgb8{200, 0, 0} : fresco::Rgb8{0, 0, 100});
-        }
-    for (std::uint32_t y = 0; y < n; ++y)
-        for (std::uint32_t x = 0; x < n; ++x)
-        {
-            const auto v = y * (n + 1) + x;
-            mesh.triangles.push_back({v, v + 1, v + n + 1});
-            mesh.triangles.push_back({v + 1, v + n + 2, v + n + 1});
-        }
-    return mesh;
+  public:
+    explicit Threads(int count) : count_(count) {}
+    int threads() const override { return count_; }
+
+  private:
+    int count_;
+};
+
+Mesh decimate(const Mesh& mesh, std::size_t faces, std::size_t piece_faces = 32768, int threads = 2)
+{
+    Threads progress(threads);
+    fresco::geometry::RepairReport report;
+    return decimated(fresco::geometry::repaired(mesh, report, progress), {.max_faces = faces, .piece_faces = piece_faces},
+                     progress);
 }
 
-Mesh decimate(const Mesh& mesh, std::size_t faces)
+float bump(float x, float y)
 {
-    fresco::Progress progress;
-    return decimated(mesh, {.max_faces = faces}, progress);
+    return 0.2F * std::exp(-20 * ((x - 0.5F) * (x - 0.5F) + (y - 0.5F) * (y - 0.5F)));
+}
+
+/// The largest vertical distance of the faces' middles to the bump.
+float farthest(const Mesh& mesh)
+{
+    float most = 0;
+    for (const auto& t : mesh.triangles)
+    {
+        fresco::Vec3f centre{};
+        for (const auto v : t)
+            centre += mesh.positions[v] * (1.0F / 3);
+        most = std::max(most, std::abs(centre.z - bump(centre.x, centre.y)));
+    }
+    return most;
 }
 
 }  // namespace
 
 TEST_CASE("a flat square keeps its outline, its area and its colours")
 {
-    const auto mesh = grid(20, [](float, float) { return 0.0F; });
-    const auto out = decimate(mesh, 100);
-    const auto counts = count_surface(out);
-    CHECK(counts.faces <= 100);
-    CHECK(counts.faces >= 98);
-    CHECK(counts.area_m2 == Approx(1).margin(1e-9));
-    CHECK(counts.border_length_m == Approx(4).margin(1e-9));
-    CHECK(counts.components == 1);
-    for (const auto& n : fresco::face_normals(out))
-        CHECK(n.z == Approx(1));
-    // Means of two colours lie between them; far from the line where they meet they are pure.
-    REQUIRE(out.colors.size() == out.positions.size());
-    for (std::size_t v = 0; v < out.colors.size(); ++v)
+    auto mesh = shapes::grid(20, [](float, float) { return 0.0F; });
+    for (const auto& p : mesh.positions)
+        mesh.colors.push_back(p.x < 0.5F ? fresco::Rgb8{200, 0, 0} : fresco::Rgb8{0, 0, 100});
+    for (const std::size_t piece_faces : {64, 100000})
     {
-        CHECK(out.colors[v][1] == 0);
-        CHECK(int(out.colors[v][0]) + 2 * int(out.colors[v][2]) == Approx(200).margin(2));
+        const auto out = decimate(mesh, 100, piece_faces);
+        const auto counts = count_surface(out);
+        CHECK(counts.faces <= 100);
+        CHECK(counts.faces >= 98);
+        CHECK(counts.area_m2 == Approx(1).margin(1e-5));
+        CHECK(counts.border_length_m == Approx(4).margin(1e-5));
+        CHECK(counts.components == 1);
+        for (const auto& n : fresco::face_normals(out))
+            CHECK(n.z == Approx(1));
+        // Means of two colours lie between them.
+        REQUIRE(out.colors.size() == out.positions.size());
+        for (const auto& color : out.colors)
+        {
+            CHECK(color[1] == 0);
+            CHECK(int(color[0]) + 2 * int(color[2]) == Approx(200).margin(2));
+        }
     }
 }
 
-TEST_CASE("a bump stays where it is: the surface moves less than its noise")
+TEST_CASE("a bump stays where it is, cut into pieces as well as whole")
 {
-    const auto height = [](float x, float y)
-    { return 0.2F * std::exp(-20 * ((x - 0.5F) * (x - 0.5F) + (y - 0.5F) * (y - 0.5F))); };
-    const auto out = decimate(grid(60, height), 600);
-    CHECK(out.triangles.size() <= 600);
-    CHECK(count_surface(out).border_length_m == Approx(count_surface(grid(60, height)).border_length_m).epsilon(0.002));
-    for (const auto& t : out.triangles)
+    const auto mesh = shapes::grid(80, bump);
+    const auto pieces = decimate(mesh, 600, 500);
+    const auto whole = decimate(mesh, 600);
+    for (const auto* out : {&pieces, &whole})
     {
-        fresco::Vec3f centre{};
-        for (const auto v : t)
-            centre += out.positions[v] * (1.0F / 3);
-        CHECK(std::abs(centre.z - height(centre.x, centre.y)) < 0.006F);
+        CHECK(out->triangles.size() <= 600);
+        CHECK(out->triangles.size() >= 596);
+        CHECK(count_surface(*out).border_length_m == Approx(count_surface(mesh).border_length_m).epsilon(0.002));
+        CHECK(count_surface(*out).complex_edges == 0);
+        CHECK(farthest(*out) < 0.006F);
     }
 }
 
-TEST_CASE("every component survives any target")
+TEST_CASE("the result does not depend on threads")
 {
-    Mesh mesh = grid(4, [](float, float) { return 0.0F; });
-    mesh.colors.clear();
-    const auto first = mesh;
-    for (int copy = 1; copy < 5; ++copy)
+    const auto mesh = shapes::noisy_corner(40);
+    const auto one = decimate(mesh, 3000, 700, 1);
+    for (const int threads : {2, 5})
     {
-        const auto n = static_cast<std::uint32_t>(mesh.positions.size());
-        for (const auto& p : first.positions)
-            mesh.positions.push_back({p.x, p.y, p.z + static_cast<float>(copy)});
-        for (const auto& t : first.triangles)
-            mesh.triangles.push_back({t[0] + n, t[1] + n, t[2] + n});
+        const auto many = decimate(mesh, 3000, 700, threads);
+        CHECK(one.positions == many.positions);
+        CHECK(one.triangles == many.triangles);
     }
-    const auto n = static_cast<std::uint32_t>(mesh.positions.size());  // and a closed one: an octahedron
-    for (const fresco::Vec3f p : {fresco::Vec3f{1, 0, 9}, {0, 1, 9}, {-1, 0, 9}, {0, -1, 9}, {0, 0, 10}, {0, 0, 8}})
-        mesh.positions.push_back(p);
-    for (std::uint32_t k = 0; k < 4; ++k)
-    {
-        mesh.triangles.push_back({n + k, n + (k + 1) % 4, n + 4});
-        mesh.triangles.push_back({n + (k + 1) % 4, n + k, n + 5});
-    }
-    const auto out = decimate(mesh, 4);
-    CHECK(count_surface(out).components == 6);
-    CHECK(out.triangles.size() >= 9);
-    CHECK(out.triangles.size() <= 18);
-    CHECK(count_surface(out).complex_edges == 0);
 }
 
-TEST_CASE("the stage reports, warns, repeats itself bit by bit and can be stopped")
+TEST_CASE("what a surface is stays: components, holes, borders")
 {
-    const auto make = []
+    Mesh mesh = shapes::grid(8, [](float, float) { return 0.0F; });
+    shapes::append(mesh, shapes::box({5, 0, 0}, {1, 1, 1}));
+    shapes::append(mesh, shapes::sphere(10, 12));
+    for (int i = 0; i < 2000; ++i)  // crumbs
     {
-        auto made = fresco::testing::make_from_plugin(FRESCO_PLUGIN_FILE, "mesh.decimate");
-        REQUIRE(dynamic_cast<fresco::Stage*>(made.get()) != nullptr);
-        return made;
-    };
-    auto mesh = std::make_shared<Mesh>(grid(100, [](float x, float y) { return 0.05F * std::sin(20 * x) * std::cos(15 * y); }));
+        Mesh crumb;
+        const auto x = static_cast<float>(i);
+        crumb.positions = {{x, 9, 0}, {x + 0.5F, 9, 0}, {x, 9.5F, 0}};
+        crumb.triangles = {{0, 1, 2}};
+        shapes::append(mesh, crumb);
+    }
+    const auto before = count_surface(mesh);
+    for (const std::size_t piece_faces : {64, 100000})
+    {
+        const auto out = decimate(mesh, 4, piece_faces);
+        const auto after = count_surface(out);
+        CHECK(after.components == before.components);
+        CHECK(after.complex_edges == 0);
+        CHECK(after.faces >= 2000 + 4 + 4 + 1);
+        CHECK(after.faces <= 2000 + 30);
+    }
+}
+
+TEST_CASE("the stage gives the core's mesh, reports, warns and can be stopped")
+{
+    auto mesh =
+        std::make_shared<Mesh>(shapes::grid(100, [](float x, float y) { return 0.05F * std::sin(20 * x) * std::cos(15 * y); }));
     mesh->triangles.push_back({0, 1, 1});
     mesh->triangles.push_back(mesh->triangles[7]);
     mesh->texcoords.resize(mesh->triangles.size() * 3);
-
     const auto run_once = [&](int faces, fresco::testing::TestRun& run)
     {
-        auto stage = make();
+        auto stage = fresco::testing::make_from_plugin(FRESCO_PLUGIN_FILE, "mesh.decimate");
         fresco::testing::TemporaryFolder folder;
         fresco::testing::TestFactory factory;
         fresco::testing::run_stage(dynamic_cast<fresco::Stage&>(*stage), fresco::Value::Map{{"max_faces", faces}},
                                    {{"mesh", mesh}}, folder.path(), run, factory);
         return Mesh::load({folder.path() / "simplified", {}});
     };
-    fresco::testing::TestRun one(1);
-    const auto a = run_once(5000, one);
-    fresco::testing::TestRun two(4);
-    const auto b = run_once(5000, two);
-    CHECK(a->positions == b->positions);
-    CHECK(a->triangles == b->triangles);
-    CHECK(a->colors == b->colors);
-    CHECK(a->texcoords.empty());
-    CHECK(a->triangles.size() <= 5000);
-    CHECK(one.reported.at("degenerate_faces_removed").as_int() == 1);
-    CHECK(one.reported.at("duplicate_faces_removed").as_int() == 1);
-    CHECK(one.reported.at("faces_before").as_int() == 20002);
-    CHECK(one.reported.at("faces_after").as_int() == static_cast<std::int64_t>(a->triangles.size()));
-    CHECK(one.reported.at("components_after").as_int() == 1);
+    fresco::testing::TestRun run(2);
+    const auto out = run_once(5000, run);
+    CHECK(out->triangles == decimate(*mesh, 5000).triangles);
+    CHECK(out->texcoords.empty());
+    CHECK(out->triangles.size() <= 5000);
+    CHECK(run.reported.at("degenerate_faces_removed").as_int() == 1);
+    CHECK(run.reported.at("duplicate_faces_removed").as_int() == 1);
+    CHECK(run.reported.at("faces_before").as_int() == 20002);
+    CHECK(run.reported.at("faces_after").as_int() == static_cast<std::int64_t>(out->triangles.size()));
 
     fresco::testing::TestRun untouched;
     CHECK(run_once(20000, untouched)->triangles.size() == 20000);
 
-    fresco::testing::TestRun small;
-    const auto smallest = run_once(4, small)->triangles.size();
-    CHECK(smallest >= 3);  // a collapse takes at most two, so it stops at four or three
-    CHECK(smallest <= 4);
     fresco::testing::TestRun stopped;
-    stopped.cancel_after(4);
+    stopped.cancel_after(6);
     CHECK_THROWS_AS(run_once(5000, stopped), fresco::Cancelled);
 
     // Five separate triangles cannot become four.
     mesh = std::make_shared<Mesh>();
-    for (std::uint32_t i = 0; i < 15; i += 3)
+    for (int i = 0; i < 5; ++i)
     {
+        Mesh crumb;
         const auto z = static_cast<float>(i);
-        mesh->positions.insert(mesh->positions.end(), {{0, 0, z}, {1, 0, z}, {0, 1, z}});
-        mesh->triangles.push_back({i, i + 1, i + 2});
+        crumb.positions = {{0, 0, z}, {1, 0, z}, {0, 1, z}};
+        crumb.triangles = {{0, 1, 2}};
+        shapes::append(*mesh, crumb);
     }
     fresco::testing::TestRun stuck;
     CHECK(run_once(4, stuck)->triangles.size() == 5);

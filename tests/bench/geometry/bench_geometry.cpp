@@ -19,6 +19,8 @@ struct Options
     std::vector<std::string> meshes;
     std::string json;
     double edge_m = 0.03;
+    bool room = true;
+    std::vector<std::string> only{"decimation", "atlas", "uv-maps"};
     bench::GeometrySettings settings;
 };
 
@@ -35,6 +37,14 @@ std::optional<int> read_options(int argc, char** argv, Options& options)
     app.add_option("--keep", settings.keep, "Share of the faces that decimation leaves")
         ->check(CLI::Range(0.001, 1.0))
         ->capture_default_str();
+    app.add_option("--faces", settings.faces, "Numbers of faces that decimation leaves, in place of --keep")->delimiter(',');
+    app.add_option("--repeats", settings.repeats, "Times that each decimation runs; the fastest counts")
+        ->check(CLI::Range(1, 100))
+        ->capture_default_str();
+    app.add_option("--only", options.only, "Tables to print")
+        ->check(CLI::IsMember({"decimation", "atlas", "uv-maps"}))
+        ->delimiter(',');
+    app.add_flag("!--no-room", options.room, "Leave the generated room out");
     app.add_option("--size-px", settings.size_px, "Texture that atlases are made for")
         ->check(CLI::Range(64, 32768))
         ->capture_default_str();
@@ -59,13 +69,21 @@ void run(const Options& options)
                                                         {"samples", settings.samples}});
     std::vector<bench::GeometryInput> inputs;
     bench::Threads progress(settings.threads);
-    inputs.push_back(bench::synthetic_room(options.edge_m, views, progress));
+    if (options.room)
+        inputs.push_back(bench::synthetic_room(options.edge_m, views, progress));
     for (const auto& file : options.meshes)
         inputs.push_back(bench::mesh_file(file, views));
-    report.add(bench::decimation_table(inputs, settings));
-    report.add(bench::atlas_table(inputs, settings));
-    report.add(bench::uv_map_table(inputs, settings));
-    report.add(bench::uv_map_twin_table(inputs, settings));
+    const auto wanted = [&](const char* name)
+    { return std::find(options.only.begin(), options.only.end(), name) != options.only.end(); };
+    if (wanted("decimation"))
+        report.add(bench::decimation_table(inputs, settings));
+    if (wanted("atlas"))
+        report.add(bench::atlas_table(inputs, settings));
+    if (wanted("uv-maps"))
+    {
+        report.add(bench::uv_map_table(inputs, settings));
+        report.add(bench::uv_map_twin_table(inputs, settings));
+    }
     if (!options.json.empty())
         report.write(options.json);
 }

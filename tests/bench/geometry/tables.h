@@ -11,9 +11,11 @@ namespace bench
 struct GeometrySettings
 {
     std::vector<int> heights_px{256, 432, 608, 784};
-    double keep = 0.1;             ///< Share of the faces that decimation leaves.
-    int size_px = 2048;            ///< Of the texture that atlases are made for.
-    std::size_t samples = 50'000;  ///< Points per surface for distances.
+    double keep = 0.1;               ///< Share of the faces that decimation leaves.
+    std::vector<std::size_t> faces;  ///< Decimates to these numbers of faces in place of `keep`, where there are more.
+    int repeats = 1;                 ///< Of a decimation; the fastest counts.
+    int size_px = 2048;              ///< Of the texture that atlases are made for.
+    std::size_t samples = 50'000;    ///< Points per surface for distances.
     int threads = 1;
 };
 

@@ -1,4 +1,4 @@
-#include "repair.h"
+#include <fresco/geometry/repair.h>
 
 #include <fresco/geometry/topology.h>
 
@@ -9,6 +9,8 @@
 
 using fresco::Mesh;
 using fresco::geometry::count_surface;
+using fresco::geometry::repaired;
+using fresco::geometry::RepairReport;
 
 namespace
 {

@@ -1,4 +1,4 @@
-#include "repair.h"
+#include <fresco/geometry/repair.h>
 
 #include "nearest_pairs.h"
 
@@ -9,10 +9,8 @@
 #include <numeric>
 #include <vector>
 
-using fresco::Mesh;
-using fresco::Triangle;
-using namespace fresco::geometry;
-
+namespace fresco::geometry
+{
 namespace
 {
 
@@ -39,7 +37,7 @@ std::size_t remove_degenerate(Mesh& mesh)
     std::vector<Triangle> kept;
     kept.reserve(mesh.triangles.size());
     for (std::size_t f = 0; f < mesh.triangles.size(); ++f)
-        if (fresco::length(area_vector(mesh, f)) > 0)
+        if (length(area_vector(mesh, f)) > 0)
             kept.push_back(mesh.triangles[f]);
     const auto removed = mesh.triangles.size() - kept.size();
     mesh.triangles = std::move(kept);
@@ -54,17 +52,32 @@ std::size_t remove_duplicates(Mesh& mesh)
         std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
         return t;
     };
+    // Faces by their smallest vertex; the few of one vertex are compared with each other.
+    std::vector<std::uint32_t> begin(mesh.positions.size() + 1, 0);
+    for (const auto& t : mesh.triangles)
+        ++begin[std::min({t[0], t[1], t[2]}) + 1];
+    std::partial_sum(begin.begin(), begin.end(), begin.begin());
     std::vector<std::uint32_t> order(mesh.triangles.size());
-    std::iota(order.begin(), order.end(), 0u);
-    std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return turned(a) < turned(b); });
+    auto place = begin;
+    for (std::uint32_t f = 0; f < mesh.triangles.size(); ++f)
+    {
+        const auto& t = mesh.triangles[f];
+        order[place[std::min({t[0], t[1], t[2]})]++] = f;
+    }
     std::vector<bool> drop(order.size(), false);
     std::size_t removed = 0;
-    for (std::size_t i = 1; i < order.size(); ++i)
-        if (turned(order[i]) == turned(order[i - 1]))
-        {
-            drop[order[i]] = true;
-            ++removed;
-        }
+    for (std::size_t v = 0; v < mesh.positions.size(); ++v)
+    {
+        const auto around = std::span(order).subspan(begin[v], begin[v + 1] - begin[v]);
+        std::sort(around.begin(), around.end(),
+                  [&](auto a, auto b) { return std::pair(turned(a), a) < std::pair(turned(b), b); });
+        for (std::size_t i = 1; i < around.size(); ++i)
+            if (turned(around[i]) == turned(around[i - 1]))
+            {
+                drop[around[i]] = true;
+                ++removed;
+            }
+    }
     std::size_t next = 0;
     for (std::size_t f = 0; f < drop.size(); ++f)
         if (!drop[f])
@@ -92,8 +105,8 @@ void join_best(const Mesh& mesh, std::uint32_t low, std::span<const EdgeUse> use
     if (uses.size() == 2 && uses[0].forward != uses[1].forward)
         return join(uses[0], uses[1]);
 
-    const auto place = [&](std::uint32_t v) { return fresco::vec_cast<double>(mesh.positions[v]); };
-    const auto axis = fresco::normalized(place(uses[0].high) - place(low));
+    const auto place = [&](std::uint32_t v) { return vec_cast<double>(mesh.positions[v]); };
+    const auto axis = normalized(place(uses[0].high) - place(low));
     const auto zero = area_vector(mesh, uses[0].face);
     const auto quarter = cross(axis, zero);
     std::vector<EdgeUse> forward, backward;
@@ -185,7 +198,7 @@ Mesh compacted(const Mesh& mesh, const std::vector<Triangle>& triangles, const s
 
 }  // namespace
 
-Mesh repaired(const Mesh& input, RepairReport& report, const fresco::Progress& progress)
+Mesh repaired(const Mesh& input, RepairReport& report, const Progress& progress)
 {
     Mesh mesh;
     mesh.positions = input.positions;
@@ -219,3 +232,5 @@ Mesh repaired(const Mesh& input, RepairReport& report, const fresco::Progress& p
     report.vertices_unused = origin.size() - out.positions.size() - report.vertices_welded;
     return out;
 }
+
+}  // namespace fresco::geometry

@@ -7,6 +7,8 @@
 #include <queue>
 #include <tuple>
 
+namespace fresco::geometry
+{
 namespace
 {
 
@@ -100,3 +102,5 @@ std::vector<std::pair<std::uint32_t, std::uint32_t>> nearest_pairs(std::span<con
         directions.push_back({b[i], i, false});
     return Circle(std::move(directions)).pairs();
 }
+
+}  // namespace fresco::geometry

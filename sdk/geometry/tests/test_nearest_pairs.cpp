@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numbers>
 
+using fresco::geometry::nearest_pairs;
+
 namespace
 {
 

@@ -5,6 +5,9 @@
 
 #include <cstddef>
 
+namespace fresco::geometry
+{
+
 /// What `repaired` changed; 0 everywhere for a clean mesh.
 struct RepairReport
 {
@@ -21,4 +24,6 @@ struct RepairReport
 /// faces around every vertex form one fan or one disk. No face with area is lost: where sheets touch, the faces that continue
 /// each other best stay joined and vertices are copied for the others. Keeps the order of faces and of vertices (copies go to the
 /// end) and the colours; drops texcoords and charts.
-fresco::Mesh repaired(const fresco::Mesh& mesh, RepairReport& report, const fresco::Progress& progress);
+Mesh repaired(const Mesh& mesh, RepairReport& report, const Progress& progress);
+
+}  // namespace fresco::geometry

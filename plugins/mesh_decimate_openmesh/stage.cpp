@@ -1,0 +1,31 @@
+#include "decimate_openmesh.h"
+
+#include <fresco/geometry/simplifying_stage.h>
+
+#include <OpenMesh/Core/System/config.h>
+
+namespace
+{
+
+class MeshDecimateOpenMesh final : public fresco::geometry::SimplifyingStage
+{
+    fresco::Cost cost() const override
+    {
+        return {.seconds = "1 + 0.000002 * faces + 0.00002 * max(faces - max_faces, 0)",
+                .memory_mb = "60 + 0.0002 * faces",
+                .disk_mb = "0.000022 * min(faces, max_faces)",
+                .frames = "",
+                .faces = "min(faces, max_faces)"};
+    }
+    fresco::Mesh simplify(const fresco::Mesh& mesh, std::size_t max_faces, fresco::RunContext& run) const override
+    {
+        return decimated_openmesh(mesh, max_faces, run);
+    }
+};
+
+}  // namespace
+
+FRESCO_STAGE("mesh.decimate_openmesh", MeshDecimateOpenMesh, "Edge collapse onto one of the ends by OpenMesh's decimater")
+/// "9.0" of 0x90000.
+constexpr char open_mesh_version[] = {'0' + OM_GET_VER, '.', '0' + OM_GET_MAJ, '\0'};
+FRESCO_LIBRARY("OpenMesh", open_mesh_version)

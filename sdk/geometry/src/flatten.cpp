@@ -99,6 +99,8 @@ class Flattener
         lay(std::move(again));
     }
 
+    void attach() { attach_crumbs(surface_, flat_, options_.texel_m, progress_); }
+
     static std::vector<Pending> pending_of(const Partition& partition)
     {
         std::vector<Pending> pending;
@@ -201,7 +203,13 @@ FlatCharts project_charts(const Surface& surface, const Partition& partition, co
     progress.progress(1, 3, "passes");
     flattener.merge();
     progress.progress(2, 3, "passes");
+    // What can be laid beside a neighbour as it is comes before what must be bent, and what was cut off then is tried once more.
+    const bool crumbs_may_join = options.charts.merge_limit_deg > options.charts.angle_limit_deg;
+    if (crumbs_may_join)
+        flattener.attach();
     flattener.unfold();
+    if (crumbs_may_join)
+        flattener.attach();
     progress.progress(3, 3, "passes");
     return flattener.take();
 }

@@ -13,7 +13,7 @@ namespace
 /// Charts of at most this many faces are tried.
 constexpr std::size_t crumb_faces = 32;
 /// … and of at most this many texels: what is larger is no noise and stays undistorted.
-constexpr double crumb_texels = 64;
+constexpr double crumb_texels = 256;
 constexpr int largest_patch_rings = 3;
 constexpr int relaxation_sweeps = 60;
 /// A relaxed face keeps at least this share of its area, or too few texels are left for it.

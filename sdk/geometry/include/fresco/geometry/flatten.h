@@ -48,6 +48,11 @@ FlatCharts project_charts(const Surface& surface, const Partition& partition, co
 /// overlap where a crumb lies at a chart's border: the caller looks at the changed charts again.
 std::vector<bool> unfold_crumbs(const Surface& surface, FlatCharts& flat, double texel_m, const Progress& progress);
 
+/// Lays charts of a few faces and texels beside a neighbour, turned about an edge that both share and scaled by at most 1.25 to
+/// fit it, where nothing lies there yet. Nothing overlaps afterwards that did not before. Returns how many charts went; their
+/// numbers stay unused.
+std::size_t attach_crumbs(const Surface& surface, FlatCharts& flat, double texel_m, const Progress& progress);
+
 /// Of one chart's faces: a connected set without overlaps, by growing from its largest clean part; the faces that turn least from
 /// the axis come first. Equals `faces` if nothing overlaps and they are connected.
 std::vector<std::uint32_t> injective_part(const Surface& surface, const Corners& corners, const std::vector<std::uint32_t>& faces,

@@ -129,6 +129,7 @@ class EvaluateCircles final : public Stage
         const std::size_t off_surface =
             counts.contours - counts.not_convex - counts.no_ellipse - counts.out_of_range - all.circles;
         Value::Map result{{"protocol", *protocol},
+                          {"every", *every},
                           {"pictures", seen.size()},
                           {"pictures_without_circles", without},
                           {"circles", all.circles},

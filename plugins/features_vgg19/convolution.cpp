@@ -1,5 +1,7 @@
 #include "convolution.h"
 
+#include <fresco/processor.h>
+
 #include <algorithm>
 #include <array>
 #include <vector>
@@ -74,12 +76,10 @@ const winograd::Kernel& Convolution3x3::fastest_kernel()
 {
     static const winograd::Kernel& fastest = []() -> const winograd::Kernel&
     {
-#if defined(__x86_64__)
-        if (winograd::avx512_kernel() != nullptr && __builtin_cpu_supports("avx512f") != 0)
+        if (winograd::avx512_kernel() != nullptr && fresco::runs_avx512())
             return *winograd::avx512_kernel();
-        if (winograd::avx2_kernel() != nullptr && __builtin_cpu_supports("avx2") != 0 && __builtin_cpu_supports("fma") != 0)
+        if (winograd::avx2_kernel() != nullptr && fresco::runs_avx2())
             return *winograd::avx2_kernel();
-#endif
         return *winograd::base_kernel();
     }();
     return fastest;

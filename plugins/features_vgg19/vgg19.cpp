@@ -26,7 +26,12 @@ torch::Tensor padded(const torch::Tensor& maps, Vgg19Padding padding)
     const std::vector<std::int64_t> sides{1, 1, 1, 1};
     if (padding == Vgg19Padding::zero)
         return at::constant_pad_nd(maps, sides);
-    return std::min(maps.size(2), maps.size(3)) > 1 ? at::reflection_pad2d(maps, sides) : at::replication_pad2d(maps, sides);
+    // A side of one pixel has nothing to reflect: that pixel goes on.
+    const auto side = [&](int dimension, std::vector<std::int64_t> at_it, const torch::Tensor& of)
+    { return of.size(dimension) > 1 ? at::reflection_pad2d(of, at_it) : at::replication_pad2d(of, at_it); };
+    if (std::min(maps.size(2), maps.size(3)) > 1)
+        return at::reflection_pad2d(maps, sides);
+    return side(2, {0, 0, 1, 1}, side(3, {1, 1, 0, 0}, maps));
 }
 
 torch::Tensor pooled(const torch::Tensor& maps, Pooling pooling)

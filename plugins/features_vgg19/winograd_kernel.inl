@@ -171,17 +171,24 @@ void rectify_back(const float* in, std::size_t stride, int channels, const float
                         if (pixels[i] == nullptr)
                             return;
                         const Vector response = value + offset;
-                        const auto positive = response > 0;
-                        store(pixels[i] + channel, positive ? response : Vector{});
+                        // What is not a number goes on, as in libtorch: the optimiser has to see it.
+                        const auto off = response <= 0;
+                        store(pixels[i] + channel, off ? Vector{} : response);
                         if (masks != nullptr)
-                            *reinterpret_cast<Bytes*>(masks[i] + channel) = __builtin_convertvector(positive & 1, Bytes);
+                            *reinterpret_cast<Bytes*>(masks[i] + channel) = __builtin_convertvector(~off & 1, Bytes);
                     });
     }
 }
 
+/// The second where it is larger or not a number.
+inline bool goes_first(float b, float a)
+{
+    return b > a || b != b;
+}
+
 inline float larger(float a, float b)
 {
-    return b > a ? b : a;
+    return goes_first(b, a) ? b : a;
 }
 
 void pool(const float* upper, const float* lower, int channels, float* out, std::uint8_t* chosen)
@@ -192,9 +199,9 @@ void pool(const float* upper, const float* lower, int channels, float* out, std:
         return;
     for (int c = 0; c < channels; ++c)
     {
-        const int left = upper[c + channels] > upper[c] ? 1 : 0;
-        const int right = lower[c + channels] > lower[c] ? 3 : 2;
-        const bool below = larger(lower[c], lower[c + channels]) > larger(upper[c], upper[c + channels]);
+        const int left = goes_first(upper[c + channels], upper[c]) ? 1 : 0;
+        const int right = goes_first(lower[c + channels], lower[c]) ? 3 : 2;
+        const bool below = goes_first(larger(lower[c], lower[c + channels]), larger(upper[c], upper[c + channels]));
         chosen[c] = static_cast<std::uint8_t>(below ? right : left);
     }
 }

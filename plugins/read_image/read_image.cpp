@@ -1,5 +1,6 @@
 #include "npy_image.h"
 
+#include <fresco/error.h>
 #include <fresco/image_io.h>
 #include <fresco/reader.h>
 #include <fresco/stage.h>
@@ -20,6 +21,9 @@ class ReadImage final : public fresco::FileReader
         const std::string extension = file.extension().string();
         if (extension == ".npy" || extension == ".NPY")
             return std::make_shared<fresco::Image>(read_image::image_from_npy(file));
+        if (!images.has_value())
+            throw fresco::Error(file.string() +
+                                ": no picture codec is at hand (option \"images\"); only NPY pictures can be read without one");
         return std::make_shared<fresco::Image>(images->read_rgb(file));
     }
 };

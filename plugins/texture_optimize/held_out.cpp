@@ -37,37 +37,34 @@ bool has_stopped_falling(const std::vector<HeldOutLoss>& history, double gain, s
 
 HeldOutViews::HeldOutViews(const ViewSource& source, const std::vector<std::size_t>& views, const TextureRepresentation& texture,
                            const LevelRules& rules, const torch::Device& device)
-    : source_(source)
+    : source_(source), views_(views), texture_(texture), rules_(rules), device_(device)
 {
-    for (const auto view : views)
-    {
-        views_.push_back(load_view(source, view, texture, rules));
-        move_to(*views_.back(), device);
-    }
 }
 
 HeldOutLoss HeldOutViews::measured(Evaluator& evaluator, std::int64_t step,
-                                   const std::map<std::string, std::shared_ptr<Loss>>& losses)
+                                   const std::map<std::string, std::shared_ptr<Loss>>& losses, const Progress& progress)
 {
     std::map<std::string, TensorMap> states;
     for (const auto& [name, loss] : losses)
         states.emplace(name, loss->state());
     HeldOutLoss result{step, 0, std::vector<double>(losses.size())};
     const auto count = static_cast<double>(views_.size());
-    for (const auto& data : views_)
+    for (const auto view : views_)
     {
+        progress.check_cancelled();
+        const auto data = load_view(source_, view, texture_, rules_);
+        move_to(*data, device_);
         ScheduledStep scheduled;
-        scheduled.view = data->view;
-        result.loss += evaluator.loss(step, scheduled, *data, source_.name(data->view)) / count;
+        scheduled.view = view;
+        result.loss += evaluator.loss(0, scheduled, *data, source_.name(view)) / count;
         std::size_t part = 0;
         for (const auto& [name, loss] : losses)
         {
             const auto found = evaluator.summands().find(name);
             result.parts[part++] += found == evaluator.summands().end() ? 0.0 : found->second / count;
+            loss->restore(states.at(name));
         }
     }
-    for (const auto& [name, loss] : losses)
-        loss->restore(states.at(name));
     return result;
 }
 

@@ -4,6 +4,7 @@
 #include "view_data.h"
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 namespace fresco::optimize
@@ -24,25 +25,32 @@ struct HeldOutLoss
     std::int64_t step = 0;
     double loss = 0;
     std::vector<double> parts;  ///< Of each loss, in the order of their names; their sum is `loss`.
+    /// Since the stage began, without the measuring; not known of measurements before an interruption, and in no checkpoint.
+    std::optional<double> seconds{};
 };
 
 /// Whether the last `window` measurements are worth nothing: their smallest is not below (1 - gain) times the smallest before.
 bool has_stopped_falling(const std::vector<HeldOutLoss>& history, double gain, std::size_t window = 3);
 
-/// What the losses, without the texture's regulariser, say of views that are not optimised for: the mean over these views. They
-/// stay in memory. Used by one thread; references its arguments.
+/// What the losses, without the texture's regulariser, say of views that are not optimised for: the mean over these views. One
+/// view is in memory at a time. Used by one thread; references its arguments.
 class HeldOutViews
 {
   public:
     HeldOutViews(const ViewSource& source, const std::vector<std::size_t>& views, const TextureRepresentation& texture,
                  const LevelRules& rules, const torch::Device& device);
 
-    /// Leaves the losses' state as it was.
-    HeldOutLoss measured(Evaluator& evaluator, std::int64_t step, const std::map<std::string, std::shared_ptr<Loss>>& losses);
+    /// Every view is measured with the losses' present state and with the draws of step 0, so that measurements differ by the
+    /// texture alone; the state is left as it was. Throws Cancelled between two views.
+    HeldOutLoss measured(Evaluator& evaluator, std::int64_t step, const std::map<std::string, std::shared_ptr<Loss>>& losses,
+                         const Progress& progress);
 
   private:
     const ViewSource& source_;
-    std::vector<std::unique_ptr<ViewData>> views_;
+    const std::vector<std::size_t>& views_;
+    const TextureRepresentation& texture_;
+    const LevelRules& rules_;
+    torch::Device device_;
 };
 
 }  // namespace fresco::optimize

@@ -89,7 +89,7 @@ class Loop
         while (!walked())
         {
         }
-        const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+        const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start - measuring_;
         report(seconds.count(), step_ - first_step);
         Texture texture = components_.texture.to_texture();
         texture.values = options_.values;
@@ -157,6 +157,8 @@ class Loop
         seen_ = std::move(initial.seen);
         if (initial.picture.empty())
             return;
+        if (!std::all_of(initial.picture.values.begin(), initial.picture.values.end(), [](float v) { return std::isfinite(v); }))
+            throw Error("the texture to begin with has values that are not finite: look at the style picture and at the frames");
         space_.store(initial.picture);
         components_.texture.set_picture(initial.picture);
     }
@@ -218,20 +220,27 @@ class Loop
     /// Between two steps everything is consistent: here a run may end, and goes on later.
     void interrupt_point()
     {
+        may_be_interrupted([this] { run_.check_cancelled(); });
+        if (options_.checkpoint_steps > 0 && step_ > 0 && step_ % options_.checkpoint_steps == 0 && step_ != due_step_)
+        {
+            checkpoints_.write_due(state());
+            due_step_ = step_;
+        }
+    }
+
+    /// What is done here may be cancelled; then the next run goes on from before it.
+    template <class Act>
+    void may_be_interrupted(Act act)
+    {
         try
         {
-            run_.check_cancelled();
+            act();
         }
         catch (const Cancelled&)
         {
             if (step_ != due_step_)
                 checkpoints_.write_interrupted(state());
             throw;
-        }
-        if (options_.checkpoint_steps > 0 && step_ > 0 && step_ % options_.checkpoint_steps == 0 && step_ != due_step_)
-        {
-            checkpoints_.write_due(state());
-            due_step_ = step_;
         }
     }
 
@@ -250,11 +259,12 @@ class Loop
         if (split_.held_out.empty() || !due || (!held_out_.empty() && held_out_.back().step == step_))
             return;
         const auto begin = std::chrono::steady_clock::now();
-        held_out_.push_back(held_out_views_->measured(evaluator_, step_, components_.losses));
+        may_be_interrupted([this]
+                           { held_out_.push_back(held_out_views_->measured(evaluator_, step_, components_.losses, run_)); });
         run_.metric("held_out_loss", held_out_.back().loss);
         const auto end = std::chrono::steady_clock::now();
         measuring_ += end - begin;
-        measured_at_.emplace_back(end - begun_ - measuring_);
+        held_out_.back().seconds = std::chrono::duration<double>(end - begun_ - measuring_).count();
     }
 
     void one_step(const ScheduledStep& scheduled, ViewData& data)
@@ -263,6 +273,7 @@ class Loop
         { return evaluator_.evaluate(step_, scheduled, data, source_.name(scheduled.view), parameters().size()); };
         const double loss =
             components_.rule.step(parameters(), evaluate, schedule_.rate(step_) * std::pow(0.5, rollbacks_), options_.lambda_r);
+        last_summands_ = evaluator_.summands();
         if (options_.reference)
             forget_camera(data);
         if (options_.clamp_layers)
@@ -286,24 +297,22 @@ class Loop
             run_.report("rollbacks", rollbacks_);
         run_.report("seconds_per_step", done > 0 ? seconds / static_cast<double>(done) : 0.0);
         Value summands{Value::Map{}};
-        for (const auto& [name, value] : evaluator_.summands())
+        for (const auto& [name, value] : last_summands_)
             summands.set(name, value);
         run_.report("losses_at_last_step", std::move(summands));
     }
 
-    /// Seconds since the stage began, without the measuring itself; those before an interruption are not known any more.
     void report_held_out()
     {
         Value::List list;
-        const std::size_t earlier = held_out_.size() - measured_at_.size();
-        for (std::size_t i = 0; i < held_out_.size(); ++i)
+        for (const HeldOutLoss& measured : held_out_)
         {
-            Value entry{Value::Map{{"step", held_out_[i].step}, {"loss", held_out_[i].loss}}};
+            Value entry{Value::Map{{"step", measured.step}, {"loss", measured.loss}}};
             std::size_t part = 0;
             for (const auto& [name, loss] : components_.losses)
-                entry.set(name + "_loss", held_out_[i].parts.at(part++));
-            if (i >= earlier)
-                entry.set("seconds", measured_at_[i - earlier].count());
+                entry.set(name + "_loss", measured.parts.at(part++));
+            if (measured.seconds)
+                entry.set("seconds", *measured.seconds);
             list.push_back(std::move(entry));
         }
         run_.report("held_out_views", split_.held_out.size());
@@ -326,7 +335,7 @@ class Loop
     std::vector<HeldOutLoss> held_out_;
     std::chrono::steady_clock::time_point begun_ = std::chrono::steady_clock::now();
     std::chrono::steady_clock::duration measuring_{};
-    std::vector<std::chrono::duration<double>> measured_at_;  ///< Of the last entries of held_out_.
+    std::map<std::string, double> last_summands_;  ///< Of the losses, in the last step.
     std::int64_t step_ = 0;
     std::int64_t rollbacks_ = 0;
     std::int64_t due_step_ = -1;  ///< Of the last checkpoint that was due, as far as this process knows.

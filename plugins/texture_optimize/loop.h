@@ -65,9 +65,9 @@ struct LoopOptions
     int held_out_count = 0;
     std::int64_t measure_steps = 50;
     double stop_gain = 0;  ///< 0 = all steps are made.
-    // What the result does not depend on
-    bool reference = false;               ///< Whole frames, and the camera pictures in every step, are encoded.
-    std::int64_t checkpoint_steps = 200;  ///< 0 = only when interrupted.
+    // How it is run
+    bool reference = false;  ///< Whole frames, and the camera pictures in every step, are encoded: the same up to rounding.
+    std::int64_t checkpoint_steps = 200;  ///< 0 = only when interrupted. A run whose loss is not finite goes back to one.
     std::int64_t preview_every = 0;       ///< 0 = never.
 };
 

@@ -91,7 +91,8 @@ class TextureOptimize final : public fresco::Stage
                                           "active: encode the parts of a frame that a level has pixels in, and the camera "
                                           "picture once a visit; reference: whole frames and everything in every step, for "
                                           "comparison"};
-    fresco::Option<std::int64_t> seed{this, "seed", 0, fresco::at_least(0), "Of the views' order and of what losses draw"};
+    fresco::Option<std::int64_t> seed{this, "seed", 0, fresco::at_least(0),
+                                      "Of the views' order, of what losses draw and of the noise that `init: noise` begins with"};
     fresco::Option<std::string> device{this, "device", "auto", fresco::one_of({"auto", "cpu", "cuda"}),
                                        "Where losses are computed"};
     fresco::Option<fresco::InputFile> weights{this, "weights", fresco::InputFile{},

@@ -1,5 +1,6 @@
 #include <fresco/matrix_multiply.h>
 #include <fresco/parallel.h>
+#include <fresco/processor.h>
 
 #include "matrix_kernel.h"
 
@@ -119,12 +120,10 @@ const matrix::Kernel& matrix::fastest_kernel()
 {
     static const Kernel& fastest = []() -> const Kernel&
     {
-#if defined(__x86_64__)
-        if (avx512_kernel() != nullptr && __builtin_cpu_supports("avx512f") != 0)
+        if (avx512_kernel() != nullptr && runs_avx512())
             return *avx512_kernel();
-        if (avx2_kernel() != nullptr && __builtin_cpu_supports("avx2") != 0 && __builtin_cpu_supports("fma") != 0)
+        if (avx2_kernel() != nullptr && runs_avx2())
             return *avx2_kernel();
-#endif
         return *base_kernel();
     }();
     return fastest;

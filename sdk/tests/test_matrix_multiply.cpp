@@ -1,6 +1,7 @@
 #include "../src/matrix_kernel.h"
 
 #include <fresco/matrix_multiply.h>
+#include <fresco/processor.h>
 #include <fresco/random.h>
 
 #include <catch2/catch.hpp>
@@ -83,10 +84,8 @@ TEST_CASE("Every processor's kernel adds the sum of its products")
 {
     using namespace fresco::matrix;
     std::vector<const Kernel*> kernels{base_kernel(), &fastest_kernel()};
-#if defined(__x86_64__)
-    if (avx2_kernel() != nullptr && __builtin_cpu_supports("avx2") != 0 && __builtin_cpu_supports("fma") != 0)
+    if (avx2_kernel() != nullptr && fresco::runs_avx2())
         kernels.push_back(avx2_kernel());
-#endif
     for (const auto* kernel : kernels)
     {
         constexpr std::size_t inner = 5;

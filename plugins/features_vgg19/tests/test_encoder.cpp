@@ -84,6 +84,35 @@ TEST_CASE("The fast way and its gradient agree with libtorch's convolutions in d
         }
 }
 
+TEST_CASE("Pictures of a few pixels agree with libtorch's convolutions, also where maps become a pixel wide")
+{
+    for (const auto& format : {fresco::weights::caffe_input(), fresco::weights::torchvision_input()})
+        for (const auto& [height, width] : {std::pair{5, 40}, {40, 5}, {5, 5}, {8, 40}, {4, 4}})
+        {
+            const vgg19::Vgg19 network(layers(), format, vgg19::Pooling::max);
+            const auto small = picture(height, width);
+            const auto fast = network.encode(small, {"relu1_1", "relu3_1"});
+            const auto slow = network.encode_generally(small.to(at::kDouble), {"relu1_1", "relu3_1"});
+            for (const std::size_t i : {std::size_t{0}, std::size_t{1}})
+                CHECK(relative_difference(fast[i], slow[i]) < 3e-6);
+        }
+}
+
+TEST_CASE("What is not a number, and what grows beyond all numbers, comes through")
+{
+    auto broken = picture(40, 30);
+    broken[0][20][15] = std::nanf("");
+    const vgg19::Vgg19 network(layers(), fresco::weights::caffe_input(), vgg19::Pooling::max);
+    const auto maps = network.encode(broken, {"relu1_1", "relu2_1", "relu3_1"});
+    for (const auto& of_layer : maps)
+        CHECK(of_layer.isnan().any().item<bool>());
+    auto big = layers();
+    for (auto& layer : big)
+        layer.weights = layer.weights * 1e10;
+    const vgg19::Vgg19 large(big, fresco::weights::caffe_input(), vgg19::Pooling::max);
+    CHECK_FALSE(large.encode(picture(40, 30), {"relu3_1"})[0].isfinite().all().item<bool>());
+}
+
 TEST_CASE("A layer that nobody asks a gradient of gives none")
 {
     const vgg19::Vgg19 network(layers(), fresco::weights::caffe_input(), vgg19::Pooling::max);

@@ -138,6 +138,7 @@ class HalfNetwork final : public FeatureNetwork
     std::vector<torch::Tensor> encode(const torch::Tensor& picture, const std::vector<std::string>& names) const override
     {
         ++encoded;
+        ++all_encoded;
         std::vector<torch::Tensor> result;
         for (const auto& name : names)
             result.push_back(name == "half" ? at::avg_pool2d(picture.unsqueeze(0), {2, 2}).squeeze(0) : picture * 2);
@@ -145,6 +146,7 @@ class HalfNetwork final : public FeatureNetwork
     }
     int prepared = 0;
     mutable int encoded = 0;
+    static inline int all_encoded = 0;  ///< By all networks of this kind.
 };
 
 /// Mean features like the style's, smoothed over the steps: has a state, and a network.

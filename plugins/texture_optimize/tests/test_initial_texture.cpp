@@ -89,6 +89,27 @@ TEST_CASE("a texture begins with the style's mean colour, or at zero, and is mar
     CHECK(zeros.seen.at(15, 0) == 0);
 }
 
+TEST_CASE("a style of one colour, or with a channel that does not vary, begins with that colour as noise too")
+{
+    const testing::TemporaryFolder folder;
+    const Wall wall(folder.path(), 3, {30});
+    const ViewSource source(*wall.maps, wall.frames, nullptr, {});
+    testing::TestRun run;
+    for (int shade = 0; shade < 256; shade += 3)
+    {
+        RasterF style(64, 50, 3);
+        for (std::size_t i = 0; i < style.values.size(); ++i)
+            style.values[i] = i % 3 == 1 ? static_cast<float>(i % 7) / 10 : static_cast<float>(shade) / 255;
+        const auto noise = initial_texture(source, {0, 1, 2}, style, "noise", 16, 5, run);
+        REQUIRE(noise.picture.values.size() == 16 * 16 * 3);
+        bool same = true;
+        for (std::size_t i = 0; i < noise.picture.values.size(); ++i)
+            same = same && (i % 3 == 1 ? std::isfinite(noise.picture.values[i])
+                                       : std::abs(noise.picture.values[i] - static_cast<float>(shade) / 255) < 1e-4F);
+        CHECK(same);
+    }
+}
+
 TEST_CASE("noise has the mean and the deviation asked for, structure of several sizes, and depends on the seed alone")
 {
     const auto picture = noise_picture(512, {0.5, 0.4, 0.6}, {0.1, 0.05, 0.02}, 7, 1);

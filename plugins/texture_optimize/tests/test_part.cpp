@@ -98,6 +98,29 @@ TEST_CASE("a grid cell takes the pixel at its centre")
     CHECK(grid_mask(mask, 1, torch::kCPU).index.numel() == 4);
 }
 
+TEST_CASE("cells of features with channels innermost, and their gradient, equal index_select's for any threads")
+{
+    const int before = at::get_num_threads();
+    for (const auto& list : std::vector<std::vector<int>>{{0}, {152}, {0, 1, 2}, {150, 151, 152}, {5, 70}, {0, 152}, {}})
+        for (const int threads : {1, 3})
+        {
+            at::set_num_threads(threads);
+            Raster8 mask(17, 9);
+            for (const int i : list)
+                mask.values[static_cast<std::size_t>(i)] = 1;
+            const auto grid = grid_mask(mask, 1, torch::kCPU);
+            const auto features =
+                at::arange(5 * 9 * 17, at::kFloat).reshape({9, 17, 5}).permute({2, 0, 1}).detach().set_requires_grad(true);
+            const auto direction = at::arange(5 * grid.index.numel(), at::kFloat).reshape({-1, 5}).t() + 1;
+            const auto fast = selected_cells(features, grid);
+            const auto slow = at::index_select(features.reshape({5, -1}), 1, grid.index);
+            CHECK(at::equal(fast, slow));
+            CHECK(at::equal(torch::autograd::grad({fast}, {features}, {direction})[0],
+                            torch::autograd::grad({slow}, {features}, {direction})[0]));
+        }
+    at::set_num_threads(before);
+}
+
 TEST_CASE("selected cells and their gradient equal index_select's")
 {
     Raster8 mask(17, 9);

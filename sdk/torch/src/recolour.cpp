@@ -97,6 +97,9 @@ Mat3 ColorMoments::covariance() const
     const std::array<double, 3> c{m.x, m.y, m.z};
     for (std::size_t i = 0; i < 9; ++i)
         result.m[i] = products_.m[i] / static_cast<double>(count_) - c[i / 3] * c[i % 3];
+    // Rounding may leave a channel that does not vary a hair below zero.
+    for (const std::size_t i : {0U, 4U, 8U})
+        result.m[i] = std::max(result.m[i], 0.0);
     return result;
 }
 

@@ -91,6 +91,8 @@ def say(results):
     print(f"\nheld-out loss of the reference after {final['step']} steps: {final['loss']:.4g} "
           f"(content {final['content_loss']:.4g}, style {final['style_loss']:.4g}); to reach: {limit:.4g}")
     base = reached(results["reference"]["report"], "loss", limit)
+    if base is None:
+        sys.exit("error: it is not known when the reference reached that, as its run was interrupted: delete the store and run again")
     print(f"{'mode':22}{'s/step':>8}{'peak MB':>9}{'steps':>7}{'seconds':>9}{'times':>7}   final loss = content + style")
     for mode, result in results.items():
         report = result["report"]

@@ -13,8 +13,10 @@ import argparse
 import concurrent.futures
 import html
 import json
+import math
 import os
 import pathlib
+import random
 import subprocess
 import sys
 import time
@@ -28,7 +30,7 @@ base: {base}
 vars: {{data: {data}, picture: {picture}, weights: {weights}}}
 stages:
 {scan}
-  mesh: {{max_faces: {faces}}}
+  mesh: {{{mesh_input}max_faces: {faces}}}
   atlas: {{size_px: {size}}}
   texture:
     size_px: {size}
@@ -61,8 +63,7 @@ RECORDED = """  scan: {{type: scan.seven_scenes, path: "${{data}}"}}
 
 # Looked along, the room is 6 m deep and more.
 GENERATED = """  scan: {{type: scan.synthetic_room, length_m: 7.5, width_m: 4, frames_count: 60, keep_unseen: true}}
-  frames: {{type: frames.sharpest, input: scan, max_frames: 30}}
-  mesh: {{input: scan}}"""
+  frames: {{type: frames.sharpest, input: scan, max_frames: 30}}"""
 
 # Circles of a radius below 10 px do not count: drawn too small, only the largest of the distant ones would.
 CIRCLES = """  large_views:
@@ -87,6 +88,7 @@ def pipeline(options, mode, picture, seed):
         picture=quoted(picture),
         weights=quoted(options.weights),
         scan=(RECORDED if options.scan else GENERATED).format(every=options.every),
+        mesh_input="" if options.scan else "input: scan, ",
         faces=options.faces,
         size=options.size,
         theta_d=options.theta_d,
@@ -124,27 +126,69 @@ def run(options, mode, picture, seed):
     return figures
 
 
-def rows(figures):
-    """(name, figure) of one run; a figure has value, low and high."""
-    circles = figures.get("circles", {})
-    for key, name in (("corr_2d", "Corr2D"), ("corr_3d", "Corr3D"), ("stretch", "Stretch")):
-        if key in circles:
-            yield name, circles[key]
-    for gap in ("short", "long"):
-        for key in ("value", "floor", "sharpness", "headline"):
-            yield f"{gap} {key}", figures["reprojection"][gap][key]
+def pearson(n, x, y, xx, yy, xy):
+    spread = (n * xx - x * x) * (n * yy - y * y)
+    return (n * xy - x * y) / math.sqrt(spread) if n > 2 and spread > 0 else None
+
+
+def circle_sums(runs):
+    """Of every picture, over the orders: sums of depth d, radius r in pixels and m in metres, and stretch, of its circles."""
+    sums = {}
+    for one in runs:
+        for picture in one["circles"]["picture_circles"]:
+            of = sums.setdefault(picture["picture"], [0.0] * 10)
+            for circle in picture["circles"]:
+                if circle.get("radius_m") is None:
+                    continue
+                d, r, m = circle["depth_m"], circle["radius_px"], circle["radius_m"]
+                for i, value in enumerate((1, d, d * d, r, r * r, d * r, m, m * m, d * m, circle["stretch"])):
+                    of[i] += value
+    return list(sums.values())
+
+
+def circle_figures(total):
+    n, d, dd, r, rr, dr, m, mm, dm, stretch = total
+    return {"Corr2D": pearson(n, d, r, dd, rr, dr), "Corr3D": pearson(n, d, m, dd, mm, dm), "Stretch": stretch / n if n else None}
+
+
+def pair_sums(runs, gap):
+    """Of every source frame, over the orders: sums of the pairs' figures, and their number."""
+    sums = {}
+    for one in runs:
+        for pair in one["reprojection"][gap]["pair_figures"]:
+            of = sums.setdefault(pair["source"], [0.0] * 5)
+            values = [pair[key] for key in ("value", "floor", "sharpness", "headline")]
+            if None in values:
+                continue
+            for i, value in enumerate(values + [1]):
+                of[i] += value
+    return list(sums.values())
+
+
+def pair_figures(gap):
+    def of(total):
+        return {f"{gap} {key}": total[i] / total[4] if total[4] else None
+                for i, key in enumerate(("value", "floor", "sharpness", "headline"))}
+    return of
+
+
+def bootstrapped(sums, figures, resamples=2000):
+    """The figures of all pictures together, and where 95 % of them lie when pictures are drawn anew (Efron 1979)."""
+    draw = random.Random(1)
+    drawn = [figures([sum(column) for column in zip(*draw.choices(sums, k=len(sums)))]) for _ in range(resamples)]
+    result = {}
+    for name, value in figures([sum(column) for column in zip(*sums)]).items():
+        known = sorted(one[name] for one in drawn if one[name] is not None)
+        low, high = (known[int(0.025 * len(known))], known[int(0.975 * len(known))]) if known else (None, None)
+        result[name] = {"value": value if known else None, "low": low, "high": high}
+    return result
 
 
 def over_seeds(runs):
-    """Of the same mode and picture: the mean of the values, and intervals that hold all of them."""
-    merged = {}
-    for name, _ in rows(runs[0]):
-        known = [figure for figure in (dict(rows(one))[name] for one in runs) if figure["value"] is not None]
-        merged[name] = {
-            "value": sum(f["value"] for f in known) / len(known) if known else None,
-            "low": min((f["low"] for f in known), default=None),
-            "high": max((f["high"] for f in known), default=None),
-        }
+    """Of the same mode and picture, all orders together: a frame is drawn with what every order made of it."""
+    merged = bootstrapped(circle_sums(runs), circle_figures) if "circles" in runs[0] else {}
+    for gap in ("short", "long"):
+        merged.update(bootstrapped(pair_sums(runs, gap), pair_figures(gap)))
     return merged
 
 

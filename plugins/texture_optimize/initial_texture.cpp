@@ -3,12 +3,14 @@
 #include "noise_picture.h"
 #include "splat.h"
 
+#include <fresco/error.h>
 #include <fresco/parallel.h>
 #include <fresco/push_pull.h>
 #include <fresco/torch/recolour.h>
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 namespace fresco::optimize
 {
@@ -60,6 +62,15 @@ ColorMoments moments_of(const RasterF& picture)
     return moments;
 }
 
+ColorMoments moments_of(const RasterF& picture, const Raster8& covered)
+{
+    ColorMoments moments;
+    for (std::size_t i = 0; i < covered.values.size(); ++i)
+        if (covered.values[i] != 0)
+            moments.add(color_at(picture, i));
+    return moments;
+}
+
 void recolour(RasterF& picture, const Raster8& covered, const ColorMap& map)
 {
     for (std::size_t i = 0; i < covered.values.size(); ++i)
@@ -91,13 +102,72 @@ Vec3d deviation(const ColorMoments& moments)
     return {std::sqrt(covariance(0, 0)), std::sqrt(covariance(1, 1)), std::sqrt(covariance(2, 2))};
 }
 
+bool has_any(const Raster8& mask)
+{
+    return std::any_of(mask.values.begin(), mask.values.end(), [](auto v) { return v != 0; });
+}
+
+void check_start(const InitialRules& rules)
+{
+    if (rules.start == nullptr)
+        return;
+    if (rules.init != "frames")
+        throw Error("port 'start' is wired, but init is " + rules.init + ": take init: frames, or wire nothing");
+    if (rules.start->values != "display")
+        throw Error("the texture on port 'start' holds \"" + rules.start->values +
+                    "\" values; expected displayed colours (values: display), as texture.from_frames makes them");
+    if (!has_any(rules.start->seen))
+        throw Error("the texture on port 'start' has no texel that a frame saw: are its uv maps those of its frames?");
+}
+
+/// The sum of the layers, as it is displayed.
+RasterF displayed(const Texture& texture)
+{
+    RasterF sum = texture.layers.front();
+    for (std::size_t i = 1; i < texture.layers.size(); ++i)
+    {
+        const RasterF layer = resized(texture.layers[i], sum.width, sum.height);
+        std::transform(sum.values.begin(), sum.values.end(), layer.values.begin(), sum.values.begin(), std::plus<>());
+    }
+    for (float& value : sum.values)
+        value = std::clamp(value, 0.0F, 1.0F);
+    return sum;
+}
+
+/// The colours of the covered texels at another size; `covered` becomes where they are then.
+RasterF resampled(const RasterF& picture, Raster8& covered, int size_px)
+{
+    if (picture.width == size_px)
+        return picture;
+    RasterF weighted(picture.width, picture.height, 4);
+    for (std::size_t i = 0; i < covered.values.size(); ++i)
+        if (covered.values[i] != 0)
+        {
+            std::copy_n(picture.values.begin() + static_cast<std::ptrdiff_t>(3 * i), 3,
+                        weighted.values.begin() + static_cast<std::ptrdiff_t>(4 * i));
+            weighted.values[4 * i + 3] = 1;
+        }
+    weighted = resized(weighted, size_px, size_px);
+    RasterF result(size_px, size_px, 3);
+    covered = Raster8(size_px, size_px);
+    for (std::size_t i = 0; i < covered.values.size(); ++i)
+        if (const float weight = weighted.values[4 * i + 3]; weight > 0)
+        {
+            covered.values[i] = 1;
+            for (std::size_t c = 0; c < 3; ++c)
+                result.values[3 * i + c] = weighted.values[4 * i + c] / weight;
+        }
+    return result;
+}
+
 }  // namespace
 
 InitialTexture initial_texture(const ViewSource& source, const std::vector<std::size_t>& views, const RasterF& style,
-                               const std::string& init, int size_px, std::uint64_t seed, Progress& progress)
+                               const InitialRules& rules, Progress& progress)
 {
-    const bool with_colors = init == "frames";
-    TexelGatherer gatherer(size_px, with_colors);
+    check_start(rules);
+    const bool gathers = rules.init == "frames" && rules.start == nullptr;
+    TexelGatherer gatherer(rules.size_px, gathers);
     ColorMoments recorded;
     const auto batch = static_cast<std::size_t>(std::max(1, progress.threads()));
     for (std::size_t begin = 0; begin < views.size(); begin += batch)
@@ -108,13 +178,13 @@ InitialTexture initial_texture(const ViewSource& source, const std::vector<std::
                      [&](std::size_t first, std::size_t last)
                      {
                          for (std::size_t i = first; i < last; ++i)
-                             group[i] = loaded(source, views[begin + i], with_colors);
+                             group[i] = loaded(source, views[begin + i], gathers);
                      });
         for (const auto& view : group)
         {
             for (std::size_t level = 0; level + 1 < view.maps.size(); ++level)
                 gatherer.mark(view.maps[level]);
-            if (!with_colors)
+            if (!gathers)
             {
                 gatherer.mark(view.maps.back());
                 continue;
@@ -127,20 +197,27 @@ InitialTexture initial_texture(const ViewSource& source, const std::vector<std::
 
     InitialTexture result;
     result.seen = gatherer.seen();
-    if (init == "zeros")
+    if (rules.init == "zeros")
         return result;
     const ColorMoments wanted = moments_of(style);
-    if (init == "noise")
-        result.picture = noise_picture(size_px, wanted.mean(), deviation(wanted), seed, progress.threads());
-    else if (!with_colors)
-        result.picture = plain(size_px, wanted.mean());
-    if (!with_colors)
+    if (rules.init == "noise")
+        result.picture = noise_picture(rules.size_px, wanted.mean(), deviation(wanted), rules.seed, progress.threads());
+    else if (rules.init == "color")
+        result.picture = plain(rules.size_px, wanted.mean());
+    if (rules.init != "frames")
         return result;
     Raster8 covered;
-    result.picture = gatherer.take_colors(covered);
+    if (gathers)
+        result.picture = gatherer.take_colors(covered);
+    else
+    {
+        covered = rules.start->seen;
+        result.picture = resampled(displayed(*rules.start), covered, rules.size_px);
+        recorded = moments_of(result.picture, covered);
+    }
     recolour(result.picture, covered, monge_kantorovich(recorded, wanted));
-    if (std::none_of(covered.values.begin(), covered.values.end(), [](auto v) { return v != 0; }))
-        result.picture = plain(size_px, wanted.mean());
+    if (!has_any(covered))
+        result.picture = plain(rules.size_px, wanted.mean());
     push_pull(result.picture, covered);
     return result;
 }

@@ -3,7 +3,9 @@
 #include "view_source.h"
 
 #include <fresco/progress.h>
+#include <fresco/texture.h>
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -17,10 +19,20 @@ struct InitialTexture
     Raster8 seen;     ///< S x S: 1 = in the bilinear footprint of some view's pixel.
 };
 
-/// `init`: "zeros"; "color", the mean of `style`; "noise" with its mean and deviation; or "frames": the camera colours gathered
-/// through the uv maps of the largest height, recoloured to the style by the linear Monge-Kantorovich map, and filled in where no
-/// view looks. Reads every view once, a few at a time. `style`: RGB in [0,1]. The same bytes for any number of threads.
+struct InitialRules
+{
+    std::string init;  ///< "zeros", "color", "noise" or "frames".
+    int size_px = 0;
+    std::uint64_t seed = 0;          ///< Of the noise.
+    const Texture* start = nullptr;  ///< With "frames": taken instead of gathering. Of the same atlas as the maps.
+};
+
+/// "color" is the mean of `style`, "noise" has its mean and deviation, "frames" are camera colours, recoloured to the style by
+/// the linear Monge-Kantorovich map and filled in where no view looks: gathered through the uv maps of the largest height, or
+/// those of the start texture where it was seen, in any size. Reads every view once, a few at a time. `style`: RGB in [0,1]. The
+/// same bytes for any number of threads. Throws Error if the start texture does not hold displayed colours, if nothing of it was
+/// seen, and if it is given with another `init`.
 InitialTexture initial_texture(const ViewSource& source, const std::vector<std::size_t>& views, const RasterF& style,
-                               const std::string& init, int size_px, std::uint64_t seed, Progress& progress);
+                               const InitialRules& rules, Progress& progress);
 
 }  // namespace fresco::optimize

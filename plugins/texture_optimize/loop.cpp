@@ -68,7 +68,7 @@ class Loop
   public:
     Loop(const LoopInputs& inputs, const LoopComponents& components, const LoopOptions& options, RunContext& run)
         : components_(components), options_(options), run_(run),
-          source_(inputs.maps, inputs.frames, components.images, options.heights_px),
+          source_(inputs.maps, inputs.frames, components.images, options.heights_px), start_(inputs.start),
           space_(options.values, !options.clamp_layers),
           split_(split_views(used_views(source_, options.train_share, run), options.held_out_count)),
           schedule_(schedule_of(options, split_.trained)), checkpoints_(run.checkpoint_folder()),
@@ -153,7 +153,7 @@ class Loop
         for (auto& parameter : parameters())
             parameter.values.zero_();
         auto initial =
-            initial_texture(source_, split_.trained, style_.fine, options_.init, options_.size_px, options_.seed, run_);
+            initial_texture(source_, split_.trained, style_.fine, {options_.init, options_.size_px, options_.seed, start_}, run_);
         seen_ = std::move(initial.seen);
         if (initial.picture.empty())
             return;
@@ -323,6 +323,7 @@ class Loop
     const LoopOptions& options_;
     RunContext& run_;
     ViewSource source_;
+    const Texture* start_;
     ValueSpace space_;
     ViewSplit split_;
     Schedule schedule_;

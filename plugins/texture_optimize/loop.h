@@ -28,6 +28,7 @@ struct LoopInputs
     const UvMaps& maps;
     const Frames& frames;
     const Raster8& style;
+    const Texture* start = nullptr;  ///< What `init: frames` begins with instead of gathering.
 };
 
 struct LoopComponents

@@ -25,6 +25,9 @@ class TextureOptimize final : public fresco::Stage
     fresco::Input<fresco::UvMaps> uvmaps{this, "uvmaps", "Which texel each pixel of each view sees"};
     fresco::Input<fresco::Frames> frames{this, "frames", "The frames that the uv maps were made for, with their colour pictures"};
     fresco::Input<fresco::Image> style{this, "style", "The picture whose style the texture takes"};
+    fresco::Input<fresco::Texture> start{
+        this, "start", fresco::optional,
+        "With init: frames, the texture to recolour and begin with, as texture.from_frames makes it; else colours are gathered"};
     fresco::Output<fresco::Texture> texture{this, "texture", "The optimised texture, layer by layer"};
 
     fresco::Option<int> size_px{this, "size_px", 2048, fresco::range(8, 16384), "Texels a side of the texture"};
@@ -126,7 +129,7 @@ class TextureOptimize final : public fresco::Stage
         const auto options = loop_options();
         run.report("device", options.device.is_cuda() ? "cuda" : "cpu");
         texture = fresco::optimize::optimised_texture(
-            {*uvmaps, *frames, style->pixels},
+            {*uvmaps, *frames, style->pixels, start.has_value() ? &*start : nullptr},
             {*losses, *representation, *optimiser, images.has_value() ? images.get().get() : nullptr}, options, run);
     }
 

@@ -4,6 +4,7 @@
 
 #include <catch2/catch.hpp>
 
+#include <fresco/error.h>
 #include <fresco/texture.h>
 #include <fresco/torch/recolour.h>
 
@@ -29,8 +30,8 @@ TEST_CASE("the camera pictures gathered into the texture, recoloured, have the s
     testing::TestRun two(2);
     const auto views = source.seeing_views();
     REQUIRE(views.size() == 9);
-    const auto texture = initial_texture(source, views, style, "frames", 32, 0, run);
-    CHECK((initial_texture(source, views, style, "frames", 32, 0, two).picture == texture.picture));
+    const auto texture = initial_texture(source, views, style, {"frames", 32}, run);
+    CHECK((initial_texture(source, views, style, {"frames", 32}, two).picture == texture.picture));
 
     // The slow twin: the painting itself, mapped by the statistics of what the frames show.
     ColorMoments shown;
@@ -76,9 +77,9 @@ TEST_CASE("a texture begins with the style's mean colour, or at zero, and is mar
     RasterF style(2, 1, 3);
     style.values = {0, 0.5F, 1, 1, 0.5F, 0};
     testing::TestRun run;
-    const auto zeros = initial_texture(source, {0, 1, 2}, style, "zeros", 16, 0, run);
-    const auto color = initial_texture(source, {0, 1, 2}, style, "color", 16, 0, run);
-    const auto frames = initial_texture(source, {0, 1, 2}, style, "frames", 16, 0, run);
+    const auto zeros = initial_texture(source, {0, 1, 2}, style, {"zeros", 16}, run);
+    const auto color = initial_texture(source, {0, 1, 2}, style, {"color", 16}, run);
+    const auto frames = initial_texture(source, {0, 1, 2}, style, {"frames", 16}, run);
     CHECK(zeros.picture.empty());
     CHECK(color.picture.values == std::vector<float>(16 * 16 * 3, 0.5F));
     CHECK((zeros.seen == color.seen));
@@ -100,7 +101,7 @@ TEST_CASE("a style of one colour, or with a channel that does not vary, begins w
         RasterF style(64, 50, 3);
         for (std::size_t i = 0; i < style.values.size(); ++i)
             style.values[i] = i % 3 == 1 ? static_cast<float>(i % 7) / 10 : static_cast<float>(shade) / 255;
-        const auto noise = initial_texture(source, {0, 1, 2}, style, "noise", 16, 5, run);
+        const auto noise = initial_texture(source, {0, 1, 2}, style, {"noise", 16, 5}, run);
         REQUIRE(noise.picture.values.size() == 16 * 16 * 3);
         bool same = true;
         for (std::size_t i = 0; i < noise.picture.values.size(); ++i)
@@ -108,6 +109,101 @@ TEST_CASE("a style of one colour, or with a channel that does not vary, begins w
                                        : std::abs(noise.picture.values[i] - static_cast<float>(shade) / 255) < 1e-4F);
         CHECK(same);
     }
+}
+
+namespace
+{
+
+/// One layer of which the left half was seen, with `rgb` on it; the right half is white.
+Texture half_seen(int size_px, const std::array<float, 3>& rgb)
+{
+    Texture start;
+    start.layers.emplace_back(size_px, size_px, 3, 1.0F);
+    start.seen = Raster8(size_px, size_px);
+    for (int y = 0; y < size_px; ++y)
+        for (int x = 0; x < size_px / 2; ++x)
+        {
+            start.seen.at(x, y) = 1;
+            for (int c = 0; c < 3; ++c)
+                start.layers[0].at(x, y, c) = rgb[static_cast<std::size_t>(c)];
+        }
+    return start;
+}
+
+}  // namespace
+
+TEST_CASE("a start texture of one colour becomes the style's mean, whatever its size, and what was not seen of it does not count")
+{
+    const testing::TemporaryFolder folder;
+    const Wall wall(folder.path(), 3, {24, 30});
+    const ViewSource source(*wall.maps, wall.frames, nullptr, {});
+    RasterF style(2, 1, 3);
+    style.values = {0.1F, 0.5F, 0.9F, 0.5F, 0.7F, 0.7F};
+    testing::TestRun run;
+    const auto gathered = initial_texture(source, {0, 1, 2}, style, {"frames", 32}, run);
+    for (const int size_px : {16, 20, 32, 64, 70})
+    {
+        CAPTURE(size_px);
+        const Texture start = half_seen(size_px, {0.2F, 0.4F, 0.3F});
+        const auto texture = initial_texture(source, {0, 1, 2}, style, {"frames", 32, 0, &start}, run);
+        REQUIRE(texture.picture.width == 32);
+        for (int y = 0; y < 32; ++y)
+            for (int x = 0; x < 32; ++x)
+            {
+                CHECK(texture.picture.at(x, y, 0) == Approx(0.3).margin(1e-5));
+                CHECK(texture.picture.at(x, y, 1) == Approx(0.6).margin(1e-5));
+                CHECK(texture.picture.at(x, y, 2) == Approx(0.8).margin(1e-5));
+            }
+        CHECK((texture.seen == gathered.seen));
+    }
+}
+
+TEST_CASE("a start texture takes the style's mean and deviation, summed over its layers and where it is")
+{
+    const testing::TemporaryFolder folder;
+    const Wall wall(folder.path(), 3, {30});
+    const ViewSource source(*wall.maps, wall.frames, nullptr, {});
+    RasterF style(2, 1, 3);
+    style.values = {0.4F, 0.5F, 0.5F, 0.6F, 0.5F, 0.5F};
+    testing::TestRun run;
+    // Red is 0.25 above and 0.75 below: the first layer holds 0.5 of it below, the second 0.25 everywhere.
+    Texture start;
+    start.layers.emplace_back(16, 16, 3, 0.5F);
+    start.layers.emplace_back(8, 8, 3, 0.0F);
+    start.seen = Raster8(16, 16, 1, 1);
+    for (int y = 0; y < 16; ++y)
+        for (int x = 0; x < 16; ++x)
+            start.layers[0].at(x, y, 0) = y < 8 ? 0 : 0.5F;
+    for (std::size_t i = 0; i < 64; ++i)
+        start.layers[1].values[3 * i] = 0.25F;
+    for (const int size_px : {16, 8, 32})
+    {
+        CAPTURE(size_px);
+        const auto texture = initial_texture(source, {0, 1, 2}, style, {"frames", size_px, 0, &start}, run);
+        CHECK(texture.picture.at(0, 0, 0) == Approx(0.4).margin(size_px == 32 ? 0.01 : 1e-5));
+        CHECK(texture.picture.at(size_px - 1, size_px - 1, 0) == Approx(0.6).margin(size_px == 32 ? 0.01 : 1e-5));
+        CHECK(texture.picture.at(0, 0, 1) == Approx(0.5).margin(1e-5));
+    }
+}
+
+TEST_CASE("a start texture that cannot be begun with is refused")
+{
+    const testing::TemporaryFolder folder;
+    const Wall wall(folder.path(), 3, {30});
+    const ViewSource source(*wall.maps, wall.frames, nullptr, {});
+    const RasterF style(2, 1, 3, 0.5F);
+    testing::TestRun run;
+    const auto begin = [&](const char* init, const Texture& start) {
+        initial_texture(source, {0, 1, 2}, style, {init, 16, 0, &start}, run);
+    };
+    Texture start = half_seen(16, {0.2F, 0.4F, 0.3F});
+    CHECK_THROWS_WITH(begin("zeros", start), Catch::Contains("port 'start' is wired, but init is zeros"));
+    start.values = "network";
+    CHECK_THROWS_WITH(begin("frames", start),
+                      Catch::Contains("port 'start' holds \"network\" values; expected displayed colours"));
+    start.values = "display";
+    start.seen = Raster8(16, 16);
+    CHECK_THROWS_WITH(begin("frames", start), Catch::Contains("no texel that a frame saw"));
 }
 
 TEST_CASE("noise has the mean and the deviation asked for, structure of several sizes, and depends on the seed alone")

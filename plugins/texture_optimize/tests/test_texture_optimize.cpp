@@ -59,7 +59,7 @@ struct Studio
     }
 
     /// Runs the built plugin; the texture's folder.
-    std::filesystem::path paint(testing::TestRun& run, const Value& options)
+    std::filesystem::path paint(testing::TestRun& run, const Value& options, const std::shared_ptr<Texture>& start = nullptr)
     {
         testing::TestFactory factory;
         factory.add("texture.laplacian", [] { return from_plugin(FRESCO_PLUGIN_texture_laplacian, "texture.laplacian"); });
@@ -73,11 +73,12 @@ struct Studio
         auto* stage = dynamic_cast<Stage*>(object.get());
         REQUIRE(stage != nullptr);
         const auto out = folder.path() / ("run" + std::to_string(runs++));
-        testing::run_stage(*stage, options,
-                           {{"uvmaps", wall.maps},
-                            {"frames", std::make_shared<Frames>(wall.frames)},
-                            {"style", std::make_shared<Image>(style_picture())}},
-                           out, run, factory);
+        std::map<std::string, std::shared_ptr<const Artifact>> inputs{{"uvmaps", wall.maps},
+                                                                      {"frames", std::make_shared<Frames>(wall.frames)},
+                                                                      {"style", std::make_shared<Image>(style_picture())}};
+        if (start)
+            inputs["start"] = start;
+        testing::run_stage(*stage, options, inputs, out, run, factory);
         return out / "texture";
     }
 };
@@ -145,6 +146,27 @@ TEST_CASE("a texture pulled to the camera pictures becomes the painting, whateve
             CHECK(seen > 0.4);
             CHECK(seen < 0.9);
         }
+}
+
+TEST_CASE("a start texture that is wired is what the texture begins as, recoloured to the style")
+{
+    Studio studio;
+    const auto start = std::make_shared<Texture>();
+    start->layers.emplace_back(32, 32, 3, 0.9F);
+    start->seen = Raster8(32, 32, 1, 1);
+    Vec3d mean;
+    const Raster8 style = style_picture();
+    const double pixels = static_cast<double>(style.values.size()) / 3;
+    for (std::size_t i = 0; i < style.values.size(); i += 3)
+        mean += Vec3d{style.values[i] / 255.0, style.values[i + 1] / 255.0, style.values[i + 2] / 255.0} * (1 / pixels);
+    testing::TestRun run;
+    const auto folder = studio.paint(run, Studio::options(camera_loss, {{"epochs", 1}, {"rate", 0}}), start);
+    const auto found = looked_up(*Texture::load({folder, {}}), 0.7, 0.3);
+    CHECK(static_cast<double>(found[0]) == Approx(mean.x).margin(0.01));
+    CHECK(static_cast<double>(found[1]) == Approx(mean.y).margin(0.01));
+    CHECK(static_cast<double>(found[2]) == Approx(mean.z).margin(0.01));
+    CHECK_THROWS_WITH(studio.paint(run, Studio::options(camera_loss, {{"epochs", 1}, {"init", "noise"}}), start),
+                      Catch::Contains("port 'start' is wired, but init is noise"));
 }
 
 TEST_CASE("the texture's bytes do not depend on threads, levels together, and do on the seed")

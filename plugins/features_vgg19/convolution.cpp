@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <numbers>
 #include <vector>
 
 namespace vgg19
@@ -12,7 +13,8 @@ namespace
 {
 
 constexpr int positions = 36;
-constexpr int side = 4;  ///< Of the outputs of a tile.
+constexpr int side = 4;           ///< Of the outputs of a tile.
+constexpr std::size_t line = 16;  ///< Values in a line of a cache, and in the widest vector.
 
 int filled_up(int channels)
 {
@@ -23,9 +25,11 @@ int filled_up(int channels)
 /// G w Gᵀ: a filter's values at the 36 positions.
 std::array<double, positions> transformed(const std::array<double, 9>& w)
 {
-    const auto six = [](double a, double b, double c) {
-        return std::array<double, 6>{a / 4, -(a + b + c) / 6, -(a - b + c) / 6, a / 24 + b / 12 + c / 6, a / 24 - b / 12 + c / 6,
-                                     c};
+    const auto six = [](double a, double b, double c)
+    {
+        const double middle = std::numbers::sqrt2 * b;
+        return std::array<double, 6>{
+            a, (a + middle + 2 * c) / 3, (a - middle + 2 * c) / 3, (2 * a + middle + c) / 3, (2 * a - middle + c) / 3, c};
     };
     std::array<std::array<double, 6>, 3> columns{};
     for (std::size_t x = 0; x < 3; ++x)
@@ -37,6 +41,20 @@ std::array<double, positions> transformed(const std::array<double, 9>& w)
         std::copy(row.begin(), row.end(), result.begin() + static_cast<std::ptrdiff_t>(6 * y));
     }
     return result;
+}
+
+/// The first whole line from `values` on.
+float* aligned(float* values)
+{
+    const auto beyond = reinterpret_cast<std::uintptr_t>(values) / sizeof(float) % line;
+    return values + (line - beyond) % line;
+}
+
+/// Where a filter that is turned round has what the filter has at `position`: points and their reciprocals change places.
+std::size_t turned_round(std::size_t position)
+{
+    constexpr std::array<std::size_t, 6> reciprocal{5, 3, 4, 1, 2, 0};
+    return 6 * reciprocal[position / 6] + reciprocal[position % 6];
 }
 
 /// The pixel that stands for one beyond the border; -1: zero.
@@ -127,9 +145,20 @@ Convolution3x3::Convolution3x3(std::span<const float> weights, int outputs, int 
         });
 }
 
-Convolution3x3 Convolution3x3::backward(std::span<const float> weights, int outputs, int inputs, const winograd::Kernel& kernel)
+Convolution3x3 Convolution3x3::turned() const
 {
-    Convolution3x3 result(inputs, outputs, kernel);
+    Convolution3x3 result = *this;
+    std::swap(result.inputs_, result.outputs_);
+    result.turned_ = !turned_;
+    return result;
+}
+
+Convolution3x3 Convolution3x3::backward(std::span<const float> weights, int outputs, int inputs) const
+{
+    constexpr std::int64_t few = 256 * 256;
+    if (std::int64_t{inputs} * outputs >= few)
+        return turned();
+    Convolution3x3 result(inputs, outputs, *kernel_);
     result.pack(
         [&](std::size_t output, std::size_t input)
         {
@@ -142,6 +171,12 @@ Convolution3x3 Convolution3x3::backward(std::span<const float> weights, int outp
             return filter;
         });
     return result;
+}
+
+const float* Convolution3x3::filters_at(std::size_t position) const
+{
+    return filters_.get() +
+           (turned_ ? turned_round(position) : position) * static_cast<std::size_t>(inputs_) * static_cast<std::size_t>(outputs_);
 }
 
 void Convolution3x3::rectified(const float* in, MapsShape shape, Border border, const float* bias, float* out,
@@ -161,7 +196,7 @@ void Convolution3x3::run(const Job& job, const Parallel& parallel) const
     // Many tiles share a pass over the filters; the values of one block still fit the caches near the core.
     constexpr std::size_t most = 48;
     constexpr std::size_t fewest_blocks = 8;
-    const auto rows = static_cast<std::size_t>(kernel_->rows);
+    const auto rows = static_cast<std::size_t>(turned_ ? kernel_->lanes : kernel_->rows);
     const std::size_t tiles = job.tiles();
     const std::size_t share = (tiles + fewest_blocks - 1) / fewest_blocks;
     const std::size_t block = std::min(most, (share + rows - 1) / rows * rows);
@@ -177,10 +212,11 @@ void Convolution3x3::run_block(const Job& job, std::size_t first, std::size_t la
 {
     const auto inner = static_cast<std::size_t>(inputs_);
     const auto outer = static_cast<std::size_t>(outputs_);
-    const auto rows = static_cast<std::size_t>(kernel_->rows);
+    const auto rows = static_cast<std::size_t>(turned_ ? kernel_->lanes : kernel_->rows);
     const std::size_t count = (last - first + rows - 1) / rows * rows;
     thread_local std::vector<float> values;
     thread_local std::vector<float> products;
+    thread_local std::vector<float> scratch;
     // Not a multiple of a page: a tile's 36 values would all fall into one set of the first-level cache.
     const std::size_t value_stride = count * inner + 16;
     const std::size_t product_stride = count * outer + 16;
@@ -206,9 +242,18 @@ void Convolution3x3::run_block(const Job& job, std::size_t first, std::size_t la
         }
         kernel_->transform(pixels.data(), inputs_, values.data() + (tile - first) * inner, value_stride);
     }
+    if (turned_)
+        scratch.resize(std::max(scratch.size(), count * (inner + outer) + line));
     for (std::size_t position = 0; position < positions; ++position)
-        kernel_->multiply(values.data() + position * value_stride, static_cast<int>(count), inputs_,
-                          filters_.get() + position * inner * outer, outputs_, products.data() + position * product_stride);
+    {
+        const float* from = values.data() + position * value_stride;
+        float* to = products.data() + position * product_stride;
+        if (turned_)
+            kernel_->multiply_turned(from, static_cast<int>(count), inputs_, filters_at(position), outputs_,
+                                     aligned(scratch.data()), to);
+        else
+            kernel_->multiply(from, static_cast<int>(count), inputs_, filters_at(position), outputs_, to);
+    }
     for (std::size_t tile = first; tile < last; ++tile)
     {
         const int y0 = static_cast<int>(tile / tiles_x) * side;

@@ -42,8 +42,10 @@ class Convolution3x3
     /// this processor can run unless one is given.
     Convolution3x3(std::span<const float> weights, int outputs, int inputs, const winograd::Kernel& kernel = fastest_kernel());
     /// The convolution that takes the gradient of the output back to the input: filters turned round, inputs and outputs swapped.
-    static Convolution3x3 backward(std::span<const float> weights, int outputs, int inputs,
-                                   const winograd::Kernel& kernel = fastest_kernel());
+    /// It shares the filters' memory where they are large, and else has them in the order that is faster for few channels.
+    Convolution3x3 backward(std::span<const float> weights, int outputs, int inputs) const;
+    /// The same, always with the memory of this one.
+    Convolution3x3 turned() const;
 
     static const winograd::Kernel& fastest_kernel();
 
@@ -61,6 +63,7 @@ class Convolution3x3
     struct Job;
 
     Convolution3x3(int outputs, int inputs, const winograd::Kernel& kernel);
+    const float* filters_at(std::size_t position) const;
     template <class Weight>
     void pack(const Weight& weight);
     void run(const Job& job, const Parallel& parallel) const;
@@ -69,7 +72,9 @@ class Convolution3x3
     const winograd::Kernel* kernel_;
     int inputs_;
     int outputs_;
-    std::shared_ptr<float[]> filters_;  ///< 36 positions x panels x inputs x (a panel's outputs).
+    /// 36 positions x panels x inputs x (a panel's outputs); turned: of the convolution whose way back this one is.
+    std::shared_ptr<float[]> filters_;
+    bool turned_ = false;
 };
 
 }  // namespace vgg19

@@ -122,7 +122,7 @@ const Convolution3x3& CpuEncoder::backward(std::size_t layer) const
     std::call_once(l.backward_once,
                    [&] {
                        l.backward.emplace(
-                           Convolution3x3::backward(values_of(l.weights), channels_of(l.weights, 0), channels_of(l.weights, 1)));
+                           forward(layer).backward(values_of(l.weights), channels_of(l.weights, 0), channels_of(l.weights, 1)));
                    });
     return *l.backward;
 }
@@ -247,6 +247,7 @@ torch::Tensor CpuEncoder::gradient(const Tape& tape, const std::vector<torch::Te
         const auto& convolution = backward(i);
         const int frame = reflects ? 1 : 0;
         const MapsShape shape{entry.shape.height + 2 * frame, entry.shape.width + 2 * frame, convolution.outputs()};
+        framed.reset();  // Else both would be there at once.
         framed = room_for(shape, at::kFloat);
         convolution.plain(gradient.data_ptr<float>(), entry.shape, frame, framed.data_ptr<float>(), on_all_threads);
         of_next = reflects ? folded(framed.data_ptr<float>(), entry.shape.height, entry.shape.width, shape.channels)

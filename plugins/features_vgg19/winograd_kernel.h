@@ -7,14 +7,15 @@ namespace winograd
 {
 
 /// The inner loops for one kind of processor: of the minimal filtering F(4x4, 3x3) (Winograd 1980; Lavin and Gray, CVPR 2016,
-/// section 4.1), and of what lies between two convolutions. A tile of 6 x 6 inputs becomes 36 transformed values, each multiplied
-/// with the filter's at the same position, and these become 4 x 4 outputs: a quarter of the direct way's multiplications.
-/// Channels are innermost and multiples of 16.
+/// section 4.1), with the points 0, ±√2, ±1/√2 and infinity, and of what lies between two convolutions. A tile of 6 x 6 inputs
+/// becomes 36 transformed values, each multiplied with the filter's at the same position, and these become 4 x 4 outputs: a
+/// quarter of the direct way's multiplications. Channels are innermost and multiples of 16.
 struct Kernel
 {
     const char* name;
     int panel;  ///< Outputs that lie side by side in packed filters.
-    int rows;   ///< Tiles are multiplied so many at once.
+    int rows;   ///< Tiles are multiplied so many at once …
+    int lanes;  ///< … or, by multiply_turned, so many.
 
     /// 36 pixels, row by row, each with `channels` values -> out[position * stride + channel].
     void (*transform)(const float* const* pixels, int channels, float* out, std::size_t stride);
@@ -22,6 +23,11 @@ struct Kernel
     /// Products for one position: tiles x inner values by filters -> tiles x outputs. `tiles` is a multiple of `rows`; the
     /// filters are packed as panels of inner x (panel, or what is left) values.
     void (*multiply)(const float* values, int tiles, int inner, const float* filters, int outputs, float* products);
+
+    /// The same with the filters' inputs and outputs swapped: `filters` are packed as above for `inner` outputs and `outputs`
+    /// inputs. `tiles` is a multiple of `lanes`; `scratch` takes (inner + outputs) * tiles values.
+    void (*multiply_turned)(const float* values, int tiles, int inner, const float* filters, int outputs, float* scratch,
+                            float* products);
 
     /// in[position * stride + channel] -> 16 pixels; null pixels are left out.
     void (*transform_back)(const float* in, std::size_t stride, int channels, float* const* pixels);

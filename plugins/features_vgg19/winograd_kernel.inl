@@ -11,6 +11,7 @@ namespace
 constexpr int lanes = FRESCO_LANES;
 constexpr int tile_rows = 6;
 constexpr int panel_vectors = FRESCO_PANEL_VECTORS;
+constexpr int turned_rows = 2 * panel_vectors;
 
 typedef float Vector __attribute__((vector_size(lanes * 4), aligned(4), may_alias));
 typedef std::int8_t Bytes __attribute__((vector_size(lanes), aligned(1), may_alias));
@@ -25,20 +26,23 @@ inline void store(float* values, Vector vector)
     *reinterpret_cast<Vector*>(values) = vector;
 }
 
+// The points are 0, ±√2, ±1/√2 and infinity: reversing a filter takes each to its reciprocal, which is among them.
+constexpr float root2 = 1.41421356F;
+
 /// Rows of Bᵀ.
 inline void six_from_six(const Vector* in, int step, Vector* out)
 {
     const Vector d0 = in[0], d1 = in[step], d2 = in[2 * step], d3 = in[3 * step], d4 = in[4 * step], d5 = in[5 * step];
-    const Vector even = d4 - 4 * d2;
-    const Vector odd = d3 - 4 * d1;
-    const Vector even_half = d4 - d2;
-    const Vector odd_twice = 2 * (d3 - d1);
-    out[0] = 4 * d0 - 5 * d2 + d4;
+    const Vector even = 0.5F * d4 - 0.25F * d2;
+    const Vector odd = (0.5F * root2) * d3 - (0.25F * root2) * d1;
+    const Vector even_other = 2 * d2 - d4;
+    const Vector odd_other = root2 * d1 - (0.5F * root2) * d3;
+    out[0] = d0 - 2.5F * d2 + d4;
     out[1] = even + odd;
     out[2] = even - odd;
-    out[3] = even_half + odd_twice;
-    out[4] = even_half - odd_twice;
-    out[5] = 4 * d1 - 5 * d3 + d5;
+    out[3] = even_other + odd_other;
+    out[4] = even_other - odd_other;
+    out[5] = d1 - 2.5F * d3 + d5;
 }
 
 /// Rows of Aᵀ.
@@ -46,12 +50,12 @@ inline void four_from_six(const Vector* in, int step, Vector* out)
 {
     const Vector sum = in[step] + in[2 * step];
     const Vector difference = in[step] - in[2 * step];
-    const Vector outer_sum = in[3 * step] + in[4 * step];
-    const Vector outer_difference = in[3 * step] - in[4 * step];
-    out[0] = in[0] + sum + outer_sum;
-    out[1] = difference + 2 * outer_difference;
-    out[2] = sum + 4 * outer_sum;
-    out[3] = difference + 8 * outer_difference + in[5 * step];
+    const Vector other_sum = in[3 * step] + in[4 * step];
+    const Vector other_difference = in[3 * step] - in[4 * step];
+    out[0] = in[0] + sum + other_sum;
+    out[1] = root2 * difference + (0.5F * root2) * other_difference;
+    out[2] = 2 * sum + 0.5F * other_sum;
+    out[3] = (2 * root2) * difference + (0.25F * root2) * other_difference + in[5 * step];
 }
 
 void transform(const float* const* pixels, int channels, float* out, std::size_t stride)
@@ -125,6 +129,121 @@ void multiply(const float* values, int tiles, int inner, const float* filters, i
     default:
         break;
     }
+}
+
+#if defined(__clang__) || __GNUC__ >= 12
+template <int... i>
+struct Numbers
+{
+    /// The first halves of a and b, element by element in turn, …
+    static Vector lower(Vector a, Vector b) { return __builtin_shufflevector(a, b, (i / 2 + i % 2 * lanes)...); }
+    /// … and the second halves.
+    static Vector upper(Vector a, Vector b) { return __builtin_shufflevector(a, b, (lanes / 2 + i / 2 + i % 2 * lanes)...); }
+};
+template <int count, int... rest>
+struct NumbersTo : NumbersTo<count - 1, count - 1, rest...>
+{
+};
+template <int... all>
+struct NumbersTo<0, all...> : Numbers<all...>
+{
+};
+
+/// lanes x lanes values, transposed: as many rounds of merging the lower and the upper rows as the number of rows has bits.
+inline void transpose_square(const float* in, std::size_t in_stride, float* out, std::size_t out_stride)
+{
+    Vector rows[lanes];
+    for (int i = 0; i < lanes; ++i)
+        rows[i] = load(in + static_cast<std::size_t>(i) * in_stride);
+    for (int round = 1; round < lanes; round *= 2)
+    {
+        Vector merged[lanes];
+        for (int i = 0; i < lanes / 2; ++i)
+        {
+            merged[2 * i] = NumbersTo<lanes>::lower(rows[i], rows[i + lanes / 2]);
+            merged[2 * i + 1] = NumbersTo<lanes>::upper(rows[i], rows[i + lanes / 2]);
+        }
+        for (int i = 0; i < lanes; ++i)
+            rows[i] = merged[i];
+    }
+    for (int i = 0; i < lanes; ++i)
+        store(out + static_cast<std::size_t>(i) * out_stride, rows[i]);
+}
+#else
+inline void transpose_square(const float* in, std::size_t in_stride, float* out, std::size_t out_stride)
+{
+    for (int i = 0; i < lanes; ++i)
+        for (int j = 0; j < lanes; ++j)
+            out[static_cast<std::size_t>(j) * out_stride + i] = in[static_cast<std::size_t>(i) * in_stride + j];
+}
+#endif
+
+/// Both extents are multiples of `lanes`; rows lie side by side.
+inline void transpose(const float* in, int rows, int columns, float* out)
+{
+    for (int row = 0; row < rows; row += lanes)
+        for (int column = 0; column < columns; column += lanes)
+            transpose_square(in + static_cast<std::size_t>(row) * columns + column, columns,
+                             out + static_cast<std::size_t>(column) * rows + row, rows);
+}
+
+/// For `vectors` of tiles, adds one panel's terms to the sums of `turned_rows` of the filters' inputs. `rows`: their filters.
+template <int vectors>
+inline void turned_block(const float* values, int tiles, const float* rows, int width, bool first, float* products)
+{
+    Vector sums[turned_rows][vectors] = {};
+    if (!first)
+        for (int row = 0; row < turned_rows; ++row)
+            for (int v = 0; v < vectors; ++v)
+                sums[row][v] = load(products + static_cast<std::size_t>(row) * tiles + v * lanes);
+    for (int k = 0; k < width; ++k)
+    {
+        Vector of_tiles[vectors];
+        for (int v = 0; v < vectors; ++v)
+            of_tiles[v] = load(values + static_cast<std::size_t>(k) * tiles + v * lanes);
+        for (int row = 0; row < turned_rows; ++row)
+        {
+            const float filter = rows[row * width + k];
+            for (int v = 0; v < vectors; ++v)
+                sums[row][v] += of_tiles[v] * filter;
+        }
+    }
+    for (int row = 0; row < turned_rows; ++row)
+        for (int v = 0; v < vectors; ++v)
+            store(products + static_cast<std::size_t>(row) * tiles + v * lanes, sums[row][v]);
+}
+
+/// Tiles lie side by side here. Panel by panel, so that the filters are read in their order, each once.
+void multiply_turned(const float* values, int tiles, int inner, const float* filters, int outputs, float* scratch,
+                     float* products)
+{
+    constexpr int panel = panel_vectors * lanes;
+    float* sums = scratch + static_cast<std::size_t>(inner) * tiles;
+    transpose(values, tiles, inner, scratch);
+    for (int first = 0; first < inner; first += panel)
+    {
+        const int width = inner - first < panel ? inner - first : panel;
+        const float* of_panel = scratch + static_cast<std::size_t>(first) * tiles;
+        for (int output = 0; output < outputs; output += turned_rows)
+        {
+            const float* rows = filters + static_cast<std::size_t>(first) * outputs + static_cast<std::size_t>(output) * width;
+            float* to = sums + static_cast<std::size_t>(output) * tiles;
+            for (int tile = 0; tile < tiles; tile += 3 * lanes)
+                switch ((tiles - tile) / lanes)
+                {
+                case 1:
+                    turned_block<1>(of_panel + tile, tiles, rows, width, first == 0, to + tile);
+                    break;
+                case 2:
+                    turned_block<2>(of_panel + tile, tiles, rows, width, first == 0, to + tile);
+                    break;
+                default:
+                    turned_block<3>(of_panel + tile, tiles, rows, width, first == 0, to + tile);
+                    break;
+                }
+        }
+    }
+    transpose(sums, outputs, tiles, products);
 }
 
 /// Calls write(pixel, vector) for the 16 outputs of `lanes` channels.
@@ -235,8 +354,8 @@ void mask_sum(const float* a, const float* b, const std::uint8_t* mask, std::siz
 
 const Kernel* FRESCO_KERNEL()
 {
-    static constexpr Kernel kernel{FRESCO_KERNEL_NAME, panel_vectors * lanes, tile_rows, transform, multiply,
-                                   transform_back,     rectify_back,          pool,      unpool,    mask_sum};
+    static constexpr Kernel kernel{FRESCO_KERNEL_NAME, panel_vectors * lanes, tile_rows,    lanes, transform, multiply,
+                                   multiply_turned,    transform_back,        rectify_back, pool,  unpool,    mask_sum};
     return &kernel;
 }
 

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 #include <vector>
 
 using namespace vgg19;
@@ -144,7 +145,7 @@ TEST_CASE("The way back is the transpose of the convolution, with and without a 
                                static_cast<double>(b[static_cast<std::size_t>((y * b_shape.width + x) * outputs + k)]);
         for (const auto* kernel : kernels_here())
         {
-            const auto back = Convolution3x3::backward(weights, outputs, inputs, *kernel);
+            const auto back = Convolution3x3(weights, outputs, inputs, *kernel).backward(weights, outputs, inputs);
             std::vector<float> gradient(a_shape.size());
             back.plain(b.data(), b_shape, beyond, gradient.data(), on_threads(1));
             double backward = 0;
@@ -155,6 +156,55 @@ TEST_CASE("The way back is the transpose of the convolution, with and without a 
                 size += std::abs(static_cast<double>(a[i]) * static_cast<double>(gradient[i]));
             CHECK(std::abs(backward - forward) < 1e-6 * size);
         }
+    }
+}
+
+TEST_CASE("Every kernel's way back with the filters of the way there is the sum over the filters turned round")
+{
+    struct Case
+    {
+        int height, width, inputs, outputs;
+    };
+    for (const auto* kernel : kernels_here())
+        // Few tiles, and as many as fill blocks and leave one, two or three groups over.
+        for (const auto [height, width, inputs, outputs] :
+             {Case{1, 2, 16, 16}, Case{7, 18, 80, 48}, Case{9, 30, 48, 144}, Case{67, 65, 16, 16}, Case{65, 77, 3, 16}})
+            for (const int beyond : {0, 1})
+            {
+                INFO(kernel->name << ", " << height << " x " << width << ", " << inputs << " -> " << outputs);
+                const MapsShape shape{height, width, outputs};
+                const auto gradient = numbers(shape.size(), 11);
+                const auto weights = numbers(static_cast<std::size_t>(9 * inputs * outputs), 12);
+                const int filled_up = (inputs + 15) / 16 * 16;
+                std::vector<float> swapped(static_cast<std::size_t>(9 * filled_up * outputs));
+                for (int k = 0; k < outputs; ++k)
+                    for (int c = 0; c < inputs; ++c)
+                        for (int i = 0; i < 9; ++i)
+                            swapped[static_cast<std::size_t>((c * outputs + k) * 9 + 8 - i)] =
+                                weights[static_cast<std::size_t>((k * inputs + c) * 9 + i)];
+                const auto expected = summed(gradient, shape, swapped, filled_up, outputs, Border::zero, beyond);
+                const auto back = Convolution3x3(weights, outputs, inputs, *kernel).turned();
+                REQUIRE((back.inputs() == outputs && back.outputs() == filled_up));
+                std::vector<float> out(expected.size(), -1.0F);
+                back.plain(gradient.data(), shape, beyond, out.data(), on_threads(2));
+                CHECK(largest_difference(out, expected) < accuracy(9 * outputs));
+            }
+}
+
+TEST_CASE("The way back is the same bytes with filters of its own and with those of the way there")
+{
+    // The first pair is few enough for filters of its own.
+    for (const auto& [inputs, outputs] : {std::pair{48, 80}, std::pair{256, 272}})
+    {
+        const MapsShape shape{5, 6, outputs};
+        const auto weights = numbers(static_cast<std::size_t>(9 * inputs * outputs), 13);
+        const auto gradient = numbers(shape.size(), 14);
+        const Convolution3x3 convolution(weights, outputs, inputs);
+        std::vector<float> chosen(shape.pixels() * static_cast<std::size_t>(inputs));
+        auto turned = chosen;
+        convolution.backward(weights, outputs, inputs).plain(gradient.data(), shape, 0, chosen.data(), on_threads(1));
+        convolution.turned().plain(gradient.data(), shape, 0, turned.data(), on_threads(1));
+        CHECK(chosen == turned);
     }
 }
 
@@ -169,6 +219,11 @@ TEST_CASE("The number of threads does not change a byte")
     auto five = one;
     convolution.rectified(in.data(), shape, Border::reflect, bias.data(), one.data(), nullptr, on_threads(1));
     convolution.rectified(in.data(), shape, Border::reflect, bias.data(), five.data(), nullptr, on_threads(5));
+    CHECK(one == five);
+
+    const Convolution3x3 back = Convolution3x3(weights, 32, 64).turned();
+    back.plain(in.data(), shape, 0, one.data(), on_threads(1));
+    back.plain(in.data(), shape, 0, five.data(), on_threads(5));
     CHECK(one == five);
 }
 

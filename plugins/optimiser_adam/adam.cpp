@@ -12,6 +12,7 @@ namespace
 {
 
 constexpr std::size_t texels_per_piece = 16384;
+static_assert(texels_per_piece % texels_per_run == 0, "a flag belongs to one piece");
 
 /// What one step number makes of the constants.
 struct Factors
@@ -60,7 +61,28 @@ class Stepper
     float epsilon_;
 };
 
+bool differs_from_zero(const float* values, std::size_t texels)
+{
+    return std::any_of(values, values + 3 * texels, [](float value) { return value != 0; });
+}
+
 }  // namespace
+
+void mark_moved(const Block& block, int threads)
+{
+    parallel_for(block.texels, texels_per_piece, threads,
+                 [&](std::size_t begin, std::size_t end)
+                 {
+                     for (std::size_t first = begin; first < end; first += texels_per_run)
+                     {
+                         const std::size_t count = std::min(texels_per_run, end - first);
+                         const bool moved = differs_from_zero(block.values + 3 * first, count) ||
+                                            differs_from_zero(block.first + 3 * first, count) ||
+                                            differs_from_zero(block.second + 3 * first, count);
+                         block.moved[first / texels_per_run] = moved ? 1 : 0;
+                     }
+                 });
+}
 
 void step_dense(const Block& block, const Gradient& gradient, std::int64_t step, double rate, double pull,
                 const Constants& constants, int threads)
@@ -72,11 +94,23 @@ void step_dense(const Block& block, const Gradient& gradient, std::int64_t step,
                  {
                      auto next =
                          std::lower_bound(gradient.texels.begin(), gradient.texels.end(), static_cast<std::int64_t>(begin));
-                     for (std::size_t texel = begin; texel < end; ++texel)
+                     for (std::size_t first = begin; first < end; first += texels_per_run)
                      {
-                         const bool given = next != gradient.texels.end() && *next == static_cast<std::int64_t>(texel);
-                         stepper.texel(texel, given ? gradient.values + 3 * (next - gradient.texels.begin()) : nullptr, f);
-                         next += given ? 1 : 0;
+                         const std::size_t last = std::min(end, first + texels_per_run);
+                         const bool given_any = next != gradient.texels.end() && *next < static_cast<std::int64_t>(last);
+                         if (block.moved != nullptr)
+                         {
+                             auto& moved = block.moved[first / texels_per_run];
+                             if (moved == 0 && !given_any)
+                                 continue;
+                             moved = 1;
+                         }
+                         for (std::size_t texel = first; texel < last; ++texel)
+                         {
+                             const bool given = next != gradient.texels.end() && *next == static_cast<std::int64_t>(texel);
+                             stepper.texel(texel, given ? gradient.values + 3 * (next - gradient.texels.begin()) : nullptr, f);
+                             next += given ? 1 : 0;
+                         }
                      }
                  });
 }

@@ -25,7 +25,18 @@ struct Block
     float* second = nullptr;        ///< Moving mean of its square.
     std::int32_t* steps = nullptr;  ///< N: how many steps each texel has had; used by step_visible alone.
     std::size_t texels = 0;
+    std::uint8_t* moved = nullptr;  ///< run_count(texels) flags, or null; used by step_dense alone, see mark_moved.
 };
+
+/// Texels that share a flag `moved`. Few, so that little is stepped besides a chart; flags are a thousandth of the values.
+constexpr std::size_t texels_per_run = 128;
+constexpr std::size_t run_count(std::size_t texels)
+{
+    return (texels + texels_per_run - 1) / texels_per_run;
+}
+
+/// Sets block.moved to 1 for the runs in which a value or a moment differs from zero, to 0 for all others.
+void mark_moved(const Block& block, int threads);
 
 /// Gradient values (3 per entry) on `texels`, ascending and unique.
 struct Gradient
@@ -36,6 +47,9 @@ struct Gradient
 
 /// One textbook step, the `step`-th (from 1), of every texel: no entry means gradient 0. `pull` times the value is added to the
 /// gradient (the derivative of a regulariser). Results do not depend on `threads`.
+///
+/// Where nothing but zero has ever been, Adam's step is zero: with block.moved, runs that have no flag and no entry are neither
+/// read nor written, and the results are the same bytes. Runs with an entry get their flag.
 void step_dense(const Block& block, const Gradient& gradient, std::int64_t step, double rate, double pull,
                 const Constants& constants, int threads);
 

@@ -3,12 +3,11 @@
 #include <fresco/error.h>
 #include <fresco/option.h>
 #include <fresco/stage.h>
+#include <fresco/torch/lazy_tensor.h>
 #include <fresco/torch/optimiser_rule.h>
 
 #include <ATen/Parallel.h>
 #include <ATen/ops/full.h>
-#include <ATen/ops/zeros.h>
-#include <ATen/ops/zeros_like.h>
 
 #include <stdexcept>
 #include <string>
@@ -25,19 +24,25 @@ class OptimiserAdam final : public fresco::OptimiserRule
     fresco::Option<std::string> mode{
         this, "mode", "dense", fresco::one_of({"dense", "visible"}),
         "dense: the textbook, every texel in every step; visible: only the texels the step's view sees"};
+    fresco::Option<std::string> untouched{
+        this, "untouched", "skip", fresco::one_of({"skip", "step"}),
+        "With mode dense, texels that are zero and never had a gradient: left out, or stepped all the same for comparison; the "
+        "same values"};
 
   public:
     void attach(const std::vector<fresco::TextureParameter>& parameters) override
     {
+        if (visible() && *untouched == "step")
+            throw fresco::Error("option \"untouched\": step is for the mode dense; the mode visible steps what is seen alone");
         step_ = 0;
         blocks_.clear();
         for (const auto& parameter : parameters)
         {
             State state;
-            state.first = at::zeros_like(parameter.values);
-            state.second = at::zeros_like(parameter.values);
+            state.first = fresco::lazy_zeros(parameter.values.sizes(), at::kFloat);
+            state.second = fresco::lazy_zeros(parameter.values.sizes(), at::kFloat);
             if (visible())
-                state.steps = at::zeros({parameter.values.size(0)}, at::kInt);
+                state.steps = fresco::lazy_zeros({parameter.values.size(0)}, at::kInt);
             blocks_.push_back(std::move(state));
         }
     }
@@ -58,9 +63,7 @@ class OptimiserAdam final : public fresco::OptimiserRule
             const auto values = evaluation.gradients[i].values.contiguous();
             const fresco::adam::Gradient gradient{{texels.data_ptr<std::int64_t>(), static_cast<std::size_t>(texels.numel())},
                                                   values.data_ptr<float>()};
-            const fresco::adam::Block block{
-                parameter.values.data_ptr<float>(), state.first.data_ptr<float>(), state.second.data_ptr<float>(),
-                visible() ? state.steps.data_ptr<std::int32_t>() : nullptr, static_cast<std::size_t>(parameter.values.size(0))};
+            const auto block = block_of(parameter, state);
             // The derivative of λ_r k mean(values²).
             const double pull = 2 * lambda_r * parameter.regulariser / static_cast<double>(parameter.values.numel());
             if (visible())
@@ -92,10 +95,11 @@ class OptimiserAdam final : public fresco::OptimiserRule
         {
             auto& block = blocks_[i];
             const std::string number = std::to_string(i);
-            block.first = entry(state, "first." + number, at::kFloat, block.first.sizes()).clone();
-            block.second = entry(state, "second." + number, at::kFloat, block.second.sizes()).clone();
+            fresco::write_values(entry(state, "first." + number, at::kFloat, block.first.sizes()), block.first);
+            fresco::write_values(entry(state, "second." + number, at::kFloat, block.second.sizes()), block.second);
             if (visible())
-                block.steps = entry(state, "steps." + number, at::kInt, block.steps.sizes()).clone();
+                fresco::write_values(entry(state, "steps." + number, at::kInt, block.steps.sizes()), block.steps);
+            block.moved.clear();
         }
     }
 
@@ -104,10 +108,27 @@ class OptimiserAdam final : public fresco::OptimiserRule
     {
         torch::Tensor first;
         torch::Tensor second;
-        torch::Tensor steps;  ///< Defined in the mode `visible` alone.
+        torch::Tensor steps;              ///< Defined in the mode `visible` alone.
+        std::vector<std::uint8_t> moved;  ///< As adam::Block has it; empty: not known.
     };
 
     bool visible() const { return *mode == "visible"; }
+
+    /// The first step after attach() or restore() learns which texels differ from zero: their values may be set until then.
+    fresco::adam::Block block_of(const fresco::TextureParameter& parameter, State& state) const
+    {
+        fresco::adam::Block block{parameter.values.data_ptr<float>(), state.first.data_ptr<float>(),
+                                  state.second.data_ptr<float>(), visible() ? state.steps.data_ptr<std::int32_t>() : nullptr,
+                                  static_cast<std::size_t>(parameter.values.size(0))};
+        if (visible() || *untouched == "step")
+            return block;
+        const bool known = !state.moved.empty();
+        state.moved.resize(fresco::adam::run_count(block.texels));
+        block.moved = state.moved.data();
+        if (!known)
+            fresco::adam::mark_moved(block, at::get_num_threads());
+        return block;
+    }
 
     static const torch::Tensor& entry(const fresco::TensorMap& state, const std::string& name, at::ScalarType type,
                                       at::IntArrayRef shape)

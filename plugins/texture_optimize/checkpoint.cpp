@@ -1,6 +1,7 @@
 #include "checkpoint.h"
 
 #include <fresco/error.h>
+#include <fresco/torch/lazy_tensor.h>
 #include <fresco/torch/tensor.h>
 
 #include <ATen/ops/empty.h>
@@ -157,7 +158,7 @@ void Checkpoint::restore(std::vector<TextureParameter>& into, OptimiserRule& int
             found->second.scalar_type() != at::kFloat)
             throw Error("the checkpoint has no '" + parameter.name + "' of the texture's size; remove the checkpoint folder");
         // In place: views that exist already look into this memory.
-        parameter.values.copy_(found->second);
+        write_values(found->second, parameter.values);
     }
     into_rule.restore(rule);
     for (const auto& [name, loss] : into_losses)

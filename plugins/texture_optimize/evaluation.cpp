@@ -126,9 +126,13 @@ std::vector<SparseGradient> Evaluator::level_gradients(const PartPlace& place, V
     auto& level = data.levels[level_number];
     torch::Tensor stored;
     const auto image = displayed(level, stored).set_requires_grad(true);
-    RenderedPart part(place, image, level, demands_);
-    const auto sum = weighted_sum(
-        part, [&](const LossTerm& term) { return level_share(data, level_number, term, device_); }, where, loss);
+    torch::Tensor sum;
+    {
+        RenderedPart part(place, image, level, demands_);
+        sum = weighted_sum(
+            part, [&](const LossTerm& term) { return level_share(data, level_number, term, device_); }, where, loss);
+    }
+    // The way back needs none of the part's features: what the losses need of them, they keep.
     torch::Tensor gradient;
     if (sum.defined() && sum.requires_grad())
         gradient = torch::autograd::grad({sum}, {image}, {}, false, false, true)[0];

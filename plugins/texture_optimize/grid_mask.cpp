@@ -154,4 +154,15 @@ torch::Tensor selected_cells(const torch::Tensor& features, const GridMask& mask
     return Columns::apply(columns, mask.index);
 }
 
+torch::Tensor cells_among(const GridMask& all, const GridMask& part)
+{
+    return part.cells.flatten().index_select(0, all.index);
+}
+
+torch::Tensor selected_among(const torch::Tensor& selected, const GridMask& all, const GridMask& part)
+{
+    const auto index = cells_among(all, part).nonzero().flatten();
+    return index.numel() == selected.size(1) ? selected : Columns::apply(selected, index);
+}
+
 }  // namespace fresco::optimize

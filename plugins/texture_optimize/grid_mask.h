@@ -21,4 +21,10 @@ GridMask grid_mask(const Raster8& mask, int stride, const torch::Device& device)
 /// The chosen cells of `features` (C x h x w): C x N, differentiable. Its gradient costs one pass, not a scatter per cell.
 torch::Tensor selected_cells(const torch::Tensor& features, const GridMask& mask);
 
+/// For each cell of `all`, whether it is one of `part`: N, bool.
+torch::Tensor cells_among(const GridMask& all, const GridMask& part);
+
+/// Of what selected_cells() gave for `all`, the cells that are in `part` too, differentiable.
+torch::Tensor selected_among(const torch::Tensor& selected, const GridMask& all, const GridMask& part);
+
 }  // namespace fresco::optimize

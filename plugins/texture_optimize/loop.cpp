@@ -10,7 +10,9 @@
 #include "schedule.h"
 
 #include <fresco/error.h>
+#include <fresco/torch/lazy_tensor.h>
 #include <fresco/torch/tensor.h>
+#include <fresco/torch/tensor_memory.h>
 
 #include <ATen/Parallel.h>
 
@@ -91,6 +93,8 @@ class Loop
         }
         const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start - measuring_;
         report(seconds.count(), step_ - first_step);
+        // Its state is not needed when the layers are copied.
+        components_.rule.attach({});
         Texture texture = components_.texture.to_texture();
         texture.values = options_.values;
         texture.seen = seen_;
@@ -151,7 +155,7 @@ class Loop
         for (const auto& [name, loss] : components_.losses)
             loss->restore(prepared_states_.at(name));
         for (auto& parameter : parameters())
-            parameter.values.zero_();
+            write_zeros(parameter.values);
         auto initial =
             initial_texture(source_, split_.trained, style_.fine, {options_.init, options_.size_px, options_.seed, start_}, run_);
         seen_ = std::move(initial.seen);
@@ -278,13 +282,14 @@ class Loop
             forget_camera(data);
         if (options_.clamp_layers)
             for (auto& parameter : parameters())
-                parameter.values.clamp_(space_.stored_range().first, space_.stored_range().second);
+                write_clamped(parameter.values, static_cast<float>(space_.stored_range().first),
+                              static_cast<float>(space_.stored_range().second));
         run_.metric("loss", loss);
         run_.progress(static_cast<double>(step_ + 1), static_cast<double>(schedule_.steps()), "steps");
         if (options_.preview_every > 0 && components_.images != nullptr && step_ % options_.preview_every == 0 &&
             !data.levels.empty())
             write_preview(run_.preview_folder(), *components_.images, space_, *data.levels.back().view,
-                          data.levels.back().pixels.all, components_.texture);
+                          data.levels.back().pixels.all, components_.texture, options_.size_px);
     }
 
     void report(double seconds, std::int64_t done)
@@ -347,6 +352,8 @@ class Loop
 Texture optimised_texture(const LoopInputs& inputs, const LoopComponents& components, const LoopOptions& options, RunContext& run)
 {
     at::set_num_threads(std::max(1, run.threads()));
+    if (!options.reference)
+        reuse_tensor_memory();
     Loop loop(inputs, components, options, run);
     return loop();
 }

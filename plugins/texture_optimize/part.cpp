@@ -8,6 +8,7 @@
 #include <ATen/ops/zeros.h>
 
 #include <algorithm>
+#include <functional>
 #include <numeric>
 #include <stdexcept>
 
@@ -23,20 +24,26 @@ void add_missing(std::vector<std::string>& names, const std::vector<std::string>
             names.push_back(name);
 }
 
-/// `layer` of the picture; all `wanted` layers are encoded together when the first is asked for.
-torch::Tensor encoded_layer(std::map<std::string, torch::Tensor>& known, const FeatureNetwork& network,
-                            const std::vector<std::string>& wanted, const std::string& layer, const torch::Tensor& picture)
+/// `layer` of the picture; all `wanted` layers are encoded together when the first is asked for, and of each stays what `kept`
+/// makes of it, where given.
+torch::Tensor
+encoded_layer(std::map<std::string, torch::Tensor>& known, const FeatureNetwork& network, const std::vector<std::string>& wanted,
+              const std::string& layer, const torch::Tensor& picture,
+              const std::function<torch::Tensor(const std::string& layer, const torch::Tensor& maps)>& kept = nullptr)
 {
     if (std::find(wanted.begin(), wanted.end(), layer) == wanted.end())
         throw std::logic_error("a loss asks for the layer '" + layer + "', which its needs() do not name");
     if (known.empty())
     {
-        const auto result = network.encode(picture, wanted);
+        auto result = network.encode(picture, wanted);
         if (result.size() != wanted.size())
             throw std::logic_error("a feature network gave " + std::to_string(result.size()) + " layers for " +
                                    std::to_string(wanted.size()) + " asked for");
         for (std::size_t i = 0; i < wanted.size(); ++i)
-            known.emplace(wanted[i], result[i]);
+        {
+            const auto maps = std::move(result[i]);
+            known.emplace(wanted[i], kept ? kept(wanted[i], maps) : maps);
+        }
     }
     return known.at(layer);
 }
@@ -208,9 +215,15 @@ torch::Tensor RenderedPart::selected_in_crops(CroppedLevel& level, const Feature
     std::vector<torch::Tensor> parts;
     for (std::size_t i = 0; i < level.crops.size(); ++i)
     {
-        const auto features = encoded_layer(camera ? level.camera_features[i] : image_features[i], network, wanted, layer,
-                                            cut(camera ? data_.camera : image_, level.crops[i].encoded));
-        parts.push_back(selected_cells(features, crop_grid(level, i, stride, pixels)));
+        // The maps go as soon as they are there: all that losses may read is their level's cells.
+        const auto all =
+            encoded_layer(camera ? level.camera_features[i] : image_features[i], network, wanted, layer,
+                          cut(camera ? data_.camera : image_, level.crops[i].encoded),
+                          [&](const std::string& name, const torch::Tensor& maps)
+                          { return selected_cells(maps, crop_grid(level, i, network.layer(name).stride, Pixels::all)); });
+        parts.push_back(pixels == Pixels::all
+                            ? all
+                            : selected_among(all, crop_grid(level, i, stride, Pixels::all), crop_grid(level, i, stride, pixels)));
     }
     if (parts.empty())
         return at::zeros({network.layer(layer).channels, 0}, image_.options().requires_grad(false));
@@ -226,14 +239,13 @@ torch::Tensor RenderedPart::selected(const FeatureNetwork& network, const std::s
 
 torch::Tensor RenderedPart::fine_among_selected(const FeatureNetwork& network, const std::string& layer)
 {
-    const auto among = [](const GridMask& all, const GridMask& fine) { return fine.cells.flatten().index_select(0, all.index); };
     auto* level = cropped(network);
     if (level == nullptr)
-        return among(grid(network, layer, Pixels::all), grid(network, layer, Pixels::fine));
+        return cells_among(grid(network, layer, Pixels::all), grid(network, layer, Pixels::fine));
     const int stride = network.layer(layer).stride;
     std::vector<torch::Tensor> parts{at::zeros({0}, image_.options().dtype(at::kBool).requires_grad(false))};
     for (std::size_t i = 0; i < level->crops.size(); ++i)
-        parts.push_back(among(crop_grid(*level, i, stride, Pixels::all), crop_grid(*level, i, stride, Pixels::fine)));
+        parts.push_back(cells_among(crop_grid(*level, i, stride, Pixels::all), crop_grid(*level, i, stride, Pixels::fine)));
     return at::cat(parts);
 }
 

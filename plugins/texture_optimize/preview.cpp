@@ -7,7 +7,6 @@
 #include <ATen/ops/empty_like.h>
 
 #include <algorithm>
-#include <array>
 #include <span>
 
 namespace fresco::optimize
@@ -29,40 +28,40 @@ Raster8 displayed(const torch::Tensor& stored, const Raster8& valid, const Value
     return to_raster8(result);
 }
 
-/// The sum of the layers at `size` x `size` points, as 3 planes.
-torch::Tensor collapsed(const Texture& texture, int size)
+/// `rows` of the texture from row `first` on, at size x size points.
+UvMap strip(int size, int first, int rows)
 {
-    auto result = at::empty({3, size, size}, at::kFloat);
-    float* out = result.data_ptr<float>();
-    const auto plane = static_cast<std::size_t>(size) * static_cast<std::size_t>(size);
-    for (int y = 0; y < size; ++y)
+    UvMap map{RasterF(size, rows, 2), RasterF(size, rows), RasterF(size, rows), Raster8(size, rows, 1, 1)};
+    for (int y = 0; y < rows; ++y)
         for (int x = 0; x < size; ++x)
         {
-            std::array<float, 3> sum{};
-            for (const auto& layer : texture.layers)
-            {
-                std::array<float, 3> value{};
-                sample_bilinear(layer, (static_cast<float>(x) + 0.5F) / static_cast<float>(size),
-                                1 - (static_cast<float>(y) + 0.5F) / static_cast<float>(size), value.data());
-                for (std::size_t c = 0; c < 3; ++c)
-                    sum[c] += value[c];
-            }
-            for (std::size_t c = 0; c < 3; ++c)
-                out[c * plane + static_cast<std::size_t>(y) * static_cast<std::size_t>(size) + static_cast<std::size_t>(x)] =
-                    sum[c];
+            map.uv.at(x, y, 0) = (static_cast<float>(x) + 0.5F) / static_cast<float>(size);
+            map.uv.at(x, y, 1) = 1 - (static_cast<float>(first + y) + 0.5F) / static_cast<float>(size);
         }
+    return map;
+}
+
+/// The texture at `size` x `size` points, as 3 planes. In strips: a copy of the layers would take as much memory again.
+torch::Tensor looked_up(const TextureRepresentation& texture, int size)
+{
+    constexpr int rows = 64;
+    auto result = at::empty({3, size, size}, at::kFloat);
+    for (int first = 0; first < size; first += rows)
+    {
+        const int count = std::min(rows, size - first);
+        result.slice(1, first, first + count).copy_(texture.make_view(strip(size, first, count))->render());
+    }
     return result;
 }
 
 }  // namespace
 
 void write_preview(const std::filesystem::path& folder, const ImageIo& images, const ValueSpace& space, const TextureView& view,
-                   const Raster8& valid, const TextureRepresentation& texture)
+                   const Raster8& valid, const TextureRepresentation& texture, int size_px)
 {
     write_file(folder / "view.png", images.encode_png(displayed(view.render(), valid, space)));
-    const auto layers = texture.to_texture();
-    const int size = std::min(largest_side, layers.size_px());
-    write_file(folder / "texture.png", images.encode_png(displayed(collapsed(layers, size), Raster8(size, size, 1, 1), space)));
+    const int size = std::min(largest_side, size_px);
+    write_file(folder / "texture.png", images.encode_png(displayed(looked_up(texture, size), Raster8(size, size, 1, 1), space)));
 }
 
 }  // namespace fresco::optimize

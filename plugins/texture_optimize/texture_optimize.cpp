@@ -141,7 +141,8 @@ class TextureOptimize final : public fresco::Stage
         const std::string steps = "min(frames * epochs * repeats_count, max_steps + (1 - min(max_steps, 1)) * 1e12)";
         const std::string squares = "max(65536, heights_px_squares + (1 - min(heights_px_squares, 1)) * height_squares)";
         cost.seconds = "(60 + " + steps + " * 0.65 * " + squares + " / 65536) / cores";
-        cost.memory_mb = "1250 + size_px * size_px * 0.00012 + " + squares + " * 0.003";
+        // Of a texel: value, two moments and a count in all layers, if every one is seen, and the layers copied at the end.
+        cost.memory_mb = "1050 + size_px * size_px * 0.00007 + " + squares + " * 0.003";
         cost.disk_mb = "size_px * size_px * 0.000017";
         return cost;
     }

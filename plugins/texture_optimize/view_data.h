@@ -52,7 +52,7 @@ struct SmallestCamera
 struct CroppedLevel
 {
     std::vector<Crop> crops;
-    std::vector<std::map<std::string, torch::Tensor>> camera_features;  ///< Per crop.
+    std::vector<std::map<std::string, torch::Tensor>> camera_features;  ///< Per crop: C x N, of its core's cells.
     std::vector<std::map<std::tuple<int, Pixels>, GridMask>> grids;     ///< Per crop: its core's cells, in its own grid.
 };
 

@@ -1,5 +1,6 @@
 #include <fresco/error.h>
 #include <fresco/files_io.h>
+#include <fresco/write_pieces.h>
 
 #include <atomic>
 #include <cerrno>
@@ -74,6 +75,10 @@ void write_all(int fd, std::span<const std::byte> bytes, const std::filesystem::
             throw Error(file.string() + ": cannot be written: " + cause());
         bytes = bytes.subspan(static_cast<std::size_t>(count));
     }
+}
+
+void make_durable(int fd, const std::filesystem::path& file)
+{
     if (::fsync(fd) != 0)
         throw Error(file.string() + ": cannot be written: " + cause());
 }
@@ -93,6 +98,11 @@ std::string read_text_file(const std::filesystem::path& file, std::size_t limit_
 
 void write_file(const std::filesystem::path& file, std::span<const std::byte> bytes)
 {
+    write_pieces(file, std::span(&bytes, 1));
+}
+
+void write_pieces(const std::filesystem::path& file, std::span<const std::span<const std::byte>> pieces)
+{
     static std::atomic<unsigned> counter{0};
     auto temporary = file;
     temporary += ".tmp-" + std::to_string(::getpid()) + "-" + std::to_string(counter++);
@@ -102,7 +112,9 @@ void write_file(const std::filesystem::path& file, std::span<const std::byte> by
             throw Error(file.string() + ": cannot be written: " + cause());
         try
         {
-            write_all(output.get(), bytes, file);
+            for (const auto bytes : pieces)
+                write_all(output.get(), bytes, file);
+            make_durable(output.get(), file);
         }
         catch (...)
         {

@@ -94,6 +94,53 @@ TEST_CASE("a rule goes on from its state with the same bytes")
     }
 }
 
+TEST_CASE("leaving untouched texels out changes no byte, from zeros, from values, and after a checkpoint")
+{
+    constexpr std::int64_t texels = 5000;
+    const auto see = [](std::int64_t from)
+    {
+        return [from]
+        {
+            Evaluation e;
+            e.gradients.push_back(
+                {at::arange(from, from + 40, at::kLong), at::full({40, 3}, 0.1F * static_cast<float>(from % 7 - 3))});
+            return e;
+        };
+    };
+    for (const bool zeros : {true, false})
+    {
+        const auto run = [&](const char* untouched, bool interrupted)
+        {
+            std::vector<TextureParameter> p{{"a", at::zeros({texels, 3}), 2.0}};
+            const Value options = Value::Map{{"untouched", untouched}};
+            auto rule = made(options);
+            rule->attach(p);
+            // As a run does it: the texture gets its first values when the rule is there.
+            if (!zeros)
+                p[0].values.slice(0, 1000, 1300).fill_(0.5F);
+            for (int n = 0; n < 12; ++n)
+            {
+                if (interrupted && n == 5)
+                {
+                    TensorMap kept;
+                    for (const auto& [name, tensor] : rule->state())
+                        kept.emplace(name, tensor.clone());
+                    rule = made(options);
+                    rule->attach(p);
+                    rule->restore(kept);
+                }
+                rule->step(p, see(n < 8 ? 300 * n : 4001), 0.01, 0.5);
+            }
+            return p[0].values;
+        };
+        const auto all = run("step", false);
+        CHECK(at::equal(run("skip", false), all));
+        CHECK(at::equal(run("skip", true), all));
+        CHECK(all[4010][0].item<float>() != 0);
+    }
+    CHECK_THROWS_AS(made(Value::Map{{"mode", "visible"}, {"untouched", "step"}})->attach(parameters()), Error);
+}
+
 TEST_CASE("the regulariser pulls on all texels, or on the visible ones")
 {
     const Evaluate nothing_but_texel_2 = []

@@ -1,7 +1,9 @@
+#include <fresco/torch/lazy_tensor.h>
 #include <fresco/torch/tensor.h>
 
 #include <fresco/files_io.h>
 #include <fresco/weights/state_dict.h>
+#include <fresco/weights/write_safetensors.h>
 
 #include <ATen/ops/empty.h>
 
@@ -37,7 +39,15 @@ constexpr std::array<TypePair, 10> type_pairs{{{at::kDouble, ElementType::float6
 torch::Tensor to_tensor(const weights::TensorView& view)
 {
     const auto& pair = type_pairs.at(static_cast<std::size_t>(view.type));
+    constexpr std::size_t large = std::size_t{1} << 20U;
     const std::vector<std::int64_t> shape(view.shape.begin(), view.shape.end());
+    if (view.bytes.size() >= large)
+    {
+        // Much of a large texture's checkpoint is zero.
+        auto result = lazy_zeros(shape, pair.type);
+        write_bytes(view.bytes, result);
+        return result;
+    }
     auto result = at::empty(shape, pair.type);
     if (!view.bytes.empty())
         std::memcpy(result.data_ptr(), view.bytes.data(), view.bytes.size());
@@ -78,7 +88,7 @@ void write_safetensors(const std::filesystem::path& file, const SafeTensors& con
                          {kept.back().sizes().begin(), kept.back().sizes().end()},
                          {static_cast<const std::byte*>(kept.back().data_ptr()), kept.back().nbytes()}});
     }
-    write_file(file, weights::to_safetensors(views, contents.metadata));
+    weights::write_safetensors(file, views, contents.metadata);
 }
 
 }  // namespace fresco

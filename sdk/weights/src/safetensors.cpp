@@ -1,7 +1,9 @@
 #include <fresco/weights/state_dict.h>
+#include <fresco/weights/write_safetensors.h>
 
 #include <fresco/error.h>
 #include <fresco/value.h>
+#include <fresco/write_pieces.h>
 
 #include <algorithm>
 #include <array>
@@ -207,17 +209,30 @@ std::string header_of(std::span<const TensorView* const> tensors, const std::map
     return text;
 }
 
-}  // namespace
-
-StateDict parse_safetensors(std::span<const std::byte> bytes, std::string_view source)
+/// The bytes of a file: its head, and the tensors' own.
+struct Pieces
 {
-    return Reader(bytes, source).read();
-}
+    std::vector<std::byte> head;
+    std::vector<std::span<const std::byte>> of_tensors;
 
-std::vector<std::byte> to_safetensors(std::span<const TensorView> tensors, const std::map<std::string, std::string>& metadata)
+    std::vector<std::span<const std::byte>> all() const
+    {
+        std::vector<std::span<const std::byte>> result{head};
+        result.insert(result.end(), of_tensors.begin(), of_tensors.end());
+        return result;
+    }
+    std::size_t size() const
+    {
+        std::size_t sum = head.size();
+        for (const auto piece : of_tensors)
+            sum += piece.size();
+        return sum;
+    }
+};
+
+Pieces pieces(std::span<const TensorView> tensors, const std::map<std::string, std::string>& metadata)
 {
     std::vector<const TensorView*> ordered;
-    std::size_t total = 0;
     for (const auto& tensor : tensors)
     {
         std::size_t size = size_of(tensor.type);
@@ -227,18 +242,40 @@ std::vector<std::byte> to_safetensors(std::span<const TensorView> tensors, const
             throw std::invalid_argument("to_safetensors: tensor '" + tensor.name +
                                         "' has a reserved name or bytes that do not fit");
         ordered.push_back(&tensor);
-        total += size;
     }
     std::stable_sort(ordered.begin(), ordered.end(), [](const auto* a, const auto* b) { return a->type < b->type; });
     const std::string header = header_of(ordered, metadata);
-    std::vector<std::byte> bytes(prefix + header.size() + total);
+    Pieces result;
+    result.head.resize(prefix + header.size());
     const std::uint64_t length = header.size();
-    std::memcpy(bytes.data(), &length, prefix);
-    std::memcpy(bytes.data() + prefix, header.data(), header.size());
-    auto position = bytes.begin() + static_cast<std::ptrdiff_t>(prefix + header.size());
+    std::memcpy(result.head.data(), &length, prefix);
+    std::memcpy(result.head.data() + prefix, header.data(), header.size());
     for (const auto* tensor : ordered)
-        position = std::copy(tensor->bytes.begin(), tensor->bytes.end(), position);
+        result.of_tensors.push_back(tensor->bytes);
+    return result;
+}
+
+}  // namespace
+
+StateDict parse_safetensors(std::span<const std::byte> bytes, std::string_view source)
+{
+    return Reader(bytes, source).read();
+}
+
+std::vector<std::byte> to_safetensors(std::span<const TensorView> tensors, const std::map<std::string, std::string>& metadata)
+{
+    const auto parts = pieces(tensors, metadata);
+    std::vector<std::byte> bytes(parts.size());
+    auto position = bytes.begin();
+    for (const auto piece : parts.all())
+        position = std::copy(piece.begin(), piece.end(), position);
     return bytes;
+}
+
+void write_safetensors(const std::filesystem::path& file, std::span<const TensorView> tensors,
+                       const std::map<std::string, std::string>& metadata)
+{
+    write_pieces(file, pieces(tensors, metadata).all());
 }
 
 }  // namespace fresco::weights

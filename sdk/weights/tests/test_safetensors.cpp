@@ -1,7 +1,10 @@
 #include "made_weights.h"
 
 #include <fresco/error.h>
+#include <fresco/files_io.h>
+#include <fresco/testing.h>
 #include <fresco/weights/state_dict.h>
+#include <fresco/weights/write_safetensors.h>
 
 #include <catch2/catch.hpp>
 
@@ -50,6 +53,20 @@ TEST_CASE("Tensors and metadata of a safetensors file by hand")
     CHECK((a->bytes.data() == bytes.data() + 8 + header.size() && a->bytes.size() == 6));
     CHECK(contents.find("b")->bytes.data() == a->bytes.data() + 6);
     CHECK(contents.find("e")->bytes.empty());
+}
+
+TEST_CASE("Tensors are written from where they lie as they are copied together")
+{
+    const std::string header =
+        R"({"b":{"dtype":"U8","shape":[1],"data_offsets":[0,1]},"a":{"dtype":"I16","shape":[3],"data_offsets":[1,7]}} )";
+    const auto bytes = bytes_of(file_text(header, "7123456"));
+    const auto contents = parse_safetensors(bytes, "t.safetensors");
+    const fresco::testing::TemporaryFolder folder;
+    const auto file = folder.path() / "t.safetensors";
+    write_safetensors(file, contents.tensors, {{"step", "7"}});
+    const auto together = to_safetensors(contents.tensors, {{"step", "7"}});
+    CHECK(read_file(file) == together);
+    CHECK(parse_safetensors(together, "t.safetensors").tensors.size() == 2);
 }
 
 TEST_CASE("Damaged safetensors files are refused by name and offset")

@@ -2,6 +2,7 @@
 
 #include <fresco/parallel.h>
 #include <fresco/torch/layer_view.h>
+#include <fresco/torch/lazy_tensor.h>
 
 #include <ATen/Parallel.h>
 #include <ATen/ops/empty.h>
@@ -130,7 +131,7 @@ void LayeredTexture::allocate_layers(const std::vector<int>& sizes, const std::v
     for (std::size_t i = 0; i < sizes.size(); ++i)
     {
         const std::int64_t size = sizes[i];
-        parameters_.push_back({"layer_" + std::to_string(i), at::zeros({size * size, 3}, at::kFloat), regulariser.at(i)});
+        parameters_.push_back({"layer_" + std::to_string(i), lazy_zeros({size * size, 3}, at::kFloat), regulariser.at(i)});
     }
 }
 

@@ -6,6 +6,7 @@
 
 #include <fresco/torch/optimiser_rule.h>
 #include <fresco/torch/tensor.h>
+#include <fresco/torch/tensor_memory.h>
 
 #include <ATen/ATen.h>
 #include <ATen/Parallel.h>
@@ -89,8 +90,9 @@ struct Studio
         prepare(all, heights.front());
         texture = components.make<fresco::TextureRepresentation>(fresco::Value::Map{{"type", "texture.laplacian"}});
         texture->allocate(settings.step_size_px);
+        // As the preset has it.
         rule = components.make<fresco::OptimiserRule>(
-            fresco::Value::Map{{"type", "optimiser.adam"}, {"mode", reference ? "dense" : "visible"}});
+            fresco::Value::Map{{"type", "optimiser.adam"}, {"mode", "dense"}, {"untouched", reference ? "step" : "skip"}});
         rule->attach(texture->parameters());
         load_levels(room);
     }
@@ -179,7 +181,10 @@ fresco::Value measured(const Network& network, const Room& room, bool reference,
                        const std::filesystem::path& weights, Measure& measure)
 {
     if (!reference)
+    {
         keep_freed_memory();
+        fresco::reuse_tensor_memory();
+    }
     Studio studio(network, room, reference, settings, weights);
     Evaluator evaluator(studio.losses, ValueSpace("network"), torch::kCPU, 0, !reference);
     double loss = 0;

@@ -26,10 +26,12 @@ class OptimiserRule : public Component
     static constexpr std::string_view component_kind = "optimiser";
     ~OptimiserRule() override;
 
-    /// Once, before the first step; makes its state for these parameters.
+    /// Before the first step, and where a run begins anew: makes its state for these parameters, of which there are none when
+    /// the last step is made.
     virtual void attach(const std::vector<TextureParameter>& parameters) = 0;
-    /// One step at learning rate `rate` in the unit of the stored values; adds λ_r k_i mean(values²) itself, so that a rule for
-    /// visible texels need touch no others. Returns the loss of the first evaluation.
+    /// One step at learning rate `rate` in the unit of the stored values. Others may set values before the first step after
+    /// attach() or restore(), and from then on change none that is zero. The rule adds λ_r k_i mean(values²) itself, so that a
+    /// rule for visible texels need touch no others. Returns the loss of the first evaluation.
     virtual double step(std::vector<TextureParameter>& parameters, const Evaluate& evaluate, double rate, double lambda_r) = 0;
     /// Everything that step remembers; restore(state()) goes on with the same bytes.
     virtual TensorMap state() const = 0;

@@ -13,6 +13,8 @@ namespace fresco
 /// texel centres at +0.5, clamped at the borders (sample_bilinear to the last bit). A representation derives from it and says
 /// which layers there are.
 ///
+/// Layers are lazy_zeros(): of a texture that begins with zeros, the pages that are written take memory.
+///
 /// A view costs its valid pixels, not the layers: about 90 bytes per valid pixel and layer. Its gradient gathers, for each
 /// touched texel, its lookups in the order of the pixels: no atomics, the same bytes for any number of threads.
 class LayeredTexture : public TextureRepresentation

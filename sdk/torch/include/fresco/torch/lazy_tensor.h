@@ -1,0 +1,31 @@
+#pragma once
+
+#include <torch/types.h>
+
+#include <cstddef>
+#include <span>
+
+/// \file Large tensors on the CPU of which often only a part differs from zero, such as a texture and what an optimiser remembers
+/// of it: pages that nobody has written take no memory.
+
+namespace fresco
+{
+
+/// Zeros of `shape`, contiguous, in pages of their own: one takes memory when something is first written into it, reading gives
+/// zeros and takes none. No huge pages. Fill such a tensor by write_values and write_zeros: at::copy_ and at::zero_ write every
+/// page. Throws std::bad_alloc where the address space is used up.
+torch::Tensor lazy_zeros(at::IntArrayRef shape, at::ScalarType type);
+
+/// Makes `to` (contiguous, on the CPU) equal to `from` (same shape and type, contiguous, on the CPU), to the last bit. Pages
+/// that are equal already are only read. Throws std::invalid_argument for tensors that do not fit.
+void write_values(const torch::Tensor& from, torch::Tensor& to);
+/// The same from bytes, as many as `to` has.
+void write_bytes(std::span<const std::byte> from, torch::Tensor& to);
+
+/// Makes `to` (contiguous, on the CPU) all zero bits; pages that are so already are only read.
+void write_zeros(torch::Tensor& to);
+
+/// Brings the values of `to` (float32, contiguous, on the CPU) that lie outside into [least, most]; writes these alone.
+void write_clamped(torch::Tensor& to, float least, float most);
+
+}  // namespace fresco

@@ -157,7 +157,7 @@ def pair_sums(runs, gap):
     for one in runs:
         for pair in one["reprojection"][gap]["pair_figures"]:
             of = sums.setdefault(pair["source"], [0.0] * 5)
-            values = [pair[key] for key in ("value", "floor", "sharpness", "headline")]
+            values = [pair.get(key) for key in ("value", "floor", "sharpness", "headline")]
             if None in values:
                 continue
             for i, value in enumerate(values + [1]):

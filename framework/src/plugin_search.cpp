@@ -39,7 +39,8 @@ fs::path sdk_library()
                                                                                                   : fs::path();
 }
 
-/// Descriptions by the contents of library and SDK.
+/// Descriptions by the contents of library and SDK; where others of fresco's libraries are behind it, by its place too: equal
+/// plugins of two installations may find different ones.
 class DescriptorCache
 {
   public:
@@ -58,8 +59,12 @@ class DescriptorCache
     {
         try
         {
-            const fs::path entry = entry_file(library);
-            if (folder_.empty() || !fs::exists(entry))
+            if (folder_.empty())
+                return std::nullopt;
+            fs::path entry = entry_file(library, "");
+            if (!fs::exists(entry))
+                entry = entry_file(library, library.string());
+            if (!fs::exists(entry))
                 return std::nullopt;
             const Value value = parse_json(read_text_file(entry), entry.string());
             for (const auto& [file, hash] : value.at("own_hashes").as_map())
@@ -83,9 +88,13 @@ class DescriptorCache
             if (probe.refusal.empty())
                 for (const auto& file : probe.description.at("own_libraries").as_list())
                     own.emplace_back(file.as_string(), hashes_.hash(file.as_string()));
+            // The SDK's own library is in every entry's name already.
+            std::error_code error;
+            const fs::path sdk = fs::weakly_canonical(sdk_library(), error);
+            const bool alone = std::all_of(own.begin(), own.end(), [&](const auto& of) { return fs::path(of.first) == sdk; });
             const Value entry =
                 Value::Map{{"description", probe.description}, {"refusal", probe.refusal}, {"own_hashes", std::move(own)}};
-            write_file(entry_file(probe.library), to_json(entry));
+            write_file(entry_file(probe.library, alone ? "" : probe.library.string()), to_json(entry));
         }
         catch (const Error&)
         {
@@ -96,10 +105,10 @@ class DescriptorCache
     void save() { hashes_.save(); }
 
   private:
-    fs::path entry_file(const fs::path& library)
+    fs::path entry_file(const fs::path& library, const std::string& place)
     {
-        const std::string key =
-            std::to_string(cache_format) + "/" + std::to_string(FRESCO_ABI) + "/" + sdk_hash_ + "/" + hashes_.hash(library);
+        const std::string key = std::to_string(cache_format) + "/" + std::to_string(FRESCO_ABI) + "/" + sdk_hash_ + "/" +
+                                hashes_.hash(library) + "/" + place;
         return folder_ / (content_hash(key) + ".json");
     }
 

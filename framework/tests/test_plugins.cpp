@@ -170,6 +170,29 @@ TEST_CASE("The same library reached by two paths is one library")
     CHECK(place.run({"run", "room.yaml"}).code == 0);
 }
 
+TEST_CASE("Equal plugins of two installations are each described with the libraries beside them")
+{
+    Workplace place({}, true);
+    const fs::path made = fs::path(FRESCO_TEST_PLUGINS) / "sided";
+    for (const char* name : {"one", "other"})
+    {
+        const fs::path folder = place.root() / name;
+        fs::create_directories(folder);
+        for (const char* file : {"sided.so", "libside.so"})
+            fs::copy_file(made / file, folder / file);
+    }
+    std::ofstream(place.root() / "other" / "libside.so", std::ios::app) << "another build";
+    place.write("room.yaml", "version: 1\nstages:\n  side: {type: test.sided}\n");
+    for (const char* name : {"one", "other", "one"})
+    {
+        CAPTURE(name);
+        place.environment["FRESCO_PLUGIN_PATH"] = (place.root() / name).string();
+        const Finished done = place.run({"run", "room.yaml"});
+        CAPTURE(done.err);
+        CHECK(done.code == 0);
+    }
+}
+
 TEST_CASE("Descriptions are remembered by contents: a copy opens no library, a changed library is asked anew")
 {
     Workplace place({}, true);

@@ -1,0 +1,5 @@
+/// What a plugin needs from the library beside it.
+double side_value()
+{
+    return 7;
+}

@@ -187,7 +187,7 @@ TEST_CASE("Equal plugins of two installations are each described with the librar
     {
         CAPTURE(name);
         place.environment["FRESCO_PLUGIN_PATH"] = (place.root() / name).string();
-        const Finished done = place.run({"run", "room.yaml"});
+        const Finished done = place.run({"run", "room.yaml", "--store", std::string("store of ") + name});
         CAPTURE(done.err);
         CHECK(done.code == 0);
     }

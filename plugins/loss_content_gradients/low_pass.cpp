@@ -18,20 +18,18 @@ torch::Tensor averaged(const torch::Tensor& maps, int size)
 struct Squares
 {
     torch::Tensor sum;
-    torch::Tensor count;
+    double count = 0;
 
     void add(const torch::Tensor& difference, const torch::Tensor& weight)
     {
-        const auto cells = fresco::ordered_sum(weight);
-        // Another device would have to be waited for.
-        if (cells.device().is_cpu() && cells.item<double>() == 0)
+        const double cells = fresco::ordered_sum(weight).item<double>();
+        if (cells == 0)
             return;
         const auto squares = fresco::ordered_sum(difference * difference * weight);
-        const auto squares_count = cells * static_cast<double>(difference.size(0));
         sum = sum.defined() ? sum + squares : squares;
-        count = count.defined() ? count + squares_count : squares_count;
+        count += cells * static_cast<double>(difference.size(0));
     }
-    torch::Tensor mean() const { return sum.defined() ? sum / count.clamp_min(1) : torch::Tensor(); }
+    torch::Tensor mean() const { return sum.defined() ? sum / count : torch::Tensor(); }
 };
 
 }  // namespace

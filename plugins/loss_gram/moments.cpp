@@ -123,17 +123,18 @@ Moments moments(const torch::Tensor& features)
     return {values[0], values[1]};
 }
 
-MomentsOfBoth moments_of_both(const torch::Tensor& given, const fresco::FineColumns& columns)
+MomentsOfBoth moments_of_both(const torch::Tensor& given, const torch::Tensor& fine)
 {
     const auto features = given.t().is_contiguous() ? given : given.contiguous();
-    if (columns.fine.numel() == 0)
+    const auto fine_index = fine.nonzero().flatten();
+    if (fine_index.numel() == 0)
         return {moments(features), std::nullopt};
-    if (columns.others.numel() == 0)
+    if (fine_index.numel() == fine.numel())
     {
         const auto all = moments(features);
         return {all, all};
     }
-    const auto values = BothMomentsFunction::apply(features, columns.fine, columns.others);
+    const auto values = BothMomentsFunction::apply(features, fine_index, fine.logical_not().nonzero().flatten());
     return {{values[0], values[1]}, Moments{values[2], values[3]}};
 }
 
@@ -149,9 +150,8 @@ torch::Tensor mean_square_difference(const torch::Tensor& a, const torch::Tensor
 
 torch::Tensor relative_square_difference(const torch::Tensor& a, const torch::Tensor& target)
 {
-    // As a tensor: another device need not be waited for.
-    const auto scale = sum_of_squares(target);
-    return sum_of_squares(a - target) / at::where(scale > 0, scale, at::ones_like(scale));
+    const double scale = sum_of_squares(target).item<double>();
+    return sum_of_squares(a - target) / (scale > 0 ? scale : 1.0);
 }
 
 }  // namespace gram

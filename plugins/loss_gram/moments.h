@@ -1,7 +1,5 @@
 #pragma once
 
-#include <fresco/torch/loss.h>
-
 #include <torch/types.h>
 
 #include <optional>
@@ -20,14 +18,14 @@ struct Moments
 /// and the gradient are the same for any thread count.
 Moments moments(const torch::Tensor& features);
 
-/// Of all features and of those that `columns` says are fine; the second is missing where these are none. The same as moments()
-/// of each, for less work: what both share is multiplied once, forward and back.
+/// Of all features and of those that `fine` (N, bool) says; the second is missing where these are none. The same as moments() of
+/// each, for less work: what both share is multiplied once, forward and back.
 struct MomentsOfBoth
 {
     Moments all;
     std::optional<Moments> fine;
 };
-MomentsOfBoth moments_of_both(const torch::Tensor& features, const fresco::FineColumns& columns);
+MomentsOfBoth moments_of_both(const torch::Tensor& features, const torch::Tensor& fine);
 
 /// second - mean·meanᵀ.
 torch::Tensor covariance(const Moments& moments);

@@ -4,10 +4,10 @@
 #include "evaluation.h"
 #include "held_out.h"
 #include "initial_texture.h"
+#include "prefetch.h"
 #include "preparation.h"
 #include "preview.h"
 #include "schedule.h"
-#include "view_feed.h"
 
 #include <fresco/error.h>
 #include <fresco/torch/lazy_tensor.h>
@@ -25,6 +25,9 @@ namespace fresco::optimize
 {
 namespace
 {
+
+/// Views in memory besides the one under way: one waits while the next is made.
+constexpr std::size_t views_ahead = 2;
 
 Schedule schedule_of(const LoopOptions& options, std::vector<std::size_t> views)
 {
@@ -79,13 +82,10 @@ class Loop
     Texture operator()()
     {
         components_.texture.allocate(options_.size_px);
-        // Else every level's picture and gradient would cross between processor and device, which would wait for each other.
-        texture_there_ = !options_.device.is_cpu() && components_.rule.runs_on(options_.device) &&
-                         components_.texture.move_to(options_.device);
         prepare_components();
         components_.rule.attach(parameters());
         take_up();
-        held_out_views_.emplace(source_, split_.held_out, components_.texture, options_.levels, options_.device, texture_there_);
+        held_out_views_.emplace(source_, split_.held_out, components_.texture, options_.levels, options_.device);
         const auto start = std::chrono::steady_clock::now();
         const std::int64_t first_step = step_;
         while (!walked())
@@ -171,14 +171,11 @@ class Loop
     bool walked()
     {
         const auto first_visit = static_cast<std::size_t>(step_ / options_.repeats);
-        ViewFeed feed(options_.device, first_visit, schedule_.visits(),
-                      [this](std::size_t visit)
-                      {
-                          auto data = load_view(source_, schedule_.view_of_visit(visit), components_.texture, options_.levels);
-                          move_to(*data, options_.device, texture_there_);
-                          return data;
-                      });
-        ViewData* data = nullptr;
+        Prefetch<std::unique_ptr<ViewData>> loader(
+            first_visit, schedule_.visits(), views_ahead,
+            [this](std::size_t visit)
+            { return load_view(source_, schedule_.view_of_visit(visit), components_.texture, options_.levels); });
+        std::unique_ptr<ViewData> data;
         std::optional<std::size_t> loaded_visit;
         try
         {
@@ -191,7 +188,8 @@ class Loop
                 const auto scheduled = schedule_.at(step_);
                 if (loaded_visit != scheduled.visit)
                 {
-                    data = &feed.next();
+                    data = loader.next();
+                    move_to(*data, options_.device);
                     loaded_visit = scheduled.visit;
                 }
                 one_step(scheduled, *data);
@@ -344,7 +342,6 @@ class Loop
     std::chrono::steady_clock::time_point begun_ = std::chrono::steady_clock::now();
     std::chrono::steady_clock::duration measuring_{};
     std::map<std::string, double> last_summands_;  ///< Of the losses, in the last step.
-    bool texture_there_ = false;                   ///< On the run's device, which is not the CPU.
     std::int64_t step_ = 0;
     std::int64_t rollbacks_ = 0;
     std::int64_t due_step_ = -1;  ///< Of the last checkpoint that was due, as far as this process knows.

@@ -137,10 +137,9 @@ torch::Tensor PicturePart::selected(const FeatureNetwork& network, const std::st
     return inside(features(network, layer), feature_mask(network, layer, pixels));
 }
 
-FineColumns PicturePart::fine_among_selected(const FeatureNetwork& network, const std::string& layer)
+torch::Tensor PicturePart::fine_among_selected(const FeatureNetwork& network, const std::string& layer)
 {
-    const auto fine = feature_mask(network, layer, Pixels::fine).masked_select(feature_mask(network, layer, Pixels::all));
-    return {fine.nonzero().flatten(), fine.logical_not().nonzero().flatten()};
+    return feature_mask(network, layer, Pixels::fine).masked_select(feature_mask(network, layer, Pixels::all));
 }
 
 torch::Tensor PicturePart::camera_selected(const FeatureNetwork& network, const std::string& layer, Pixels pixels)

@@ -71,10 +71,9 @@ torch::Tensor ViewPart::camera_selected(const fresco::FeatureNetwork& network, c
     return camera_features(network, layer).flatten(1);
 }
 
-fresco::FineColumns ViewPart::fine_among_selected(const fresco::FeatureNetwork& network, const std::string& layer)
+torch::Tensor ViewPart::fine_among_selected(const fresco::FeatureNetwork& network, const std::string& layer)
 {
-    const auto count = feature_mask(network, layer, fresco::Pixels::fine).numel();
-    return {at::arange(count, at::kLong), at::empty({0}, at::kLong)};
+    return feature_mask(network, layer, fresco::Pixels::fine).flatten();
 }
 
 }  // namespace bench

@@ -3,7 +3,6 @@
 #include "edge_queue.h"
 #include "pieces.h"
 
-#include <fresco/geometry/topology.h>
 #include <fresco/parallel.h>
 #include <fresco/radix_sort.h>
 

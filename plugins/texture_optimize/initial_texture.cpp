@@ -107,19 +107,6 @@ bool has_any(const Raster8& mask)
     return std::any_of(mask.values.begin(), mask.values.end(), [](auto v) { return v != 0; });
 }
 
-void check_start(const InitialRules& rules)
-{
-    if (rules.start == nullptr)
-        return;
-    if (rules.init != "frames")
-        throw Error("port 'start' is wired, but init is " + rules.init + ": take init: frames, or wire nothing");
-    if (rules.start->values != "display")
-        throw Error("the texture on port 'start' holds \"" + rules.start->values +
-                    "\" values; expected displayed colours (values: display), as texture.from_frames makes them");
-    if (!has_any(rules.start->seen))
-        throw Error("the texture on port 'start' has no texel that a frame saw: are its uv maps those of its frames?");
-}
-
 /// The sum of the layers, as it is displayed.
 RasterF displayed(const Texture& texture)
 {
@@ -162,10 +149,26 @@ RasterF resampled(const RasterF& picture, Raster8& covered, int size_px)
 
 }  // namespace
 
+void InitialRules::check() const
+{
+    if (start == nullptr)
+        return;
+    if (init != "frames")
+        throw Error("port 'start' is wired, but init is " + init + ": take init: frames, or wire nothing");
+    if (start->values != "display")
+        throw Error("the texture on port 'start' holds \"" + start->values +
+                    "\" values; expected displayed colours (values: display), as texture.from_frames makes them");
+    if (!has_any(start->seen))
+        throw Error("the texture on port 'start' has no texel that a frame saw: are its uv maps those of its frames?");
+    for (const RasterF& layer : start->layers)
+        if (!std::all_of(layer.values.begin(), layer.values.end(), [](float v) { return std::isfinite(v); }))
+            throw Error("the texture on port 'start' has values that are not finite: expected colours from 0 to 1");
+}
+
 InitialTexture initial_texture(const ViewSource& source, const std::vector<std::size_t>& views, const RasterF& style,
                                const InitialRules& rules, Progress& progress)
 {
-    check_start(rules);
+    rules.check();
     const bool gathers = rules.init == "frames" && rules.start == nullptr;
     TexelGatherer gatherer(rules.size_px, gathers);
     ColorMoments recorded;

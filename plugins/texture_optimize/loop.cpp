@@ -81,6 +81,7 @@ class Loop
 
     Texture operator()()
     {
+        initial_rules().check();
         components_.texture.allocate(options_.size_px);
         prepare_components();
         components_.rule.attach(parameters());
@@ -103,6 +104,7 @@ class Loop
     }
 
   private:
+    InitialRules initial_rules() const { return {options_.init, options_.size_px, options_.seed, start_}; }
     std::vector<TextureParameter>& parameters() { return components_.texture.parameters(); }
 
     void prepare_components()
@@ -156,13 +158,10 @@ class Loop
             loss->restore(prepared_states_.at(name));
         for (auto& parameter : parameters())
             write_zeros(parameter.values);
-        auto initial =
-            initial_texture(source_, split_.trained, style_.fine, {options_.init, options_.size_px, options_.seed, start_}, run_);
+        auto initial = initial_texture(source_, split_.trained, style_.fine, initial_rules(), run_);
         seen_ = std::move(initial.seen);
         if (initial.picture.empty())
             return;
-        if (!std::all_of(initial.picture.values.begin(), initial.picture.values.end(), [](float v) { return std::isfinite(v); }))
-            throw Error("the texture to begin with has values that are not finite: look at the style picture and at the frames");
         space_.store(initial.picture);
         components_.texture.set_picture(initial.picture);
     }

@@ -1,8 +1,7 @@
 #include "decimate.h"
 #include "decimate_openmesh.h"
+#include "shapes.h"
 #include "surface_figures.h"
-
-#include "../../sdk/geometry/tests/shapes.h"
 
 #include <fresco/geometry/repair.h>
 

@@ -1,6 +1,5 @@
 #include "decimate.h"
-
-#include "../../../sdk/geometry/tests/shapes.h"
+#include "shapes.h"
 
 #include <fresco/error.h>
 #include <fresco/geometry/repair.h>
@@ -17,19 +16,9 @@ using fresco::geometry::count_surface;
 namespace
 {
 
-class Threads final : public fresco::Progress
-{
-  public:
-    explicit Threads(int count) : count_(count) {}
-    int threads() const override { return count_; }
-
-  private:
-    int count_;
-};
-
 Mesh decimate(const Mesh& mesh, std::size_t faces, std::size_t piece_faces = 32768, int threads = 2)
 {
-    Threads progress(threads);
+    fresco::testing::TestRun progress(threads);
     fresco::geometry::RepairReport report;
     return decimated(fresco::geometry::repaired(mesh, report, progress), {.max_faces = faces, .piece_faces = piece_faces},
                      progress);

@@ -1,7 +1,6 @@
 #include "edge_queue.h"
 #include "piece.h"
-
-#include "../../../sdk/geometry/tests/shapes.h"
+#include "shapes.h"
 
 #include <fresco/geometry/topology.h>
 #include <fresco/random.h>

@@ -1,4 +1,5 @@
 #include "decimate_openmesh.h"
+#include "shapes.h"
 
 #include <fresco/geometry/topology.h>
 #include <fresco/testing.h>
@@ -13,26 +14,13 @@ using fresco::geometry::count_surface;
 namespace
 {
 
-/// n x n squares over [0,1]² in the plane z = height(x, y).
+/// Half of it red, half of it blue.
 template <class Height>
 Mesh grid(std::uint32_t n, Height height)
 {
-    Mesh mesh;
-    for (std::uint32_t y = 0; y <= n; ++y)
-        for (std::uint32_t x = 0; x <= n; ++x)
-        {
-            const float u = static_cast<float>(x) / static_cast<float>(n);
-            const float v = static_cast<float>(y) / static_cast<float>(n);
-            mesh.positions.push_back({u, v, height(u, v)});
-            mesh.colors.push_back(u < 0.5F ? fresco::Rgb8{200, 0, 0} : fresco::Rgb8{0, 0, 100});
-        }
-    for (std::uint32_t y = 0; y < n; ++y)
-        for (std::uint32_t x = 0; x < n; ++x)
-        {
-            const auto v = y * (n + 1) + x;
-            mesh.triangles.push_back({v, v + 1, v + n + 1});
-            mesh.triangles.push_back({v + 1, v + n + 2, v + n + 1});
-        }
+    Mesh mesh = shapes::grid(n, height);
+    for (const auto& p : mesh.positions)
+        mesh.colors.push_back(p.x < 0.5F ? fresco::Rgb8{200, 0, 0} : fresco::Rgb8{0, 0, 100});
     return mesh;
 }
 

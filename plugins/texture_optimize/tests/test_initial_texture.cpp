@@ -204,6 +204,9 @@ TEST_CASE("a start texture that cannot be begun with is refused")
     start.values = "display";
     start.seen = Raster8(16, 16);
     CHECK_THROWS_WITH(begin("frames", start), Catch::Contains("no texel that a frame saw"));
+    start = half_seen(16, {0.2F, 0.4F, 0.3F});
+    start.layers.front().values[5] = std::nanf("");
+    CHECK_THROWS_WITH(begin("frames", start), Catch::Contains("not finite"));
 }
 
 TEST_CASE("noise has the mean and the deviation asked for, structure of several sizes, and depends on the seed alone")

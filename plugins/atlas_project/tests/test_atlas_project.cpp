@@ -112,6 +112,16 @@ TEST_CASE("a noisy room corner: everything holds at once")
         CHECK(again->texcoords == atlas->texcoords);
         CHECK(again->charts == atlas->charts);
     }
+    SECTION("no face exceeds the angle limit where crumbs may not join, which leaves more charts")
+    {
+        fresco::testing::TestRun strict;
+        const auto apart = atlas_of(mesh, fresco::Value::Map{{"size_px", 1024}, {"merge_limit_deg", 70}}, strict);
+        CHECK(check_atlas(*apart, 1024, 4).none());
+        CHECK(chart_count(*apart) > chart_count(*atlas));
+        CHECK(strict.reported.at("largest_angle_deg").as_double() <= 70.001);
+        CHECK(run.reported.at("largest_angle_deg").as_double() <= 80.001);
+        CHECK(run.reported.at("largest_angle_deg").as_double() > 70.001);
+    }
     SECTION("it can be stopped")
     {
         run.cancel_after(10);

@@ -1,9 +1,7 @@
-#include <fresco/geometry/flatten.h>
+#include "moving_charts.h"
 
-#include <algorithm>
-#include <cmath>
+#include <array>
 #include <map>
-#include <unordered_map>
 
 namespace fresco::geometry
 {
@@ -37,79 +35,22 @@ struct Similarity
     }
 };
 
-/// The faces of all charts by the cells of a grid that their boxes touch.
-class Cells
-{
-  public:
-    Cells(const Corners& corners, double cell_m) : corners_(corners), cell_(cell_m) {}
-
-    void add(std::uint32_t chart, std::uint32_t face)
-    {
-        each_cell(chart, triangle(corners_, face), [&](std::uint64_t key) { faces_[key].push_back(face); });
-    }
-    /// Whether the triangle lies on a face of the chart.
-    bool covered(std::uint32_t chart, std::span<const Vec2d, 3> corners, double tolerance) const
-    {
-        bool found = false;
-        each_cell(chart, corners,
-                  [&](std::uint64_t key)
-                  {
-                      const auto cell = faces_.find(key);
-                      if (cell == faces_.end() || found)
-                          return;
-                      for (const std::uint32_t face : cell->second)
-                          found = found || overlap_depth(corners, triangle(corners_, face)) > tolerance;
-                  });
-        return found;
-    }
-
-  private:
-    static std::span<const Vec2d, 3> triangle(const Corners& corners, std::uint32_t face)
-    {
-        return std::span<const Vec2d, 3>(corners.data() + 3 * std::size_t{face}, 3);
-    }
-    template <class Act>
-    void each_cell(std::uint32_t chart, std::span<const Vec2d, 3> t, Act act) const
-    {
-        const auto bin = [&](double value) { return static_cast<std::int64_t>(std::floor(value / cell_)); };
-        const auto [x_low, x_high] = std::minmax({t[0].x, t[1].x, t[2].x});
-        const auto [y_low, y_high] = std::minmax({t[0].y, t[1].y, t[2].y});
-        for (auto y = bin(y_low); y <= bin(y_high); ++y)
-            for (auto x = bin(x_low); x <= bin(x_high); ++x)
-                act((static_cast<std::uint64_t>(chart) << 36) ^ (static_cast<std::uint64_t>(y & 0x3ffff) << 18) ^
-                    static_cast<std::uint64_t>(x & 0x3ffff));
-    }
-
-    const Corners& corners_;
-    double cell_;
-    std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> faces_;
-};
-
 class Attacher
 {
   public:
     Attacher(const Surface& surface, FlatCharts& flat, double texel_m)
-        : surface_(surface), flat_(flat), tolerance_(1e-3 * texel_m), largest_area_(crumb_texels * texel_m * texel_m),
-          faces_(Partition{flat.chart_of_face, flat.axes}.faces()), cells_(flat.corners, cell_size())
+        : charts_(surface, flat), limits_{crumb_faces, crumb_texels * texel_m * texel_m}, tolerance_m_(1e-3 * texel_m)
     {
-        for (std::uint32_t c = 0; c < faces_.size(); ++c)
-            for (const std::uint32_t f : faces_[c])
-                cells_.add(c, f);
     }
 
     /// Returns how many crumbs found a place.
     std::size_t round(const Progress& progress)
     {
-        std::vector<std::uint32_t> order;
-        for (std::uint32_t c = 0; c < faces_.size(); ++c)
-            if (is_crumb(c))
-                order.push_back(c);
-        std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return faces_[a].size() < faces_[b].size(); });
         std::size_t placed = 0;
-        for (const std::uint32_t c : order)
+        for (const auto crumb : charts_.crumbs(limits_))
         {
             progress.check_cancelled();
-            if (is_crumb(c) && place(c))
+            if (charts_.is_crumb(crumb, limits_) && place(crumb))
                 ++placed;
         }
         return placed;
@@ -123,98 +64,56 @@ class Attacher
         double length_m;
     };
 
-    bool is_crumb(std::uint32_t chart) const
-    {
-        double area = 0;
-        for (const std::uint32_t f : faces_[chart])
-            area += surface_.areas[f];
-        return !faces_[chart].empty() && faces_[chart].size() <= crumb_faces && area <= largest_area_;
-    }
-
-    double cell_size() const
-    {
-        double sum = 0;
-        for (std::size_t f = 0; f < surface_.areas.size(); ++f)
-            sum += length(flat_.corners[3 * f + 1] - flat_.corners[3 * f]);
-        return std::max(1.5 * sum / static_cast<double>(std::max<std::size_t>(surface_.areas.size(), 1)), 1e-9);
-    }
-
     bool place(std::uint32_t crumb)
     {
+        const auto& surface = charts_.surface();
+        const auto& flat = charts_.flat();
         std::map<std::uint32_t, std::vector<Seam>> seams;
-        for (const std::uint32_t f : faces_[crumb])
+        for (const std::uint32_t f : charts_.faces(crumb))
             for (std::uint32_t k = 0; k < 3; ++k)
-                if (const auto g = surface_.neighbours[f][k]; g != none && flat_.chart_of_face[g] != crumb)
-                    seams[flat_.chart_of_face[g]].push_back(
-                        {f, k, g, length(flat_.corners[3 * f + (k + 1) % 3] - flat_.corners[3 * f + k])});
-        std::vector<std::pair<double, std::uint32_t>> targets;
-        for (auto& [chart, edges] : seams)
+                if (const auto g = surface.neighbours[f][k]; g != none && flat.chart_of_face[g] != crumb)
+                    seams[flat.chart_of_face[g]].push_back(
+                        {f, k, g, length(flat.corners[3 * std::size_t{f} + (k + 1) % 3] - flat.corners[3 * std::size_t{f} + k])});
+        for (const auto chart : charts_.neighbours(crumb))
         {
-            double sum = 0;
-            for (const Seam& edge : edges)
-                sum += edge.length_m;
-            // The longest common border first.
-            if (faces_[chart].size() >= faces_[crumb].size())
-                targets.emplace_back(-sum, chart);
+            auto& edges = seams[chart];
             std::stable_sort(edges.begin(), edges.end(), [](const Seam& a, const Seam& b) { return a.length_m > b.length_m; });
-        }
-        std::sort(targets.begin(), targets.end());
-        for (const auto& [negative, chart] : targets)
-            for (std::size_t i = 0; i < std::min(tried_edges, seams[chart].size()); ++i)
-                if (place_at(crumb, chart, seams[chart][i]))
+            for (std::size_t i = 0; i < std::min(tried_edges, edges.size()); ++i)
+                if (place_at(crumb, chart, edges[i]))
                     return true;
+        }
         return false;
-    }
-
-    Vec2d corner_of(std::uint32_t face, std::uint32_t vertex) const
-    {
-        const auto& t = surface_.mesh.triangles[face];
-        const std::size_t k = t[0] == vertex ? 0 : t[1] == vertex ? 1 : 2;
-        return flat_.corners[3 * std::size_t{face} + k];
     }
 
     bool place_at(std::uint32_t crumb, std::uint32_t chart, const Seam& seam)
     {
-        const auto& t = surface_.mesh.triangles[seam.face];
-        const Vec2d a_there = corner_of(seam.other, t[seam.corner]);
-        const Vec2d b_there = corner_of(seam.other, t[(seam.corner + 1) % 3]);
+        const auto& t = charts_.surface().mesh.triangles[seam.face];
+        const auto a = t[seam.corner];
+        const auto b = t[(seam.corner + 1) % 3];
+        const auto a_there = charts_.place(seam.other, a);
+        const auto b_there = charts_.place(seam.other, b);
         const double scale = length(b_there - a_there) / seam.length_m;
         if (!(scale <= largest_scale && scale >= 1 / largest_scale))
             return false;
-        const auto moved =
-            Similarity::between(flat_.corners[3 * std::size_t{seam.face} + seam.corner],
-                                flat_.corners[3 * std::size_t{seam.face} + (seam.corner + 1) % 3], a_there, b_there);
-        std::vector<Vec2d> corners;
-        corners.reserve(3 * faces_[crumb].size());
-        for (const std::uint32_t f : faces_[crumb])
+        const auto moved = Similarity::between(charts_.place(seam.face, a), charts_.place(seam.face, b), a_there, b_there);
+        std::vector<std::array<Vec2d, 3>> corners;
+        corners.reserve(charts_.faces(crumb).size());
+        for (const std::uint32_t f : charts_.faces(crumb))
         {
-            for (std::size_t k = 0; k < 3; ++k)
-                corners.push_back(moved(flat_.corners[3 * std::size_t{f} + k]));
-            if (cells_.covered(chart, std::span<const Vec2d, 3>(corners.data() + corners.size() - 3, 3), tolerance_))
+            const auto* corner = &charts_.flat().corners[3 * std::size_t{f}];
+            corners.push_back({moved(corner[0]), moved(corner[1]), moved(corner[2])});
+            if (charts_.covered(chart, corners.back(), tolerance_m_, [](std::uint32_t) { return true; }))
                 return false;
         }
-        // Its old faces stay in the cells of a chart that is gone: nothing asks for them.
-        for (std::size_t i = 0; i < faces_[crumb].size(); ++i)
-        {
-            const std::uint32_t f = faces_[crumb][i];
-            std::copy_n(corners.begin() + static_cast<std::ptrdiff_t>(3 * i), 3,
-                        flat_.corners.begin() + static_cast<std::ptrdiff_t>(3 * std::size_t{f}));
-            flat_.chart_of_face[f] = chart;
-            flat_.projected[f] = 0;
-            ++flat_.unfolded_faces;
-            cells_.add(chart, f);
-        }
-        faces_[chart].insert(faces_[chart].end(), faces_[crumb].begin(), faces_[crumb].end());
-        faces_[crumb].clear();
+        for (std::size_t i = 0; i < corners.size(); ++i)
+            charts_.lay(charts_.faces(crumb)[i], chart, corners[i]);
+        charts_.dissolve(crumb, chart);
         return true;
     }
 
-    const Surface& surface_;
-    FlatCharts& flat_;
-    double tolerance_;
-    double largest_area_;
-    std::vector<std::vector<std::uint32_t>> faces_;
-    Cells cells_;
+    MovingCharts charts_;
+    CrumbLimits limits_;
+    double tolerance_m_;
 };
 
 }  // namespace

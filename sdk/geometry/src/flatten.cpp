@@ -23,7 +23,6 @@ using FaceList = std::vector<std::uint32_t>;
 struct Pending
 {
     FaceList faces;
-    bool has_corners = false;  ///< Its corners are final; only overlaps are looked for.
     Vec3d axis{};
 };
 
@@ -76,43 +75,45 @@ class Flattener
         lay(pending_of(partition));
     }
 
-    void unfold()
+    /// Those that fit beside a chart as they are go first; what was joined then may leave room for more.
+    void place_crumbs()
     {
-        const auto changed = unfold_crumbs(surface_, flat_, options_.texel_m, progress_);
-        Partition partition{flat_.chart_of_face, flat_.axes};
-        auto lists = partition.faces();
-        std::vector<Pending> again;
-        restart();
-        for (std::size_t c = 0; c < lists.size(); ++c)
-        {
-            if (lists[c].empty())
-                continue;
-            if (changed[c])
-                again.push_back({std::move(lists[c]), true, partition.axes[c]});
-            else
-            {
-                for (const auto f : lists[c])
-                    flat_.chart_of_face[f] = static_cast<std::uint32_t>(flat_.axes.size());
-                flat_.axes.push_back(partition.axes[c]);
-            }
-        }
-        lay(std::move(again));
+        attach_crumbs(surface_, flat_, options_.texel_m, progress_);
+        join_crumbs(surface_, flat_, options_.texel_m, progress_);
+        attach_crumbs(surface_, flat_, options_.texel_m, progress_);
+        renumber();
     }
-
-    void attach() { attach_crumbs(surface_, flat_, options_.texel_m, progress_); }
 
     static std::vector<Pending> pending_of(const Partition& partition)
     {
         std::vector<Pending> pending;
         for (auto& faces : partition.faces())
             if (!faces.empty())
-                pending.push_back({std::move(faces), false, {}});
+                pending.push_back({std::move(faces), {}});
         return pending;
     }
 
     FlatCharts take() { return std::move(flat_); }
 
   private:
+    /// Leaves no number without faces.
+    void renumber()
+    {
+        std::vector<std::uint32_t> number(flat_.axes.size(), none);
+        std::vector<Vec3d> axes;
+        for (auto& c : flat_.chart_of_face)
+        {
+            if (number[c] == none)
+            {
+                number[c] = static_cast<std::uint32_t>(axes.size());
+                axes.push_back(flat_.axes[c]);
+            }
+            c = number[c];
+        }
+        flat_.axes = std::move(axes);
+        flat_.count = flat_.axes.size();
+    }
+
     void restart()
     {
         flat_.axes.clear();
@@ -135,25 +136,21 @@ class Flattener
     /// The part of a chart that is flat and injective; sets its axis and corners.
     FaceList keep(Pending& chart)
     {
-        if (!chart.has_corners)
+        chart.axis = mean_normal(chart.faces);
+        FaceList fitting;
+        std::copy_if(chart.faces.begin(), chart.faces.end(), std::back_inserter(fitting),
+                     [&](auto f) { return fits(f, chart.axis); });
+        if (fitting.empty() || dot(chart.axis, chart.axis) == 0)
         {
-            chart.axis = mean_normal(chart.faces);
-            FaceList fitting;
-            std::copy_if(chart.faces.begin(), chart.faces.end(), std::back_inserter(fitting),
-                         [&](auto f) { return fits(f, chart.axis); });
-            if (fitting.empty() || dot(chart.axis, chart.axis) == 0)
-            {
-                const auto largest = *std::max_element(chart.faces.begin(), chart.faces.end(),
-                                                       [&](auto a, auto b) { return surface_.areas[a] < surface_.areas[b]; });
-                fitting = {largest};
-                chart.axis = surface_.normals[largest];
-            }
-            if (dot(chart.axis, chart.axis) == 0)
-                chart.axis = {0, 0, 1};
-            project(fitting, chart.axis);
-            return injective_part(surface_, flat_.corners, fitting, chart.axis, options_.tolerance_m());
+            const auto largest = *std::max_element(chart.faces.begin(), chart.faces.end(),
+                                                   [&](auto a, auto b) { return surface_.areas[a] < surface_.areas[b]; });
+            fitting = {largest};
+            chart.axis = surface_.normals[largest];
         }
-        return injective_part(surface_, flat_.corners, chart.faces, chart.axis, options_.tolerance_m());
+        if (dot(chart.axis, chart.axis) == 0)
+            chart.axis = {0, 0, 1};
+        project(fitting, chart.axis);
+        return injective_part(surface_, flat_.corners, fitting, chart.axis, options_.tolerance_m());
     }
 
     void project(const FaceList& faces, Vec3d axis)
@@ -203,13 +200,8 @@ FlatCharts project_charts(const Surface& surface, const Partition& partition, co
     progress.progress(1, 3, "passes");
     flattener.merge();
     progress.progress(2, 3, "passes");
-    // What can be laid beside a neighbour as it is comes before what must be bent, and what was cut off then is tried once more.
-    const bool crumbs_may_join = options.charts.merge_limit_deg > options.charts.angle_limit_deg;
-    if (crumbs_may_join)
-        flattener.attach();
-    flattener.unfold();
-    if (crumbs_may_join)
-        flattener.attach();
+    if (options.charts.merge_limit_deg > options.charts.angle_limit_deg)
+        flattener.place_crumbs();
     progress.progress(3, 3, "passes");
     return flattener.take();
 }

@@ -19,7 +19,7 @@ struct FlatCharts
     Corners corners;                      ///< 3F, metres, in the plane of the face's chart.
     std::vector<Vec3d> axes;              ///< Per chart: the direction it was projected along.
     std::vector<std::uint8_t> projected;  ///< F: 1 if the corners are the plain projection, 0 if they were moved.
-    std::size_t unfolded_faces = 0;       ///< Folded over in projection; laid out by relaxing the patch around them instead.
+    std::size_t unfolded_faces = 0;       ///< Crumbs that went into a chart beside them.
 };
 
 struct FlattenOptions
@@ -40,18 +40,19 @@ struct PlaneFrame
 };
 
 /// Projects every chart along its mean normal. Faces that turn away from it by more than merge_limit_deg, and faces that would
-/// lie on others of their chart, leave it and make charts of their own. Crumbs of folded faces inside a chart stay in it: the
-/// vertices around are moved until nothing overlaps (a Tutte embedding of the patch). Deterministic. Throws Cancelled.
+/// lie on others of their chart, leave it and make charts of their own. Crumbs of few faces then go into a chart beside them,
+/// unless merge_limit_deg is angle_limit_deg. Deterministic. Throws Cancelled.
 FlatCharts project_charts(const Surface& surface, const Partition& partition, const FlattenOptions& options, Progress& progress);
-
-/// Lays crumbs that a chart surrounds into it by relaxing the patch around them; marks charts that changed. The result may
-/// overlap where a crumb lies at a chart's border: the caller looks at the changed charts again.
-std::vector<bool> unfold_crumbs(const Surface& surface, FlatCharts& flat, double texel_m, const Progress& progress);
 
 /// Lays charts of a few faces and texels beside a neighbour, turned about an edge that both share and scaled by at most 1.25 to
 /// fit it, where nothing lies there yet. Nothing overlaps afterwards that did not before. Returns how many charts went; their
 /// numbers stay unused.
 std::size_t attach_crumbs(const Surface& surface, FlatCharts& flat, double texel_m, const Progress& progress);
+
+/// Lays charts of a few faces and texels into a neighbour with all edges that both share: the chart's faces nearby give way, by a
+/// relaxation that lets none fold over (Garanzha et al. 2021), and keep at least a twentieth of their area. Nothing overlaps
+/// afterwards that did not before. Returns how many charts went; their numbers stay unused.
+std::size_t join_crumbs(const Surface& surface, FlatCharts& flat, double texel_m, const Progress& progress);
 
 /// Of one chart's faces: a connected set without overlaps, by growing from its largest clean part; the faces that turn least from
 /// the axis come first. Equals `faces` if nothing overlaps and they are connected.

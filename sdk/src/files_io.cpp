@@ -5,8 +5,11 @@
 #include <atomic>
 #include <cerrno>
 #include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
 #include <system_error>
 #include <unistd.h>
+#include <utility>
 
 namespace fresco
 {
@@ -30,7 +33,13 @@ class Descriptor
     }
     Descriptor(const Descriptor&) = delete;
     Descriptor& operator=(const Descriptor&) = delete;
+    Descriptor& operator=(Descriptor&& other) noexcept
+    {
+        std::swap(fd_, other.fd_);
+        return *this;
+    }
     int get() const { return fd_; }
+    int release() { return std::exchange(fd_, -1); }
 
   private:
     int fd_;
@@ -83,6 +92,54 @@ void make_durable(int fd, const std::filesystem::path& file)
         throw Error(file.string() + ": cannot be written: " + cause());
 }
 
+bool locked(int fd)
+{
+    while (::flock(fd, LOCK_EX) != 0)
+    {
+        if (errno != EINTR)
+            return false;
+    }
+    return true;
+}
+
+/// Whether `path` still names the open file: another writer may have renamed or removed it before its lock became ours.
+bool names(const std::filesystem::path& path, int fd)
+{
+    struct stat there = {};
+    struct stat here = {};
+    return ::stat(path.c_str(), &there) == 0 && ::fstat(fd, &here) == 0 && there.st_ino == here.st_ino &&
+           there.st_dev == here.st_dev;
+}
+
+/// The file that becomes `file`, open, empty and ours alone; `temporary` is set to its path. Its name is the same every time, so
+/// that what a killed process left behind is used by the next one that writes the same file. Where the file system knows no
+/// locks, the name is this process's own.
+int open_temporary(const std::filesystem::path& file, std::filesystem::path& temporary)
+{
+    temporary = file;
+    temporary += ".tmp";
+    for (;;)
+    {
+        Descriptor output(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0666));
+        if (output.get() < 0)
+            throw Error(file.string() + ": cannot be written: " + cause());
+        if (!locked(output.get()))
+        {
+            ::unlink(temporary.c_str());
+            static std::atomic<unsigned> counter{0};
+            temporary += "-" + std::to_string(::getpid()) + "-" + std::to_string(counter++);
+            output = Descriptor(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0666));
+            if (output.get() < 0)
+                throw Error(file.string() + ": cannot be written: " + cause());
+        }
+        else if (!names(temporary, output.get()))
+            continue;
+        if (::ftruncate(output.get(), 0) != 0)
+            throw Error(file.string() + ": cannot be written: " + cause());
+        return output.release();
+    }
+}
+
 }  // namespace
 
 std::vector<std::byte> read_file(const std::filesystem::path& file, std::size_t limit_bytes)
@@ -103,30 +160,20 @@ void write_file(const std::filesystem::path& file, std::span<const std::byte> by
 
 void write_pieces(const std::filesystem::path& file, std::span<const std::span<const std::byte>> pieces)
 {
-    static std::atomic<unsigned> counter{0};
-    auto temporary = file;
-    temporary += ".tmp-" + std::to_string(::getpid()) + "-" + std::to_string(counter++);
+    std::filesystem::path temporary;
+    const Descriptor output(open_temporary(file, temporary));
+    try
     {
-        const Descriptor output(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
-        if (output.get() < 0)
+        for (const auto bytes : pieces)
+            write_all(output.get(), bytes, file);
+        make_durable(output.get(), file);
+        if (::rename(temporary.c_str(), file.c_str()) != 0)
             throw Error(file.string() + ": cannot be written: " + cause());
-        try
-        {
-            for (const auto bytes : pieces)
-                write_all(output.get(), bytes, file);
-            make_durable(output.get(), file);
-        }
-        catch (...)
-        {
-            ::unlink(temporary.c_str());
-            throw;
-        }
     }
-    if (::rename(temporary.c_str(), file.c_str()) != 0)
+    catch (...)
     {
-        const std::string why = cause();
         ::unlink(temporary.c_str());
-        throw Error(file.string() + ": cannot be written: " + why);
+        throw;
     }
 }
 

@@ -13,9 +13,11 @@
 #include <catch2/catch.hpp>
 
 #include <csignal>
+#include <fstream>
 #include <numeric>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <thread>
 
 using Catch::Matchers::Contains;
 
@@ -108,6 +110,44 @@ TEST_CASE("write_file is whole or not at all, and says why not")
     setrlimit(RLIMIT_FSIZE, &before);
     std::signal(SIGXFSZ, handler);
     CHECK(fresco::read_text_file(file) == "one");
+    CHECK(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 1);
+}
+
+TEST_CASE("What a killed writer left is taken over by the next one of the same file")
+{
+    const fresco::testing::TemporaryFolder folder;
+    const auto file = folder.path() / "a.txt";
+    const auto left = folder.path() / "a.txt.tmp";
+    std::ofstream(left) << std::string(1000, 'x');
+    fresco::write_file(file, "one");
+    CHECK(fresco::read_text_file(file) == "one");
+    CHECK_FALSE(std::filesystem::exists(left));
+
+    REQUIRE(mkfifo(left.c_str(), 0600) == 0);
+    CHECK_THROWS_WITH(fresco::write_file(file, "two"), Contains("a.txt") && Contains("cannot be written"));
+    CHECK(fresco::read_text_file(file) == "one");
+}
+
+TEST_CASE("Of several writers of one file one is last, and nothing is mixed or left")
+{
+    const fresco::testing::TemporaryFolder folder;
+    const auto file = folder.path() / "a.txt";
+    std::vector<std::thread> writers;
+    for (int writer = 0; writer < 4; ++writer)
+    {
+        writers.emplace_back(
+            [&file, writer]
+            {
+                for (int i = 0; i < 50; ++i)
+                    fresco::write_file(
+                        file, std::string(static_cast<std::size_t>(1000 * (writer + 1)), static_cast<char>('a' + writer)));
+            });
+    }
+    for (auto& writer : writers)
+        writer.join();
+    const std::string text = fresco::read_text_file(file);
+    REQUIRE_FALSE(text.empty());
+    CHECK(text == std::string(static_cast<std::size_t>(1000 * (text[0] - 'a' + 1)), text[0]));
     CHECK(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 1);
 }
 

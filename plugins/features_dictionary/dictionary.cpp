@@ -130,7 +130,7 @@ Dictionary Dictionary::learn(const torch::Tensor& picture, const LearnOptions& o
                             std::to_string(smallest_side) + " on both sides: use a larger picture");
     const at::NoGradGuard no_gradient;
     fresco::Random random(options.seed);
-    auto clean = picture.to(at::kFloat).contiguous();
+    auto clean = picture.to(at::kCPU, at::kFloat).contiguous();
     auto noisy = with_noise(clean, options.noise, random);
     Dictionary result;
     for (std::size_t index = 0; index < shapes.size(); ++index)
@@ -150,6 +150,15 @@ Dictionary Dictionary::learn(const torch::Tensor& picture, const LearnOptions& o
         noisy = halved(layer_output(index, noisy, result.layers_.back()));
     }
     return result;
+}
+
+void Dictionary::move_to(const torch::Device& device)
+{
+    for (auto& layer : layers_)
+    {
+        layer.filters = layer.filters.to(device);
+        layer.bias = layer.bias.to(device);
+    }
 }
 
 std::vector<fresco::FeatureLayer> Dictionary::layers()

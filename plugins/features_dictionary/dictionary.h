@@ -35,9 +35,12 @@ struct Layer
 class Dictionary
 {
   public:
-    /// Learns from `picture` (RGB in [0,1], 3 x H x W, both at least 64). Deterministic for any thread count. Throws
+    /// Learns from `picture` (RGB in [0,1], 3 x H x W, both at least 64), on the CPU. Deterministic for any thread count. Throws
     /// fresco::Error for a smaller picture, fresco::Cancelled.
     static Dictionary learn(const torch::Tensor& picture, const LearnOptions& options, fresco::Progress& progress);
+
+    /// Of what encode is given, before it is called.
+    void move_to(const torch::Device& device);
 
     /// Layers "d1" … "d4": 67 (64 filters and RGB), 96, 128, 128 channels; strides 1, 2, 4, 8.
     static std::vector<fresco::FeatureLayer> layers();

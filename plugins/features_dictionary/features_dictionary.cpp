@@ -29,6 +29,7 @@ class FeaturesDictionary final : public fresco::FeatureNetwork
             context.style.fine,
             {.patches = *patches, .noise = *noise, .epsilon = *epsilon, .iterations = *iterations, .seed = context.seed},
             *context.progress);
+        dictionary_.move_to(context.style.fine.device());
     }
 
     std::vector<fresco::FeatureLayer> layers() const override { return dictionary::Dictionary::layers(); }

@@ -53,18 +53,25 @@ class FeaturesVgg19 final : public fresco::FeatureNetwork
         this, "convolutions", "auto", fresco::one_of({"auto", "libtorch"}),
         "By minimal filtering where that is possible (float32 on the CPU; two to three times "
         "faster, relatively apart by some 1e-6), or always libtorch's own"};
+    fresco::Option<std::string> precision{
+        this, "precision", "full", fresco::one_of({"full", "mixed"}),
+        "What libtorch convolves in: float32, or bfloat16 behind the first layer (CUDA, or `convolutions: libtorch`); what is "
+        "compared is float32"};
 
   public:
     void prepare(const fresco::PrepareContext& context) override
     {
+        const auto device = context.style.fine.defined() ? context.style.fine.device() : torch::Device(at::kCPU);
+        refuse_unless_possible(device);
         bool normalised = false;
         network_ = read(normalised);
         if (context.style.fine.defined())
-            network_.move_to(context.style.fine.device());
-        if (*rescale == "never" || (*rescale == "auto" && normalised))
-            return;
-        const auto unit = *rescale == "filters" ? vgg19::UnitMean::of_filters : vgg19::UnitMean::of_layers;
-        network_ = vgg19::with_unit_means(network_, rescaling_pictures(context), unit);
+            network_.move_to(device);
+        if (*rescale != "never" && (*rescale != "auto" || !normalised))
+            network_ = vgg19::with_unit_means(network_, rescaling_pictures(context),
+                                              *rescale == "filters" ? vgg19::UnitMean::of_filters : vgg19::UnitMean::of_layers);
+        network_.move_to(device);
+        network_.set_precision(*precision == "mixed" ? vgg19::Precision::mixed : vgg19::Precision::full);
     }
 
     std::vector<fresco::FeatureLayer> layers() const override { return network_.layers(); }
@@ -77,6 +84,18 @@ class FeaturesVgg19 final : public fresco::FeatureNetwork
     }
 
   private:
+    void refuse_unless_possible(const torch::Device& device) const
+    {
+        if (*precision != "mixed")
+            return;
+        if (device.is_cpu() && *convolutions != "libtorch")
+            throw fresco::Error("features.vgg19: `precision: mixed` is for libtorch's convolutions, and on the CPU minimal "
+                                "filtering in float32 is faster; leave it out, or set `convolutions: libtorch`");
+        if (!vgg19::convolves_bfloat16(device))
+            throw fresco::Error("features.vgg19: `precision: mixed` needs convolutions of bfloat16, which " + device.str() +
+                                " does not have here (NVIDIA's have them from compute capability 8.0 on); set `precision: full`");
+    }
+
     vgg19::Vgg19 read(bool& normalised) const
     {
         if (weights->empty())

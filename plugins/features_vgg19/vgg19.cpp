@@ -1,6 +1,9 @@
 #include "vgg19.h"
 
+#include "reflected.h"
+
 #include <ATen/ATen.h>
+#include <torch/csrc/autograd/autograd.h>
 
 #include <algorithm>
 #include <utility>
@@ -21,17 +24,10 @@ torch::Tensor to_tensor(const fresco::weights::TensorView& view, std::string_vie
     return tensor;
 }
 
-torch::Tensor padded(const torch::Tensor& maps, Vgg19Padding padding)
+/// The convolution's weights with the channels innermost, as its input has them: else libtorch turns them each time.
+torch::Tensor laid_out(const torch::Tensor& weights)
 {
-    const std::vector<std::int64_t> sides{1, 1, 1, 1};
-    if (padding == Vgg19Padding::zero)
-        return at::constant_pad_nd(maps, sides);
-    // A side of one pixel has nothing to reflect: that pixel goes on.
-    const auto side = [&](int dimension, std::vector<std::int64_t> at_it, const torch::Tensor& of)
-    { return of.size(dimension) > 1 ? at::reflection_pad2d(of, at_it) : at::replication_pad2d(of, at_it); };
-    if (std::min(maps.size(2), maps.size(3)) > 1)
-        return at::reflection_pad2d(maps, sides);
-    return side(2, {0, 0, 1, 1}, side(3, {1, 1, 0, 0}, maps));
+    return weights.contiguous(at::MemoryFormat::ChannelsLast);
 }
 
 torch::Tensor pooled(const torch::Tensor& maps, Pooling pooling)
@@ -61,10 +57,24 @@ Vgg19::Vgg19(std::vector<Convolution> layers, const fresco::weights::Vgg19Input&
 
 void Vgg19::move_to(const torch::Device& device)
 {
-    for (auto& convolution : convolutions_)
+    for (auto* layers : {&convolutions_, &halves_})
+        for (auto& convolution : *layers)
+        {
+            convolution.weights = laid_out(convolution.weights.to(device));
+            convolution.bias = convolution.bias.to(device);
+        }
+}
+
+void Vgg19::set_precision(Precision precision)
+{
+    halves_.clear();
+    if (precision == Precision::full)
+        return;
+    halves_ = convolutions_;
+    for (auto& convolution : halves_)
     {
-        convolution.weights = convolution.weights.to(device);
-        convolution.bias = convolution.bias.to(device);
+        convolution.weights = laid_out(convolution.weights.to(at::kBFloat16));
+        convolution.bias = convolution.bias.to(at::kBFloat16);
     }
 }
 
@@ -125,26 +135,48 @@ std::vector<torch::Tensor> Vgg19::encode_generally(const torch::Tensor& picture,
 {
     std::vector<torch::Tensor> result(names.size());
     std::size_t missing = names.size();
-    auto maps = network_input(picture);
-    for (const auto& convolution : convolutions_)
+    auto maps = network_input(picture).contiguous(at::MemoryFormat::ChannelsLast);
+    for (std::size_t number = 0; number < convolutions_.size() && missing > 0; ++number)
     {
-        if (missing == 0)
-            break;
-        if (convolution.pooled)
+        if (convolutions_[number].pooled)
             maps = pooled(maps, pooling_);
-        if (maps.size(2) == 0 || maps.size(3) == 0)
-            maps = maps.new_empty({1, convolution.weights.size(0), maps.size(2), maps.size(3)});
-        else
-            maps = at::relu(at::conv2d(padded(maps, input_.padding), convolution.weights.to(maps.options()),
-                                       convolution.bias.to(maps.options())));
+        maps = responses(number, maps);
         for (std::size_t i = 0; i < names.size(); ++i)
-            if (names[i] == convolution.layer)
+            if (names[i] == convolutions_[number].layer)
             {
-                result[i] = maps.squeeze(0);
+                result[i] = maps.to(picture.scalar_type()).squeeze(0);
                 --missing;
             }
     }
     return result;
+}
+
+torch::Tensor Vgg19::responses(std::size_t number, const torch::Tensor& maps) const
+{
+    // The first layer costs next to nothing, and bfloat16 would round 0..255 to whole numbers.
+    const bool half = !halves_.empty() && number > 0 && maps.scalar_type() != at::kDouble;
+    const auto input = half ? maps.to(at::kBFloat16) : maps;
+    const auto& convolution = half ? halves_[number] : convolutions_[number];
+    if (input.size(2) == 0 || input.size(3) == 0)
+        return input.new_empty({1, convolution.weights.size(0), input.size(2), input.size(3)});
+    const bool reflect = input_.padding == Vgg19Padding::reflect;
+    return at::relu(at::conv2d(reflect ? reflected(input) : input, laid_out(convolution.weights.to(input.options())),
+                               convolution.bias.to(input.options()), 1, reflect ? 0 : 1));
+}
+
+bool convolves_bfloat16(const torch::Device& device)
+{
+    try
+    {
+        const auto options = torch::TensorOptions(device).dtype(at::kBFloat16);
+        const auto maps = laid_out(at::ones({1, 16, 8, 8}, options)).set_requires_grad(true);
+        const auto sum = at::conv2d(maps, laid_out(at::ones({16, 16, 3, 3}, options)), at::zeros({16}, options), 1, 1).sum();
+        return torch::autograd::grad({sum}, {maps})[0].sum().item<double>() > 0;
+    }
+    catch (const c10::Error&)
+    {
+        return false;
+    }
 }
 
 }  // namespace vgg19

@@ -19,6 +19,16 @@ namespace vgg19
 /// finite.
 std::vector<Convolution> convolutions(const fresco::weights::Vgg19Weights& weights, std::string_view source);
 
+/// What convolutions by libtorch are computed in.
+enum class Precision
+{
+    full,  ///< The picture's own type.
+    mixed  ///< Of float32 pictures all but the first layer in bfloat16, whose responses are given as float32.
+};
+
+/// Whether libtorch convolves bfloat16, forward and back, on `device`.
+bool convolves_bfloat16(const torch::Device& device);
+
 /// VGG-19 without its classifier (Simonyan and Zisserman, 2015). Frozen; encode is thread-safe.
 class Vgg19
 {
@@ -30,18 +40,23 @@ class Vgg19
     /// Named layers of `picture` (RGB in [0,1], 3 x H x W, float32 or float64), each C x floor(H / stride) x floor(W / stride).
     /// Float32 pictures on the CPU take the fast way.
     std::vector<torch::Tensor> encode(const torch::Tensor& picture, const std::vector<std::string>& names) const;
-    /// The same by libtorch's convolutions, on any device and in float64 too.
+    /// The same by libtorch's convolutions, on any device and in float64 too. Channels are innermost in memory.
     std::vector<torch::Tensor> encode_generally(const torch::Tensor& picture, const std::vector<std::string>& names) const;
     /// Call it before encode, which takes weights that are elsewhere over each time.
     void move_to(const torch::Device& device);
+    /// Of encode_generally; keeps a second copy of the weights.
+    void set_precision(Precision precision);
     const fresco::weights::Vgg19Input& input() const { return input_; }
     const std::vector<Convolution>& convolutions() const { return convolutions_; }
     Pooling pooling() const { return pooling_; }
 
   private:
     torch::Tensor network_input(const torch::Tensor& picture) const;
+    /// Rectified responses of layer `number` to maps of 1 x C x H x W.
+    torch::Tensor responses(std::size_t number, const torch::Tensor& maps) const;
 
     std::vector<Convolution> convolutions_;
+    std::vector<Convolution> halves_;  ///< In bfloat16; empty: full precision.
     std::shared_ptr<const CpuEncoder> on_cpu_;
     fresco::weights::Vgg19Input input_;
     Pooling pooling_ = Pooling::max;

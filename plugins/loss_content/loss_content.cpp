@@ -53,18 +53,18 @@ class LossContent final : public fresco::Loss
                 continue;
             const auto camera = part.camera_selected(*features, name, fresco::Pixels::all);
             const auto difference = seen - camera;
-            terms.push_back(
-                {name, fresco::ordered_mean(difference * difference) / (*relative ? scale(camera) : 1.0), &*features});
+            const auto mean = fresco::ordered_mean(difference * difference);
+            terms.push_back({name, *relative ? mean / scale(camera) : mean, &*features});
         }
         return terms;
     }
 
   private:
     /// Mean square; 1 for features that are zero everywhere.
-    static double scale(const torch::Tensor& camera)
+    static torch::Tensor scale(const torch::Tensor& camera)
     {
-        const double square = fresco::ordered_mean(camera * camera).item<double>();
-        return square > 0 ? square : 1.0;
+        const auto square = fresco::ordered_mean(camera * camera);
+        return at::where(square > 0, square, at::ones_like(square));
     }
 
     std::vector<std::string> names_;

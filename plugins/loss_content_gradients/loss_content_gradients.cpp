@@ -83,7 +83,7 @@ class LossContentGradients final : public fresco::Loss
         int count = 0;
         for (const auto& sample : samples)
         {
-            const auto mask = at::ones({sample.size(1), sample.size(2)}, at::kBool);
+            const auto mask = at::ones({sample.size(1), sample.size(2)}, sample.options().dtype(at::kBool));
             const auto cells = cg::low_pass(cg::luminance(fresco::recoloured(sample, map_)), mask, size);
             const auto value = cg::step_difference(cells, {at::zeros_like(cells.values), cells.valid});
             if (!value.defined())

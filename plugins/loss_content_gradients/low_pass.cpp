@@ -18,18 +18,20 @@ torch::Tensor averaged(const torch::Tensor& maps, int size)
 struct Squares
 {
     torch::Tensor sum;
-    double count = 0;
+    torch::Tensor count;
 
     void add(const torch::Tensor& difference, const torch::Tensor& weight)
     {
-        const double cells = fresco::ordered_sum(weight).item<double>();
-        if (cells == 0)
+        const auto cells = fresco::ordered_sum(weight);
+        // Another device would have to be waited for.
+        if (cells.device().is_cpu() && cells.item<double>() == 0)
             return;
         const auto squares = fresco::ordered_sum(difference * difference * weight);
+        const auto squares_count = cells * static_cast<double>(difference.size(0));
         sum = sum.defined() ? sum + squares : squares;
-        count += cells * static_cast<double>(difference.size(0));
+        count = count.defined() ? count + squares_count : squares_count;
     }
-    torch::Tensor mean() const { return sum.defined() ? sum / count : torch::Tensor(); }
+    torch::Tensor mean() const { return sum.defined() ? sum / count.clamp_min(1) : torch::Tensor(); }
 };
 
 }  // namespace

@@ -18,11 +18,12 @@ Cells low_pass(const torch::Tensor& picture, const torch::Tensor& mask, int size
 /// Luminance (Rec. 709 weights) of RGB: 1 x H x W of 3 x H x W.
 torch::Tensor luminance(const torch::Tensor& rgb);
 
-/// Mean square difference over valid cells and channels; the empty tensor where no cell is valid.
+/// Mean square difference over valid cells and channels. Where no cell is valid: the empty tensor, or on another device than the
+/// CPU perhaps 0.
 torch::Tensor value_difference(const Cells& a, const Cells& b);
 
-/// Mean square difference of the steps between horizontal and between vertical neighbours, both valid; the empty tensor where
-/// there are none.
+/// Mean square difference of the steps between horizontal and between vertical neighbours, both valid; where there are
+/// none as value_difference.
 torch::Tensor step_difference(const Cells& a, const Cells& b);
 
 }  // namespace content_gradients

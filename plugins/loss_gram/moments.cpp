@@ -123,18 +123,17 @@ Moments moments(const torch::Tensor& features)
     return {values[0], values[1]};
 }
 
-MomentsOfBoth moments_of_both(const torch::Tensor& given, const torch::Tensor& fine)
+MomentsOfBoth moments_of_both(const torch::Tensor& given, const fresco::FineColumns& columns)
 {
     const auto features = given.t().is_contiguous() ? given : given.contiguous();
-    const auto fine_index = fine.nonzero().flatten();
-    if (fine_index.numel() == 0)
+    if (columns.fine.numel() == 0)
         return {moments(features), std::nullopt};
-    if (fine_index.numel() == fine.numel())
+    if (columns.others.numel() == 0)
     {
         const auto all = moments(features);
         return {all, all};
     }
-    const auto values = BothMomentsFunction::apply(features, fine_index, fine.logical_not().nonzero().flatten());
+    const auto values = BothMomentsFunction::apply(features, columns.fine, columns.others);
     return {{values[0], values[1]}, Moments{values[2], values[3]}};
 }
 
@@ -150,8 +149,9 @@ torch::Tensor mean_square_difference(const torch::Tensor& a, const torch::Tensor
 
 torch::Tensor relative_square_difference(const torch::Tensor& a, const torch::Tensor& target)
 {
-    const double scale = sum_of_squares(target).item<double>();
-    return sum_of_squares(a - target) / (scale > 0 ? scale : 1.0);
+    // As a tensor: another device need not be waited for.
+    const auto scale = sum_of_squares(target);
+    return sum_of_squares(a - target) / at::where(scale > 0, scale, at::ones_like(scale));
 }
 
 }  // namespace gram

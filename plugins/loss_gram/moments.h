@@ -1,5 +1,7 @@
 #pragma once
 
+#include <fresco/torch/loss.h>
+
 #include <torch/types.h>
 
 #include <optional>
@@ -18,14 +20,14 @@ struct Moments
 /// and the gradient are the same for any thread count.
 Moments moments(const torch::Tensor& features);
 
-/// Of all features and of those that `fine` (N, bool) says; the second is missing where these are none. The same as moments() of
-/// each, for less work: what both share is multiplied once, forward and back.
+/// Of all features and of those that `columns` says are fine; the second is missing where these are none. The same as moments()
+/// of each, for less work: what both share is multiplied once, forward and back.
 struct MomentsOfBoth
 {
     Moments all;
     std::optional<Moments> fine;
 };
-MomentsOfBoth moments_of_both(const torch::Tensor& features, const torch::Tensor& fine);
+MomentsOfBoth moments_of_both(const torch::Tensor& features, const fresco::FineColumns& columns);
 
 /// second - mean·meanᵀ.
 torch::Tensor covariance(const Moments& moments);

@@ -64,7 +64,7 @@ class LossPatchMatch final : public fresco::Loss
         map_ = fresco::monge_kantorovich(camera, fresco::color_moments(context.style.fine));
         progress_ = context.progress;
         style_.clear();
-        auto picture = context.style.fine;
+        auto picture = context.style.fine.to(at::kCPU);
         for (int scale = 0; scale < *scales; ++scale, picture = pm::halved(picture))
         {
             if (std::min(picture.size(1), picture.size(2)) < pm::patch_size)
@@ -77,7 +77,8 @@ class LossPatchMatch final : public fresco::Loss
 
     std::vector<fresco::LossTerm> evaluate(fresco::Part& part) override
     {
-        auto picture = part.image();
+        // Patches are searched and compared on the CPU, wherever the run's other losses are.
+        auto picture = part.image().to(at::kCPU);
         auto& matches = matches_for(part);
         torch::Tensor sum;
         for (std::size_t scale = 0; scale < style_.size(); ++scale)
@@ -96,7 +97,7 @@ class LossPatchMatch final : public fresco::Loss
         }
         if (!sum.defined())
             return {};
-        return {{"", sum / static_cast<double>(*scales)}};
+        return {{"", (sum / static_cast<double>(*scales)).to(part.image().device())}};
     }
 
     fresco::TensorMap state() const override
@@ -177,9 +178,9 @@ class LossPatchMatch final : public fresco::Loss
     Matches search(fresco::Part& part) const
     {
         const at::NoGradGuard no_gradient;
-        auto picture = part.image().detach();
-        auto guide_picture = fresco::recoloured(part.camera(), map_);
-        auto mask = part.mask(fresco::Pixels::all);
+        auto picture = part.image().detach().to(at::kCPU);
+        auto guide_picture = fresco::recoloured(part.camera().to(at::kCPU), map_);
+        auto mask = part.mask(fresco::Pixels::all).to(at::kCPU);
         Matches matches{part.step(), {}};
         for (std::size_t scale = 0; scale < style_.size(); ++scale)
         {

@@ -94,7 +94,7 @@ torch::Tensor random_directions(std::int64_t count, std::int64_t dimensions, std
         for (std::int64_t c = 0; c < dimensions; ++c)
             row[c] /= std::sqrt(squares);
     }
-    return directions.to(options);
+    return fresco::sent_to(directions.to(options.device(at::kCPU)), options.device());
 }
 
 torch::Tensor sorted_rows(const torch::Tensor& values)

@@ -1,4 +1,5 @@
 #include "adam.h"
+#include "adam_tensors.h"
 
 #include <fresco/error.h>
 #include <fresco/option.h>
@@ -30,6 +31,8 @@ class OptimiserAdam final : public fresco::OptimiserRule
         "same values"};
 
   public:
+    bool runs_on(const torch::Device&) const override { return true; }
+
     void attach(const std::vector<fresco::TextureParameter>& parameters) override
     {
         if (visible() && *untouched == "step")
@@ -39,10 +42,10 @@ class OptimiserAdam final : public fresco::OptimiserRule
         for (const auto& parameter : parameters)
         {
             State state;
-            state.first = fresco::lazy_zeros(parameter.values.sizes(), at::kFloat);
-            state.second = fresco::lazy_zeros(parameter.values.sizes(), at::kFloat);
+            state.first = zeros_beside(parameter.values, parameter.values.sizes(), at::kFloat);
+            state.second = zeros_beside(parameter.values, parameter.values.sizes(), at::kFloat);
             if (visible())
-                state.steps = fresco::lazy_zeros({parameter.values.size(0)}, at::kInt);
+                state.steps = zeros_beside(parameter.values, {parameter.values.size(0)}, at::kInt);
             blocks_.push_back(std::move(state));
         }
     }
@@ -59,13 +62,18 @@ class OptimiserAdam final : public fresco::OptimiserRule
         {
             auto& parameter = parameters[i];
             auto& state = blocks_[i];
+            // The derivative of λ_r k mean(values²).
+            const double pull = 2 * lambda_r * parameter.regulariser / static_cast<double>(parameter.values.numel());
+            if (!parameter.values.device().is_cpu())
+            {
+                step_there(parameter, state, evaluation.gradients.at(i), rate, pull, constants);
+                continue;
+            }
             const auto texels = evaluation.gradients.at(i).texels.contiguous();
             const auto values = evaluation.gradients[i].values.contiguous();
             const fresco::adam::Gradient gradient{{texels.data_ptr<std::int64_t>(), static_cast<std::size_t>(texels.numel())},
                                                   values.data_ptr<float>()};
             const auto block = block_of(parameter, state);
-            // The derivative of λ_r k mean(values²).
-            const double pull = 2 * lambda_r * parameter.regulariser / static_cast<double>(parameter.values.numel());
             if (visible())
                 fresco::adam::step_visible(block, gradient, rate, pull, constants, at::get_num_threads());
             else
@@ -111,6 +119,25 @@ class OptimiserAdam final : public fresco::OptimiserRule
         torch::Tensor steps;              ///< Defined in the mode `visible` alone.
         std::vector<std::uint8_t> moved;  ///< As adam::Block has it; empty: not known.
     };
+
+    /// On another device than the CPU.
+    void step_there(const fresco::TextureParameter& parameter, const State& state, const fresco::SparseGradient& gradient,
+                    double rate, double pull, const fresco::adam::Constants& constants) const
+    {
+        fresco::adam::TensorBlock block{parameter.values, state.first, state.second, state.steps};
+        // Where no level of the view has pixels, the empty gradient is the CPU's.
+        const auto texels = gradient.texels.to(parameter.values.device());
+        const auto values = gradient.values.to(parameter.values.device());
+        if (visible())
+            fresco::adam::step_visible(block, texels, values, rate, pull, constants);
+        else
+            fresco::adam::step_dense(block, texels, values, step_, rate, pull, constants);
+    }
+
+    static torch::Tensor zeros_beside(const torch::Tensor& values, at::IntArrayRef shape, at::ScalarType type)
+    {
+        return values.device().is_cpu() ? fresco::lazy_zeros(shape, type) : at::zeros(shape, values.options().dtype(type));
+    }
 
     bool visible() const { return *mode == "visible"; }
 

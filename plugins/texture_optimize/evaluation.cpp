@@ -2,15 +2,22 @@
 
 #include "random.h"
 #include "sparse_sum.h"
+#include "value_tensors.h"
+
+#include <fresco/torch/tensor.h>
 
 #include <ATen/core/grad_mode.h>
 #include <ATen/ops/empty.h>
 #include <ATen/ops/empty_like.h>
+#include <ATen/ops/full.h>
+#include <ATen/ops/stack.h>
 #include <torch/csrc/autograd/autograd.h>
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <span>
+#include <utility>
 
 namespace fresco::optimize
 {
@@ -66,6 +73,7 @@ void Evaluator::each_level(std::int64_t step, const ScheduledStep& scheduled, co
     if (demands_.empty())
         demands_ = demands_of(losses_, crops_);
     summands_.clear();
+    noted_.clear();
     for (std::size_t i = 0; i < data.levels.size(); ++i)
     {
         const int level = data.numbers[i];
@@ -81,16 +89,24 @@ Evaluation Evaluator::evaluate(std::int64_t step, const ScheduledStep& scheduled
                                std::size_t parameters)
 {
     Evaluation result;
+    std::vector<std::vector<SparseGradient>> there;
     each_level(step, scheduled, data, view_name,
                [&](const PartPlace& place, std::size_t level, const std::string& where)
                {
-                   auto gradients = level_gradients(place, data, level, where, result.loss);
-                   if (result.gradients.empty())
+                   auto gradients = level_gradients(place, data, level, where);
+                   if (device_.is_cpu())
+                       result.loss += settled();
+                   if (!gradients.empty() && !gradients[0].values.device().is_cpu())
+                       there.push_back(std::move(gradients));
+                   else if (result.gradients.empty())
                        result.gradients = std::move(gradients);
                    else
                        for (std::size_t p = 0; p < gradients.size() && p < result.gradients.size(); ++p)
                            result.gradients[p] = sparse_sum(result.gradients[p], gradients[p]);
                });
+    if (!there.empty())
+        result.gradients = data.gradient_union.sum(there);
+    result.loss += settled();
     if (result.gradients.empty())
         result.gradients = no_gradients(parameters);
     return result;
@@ -99,38 +115,39 @@ Evaluation Evaluator::evaluate(std::int64_t step, const ScheduledStep& scheduled
 double Evaluator::loss(std::int64_t step, const ScheduledStep& scheduled, ViewData& data, const std::string& view_name)
 {
     const at::NoGradGuard no_gradient;
-    double loss = 0;
     each_level(step, scheduled, data, view_name,
                [&](const PartPlace& place, std::size_t number, const std::string& where)
                {
                    torch::Tensor stored;
                    RenderedPart part(place, displayed(data.levels[number], stored), data.levels[number], demands_);
                    weighted_sum(
-                       part, [&](const LossTerm& term) { return level_share(data, number, term, device_); }, where, loss);
+                       part, [&](const LossTerm& term) { return level_share(data, number, term, device_); }, where);
                });
-    return loss;
+    return settled();
 }
 
 torch::Tensor Evaluator::displayed(LevelData& level, torch::Tensor& stored) const
 {
     stored = level.view->render();
-    const auto result = at::empty_like(stored);
     // All that is seen, also beyond the level: features near its border look there.
+    if (!stored.device().is_cpu())
+        return displayed_values(space_, stored, level.valid_there);
+    const auto result = at::empty_like(stored);
     space_.display(values_of(stored), level.valid.values, values_of(result));
-    return result.to(device_);
+    return sent_to(result, device_);
 }
 
 std::vector<SparseGradient> Evaluator::level_gradients(const PartPlace& place, ViewData& data, std::size_t level_number,
-                                                       const std::string& where, double& loss)
+                                                       const std::string& where)
 {
     auto& level = data.levels[level_number];
     torch::Tensor stored;
-    const auto image = displayed(level, stored).set_requires_grad(true);
+    const auto image = displayed(level, stored).detach().set_requires_grad(true);
     torch::Tensor sum;
     {
         RenderedPart part(place, image, level, demands_);
         sum = weighted_sum(
-            part, [&](const LossTerm& term) { return level_share(data, level_number, term, device_); }, where, loss);
+            part, [&](const LossTerm& term) { return level_share(data, level_number, term, device_); }, where);
     }
     // The way back needs none of the part's features: what the losses need of them, they keep.
     torch::Tensor gradient;
@@ -138,33 +155,66 @@ std::vector<SparseGradient> Evaluator::level_gradients(const PartPlace& place, V
         gradient = torch::autograd::grad({sum}, {image}, {}, false, false, true)[0];
     if (!gradient.defined())
         return {};
-    gradient = gradient.detach().to(at::kCPU, at::kFloat).clone(at::MemoryFormat::Contiguous);
+    return texture_gradients(level, stored, gradient.detach(), where);
+}
+
+std::vector<SparseGradient> Evaluator::texture_gradients(const LevelData& level, const torch::Tensor& stored,
+                                                         torch::Tensor gradient, const std::string& where)
+{
+    if (!stored.device().is_cpu())
+    {
+        gradient = gradient.to(at::kFloat);
+        // 0 times a finite number is 0, and nothing else gives 0.
+        noted_.push_back({(gradient * 0).sum(), where, "", ""});
+        return level.view->gradient(values_back(space_, stored, level.factor_there, gradient));
+    }
+    gradient = gradient.to(at::kCPU, at::kFloat).clone(at::MemoryFormat::Contiguous);
     const auto values = values_of(gradient);
     if (!std::all_of(values.begin(), values.end(), [](float v) { return std::isfinite(v); }))
-        throw NotFinite(where + "the losses' gradient is not finite; lower 'rate' or the losses' weights");
+        noted_.push_back({at::full({}, std::numeric_limits<double>::quiet_NaN(), torch::TensorOptions(device_)), where, "", ""});
     space_.back(values_of(stored), level.factor.values, values);
     return level.view->gradient(gradient);
 }
 
-torch::Tensor Evaluator::weighted_sum(Part& part, const std::function<double(const LossTerm&)>& share, const std::string& where,
-                                      double& loss)
+torch::Tensor Evaluator::weighted_sum(Part& part, const std::function<double(const LossTerm&)>& share, const std::string& where)
 {
     torch::Tensor sum;
     for (const auto& [name, component] : losses_)
     {
-        double own = 0;
+        summands_[name] += 0;
         for (const auto& term : component->evaluate(part))
         {
             const auto weighted = term.value * (*component->weight * share(term));
-            const auto value = weighted.item<double>();
-            if (!std::isfinite(value))
-                throw NotFinite(where + "loss '" + name + "' is " + (std::isnan(value) ? "not a number" : "infinite") +
-                                (term.layer.empty() ? "" : " at layer " + term.layer) + "; lower 'rate' or the loss's weight");
-            own += value;
+            noted_.push_back({weighted.detach(), where, name, term.layer});
             sum = sum.defined() ? sum + weighted : weighted;
         }
-        summands_[name] += own;
-        loss += own;
+    }
+    return sum;
+}
+
+double Evaluator::settled()
+{
+    if (noted_.empty())
+        return 0;
+    std::vector<torch::Tensor> values;
+    for (const auto& noted : noted_)
+        values.push_back(noted.value.to(at::kDouble));
+    const auto numbers = at::stack(values).to(at::kCPU);
+    double sum = 0;
+    const double* value = numbers.data_ptr<double>();
+    for (const auto& noted : std::exchange(noted_, {}))
+    {
+        if (noted.loss.empty() && !std::isfinite(*value))
+            throw NotFinite(noted.where + "the losses' gradient is not finite; lower 'rate' or the losses' weights");
+        if (!std::isfinite(*value))
+            throw NotFinite(noted.where + "loss '" + noted.loss + "' is " + (std::isnan(*value) ? "not a number" : "infinite") +
+                            (noted.layer.empty() ? "" : " at layer " + noted.layer) + "; lower 'rate' or the loss's weight");
+        if (!noted.loss.empty())
+        {
+            sum += *value;
+            summands_[noted.loss] += *value;
+        }
+        ++value;
     }
     return sum;
 }

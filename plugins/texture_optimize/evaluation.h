@@ -49,10 +49,24 @@ class Evaluator
                     const Work& work);
     /// The level as it is displayed, 3 x H x W, on the run's device; `stored`: the same in the texture's values.
     torch::Tensor displayed(LevelData& level, torch::Tensor& stored) const;
+    /// Of the texture, of d loss / d displayed; where the texture lies.
+    std::vector<SparseGradient> texture_gradients(const LevelData& level, const torch::Tensor& stored, torch::Tensor gradient,
+                                                  const std::string& where);
     std::vector<SparseGradient> level_gradients(const PartPlace& place, ViewData& data, std::size_t level,
-                                                const std::string& where, double& loss);
-    torch::Tensor weighted_sum(Part& part, const std::function<double(const LossTerm&)>& share, const std::string& where,
-                               double& loss);
+                                                const std::string& where);
+    torch::Tensor weighted_sum(Part& part, const std::function<double(const LossTerm&)>& share, const std::string& where);
+    /// The sum of the terms noted since the last call. Throws NotFinite for the first number that is not finite. Another device
+    /// than the CPU is waited for, once.
+    double settled();
+
+    /// A number that must be finite, on the run's device.
+    struct Noted
+    {
+        torch::Tensor value;
+        std::string where;
+        std::string loss;  ///< Empty: not a term but what tells of a gradient.
+        std::string layer;
+    };
 
     const std::map<std::string, std::shared_ptr<Loss>>& losses_;
     Demands demands_;
@@ -61,6 +75,7 @@ class Evaluator
     std::uint64_t seed_;
     bool crops_;
     std::map<std::string, double> summands_;
+    std::vector<Noted> noted_;
 };
 
 }  // namespace fresco::optimize

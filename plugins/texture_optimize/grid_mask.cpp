@@ -1,6 +1,7 @@
 #include "grid_mask.h"
 
 #include <fresco/parallel.h>
+#include <fresco/torch/tensor.h>
 
 #include <ATen/Parallel.h>
 #include <ATen/ops/empty.h>
@@ -9,6 +10,7 @@
 #include <torch/csrc/autograd/custom_function.h>
 
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 namespace fresco::optimize
@@ -35,7 +37,7 @@ struct Columns : torch::autograd::Function<Columns>
         context->save_for_backward({index});
         context->saved_data["columns"] = values.size(1);
         if (!is_plain(values))
-            return values.index_select(1, index);
+            return has_pixels_in_rows(values) ? values.t().index_select(0, index).t() : values.index_select(1, index);
         if (has_pixels_in_rows(values))
             return pixels(values, index);
         const auto source = values.contiguous();
@@ -54,10 +56,10 @@ struct Columns : torch::autograd::Function<Columns>
         const auto columns = context->saved_data["columns"].toInt();
         if (is_plain(gradients[0]) && has_pixels_in_rows(gradients[0]))
             return {spread_pixels(gradients[0], index, columns), at::Tensor()};
+        if (!is_plain(gradients[0]))
+            return {spread(gradients[0], index, columns), at::Tensor()};
         const auto gradient = gradients[0].contiguous();
         auto result = at::zeros({gradient.size(0), columns}, gradient.options());
-        if (!is_plain(gradient))
-            return {result.index_copy(1, index, gradient), at::Tensor()};
         each_row(gradient.size(0), index.numel(),
                  [&](std::int64_t row)
                  { scatter(gradient.data_ptr<float>() + row * index.numel(), index, result.data_ptr<float>() + row * columns); });
@@ -65,6 +67,13 @@ struct Columns : torch::autograd::Function<Columns>
     }
 
   private:
+    static at::Tensor spread(const at::Tensor& gradient, const at::Tensor& index, std::int64_t columns)
+    {
+        const auto channels = gradient.size(0);
+        if (has_pixels_in_rows(gradient))
+            return at::zeros({columns, channels}, gradient.options()).index_copy_(0, index, gradient.t()).t();
+        return at::zeros({channels, columns}, gradient.options()).index_copy_(1, index, gradient);
+    }
     static at::Tensor pixels(const at::Tensor& values, const at::Tensor& index)
     {
         const auto channels = values.size(0);
@@ -125,6 +134,13 @@ struct Columns : torch::autograd::Function<Columns>
 
 }  // namespace
 
+std::span<const std::int64_t> GridMask::numbers() const
+{
+    if (!index.device().is_cpu())
+        return near;
+    return {index.data_ptr<std::int64_t>(), static_cast<std::size_t>(index.numel())};
+}
+
 GridMask grid_mask(const Raster8& mask, int stride, const torch::Device& device)
 {
     const std::int64_t rows = mask.height / stride;
@@ -143,7 +159,9 @@ GridMask grid_mask(const Raster8& mask, int stride, const torch::Device& device)
         }
     auto index = at::empty({static_cast<std::int64_t>(chosen.size())}, at::kLong);
     std::copy(chosen.begin(), chosen.end(), index.data_ptr<std::int64_t>());
-    return {cells.to(device), index.to(device)};
+    if (device.is_cpu())
+        return {cells, index, {}};
+    return {sent_to(cells, device), sent_to(index, device), std::move(chosen)};
 }
 
 torch::Tensor selected_cells(const torch::Tensor& features, const GridMask& mask)
@@ -154,15 +172,25 @@ torch::Tensor selected_cells(const torch::Tensor& features, const GridMask& mask
     return Columns::apply(columns, mask.index);
 }
 
-torch::Tensor cells_among(const GridMask& all, const GridMask& part)
-{
-    return part.cells.flatten().index_select(0, all.index);
-}
-
 torch::Tensor selected_among(const torch::Tensor& selected, const GridMask& all, const GridMask& part)
 {
-    const auto index = cells_among(all, part).nonzero().flatten();
-    return index.numel() == selected.size(1) ? selected : Columns::apply(selected, index);
+    const auto wanted = part.numbers();
+    if (static_cast<std::int64_t>(wanted.size()) == selected.size(1))
+        return selected;
+    auto index = at::empty({std::ssize(wanted)}, at::kLong);
+    auto* place = index.data_ptr<std::int64_t>();
+    std::int64_t column = 0;
+    auto next = wanted.begin();
+    for (const auto cell : all.numbers())
+    {
+        if (next != wanted.end() && *next == cell)
+        {
+            *place++ = column;
+            ++next;
+        }
+        ++column;
+    }
+    return Columns::apply(selected, sent_to(index, selected.device()));
 }
 
 }  // namespace fresco::optimize

@@ -4,14 +4,20 @@
 
 #include <torch/types.h>
 
+#include <cstdint>
+#include <span>
+#include <vector>
+
 namespace fresco::optimize
 {
 
 /// Which cells of a feature grid belong to a mask of pixels.
 struct GridMask
 {
-    torch::Tensor cells;  ///< h x w, bool.
-    torch::Tensor index;  ///< N, int64, ascending: the chosen cells' row-major numbers.
+    torch::Tensor cells;             ///< h x w, bool.
+    torch::Tensor index;             ///< N, int64, ascending: the chosen cells' row-major numbers …
+    std::vector<std::int64_t> near;  ///< … where the processor can read them, if it cannot read `index`.
+    std::span<const std::int64_t> numbers() const;
 };
 
 /// Cell (i, j) takes the pixel at its centre, ((i + 0.5) stride, (j + 0.5) stride): nearest neighbour. `mask`: H x W, 0 or 1; the
@@ -21,10 +27,7 @@ GridMask grid_mask(const Raster8& mask, int stride, const torch::Device& device)
 /// The chosen cells of `features` (C x h x w): C x N, differentiable. Its gradient costs one pass, not a scatter per cell.
 torch::Tensor selected_cells(const torch::Tensor& features, const GridMask& mask);
 
-/// For each cell of `all`, whether it is one of `part`: N, bool.
-torch::Tensor cells_among(const GridMask& all, const GridMask& part);
-
-/// Of what selected_cells() gave for `all`, the cells that are in `part` too, differentiable.
+/// Of what selected_cells() gave for `all`, the cells of `part`, which are some of them; differentiable.
 torch::Tensor selected_among(const torch::Tensor& selected, const GridMask& all, const GridMask& part);
 
 }  // namespace fresco::optimize

@@ -36,8 +36,8 @@ bool has_stopped_falling(const std::vector<HeldOutLoss>& history, double gain, s
 }
 
 HeldOutViews::HeldOutViews(const ViewSource& source, const std::vector<std::size_t>& views, const TextureRepresentation& texture,
-                           const LevelRules& rules, const torch::Device& device)
-    : source_(source), views_(views), texture_(texture), rules_(rules), device_(device)
+                           const LevelRules& rules, const torch::Device& device, bool texture_too)
+    : source_(source), views_(views), texture_(texture), rules_(rules), device_(device), texture_too_(texture_too)
 {
 }
 
@@ -53,7 +53,7 @@ HeldOutLoss HeldOutViews::measured(Evaluator& evaluator, std::int64_t step,
     {
         progress.check_cancelled();
         const auto data = load_view(source_, view, texture_, rules_);
-        move_to(*data, device_);
+        move_to(*data, device_, texture_too_);
         ScheduledStep scheduled;
         scheduled.view = view;
         result.loss += evaluator.loss(0, scheduled, *data, source_.name(view)) / count;

@@ -38,7 +38,7 @@ class HeldOutViews
 {
   public:
     HeldOutViews(const ViewSource& source, const std::vector<std::size_t>& views, const TextureRepresentation& texture,
-                 const LevelRules& rules, const torch::Device& device);
+                 const LevelRules& rules, const torch::Device& device, bool texture_too);
 
     /// Every view is measured with the losses' present state and with the draws of step 0, so that measurements differ by the
     /// texture alone; the state is left as it was. Throws Cancelled between two views.
@@ -51,6 +51,7 @@ class HeldOutViews
     const TextureRepresentation& texture_;
     const LevelRules& rules_;
     torch::Device device_;
+    bool texture_too_;
 };
 
 }  // namespace fresco::optimize

@@ -4,10 +4,10 @@
 #include "evaluation.h"
 #include "held_out.h"
 #include "initial_texture.h"
-#include "prefetch.h"
 #include "preparation.h"
 #include "preview.h"
 #include "schedule.h"
+#include "view_feed.h"
 
 #include <fresco/error.h>
 #include <fresco/torch/lazy_tensor.h>
@@ -25,9 +25,6 @@ namespace fresco::optimize
 {
 namespace
 {
-
-/// Views in memory besides the one under way: one waits while the next is made.
-constexpr std::size_t views_ahead = 2;
 
 Schedule schedule_of(const LoopOptions& options, std::vector<std::size_t> views)
 {
@@ -83,10 +80,13 @@ class Loop
     {
         initial_rules().check();
         components_.texture.allocate(options_.size_px);
+        // Else every level's picture and gradient would cross between processor and device, which would wait for each other.
+        texture_there_ = !options_.device.is_cpu() && components_.rule.runs_on(options_.device) &&
+                         components_.texture.move_to(options_.device);
         prepare_components();
         components_.rule.attach(parameters());
         take_up();
-        held_out_views_.emplace(source_, split_.held_out, components_.texture, options_.levels, options_.device);
+        held_out_views_.emplace(source_, split_.held_out, components_.texture, options_.levels, options_.device, texture_there_);
         const auto start = std::chrono::steady_clock::now();
         const std::int64_t first_step = step_;
         while (!walked())
@@ -170,11 +170,14 @@ class Loop
     bool walked()
     {
         const auto first_visit = static_cast<std::size_t>(step_ / options_.repeats);
-        Prefetch<std::unique_ptr<ViewData>> loader(
-            first_visit, schedule_.visits(), views_ahead,
-            [this](std::size_t visit)
-            { return load_view(source_, schedule_.view_of_visit(visit), components_.texture, options_.levels); });
-        std::unique_ptr<ViewData> data;
+        ViewFeed feed(options_.device, first_visit, schedule_.visits(),
+                      [this](std::size_t visit)
+                      {
+                          auto data = load_view(source_, schedule_.view_of_visit(visit), components_.texture, options_.levels);
+                          move_to(*data, options_.device, texture_there_);
+                          return data;
+                      });
+        ViewData* data = nullptr;
         std::optional<std::size_t> loaded_visit;
         try
         {
@@ -187,8 +190,7 @@ class Loop
                 const auto scheduled = schedule_.at(step_);
                 if (loaded_visit != scheduled.visit)
                 {
-                    data = loader.next();
-                    move_to(*data, options_.device);
+                    data = &feed.next();
                     loaded_visit = scheduled.visit;
                 }
                 one_step(scheduled, *data);
@@ -341,6 +343,7 @@ class Loop
     std::chrono::steady_clock::time_point begun_ = std::chrono::steady_clock::now();
     std::chrono::steady_clock::duration measuring_{};
     std::map<std::string, double> last_summands_;  ///< Of the losses, in the last step.
+    bool texture_there_ = false;                   ///< On the run's device, which is not the CPU.
     std::int64_t step_ = 0;
     std::int64_t rollbacks_ = 0;
     std::int64_t due_step_ = -1;  ///< Of the last checkpoint that was due, as far as this process knows.

@@ -1,15 +1,18 @@
 #include "part.h"
 
 #include <fresco/error.h>
+#include <fresco/torch/tensor.h>
 
 #include <ATen/core/grad_mode.h>
 #include <ATen/ops/cat.h>
+#include <ATen/ops/empty.h>
 #include <ATen/ops/upsample_bilinear2d.h>
 #include <ATen/ops/zeros.h>
 
 #include <algorithm>
 #include <functional>
 #include <numeric>
+#include <span>
 #include <stdexcept>
 
 namespace fresco::optimize
@@ -74,6 +77,36 @@ Raster8 core_mask(const Raster8& mask, const Crop& crop)
             result.at(x - crop.encoded.x0, y - crop.encoded.y0) = mask.at(x, y);
     return result;
 }
+
+torch::Tensor numbers_on(const std::vector<std::int64_t>& numbers, const torch::Device& device)
+{
+    auto tensor = at::empty({std::ssize(numbers)}, at::kLong);
+    std::copy(numbers.begin(), numbers.end(), tensor.data_ptr<std::int64_t>());
+    return sent_to(tensor, device);
+}
+
+/// Which of the cells chosen so far are fine: by the processor, which knows the masks.
+class FineNumbers
+{
+  public:
+    /// More cells: `fine` are some of `all`, both ascending.
+    void add(std::span<const std::int64_t> all, std::span<const std::int64_t> fine)
+    {
+        auto next = fine.begin();
+        for (const auto cell : all)
+        {
+            const bool is_fine = next != fine.end() && *next == cell;
+            (is_fine ? fine_ : others_).push_back(count_++);
+            next += is_fine ? 1 : 0;
+        }
+    }
+    FineColumns on(const torch::Device& device) const { return {numbers_on(fine_, device), numbers_on(others_, device)}; }
+
+  private:
+    std::vector<std::int64_t> fine_;
+    std::vector<std::int64_t> others_;
+    std::int64_t count_ = 0;
+};
 
 }  // namespace
 
@@ -237,16 +270,20 @@ torch::Tensor RenderedPart::selected(const FeatureNetwork& network, const std::s
     return selected_cells(encoded(features_, network, demand(network).image, layer, image_), grid(network, layer, pixels));
 }
 
-torch::Tensor RenderedPart::fine_among_selected(const FeatureNetwork& network, const std::string& layer)
+FineColumns RenderedPart::fine_among_selected(const FeatureNetwork& network, const std::string& layer)
 {
-    auto* level = cropped(network);
-    if (level == nullptr)
-        return cells_among(grid(network, layer, Pixels::all), grid(network, layer, Pixels::fine));
     const int stride = network.layer(layer).stride;
-    std::vector<torch::Tensor> parts{at::zeros({0}, image_.options().dtype(at::kBool).requires_grad(false))};
-    for (std::size_t i = 0; i < level->crops.size(); ++i)
-        parts.push_back(cells_among(crop_grid(*level, i, stride, Pixels::all), crop_grid(*level, i, stride, Pixels::fine)));
-    return at::cat(parts);
+    const auto key = std::pair(&network, stride);
+    if (const auto found = data_.fine_columns.find(key); found != data_.fine_columns.end())
+        return found->second;
+    FineNumbers numbers;
+    if (auto* level = cropped(network))
+        for (std::size_t i = 0; i < level->crops.size(); ++i)
+            numbers.add(crop_grid(*level, i, stride, Pixels::all).numbers(),
+                        crop_grid(*level, i, stride, Pixels::fine).numbers());
+    else
+        numbers.add(grid(network, layer, Pixels::all).numbers(), grid(network, layer, Pixels::fine).numbers());
+    return data_.fine_columns.emplace(key, numbers.on(image_.device())).first->second;
 }
 
 torch::Tensor RenderedPart::camera_selected(const FeatureNetwork& network, const std::string& layer, Pixels pixels)

@@ -60,7 +60,7 @@ class RenderedPart final : public Part
     torch::Tensor feature_mask(const FeatureNetwork& network, const std::string& layer, Pixels pixels) override;
     torch::Tensor selected(const FeatureNetwork& network, const std::string& layer, Pixels pixels) override;
     torch::Tensor camera_selected(const FeatureNetwork& network, const std::string& layer, Pixels pixels) override;
-    torch::Tensor fine_among_selected(const FeatureNetwork& network, const std::string& layer) override;
+    FineColumns fine_among_selected(const FeatureNetwork& network, const std::string& layer) override;
 
     /// Cells of the layer's grid inside the level's mask.
     const GridMask& grid(const FeatureNetwork& network, const std::string& layer, Pixels pixels);

@@ -59,7 +59,7 @@ torch::Tensor looked_up(const TextureRepresentation& texture, int size)
 void write_preview(const std::filesystem::path& folder, const ImageIo& images, const ValueSpace& space, const TextureView& view,
                    const Raster8& valid, const TextureRepresentation& texture, int size_px)
 {
-    write_file(folder / "view.png", images.encode_png(displayed(view.render(), valid, space)));
+    write_file(folder / "view.png", images.encode_png(displayed(view.render().to(at::kCPU), valid, space)));
     const int size = std::min(largest_side, size_px);
     write_file(folder / "texture.png", images.encode_png(displayed(looked_up(texture, size), Raster8(size, size, 1, 1), space)));
 }

@@ -17,7 +17,14 @@ torch::Device chosen_device(const std::string& wanted)
     if (wanted == "cuda" && !at::hasCUDA())
         throw fresco::Error("option \"device\": cuda was asked for, but this libtorch (" TORCH_VERSION
                             ") finds no CUDA device; take cpu or auto, or build with a CUDA libtorch");
-    return wanted == "cuda" || (wanted == "auto" && at::hasCUDA()) ? torch::Device(torch::kCUDA) : torch::Device(torch::kCPU);
+    if (wanted == "cpu" || !at::hasCUDA())
+        return torch::kCPU;
+    // float32 shall be float32; a network has an option for less.
+    at::globalContext().setAllowTF32CuDNN(false);
+    at::globalContext().setAllowTF32CuBLAS(false);
+    // Crops have many shapes: to time every algorithm for each of them would take longer than the best one saves.
+    at::globalContext().setBenchmarkCuDNN(false);
+    return {torch::kCUDA, 0};
 }
 
 class TextureOptimize final : public fresco::Stage

@@ -20,6 +20,11 @@ std::pair<double, double> ValueSpace::stored_range() const
     return {-static_cast<double>(network_mean[0]), 255 - static_cast<double>(network_mean[2])};
 }
 
+float ValueSpace::offset(std::size_t channel) const
+{
+    return network_ ? network_mean.at(channel) : 0.0F;
+}
+
 float ValueSpace::shown(float stored, std::size_t channel) const
 {
     return network_ ? (stored + network_mean[channel]) / 255 : stored;
@@ -39,14 +44,13 @@ void ValueSpace::display(std::span<const float> stored, std::span<const std::uin
 void ValueSpace::back(std::span<const float> stored, std::span<const float> factor, std::span<float> gradient) const
 {
     const std::size_t pixels = factor.size();
-    const float scale = network_ ? 1.0F / 255 : 1.0F;
     for (std::size_t c = 0; c < 3; ++c)
         for (std::size_t i = 0; i < pixels; ++i)
         {
             const float value = shown(stored[plane_of(c) * pixels + i], c);
             float& g = gradient[c * pixels + i];
             const bool leads_on = clamped_ && ((value < 0 && g > 0) || (value > 1 && g < 0));
-            g = leads_on ? 0.0F : g * (factor[i] * scale);
+            g = leads_on ? 0.0F : g * (factor[i] * scale());
         }
     if (network_)
         std::swap_ranges(gradient.begin(), gradient.begin() + static_cast<std::ptrdiff_t>(pixels),

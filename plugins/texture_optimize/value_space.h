@@ -30,8 +30,14 @@ class ValueSpace
     /// Displayed RGB (3 channels) to stored values, in place.
     void store(RasterF& picture) const;
 
-  private:
+    bool is_network() const { return network_; }
+    bool is_clamped() const { return clamped_; }
+    /// Displayed channel c shows (stored + offset) * scale of the stored plane plane_of(c).
+    float offset(std::size_t channel) const;
+    float scale() const { return network_ ? 1.0F / 255 : 1.0F; }
     std::size_t plane_of(std::size_t channel) const { return network_ ? 2 - channel : channel; }
+
+  private:
     float shown(float stored, std::size_t channel) const;
 
     bool network_;

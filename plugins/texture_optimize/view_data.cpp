@@ -105,15 +105,19 @@ void forget_camera(ViewData& data)
     }
 }
 
-void move_to(ViewData& data, const torch::Device& device)
+void move_to(ViewData& data, const torch::Device& device, bool texture_too)
 {
     for (auto& level : data.levels)
     {
-        level.camera = level.camera.to(device);
-        level.all = level.all.to(device);
-        level.fine = level.fine.to(device);
+        level.camera = sent_to(level.camera, device);
+        level.all = sent_to(level.all, device);
+        level.fine = sent_to(level.fine, device);
         if (level.smallest)
-            level.smallest->picture = level.smallest->picture.to(device);
+            level.smallest->picture = sent_to(level.smallest->picture, device);
+        if (!texture_too)
+            continue;
+        level.valid_there = sent_to(bool_tensor(level.valid), device);
+        level.factor_there = sent_to(to_tensor(level.factor).squeeze(0), device);
     }
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "crops.h"
+#include "gradient_union.h"
 #include "grid_mask.h"
 #include "levels.h"
 #include "view_source.h"
@@ -14,6 +15,7 @@
 #include <memory>
 #include <string>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 namespace fresco::optimize
@@ -74,6 +76,11 @@ struct LevelData
     FeatureMaps camera_features;
     std::map<std::tuple<int, Pixels>, GridMask> grids;  ///< By stride and pixels.
     std::map<const FeatureNetwork*, CroppedLevel> cropped;
+    std::map<std::pair<const FeatureNetwork*, int>, FineColumns> fine_columns;  ///< By network and stride.
+
+    /// Where the texture is not on the CPU: `valid` (bool) and `factor` beside it.
+    torch::Tensor valid_there;
+    torch::Tensor factor_there;
 };
 
 struct ViewData
@@ -82,6 +89,7 @@ struct ViewData
     std::vector<LevelData> levels;  ///< Those with pixels, smallest height first.
     std::vector<int> numbers;       ///< Of each level: its index in the render pyramid.
     bool share_by_features = false;
+    GradientUnion gradient_union;
 };
 
 /// Reads a view's uv maps and camera picture. On any thread.
@@ -97,7 +105,7 @@ const GridMask& grid_of(LevelData& level, int stride, Pixels pixels, const torch
 /// Forgets what networks say of the camera picture.
 void forget_camera(ViewData& data);
 
-/// Moves what losses see to `device`.
-void move_to(ViewData& data, const torch::Device& device);
+/// Moves what losses see to `device`; with `texture_too` what the lookup needs beside the view as well.
+void move_to(ViewData& data, const torch::Device& device, bool texture_too);
 
 }  // namespace fresco::optimize

@@ -112,7 +112,8 @@ TEST_CASE("Moments of all and of the fine features are those of each, and so are
             const auto slow = value(gram::moments(slow_input), gram::moments(fine_only));
             slow.backward();
             const auto fast_input = given.detach().clone().requires_grad_();
-            const auto both = gram::moments_of_both(fast_input, fine);
+            const fresco::FineColumns columns{fine.nonzero().flatten(), fine.logical_not().nonzero().flatten()};
+            const auto both = gram::moments_of_both(fast_input, columns);
             REQUIRE(both.fine);
             const auto fast = value(both.all, *both.fine);
             fast.backward();
@@ -120,7 +121,7 @@ TEST_CASE("Moments of all and of the fine features are those of each, and so are
             CHECK((fast_input.grad() - slow_input.grad()).abs().max().item<double>() <
                   1e-12 * slow_input.grad().abs().max().item<double>());
         }
-    const auto none = gram::moments_of_both(features, at::zeros({500}, at::kBool));
+    const auto none = gram::moments_of_both(features, {at::empty({0}, at::kLong), at::arange(500, at::kLong)});
     CHECK_FALSE(none.fine);
     CHECK(none.all.second.allclose(gram::moments(features).second));
 }

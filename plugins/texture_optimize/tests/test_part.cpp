@@ -276,8 +276,9 @@ TEST_CASE("crops give the loss and the gradient of the whole frame, and encode l
         gradients.push_back(torch::autograd::grad({sum}, {image})[0]);
         for (const char* layer : {"fine", "deep"})
         {
-            const auto chosen = part.fine_among_selected(network, layer).nonzero().flatten();
+            const auto [chosen, others] = part.fine_among_selected(network, layer);
             CHECK(chosen.numel() > 0);
+            CHECK(chosen.numel() + others.numel() == part.selected(network, layer, Pixels::all).size(1));
             CHECK(part.selected(network, layer, Pixels::all)
                       .index_select(1, chosen)
                       .equal(part.selected(network, layer, Pixels::fine)));

@@ -8,12 +8,13 @@
  *   2  Files::loaded_from, ImageIo::check, LossTerm::network, Pixels::steep
  *   3  RunContext::reads_folder with a pattern, Cost::height_squares
  *   4  Slot that is optional though it has a default; Part::fine_among_selected
+ *   5  Part::fine_among_selected gives numbers; TextureRepresentation::move_to, OptimiserRule::runs_on
  */
 #include <stddef.h>
 #include <stdint.h>
 
 #define FRESCO_MAGIC 0x46524553u /* "FRES" */
-#define FRESCO_ABI 4u
+#define FRESCO_ABI 5u
 
 #ifdef __cplusplus
 extern "C"

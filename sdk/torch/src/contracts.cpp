@@ -28,6 +28,16 @@ FeatureLayer FeatureNetwork::layer(const std::string& name) const
     throw Error("the feature network has no layer '" + name + "'; it has: " + known);
 }
 
+bool TextureRepresentation::move_to(const torch::Device& device)
+{
+    return device.is_cpu();
+}
+
+bool OptimiserRule::runs_on(const torch::Device& device) const
+{
+    return device.is_cpu();
+}
+
 TensorMap Loss::state() const
 {
     return {};

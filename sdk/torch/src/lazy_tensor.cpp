@@ -69,9 +69,13 @@ torch::Tensor lazy_zeros(at::IntArrayRef shape, at::ScalarType type)
 void write_values(const torch::Tensor& from, torch::Tensor& to)
 {
     check(from);
-    check(to);
     if (from.sizes() != to.sizes() || from.scalar_type() != to.scalar_type())
         throw std::invalid_argument("write_values takes two tensors of one shape and type");
+    if (!to.device().is_cpu())
+    {
+        to.copy_(from);
+        return;
+    }
     write_bytes({static_cast<const std::byte*>(from.data_ptr()), from.nbytes()}, to);
 }
 
@@ -86,6 +90,11 @@ void write_bytes(std::span<const std::byte> from, torch::Tensor& to)
 void write_zeros(torch::Tensor& to)
 {
     static constexpr std::array<std::byte, run> zeros{};
+    if (!to.device().is_cpu())
+    {
+        to.zero_();
+        return;
+    }
     check(to);
     write_differences(to, [](std::size_t) { return zeros.data(); });
 }
@@ -93,6 +102,11 @@ void write_zeros(torch::Tensor& to)
 void write_clamped(torch::Tensor& to, float least, float most)
 {
     constexpr std::size_t values_per_piece = 65536;
+    if (!to.device().is_cpu())
+    {
+        to.clamp_(least, most);
+        return;
+    }
     check(to);
     float* values = to.data_ptr<float>();
     parallel_for(static_cast<std::size_t>(to.numel()), values_per_piece, at::get_num_threads(),

@@ -2,6 +2,7 @@
 
 #include <fresco/error.h>
 #include <fresco/random.h>
+#include <fresco/torch/tensor.h>
 
 #include <ATen/core/grad_mode.h>
 #include <ATen/ops/empty.h>
@@ -124,7 +125,7 @@ torch::Tensor sampled_columns(const torch::Tensor& features, std::int64_t most, 
         const auto begin = i * count / most;
         columns.data_ptr<std::int64_t>()[i] = begin + random.below((i + 1) * count / most - begin);
     }
-    return Columns::apply(features, columns.to(features.device()));
+    return Columns::apply(features, sent_to(columns, features.device()));
 }
 
 StyleFeatureLoss::~StyleFeatureLoss() = default;

@@ -43,6 +43,17 @@ Raster<To> interleaved(const torch::Tensor& picture, Convert convert)
 
 }  // namespace
 
+torch::Tensor sent_to(const torch::Tensor& tensor, const torch::Device& device)
+{
+    if (device.is_cpu() || !tensor.device().is_cpu())
+        return tensor.to(device);
+    if (tensor.numel() == 0)
+        return at::empty(tensor.sizes(), tensor.options().device(device));
+    // From other memory CUDA copies while the processor waits, and it waits for everything sent before.
+    const auto source = device.is_cuda() ? tensor.contiguous().pin_memory() : tensor;
+    return source.to(source.options().device(device), true);
+}
+
 torch::Tensor to_tensor(const Raster8& picture)
 {
     return planes(picture, [](std::uint8_t v) { return static_cast<float>(v) / 255.0F; });

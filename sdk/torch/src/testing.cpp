@@ -137,9 +137,10 @@ torch::Tensor PicturePart::selected(const FeatureNetwork& network, const std::st
     return inside(features(network, layer), feature_mask(network, layer, pixels));
 }
 
-torch::Tensor PicturePart::fine_among_selected(const FeatureNetwork& network, const std::string& layer)
+FineColumns PicturePart::fine_among_selected(const FeatureNetwork& network, const std::string& layer)
 {
-    return feature_mask(network, layer, Pixels::fine).masked_select(feature_mask(network, layer, Pixels::all));
+    const auto fine = feature_mask(network, layer, Pixels::fine).masked_select(feature_mask(network, layer, Pixels::all));
+    return {fine.nonzero().flatten(), fine.logical_not().nonzero().flatten()};
 }
 
 torch::Tensor PicturePart::camera_selected(const FeatureNetwork& network, const std::string& layer, Pixels pixels)

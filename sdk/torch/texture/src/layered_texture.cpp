@@ -1,5 +1,7 @@
 #include <fresco/torch/layered_texture.h>
 
+#include "device_view.h"
+
 #include <fresco/parallel.h>
 #include <fresco/torch/layer_view.h>
 #include <fresco/torch/lazy_tensor.h>
@@ -144,12 +146,28 @@ void LayeredTexture::check_picture(const RasterF& picture) const
 void LayeredTexture::set_layers(const std::vector<RasterF>& layers)
 {
     for (std::size_t i = 0; i < parameters_.size(); ++i)
-        std::copy(layers.at(i).values.begin(), layers[i].values.end(), parameters_[i].values.data_ptr<float>());
+    {
+        auto& values = parameters_[i].values;
+        const auto near = values.device().is_cpu() ? values : at::empty(values.sizes(), at::kFloat);
+        std::copy(layers.at(i).values.begin(), layers[i].values.end(), near.data_ptr<float>());
+        // In place: views that exist already look into this memory.
+        if (!near.is_same(values))
+            values.copy_(near);
+    }
 }
 
 std::unique_ptr<TextureView> LayeredTexture::make_view(const UvMap& map) const
 {
+    if (!parameters_.empty() && !parameters_[0].values.device().is_cpu())
+        return std::make_unique<DeviceView>(map, parameters_, sizes_, grid_);
     return std::make_unique<LayeredView>(map, parameters_, sizes_, grid_);
+}
+
+bool LayeredTexture::move_to(const torch::Device& device)
+{
+    for (auto& parameter : parameters_)
+        parameter.values = parameter.values.to(device);
+    return true;
 }
 
 Texture LayeredTexture::to_texture() const
@@ -158,7 +176,8 @@ Texture LayeredTexture::to_texture() const
     for (std::size_t i = 0; i < sizes_.size(); ++i)
     {
         RasterF layer(sizes_[i], sizes_[i], 3);
-        const float* values = parameters_[i].values.data_ptr<float>();
+        const auto source = parameters_[i].values.to(at::kCPU);
+        const float* values = source.data_ptr<float>();
         std::copy(values, values + layer.values.size(), layer.values.begin());
         texture.layers.push_back(grid_ == TexelGrid::centres ? std::move(layer) : on_centres(layer));
     }

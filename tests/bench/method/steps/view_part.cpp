@@ -71,9 +71,10 @@ torch::Tensor ViewPart::camera_selected(const fresco::FeatureNetwork& network, c
     return camera_features(network, layer).flatten(1);
 }
 
-torch::Tensor ViewPart::fine_among_selected(const fresco::FeatureNetwork& network, const std::string& layer)
+fresco::FineColumns ViewPart::fine_among_selected(const fresco::FeatureNetwork& network, const std::string& layer)
 {
-    return feature_mask(network, layer, fresco::Pixels::fine).flatten();
+    const auto count = feature_mask(network, layer, fresco::Pixels::fine).numel();
+    return {at::arange(count, at::kLong), at::empty({0}, at::kLong)};
 }
 
 }  // namespace bench

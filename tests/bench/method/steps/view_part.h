@@ -49,7 +49,7 @@ class ViewPart final : public fresco::Part
     torch::Tensor selected(const fresco::FeatureNetwork& network, const std::string& layer, fresco::Pixels pixels) override;
     torch::Tensor camera_selected(const fresco::FeatureNetwork& network, const std::string& layer,
                                   fresco::Pixels pixels) override;
-    torch::Tensor fine_among_selected(const fresco::FeatureNetwork& network, const std::string& layer) override;
+    fresco::FineColumns fine_among_selected(const fresco::FeatureNetwork& network, const std::string& layer) override;
 
   private:
     torch::Tensor image_;

@@ -16,16 +16,17 @@ namespace fresco
 /// page. Throws std::bad_alloc where the address space is used up.
 torch::Tensor lazy_zeros(at::IntArrayRef shape, at::ScalarType type);
 
-/// Makes `to` (contiguous, on the CPU) equal to `from` (same shape and type, contiguous, on the CPU), to the last bit. Pages
-/// that are equal already are only read. Throws std::invalid_argument for tensors that do not fit.
+/// Makes `to` (contiguous) equal to `from` (same shape and type, contiguous, on the CPU), to the last bit. Pages that are equal
+/// already are only read. Throws std::invalid_argument for tensors that do not fit. A `to` on another device than the CPU is
+/// written by libtorch, as by the functions below.
 void write_values(const torch::Tensor& from, torch::Tensor& to);
 /// The same from bytes, as many as `to` has.
 void write_bytes(std::span<const std::byte> from, torch::Tensor& to);
 
-/// Makes `to` (contiguous, on the CPU) all zero bits; pages that are so already are only read.
+/// Makes `to` (contiguous) all zero bits; pages that are so already are only read.
 void write_zeros(torch::Tensor& to);
 
-/// Brings the values of `to` (float32, contiguous, on the CPU) that lie outside into [least, most]; writes these alone.
+/// Brings the values of `to` (float32, contiguous) that lie outside into [least, most]; writes these alone.
 void write_clamped(torch::Tensor& to, float least, float most);
 
 }  // namespace fresco

@@ -35,6 +35,13 @@ struct LossNeeds
     bool picture = false;  ///< Reads image(), camera() or mask(): then the part is the whole frame.
 };
 
+/// Numbers of columns, int64, ascending: of those that are fine and of the others.
+struct FineColumns
+{
+    torch::Tensor fine;
+    torch::Tensor others;
+};
+
 /// One rendered level of one step. Made and owned by the optimiser; valid during evaluate. Several losses share it, and each
 /// network encodes it once. Tensors are float32 on the run's device; do not change them in place.
 class Part
@@ -61,8 +68,8 @@ class Part
     /// may differ from feature_mask's, because large frames are encoded in crops.
     virtual torch::Tensor selected(const FeatureNetwork& network, const std::string& layer, Pixels pixels) = 0;
     virtual torch::Tensor camera_selected(const FeatureNetwork& network, const std::string& layer, Pixels pixels) = 0;
-    /// Which of selected(network, layer, Pixels::all) are also among selected(…, Pixels::fine): N, bool.
-    virtual torch::Tensor fine_among_selected(const FeatureNetwork& network, const std::string& layer) = 0;
+    /// Which of selected(network, layer, Pixels::all) are also among selected(…, Pixels::fine).
+    virtual FineColumns fine_among_selected(const FeatureNetwork& network, const std::string& layer) = 0;
 };
 
 /// A summand of a loss: a scalar tensor, and the network layer it belongs to ("" = none). The optimiser multiplies it by the

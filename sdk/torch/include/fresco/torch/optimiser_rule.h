@@ -26,6 +26,8 @@ class OptimiserRule : public Component
     static constexpr std::string_view component_kind = "optimiser";
     ~OptimiserRule() override;
 
+    /// Whether parameters and gradients may lie on `device`; the default knows the CPU alone.
+    virtual bool runs_on(const torch::Device& device) const;
     /// Before the first step, and where a run begins anew: makes its state for these parameters, of which there are none when
     /// the last step is made.
     virtual void attach(const std::vector<TextureParameter>& parameters) = 0;

@@ -21,6 +21,10 @@ RasterF to_raster(const torch::Tensor& picture);
 /// C x H x W in [0,1], clamped, rounded to 8 bits.
 Raster8 to_raster8(const torch::Tensor& picture);
 
+/// `tensor` on `device`. From the processor to another device it goes without waiting, on the current stream, and through
+/// page-locked memory where the device is CUDA's; else as Tensor::to.
+torch::Tensor sent_to(const torch::Tensor& tensor, const torch::Device& device);
+
 /// a (M x K) times b (K x N), float32 or float64, of any strides, differentiable (once). Float32 on the CPU is multiplied by
 /// multiply_matrices, because Debian's libtorch takes the reference BLAS (5 GFLOP/s against 200). The same bytes for any number
 /// of torch threads. Throws std::invalid_argument for shapes or types that do not fit. Prefer it to at::mm, at::matmul and 1x1

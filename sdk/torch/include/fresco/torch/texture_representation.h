@@ -17,7 +17,7 @@ namespace fresco
 struct TextureParameter
 {
     std::string name;
-    torch::Tensor values;    ///< N x 3, float32, contiguous; changed in place by the optimiser rule.
+    torch::Tensor values;    ///< N x 3, float32, contiguous; changed in place by the optimiser rule. On the CPU, but see move_to.
     double regulariser = 0;  ///< k_i of METHOD section 2: the loss has λ_r k_i mean(values²).
 };
 
@@ -25,7 +25,7 @@ struct TextureParameter
 struct SparseGradient
 {
     torch::Tensor texels;  ///< n, int64, ascending, unique: rows of values.
-    torch::Tensor values;  ///< n x 3, float32.
+    torch::Tensor values;  ///< n x 3, float32. Both lie where the parameter does.
 };
 
 /// One uv map made ready for lookups (texel numbers and weights).
@@ -33,7 +33,7 @@ class TextureView
 {
   public:
     virtual ~TextureView();
-    /// 3 x H x W in stored values; 0 where the uv map is invalid.
+    /// 3 x H x W in stored values; 0 where the uv map is invalid. Where the parameters lie, as d loss / d picture has to.
     virtual torch::Tensor render() const = 0;
     /// One entry per parameter, for d loss / d picture of 3 x H x W. Sums run in a fixed order.
     virtual std::vector<SparseGradient> gradient(const torch::Tensor& picture_gradient) const = 0;
@@ -48,6 +48,10 @@ class TextureRepresentation : public Component
 
     /// Makes a texture of S x S texels, all zero. Throws Error for a size that does not fit (layers need S divisible).
     virtual void allocate(int size_px) = 0;
+    /// Between allocate() and everything else: the parameters move to `device`, and whatever views need lies there too. On
+    /// another device than the CPU make_view may use the current stream of its thread. Returns false, and nothing moves, where
+    /// the representation cannot; the default can only stay on the CPU.
+    virtual bool move_to(const torch::Device& device);
     /// Sets the unknowns so that the lookup gives `picture` (S x S x 3, row 0 = top).
     virtual void set_picture(const RasterF& picture) = 0;
     virtual std::vector<TextureParameter>& parameters() = 0;

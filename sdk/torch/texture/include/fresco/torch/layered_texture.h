@@ -16,12 +16,14 @@ namespace fresco
 /// Layers are lazy_zeros(): of a texture that begins with zeros, the pages that are written take memory.
 ///
 /// A view costs its valid pixels, not the layers: about 90 bytes per valid pixel and layer. Its gradient gathers, for each
-/// touched texel, its lookups in the order of the pixels: no atomics, the same bytes for any number of threads.
+/// touched texel, its lookups in the order of the pixels: no atomics, the same bytes for any number of threads. On another device
+/// than the CPU the same is done by libtorch's operators.
 class LayeredTexture : public TextureRepresentation
 {
   public:
     ~LayeredTexture() override;
     std::vector<TextureParameter>& parameters() override { return parameters_; }
+    bool move_to(const torch::Device& device) override;
     std::unique_ptr<TextureView> make_view(const UvMap& map) const override;
     Texture to_texture() const override;
 

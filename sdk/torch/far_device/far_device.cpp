@@ -1,0 +1,431 @@
+#include "far_device.h"
+
+#include <ATen/ATen.h>
+#include <ATen/core/dispatch/Dispatcher.h>
+#include <ATen/core/stack.h>
+#include <c10/core/impl/DeviceGuardImplInterface.h>
+#include <torch/library.h>
+
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <mutex>
+#include <new>
+#include <stdexcept>
+#include <vector>
+
+namespace fresco::testing
+{
+namespace
+{
+
+constexpr auto far_type = c10::DeviceType::PrivateUse1;
+
+std::mutex traffic_mutex;
+FarTraffic traffic;
+
+void count_wait(const std::string& name)
+{
+    const std::lock_guard lock(traffic_mutex);
+    ++traffic.waits[name];
+}
+
+/// The same memory twice: where the device's tensors lie nobody may read or write.
+struct Block
+{
+    explicit Block(std::size_t wanted) : bytes(std::max<std::size_t>(wanted, 1))
+    {
+        const int file = memfd_create("far", MFD_CLOEXEC);
+        if (file < 0 || ftruncate(file, static_cast<off_t>(bytes)) != 0)
+            throw std::bad_alloc();
+        far = mmap(nullptr, bytes, PROT_NONE, MAP_SHARED, file, 0);
+        near = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED, file, 0);
+        close(file);
+        if (far == MAP_FAILED || near == MAP_FAILED)
+            throw std::bad_alloc();
+    }
+    ~Block()
+    {
+        munmap(far, bytes);
+        munmap(near, bytes);
+    }
+    Block(const Block&) = delete;
+    Block& operator=(const Block&) = delete;
+
+    std::size_t bytes;
+    void* far = nullptr;
+    void* near = nullptr;
+};
+
+void free_block(void* block)
+{
+    delete static_cast<Block*>(block);
+}
+
+void keep_block(void*) {}
+
+c10::Storage far_storage(std::size_t bytes)
+{
+    auto* block = new Block(bytes);
+    return {c10::Storage::use_byte_size_t(), bytes, at::DataPtr(block->far, block, &free_block, c10::Device(far_type, 0)),
+            nullptr, false};
+}
+
+at::Tensor with_storage(c10::Storage storage, c10::DispatchKey key, caffe2::TypeMeta type)
+{
+    return at::detail::make_tensor<c10::TensorImpl>(std::move(storage), c10::DispatchKeySet(key), type);
+}
+
+std::size_t bytes_of(at::IntArrayRef sizes, at::IntArrayRef strides, std::size_t item)
+{
+    std::int64_t last = 0;
+    for (std::size_t i = 0; i < sizes.size(); ++i)
+    {
+        if (sizes[i] == 0)
+            return 0;
+        last += (sizes[i] - 1) * strides[i];
+    }
+    return static_cast<std::size_t>(last + 1) * item;
+}
+
+at::Tensor far_empty_strided(at::IntArrayRef sizes, at::IntArrayRef strides, c10::optional<at::ScalarType> type)
+{
+    const auto meta = c10::scalarTypeToTypeMeta(type.value_or(at::kFloat));
+    auto tensor = with_storage(far_storage(bytes_of(sizes, strides, meta.itemsize())), c10::DispatchKey::PrivateUse1, meta);
+    tensor.unsafeGetTensorImpl()->set_sizes_and_strides(sizes, strides);
+    return tensor;
+}
+
+bool is_far(const at::Tensor& tensor)
+{
+    return tensor.defined() && tensor.device().type() == far_type;
+}
+
+/// The far tensor as a CPU tensor of the same memory.
+at::Tensor near_view(const at::Tensor& tensor)
+{
+    auto* block = static_cast<Block*>(tensor.storage().data_ptr().get_context());
+    c10::Storage storage(c10::Storage::use_byte_size_t(), tensor.storage().nbytes(),
+                         at::DataPtr(block->near, block, &keep_block, c10::Device(at::kCPU)), c10::GetAllocator(at::kCPU), true);
+    auto view = with_storage(std::move(storage), c10::DispatchKey::CPU, tensor.dtype());
+    view.unsafeGetTensorImpl()->set_storage_offset(tensor.storage_offset());
+    view.unsafeGetTensorImpl()->set_sizes_and_strides(tensor.sizes(), tensor.strides());
+    return view;
+}
+
+at::Tensor to_far(const at::Tensor& near)
+{
+    auto tensor = far_empty_strided(near.sizes(), near.strides(), near.scalar_type());
+    near_view(tensor).copy_(near);
+    return tensor;
+}
+
+/// One call of an operator by its CPU kernel.
+class Call
+{
+  public:
+    explicit Call(const c10::OperatorHandle& op) : op_(op), kernel_(op) {}
+    /// `op` by the kernel of an operator that takes the same arguments and gives the same.
+    Call(const c10::OperatorHandle& op, const c10::OperatorHandle& kernel) : op_(op), kernel_(kernel) {}
+
+    void operator()(torch::jit::Stack* stack)
+    {
+        const auto count = kernel_.schema().arguments().size();
+        for (std::size_t i = stack->size() - count; i < stack->size(); ++i)
+            (*stack)[i] = taken_near((*stack)[i]);
+        if (far_seen_ && mixed_)
+            throw std::runtime_error("far device: " + op_.schema().name() + " is given tensors of both sides");
+        note_wait();
+        kernel_.callBoxed(stack);
+        for (std::size_t i = stack->size() - op_.schema().returns().size(); i < stack->size(); ++i)
+            (*stack)[i] = taken_far((*stack)[i]);
+        for (const auto& pair : pairs_)
+            follow(pair);
+    }
+
+  private:
+    struct Pair
+    {
+        at::Tensor far;
+        at::Tensor near;
+    };
+
+    at::Tensor near_of(const at::Tensor& tensor)
+    {
+        if (!is_far(tensor))
+        {
+            // As with CUDA, a number may come from the processor.
+            mixed_ = mixed_ || (tensor.defined() && tensor.dim() > 0);
+            return tensor;
+        }
+        far_seen_ = true;
+        pairs_.push_back({tensor, near_view(tensor)});
+        return pairs_.back().near;
+    }
+
+    c10::IValue taken_near(const c10::IValue& value)
+    {
+        if (value.isTensor())
+            return near_of(value.toTensor());
+        if (value.isTensorList())
+        {
+            c10::List<at::Tensor> list;
+            for (const at::Tensor& tensor : value.toTensorVector())
+                list.push_back(near_of(tensor));
+            return list;
+        }
+        if (value.isList() && value.toListRef().size() > 0 &&
+            std::all_of(value.toListRef().begin(), value.toListRef().end(),
+                        [](const c10::IValue& v) { return v.isTensor() || v.isNone(); }))
+        {
+            c10::List<c10::optional<at::Tensor>> list;
+            for (const auto& element : value.toListRef())
+            {
+                const auto tensor = element.isNone() ? at::Tensor() : element.toTensor();
+                by_mask_ = by_mask_ || (tensor.defined() && tensor.scalar_type() == at::kBool);
+                list.push_back(element.isNone() ? c10::optional<at::Tensor>() : c10::optional<at::Tensor>(near_of(tensor)));
+            }
+            return list;
+        }
+        if (value.isDevice() && value.toDevice().type() == far_type)
+        {
+            far_seen_ = true;
+            return c10::Device(at::kCPU);
+        }
+        return value;
+    }
+
+    at::Tensor far_of(const at::Tensor& result) const
+    {
+        if (!result.defined() || !far_seen_ || is_far(result))
+            return result;
+        for (const auto& [far, near] : pairs_)
+            if (result.is_same(near))
+                return far;
+        const auto& data = result.storage().data_ptr();
+        if (data.get_deleter() != &keep_block)
+            return to_far(result);
+        for (const auto& [far, near] : pairs_)
+            if (far.storage().data_ptr().get_context() == data.get_context())
+            {
+                auto view = with_storage(far.storage(), c10::DispatchKey::PrivateUse1, result.dtype());
+                view.unsafeGetTensorImpl()->set_storage_offset(result.storage_offset());
+                view.unsafeGetTensorImpl()->set_sizes_and_strides(result.sizes(), result.strides());
+                return view;
+            }
+        throw std::logic_error("far device: a result lies in the memory of no argument");
+    }
+
+    c10::IValue taken_far(const c10::IValue& value) const
+    {
+        if (value.isTensor())
+            return far_of(value.toTensor());
+        if (!value.isTensorList())
+            return value;
+        c10::List<at::Tensor> list;
+        for (const at::Tensor& tensor : value.toTensorVector())
+            list.push_back(far_of(tensor));
+        return list;
+    }
+
+    /// An argument that was resized or moved is so on the device too.
+    static void follow(const Pair& pair)
+    {
+        auto* impl = pair.far.unsafeGetTensorImpl();
+        if (pair.near.storage().data_ptr().get_deleter() != &keep_block)
+        {
+            const auto moved = to_far(pair.near);
+            impl->set_storage_keep_dtype(moved.storage());
+            impl->set_storage_offset(0);
+        }
+        else if (pair.near.storage_offset() != pair.far.storage_offset())
+            impl->set_storage_offset(pair.near.storage_offset());
+        if (pair.near.sizes() != pair.far.sizes() || pair.near.strides() != pair.far.strides())
+            impl->set_sizes_and_strides(pair.near.sizes(), pair.near.strides());
+    }
+
+    void note_wait() const
+    {
+        static const std::vector<std::string> sized_by_values{"aten::nonzero",
+                                                              "aten::masked_select",
+                                                              "aten::_unique",
+                                                              "aten::_unique2",
+                                                              "aten::unique_consecutive",
+                                                              "aten::unique_dim",
+                                                              "aten::equal",
+                                                              "aten::is_nonzero",
+                                                              "aten::bincount",
+                                                              "aten::_local_scalar_dense",
+                                                              "aten::is_set_to",
+                                                              "aten::histc",
+                                                              "aten::unique_dim_consecutive"};
+        const auto& name = op_.schema().name();
+        if (far_seen_ && (by_mask_ || std::find(sized_by_values.begin(), sized_by_values.end(), name) != sized_by_values.end()))
+            count_wait(name);
+    }
+
+    const c10::OperatorHandle& op_;
+    const c10::OperatorHandle& kernel_;
+    std::vector<Pair> pairs_;
+    bool far_seen_ = false;
+    bool mixed_ = false;
+    bool by_mask_ = false;
+};
+
+void on_the_processor(const c10::OperatorHandle& op, torch::jit::Stack* stack)
+{
+    Call call(op);
+    call(stack);
+}
+
+c10::OperatorHandle operator_named(const char* name)
+{
+    return c10::Dispatcher::singleton().findSchemaOrThrow(name, "");
+}
+
+/// Other devices than those that libtorch knows have operators of their own for convolutions.
+void convolution(const c10::OperatorHandle& op, torch::jit::Stack* stack)
+{
+    const auto kernel = operator_named("aten::convolution");
+    Call call(op, kernel);
+    call(stack);
+}
+
+void convolution_backward(const c10::OperatorHandle& op, torch::jit::Stack* stack)
+{
+    const auto kernel = operator_named("aten::convolution_backward");
+    // The sizes of the bias, which follow the three tensors: none.
+    stack->insert(stack->end() - static_cast<std::ptrdiff_t>(op.schema().arguments().size()) + 3, c10::IValue());
+    Call call(op, kernel);
+    call(stack);
+}
+
+at::Tensor empty(at::IntArrayRef sizes, c10::optional<at::ScalarType> type, c10::optional<at::Layout>, c10::optional<at::Device>,
+                 c10::optional<bool>, c10::optional<at::MemoryFormat> format)
+{
+    const auto meta = at::empty(sizes, at::TensorOptions(at::kMeta).dtype(type.value_or(at::kFloat)), format);
+    return far_empty_strided(meta.sizes(), meta.strides(), type);
+}
+
+at::Tensor empty_strided(at::IntArrayRef sizes, at::IntArrayRef strides, c10::optional<at::ScalarType> type,
+                         c10::optional<at::Layout>, c10::optional<at::Device>, c10::optional<bool>)
+{
+    return far_empty_strided(sizes, strides, type);
+}
+
+at::Tensor copy_from(const at::Tensor& from, const at::Tensor& to, bool non_blocking)
+{
+    if (!is_far(to))
+        count_wait("copy to the processor");
+    else if (!is_far(from))
+    {
+        const std::lock_guard lock(traffic_mutex);
+        ++(non_blocking ? traffic.to_device_later : traffic.to_device);
+    }
+    (is_far(to) ? near_view(to) : to).copy_(is_far(from) ? near_view(from) : from);
+    return to;
+}
+
+/// Streams are told apart but all work is done at once.
+class Guard final : public c10::impl::DeviceGuardImplInterface
+{
+  public:
+    c10::DeviceType type() const override { return far_type; }
+    c10::Device exchangeDevice(c10::Device) const override { return getDevice(); }
+    c10::Device getDevice() const override { return {far_type, 0}; }
+    void setDevice(c10::Device) const override {}
+    void uncheckedSetDevice(c10::Device) const noexcept override {}
+    c10::Stream getStream(c10::Device) const noexcept override { return stream(current()); }
+    c10::Stream getStreamFromGlobalPool(c10::Device, bool) const override { return stream(1); }
+    c10::Stream exchangeStream(c10::Stream next) const noexcept override
+    {
+        const auto before = current();
+        current() = next.id();
+        return stream(before);
+    }
+    c10::DeviceIndex deviceCount() const noexcept override { return 1; }
+    void record(void** event, const c10::Stream&, const c10::DeviceIndex, const c10::EventFlag) const override
+    {
+        static char some_event = 0;
+        *event = &some_event;
+        const std::lock_guard lock(traffic_mutex);
+        ++traffic.events_recorded;
+    }
+    void block(void* event, const c10::Stream&) const override
+    {
+        if (event == nullptr)
+            return;
+        const std::lock_guard lock(traffic_mutex);
+        ++traffic.events_awaited;
+    }
+    bool queryEvent(void*) const override { return true; }
+    void destroyEvent(void*, const c10::DeviceIndex) const noexcept override {}
+    bool queryStream(const c10::Stream&) const override { return true; }
+    void synchronizeStream(const c10::Stream&) const override { count_wait("synchronizeStream"); }
+    void recordDataPtrOnStream(const c10::DataPtr&, const c10::Stream&) const override {}
+
+  private:
+    static c10::StreamId& current()
+    {
+        thread_local c10::StreamId id = 0;
+        return id;
+    }
+    static c10::Stream stream(c10::StreamId id) { return c10::Stream(c10::Stream::UNSAFE, c10::Device(far_type, 0), id); }
+};
+
+}  // namespace
+
+std::int64_t FarTraffic::wait_count() const
+{
+    std::int64_t count = to_device;
+    for (const auto& [name, times] : waits)
+        count += times;
+    return count;
+}
+
+namespace
+{
+
+torch::Device known_device()
+{
+    static torch::Library library(torch::Library::IMPL, "aten", c10::DispatchKey::PrivateUse1, __FILE__, __LINE__);
+    static torch::Library all(torch::Library::IMPL, "_", c10::DispatchKey::PrivateUse1, __FILE__, __LINE__);
+    static const bool known = []
+    {
+        static Guard guard;
+        static const c10::impl::DeviceGuardImplRegistrar registrar(far_type, &guard);
+        library.impl("empty.memory_format", TORCH_FN(empty));
+        library.impl("empty_strided", TORCH_FN(empty_strided));
+        library.impl("_copy_from", TORCH_FN(copy_from));
+        library.impl("convolution_overrideable", torch::CppFunction::makeFromBoxedFunction<&convolution>());
+        library.impl("convolution_backward_overrideable", torch::CppFunction::makeFromBoxedFunction<&convolution_backward>());
+        all.fallback(torch::CppFunction::makeFromBoxedFunction<&on_the_processor>());
+        return true;
+    }();
+    return known ? torch::Device(far_type, 0) : torch::Device(at::kCPU);
+}
+
+const torch::Device the_device = known_device();
+
+}  // namespace
+
+torch::Device far_device()
+{
+    return the_device;
+}
+
+FarTraffic far_traffic()
+{
+    const std::lock_guard lock(traffic_mutex);
+    return traffic;
+}
+
+void forget_far_traffic()
+{
+    const std::lock_guard lock(traffic_mutex);
+    traffic = {};
+}
+
+}  // namespace fresco::testing

@@ -1,0 +1,156 @@
+#include "fakes.h"
+#include "loop.h"
+
+#include <far_device.h>
+#include <fresco/torch/tensor.h>
+
+#include <ATen/ATen.h>
+
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <string>
+
+using namespace fakes;
+using fresco::optimize::LoopOptions;
+
+namespace
+{
+
+template <class Contract>
+std::shared_ptr<Contract> made(const std::string& type, const Value& options, ComponentFactory& factory)
+{
+    std::string file = type;
+    file.replace(file.find('.'), 1, "_");
+    auto object = testing::make_from_plugin(std::filesystem::path(FRESCO_PLUGINS) / (file + ".so"), type);
+    object->configure(options, factory);
+    auto* component = dynamic_cast<Contract*>(object.get());
+    REQUIRE(component != nullptr);
+    object.release();
+    return std::shared_ptr<Contract>(component);
+}
+
+/// Weights of VGG-19 up to relu2_1, drawn so that activations keep their size.
+std::filesystem::path weights_in(const std::filesystem::path& folder)
+{
+    SafeTensors contents;
+    at::manual_seed(5);
+    std::int64_t inputs = 3;
+    for (const auto& [name, outputs] : {std::pair<const char*, std::int64_t>{"conv1_1", 64}, {"conv1_2", 64}, {"conv2_1", 128}})
+    {
+        const double deviation = std::sqrt(2.0 / (9.0 * static_cast<double>(inputs))) / (inputs == 3 ? 64 : 1);
+        contents.tensors[std::string(name) + ".weight"] = at::randn({outputs, inputs, 3, 3}) * deviation;
+        contents.tensors[std::string(name) + ".bias"] = at::zeros({outputs});
+        inputs = outputs;
+    }
+    write_safetensors(folder / "vgg.safetensors", contents);
+    return folder / "vgg.safetensors";
+}
+
+struct Room
+{
+    testing::TemporaryFolder folder;
+    Wall wall{folder.path() / "wall", 4, {30, 45}};
+    Raster8 style{96, 72, 3};
+    std::filesystem::path weights = weights_in(folder.path());
+
+    Room()
+    {
+        for (std::size_t i = 0; i < style.values.size(); ++i)
+            style.values[i] = static_cast<std::uint8_t>(40 + (i * 37) % 150);
+    }
+
+    struct Result
+    {
+        Texture texture;
+        std::vector<double> losses;
+        std::int64_t waits = 0;
+    };
+
+    Result painted(const std::map<std::string, Value>& losses, const torch::Device& device, int repeats,
+                   const std::string& rule = "optimiser.adam")
+    {
+        testing::TestFactory factory;
+        const auto dictionary =
+            made<FeatureNetwork>("features.dictionary", Value::Map{{"patches", 1000}, {"iterations", 2}}, factory);
+        const auto network = made<FeatureNetwork>(
+            "features.vgg19", Value::Map{{"weights", weights.string()}, {"convolutions", "libtorch"}, {"rescale", "never"}},
+            factory);
+        factory.add("features.dictionary", [&] { return dictionary; });
+        factory.add("features.vgg19", [&] { return network; });
+        std::map<std::string, std::shared_ptr<Loss>> components;
+        for (const auto& [type, options] : losses)
+            components.emplace(type, made<Loss>(type, options, factory));
+        const auto texture = made<TextureRepresentation>("texture.laplacian", Value::Map{}, factory);
+        const auto steps = made<OptimiserRule>(
+            rule, rule == "optimiser.adam" ? Value::Map{{"mode", "visible"}} : Value::Map{{"max_evaluations", 2}}, factory);
+        LoopOptions options;
+        options.size_px = 64;
+        options.repeats = repeats;
+        options.device = device;
+        options.lambda_r = 0.01;
+        options.levels.angle.limit_deg = 60;
+        options.checkpoint_steps = 0;
+        testing::TestRun run;
+        testing::forget_far_traffic();
+        Result result;
+        result.texture =
+            optimize::optimised_texture({*wall.maps, wall.frames, style}, {components, *texture, *steps}, options, run);
+        result.waits = testing::far_traffic().wait_count();
+        result.losses = run.metrics.at("loss");
+        return result;
+    }
+};
+
+/// How far apart two textures are, relative to how far either can have gone.
+double distance(const Texture& a, const Texture& b)
+{
+    double most = 0;
+    for (std::size_t layer = 0; layer < a.layers.size(); ++layer)
+        for (std::size_t i = 0; i < a.layers[layer].values.size(); ++i)
+            most = std::max(most, static_cast<double>(std::abs(a.layers[layer].values[i] - b.layers[layer].values[i])));
+    return most;
+}
+
+const Value on_dictionary = Value::Map{{"type", "features.dictionary"}};
+const Value on_network = Value::Map{{"type", "features.vgg19"}};
+
+}  // namespace
+
+TEST_CASE("every loss gives on another device what it gives on the processor, and waits for it once a step")
+{
+    Room room;
+    const std::vector<std::map<std::string, Value>> all{
+        {{"loss.gram", Value::Map{{"targets", "both"}, {"features", on_dictionary}}},
+         {"loss.content", Value::Map{{"features", on_dictionary}, {"relative", true}}},
+         {"loss.content_gradients", Value::Map{}}},
+        {{"loss.gram", Value::Map{{"targets", "both"}, {"centre", false}, {"rule", "released"}, {"features", on_network}}},
+         {"loss.content", Value::Map{{"features", on_network}, {"layers", "relu2_1"}}}},
+        {{"loss.sliced_wasserstein", Value::Map{{"features", on_dictionary}}}},
+        {{"loss.nnfm", Value::Map{{"features", on_dictionary}}}}};
+    for (const auto& losses : all)
+    {
+        CAPTURE(losses.begin()->first);
+        const auto near = room.painted(losses, torch::kCPU, 2);
+        CHECK(near.waits == 0);
+        const auto far = room.painted(losses, testing::far_device(), 2);
+        REQUIRE(far.losses.size() == near.losses.size());
+        CHECK(far.losses.front() == Approx(near.losses.front()).epsilon(1e-4));
+        CHECK(far.losses.back() == Approx(near.losses.back()).epsilon(1e-3));
+        CHECK(distance(far.texture, near.texture) < 2e-2);
+        const auto longer = room.painted(losses, testing::far_device(), 5);
+        CHECK(longer.waits - far.waits == static_cast<std::int64_t>(longer.losses.size() - far.losses.size()));
+        CHECK(testing::far_traffic().events_awaited > 0);
+    }
+}
+
+TEST_CASE("what can only be computed on the processor is, whatever the device")
+{
+    Room room;
+    const std::map<std::string, Value> patches{{"loss.patch_match", Value::Map{{"scales", 1}}}};
+    CHECK(distance(room.painted(patches, testing::far_device(), 1).texture, room.painted(patches, torch::kCPU, 1).texture) <
+          1e-3);
+    const std::map<std::string, Value> gram{{"loss.gram", Value::Map{{"features", on_dictionary}}}};
+    CHECK(distance(room.painted(gram, testing::far_device(), 1, "optimiser.lbfgs").texture,
+                   room.painted(gram, torch::kCPU, 1, "optimiser.lbfgs").texture) < 1e-3);
+}

@@ -74,8 +74,8 @@ int inspect(const WeightsArguments& arguments)
     const auto line = [&](const char* key) { fmt::print("{:<11} {}\n", key, description.at(key).as_string()); };
     fmt::print("{:<11} {}, {} bytes\n", "form", description.at("form").as_string(), file.bytes.size());
     line("sha256");
-    fmt::print("{:<11} VGG-19, conv1_1 to conv{}, {}' names\n", "network", vgg19.layers.back().name,
-               vgg19.keys == weights::Vgg19Keys::gatys ? "Gatys" : "torchvision");
+    fmt::print("{:<11} VGG-19, conv1_1 to conv{}, {} names\n", "network", vgg19.layers.back().name,
+               vgg19.keys == weights::Vgg19Keys::gatys ? "Gatys'" : "torchvision's");
     line("input");
     line("padding");
     fmt::print("{:<11} {}\n", "normalised", vgg19.normalised ? "to unit mean activation" : "no");

@@ -178,6 +178,7 @@ class Packet
         rtcIntersect16(valid_.data(), scene, &context, &rays_);
     }
 
+    std::uint32_t triangle(std::size_t i) const { return missed(i) ? Hit::none : rays_.hit.primID[i]; }
     bool missed(std::size_t i) const { return rays_.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID; }
 
     Hit hit(std::size_t i, const Mesh& mesh, Vec3d origin, Vec3d direction) const
@@ -197,53 +198,89 @@ Vec3d nudged(Vec3d direction)
 {
     return direction + Vec3d{0.53, 0.31, 0.79} * (1e-6 * length(direction));
 }
-}  // namespace
 
-void Scene::cast(Vec3d origin, std::span<const Vec3d> directions, std::span<Hit> hits) const
+/// Casts rays and calls `found(packet, i, ray)` for each: ray number `ray` is number `i` of the packet.
+template <class Found>
+void cast_twice(RTCScene scene, Vec3d origin, std::span<const Vec3d> directions, const Found& found)
 {
     Packet packet(origin, directions);
-    packet.intersect(embree_->scene);
-    std::array<Vec3d, packet_size> again;
-    std::array<std::size_t, packet_size> place;
+    packet.intersect(scene);
+    std::array<Vec3d, Scene::packet_size> again;
+    std::array<std::size_t, Scene::packet_size> ray;
     std::size_t missed = 0;
     for (std::size_t i = 0; i < directions.size(); ++i)
     {
-        hits[i] = packet.hit(i, mesh_, origin, directions[i]);
+        found(packet, i, i);
         if (packet.missed(i))
         {
             again[missed] = nudged(directions[i]);
-            place[missed++] = i;
+            ray[missed++] = i;
         }
     }
     if (missed == 0)
         return;
     // Embree is watertight along edges, but a ray that meets a vertex to the last bit can miss all faces around it.
     Packet second(origin, std::span(again).first(missed));
-    second.intersect(embree_->scene);
+    second.intersect(scene);
     for (std::size_t i = 0; i < missed; ++i)
-        hits[place[i]] = second.hit(i, mesh_, origin, directions[place[i]]);
+        found(second, i, ray[i]);
 }
 
-void Scene::cast_rows(const Camera& camera, int first_row, int end_row, std::span<Hit> hits) const
+/// Calls `cast(directions, places)` for the packets of a camera's rows; a place is an index into the rows' pixels.
+template <class Cast>
+void for_each_packet(const Camera& camera, int first_row, int end_row, const Cast& cast)
 {
     const int width = camera.intrinsics.width;
-    const Vec3d origin = camera.world_from_camera.translation;
-    std::array<Vec3d, packet_size> directions;
-    std::array<Hit, packet_size> found;
+    std::array<Vec3d, Scene::packet_size> directions;
+    std::array<std::size_t, Scene::packet_size> places;
+    const Vec3d across = camera.world_from_camera.direction({1 / camera.intrinsics.fx, 0, 0});
     for_each_block(width, first_row, end_row,
                    [&](int begin_x, int end_x, int begin_y, int end_y)
                    {
                        std::size_t count = 0;
                        for (int y = begin_y; y < end_y; ++y)
-                           for (int x = begin_x; x < end_x; ++x)
-                               directions[count++] = camera.ray(x + 0.5, y + 0.5);
-                       cast(origin, std::span(directions).first(count), std::span(found).first(count));
-                       count = 0;
-                       for (int y = begin_y; y < end_y; ++y)
-                           for (int x = begin_x; x < end_x; ++x)
-                               hits[static_cast<std::size_t>(y - first_row) * static_cast<std::size_t>(width) +
-                                    static_cast<std::size_t>(x)] = found[count++];
+                       {
+                           const Vec3d first = camera.ray(begin_x + 0.5, y + 0.5);
+                           for (int x = begin_x; x < end_x; ++x, ++count)
+                           {
+                               directions[count] = first + across * static_cast<double>(x - begin_x);
+                               places[count] = static_cast<std::size_t>(y - first_row) * static_cast<std::size_t>(width) +
+                                               static_cast<std::size_t>(x);
+                           }
+                       }
+                       cast(std::span<const Vec3d>(directions).first(count), std::span<const std::size_t>(places).first(count));
                    });
+}
+}  // namespace
+
+void Scene::cast(Vec3d origin, std::span<const Vec3d> directions, std::span<Hit> hits) const
+{
+    cast_twice(embree_->scene, origin, directions,
+               [&](const Packet& packet, std::size_t i, std::size_t ray)
+               { hits[ray] = packet.hit(i, mesh_, origin, directions[ray]); });
+}
+
+void Scene::cast_rows(const Camera& camera, int first_row, int end_row, std::span<Hit> hits) const
+{
+    std::array<Hit, packet_size> found;
+    for_each_packet(camera, first_row, end_row,
+                    [&](std::span<const Vec3d> directions, std::span<const std::size_t> places)
+                    {
+                        cast(camera.world_from_camera.translation, directions, std::span(found).first(directions.size()));
+                        for (std::size_t i = 0; i < places.size(); ++i)
+                            hits[places[i]] = found[i];
+                    });
+}
+
+void Scene::first_faces(const Camera& camera, int first_row, int end_row, std::span<std::uint32_t> faces) const
+{
+    for_each_packet(camera, first_row, end_row,
+                    [&](std::span<const Vec3d> directions, std::span<const std::size_t> places)
+                    {
+                        cast_twice(embree_->scene, camera.world_from_camera.translation, directions,
+                                   [&](const Packet& packet, std::size_t i, std::size_t ray)
+                                   { faces[places[ray]] = packet.triangle(i); });
+                    });
 }
 
 const char* embree_version()

@@ -9,9 +9,7 @@ Sight sight(const Hit& hit)
 {
     if (!hit.found())
         return Sight::nothing;
-    if (!hit.front)
-        return Sight::back_face;
-    return hit.distance < nearest_surface_m ? Sight::too_near : Sight::surface;
+    return fresco::sight(hit.front, hit.distance);
 }
 
 std::array<Vec3d, 3> corners(const Mesh& mesh, std::uint32_t triangle)

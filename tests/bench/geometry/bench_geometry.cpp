@@ -82,6 +82,7 @@ void run(const Options& options)
     if (wanted("uv-maps"))
     {
         report.add(bench::uv_map_table(inputs, settings));
+        report.add(bench::uv_map_agreement_table(inputs, settings));
         report.add(bench::uv_map_twin_table(inputs, settings));
     }
     if (!options.json.empty())

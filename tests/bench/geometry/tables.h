@@ -25,8 +25,11 @@ Table decimation_table(const std::vector<GeometryInput>& inputs, const GeometryS
 /// Each atlas on each input, decimated as above; atlas.project on the whole input too.
 Table atlas_table(const std::vector<GeometryInput>& inputs, const GeometrySettings& settings);
 
-/// Uv maps at the heights, on one thread and on all.
+/// Uv maps at the heights by each implementation, on one thread and on all.
 Table uv_map_table(const std::vector<GeometryInput>& inputs, const GeometrySettings& settings);
+
+/// How far the implementations of uv maps agree with one another.
+Table uv_map_agreement_table(const std::vector<GeometryInput>& inputs, const GeometrySettings& settings);
 
 /// Tiny uv maps against the way without a search structure: time and equality.
 Table uv_map_twin_table(const std::vector<GeometryInput>& inputs, const GeometrySettings& settings);

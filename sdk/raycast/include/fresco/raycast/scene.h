@@ -46,6 +46,9 @@ class Scene
     /// Camera::ray's directions a distance is the depth along the optical axis, metres. Thread-safe.
     void cast_rows(const Camera& camera, int first_row, int end_row, std::span<Hit> hits) const;
 
+    /// The faces of those hits alone, Hit::none where nothing is met. Thread-safe.
+    void first_faces(const Camera& camera, int first_row, int end_row, std::span<std::uint32_t> faces) const;
+
     const Mesh& mesh() const { return mesh_; }
 
   private:

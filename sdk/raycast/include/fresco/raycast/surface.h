@@ -1,21 +1,12 @@
 #pragma once
 
 #include <fresco/raycast/scene.h>
+#include <fresco/uv_mapping/sight.h>
 
 namespace fresco::raycast
 {
 
-/// Nearer surfaces are the scanner's own noise, not something a camera saw.
-inline constexpr double nearest_surface_m = 0.05;
-
-/// What a camera's ray ends on.
-enum class Sight
-{
-    nothing,
-    surface,    ///< The front of a face, at least nearest_surface_m away.
-    back_face,  ///< The back of a face: nothing behind it is seen either.
-    too_near    ///< The front of a face nearer than nearest_surface_m along the optical axis.
-};
+using fresco::Sight;
 
 /// Judges a hit of a ray whose length unit is a metre along the optical axis.
 Sight sight(const Hit& hit);

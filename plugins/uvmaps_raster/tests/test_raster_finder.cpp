@@ -1,0 +1,8 @@
+#include "raster_finder.h"
+
+#include "finder_cases.h"
+
+std::unique_ptr<fresco::FaceFinder> make_finder(const fresco::Mesh& mesh)
+{
+    return std::make_unique<RasterFinder>(mesh);
+}

@@ -1,0 +1,42 @@
+#include "ray_finder.h"
+
+#include <fresco/parallel.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <vector>
+
+namespace
+{
+
+/// As many rows as Embree's packets of rays are high, some times over.
+constexpr int rows_per_block = 16;
+
+struct Rows
+{
+    std::size_t map;
+    int first;
+    int end;
+};
+
+}  // namespace
+
+void RayFinder::find(std::span<const fresco::Camera> cameras, const fresco::Progress& progress, std::span<fresco::FaceMap> faces)
+{
+    std::vector<Rows> blocks;
+    for (std::size_t i = 0; i < cameras.size(); ++i)
+        for (int row = 0; row < faces[i].height; row += rows_per_block)
+            blocks.push_back({i, row, std::min(row + rows_per_block, faces[i].height)});
+    fresco::parallel_for(
+        blocks.size(), 1, progress.threads(),
+        [&](std::size_t block, std::size_t)
+        {
+            progress.check_cancelled();
+            const Rows& rows = blocks[block];
+            fresco::FaceMap& map = faces[rows.map];
+            const auto width = static_cast<std::size_t>(map.width);
+            scene_.first_faces(
+                cameras[rows.map], rows.first, rows.end,
+                std::span(map.values).subspan(map.index(0, rows.first), static_cast<std::size_t>(rows.end - rows.first) * width));
+        });
+}

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <fresco/camera.h>
+#include <fresco/mesh.h>
+#include <fresco/uv_mapping/sight.h>
+#include <fresco/uv_maps.h>
+
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+namespace fresco
+{
+
+/// H x W: the face (its index in the mesh) that each pixel centre's ray meets first, or no_face.
+using FaceMap = Raster<std::uint32_t>;
+inline constexpr std::uint32_t no_face = std::numeric_limits<std::uint32_t>::max();
+
+/// What became of a map's pixels; the five sum to width x height.
+struct PixelCounts
+{
+    std::int64_t valid = 0;
+    std::int64_t back_face = 0;
+    std::int64_t too_near = 0;
+    std::int64_t crack = 0;
+    std::int64_t nothing = 0;
+
+    PixelCounts& operator+=(const PixelCounts& other);
+    friend bool operator==(const PixelCounts&, const PixelCounts&) = default;
+};
+
+/// Texcoord, depth and angle of the faces that pixels see, in double precision from the mesh itself.
+class FaceShader
+{
+  public:
+    /// The mesh needs texcoords, must have passed check_mesh and must outlive the shader. Keeps 24 bytes per vertex.
+    explicit FaceShader(const Mesh& mesh);
+
+    /// Fills rows [first_row, end_row) of `map` and of `met`, both of the size of `faces`. Per pixel the texcoord (correct in
+    /// perspective) where its ray meets the face's plane, the depth along the optical axis and the cosine between the smooth
+    /// vertex normal (area-weighted) and the direction to the camera; zeros where it is not valid (see Sight). A ray that passes
+    /// by its face, for rounding or because the face has no area, gets the face's nearest point; never a NaN. `met`: as
+    /// seen_through_crack takes it. `camera` has the map's size. Thread-safe for different rows.
+    PixelCounts shade(const Camera& camera, const FaceMap& faces, int first_row, int end_row, UvMap& map, RasterF& met) const;
+
+    /// Takes the valid pixels of rows [first_row, end_row) that were seen through a crack out of the map, and returns their
+    /// number. `met` is complete. Thread-safe for different rows.
+    static std::int64_t close_cracks(const RasterF& met, int first_row, int end_row, UvMap& map);
+
+  private:
+    struct Vertex
+    {
+        Vec3f position;
+        Vec3f normal;
+    };
+
+    const Mesh& mesh_;
+    std::vector<Vertex> vertices_;
+
+    struct Plane;
+    Plane plane_of(std::uint32_t face, Vec3d origin, Vec3d depth_axis) const;
+    static Sight shade_pixel(const Plane& plane, Vec3d ray, UvMap& map, std::size_t i, float& met);
+};
+
+}  // namespace fresco

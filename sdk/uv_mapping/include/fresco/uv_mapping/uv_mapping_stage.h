@@ -1,0 +1,34 @@
+#pragma once
+
+#include <fresco/frames.h>
+#include <fresco/stage.h>
+#include <fresco/uv_mapping/uv_mapper.h>
+
+#include <memory>
+#include <vector>
+
+namespace fresco
+{
+
+/// A stage with the ports, options and report of `uvmaps.raycast`: checks its inputs, makes the uv maps of every frame at every
+/// height from the faces that `finder` finds, and counts what became of the pixels. A way of making uv maps derives from it and
+/// needs no more than `finder` and its costs.
+class UvMappingStage : public Stage
+{
+  public:
+    void run(RunContext& run) final;
+
+  protected:
+    /// Prepared for the mesh, which has faces and texcoords and outlives it.
+    virtual std::unique_ptr<FaceFinder> finder(const Mesh& mesh, const RunContext& run) const = 0;
+
+  private:
+    void check_inputs() const;
+
+    Input<Mesh> mesh_{this, "mesh", "Triangle mesh with texcoords, as an atlas.* stage makes it"};
+    Input<Frames> frames_{this, "frames", "The views; their colour cameras are used"};
+    Output<UvMaps> uvmaps_{this, "uvmaps", "Per pixel: texcoord, depth, cosine of the viewing angle, validity"};
+    Option<std::vector<int>> heights_px_{this, "heights_px", {256}, range(16, 4096), "Heights of the maps; widths follow"};
+};
+
+}  // namespace fresco

@@ -1,0 +1,109 @@
+#include <fresco/parallel.h>
+#include <fresco/uv_mapping/uv_mapping_stage.h>
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+namespace fresco
+{
+namespace
+{
+
+std::vector<int> sorted_heights(std::vector<int> heights)
+{
+    std::sort(heights.begin(), heights.end());
+    if (heights.empty())
+        throw Error("heights_px is empty: name at least one height, for example [256]");
+    if (const auto twice = std::adjacent_find(heights.begin(), heights.end()); twice != heights.end())
+        throw Error("heights_px names " + std::to_string(*twice) + " twice: name each height once");
+    return heights;
+}
+
+/// What all maps together came to.
+class Tally
+{
+  public:
+    void add(const Frame& frame, const std::vector<CountedUvMap>& maps)
+    {
+        ++frames_;
+        maps_ += maps.size();
+        bool sees = false;
+        for (const CountedUvMap& map : maps)
+        {
+            pixels_ += map.counts;
+            sees = sees || map.counts.valid > 0;
+        }
+        if (!sees && blind_++ == 0)
+            first_blind_ = frame.sequence + "/" + frame.name;
+    }
+
+    void tell(RunContext& run) const
+    {
+        run.report("maps", maps_);
+        run.report("valid_pixels", pixels_.valid);
+        run.report("back_face_pixels", pixels_.back_face);
+        run.report("too_near_pixels", pixels_.too_near);
+        run.report("crack_pixels", pixels_.crack);
+        run.report("empty_pixels", pixels_.nothing);
+        run.report("blind_frames", blind_);
+        if (blind_ == 0)
+            return;
+        run.warning(std::to_string(blind_) + " of " + std::to_string(frames_) +
+                    " frames see no front of the mesh, the first is " + first_blind_ +
+                    (blind_ == frames_ ? ": are the mesh and the poses in the same world frame, are the faces counter-clockwise "
+                                         "from outside?"
+                                       : ""));
+    }
+
+  private:
+    PixelCounts pixels_;
+    std::size_t maps_ = 0;
+    std::size_t frames_ = 0;
+    std::size_t blind_ = 0;
+    std::string first_blind_;
+};
+
+}  // namespace
+
+void UvMappingStage::check_inputs() const
+{
+    check_mesh(*mesh_, "the mesh on port 'mesh'");
+    if (mesh_->texcoords.empty())
+        throw Error("the mesh on port 'mesh' has no texcoords: put an atlas.* stage before this one");
+    if (frames_->frames.empty())
+        throw Error("port 'frames' brings no frames: check the scan's path and the stages that drop frames");
+    for (const Frame& frame : frames_->frames)
+        check_camera(frame.color, "the colour camera of " + frame.sequence + "/" + frame.name);
+}
+
+void UvMappingStage::run(RunContext& run)
+{
+    check_inputs();
+    const std::vector<int> heights = sorted_heights(*heights_px_);
+    UvMapper mapper(*mesh_, finder(*mesh_, run));
+    const std::size_t frames = frames_->frames.size();
+
+    UvMaps result;
+    result.heights_px = heights;
+    Tally tally;
+    for (std::size_t i = 0; i < frames; ++i)
+    {
+        run.check_cancelled();
+        const Frame& frame = frames_->frames[i];
+        const auto& maps = mapper.make(frame.color, heights, run);
+        parallel_for(heights.size(), 1, run.threads(),
+                     [&](std::size_t level, std::size_t)
+                     { UvMaps::write_map(uvmaps_.folder(), i, heights[level], maps[level].map); });
+        UvMaps::View view{frame.sequence, frame.name, frame.color, {}};
+        for (const CountedUvMap& map : maps)
+            view.valid_pixels.push_back(map.counts.valid);
+        result.views.push_back(std::move(view));
+        tally.add(frame, maps);
+        run.progress(static_cast<double>((i + 1) * heights.size()), static_cast<double>(frames * heights.size()), "maps");
+    }
+    tally.tell(run);
+    uvmaps_ = std::move(result);
+}
+
+}  // namespace fresco

@@ -1,0 +1,367 @@
+#pragma once
+
+#include "plain_uv_map.h"
+#include "view_cases.h"
+
+#include <fresco/error.h>
+#include <fresco/uv_mapping/uv_mapper.h>
+
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <numeric>
+
+/// \file What every way of finding the faces that pixels see must pass. A test includes this once and defines:
+std::unique_ptr<fresco::FaceFinder> make_finder(const fresco::Mesh& mesh);
+
+namespace
+{
+using namespace fresco;
+using namespace cases;
+
+CountedUvMap one_map(const Mesh& mesh, const Camera& camera, int height_px, const Progress& progress = Progress{})
+{
+    UvMapper mapper(mesh, make_finder(mesh));
+    return mapper.make(camera, std::vector<int>{height_px}, progress).front();
+}
+
+std::vector<std::uint32_t> faces_of(const Mesh& mesh, const Camera& camera)
+{
+    std::vector<FaceMap> faces(1, FaceMap(camera.intrinsics.width, camera.intrinsics.height));
+    make_finder(mesh)->find(std::span(&camera, 1), Progress{}, faces);
+    return faces.front().values;
+}
+
+std::int64_t sum(const PixelCounts& counts)
+{
+    return counts.valid + counts.back_face + counts.too_near + counts.crack + counts.nothing;
+}
+
+struct Threads final : Progress
+{
+    explicit Threads(int n) : n_(n) {}
+    int threads() const override { return n_; }
+    int n_;
+};
+
+/// Equal to the plain map but for `other` pixels at most, whose rays pass an edge within rounding.
+void check_against_plain(const Mesh& mesh, const Camera& camera, int height_px, int other)
+{
+    const UvMap map = one_map(mesh, camera, height_px).map;
+    const UvMap plain = plain::uv_map(mesh, camera, height_px);
+    int apart = 0;
+    for (std::size_t i = 0; i < map.valid.values.size(); ++i)
+    {
+        const auto near = [&](const RasterF& a, const RasterF& b, std::size_t k, double margin)
+        { return std::abs(a.values[k] - b.values[k]) <= margin; };
+        const bool same = map.valid.values[i] == plain.valid.values[i] && near(map.uv, plain.uv, 2 * i, 2e-6) &&
+                          near(map.uv, plain.uv, 2 * i + 1, 2e-6) && near(map.depth, plain.depth, i, 1e-5) &&
+                          near(map.cosine, plain.cosine, i, 1e-5);
+        apart += same ? 0 : 1;
+    }
+    CHECK(apart <= other);
+}
+}  // namespace
+
+TEST_CASE("a wall seen from the front has the uv, depth and cosine of plain geometry")
+{
+    const auto [map, counts] = one_map(wall(), straight(64, 48, 50), 48);
+    REQUIRE(map.uv.width == 64);
+    REQUIRE(map.uv.height == 48);
+    REQUIRE(map.uv.channels == 2);
+    CHECK(counts.valid == 64 * 48);
+    for (int y = 0; y < 48; ++y)
+        for (int x = 0; x < 64; ++x)
+        {
+            const double dx = (x + 0.5 - 32) / 50;
+            const double dy = (y + 0.5 - 24) / 50;
+            REQUIRE(map.valid.at(x, y) == 1);
+            CHECK(map.depth.at(x, y) == Approx(2).epsilon(1e-6));
+            CHECK(map.uv.at(x, y, 0) == Approx((2 * dx + 2) / 4).epsilon(1e-5));
+            CHECK(map.uv.at(x, y, 1) == Approx(1 - (2 * dy + 2) / 4).epsilon(1e-5));
+            CHECK(map.cosine.at(x, y) == Approx(1 / std::sqrt(dx * dx + dy * dy + 1)).epsilon(1e-5));
+        }
+}
+
+TEST_CASE("uv is correct in perspective on a slanted wall and at another height")
+{
+    const double angle = 0.5;
+    const auto [map, counts] = one_map(wall(), turned(straight(64, 48, 50), angle), 36);
+    REQUIRE(map.uv.width == 48);
+    int checked = 0;
+    for (int y = 0; y < 36; ++y)
+        for (int x = 0; x < 48; ++x)
+        {
+            const double dx = ((x + 0.5) * 4 / 3 - 32) / 50;
+            const double dy = ((y + 0.5) * 4 / 3 - 24) / 50;
+            const double world_x = std::cos(angle) * dx + std::sin(angle);
+            const double world_z = -std::sin(angle) * dx + std::cos(angle);
+            const double depth = 2 / world_z;
+            const double px = depth * world_x;
+            const double py = depth * dy;
+            if (std::abs(px) > 1.999 || std::abs(py) > 1.999)
+                continue;
+            ++checked;
+            CHECK(map.depth.at(x, y) == Approx(depth).epsilon(1e-5));
+            CHECK(map.uv.at(x, y, 0) == Approx((px + 2) / 4).margin(1e-5));
+            CHECK(map.uv.at(x, y, 1) == Approx(1 - (py + 2) / 4).margin(1e-5));
+            CHECK(map.cosine.at(x, y) == Approx(world_z / std::sqrt(dx * dx + dy * dy + 1)).epsilon(1e-5));
+        }
+    CHECK(checked > 1000);
+    CHECK(counts.nothing > 0);
+    CHECK(counts.valid + counts.nothing == 36 * 48);
+}
+
+TEST_CASE("a map scales each axis on its own")
+{
+    // 100 x 75 at height 10 is 13 wide: 13/100 against 10/75.
+    const UvMap map = one_map(wall(), straight(100, 75, 80), 10).map;
+    REQUIRE(map.uv.width == 13);
+    const double dx = ((0.5 / 13) * 100 - 50) / 80;
+    const double dy = ((0.5 / 10) * 75 - 37.5) / 80;
+    CHECK(map.uv.at(0, 0, 0) == Approx((2 * dx + 2) / 4).epsilon(1e-5));
+    CHECK(map.uv.at(0, 0, 1) == Approx(1 - (2 * dy + 2) / 4).epsilon(1e-5));
+}
+
+TEST_CASE("back faces, near faces and the void are invalid and counted")
+{
+    Camera behind = straight(8, 6, 10);
+    behind.world_from_camera.translation = {0, 0, 3};
+    behind.world_from_camera.rotation.m = {-1, 0, 0, 0, 1, 0, 0, 0, -1};  // looks back along -z
+    const auto [map, counts] = one_map(wall(), behind, 6);
+    CHECK(counts.back_face == 48);
+    CHECK(counts.valid == 0);
+    CHECK(map.valid.values == std::vector<std::uint8_t>(48, 0));
+    CHECK(map.depth.values == std::vector<float>(48, 0));
+
+    Camera near = straight(8, 6, 10);
+    near.world_from_camera.translation = {0, 0, 1.951};
+    CHECK(one_map(wall(), near, 6).counts.too_near == 48);
+    near.world_from_camera.translation = {0, 0, 1.9999};
+    CHECK(one_map(wall(), near, 6).counts.too_near == 48);
+    near.world_from_camera.translation = {0, 0, 1.949};
+    CHECK(one_map(wall(), near, 6).counts.valid == 48);
+
+    Camera away = straight(8, 6, 10);
+    away.world_from_camera.translation = {0, 0, 3};
+    CHECK(one_map(wall(), away, 6).counts.nothing == 48);
+}
+
+TEST_CASE("the nearer of two walls hides the other")
+{
+    Mesh mesh = wall();
+    add_rectangle(mesh, -0.2F, -0.2F, 0.2F, 0.2F, 1);
+    const UvMap map = one_map(mesh, straight(40, 40, 40), 40).map;
+    CHECK(map.depth.at(20, 20) == Approx(1));
+    CHECK(map.uv.at(20, 20, 0) == 0.5F);
+    CHECK(map.depth.at(2, 2) == Approx(2));
+    int small = 0;
+    for (const float depth : map.depth.values)
+        small += depth < 1.5F;
+    CHECK(small == 16 * 16);
+}
+
+TEST_CASE("the cosine comes from area-weighted vertex normals")
+{
+    // A ridge: the faces lean by 45 degrees to both sides, the edge's vertices get the mean normal (0,0,-1).
+    Mesh mesh;
+    mesh.positions = {{0, -1, 1}, {0, 1, 1}, {-1, 0, 2}, {1, 0, 2}};
+    mesh.triangles = {{0, 2, 1}, {0, 1, 3}};
+    mesh.texcoords.assign(6, {0.5F, 0.5F});
+    const UvMap map = one_map(mesh, straight(201, 101, 1000), 101).map;
+    REQUIRE(map.valid.at(100, 50) == 1);
+    CHECK(map.cosine.at(100, 50) == Approx(1).epsilon(1e-3));        // on the edge: smooth
+    CHECK(map.cosine.at(100, 50) > std::cos(0.7));                   // a flat normal would give cos 45 degrees
+    CHECK(map.cosine.at(200, 50) < map.cosine.at(100, 50) - 1e-3F);  // and it bends towards the sides
+}
+
+TEST_CASE("maps equal those of a test of every face, also where faces cross the camera's plane")
+{
+    const Mesh mesh = cave(24);
+    for (const double angle : {0.0, 0.8, 2.0, 4.4})
+    {
+        Camera camera = turned(straight(80, 60, 45), angle);
+        camera.world_from_camera.translation = {0.3, -0.2, 0.4};
+        check_against_plain(mesh, camera, 60, 1);
+        check_against_plain(mesh, camera, 47, 1);
+    }
+    check_against_plain(debris(400, 1), straight(80, 60, 45), 60, 8);
+    check_against_plain(debris(400, 2), straight(80, 60, 200), 60, 8);
+}
+
+TEST_CASE("a pose that is a rotation to four digits only shifts nothing")
+{
+    Camera camera = turned(straight(400, 300, 250), 0.7);
+    Mat3& r = camera.world_from_camera.rotation;
+    r(0, 0) += 1e-4;
+    r(1, 2) -= 1e-4;
+    r(2, 1) += 2e-4;
+    camera.world_from_camera.translation = {0.1, 0.2, -0.3};
+    check_against_plain(cave(12), camera, 60, 1);
+}
+
+TEST_CASE("no pixel slips between faces whose edges and corners lie on pixel centres")
+{
+    // A grid of squares, each cut in two by one of its diagonals, whose corners lie on every second pixel centre.
+    Mesh mesh;
+    constexpr int cells = 20;
+    for (int y = 0; y <= cells; ++y)
+        for (int x = 0; x <= cells; ++x)
+            mesh.positions.push_back({static_cast<float>(x) / 8, static_cast<float>(y) / 8, 1});
+    const auto at = [](int x, int y) { return static_cast<std::uint32_t>(y * (cells + 1) + x); };
+    for (int y = 0; y < cells; ++y)
+        for (int x = 0; x < cells; ++x)
+        {
+            const bool falling = (x + y) % 2 == 0;
+            const auto last = falling ? at(x + 1, y + 1) : at(x, y + 1);
+            const auto first = falling ? at(x, y) : at(x + 1, y);
+            mesh.triangles.push_back({at(x, y), last, at(x + 1, y)});
+            mesh.triangles.push_back({first, at(x, y + 1), at(x + 1, y + 1)});
+        }
+    mesh.texcoords.assign(3 * mesh.triangles.size(), {0.5F, 0.5F});
+    Camera camera;
+    camera.intrinsics = {36, 36, 16, 16, -1.5, -1.5};
+    const auto faces = faces_of(mesh, camera);
+    CHECK(std::count(faces.begin(), faces.end(), no_face) == 0);
+}
+
+TEST_CASE("the inside of a cube has no hole from wherever it is seen")
+{
+    Mesh mesh;
+    for (int i = 0; i < 8; ++i)
+        mesh.positions.push_back({i & 1 ? 1.0F : -1.0F, i & 2 ? 1.0F : -1.0F, i & 4 ? 1.0F : -1.0F});
+    // Counter-clockwise seen from inside.
+    mesh.triangles = {{0, 1, 3}, {0, 3, 2}, {4, 7, 5}, {4, 6, 7}, {0, 5, 1}, {0, 4, 5},
+                      {2, 3, 7}, {2, 7, 6}, {0, 2, 6}, {0, 6, 4}, {1, 7, 3}, {1, 5, 7}};
+    mesh.texcoords.assign(36, {0.5F, 0.5F});
+    for (int i = 0; i < 20; ++i)
+    {
+        Camera camera = turned(straight(48, 40, 20), 0.37 * i);
+        camera.world_from_camera.translation = {0.3 * std::sin(i), 0.2 * std::cos(3 * i), 0.4 * std::sin(2 * i)};
+        CHECK(one_map(mesh, camera, 40).counts.valid == 48 * 40);
+    }
+    // On a corner's diagonal and right on the middle of the cube.
+    CHECK(one_map(mesh, turned(straight(48, 40, 20), std::acos(-1.0) / 4), 40).counts.valid == 48 * 40);
+}
+
+TEST_CASE("faces without area are not seen and hide nothing")
+{
+    Mesh mesh = wall();
+    add_face(mesh, {-1, 0, 1}, {0, 0.1F, 1}, {1, 0.2F, 1});
+    add_face(mesh, {0.1F, 0.1F, 1}, {0.1F, 0.1F, 1}, {0.1F, 0.1F, 1});
+    add_face(mesh, {-1, -1, 1}, {-1, -1, 1}, {1, 1, 1});
+    add_face(mesh, {0, -1, 0.5F}, {0, 1, 0.5F}, {0, 0, 1.5F});  // its plane goes through the camera
+    const UvMap map = one_map(mesh, straight(40, 40, 40), 40).map;
+    const UvMap alone = one_map(wall(), straight(40, 40, 40), 40).map;
+    CHECK(map.uv == alone.uv);
+    CHECK(map.depth == alone.depth);
+}
+
+TEST_CASE("several faces at one edge, and faces that are there twice, are seen once")
+{
+    Mesh mesh = wall();
+    // Three leaves of a book whose back stands upright in the middle of the picture.
+    for (const Vec3f outer : {Vec3f{-0.5F, 0, 1.5F}, {0.1F, 0, 1.8F}, {0.6F, 0, 1.4F}})
+        add_face(mesh, {0, -1, 1}, {0, 1, 1}, outer);
+    check_against_plain(mesh, straight(60, 60, 41.3), 60, 1);
+
+    Mesh twice = wall();
+    const auto once = twice.triangles;
+    twice.triangles.insert(twice.triangles.end(), once.begin(), once.end());
+    const auto texcoords = twice.texcoords;
+    twice.texcoords.insert(twice.texcoords.end(), texcoords.begin(), texcoords.end());
+    const auto counts = one_map(twice, straight(60, 60, 40), 60).counts;
+    CHECK(counts.valid == 3600);
+}
+
+TEST_CASE("whatever the mesh, every value is finite and every pixel is counted once")
+{
+    for (unsigned seed = 1; seed <= 6; ++seed)
+    {
+        Mesh mesh = debris(300, seed);
+        for (const float far : {1e6F, 1e18F, 1e30F})
+        {
+            add_face(mesh, {-far, -far, 3}, {far, -far, 3}, {0, far, 3});
+            add_face(mesh, {-1, 0, -far}, {1, 0, far}, {0, 1, far});
+        }
+        for (const double focal : {5.0, 60.0, 3000.0})
+        {
+            const auto [map, counts] = one_map(mesh, turned(straight(60, 50, focal), seed), 50);
+            CHECK(sum(counts) == 3000);
+            CHECK(counts.valid == std::accumulate(map.valid.values.begin(), map.valid.values.end(), std::int64_t{0}));
+            bool sound = true;
+            for (std::size_t i = 0; i < 3000; ++i)
+            {
+                const bool valid = map.valid.values[i] == 1;
+                sound = sound && std::isfinite(map.uv.values[2 * i]) && std::isfinite(map.uv.values[2 * i + 1]) &&
+                        std::isfinite(map.depth.values[i]) && map.cosine.values[i] >= 0 && map.cosine.values[i] <= 1 &&
+                        (valid ? map.depth.values[i] >= 0.05F : map.depth.values[i] == 0 && map.uv.values[2 * i] == 0);
+            }
+            CHECK(sound);
+        }
+    }
+}
+
+TEST_CASE("what is seen through a crack one pixel wide is invalid and counted, what is seen past an edge is not")
+{
+    // Before the wall four rectangles about a hole of one pixel, (20, 20), and a slit that leads on to the right border: pixels
+    // in the slit have neighbours as deep as they.
+    const auto boards = [](float hole)
+    {
+        Mesh mesh = wall();
+        add_rectangle(mesh, -0.5F, -0.5F, 0.5F, 0, 1);
+        add_rectangle(mesh, -0.5F, hole, 0.5F, 0.5F, 1);
+        add_rectangle(mesh, -0.5F, 0, 0, hole, 1);
+        return mesh;
+    };
+    const Camera camera = straight(40, 40, 40);
+    Mesh hole = boards(1 / 40.0F);
+    add_rectangle(hole, 1 / 40.0F, 0, 0.5F, 1 / 40.0F, 1);
+    const auto closed = one_map(hole, camera, 40);
+    CHECK(closed.counts.crack == 1);
+    CHECK(closed.counts.valid == 1599);
+    CHECK(closed.map.valid.at(20, 20) == 0);
+    CHECK(closed.map.depth.at(20, 20) == 0);
+    CHECK(closed.map.depth.at(21, 20) == Approx(1));
+
+    const auto slit = one_map(boards(1 / 40.0F), camera, 40);
+    CHECK(slit.counts.crack == 0);
+    CHECK(slit.map.depth.at(20, 20) == Approx(2));
+}
+
+TEST_CASE("maps are equal for any number of threads and in any company")
+{
+    const Mesh mesh = cave(60);
+    Camera camera = turned(straight(200, 150, 90), 0.7);
+    camera.world_from_camera.translation = {0.1, 0.2, 0.3};
+    const std::vector<int> heights{40, 150, 333};
+    UvMapper one(mesh, make_finder(mesh));
+    UvMapper many(mesh, make_finder(mesh));
+    many.make(straight(64, 64, 20), std::vector<int>{333, 40}, Threads(3));  // leaves its memory to the next
+    const auto& a = one.make(camera, heights, Threads(1));
+    const auto& b = many.make(camera, heights, Threads(5));
+    for (std::size_t i = 0; i < heights.size(); ++i)
+    {
+        const auto alone = one_map(mesh, camera, heights[i]);
+        for (const auto* other : {&b[i], &alone})
+        {
+            CHECK(a[i].map.uv == other->map.uv);
+            CHECK(a[i].map.depth == other->map.depth);
+            CHECK(a[i].map.cosine == other->map.cosine);
+            CHECK(a[i].map.valid == other->map.valid);
+            CHECK(a[i].counts == other->counts);
+        }
+    }
+}
+
+TEST_CASE("the search for faces can be cancelled")
+{
+    struct Stop final : Progress
+    {
+        void check_cancelled() const override { throw Cancelled(); }
+    };
+    const Mesh mesh = wall();
+    const Camera camera = straight(8, 6, 10);
+    std::vector<FaceMap> faces(1, FaceMap(8, 6));
+    CHECK_THROWS_AS(make_finder(mesh)->find(std::span(&camera, 1), Stop{}, faces), Cancelled);
+}

@@ -1,0 +1,121 @@
+#pragma once
+
+#include "view_cases.h"
+
+#include <fresco/frames.h>
+#include <fresco/testing.h>
+#include <fresco/uv_maps.h>
+
+#include <catch2/catch.hpp>
+
+/// \file What every stage that makes uv maps must pass. A test includes this once and defines its type, `uvmaps.…`:
+extern const char* const stage_type;
+
+namespace
+{
+using namespace fresco;
+
+std::shared_ptr<Mesh> shared_wall()
+{
+    return std::make_shared<Mesh>(cases::wall());
+}
+
+/// One frame before the wall, one that looks away; the depth cameras differ from the colour cameras.
+std::shared_ptr<Frames> two_frames()
+{
+    auto frames = std::make_shared<Frames>();
+    for (const char* name : {"frame-000000", "frame-000001"})
+    {
+        Frame frame;
+        frame.sequence = "seq-01";
+        frame.name = name;
+        frame.color.intrinsics = {64, 48, 50, 50, 32, 24};
+        frame.depth.intrinsics = {32, 24, 40, 40, 16, 12};
+        frame.depth.world_from_camera.translation = {0.5, 0.5, 0};
+        frames->frames.push_back(frame);
+    }
+    frames->frames[1].color.world_from_camera.translation = {0, 0, 5};
+    return frames;
+}
+
+std::unique_ptr<Configurable> made;
+
+Stage& stage()
+{
+    made = testing::make_from_plugin(FRESCO_PLUGIN_FILE, stage_type);
+    return dynamic_cast<Stage&>(*made);
+}
+
+std::string error_of(const Value& options, std::shared_ptr<Mesh> mesh, std::shared_ptr<Frames> frames)
+{
+    testing::TemporaryFolder folder;
+    testing::TestRun run;
+    testing::TestFactory factory;
+    try
+    {
+        testing::run_stage(stage(), options, {{"mesh", mesh}, {"frames", frames}}, folder.path(), run, factory);
+    }
+    catch (const Error& error)
+    {
+        return error.what();
+    }
+    return "";
+}
+}  // namespace
+
+TEST_CASE("the stage streams a map per frame and height and counts what it saw")
+{
+    testing::TemporaryFolder folder;
+    testing::TestRun run;
+    testing::TestFactory factory;
+    Value options{Value::Map{}};
+    options.set("heights_px", Value::List{24, 16});
+    testing::run_stage(stage(), options, {{"mesh", shared_wall()}, {"frames", two_frames()}}, folder.path(), run, factory);
+
+    const auto maps = UvMaps::load({folder.path() / "uvmaps", folder.path()});
+    CHECK(maps->heights_px == std::vector<int>{16, 24});
+    REQUIRE(maps->views.size() == 2);
+    CHECK(maps->views[0].frame == "frame-000000");
+    CHECK(maps->views[0].sequence == "seq-01");
+    CHECK(maps->views[0].camera == two_frames()->frames[0].color);
+    CHECK(maps->views[0].valid_pixels == std::vector<std::int64_t>{21 * 16, 32 * 24});
+    CHECK(maps->views[1].valid_pixels == std::vector<std::int64_t>{0, 0});
+    const UvMap map = maps->load_map(0, 1);
+    CHECK(map.uv.width == 32);
+    CHECK(map.depth.at(31, 23) == Approx(2).epsilon(1e-3));
+    CHECK(run.reported.at("blind_frames").as_int() == 1);
+    CHECK(run.reported.at("maps").as_int() == 4);
+    CHECK(run.reported.at("valid_pixels").as_int() == 21 * 16 + 32 * 24);
+    CHECK(run.reported.at("empty_pixels").as_int() == 21 * 16 + 32 * 24);
+    for (const char* none : {"back_face_pixels", "too_near_pixels", "crack_pixels"})
+        CHECK(run.reported.at(none).as_int() == 0);
+    REQUIRE(run.messages.size() == 1);
+    CHECK(run.messages[0].find("1 of 2 frames") != std::string::npos);
+}
+
+TEST_CASE("what the stage cannot use is refused with the way out")
+{
+    auto bare = shared_wall();
+    bare->texcoords.clear();
+    CHECK(error_of(Value::Map{}, bare, two_frames()).find("put an atlas.* stage before") != std::string::npos);
+    CHECK(error_of(Value::Map{}, shared_wall(), std::make_shared<Frames>()).find("no frames") != std::string::npos);
+    auto twisted = two_frames();
+    twisted->frames[1].color.world_from_camera.rotation(0, 0) = 2;
+    CHECK(error_of(Value::Map{}, shared_wall(), twisted).find("seq-01/frame-000001") != std::string::npos);
+    CHECK(error_of(Value::Map{{"heights_px", Value::List{32, 32}}}, shared_wall(), two_frames()).find("32 twice") !=
+          std::string::npos);
+    CHECK(error_of(Value::Map{{"heights_px", Value::List{}}}, shared_wall(), two_frames()).find("empty") != std::string::npos);
+    CHECK(error_of(Value::Map{{"heights_px", Value::List{8}}}, shared_wall(), two_frames()).find("heights_px") !=
+          std::string::npos);
+}
+
+TEST_CASE("a cancelled run stops")
+{
+    testing::TemporaryFolder folder;
+    testing::TestRun run;
+    run.cancel_after(3);
+    testing::TestFactory factory;
+    CHECK_THROWS_AS(testing::run_stage(stage(), Value::Map{}, {{"mesh", shared_wall()}, {"frames", two_frames()}}, folder.path(),
+                                       run, factory),
+                    Cancelled);
+}

@@ -1,0 +1,147 @@
+#include "camera_path.h"
+#include "furnish.h"
+#include "raster_finder.h"
+#include "ray_finder.h"
+#include "render.h"
+#include "scan_mesh.h"
+#include "shared_data.h"
+
+#include <fresco/mesh_io.h>
+#include <fresco/raycast/surface.h>
+
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+
+using namespace fresco;
+
+namespace
+{
+constexpr double texels = 4096;
+
+void add_texcoords(Mesh& mesh)
+{
+    mesh.texcoords.clear();
+    for (const auto& t : mesh.triangles)
+        for (const auto v : t)
+        {
+            const auto wrapped = [](float metres) { return std::abs(std::fmod(metres, 1.0F)); };
+            mesh.texcoords.push_back({wrapped(mesh.positions[v].x), wrapped(mesh.positions[v].z)});
+        }
+}
+
+/// What both saw in all pixels of all views.
+struct Agreement
+{
+    std::size_t pixels = 0;
+    std::size_t other_face = 0;
+    std::size_t other_validity = 0;
+    double texels_apart = 0;  ///< Where the face is the same.
+    double depth_apart = 0;   ///< The same, relative.
+    PixelCounts seen;
+
+    /// Pixel by pixel against the scene's own hits, which know nothing of the maps' way of computing.
+    void add(const Mesh& mesh, const raycast::Scene& scene, const Camera& camera, const FaceMap& drawn, const UvMap& map,
+             const PixelCounts& counts)
+    {
+        std::vector<raycast::Hit> hits(drawn.values.size());
+        scene.cast_rows(camera, 0, drawn.height, hits);
+        seen += counts;
+        pixels += hits.size();
+        for (std::size_t i = 0; i < hits.size(); ++i)
+        {
+            if (hits[i].triangle != drawn.values[i])
+            {
+                ++other_face;
+                continue;
+            }
+            if (map.valid.values[i] == 0)
+                continue;
+            other_validity += raycast::sight(hits[i]) == Sight::surface ? 0 : 1;
+            const Vec2d uv = raycast::texcoord(mesh, hits[i]);
+            texels_apart = std::max({texels_apart, texels * std::abs(map.uv.values[2 * i] - uv.x),
+                                     texels * std::abs(map.uv.values[2 * i + 1] - uv.y)});
+            depth_apart = std::max(depth_apart, std::abs(map.depth.values[i] / hits[i].distance - 1));
+        }
+    }
+};
+
+void check_agreement(const Mesh& mesh, const std::vector<Camera>& cameras, const std::vector<int>& heights)
+{
+    const raycast::Scene scene(mesh);
+    RasterFinder raster(mesh);
+    UvMapper drawn(mesh, std::make_unique<RasterFinder>(mesh));
+    UvMapper cast(mesh, std::make_unique<RayFinder>(mesh));
+    Agreement all;
+    PixelCounts cast_counts;
+    for (const Camera& camera : cameras)
+    {
+        const auto& maps = drawn.make(camera, heights, Progress{});
+        for (const auto& map : cast.make(camera, heights, Progress{}))
+            cast_counts += map.counts;
+        for (std::size_t i = 0; i < heights.size(); ++i)
+        {
+            Camera sized = camera;
+            sized.intrinsics = camera.intrinsics.scaled_to(camera.intrinsics.width_at(heights[i]), heights[i]);
+            std::vector<FaceMap> faces(1, FaceMap(sized.intrinsics.width, heights[i]));
+            raster.find(std::span(&sized, 1), Progress{}, faces);
+            all.add(mesh, scene, sized, faces.front(), maps[i].map, maps[i].counts);
+        }
+    }
+    const auto share = [&](auto count) { return static_cast<double>(count) / static_cast<double>(all.pixels); };
+    CHECK(share(all.seen.valid) > 0.8);
+    CHECK(share(all.other_face) < 1e-4);
+    CHECK(all.other_validity == 0);
+    CHECK(all.texels_apart < 0.01);
+    CHECK(all.depth_apart < 1e-5);
+    CHECK(share(std::abs(all.seen.valid - cast_counts.valid)) < 1e-4);
+    CHECK(share(std::abs(all.seen.back_face - cast_counts.back_face)) < 1e-4);
+    CHECK(share(std::abs(all.seen.crack - cast_counts.crack)) < 1e-4);
+}
+}  // namespace
+
+TEST_CASE("drawn and cast uv maps of the synthetic room agree")
+{
+    constexpr float edge_m = 0.05F;
+    const Progress progress;
+    Progress watched;
+    const auto scene = room::furnish({4.5F, 3.6F, 2.6F}, 1);
+    const room::Caster caster(scene);
+    const room::LightMap light(caster, watched);
+    const auto net = room::surface_net(scene, edge_m, watched);
+    Mesh mesh = room::noisy_mesh(net, scene, light, edge_m, 0.003F, 1, watched);
+    add_texcoords(mesh);
+    const auto recorder = room::make_recorder(640, 480, 320, 240);
+    std::vector<Camera> cameras;
+    for (const auto& pose : room::camera_path(scene, 3, 1))
+        cameras.push_back({recorder.color, pose * recorder.color_from_depth.inverse()});
+    check_agreement(mesh, cameras, {256, 432});
+}
+
+TEST_CASE("drawn and cast uv maps of a real scan agree")
+{
+    const auto file = shared_data("kitchen/mesh.ply", "uv maps of a real scan");
+    if (file.empty())
+        return;
+    Mesh mesh = read_mesh(file);
+    add_texcoords(mesh);
+    std::vector<Camera> cameras;
+    for (const char* frame : {"frame-000000", "frame-000400"})
+    {
+        std::ifstream text(file.parent_path() / "seq-01" / (std::string(frame) + ".pose.txt"));
+        Camera camera;
+        camera.intrinsics = {640, 480, 525, 525, 320, 240};
+        Vec3d& origin = camera.world_from_camera.translation;
+        for (const auto& [row, place] : {std::pair{0, &origin.x}, {1, &origin.y}, {2, &origin.z}})
+        {
+            for (int column = 0; column < 3; ++column)
+                text >> camera.world_from_camera.rotation(row, column);
+            text >> *place;
+        }
+        REQUIRE(text.good());
+        cameras.push_back(camera);
+    }
+    check_agreement(mesh, cameras, {256, 784});
+}

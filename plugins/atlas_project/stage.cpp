@@ -1,53 +1,17 @@
-#include <fresco/geometry/atlas.h>
-#include <fresco/stage.h>
+#include <fresco/geometry/atlas_stage.h>
 
 namespace
 {
 
-namespace geo = fresco::geometry;
-
-class AtlasProject final : public fresco::Stage
+class AtlasProject final : public fresco::geometry::AtlasStage
 {
-    fresco::Input<fresco::Mesh> mesh{this, "mesh", "Triangle mesh; texture coordinates it has are replaced"};
-    fresco::Output<fresco::Mesh> atlas{this, "atlas", "The same mesh with texture coordinates and charts"};
-    fresco::Option<double> angle_limit_deg{this, "angle_limit_deg", 70.0, fresco::range(1, 89),
-                                           "Largest angle between the smoothed surface normal and the direction of projection"};
-    fresco::Option<double> merge_limit_deg{this, "merge_limit_deg", 80.0, fresco::range(1, 89),
-                                           "The same for single faces: crumbs join a neighbouring chart up to this angle"};
-    fresco::Option<int> size_px{this, "size_px", 2048, fresco::range(64, 32768), "Texture size for which the gutter holds"};
-    fresco::Option<int> gutter_px{this, "gutter_px", 4, fresco::range(0, 64), "Texels between charts at size_px"};
-
     fresco::Cost cost() const override
     {
         return {.seconds = "1 + 0.00001 * faces",
-                .memory_mb = "60 + 0.0002 * faces",
+                .memory_mb = "60 + 0.0004 * faces",
                 .disk_mb = "0.00005 * faces",
                 .frames = "",
                 .faces = ""};
-    }
-
-    void run(fresco::RunContext& run) override
-    {
-        fresco::check_mesh(*mesh, "atlas.project: input mesh");
-        if (*merge_limit_deg < *angle_limit_deg)
-            throw fresco::Error("atlas.project: merge_limit_deg must be at least angle_limit_deg");
-        const geo::Surface surface(*mesh);
-        const geo::ChartOptions charts{.angle_limit_deg = *angle_limit_deg, .merge_limit_deg = *merge_limit_deg};
-        const auto partition = geo::cut_into_charts(surface, charts, run);
-        const auto flat =
-            geo::project_charts(surface, partition, {.charts = charts, .texel_m = geo::expected_texel_m(surface, *size_px)}, run);
-        const auto packing = geo::pack_charts(flat, {.size_px = *size_px, .gutter_px = *gutter_px}, run);
-        const auto measures = geo::measure_atlas(surface, flat, packing);
-        run.report("charts", measures.charts);
-        run.report("used_share", measures.used_share);
-        run.report("texels_per_cm", measures.texels_per_cm);
-        run.report("seam_length_share", measures.seam_length_share);
-        run.report("seam_length_m", measures.seam_length_m);
-        run.report("largest_angle_deg", measures.largest_angle_deg);
-        run.report("stretch_mean", measures.stretch_mean);
-        run.report("squeezed_share", measures.squeezed_share);
-        run.report("unfolded_faces", flat.unfolded_faces);
-        atlas = geo::with_atlas(*mesh, flat, packing);
     }
 };
 

@@ -143,7 +143,7 @@ TEST_CASE("the stage: same ports and options, no overlap, less stretch than proj
     CHECK(run.reported.at("charts").as_int() == 1);
     CHECK(run.reported.at("conformal_charts").as_int() == 1);
     CHECK(run.reported.at("projected_charts").as_int() == 0);
-    CHECK(run.reported.at("stretch_mean").as_double() == Approx(1).epsilon(1e-3));
+    CHECK(run.reported.at("stretch_l2").as_double() == Approx(1).epsilon(1e-3));
 
     fresco::testing::TestRun ball;
     const auto round = atlas_of(shapes::sphere(24, 48), fresco::Value::Map{{"size_px", 512}}, ball);

@@ -44,7 +44,8 @@ std::size_t remove_degenerate(Mesh& mesh)
     return removed;
 }
 
-std::size_t remove_duplicates(Mesh& mesh)
+/// F: the same corners in the same direction as an earlier face.
+std::vector<bool> duplicates(const Mesh& mesh)
 {
     const auto turned = [&](std::uint32_t f)
     {
@@ -64,8 +65,7 @@ std::size_t remove_duplicates(Mesh& mesh)
         const auto& t = mesh.triangles[f];
         order[place[std::min({t[0], t[1], t[2]})]++] = f;
     }
-    std::vector<bool> drop(order.size(), false);
-    std::size_t removed = 0;
+    std::vector<bool> duplicate(order.size(), false);
     for (std::size_t v = 0; v < mesh.positions.size(); ++v)
     {
         const auto around = std::span(order).subspan(begin[v], begin[v + 1] - begin[v]);
@@ -73,17 +73,20 @@ std::size_t remove_duplicates(Mesh& mesh)
                   [&](auto a, auto b) { return std::pair(turned(a), a) < std::pair(turned(b), b); });
         for (std::size_t i = 1; i < around.size(); ++i)
             if (turned(around[i]) == turned(around[i - 1]))
-            {
-                drop[around[i]] = true;
-                ++removed;
-            }
+                duplicate[around[i]] = true;
     }
+    return duplicate;
+}
+
+std::size_t remove_duplicates(Mesh& mesh)
+{
+    const auto drop = duplicates(mesh);
     std::size_t next = 0;
     for (std::size_t f = 0; f < drop.size(); ++f)
         if (!drop[f])
             mesh.triangles[next++] = mesh.triangles[f];
     mesh.triangles.resize(next);
-    return removed;
+    return drop.size() - next;
 }
 
 /// Which half of an edge (face * 3 + corner) is joined with which; `none` at borders.
@@ -231,6 +234,19 @@ Mesh repaired(const Mesh& input, RepairReport& report, const Progress& progress)
     auto out = compacted(mesh, triangles, origin);
     report.vertices_unused = origin.size() - out.positions.size() - report.vertices_welded;
     return out;
+}
+
+MeshFaults count_faults(const Mesh& mesh)
+{
+    MeshFaults faults;
+    const auto duplicate = duplicates(mesh);
+    faults.duplicate_faces = static_cast<std::size_t>(std::count(duplicate.begin(), duplicate.end(), true));
+    for (std::size_t f = 0; f < mesh.triangles.size(); ++f)
+        faults.degenerate_faces += length(area_vector(mesh, f)) > 0 ? 0 : 1;
+    const auto counts = count_surface(mesh);
+    faults.complex_edges = counts.complex_edges;
+    faults.components = counts.components;
+    return faults;
 }
 
 }  // namespace fresco::geometry

@@ -1,7 +1,8 @@
-#include "atlas_figures.h"
 #include "atlases.h"
 #include "forked_case.h"
 #include "tables.h"
+
+#include <fresco/geometry/atlas_figures.h>
 
 namespace bench
 {
@@ -13,18 +14,20 @@ fresco::Value measured(const AtlasMaker& maker, const fresco::Mesh& mesh, const 
     fresco::Mesh result;
     Threads progress(settings.threads);
     const auto times = measure.times(1, [&] { result = maker.run(mesh, settings.size_px, progress); });
-    const auto figures = atlas_figures(result, settings.size_px);
+    const auto figures = fresco::geometry::atlas_figures(result, settings.size_px);
     return fresco::Value::Map{{"seconds", times.wall},
                               {"processor_seconds", times.processor},
                               {"charts", figures.charts},
                               {"used_share", figures.used_share},
                               {"texels_per_cm", figures.texels_per_cm},
                               {"stretch_l2", figure(figures.stretch_l2)},
+                              {"stretch_linf", figure(figures.stretch_linf)},
                               {"density_variation", figure(figures.density_variation)},
                               {"squeezed_share", figures.squeezed_share},
                               {"lost_faces", figures.lost_faces},
+                              {"seam_length_m", figures.seam_length_m},
                               {"seam_length_share", figures.seam_length_share},
-                              {"overlapping_texels", figures.overlapping_texels},
+                              {"overlapping_texels", fresco::geometry::overlapping_texels(result, settings.size_px)},
                               {"outside_corners", figures.outside_corners}};
 }
 

@@ -26,4 +26,14 @@ struct RepairReport
 /// end) and the colours; drops texcoords and charts.
 Mesh repaired(const Mesh& mesh, RepairReport& report, const Progress& progress);
 
+/// What is wrong with a mesh, and how many pieces it has.
+struct MeshFaults
+{
+    std::size_t duplicate_faces = 0;   ///< The same corners in the same direction as an earlier face.
+    std::size_t degenerate_faces = 0;  ///< No area.
+    std::size_t complex_edges = 0;     ///< Of three or more faces, or of two that disagree about the outside.
+    std::size_t components = 0;        ///< Sets of faces connected through edges.
+};
+MeshFaults count_faults(const Mesh& mesh);
+
 }  // namespace fresco::geometry

@@ -1,12 +1,14 @@
-#include "atlas_figures.h"
 #include "shapes.h"
+
+#include <fresco/geometry/atlas_figures.h>
 
 #include <catch2/catch.hpp>
 
 #include <cmath>
+#include <set>
 
 using namespace fresco;
-using namespace bench;
+using namespace fresco::geometry;
 
 namespace
 {
@@ -37,14 +39,16 @@ Mesh laid_cube()
 
 TEST_CASE("a plane laid flat is perfect")
 {
-    const auto figures = atlas_figures(laid_plane(0.5F, 0.5F), 256);
+    const auto plane = laid_plane(0.5F, 0.5F);
+    const auto figures = atlas_figures(plane, 256);
     CHECK(figures.charts == 1);
     CHECK(figures.used_share == Approx(0.25));
     CHECK(figures.texels_per_cm == Approx(1.28));
     CHECK(figures.stretch_l2 == Approx(1));
+    CHECK(figures.stretch_linf == Approx(1));
     CHECK(figures.density_variation == Approx(0).margin(1e-6));
     CHECK(figures.seam_length_share == 0);
-    CHECK(figures.overlapping_texels == 0);
+    CHECK(overlapping_texels(plane, 256) == 0);
     CHECK(figures.squeezed_share == 0);
     CHECK(figures.lost_faces == 0);
     CHECK(figures.outside_corners == 0);
@@ -55,6 +59,7 @@ TEST_CASE("a plane pulled to twice its length is stretched by hand's measure")
     // Singular values from the atlas to the surface: 1/0.8 and 1/0.4; at equal areas 1/sqrt(2) and sqrt(2).
     const auto figures = atlas_figures(laid_plane(0.8F, 0.4F), 256);
     CHECK(figures.stretch_l2 == Approx(std::sqrt((0.5 + 2) / 2)));
+    CHECK(figures.stretch_linf == Approx(std::sqrt(2.0)));
     CHECK(figures.density_variation == Approx(0).margin(1e-6));
     CHECK(figures.used_share == Approx(0.32));
 }
@@ -75,13 +80,15 @@ TEST_CASE("a turned or mirrored plane is as good, one outside the square is not"
 
 TEST_CASE("a cube of six charts: seams are its twelve edges")
 {
-    const auto figures = atlas_figures(laid_cube(), 512);
+    const auto cube = laid_cube();
+    const auto figures = atlas_figures(cube, 512);
     CHECK(figures.charts == 6);
     CHECK(figures.used_share == Approx(6.0 / 64));
     CHECK(figures.texels_per_cm == Approx(6.4));
     CHECK(figures.stretch_l2 == Approx(1));
     CHECK(figures.seam_length_share == Approx(12 / (12 + 6 * std::sqrt(2.0))));
-    CHECK(figures.overlapping_texels == 0);
+    CHECK(figures.seam_length_m == Approx(1.2));
+    CHECK(overlapping_texels(cube, 512) == 0);
 }
 
 TEST_CASE("a side at half the scale varies the density and one without texels is lost")
@@ -107,9 +114,8 @@ TEST_CASE("two sides on one place overlap in its texels")
     auto mesh = laid_cube();
     for (std::size_t corner = 0; corner < 6; ++corner)
         mesh.texcoords[corner] = mesh.texcoords[corner + 6];
-    const auto figures = atlas_figures(mesh, 512);
     // 64 x 64 texels, less those whose centres lie on the diagonal, where they are inside neither face.
-    CHECK(figures.overlapping_texels == 64 * 64 - 64);
+    CHECK(overlapping_texels(mesh, 512) == 64 * 64 - 64);
 }
 
 TEST_CASE("a mesh without an atlas is refused")
@@ -119,4 +125,30 @@ TEST_CASE("a mesh without an atlas is refused")
     CHECK_THROWS_AS(atlas_figures(mesh, 64), std::invalid_argument);
     mesh.texcoords.clear();
     CHECK_THROWS_AS(atlas_figures(mesh, 64), std::invalid_argument);
+}
+
+TEST_CASE("charts by texcoords are numbered by their first face")
+{
+    const auto charts = texcoord_charts(laid_cube());
+    REQUIRE(charts.size() == 12);
+    for (std::uint32_t f = 0; f < 12; ++f)
+        CHECK(charts[f] == f / 2);
+}
+
+TEST_CASE("the picture shows every chart in a colour of its own, v upwards, and nothing elsewhere")
+{
+    const auto picture = atlas_picture(laid_cube(), 64);
+    REQUIRE(picture.width == 64);
+    REQUIRE(picture.channels == 3);
+    const auto colour = [&](int x, int y) { return std::array{picture.at(x, y, 0), picture.at(x, y, 1), picture.at(x, y, 2)}; };
+    std::set<std::array<std::uint8_t, 3>> colours;
+    for (int side = 0; side < 6; ++side)
+    {
+        // Squares of 8 pixels in the lowest rows, every 10 pixels.
+        colours.insert(colour(10 * side + 1, 57));
+        CHECK(colour(10 * side + 1, 57) == colour(10 * side + 6, 62));
+        CHECK(colour(10 * side + 1, 54) == colour(0, 0));
+    }
+    colours.insert(colour(0, 0));
+    CHECK(colours.size() == 7);
 }

@@ -1,0 +1,56 @@
+#include <fresco/files.h>
+#include <fresco/files_io.h>
+#include <fresco/geometry/atlas_figures.h>
+#include <fresco/image_io.h>
+#include <fresco/stage.h>
+
+using namespace fresco;
+
+namespace
+{
+
+class RenderAtlas final : public Stage
+{
+    Input<Mesh> mesh{this, "mesh", "A mesh with texture coordinates, as any atlas.* stage makes it"};
+    Output<Files> picture{this, "picture", "One RGB PNG: every chart in a colour of its own"};
+    Option<OutputName> path{this, "path", OutputName{"atlas.png"}, "File of the picture, below --out"};
+    Option<int> picture_px{this, "picture_px", 1024, range(16, 8192), "Side of the picture"};
+    Option<int> size_px{this, "size_px", 2048, range(64, 32768), "Texture size that texels_per_cm is for"};
+    Slot<ImageIo> images{this, "images", "image.opencv", "Encodes the picture"};
+
+    Cost cost() const override
+    {
+        return {.seconds = "0.2 + faces * 1e-6 + picture_px * picture_px * 2e-7",
+                .memory_mb = "60 + faces * 0.0001 + picture_px * picture_px * 2.5e-5",
+                .disk_mb = "picture_px * picture_px * 1e-6",
+                .frames = {},
+                .faces = {}};
+    }
+
+    void run(RunContext& run) override
+    {
+        check_mesh(*mesh, "the mesh on port 'mesh'");
+        if (mesh->texcoords.empty())
+            throw Error("the mesh on port 'mesh' has no texture coordinates: wire the atlas.* stage that makes them");
+        try
+        {
+            geometry::report_atlas(run, geometry::atlas_figures(*mesh, *size_px));
+        }
+        catch (const std::invalid_argument&)
+        {
+            throw Error("the mesh on port 'mesh' has no area, on the surface or in its atlas: check how it was made");
+        }
+        run.check_cancelled();
+        const auto bytes = images->encode_png(geometry::atlas_picture(*mesh, *picture_px));
+        const auto file = picture.folder().path / path->path;
+        std::filesystem::create_directories(file.parent_path());
+        write_file(file, bytes);
+        Files result;
+        result.names.push_back(path->path);
+        picture = std::move(result);
+    }
+};
+
+}  // namespace
+
+FRESCO_STAGE("render.atlas", RenderAtlas, "Picture and figures of a mesh's texture coordinates, chart by chart")

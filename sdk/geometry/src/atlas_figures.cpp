@@ -1,0 +1,253 @@
+#include <fresco/geometry/atlas_figures.h>
+#include <fresco/geometry/topology.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <stdexcept>
+
+namespace fresco::geometry
+{
+namespace
+{
+
+using Flat = std::array<Vec2d, 3>;
+
+constexpr double same_texcoord = 1e-6;
+constexpr double lost_below = 1e-6;
+constexpr double inside_by_texels = 1e-3;
+
+Vec2d texcoord(const Mesh& mesh, std::size_t face, std::size_t corner)
+{
+    const auto uv = mesh.texcoords[3 * face + corner];
+    return {uv.x, uv.y};
+}
+
+Flat flat_face(const Mesh& mesh, std::size_t face)
+{
+    return {texcoord(mesh, face, 0), texcoord(mesh, face, 1), texcoord(mesh, face, 2)};
+}
+
+double flat_area(const Flat& t)
+{
+    return std::abs(cross(t[1] - t[0], t[2] - t[0])) / 2;
+}
+
+bool same(Vec2d a, Vec2d b)
+{
+    return std::abs(a.x - b.x) < same_texcoord && std::abs(a.y - b.y) < same_texcoord;
+}
+
+/// Squares of the singular values of the map from the atlas to the surface.
+struct Stretch
+{
+    double mean = 0;
+    double largest = 0;
+};
+
+Stretch square_stretch(const Mesh& mesh, std::size_t face, const Flat& t)
+{
+    const double twice = cross(t[1] - t[0], t[2] - t[0]);
+    Vec3d along_s;
+    Vec3d along_t;
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+        const Vec3d p = vec_cast<double>(mesh.positions[mesh.triangles[face][k]] - mesh.positions[mesh.triangles[face][0]]);
+        const Vec2d opposite = t[(k + 2) % 3] - t[(k + 1) % 3];
+        along_s += p * (-opposite.y / twice);
+        along_t += p * (opposite.x / twice);
+    }
+    const double a = dot(along_s, along_s);
+    const double b = dot(along_s, along_t);
+    const double c = dot(along_t, along_t);
+    return {(a + c) / 2, (a + c + std::hypot(a - c, 2 * b)) / 2};
+}
+
+/// Areas of every face on the surface and in the atlas, and their sums.
+struct Areas
+{
+    std::vector<double> surface;
+    std::vector<double> atlas;
+    double surface_sum = 0;
+    double atlas_sum = 0;
+
+    explicit Areas(const Mesh& mesh)
+    {
+        for (std::size_t f = 0; f < mesh.triangles.size(); ++f)
+        {
+            surface.push_back(length(area_vector(mesh, f)) / 2);
+            atlas.push_back(flat_area(flat_face(mesh, f)));
+            surface_sum += surface.back();
+            atlas_sum += atlas.back();
+        }
+    }
+    /// Texels that a face got over those that its area is worth.
+    double worth(std::size_t f) const { return (atlas[f] / atlas_sum) / (surface[f] / surface_sum); }
+};
+
+void measure_scale(const Mesh& mesh, const Areas& areas, AtlasFigures& figures)
+{
+    double stretch = 0;
+    double largest = 0;
+    double stretched_area = 0;
+    double density = 0;
+    double squares = 0;
+    for (std::size_t f = 0; f < mesh.triangles.size(); ++f)
+    {
+        const double area = areas.surface[f];
+        if (!(area > 0))
+            continue;
+        const double worth = areas.worth(f);
+        density += area * std::sqrt(worth);
+        squares += area * worth;
+        figures.squeezed_share += worth < 0.25 ? area / areas.surface_sum : 0;
+        if (worth < lost_below)
+        {
+            ++figures.lost_faces;
+            continue;
+        }
+        const auto of_face = square_stretch(mesh, f, flat_face(mesh, f));
+        stretch += area * of_face.mean;
+        largest = std::max(largest, of_face.largest);
+        stretched_area += area;
+    }
+    figures.stretch_l2 = std::sqrt(stretch / stretched_area * areas.atlas_sum / areas.surface_sum);
+    figures.stretch_linf = std::sqrt(largest * areas.atlas_sum / areas.surface_sum);
+    density /= areas.surface_sum;
+    squares /= areas.surface_sum;
+    figures.density_variation = std::sqrt(std::max(squares - density * density, 0.0)) / density;
+}
+
+/// Calls visit(low, high, uses, joined) for every edge between two faces; `joined` if no seam runs along it.
+template <class Visit>
+void for_each_inner_edge(const Mesh& mesh, Visit visit)
+{
+    for_each_edge(mesh.triangles, mesh.positions.size(),
+                  [&](std::uint32_t low, std::uint32_t high, std::span<const EdgeUse> uses)
+                  {
+                      if (uses.size() != 2)
+                          return;
+                      const auto ends = [&](const EdgeUse& use)
+                      {
+                          const Vec2d begin = texcoord(mesh, use.face, use.corner);
+                          const Vec2d end = texcoord(mesh, use.face, (use.corner + 1) % 3);
+                          return use.forward ? std::array{begin, end} : std::array{end, begin};
+                      };
+                      const auto a = ends(uses[0]);
+                      const auto b = ends(uses[1]);
+                      visit(low, high, uses, same(a[0], b[0]) && same(a[1], b[1]));
+                  });
+}
+
+void measure_seams(const Mesh& mesh, AtlasFigures& figures)
+{
+    DisjointSets charts(mesh.triangles.size());
+    double inner = 0;
+    for_each_inner_edge(mesh,
+                        [&](std::uint32_t low, std::uint32_t high, std::span<const EdgeUse> uses, bool joined)
+                        {
+                            const auto edge = static_cast<double>(length(mesh.positions[high] - mesh.positions[low]));
+                            inner += edge;
+                            if (joined)
+                                charts.join(uses[0].face, uses[1].face);
+                            else
+                                figures.seam_length_m += edge;
+                        });
+    for (std::uint32_t f = 0; f < mesh.triangles.size(); ++f)
+        figures.charts += charts.find(f) == f ? 1 : 0;
+    figures.seam_length_share = inner > 0 ? figures.seam_length_m / inner : 0;
+}
+
+void check_texcoords(const Mesh& mesh)
+{
+    if (mesh.texcoords.size() != 3 * mesh.triangles.size())
+        throw std::invalid_argument("an atlas is a mesh with texcoords");
+}
+
+bool centre_inside(const Flat& t, Vec2d centre, double turn)
+{
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+        const Vec2d side = t[(k + 1) % 3] - t[k];
+        if (!(turn * cross(side, centre - t[k]) > inside_by_texels * length(side)))
+            return false;
+    }
+    return true;
+}
+
+}  // namespace
+
+AtlasFigures atlas_figures(const Mesh& mesh, int size_px)
+{
+    check_texcoords(mesh);
+    const Areas areas(mesh);
+    if (!(areas.surface_sum > 0) || !(areas.atlas_sum > 0))
+        throw std::invalid_argument("atlas_figures takes a mesh with area, on the surface and in the atlas");
+    AtlasFigures figures;
+    figures.used_share = areas.atlas_sum;
+    figures.texels_per_cm = size_px * std::sqrt(areas.atlas_sum / areas.surface_sum) / 100;
+    measure_scale(mesh, areas, figures);
+    measure_seams(mesh, figures);
+    for (const auto& uv : mesh.texcoords)
+        figures.outside_corners += uv.x >= 0 && uv.x <= 1 && uv.y >= 0 && uv.y <= 1 ? 0 : 1;
+    return figures;
+}
+
+void report_atlas(RunContext& run, const AtlasFigures& figures)
+{
+    run.report("charts", figures.charts);
+    run.report("used_share", figures.used_share);
+    run.report("texels_per_cm", figures.texels_per_cm);
+    run.report("stretch_l2", figures.stretch_l2);
+    run.report("stretch_linf", figures.stretch_linf);
+    run.report("density_variation", figures.density_variation);
+    run.report("squeezed_share", figures.squeezed_share);
+    run.report("lost_faces", figures.lost_faces);
+    run.report("seam_length_m", figures.seam_length_m);
+    run.report("seam_length_share", figures.seam_length_share);
+    run.report("outside_corners", figures.outside_corners);
+}
+
+std::vector<std::uint32_t> texcoord_charts(const Mesh& mesh)
+{
+    check_texcoords(mesh);
+    DisjointSets sets(mesh.triangles.size());
+    for_each_inner_edge(mesh,
+                        [&](std::uint32_t, std::uint32_t, std::span<const EdgeUse> uses, bool joined)
+                        {
+                            if (joined)
+                                sets.join(uses[0].face, uses[1].face);
+                        });
+    std::vector<std::uint32_t> charts(mesh.triangles.size());
+    std::uint32_t next = 0;
+    for (std::uint32_t f = 0; f < charts.size(); ++f)
+    {
+        // The smallest face of a set represents it, so it comes first.
+        const auto root = sets.find(f);
+        charts[f] = root == f ? next++ : charts[root];
+    }
+    return charts;
+}
+
+std::size_t overlapping_texels(const Mesh& mesh, int size_px)
+{
+    Raster8 faces(size_px, size_px);
+    const auto cell = [&](double x)
+    { return std::clamp(static_cast<int>(std::floor(std::clamp(x, 0.0, double(size_px)))), 0, size_px - 1); };
+    for (std::size_t f = 0; f < mesh.triangles.size(); ++f)
+    {
+        Flat t = flat_face(mesh, f);
+        for (auto& p : t)
+            p = p * static_cast<double>(size_px);
+        const double turn = cross(t[1] - t[0], t[2] - t[0]) < 0 ? -1 : 1;
+        const auto [x0, x1] = std::minmax({t[0].x, t[1].x, t[2].x});
+        const auto [y0, y1] = std::minmax({t[0].y, t[1].y, t[2].y});
+        for (int y = cell(y0); y <= cell(y1); ++y)
+            for (int x = cell(x0); x <= cell(x1); ++x)
+                if (faces.at(x, y) < 2 && centre_inside(t, {x + 0.5, y + 0.5}, turn))
+                    ++faces.at(x, y);
+    }
+    return static_cast<std::size_t>(std::count(faces.values.begin(), faces.values.end(), 2));
+}
+
+}  // namespace fresco::geometry

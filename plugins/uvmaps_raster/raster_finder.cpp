@@ -25,8 +25,7 @@ void draw_tile(const Grid& grid, std::uint32_t number, const std::vector<TileBin
     const int y = place / grid.tiles_across * Tile::height;
     tile.clear(x, y);
     for (const TileBins& some : bins)
-        for (const std::uint32_t piece : some.pieces_of(number))
-            tile.draw(some.piece(piece), grid.bits);
+        tile.draw(some.pieces(), some.pieces_of(number), grid.bits);
     const int columns = std::min(Tile::width, grid.width - x);
     for (int row = 0; row < std::min(Tile::height, grid.height - y); ++row)
         tile.row(row, columns, &faces.at(x, y + row));

@@ -1,5 +1,7 @@
 #include "tile.h"
 
+#include <fresco/processor.h>
+
 #include <algorithm>
 #include <bit>
 
@@ -31,6 +33,19 @@ std::uint64_t key(float nearness, std::uint32_t face)
 
 }  // namespace
 
+const TileKernel& fastest_kernel()
+{
+    static const TileKernel& fastest = []() -> const TileKernel&
+    {
+        if (avx512_kernel() != nullptr && fresco::runs_avx512())
+            return *avx512_kernel();
+        if (avx2_kernel() != nullptr && fresco::runs_avx2())
+            return *avx2_kernel();
+        return *base_kernel();
+    }();
+    return fastest;
+}
+
 void Tile::clear(int x, int y)
 {
     x_ = x;
@@ -40,20 +55,20 @@ void Tile::clear(int x, int y)
 
 void Tile::row(int row, int columns, std::uint32_t* faces) const
 {
-    const std::uint64_t* keys = keys_.data() + row * width;
+    const std::uint64_t* keys = keys_.data() + row * tile_stride;
     for (int i = 0; i < columns; ++i)
         faces[i] = ~static_cast<std::uint32_t>(keys[i]);
 }
 
-void Tile::draw(const Piece& piece, int bits)
+void draw_wide(const Piece& piece, int bits, int tile_x, int tile_y, std::uint64_t* keys)
 {
     const auto [x_min, x_max] = std::minmax({piece.x[0], piece.x[1], piece.x[2]});
     const auto [y_min, y_max] = std::minmax({piece.y[0], piece.y[1], piece.y[2]});
     const int round_up = (1 << bits) - 1;
-    const int first_x = std::max((x_min + round_up) >> bits, x_);
-    const int first_y = std::max((y_min + round_up) >> bits, y_);
-    const int last_x = std::min(x_max >> bits, x_ + width - 1);
-    const int last_y = std::min(y_max >> bits, y_ + height - 1);
+    const int first_x = std::max((x_min + round_up) >> bits, tile_x);
+    const int first_y = std::max((y_min + round_up) >> bits, tile_y);
+    const int last_x = std::min(x_max >> bits, tile_x + tile_width - 1);
+    const int last_y = std::min(y_max >> bits, tile_y + tile_height - 1);
     if (first_x > last_x || first_y > last_y)
         return;
 
@@ -79,14 +94,14 @@ void Tile::draw(const Piece& piece, int bits)
         std::int64_t at_a = row_a;
         std::int64_t at_b = row_b;
         std::int64_t at_c = row_c;
-        std::uint64_t* keys = keys_.data() + (y - y_) * width;
+        std::uint64_t* row = keys + (y - tile_y) * tile_stride;
         for (int x = first_x; x <= last_x; ++x)
         {
             if ((at_a | at_b | at_c) >= 0)
             {
                 const double nearness =
                     double{piece.nearness[0]} + (static_cast<double>(at_b) * to_b + static_cast<double>(at_c) * to_c);
-                std::uint64_t& seen = keys[x - x_];
+                std::uint64_t& seen = row[x - tile_x];
                 seen = std::max(seen, key(static_cast<float>(nearness), piece.face));
             }
             at_a -= a.dy << bits;

@@ -1,21 +1,13 @@
 #pragma once
 
+#include "tile_kernel.h"
+
 #include <array>
 #include <cstdint>
 #include <span>
 
 namespace raster
 {
-
-/// A triangle in a picture. Coordinates are fixed-point with some number of fractional bits: pixel (i, j) has its centre at (i,
-/// j).
-struct Piece
-{
-    std::array<std::int32_t, 3> x;
-    std::array<std::int32_t, 3> y;
-    std::array<float, 3> nearness;  ///< Of the corners: 1 / depth, per metre; above 0.
-    std::uint32_t face;             ///< Of the mesh.
-};
 
 /// Coordinates stay below this, so that products of their differences fit into 64 bits.
 inline constexpr std::int32_t coordinate_limit = 1 << 29;
@@ -27,14 +19,19 @@ inline constexpr std::int32_t coordinate_limit = 1 << 29;
 class Tile
 {
   public:
-    static constexpr int width = 64;
-    static constexpr int height = 32;
+    static constexpr int width = tile_width;
+    static constexpr int height = tile_height;
 
     /// Empty, with (x, y) as its first pixel.
     void clear(int x, int y);
 
-    /// Draws a piece, either way round; one without area covers nothing. `bits`: of the fraction of its coordinates.
-    void draw(const Piece& piece, int bits);
+    /// Draws the pieces of those numbers, either way round; one without area covers nothing. `bits`: of the fraction of their
+    /// coordinates.
+    void draw(std::span<const Piece> pieces, std::span<const std::uint32_t> numbers, int bits,
+              const TileKernel& kernel = fastest_kernel())
+    {
+        kernel.draw(pieces.data(), numbers.data(), numbers.size(), bits, x_, y_, keys_.data());
+    }
 
     /// The faces of `columns` pixels from the tile's left border in its row `row`; no_face where nothing was drawn.
     void row(int row, int columns, std::uint32_t* faces) const;
@@ -43,7 +40,7 @@ class Tile
     int x_ = 0;
     int y_ = 0;
     /// Nearness, whose bits are ordered as positive numbers are, above the complement of the face: the greatest is what is seen.
-    std::array<std::uint64_t, std::size_t{width} * height> keys_{};
+    std::array<std::uint64_t, std::size_t{tile_stride} * height> keys_{};
 };
 
 }  // namespace raster

@@ -3,7 +3,6 @@
 #include "clip.h"
 
 #include <algorithm>
-#include <bit>
 #include <numeric>
 #include <utility>
 
@@ -25,11 +24,17 @@ Grid::Grid(const fresco::Intrinsics& k, std::uint32_t first)
     end_tile = first + static_cast<std::uint32_t>(tiles_across) * static_cast<std::uint32_t>(tiles_down);
 }
 
-std::int32_t Grid::rounded(double value)
+namespace
 {
-    // Adding 1.5 * 2^52 leaves the nearest whole number in the low bits, quicker than the functions that heed the rounding mode.
-    return static_cast<std::int32_t>(std::bit_cast<std::uint64_t>(value + 6755399441055744.0));
+
+void order(std::uint32_t& a, std::uint32_t& b)
+{
+    const std::uint32_t less = std::min(a, b);
+    b = std::max(a, b);
+    a = less;
 }
+
+}  // namespace
 
 void TileBins::fill(const fresco::Mesh& mesh, std::size_t begin, std::size_t end, const std::vector<Projected>& projected,
                     const Frustum& frustum, const fresco::IntoCamera& into_camera, const std::vector<Grid>& grids)
@@ -46,7 +51,9 @@ void TileBins::fill(const fresco::Mesh& mesh, std::size_t begin, std::size_t end
             continue;
         const auto face = static_cast<std::uint32_t>(f);
         // In one order whatever the face begins with: faces with the same corners get the same depths, and the first one is seen.
-        std::sort(t.begin(), t.end());
+        order(t[0], t[1]);
+        order(t[1], t[2]);
+        order(t[0], t[1]);
         if (!needs_clipping(a, b, c))
         {
             add(face, projected[t[0]], projected[t[1]], projected[t[2]], grids);

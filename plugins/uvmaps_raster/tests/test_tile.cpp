@@ -1,8 +1,12 @@
 #include "tile.h"
 
+#include <fresco/processor.h>
+
 #include <catch2/catch.hpp>
 
 #include <algorithm>
+#include <array>
+#include <numeric>
 #include <random>
 #include <vector>
 
@@ -19,17 +23,29 @@ struct Point
     int y;
 };
 
-Piece piece_of(std::uint32_t face, Point a, Point b, Point c, std::array<float, 3> nearness = {1, 1, 1})
+std::vector<const TileKernel*> kernels_here()
 {
-    return {{a.x, b.x, c.x}, {a.y, b.y, c.y}, nearness, face};
+    std::vector<const TileKernel*> kernels{base_kernel()};
+    if (avx2_kernel() != nullptr && fresco::runs_avx2())
+        kernels.push_back(avx2_kernel());
+    if (avx512_kernel() != nullptr && fresco::runs_avx512())
+        kernels.push_back(avx512_kernel());
+    return kernels;
 }
 
-std::vector<std::uint32_t> drawn(const std::vector<Piece>& pieces, int x = 0, int y = 0)
+Piece piece_of(std::uint32_t face, Point a, Point b, Point c, std::array<float, 3> nearness = {1, 1, 1})
+{
+    return {{a.x, b.x, c.x}, {a.y, b.y, c.y}, {nearness[0], nearness[1], nearness[2]}, face};
+}
+
+std::vector<std::uint32_t> drawn(const std::vector<Piece>& pieces, int x = 0, int y = 0,
+                                 const TileKernel& kernel = fastest_kernel(), int fraction = bits)
 {
     Tile tile;
     tile.clear(x, y);
-    for (const Piece& piece : pieces)
-        tile.draw(piece, bits);
+    std::vector<std::uint32_t> numbers(pieces.size());
+    std::iota(numbers.begin(), numbers.end(), 0U);
+    tile.draw(pieces, numbers, fraction, kernel);
     std::vector<std::uint32_t> faces(std::size_t{Tile::width} * Tile::height);
     for (int row = 0; row < Tile::height; ++row)
         tile.row(row, Tile::width, faces.data() + row * Tile::width);
@@ -152,4 +168,57 @@ TEST_CASE("coordinates at the limit do not overflow")
     constexpr int far = coordinate_limit / 2;
     const auto faces = drawn({piece_of(6, {-far, -far}, {coordinate_limit, -far}, {-far, coordinate_limit})});
     CHECK(std::count(faces.begin(), faces.end(), 6U) == static_cast<std::ptrdiff_t>(faces.size()));
+}
+
+TEST_CASE("every kernel draws what is drawn in whole numbers of 64 bits")
+{
+    constexpr int fine = 16;
+    constexpr int x = 640;
+    constexpr int y = 320;
+    std::mt19937 random(5);
+    for (const int size : {2, 5, 20, 200})
+    {
+        std::vector<Piece> pieces;
+        for (std::uint32_t face = 0; face < 300; ++face)
+        {
+            const auto within = [&](int middle, int span)
+            { return ((middle - span) << fine) + static_cast<int>(random() % (static_cast<unsigned>(2 * span) << fine)); };
+            const int column = x + static_cast<int>(random() % Tile::width);
+            const int row = y + static_cast<int>(random() % Tile::height);
+            const auto point = [&]
+            {
+                Point p{within(column, size), within(row, size)};
+                // Some right on pixel centres.
+                return face % 3 == 0 ? Point{p.x >> fine << fine, p.y >> fine << fine} : p;
+            };
+            const Point a = point();
+            const Point b = point();
+            const auto nearness = [&] { return 0.1F + static_cast<float>(random() % 1000) / 500; };
+            pieces.push_back(piece_of(face, a, b, point(), {nearness(), nearness(), nearness()}));
+        }
+        // As the finder does: only what reaches into the tile.
+        std::erase_if(pieces,
+                      [&](const Piece& p)
+                      {
+                          const auto [left, right] = std::minmax({p.x[0], p.x[1], p.x[2]});
+                          const auto [top, bottom] = std::minmax({p.y[0], p.y[1], p.y[2]});
+                          return (right >> fine) < x || (left >> fine) >= x + Tile::width - 1 || (bottom >> fine) < y ||
+                                 (top >> fine) >= y + Tile::height - 1;
+                      });
+        REQUIRE(pieces.size() > 100);
+        std::array<std::uint64_t, std::size_t{tile_stride} * Tile::height> keys{};
+        for (const Piece& piece : pieces)
+            draw_wide(piece, fine, x, y, keys.data());
+        for (const TileKernel* kernel : kernels_here())
+        {
+            INFO(kernel->name << ", " << size);
+            const auto faces = drawn(pieces, x, y, *kernel, fine);
+            int other = 0;
+            for (int j = 0; j < Tile::height; ++j)
+                for (int i = 0; i < Tile::width; ++i)
+                    other += faces[static_cast<std::size_t>(j * Tile::width + i)] !=
+                             ~static_cast<std::uint32_t>(keys[static_cast<std::size_t>(j * tile_stride + i)]);
+            CHECK(other == 0);
+        }
+    }
 }

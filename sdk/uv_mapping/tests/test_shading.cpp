@@ -1,9 +1,18 @@
+#include "shading_kernel.h"
 #include "view_cases.h"
 
+#include <fresco/processor.h>
+#include <fresco/uv_mapping/cracks.h>
 #include <fresco/uv_mapping/into_camera.h>
 #include <fresco/uv_mapping/shading.h>
 
 #include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+#include <vector>
 
 using namespace fresco;
 
@@ -16,13 +25,24 @@ struct Shaded
     PixelCounts counts;
 };
 
+std::vector<const shading::Kernel*> kernels_here()
+{
+    std::vector<const shading::Kernel*> kernels{shading::base_kernel()};
+    if (shading::avx2_kernel() != nullptr && runs_avx2())
+        kernels.push_back(shading::avx2_kernel());
+    if (shading::avx512_kernel() != nullptr && runs_avx512())
+        kernels.push_back(shading::avx512_kernel());
+    return kernels;
+}
+
 /// Every pixel sees `face`, whatever its ray passes by.
-Shaded shaded(const Mesh& mesh, const Camera& camera, std::uint32_t face)
+Shaded shaded(const Mesh& mesh, const Camera& camera, std::uint32_t face,
+              const shading::Kernel& kernel = shading::fastest_kernel())
 {
     const int w = camera.intrinsics.width;
     const int h = camera.intrinsics.height;
     Shaded result{{RasterF(w, h, 2, 9), RasterF(w, h, 1, 9), RasterF(w, h, 1, 9), Raster8(w, h, 1, 9)}, RasterF(w, h, 1, 9), {}};
-    result.counts = FaceShader(mesh).shade(camera, FaceMap(w, h, 1, face), 0, h, result.map, result.met);
+    result.counts = FaceShader(mesh, kernel).shade(camera, FaceMap(w, h, 1, face), 0, h, result.map, result.met);
     return result;
 }
 }  // namespace
@@ -96,4 +116,81 @@ TEST_CASE("points come back to the ray that meets them though the pose is no exa
     CHECK(525 * p.x / p.z + 320 == Approx(600).margin(1e-3));
     CHECK(525 * p.y / p.z + 240 == Approx(400).margin(1e-3));
     CHECK(p.z == Approx(4).epsilon(1e-6));
+}
+
+TEST_CASE("every kernel gives a row of any width the values of plain geometry")
+{
+    // Two faces of a slanted wall before a void; the row's pixels see one, the other, or nothing.
+    Mesh mesh;
+    mesh.positions = {{-9, -9, 3}, {9, -9, 4}, {9, 9, 5}, {-9, 9, 4}};
+    mesh.triangles = {{0, 2, 1}, {0, 3, 2}};
+    mesh.texcoords = {{0, 1}, {1, 0}, {1, 1}, {0, 1}, {0, 0}, {1, 0}};
+    const auto normals = vertex_normals(mesh);
+    for (const shading::Kernel* kernel : kernels_here())
+        for (int width = 1; width <= 35; ++width)
+        {
+            INFO(kernel->name << ", " << width);
+            const Camera camera = cases::straight(width, 3, 2.0 * width);
+            FaceMap faces(width, 3);
+            for (std::size_t i = 0; i < faces.values.size(); ++i)
+                faces.values[i] = i % 5 == 3 ? no_face : static_cast<std::uint32_t>(i / 3 % 2);
+            UvMap map{RasterF(width, 3, 2, 9), RasterF(width, 3, 1, 9), RasterF(width, 3, 1, 9), Raster8(width, 3, 1, 9)};
+            RasterF met(width, 3, 1, 9);
+            const auto counts = FaceShader(mesh, *kernel).shade(camera, faces, 0, 3, map, met);
+            CHECK(counts.valid == 3 * width - counts.nothing);
+            CHECK(counts.nothing == std::count(faces.values.begin(), faces.values.end(), no_face));
+            for (int y = 0; y < 3; ++y)
+                for (int x = 0; x < width; ++x)
+                {
+                    const std::uint32_t face = faces.at(x, y);
+                    CHECK(map.valid.at(x, y) == (face == no_face ? 0 : 1));
+                    if (face == no_face)
+                    {
+                        CHECK((map.depth.at(x, y) == 0 && map.uv.at(x, y, 1) == 0 && map.cosine.at(x, y) == 0));
+                        CHECK(std::isinf(met.at(x, y)));
+                        continue;
+                    }
+                    // The wall is z = 4 + x/18 + y/18 as both faces have it; pixels may lie beside their face.
+                    const Vec3d ray = camera.ray(x + 0.5, y + 0.5);
+                    const double depth = 4 / (1 - (ray.x + ray.y) / 18);
+                    const Vec3d p = ray * depth;
+                    const bool lower = p.y >= p.x;
+                    if (face != (lower ? 1U : 0U))
+                        continue;
+                    CHECK(map.depth.at(x, y) == Approx(depth).epsilon(1e-6));
+                    CHECK(met.at(x, y) == map.depth.at(x, y));
+                    CHECK(map.uv.at(x, y, 0) == Approx((p.x + 9) / 18).margin(1e-6));
+                    CHECK(map.uv.at(x, y, 1) == Approx(1 - (p.y + 9) / 18).margin(1e-6));
+                    const Vec3d normal = normalized(Vec3d{1.0 / 18, 1.0 / 18, -1});
+                    CHECK(map.cosine.at(x, y) == Approx(-dot(normal, normalized(ray))).epsilon(1e-6));
+                }
+        }
+}
+
+TEST_CASE("the cracks that are closed are those that a look at every pixel finds")
+{
+    std::mt19937 random(2);
+    for (int width = 3; width < 60; ++width)
+    {
+        RasterF met(width, 5, 1, 1);
+        for (std::size_t i = 0; i + 2 < met.values.size(); ++i)
+            if (random() % 40 == 0)
+            {
+                met.values[i] = 2;
+                met.values[i + 2] = std::numeric_limits<float>::infinity();
+            }
+        UvMap map{RasterF(width, 5, 2), RasterF(width, 5), RasterF(width, 5), Raster8(width, 5, 1, 1)};
+        const auto closed = FaceShader::close_cracks(met, 0, 5, map);
+        std::int64_t cracks = 0;
+        for (int y = 0; y < 5; ++y)
+            for (int x = 0; x < width; ++x)
+            {
+                const bool crack = seen_through_crack(met, x, y);
+                cracks += crack ? 1 : 0;
+                CHECK(map.valid.at(x, y) == (crack ? 0 : 1));
+            }
+        CHECK(closed == cracks);
+        if (width == 59)
+            CHECK(cracks > 0);
+    }
 }

@@ -2,7 +2,6 @@
 
 #include <fresco/camera.h>
 #include <fresco/mesh.h>
-#include <fresco/uv_mapping/sight.h>
 #include <fresco/uv_maps.h>
 
 #include <cstdint>
@@ -29,12 +28,24 @@ struct PixelCounts
     friend bool operator==(const PixelCounts&, const PixelCounts&) = default;
 };
 
-/// Texcoord, depth and angle of the faces that pixels see, in double precision from the mesh itself.
+namespace shading
+{
+struct Kernel;
+struct Vertex;
+}  // namespace shading
+
+/// Texcoord, depth and angle of the faces that pixels see, from the mesh itself: where a ray meets a face in double precision,
+/// what the face has there in single.
 class FaceShader
 {
   public:
-    /// The mesh needs texcoords, must have passed check_mesh and must outlive the shader. Keeps 24 bytes per vertex.
+    /// The mesh needs texcoords, must have passed check_mesh and must outlive the shader. Keeps 32 bytes per vertex.
     explicit FaceShader(const Mesh& mesh);
+    /// The same by one kind of processor's loops.
+    FaceShader(const Mesh& mesh, const shading::Kernel& kernel);
+    ~FaceShader();
+    FaceShader(const FaceShader&) = delete;
+    FaceShader& operator=(const FaceShader&) = delete;
 
     /// Fills rows [first_row, end_row) of `map` and of `met`, both of the size of `faces`. Per pixel the texcoord (correct in
     /// perspective) where its ray meets the face's plane, the depth along the optical axis and the cosine between the smooth
@@ -48,18 +59,9 @@ class FaceShader
     static std::int64_t close_cracks(const RasterF& met, int first_row, int end_row, UvMap& map);
 
   private:
-    struct Vertex
-    {
-        Vec3f position;
-        Vec3f normal;
-    };
-
     const Mesh& mesh_;
-    std::vector<Vertex> vertices_;
-
-    struct Plane;
-    Plane plane_of(std::uint32_t face, Vec3d origin, Vec3d depth_axis) const;
-    static Sight shade_pixel(const Plane& plane, Vec3d ray, UvMap& map, std::size_t i, float& met);
+    const shading::Kernel& kernel_;
+    std::vector<shading::Vertex> vertices_;
 };
 
 }  // namespace fresco

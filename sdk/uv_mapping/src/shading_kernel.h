@@ -1,0 +1,67 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace fresco::shading
+{
+
+/// A vertex of the mesh.
+struct Vertex
+{
+    float position[3];
+    float normal[3];
+    float unused[2];  ///< So that none lies in two cache lines.
+};
+
+/// What a row of pixels is shaded from; plain arrays, as the loops are compiled for several kinds of processors.
+struct Source
+{
+    const std::uint32_t (*triangles)[3];
+    const float (*texcoords)[2];  ///< Three per triangle.
+    const Vertex* vertices;
+    double origin[3];      ///< Of the rays.
+    double depth_axis[3];  ///< Takes a direction to its length along the optical axis.
+    double across[3];      ///< From one pixel's ray to the next one's.
+    float nearest;         ///< What is less deep is too near.
+};
+
+/// One row's values, as UvMap and seen_through_crack have them.
+struct Target
+{
+    float* uv;
+    float* depth;
+    float* cosine;
+    std::uint8_t* valid;
+    float* met;
+};
+
+/// Pixels by what they see.
+struct Seen
+{
+    std::int64_t surface;
+    std::int64_t back_face;
+    std::int64_t too_near;
+    std::int64_t nothing;
+};
+
+struct Kernel
+{
+    const char* name;
+    /// What a pixel of the row needs of scratch memory, which is aligned to 64.
+    unsigned scratch_bytes;
+
+    /// Shades a row of `width` pixels that see `faces`; the first one's ray goes along `ray`. Adds to `seen`. `scratch`: width
+    /// times scratch_bytes.
+    void (*shade_row)(const Source& source, const std::uint32_t* faces, int width, const double* ray, const Target& target,
+                      void* scratch, Seen& seen);
+};
+
+/// For any processor, and for x86-64 ones with AVX2 and FMA, and with AVX-512; null where the compiler cannot make them.
+const Kernel* base_kernel();
+const Kernel* avx2_kernel();
+const Kernel* avx512_kernel();
+/// The fastest that this processor can run.
+const Kernel& fastest_kernel();
+
+}  // namespace fresco::shading

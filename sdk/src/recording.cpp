@@ -28,19 +28,13 @@ void check_size(const std::filesystem::path& file, ImageHeader header, const Int
                     size_text(expected.width, expected.height) + "; all pictures of one camera must have one size");
 }
 
-void check_depth(const std::filesystem::path& file, ImageHeader header, const Intrinsics& expected)
-{
-    check_size(file, header, expected);
-    if (header.bits > 0 && (header.bits != 16 || !header.grey))
-        throw Error(file.string() + ": expected a depth picture, a PNG of one channel of 16 bits; this one has " +
-                    std::to_string(header.bits) + " bits" + (header.grey ? "" : " and colours"));
-}
-
 Frame make_frame(const ViewFiles& files, const RecorderCameras& cameras, const RigidTransform& world_from_depth,
                  const ImageIo& images)
 {
     check_size(files.color, images.check(files.color), cameras.color);
-    check_depth(files.depth, images.check(files.depth), cameras.depth);
+    const auto depth = images.check(files.depth);
+    check_size(files.depth, depth, cameras.depth);
+    check_depth_kind(files.depth, depth);
     Frame frame;
     frame.sequence = files.sequence;
     frame.name = files.name;
@@ -73,6 +67,13 @@ void check_centre(const Intrinsics& k, const std::string& source, const std::fil
     if (k.cx <= 0 || k.cy <= 0 || k.cx >= k.width || k.cy >= k.height)
         throw Error(source + ": the centre (" + to_json(k.cx) + ", " + to_json(k.cy) + ") is outside of " + picture.string() +
                     ", which is " + size_text(k.width, k.height) + "; give the intrinsics for pictures of this size");
+}
+
+void check_depth_kind(const std::filesystem::path& file, const ImageHeader& header)
+{
+    if (header.bits > 0 && (header.bits != 16 || !header.grey))
+        throw Error(file.string() + ": expected a depth picture, a PNG of one channel of 16 bits; this one has " +
+                    std::to_string(header.bits) + " bits" + (header.grey ? "" : " and colours"));
 }
 
 Frames posed_frames(const std::vector<ViewFiles>& views, const RecorderCameras& cameras, const PoseReader& read_pose,

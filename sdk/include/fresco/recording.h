@@ -43,6 +43,9 @@ void refuse_missing(const std::vector<std::string>& missing, std::string_view ru
 /// pictures of another size.
 void check_centre(const Intrinsics& k, const std::string& source, const std::filesystem::path& picture);
 
+/// Throws Error naming `file` unless ImageIo::check found 16-bit grey in it, or did not look.
+void check_depth_kind(const std::filesystem::path& file, const ImageHeader& header);
+
 /// world_from_depth of a view; nothing where the recorder had lost track.
 using PoseReader = std::function<std::optional<RigidTransform>(const ViewFiles&)>;
 

@@ -1,0 +1,229 @@
+#include "transforms.h"
+
+#include <fresco/error.h>
+#include <fresco/matrix_text.h>
+#include <fresco/value.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace nerfstudio
+{
+namespace
+{
+
+namespace fs = std::filesystem;
+using fresco::Value;
+using fresco::recordings::RegisteredView;
+
+/// A value of the file that knows its place, so that every error names it. A frame's own values go before the file's.
+class Record
+{
+  public:
+    Record(const Value& own, const Value& file, std::string place) : own_(own), file_(file), place_(std::move(place)) {}
+
+    const std::string& place() const { return place_; }
+    const Value* find(std::string_view key) const
+    {
+        const Value* found = own_.find(key);
+        return found != nullptr ? found : file_.find(key);
+    }
+    double number(std::string_view key) const
+    {
+        const Value* value = find(key);
+        if (value == nullptr)
+            fail(key, "is missing, for this frame and for the file");
+        if (!value->is_number() || !std::isfinite(value->as_double()))
+            fail(key, "must be a number");
+        return value->as_double();
+    }
+    double number(std::string_view key, double fallback) const { return find(key) == nullptr ? fallback : number(key); }
+    int pixels(std::string_view key) const
+    {
+        const double count = number(key);
+        if (!(count >= 1 && count <= 65536) || count != std::floor(count))
+            fail(key, "must be a whole number of pixels from 1 to 65536");
+        return static_cast<int>(count);
+    }
+    std::string text(std::string_view key) const
+    {
+        const Value* value = find(key);
+        if (value == nullptr || !value->is_string() || value->as_string().empty())
+            fail(key, value == nullptr ? "is missing" : "must be a text that is not empty");
+        return value->as_string();
+    }
+    [[noreturn]] void fail(std::string_view key, const std::string& what) const
+    {
+        throw fresco::Error(place_ + ": \"" + std::string(key) + "\" " + what);
+    }
+
+  private:
+    const Value& own_;
+    const Value& file_;
+    std::string place_;
+};
+
+/// Rows of four numbers, three or four of them, as a rigid transform.
+fresco::RigidTransform transform_of(const Record& record, std::string_view key)
+{
+    const Value* value = record.find(key);
+    if (value == nullptr || !value->is_list())
+        record.fail(key, value == nullptr ? "is missing" : "must be a list of rows");
+    std::vector<double> matrix;
+    for (const Value& row : value->as_list())
+    {
+        if (!row.is_list() || row.as_list().size() != 4)
+            record.fail(key, "must have rows of 4 numbers");
+        for (const Value& entry : row.as_list())
+        {
+            if (!entry.is_number())
+                record.fail(key, "must have rows of 4 numbers");
+            matrix.push_back(entry.as_double());
+        }
+    }
+    if (matrix.size() == 12)
+        matrix.insert(matrix.end(), {0, 0, 0, 1});
+    return fresco::rigid_transform(matrix, record.place() + ": \"" + std::string(key) + "\"");
+}
+
+fresco::Intrinsics intrinsics_of(const Record& record)
+{
+    fresco::Intrinsics k;
+    k.width = record.pixels("w");
+    k.height = record.pixels("h");
+    const auto focal = [&](const char* key, const char* angle, double fallback, int size)
+    {
+        if (record.find(key) == nullptr && record.find(angle) != nullptr)
+            return size / (2 * std::tan(record.number(angle) / 2));
+        return fallback > 0 ? record.number(key, fallback) : record.number(key);
+    };
+    k.fx = focal("fl_x", "camera_angle_x", 0, k.width);
+    k.fy = focal("fl_y", "camera_angle_y", k.fx, k.height);
+    k.cx = record.number("cx", k.width / 2.0);
+    k.cy = record.number("cy", k.height / 2.0);
+    return k;
+}
+
+fresco::recordings::Lens lens_of(const Record& record)
+{
+    const std::string model = record.find("camera_model") == nullptr ? "OPENCV" : record.text("camera_model");
+    constexpr std::array known{"PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL", "OPENCV", "FULL_OPENCV"};
+    if (std::find(known.begin(), known.end(), model) == known.end())
+        record.fail("camera_model", "is " + model +
+                                        "; PINHOLE, SIMPLE_PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV and FULL_OPENCV are "
+                                        "read: undistort the pictures to PINHOLE first");
+    const auto get = [&](const char* key) { return record.number(key, 0); };
+    fresco::recordings::Lens lens{.k1 = get("k1"), .k2 = get("k2"), .k3 = get("k3"), .p1 = get("p1"), .p2 = get("p2")};
+    if (model == "FULL_OPENCV")
+    {
+        lens.k4 = get("k4");
+        lens.k5 = get("k5");
+        lens.k6 = get("k6");
+    }
+    else if (get("k4") != 0)
+        record.fail("k4", "is not 0; in this place it is known of FULL_OPENCV only: undistort the pictures to PINHOLE first");
+    if (model.ends_with("PINHOLE") && lens.distorts())
+        record.fail("camera_model", "is " + model + ", but k1 … p2 are not 0: say OPENCV, or leave them out");
+    return lens;
+}
+
+/// Camera axes of OpenGL in those of OpenCV: y and z turn around.
+fresco::RigidTransform opencv_axes(fresco::RigidTransform world_from_camera)
+{
+    for (int row = 0; row < 3; ++row)
+        for (int column = 1; column < 3; ++column)
+            world_from_camera.rotation(row, column) = -world_from_camera.rotation(row, column);
+    return world_from_camera;
+}
+
+/// The recorder's world from that of the file: saved = scale * applied(original).
+struct WorldChange
+{
+    fresco::RigidTransform original_from_saved;
+    double scale = 1;  ///< Metres per saved unit.
+
+    fresco::RigidTransform operator()(const fresco::RigidTransform& saved, double applied_scale) const
+    {
+        auto moved = saved;
+        moved.translation = moved.translation * (1 / applied_scale);
+        moved = original_from_saved * moved;
+        moved.translation = moved.translation * scale;
+        return moved;
+    }
+};
+
+double applied_scale_of(const Record& whole)
+{
+    const double scale = whole.number("applied_scale", 1);
+    if (!(scale > 0))
+        whole.fail("applied_scale", "must be positive");
+    return scale;
+}
+
+double depth_unit_of(const Record& record, double given)
+{
+    const double unit = given > 0 ? given : record.number("depth_unit_scale_factor", 0.001);
+    if (!(unit > 0 && unit <= 1))
+        record.fail("depth_unit_scale_factor", "must be metres per step of the depth pictures, above 0, at most 1");
+    return unit;
+}
+
+}  // namespace
+
+Transforms parse_transforms(std::string_view text, const fs::path& file, const Reading& reading)
+{
+    const Value root = fresco::parse_json(text, file.string());
+    const Record whole(root, root, file.string());
+    const Value* frames = root.find("frames");
+    if (frames == nullptr || !frames->is_list() || frames->as_list().empty())
+        whole.fail("frames", "must be a list of frames, not empty; expected nerfstudio's transforms.json");
+
+    WorldChange world{{}, reading.unit_m};
+    double applied_scale = 1;
+    if (reading.world == World::original)
+    {
+        if (root.find("applied_transform") != nullptr)
+            world.original_from_saved = transform_of(whole, "applied_transform").inverse();
+        applied_scale = applied_scale_of(whole);
+    }
+
+    Transforms result;
+    for (std::size_t i = 0; i < frames->as_list().size(); ++i)
+    {
+        const Value& own = frames->as_list()[i];
+        const Record record(own, root, file.string() + ": frame " + std::to_string(i));
+        if (!own.is_map())
+            throw fresco::Error(record.place() + " must be a map with file_path and transform_matrix");
+        RegisteredView view;
+        view.source = record.place();
+        const fs::path listed = record.text("file_path");
+        fresco::recordings::name_by_picture(view, listed);
+        view.color = file.parent_path() / listed;
+        // The "transforms" of synthetic scenes name pictures without their ending.
+        if (listed.extension().empty())
+            view.color += ".png";
+        if (own.find("depth_file_path") != nullptr)
+        {
+            view.depth = file.parent_path() / record.text("depth_file_path");
+            if (view.depth.extension() != ".png")
+                record.fail("depth_file_path",
+                            "is " + view.depth.filename().string() +
+                                "; depth is read from PNG of 16 bits: convert it, or take the key out of every frame");
+            view.depth_unit_m = depth_unit_of(record, reading.depth_unit_m);
+            ++result.with_depth;
+        }
+        result.has_masks = result.has_masks || own.find("mask_path") != nullptr;
+        view.camera = intrinsics_of(record);
+        view.lens = lens_of(record);
+        view.world_from_camera = world(opencv_axes(transform_of(record, "transform_matrix")), applied_scale);
+        result.views.push_back(std::move(view));
+    }
+    if (result.with_depth != 0 && result.with_depth != result.views.size())
+        throw fresco::Error(file.string() + ": " + std::to_string(result.with_depth) + " of " +
+                            std::to_string(result.views.size()) + " frames have a depth_file_path; expected all of them or none");
+    fresco::recordings::order_by_name(result.views);
+    return result;
+}
+
+}  // namespace nerfstudio

@@ -1,0 +1,177 @@
+#include <fresco/recordings/registered_view.h>
+
+#include <fresco/error.h>
+#include <fresco/files_io.h>
+#include <fresco/hash.h>
+#include <fresco/parallel.h>
+#include <fresco/recording.h>
+#include <fresco/recordings/text_records.h>
+
+#include <algorithm>
+#include <atomic>
+#include <map>
+#include <set>
+#include <utility>
+
+namespace fresco::recordings
+{
+namespace
+{
+
+namespace fs = std::filesystem;
+
+constexpr int jpeg_quality = 95;
+
+std::string file_name_safe(std::string text)
+{
+    for (char& c : text)
+        if (!((c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '_' || c == '.'))
+            c = '_';
+    if (text.starts_with('.'))
+        text.front() = '_';
+    return text;
+}
+
+std::string size_text(int width, int height)
+{
+    return std::to_string(width) + "x" + std::to_string(height);
+}
+
+void refuse_doubles(const std::vector<RegisteredView>& views)
+{
+    std::map<std::pair<std::string, std::string>, const RegisteredView*> seen;
+    for (const auto& view : views)
+        if (const auto [other, is_new] = seen.try_emplace({view.sequence, view.name}, &view); !is_new)
+            throw Error(view.source + ": the view " + view.sequence + "/" + view.name + " stands twice, also at " +
+                        other->second->source + "; remove one");
+}
+
+void refuse_missing_pictures(const std::vector<RegisteredView>& views)
+{
+    std::vector<std::string> missing;
+    for (const auto& view : views)
+        for (const auto& file : {view.color, view.depth})
+            if (std::error_code ignored; !file.empty() && !fs::is_regular_file(file, ignored))
+                missing.push_back(file.string());
+    refuse_missing(missing, views.front().source + " lists them");
+}
+
+PictureFile original(const fs::path& file)
+{
+    return {fs::absolute(file), file_hash(file)};
+}
+
+class FrameMaker
+{
+  public:
+    FrameMaker(const ImageIo& images, const fs::path& folder) : images_(images), folder_(folder) {}
+
+    Frame make(const RegisteredView& view) const
+    {
+        const auto header = images_.check(view.color);
+        if (header.width != view.camera.width || header.height != view.camera.height)
+            throw Error(view.color.string() + ": the picture is " + size_text(header.width, header.height) + ", " + view.source +
+                        " says " + size_text(view.camera.width, view.camera.height) +
+                        "; give the intrinsics for pictures of this size");
+        check_camera({view.camera, view.world_from_camera}, view.source);
+        check_centre(view.camera, view.source, view.color);
+
+        Frame frame;
+        frame.sequence = view.sequence;
+        frame.name = view.name;
+        frame.number = view.number;
+        frame.color = {pinhole_without(view.lens, view.camera, view.source), view.world_from_camera};
+        frame.depth = frame.color;
+        frame.depth_unit_m = view.depth_unit_m;
+        frame.color_picture = view.lens.distorts() ? undistort_color(view, frame) : original(view.color);
+        if (!view.depth.empty())
+        {
+            const auto depth = images_.check(view.depth);
+            check_depth_kind(view.depth, depth);
+            frame.depth.intrinsics = frame.color.intrinsics.scaled_to(depth.width, depth.height);
+            frame.depth_picture = view.lens.distorts() ? undistort_depth(view, frame) : original(view.depth);
+        }
+        return frame;
+    }
+
+  private:
+    PictureFile write(const Frame& frame, const std::string& ending, const std::vector<std::byte>& bytes) const
+    {
+        const auto file = folder_ / frame.sequence / (frame.name + ending);
+        write_file(file, bytes);
+        return {file, ""};
+    }
+    PictureFile undistort_color(const RegisteredView& view, const Frame& frame) const
+    {
+        const auto picture = undistorted(images_.read_rgb(view.color), view.camera, view.lens, frame.color.intrinsics);
+        return write(frame, ".color.jpg", images_.encode_jpeg(picture, jpeg_quality));
+    }
+    PictureFile undistort_depth(const RegisteredView& view, const Frame& frame) const
+    {
+        const auto depth = undistorted_depth(images_.read_depth(view.depth), view.camera, view.lens, frame.color.intrinsics);
+        return write(frame, ".depth.png", images_.encode_png(depth));
+    }
+
+    const ImageIo& images_;
+    const fs::path& folder_;
+};
+
+}  // namespace
+
+void name_by_picture(RegisteredView& view, const fs::path& listed)
+{
+    const auto parent = listed.lexically_normal().parent_path().generic_string();
+    view.sequence = parent.empty() ? "scan" : file_name_safe(parent);
+    view.name = file_name_safe(listed.stem().string());
+}
+
+void order_by_name(std::vector<RegisteredView>& views)
+{
+    std::stable_sort(views.begin(), views.end(),
+                     [](const RegisteredView& a, const RegisteredView& b)
+                     { return a.sequence != b.sequence ? natural_less(a.sequence, b.sequence) : natural_less(a.name, b.name); });
+    std::set<std::pair<std::string, long>> numbers;
+    for (auto& view : views)
+        if (const auto number = last_number(view.name))
+            numbers.emplace(view.sequence, *number);
+    const bool all_differ = numbers.size() == views.size();
+    for (std::size_t i = 0; i < views.size(); ++i)
+        views[i].number = all_differ ? *last_number(views[i].name) : static_cast<long>(i);
+}
+
+void keep_every(std::vector<RegisteredView>& views, int every)
+{
+    std::vector<RegisteredView> kept;
+    for (std::size_t i = 0; i < views.size(); i += static_cast<std::size_t>(every))
+        kept.push_back(std::move(views[i]));
+    views = std::move(kept);
+}
+
+Frames registered_frames(const std::vector<RegisteredView>& views, const ImageIo& images, const fs::path& folder,
+                         Progress& progress)
+{
+    Frames result;
+    if (views.empty())
+        return result;
+    refuse_doubles(views);
+    refuse_missing_pictures(views);
+    for (const auto& view : views)
+        if (view.lens.distorts())
+            fs::create_directories(folder / view.sequence);
+    const FrameMaker maker(images, folder);
+    result.frames.resize(views.size());
+    std::atomic<std::size_t> done{0};
+    parallel_for(views.size(), 1, progress.threads(),
+                 [&](std::size_t begin, std::size_t end)
+                 {
+                     for (std::size_t i = begin; i < end; ++i)
+                     {
+                         progress.check_cancelled();
+                         result.frames[i] = maker.make(views[i]);
+                         progress.progress(static_cast<double>(++done), static_cast<double>(views.size()), "frames");
+                     }
+                 });
+    return result;
+}
+
+}  // namespace fresco::recordings

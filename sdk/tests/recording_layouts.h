@@ -1,0 +1,260 @@
+#pragma once
+
+#include <fresco/files_io.h>
+#include <fresco/frames.h>
+#include <fresco/image_io.h>
+#include <fresco/matrix_text.h>
+#include <fresco/value.h>
+
+#include <catch2/catch.hpp>
+
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <string>
+#include <vector>
+
+/// \file For the tests of readers: a tiny recording, the layouts that recorders write, and damage.
+
+namespace fresco::testing
+{
+
+/// A recording of one camera whose pictures differ from frame to frame: colour 32x24, depth 16x12, millimetres; the camera walks
+/// a quarter of a circle and looks inward and down.
+inline Frames tiny_recording(const std::filesystem::path& folder, const ImageIo& images, int count = 3)
+{
+    Frames recording;
+    for (int i = 0; i < count; ++i)
+    {
+        Frame frame;
+        frame.sequence = "seq-01";
+        frame.name = "frame-00000" + std::to_string(i);
+        frame.number = i;
+        const double yaw = 0.4 * i, pitch = 0.3 + 0.05 * i;
+        const Vec3d right{std::cos(yaw), std::sin(yaw), 0};
+        const Vec3d forward{-std::sin(yaw) * std::cos(pitch), std::cos(yaw) * std::cos(pitch), -std::sin(pitch)};
+        const Vec3d down = cross(forward, right);
+        frame.color.world_from_camera.rotation.m = {right.x,   down.x,  forward.x, right.y,  down.y,
+                                                    forward.y, right.z, down.z,    forward.z};
+        frame.color.world_from_camera.translation = {0.5 + 0.1 * i, -2.25, 1.0 / 3 + i};
+        frame.color.intrinsics = {32, 24, 30.5, 31.25, 15.75, 12.5};
+        frame.depth = frame.color;
+        frame.depth.intrinsics = frame.color.intrinsics.scaled_to(16, 12);
+        Raster8 color(32, 24, 3);
+        for (int y = 0; y < 24; ++y)
+            for (int x = 0; x < 32; ++x)
+                for (int c = 0; c < 3; ++c)
+                    color.at(x, y, c) = static_cast<std::uint8_t>(7 * x + 3 * y + 40 * c + i);
+        Raster16 depth(16, 12);
+        for (int y = 0; y < 12; ++y)
+            for (int x = 0; x < 16; ++x)
+                depth.at(x, y) = static_cast<std::uint16_t>(x == 0 ? 0 : 1000 + 10 * x + 100 * y + i);
+        frame.color_picture.path = folder / (frame.name + ".color.png");
+        frame.depth_picture.path = folder / (frame.name + ".depth.png");
+        write_file(frame.color_picture.path, images.encode_png(color));
+        write_file(frame.depth_picture.path, images.encode_png(depth));
+        recording.frames.push_back(std::move(frame));
+    }
+    return recording;
+}
+
+/// Row-major 4x4.
+inline std::vector<double> matrix_of(const RigidTransform& t)
+{
+    const auto& r = t.rotation;
+    return {r(0, 0), r(0, 1), r(0, 2), t.translation.x, r(1, 0), r(1, 1), r(1, 2), t.translation.y,
+            r(2, 0), r(2, 1), r(2, 2), t.translation.z, 0,       0,       0,       1};
+}
+
+/// w, x, y, z of a rotation of less than half a turn about any axis; by its largest component.
+inline std::array<double, 4> quaternion_of(const Mat3& r)
+{
+    const double trace = r(0, 0) + r(1, 1) + r(2, 2);
+    std::array<double, 4> q{};
+    if (trace > 0)
+    {
+        const double s = 2 * std::sqrt(trace + 1);
+        q = {s / 4, (r(2, 1) - r(1, 2)) / s, (r(0, 2) - r(2, 0)) / s, (r(1, 0) - r(0, 1)) / s};
+    }
+    else
+    {
+        const int i = r(0, 0) > r(1, 1) && r(0, 0) > r(2, 2) ? 0 : r(1, 1) > r(2, 2) ? 1 : 2;
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        const double s = 2 * std::sqrt(1 + r(i, i) - r(j, j) - r(k, k));
+        q[0] = (r(k, j) - r(j, k)) / s;
+        q[static_cast<std::size_t>(i + 1)] = s / 4;
+        q[static_cast<std::size_t>(j + 1)] = (r(i, j) + r(j, i)) / s;
+        q[static_cast<std::size_t>(k + 1)] = (r(i, k) + r(k, i)) / s;
+    }
+    return q;
+}
+
+inline std::string joined(const std::vector<double>& numbers)
+{
+    std::string text;
+    for (const double number : numbers)
+        text += (text.empty() ? "" : " ") + to_json(number);
+    return text;
+}
+
+inline std::string numbered(const std::string& prefix, std::size_t number, const std::string& ending, std::size_t digits = 6)
+{
+    const auto text = std::to_string(number);
+    return prefix + std::string(text.size() < digits ? digits - text.size() : 0, '0') + text + ending;
+}
+
+inline void copy_picture(const std::filesystem::path& from, const std::filesystem::path& to)
+{
+    std::filesystem::create_directories(to.parent_path());
+    std::filesystem::copy_file(from, to, std::filesystem::copy_options::overwrite_existing);
+}
+
+/// nerfstudio: transforms.json, images/, depth/.
+inline void write_nerfstudio(const Frames& frames, const std::filesystem::path& folder, Value head = Value::Map{})
+{
+    Value::List list;
+    for (std::size_t i = 0; i < frames.frames.size(); ++i)
+    {
+        const auto& frame = frames.frames[i];
+        const std::string color = numbered("images/frame_", i + 1, frame.color_picture.path.extension().string(), 5);
+        const std::string depth = numbered("depth/frame_", i + 1, ".png", 5);
+        copy_picture(frame.color_picture.path, folder / color);
+        copy_picture(frame.depth_picture.path, folder / depth);
+        auto m = matrix_of(frame.color.world_from_camera);
+        for (std::size_t row = 0; row < 3; ++row)
+            for (const std::size_t column : {std::size_t{1}, std::size_t{2}})
+                m[row * 4 + column] = -m[row * 4 + column];
+        Value::List rows;
+        for (std::size_t row = 0; row < 4; ++row)
+            rows.emplace_back(Value::List{m[row * 4], m[row * 4 + 1], m[row * 4 + 2], m[row * 4 + 3]});
+        list.emplace_back(Value::Map{{"file_path", color}, {"depth_file_path", depth}, {"transform_matrix", std::move(rows)}});
+    }
+    const auto& k = frames.frames.front().color.intrinsics;
+    const Value::Map camera{{"w", k.width}, {"h", k.height}, {"fl_x", k.fx}, {"fl_y", k.fy}, {"cx", k.cx}, {"cy", k.cy}};
+    for (const auto& [key, value] : camera)
+        if (head.find(key) == nullptr)
+            head.set(key, value);
+    head.set("frames", std::move(list));
+    write_file(folder / "transforms.json", to_json(head, 1) + "\n");
+}
+
+/// The cameras, depth and names that a reader gives back for a recording that was written out.
+inline void check_same_recording(const Frames& read, const Frames& written, const ImageIo& images, double depth_step_m = 0.001)
+{
+    REQUIRE(read.frames.size() == written.frames.size());
+    for (std::size_t i = 0; i < read.frames.size(); ++i)
+    {
+        INFO("frame " << i);
+        const auto& a = read.frames[i];
+        const auto& b = written.frames[i];
+        for (const auto& [one, other] : {std::pair{a.color, b.color}, std::pair{a.depth, b.depth}})
+        {
+            const auto m = matrix_of(one.world_from_camera), n = matrix_of(other.world_from_camera);
+            for (std::size_t j = 0; j < m.size(); ++j)
+                CHECK(std::abs(m[j] - n[j]) < 1e-6);
+            const auto &k = one.intrinsics, &l = other.intrinsics;
+            CHECK((k.width == l.width && k.height == l.height));
+            for (const double difference : {k.fx - l.fx, k.fy - l.fy, k.cx - l.cx, k.cy - l.cy})
+                CHECK(std::abs(difference) < 1e-4);
+        }
+        CHECK(load_color(a, &images) == load_color(b, &images));
+        const auto depth = load_depth(a, &images), expected = load_depth(b, &images);
+        REQUIRE(depth.values.size() == expected.values.size());
+        double worst = 0;
+        bool same_holes = true;
+        for (std::size_t j = 0; j < depth.values.size(); ++j)
+        {
+            worst = std::max(worst, std::abs(static_cast<double>(depth.values[j]) - static_cast<double>(expected.values[j])));
+            same_holes = same_holes && (depth.values[j] == 0) == (expected.values[j] == 0);
+        }
+        CHECK(worst <= depth_step_m);
+        CHECK(same_holes);
+    }
+}
+
+/// Calls `read` after each of 200 cuts of a file (evenly spread, the empty file first) and each of 500 flips of 1 to 3 bytes, and
+/// puts the file back. `read(cut)` must return or throw fresco::Error with a text that names something; any other exception
+/// fails. Returns how often it threw.
+struct DamageCounts
+{
+    int cuts_refused = 0;
+    int flips_refused = 0;
+};
+
+inline DamageCounts damage_file(const std::filesystem::path& file, const std::function<void(bool cut)>& read)
+{
+    const auto good = read_file(file);
+    DamageCounts counts;
+    const auto attempt = [&](const std::vector<std::byte>& bytes, bool cut, int& refused)
+    {
+        // Not write_file: it would wait for the disk 700 times.
+        std::ofstream(file, std::ios::binary)
+            .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+        try
+        {
+            read(cut);
+        }
+        catch (const Error& error)
+        {
+            ++refused;
+            CHECK(std::strlen(error.what()) > 10);
+        }
+    };
+    for (std::size_t i = 0; i < 200; ++i)
+    {
+        const std::size_t size = i * good.size() / 200;
+        INFO(file.filename() << " cut to " << size << " of " << good.size() << " bytes");
+        attempt({good.begin(), good.begin() + static_cast<std::ptrdiff_t>(size)}, true, counts.cuts_refused);
+    }
+    std::uint64_t state = 88172645463325252ULL;
+    const auto random = [&](std::size_t below)
+    {
+        state ^= state << 13U;
+        state ^= state >> 7U;
+        state ^= state << 17U;
+        return static_cast<std::size_t>(state % below);
+    };
+    for (int i = 0; i < 500; ++i)
+    {
+        auto bytes = good;
+        const auto changes = 1 + random(3);
+        for (std::size_t change = 0; change < changes; ++change)
+            bytes[random(bytes.size())] ^= static_cast<std::byte>(1 + random(255));
+        INFO(file.filename() << " flip " << i);
+        attempt(bytes, false, counts.flips_refused);
+    }
+    write_file(file, good);
+    return counts;
+}
+
+/// What holds for any frames that a reader of damaged files may give.
+inline void check_usable(const Frames& frames)
+{
+    for (const auto& frame : frames.frames)
+    {
+        check_camera(frame.color, frame.name);
+        check_camera(frame.depth, frame.name);
+        REQUIRE(std::isfinite(length(frame.color.world_from_camera.translation)));
+        REQUIRE(frame.depth_unit_m > 0);
+        REQUIRE(frame.name.find('/') == std::string::npos);
+        REQUIRE(frame.sequence.find('/') == std::string::npos);
+    }
+}
+
+/// What holds for frames read from a cut file: each is one of the whole recording, unchanged.
+inline void check_subset(const Frames& read, const Frames& whole)
+{
+    for (const auto& frame : read.frames)
+    {
+        bool found = false;
+        for (const auto& other : whole.frames)
+            found = found || (frame.name == other.name && frame.color == other.color && frame.depth == other.depth);
+        INFO(frame.name);
+        REQUIRE(found);
+    }
+}
+
+}  // namespace fresco::testing

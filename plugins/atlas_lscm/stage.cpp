@@ -1,6 +1,7 @@
 #include "conformal.h"
 
 #include <fresco/geometry/atlas_stage.h>
+#include <fresco/geometry/map_charts.h>
 
 #include <CGAL/version.h>
 
@@ -23,12 +24,9 @@ class AtlasLscm final : public geo::AtlasStage
     void lay_flat(const geo::Surface& surface, geo::FlatCharts& flat, const geo::FlattenOptions& options,
                   fresco::RunContext& run) const override
     {
-        const auto counts = lay_conformal(surface, flat, options.tolerance_m(), run);
-        run.report("conformal_charts", counts.conformal);
-        run.report("projected_charts", counts.fallbacks);
-        run.report("single_triangles", counts.single_triangles);
-        run.report("conformal_area_share", counts.conformal_area_share);
-        run.report("cut_edges", counts.cut_edges);
+        report_mapping(run, geo::map_charts(
+                                surface, flat, [](const geo::Disk& disk, const auto&) { return conformal_map(disk); },
+                                options.tolerance_m(), run));
     }
 };
 

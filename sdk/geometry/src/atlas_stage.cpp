@@ -22,8 +22,8 @@ void AtlasStage::run(RunContext& run)
     const Surface surface(*mesh_);
     const ChartOptions charts{.angle_limit_deg = *angle_limit_deg_, .merge_limit_deg = *merge_limit_deg_};
     const FlattenOptions options{.charts = charts, .texel_m = expected_texel_m(surface, *size_px_)};
-    auto flat = project_charts(surface, cut_into_charts(surface, charts, run), options, run);
-    lay_flat(surface, flat, options, run);
+    const auto flat = project_charts(surface, cut_into_charts(surface, charts, run), options, run,
+                                     [&](FlatCharts& projected) { lay_flat(surface, projected, options, run); });
     const auto packing = pack_charts(flat, {.size_px = *size_px_, .gutter_px = *gutter_px_}, run);
     auto result = with_atlas(*mesh_, flat, packing);
     report_atlas(run, atlas_figures(result, *size_px_));

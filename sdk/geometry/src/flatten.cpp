@@ -75,6 +75,17 @@ class Flattener
         lay(pending_of(partition));
     }
 
+    /// Has the charts laid better, and lays what found no place there.
+    void improve(const LayFlat& lay_flat)
+    {
+        lay_flat(flat_);
+        FaceList rest;
+        for (std::uint32_t f = 0; f < flat_.chart_of_face.size(); ++f)
+            if (flat_.chart_of_face[f] == none)
+                rest.push_back(f);
+        lay(regrow(rest));
+    }
+
     /// Those that fit beside a chart as they are go first; what was joined then may leave room for more.
     void place_crumbs()
     {
@@ -193,13 +204,16 @@ class Flattener
 
 }  // namespace
 
-FlatCharts project_charts(const Surface& surface, const Partition& partition, const FlattenOptions& options, Progress& progress)
+FlatCharts project_charts(const Surface& surface, const Partition& partition, const FlattenOptions& options, Progress& progress,
+                          const LayFlat& lay_flat)
 {
     Flattener flattener(surface, options, progress);
     flattener.lay(Flattener::pending_of(partition));
     progress.progress(1, 3, "passes");
     flattener.merge();
     progress.progress(2, 3, "passes");
+    if (lay_flat)
+        flattener.improve(lay_flat);
     if (options.charts.merge_limit_deg > options.charts.angle_limit_deg)
         flattener.place_crumbs();
     progress.progress(3, 3, "passes");

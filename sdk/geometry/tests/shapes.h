@@ -141,4 +141,73 @@ inline Mesh noisy_corner(std::uint32_t n)
     return mesh;
 }
 
+/// A third of a cylinder of radius 1 and height 1.
+inline Mesh bent_sheet(std::uint32_t n)
+{
+    auto mesh = grid(n, [](float, float) { return 0.0F; });
+    for (auto& p : mesh.positions)
+    {
+        const float angle = (p.x - 0.5F) * 2.0F;
+        p = {std::sin(angle), p.y, std::cos(angle)};
+    }
+    return mesh;
+}
+
+/// A flat square with two square holes.
+inline Mesh holed_sheet()
+{
+    auto mesh = grid(9, [](float x, float y) { return 0.1F * x * y; });
+    std::vector<fresco::Triangle> kept;
+    for (const auto& t : mesh.triangles)
+    {
+        const auto c = (mesh.positions[t[0]] + mesh.positions[t[1]] + mesh.positions[t[2]]) * (1.0F / 3);
+        const auto in = [&](float low) { return c.x > low && c.x < low + 0.2F && c.y > low && c.y < low + 0.2F; };
+        if (!in(0.2F) && !in(0.6F))
+            kept.push_back(t);
+    }
+    mesh.triangles = kept;
+    return mesh;
+}
+
+/// A closed ring of n x n squares: radii 2 and 1.
+inline Mesh torus(std::uint32_t n)
+{
+    Mesh mesh;
+    const double step = 2 * std::numbers::pi / n;
+    for (std::uint32_t i = 0; i < n; ++i)
+        for (std::uint32_t j = 0; j < n; ++j)
+        {
+            const double u = step * i;
+            const double v = step * j;
+            mesh.positions.push_back({static_cast<float>((2 + std::cos(v)) * std::cos(u)),
+                                      static_cast<float>((2 + std::cos(v)) * std::sin(u)), static_cast<float>(std::sin(v))});
+            const auto at = [&](std::uint32_t a, std::uint32_t b) { return a % n * n + b % n; };
+            mesh.triangles.push_back({at(i, j), at(i + 1, j), at(i, j + 1)});
+            mesh.triangles.push_back({at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)});
+        }
+    return mesh;
+}
+
+/// A band of n squares with half a turn: one border, no outside. Radius 1, width 0.4.
+inline Mesh moebius_strip(std::uint32_t n)
+{
+    Mesh mesh;
+    for (std::uint32_t i = 0; i < n; ++i)
+        for (const double side : {-0.2, 0.2})
+        {
+            const double around = 2 * std::numbers::pi * i / n;
+            const double reach = 1 + side * std::cos(around / 2);
+            mesh.positions.push_back({static_cast<float>(reach * std::cos(around)), static_cast<float>(reach * std::sin(around)),
+                                      static_cast<float>(side * std::sin(around / 2))});
+        }
+    for (std::uint32_t i = 0; i < n; ++i)
+    {
+        // After one turn the sides have changed places.
+        const auto at = [&](std::uint32_t k, std::uint32_t side) { return k < n ? 2 * k + side : 1 - side; };
+        mesh.triangles.push_back({at(i, 0), at(i + 1, 0), at(i, 1)});
+        mesh.triangles.push_back({at(i + 1, 0), at(i + 1, 1), at(i, 1)});
+    }
+    return mesh;
+}
+
 }  // namespace shapes

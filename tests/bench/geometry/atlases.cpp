@@ -1,8 +1,10 @@
 #include "atlases.h"
 
+#include "as_rigid.h"
 #include "conformal.h"
 
 #include <fresco/geometry/atlas.h>
+#include <fresco/geometry/map_charts.h>
 
 namespace bench
 {
@@ -11,14 +13,23 @@ namespace
 
 namespace geo = fresco::geometry;
 
-fresco::Mesh atlas(const fresco::Mesh& mesh, int size_px, bool conformal, fresco::Progress& progress)
+/// As the stages do, with or without a map in place of the projection.
+fresco::Mesh atlas(const fresco::Mesh& mesh, int size_px, const geo::DiskMap& map, fresco::Progress& progress)
 {
     const geo::Surface surface(mesh);
     const geo::FlattenOptions options{.charts = {}, .texel_m = geo::expected_texel_m(surface, size_px)};
-    auto flat = geo::project_charts(surface, geo::cut_into_charts(surface, options.charts, progress), options, progress);
-    if (conformal)
-        lay_conformal(surface, flat, options.tolerance_m(), progress);
+    geo::LayFlat lay_flat;
+    if (map)
+        lay_flat = [&](geo::FlatCharts& flat) { geo::map_charts(surface, flat, map, options.tolerance_m(), progress); };
+    const auto flat =
+        geo::project_charts(surface, geo::cut_into_charts(surface, options.charts, progress), options, progress, lay_flat);
     return geo::with_atlas(mesh, flat, geo::pack_charts(flat, {.size_px = size_px}, progress));
+}
+
+AtlasMaker maker(const char* name, const geo::DiskMap& map)
+{
+    return {name, [map](const fresco::Mesh& mesh, int size_px, fresco::Progress& progress)
+            { return atlas(mesh, size_px, map, progress); }};
 }
 
 }  // namespace
@@ -26,8 +37,8 @@ fresco::Mesh atlas(const fresco::Mesh& mesh, int size_px, bool conformal, fresco
 const std::vector<AtlasMaker>& atlas_makers()
 {
     static const std::vector<AtlasMaker> all{
-        {"atlas.project", [](const auto& mesh, int size_px, auto& progress) { return atlas(mesh, size_px, false, progress); }},
-        {"atlas.lscm", [](const auto& mesh, int size_px, auto& progress) { return atlas(mesh, size_px, true, progress); }}};
+        maker("atlas.project", {}), maker("atlas.arap", as_rigid_map),
+        maker("atlas.lscm", [](const geo::Disk& disk, const auto&) { return conformal_map(disk); })};
     return all;
 }
 

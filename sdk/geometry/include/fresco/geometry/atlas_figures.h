@@ -1,7 +1,7 @@
 #pragma once
 
-#include <fresco/mesh.h>
 #include <fresco/image.h>
+#include <fresco/mesh.h>
 #include <fresco/run_context.h>
 
 #include <cstddef>

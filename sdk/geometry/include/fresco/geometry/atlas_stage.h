@@ -14,8 +14,7 @@ class AtlasStage : public Stage
     void run(RunContext& run) final;
 
   protected:
-    /// Lays the charts of `flat`, which are projected, better where it can: within a chart no faces may overlap afterwards, and
-    /// all keep one scale. May cut charts up.
+    /// See LayFlat; nothing by default.
     virtual void lay_flat(const Surface& surface, FlatCharts& flat, const FlattenOptions& options, RunContext& run) const;
 
   private:

@@ -4,6 +4,7 @@
 #include <fresco/geometry/overlap.h>
 
 #include <cstddef>
+#include <functional>
 #include <vector>
 
 /// \file Charts laid flat, each in its own plane, all at one scale.
@@ -39,10 +40,15 @@ struct PlaneFrame
     Vec2d project(Vec3d point) const { return {dot(u, point), dot(v, point)}; }
 };
 
+/// Lays projected charts better where it can: moves corners, cuts charts up. No two faces of a chart overlap afterwards and all
+/// charts keep one scale; faces that it leaves without a chart (`none`) are projected anew.
+using LayFlat = std::function<void(FlatCharts& flat)>;
+
 /// Projects every chart along its mean normal. Faces that turn away from it by more than merge_limit_deg, and faces that would
 /// lie on others of their chart, leave it and make charts of their own. Crumbs of few faces then go into a chart beside them,
-/// unless merge_limit_deg is angle_limit_deg. Deterministic. Throws Cancelled.
-FlatCharts project_charts(const Surface& surface, const Partition& partition, const FlattenOptions& options, Progress& progress);
+/// unless merge_limit_deg is angle_limit_deg; `lay_flat`, if any, comes before that. Deterministic. Throws Cancelled.
+FlatCharts project_charts(const Surface& surface, const Partition& partition, const FlattenOptions& options, Progress& progress,
+                          const LayFlat& lay_flat = {});
 
 /// Lays charts of a few faces and texels beside a neighbour, turned about an edge that both share and scaled by at most 1.25 to
 /// fit it, where nothing lies there yet. Nothing overlaps afterwards that did not before. Returns how many charts went; their

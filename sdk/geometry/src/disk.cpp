@@ -1,10 +1,10 @@
-#include "disk.h"
+#include <fresco/geometry/disk.h>
 
 #include <algorithm>
 #include <deque>
 
-using namespace fresco::geometry;
-
+namespace fresco::geometry
+{
 namespace
 {
 
@@ -31,6 +31,44 @@ class Cutter
         vertices_.erase(std::unique(vertices_.begin(), vertices_.end()), vertices_.end());
     }
 
+    void join_all()
+    {
+        for (std::uint32_t h = 0; h < mate_.size(); ++h)
+            joined_[h] = mate_[h] != none;
+    }
+
+    /// By Euler's number: 2 - 2 x handles - closed border lines.
+    bool is_disk_with_holes()
+    {
+        DisjointSets corners(mate_.size());
+        std::size_t inner = 0;
+        for (std::uint32_t h = 0; h < mate_.size(); ++h)
+            if (mate_[h] != none)
+            {
+                corners.join(h, next(mate_[h]));
+                ++inner;
+            }
+        DisjointSets lines(mate_.size());
+        for (std::uint32_t h = 0; h < mate_.size(); ++h)
+            if (mate_[h] == none)
+                lines.join(corners.find(h), corners.find(next(h)));
+        std::ptrdiff_t vertices = 0;
+        std::ptrdiff_t borders = 0;
+        std::vector<bool> counted(mate_.size(), false);
+        for (std::uint32_t h = 0; h < mate_.size(); ++h)
+        {
+            vertices += corners.find(h) == h ? 1 : 0;
+            if (mate_[h] != none)
+                continue;
+            const auto line = lines.find(corners.find(h));
+            borders += counted[line] ? 0 : 1;
+            counted[line] = true;
+        }
+        const auto edges = static_cast<std::ptrdiff_t>(mate_.size() - inner / 2);
+        const auto euler = vertices - edges + static_cast<std::ptrdiff_t>(faces_.size());
+        return borders > 0 && euler == 2 - borders;
+    }
+
     void join_tree()
     {
         std::vector<bool> reached(faces_.size(), false);
@@ -50,7 +88,7 @@ class Cutter
         }
     }
 
-    /// A cut that ends in a vertex with no other open edge separates nothing.
+    /// A cut that ends in a vertex with no other open edge separates nothing. Of a closed surface two edges stay open.
     void close_free_cuts()
     {
         std::vector<std::vector<std::uint32_t>> open(vertices_.size());
@@ -58,6 +96,8 @@ class Cutter
             if (!joined_[h] && (mate_[h] == none || h < mate_[h]))
                 for (const auto v : {place(corner(h)), place(end(h))})
                     open[v].push_back(h);
+        const bool closed = std::find(mate_.begin(), mate_.end(), none) == mate_.end();
+        auto cuts = std::count(joined_.begin(), joined_.end(), false) / 2;
         std::deque<std::size_t> ends;
         for (std::size_t v = 0; v < open.size(); ++v)
             ends.push_back(v);
@@ -65,10 +105,11 @@ class Cutter
         {
             const auto v = ends.front();
             ends.pop_front();
-            if (open[v].size() != 1 || mate_[open[v].front()] == none)
+            if (open[v].size() != 1 || mate_[open[v].front()] == none || (closed && cuts == 2))
                 continue;
             const auto h = open[v].front();
             join(h);
+            --cuts;
             for (const auto w : {place(corner(h)), place(end(h))})
             {
                 std::erase(open[w], h);
@@ -96,7 +137,7 @@ class Cutter
             if (v == none)
             {
                 v = static_cast<std::uint32_t>(disk.points.size());
-                disk.points.push_back(fresco::vec_cast<double>(surface_.mesh.positions[corner(h)]));
+                disk.points.push_back(vec_cast<double>(surface_.mesh.positions[corner(h)]));
             }
             disk.triangles[h / 3][h % 3] = v;
         }
@@ -125,7 +166,14 @@ class Cutter
 Disk cut_to_disk(const Surface& surface, const std::vector<std::uint32_t>& faces)
 {
     Cutter cutter(surface, faces);
-    cutter.join_tree();
-    cutter.close_free_cuts();
+    if (cutter.is_disk_with_holes())
+        cutter.join_all();
+    else
+    {
+        cutter.join_tree();
+        cutter.close_free_cuts();
+    }
     return cutter.take();
 }
+
+}  // namespace fresco::geometry

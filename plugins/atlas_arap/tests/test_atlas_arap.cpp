@@ -1,0 +1,105 @@
+#include "as_rigid.h"
+#include "atlas_check.h"
+#include "shapes.h"
+
+#include <fresco/testing.h>
+
+#include <catch2/catch.hpp>
+
+#include <numeric>
+
+using fresco::Mesh;
+using fresco::Vec2d;
+using namespace fresco::geometry;
+
+namespace
+{
+
+Disk disk_of(const Mesh& mesh)
+{
+    std::vector<std::uint32_t> faces(mesh.triangles.size());
+    std::iota(faces.begin(), faces.end(), 0u);
+    return cut_to_disk(Surface(mesh), faces);
+}
+
+std::vector<Vec2d> seen_from_above(const Disk& disk)
+{
+    std::vector<Vec2d> places;
+    for (const auto& p : disk.points)
+        places.push_back({p.x, p.y});
+    return places;
+}
+
+std::shared_ptr<Mesh> atlas_of(const std::string& type, const Mesh& mesh, const fresco::Value& options,
+                               fresco::testing::TestRun& run)
+{
+    const auto made = fresco::testing::make_from_plugin(FRESCO_PLUGIN_FILE, type);
+    fresco::testing::TemporaryFolder folder;
+    fresco::testing::TestFactory factory;
+    fresco::testing::run_stage(dynamic_cast<fresco::Stage&>(*made), options, {{"mesh", std::make_shared<Mesh>(mesh)}},
+                               folder.path(), run, factory);
+    return Mesh::load({folder.path() / "atlas", {}});
+}
+
+}  // namespace
+
+TEST_CASE("bent sheets and those with holes unroll without any stretch")
+{
+    for (auto sheet : {shapes::bent_sheet(12), shapes::holed_sheet()})
+    {
+        const auto disk = disk_of(sheet);
+        const auto places = as_rigid_map(disk, seen_from_above(disk));
+        REQUIRE(places);
+        for (const auto& t : disk.triangles)
+            for (std::size_t k = 0; k < 3; ++k)
+            {
+                const auto a = t[k];
+                const auto b = t[(k + 1) % 3];
+                CHECK(length((*places)[b] - (*places)[a]) == Approx(length(disk.points[b] - disk.points[a])).epsilon(0.01));
+            }
+    }
+}
+
+TEST_CASE("a square pulled askew goes back, wherever it lies")
+{
+    const auto disk = disk_of(shapes::grid(6, [](float, float) { return 0.0F; }));
+    auto from = seen_from_above(disk);
+    for (auto& p : from)
+        p = {3 * p.x + 0.8 * p.y + 100, 0.5 * p.y - 7};
+    const auto places = as_rigid_map(disk, from);
+    REQUIRE(places);
+    for (std::size_t v = 1; v < places->size(); ++v)
+        CHECK(length((*places)[v] - (*places)[0]) == Approx(length(disk.points[v] - disk.points[0])).epsilon(0.02));
+}
+
+TEST_CASE("a face without area harms nothing")
+{
+    auto mesh = shapes::grid(3, [](float x, float) { return 0.2F * x * x; });
+    mesh.positions[5] = mesh.positions[6];
+    const auto disk = disk_of(mesh);
+    const auto places = as_rigid_map(disk, seen_from_above(disk));
+    REQUIRE(places);
+    for (const auto& p : *places)
+        CHECK(std::isfinite(p.x + p.y));
+}
+
+TEST_CASE("the stage: a ball at nearly one scale, without overlaps")
+{
+    fresco::testing::TestRun run;
+    const auto atlas = atlas_of("atlas.arap", shapes::sphere(24, 48), fresco::Value::Map{{"size_px", 512}}, run);
+    CHECK(check_atlas(*atlas, 512, 4).none());
+    CHECK(run.reported.at("mapped_area_share").as_double() > 0.9);
+    CHECK(run.reported.at("density_variation").as_double() < 0.12);
+    CHECK(run.reported.at("stretch_l2").as_double() < 1.05);
+}
+
+TEST_CASE("a noisy corner: nearly all of it is mapped, nothing overlaps, and threads do not matter")
+{
+    fresco::testing::TestRun run(2);
+    const auto mesh = shapes::noisy_corner(30);
+    const auto atlas = atlas_of("atlas.arap", mesh, fresco::Value::Map{{"size_px", 512}}, run);
+    CHECK(check_atlas(*atlas, 512, 4).none());
+    CHECK(run.reported.at("mapped_area_share").as_double() > 0.8);
+    fresco::testing::TestRun one(1);
+    CHECK(atlas_of("atlas.arap", mesh, fresco::Value::Map{{"size_px", 512}}, one)->texcoords == atlas->texcoords);
+}

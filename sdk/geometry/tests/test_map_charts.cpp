@@ -1,0 +1,194 @@
+#include "shapes.h"
+
+#include <fresco/geometry/map_charts.h>
+
+#include <catch2/catch.hpp>
+
+#include <atomic>
+#include <limits>
+#include <numeric>
+
+using fresco::Mesh;
+using fresco::Vec2d;
+using fresco::Vec3d;
+using namespace fresco::geometry;
+
+namespace
+{
+
+struct Threads : fresco::Progress
+{
+    int count = 1;
+    explicit Threads(int threads) : count(threads) {}
+    int threads() const override { return count; }
+};
+
+/// One chart, seen from above.
+FlatCharts one_chart(const Mesh& mesh)
+{
+    FlatCharts flat;
+    flat.chart_of_face.assign(mesh.triangles.size(), 0);
+    flat.projected.assign(mesh.triangles.size(), 1);
+    flat.axes = {Vec3d{0, 0, 1}};
+    flat.count = 1;
+    for (const auto& t : mesh.triangles)
+        for (const auto v : t)
+            flat.corners.push_back({mesh.positions[v].x, mesh.positions[v].y});
+    return flat;
+}
+
+bool overlap_free(const FlatCharts& flat)
+{
+    for (const auto& faces : Partition{flat.chart_of_face, flat.axes}.faces())
+        if (!find_overlaps(flat.corners, faces, 1e-6).empty())
+            return false;
+    return true;
+}
+
+double share_of(const Surface& surface, const FlatCharts& flat, std::size_t f)
+{
+    const auto* c = &flat.corners[3 * f];
+    return 0.5 * cross(c[1] - c[0], c[2] - c[0]) / surface.areas[f];
+}
+
+/// The exact map of a piece of the cylinder of radius 1 around the y axis, three times too large.
+std::optional<std::vector<Vec2d>> unroll(const Disk& disk, const std::vector<Vec2d>&)
+{
+    std::vector<Vec2d> places;
+    for (const auto& p : disk.points)
+        places.push_back({3 * std::atan2(p.x, p.z), 3 * p.y});
+    return places;
+}
+
+}  // namespace
+
+TEST_CASE("a map takes the place of the projection, at the surface's scale")
+{
+    const auto mesh = shapes::bent_sheet(12);
+    const Surface surface(mesh);
+    auto flat = one_chart(mesh);
+    Threads progress(2);
+    const auto counts = map_charts(surface, flat, unroll, 1e-6, progress);
+    CHECK(counts.mapped_charts == 1);
+    CHECK(counts.projected_charts == 0);
+    CHECK(counts.cut_off_faces == 0);
+    CHECK(counts.mapped_area_share == Approx(1));
+    for (std::size_t f = 0; f < mesh.triangles.size(); ++f)
+    {
+        CHECK(share_of(surface, flat, f) == Approx(1).epsilon(1e-2));
+        CHECK(flat.projected[f] == 0);
+        CHECK(flat.chart_of_face[f] == 0);
+    }
+}
+
+TEST_CASE("a folded vertex of a map is mended")
+{
+    const auto mesh = shapes::bent_sheet(12);
+    const Surface surface(mesh);
+    auto flat = one_chart(mesh);
+    Threads progress(1);
+    const auto counts = map_charts(
+        surface, flat,
+        [](const Disk& disk, const auto& projected)
+        {
+            auto places = unroll(disk, projected);
+            (*places)[6 * 13 + 6] = (*places)[6 * 13 + 8];
+            return places;
+        },
+        1e-6, progress);
+    CHECK(counts.mapped_charts == 1);
+    CHECK(counts.cut_off_faces == 0);
+    CHECK(overlap_free(flat));
+    for (std::size_t f = 0; f < mesh.triangles.size(); ++f)
+        CHECK(share_of(surface, flat, f) > 0.9);
+}
+
+TEST_CASE("a chart that a map cannot lay as a whole is halved until it can")
+{
+    const auto mesh = shapes::bent_sheet(16);  // 512 faces
+    const Surface surface(mesh);
+    auto flat = one_chart(mesh);
+    Threads progress(1);
+    const auto limited = [](const Disk& disk, const auto& projected) -> std::optional<std::vector<Vec2d>>
+    {
+        if (disk.triangles.size() > 300)
+            return std::nullopt;
+        return unroll(disk, projected);
+    };
+    const auto counts = map_charts(surface, flat, limited, 1e-6, progress);
+    CHECK(counts.halved_charts == 1);
+    CHECK(counts.mapped_charts == 2);
+    CHECK(flat.count == 2);
+    CHECK(counts.mapped_area_share == Approx(1));
+    CHECK(overlap_free(flat));
+
+    auto again = one_chart(mesh);
+    Threads two(2);
+    map_charts(surface, again, limited, 1e-6, two);
+    CHECK(again.corners == flat.corners);
+    CHECK(again.chart_of_face == flat.chart_of_face);
+}
+
+TEST_CASE("a map that comes back over itself is cut where it does")
+{
+    // A strip of 100 x 4 squares, laid out as a ring that closes after 60 of them.
+    auto mesh = shapes::grid(1, [](float, float) { return 0.0F; });
+    mesh = {};
+    for (std::uint32_t x = 0; x <= 100; ++x)
+        for (std::uint32_t y = 0; y <= 4; ++y)
+            mesh.positions.push_back({0.1F * static_cast<float>(x), 0.1F * static_cast<float>(y), 0});
+    for (std::uint32_t x = 0; x < 100; ++x)
+        for (std::uint32_t y = 0; y < 4; ++y)
+        {
+            const auto v = 5 * x + y;
+            mesh.triangles.push_back({v, v + 5, v + 1});
+            mesh.triangles.push_back({v + 5, v + 6, v + 1});
+        }
+    const Surface surface(mesh);
+    auto flat = one_chart(mesh);
+    Threads progress(2);
+    const auto counts = map_charts(
+        surface, flat,
+        [](const Disk& disk, const auto&)
+        {
+            std::vector<Vec2d> places;
+            for (const auto& p : disk.points)
+                places.push_back(Vec2d{std::cos(p.x), std::sin(p.x)} * (1.2 - p.y));
+            return std::optional(places);
+        },
+        1e-6, progress);
+    CHECK(counts.halved_charts == 1);
+    CHECK(counts.mapped_charts == 2);
+    CHECK(overlap_free(flat));
+}
+
+TEST_CASE("a map that is of no use leaves the projection as it was")
+{
+    const auto mesh = shapes::bent_sheet(16);
+    const Surface surface(mesh);
+    const auto before = one_chart(mesh);
+    Threads progress(1);
+    const auto nowhere = [](double value) {
+        return [value](const Disk& disk, const auto&) {
+            return std::optional(std::vector<Vec2d>(disk.points.size(), {value, 0}));
+        };
+    };
+    const auto mirrored = [](const Disk& disk, const auto& projected)
+    {
+        auto places = unroll(disk, projected);
+        for (auto& p : *places)
+            p.x = -p.x;
+        return places;
+    };
+    for (const DiskMap& map :
+         {DiskMap(nowhere(0)), DiskMap(nowhere(std::numeric_limits<double>::quiet_NaN())), DiskMap(mirrored)})
+    {
+        auto flat = before;
+        const auto counts = map_charts(surface, flat, map, 1e-6, progress);
+        CHECK(counts.mapped_charts == 0);
+        CHECK(counts.projected_charts == 1);
+        CHECK(counts.halved_charts == 0);
+        CHECK(flat.corners == before.corners);
+        CHECK(flat.chart_of_face == before.chart_of_face);
+    }
+}

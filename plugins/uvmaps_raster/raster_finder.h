@@ -8,7 +8,7 @@
 
 /// Finds what pixels see by drawing the mesh's faces into a buffer of depths, a tile at a time. Vertices are projected once for
 /// all sizes, in double precision, and snapped to 1/65536 of a pixel (coarser beyond 4096 px), so that no pixel slips between
-/// faces that share an edge and one on it belongs to one of them. Memory: 12 bytes per vertex and some 44 per face in sight and
+/// faces that share an edge and one on it belongs to one of them. Memory: 24 bytes per vertex and some 44 per face in sight and
 /// size.
 class RasterFinder final : public fresco::FaceFinder
 {

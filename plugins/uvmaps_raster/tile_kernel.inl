@@ -16,6 +16,11 @@ typedef std::int64_t LooseLongs __attribute__((vector_size(lanes * 8), aligned(8
 typedef float Floats __attribute__((vector_size(lanes * 4)));
 typedef std::int32_t Ints __attribute__((vector_size(lanes * 4)));
 
+/// One for each of a piece's edges.
+typedef double Three __attribute__((vector_size(32)));
+typedef std::int64_t ThreeLongs __attribute__((vector_size(32)));
+typedef std::int32_t ThreeInts __attribute__((vector_size(16)));
+
 int least(int a, int b)
 {
     return a < b ? a : b;
@@ -24,22 +29,6 @@ int least(int a, int b)
 int most(int a, int b)
 {
     return a > b ? a : b;
-}
-
-/// Twice the area of the triangle that an edge forms with a pixel centre, in units of the fraction: whole numbers, above 0
-/// inside.
-struct Edge
-{
-    double start;     ///< At the first pixel.
-    double to_right;  ///< From pixel to pixel.
-    double down;
-    bool owns;  ///< Whether a pixel centre on the edge is inside.
-};
-
-/// `x`, `y`: of the edge's first corner from the first pixel's centre; `dx`, `dy`: to its other corner.
-Edge edge_along(double x, double y, double dx, double dy, double one)
-{
-    return {dy * x - dx * y, -dy * one, dx * one, dy > 0 || (dy == 0 && dx > 0)};
 }
 
 Doubles all_of(double value)
@@ -61,28 +50,28 @@ void draw_piece(const Piece& piece, int bits, int tile_x, int tile_y, std::uint6
     const int last_x = least(x_max >> bits, tile_x + tile_width - 1);
     const int last_y = least(y_max >> bits, tile_y + tile_height - 1);
 
-    double x[3];
-    double y[3];
-    for (int i = 0; i < 3; ++i)
-    {
-        x[i] = piece.x[i] - (first_x << bits);
-        y[i] = piece.y[i] - (first_y << bits);
-    }
-    const double area = (x[1] - x[0]) * (y[2] - y[0]) - (y[1] - y[0]) * (x[2] - x[0]);
+    // Corners 1, 2 and 0 from the centre of the first pixel, where the edges begin that face corners 0, 1 and 2.
+    const Three x = __builtin_convertvector(ThreeInts{piece.x[1], piece.x[2], piece.x[0], 0} - (first_x << bits), Three);
+    const Three y = __builtin_convertvector(ThreeInts{piece.y[1], piece.y[2], piece.y[0], 0} - (first_y << bits), Three);
+    const ThreeLongs next{1, 2, 0, 3};
+    Three dx = __builtin_shuffle(x, next) - x;
+    Three dy = __builtin_shuffle(y, next) - y;
+    // Twice the area of the triangle that an edge forms with a pixel's centre: a whole number, above 0 inside.
+    const double area = dx[2] * dy[0] - dy[2] * dx[0];
     if (area == 0)
         return;
-    const double way = area > 0 ? 1 : -1;
+    const double way = __builtin_copysign(1.0, area);
+    dx *= way;
+    dy *= way;
     const double one = 1 << bits;
-    const Edge a = edge_along(x[1], y[1], way * (x[2] - x[1]), way * (y[2] - y[1]), one);
-    const Edge b = edge_along(x[2], y[2], way * (x[0] - x[2]), way * (y[0] - y[2]), one);
-    const Edge c = edge_along(x[0], y[0], way * (x[1] - x[0]), way * (y[1] - y[0]), one);
-    // Whole numbers: one that is not above 0 is below 1/2.
-    const double least_a = a.owns ? 0 : 0.5;
-    const double least_b = b.owns ? 0 : 0.5;
-    const double least_c = c.owns ? 0 : 0.5;
+    const Three start = dy * x - dx * y;
+    const Three right = -dy * one;
+    const Three down = dx * one;
+    // Centres on an edge that runs down, or level to the right, are inside, others not: below 1/2 means at most 0.
+    const Three least_inside = (Three)((dy * 0x1p33 + dx <= 0) & (ThreeLongs)(Three{} + 0.5));
 
     // Nearness is linear in the picture: that of corner 0 and shares of the differences to the others.
-    const double share = 1 / (way * area);
+    const double share = way / area;
     const double origin = piece.nearness[0];
     const double to_b = (piece.nearness[1] - origin) * share;
     const double to_c = (piece.nearness[2] - origin) * share;
@@ -91,9 +80,9 @@ void draw_piece(const Piece& piece, int bits, int tile_x, int tile_y, std::uint6
     Doubles ramp;
     for (int lane = 0; lane < lanes; ++lane)
         ramp[lane] = lane;
-    Doubles row_a = all_of(a.start) + ramp * a.to_right;
-    Doubles row_b = all_of(b.start) + ramp * b.to_right;
-    Doubles row_c = all_of(c.start) + ramp * c.to_right;
+    Doubles row_a = all_of(start[0]) + ramp * right[0];
+    Doubles row_b = all_of(start[1]) + ramp * right[1];
+    Doubles row_c = all_of(start[2]) + ramp * right[2];
     std::uint64_t* row = keys + (first_y - tile_y) * tile_stride + (first_x - tile_x);
     for (int rows = last_y - first_y; rows >= 0; --rows, row += tile_stride)
     {
@@ -102,20 +91,20 @@ void draw_piece(const Piece& piece, int bits, int tile_x, int tile_y, std::uint6
         Doubles at_c = row_c;
         for (int i = 0; i <= last_x - first_x; i += lanes)
         {
-            const Longs inside = (at_a >= least_a) & (at_b >= least_b) & (at_c >= least_c);
+            const Longs inside = (at_a >= least_inside[0]) & (at_b >= least_inside[1]) & (at_c >= least_inside[2]);
             const Doubles nearness = origin + (at_b * to_b + at_c * to_c);
             const Longs key = (__builtin_convertvector((Ints) __builtin_convertvector(nearness, Floats), Longs) << 32) | low;
             LooseLongs* place = reinterpret_cast<LooseLongs*>(row + i);
             const Longs seen = *place;
             const Longs nearer = (key > seen) & inside;
             *place = (key & nearer) | (seen & ~nearer);
-            at_a += lanes * a.to_right;
-            at_b += lanes * b.to_right;
-            at_c += lanes * c.to_right;
+            at_a += lanes * right[0];
+            at_b += lanes * right[1];
+            at_c += lanes * right[2];
         }
-        row_a += a.down;
-        row_b += b.down;
-        row_c += c.down;
+        row_a += down[0];
+        row_b += down[1];
+        row_c += down[2];
     }
 }
 

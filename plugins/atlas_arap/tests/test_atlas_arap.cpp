@@ -1,8 +1,5 @@
 #include "as_rigid.h"
-#include "atlas_check.h"
-#include "shapes.h"
-
-#include <fresco/testing.h>
+#include "known_atlases.h"
 
 #include <catch2/catch.hpp>
 
@@ -30,15 +27,9 @@ std::vector<Vec2d> seen_from_above(const Disk& disk)
     return places;
 }
 
-std::shared_ptr<Mesh> atlas_of(const std::string& type, const Mesh& mesh, const fresco::Value& options,
-                               fresco::testing::TestRun& run)
+std::shared_ptr<Mesh> atlas_of(const Mesh& mesh, const fresco::Value& options, fresco::testing::TestRun& run)
 {
-    const auto made = fresco::testing::make_from_plugin(FRESCO_PLUGIN_FILE, type);
-    fresco::testing::TemporaryFolder folder;
-    fresco::testing::TestFactory factory;
-    fresco::testing::run_stage(dynamic_cast<fresco::Stage&>(*made), options, {{"mesh", std::make_shared<Mesh>(mesh)}},
-                               folder.path(), run, factory);
-    return Mesh::load({folder.path() / "atlas", {}});
+    return made_atlas(FRESCO_PLUGIN_FILE, "atlas.arap", mesh, options, run);
 }
 
 }  // namespace
@@ -86,7 +77,7 @@ TEST_CASE("a face without area harms nothing")
 TEST_CASE("the stage: a ball at nearly one scale, without overlaps")
 {
     fresco::testing::TestRun run;
-    const auto atlas = atlas_of("atlas.arap", shapes::sphere(24, 48), fresco::Value::Map{{"size_px", 512}}, run);
+    const auto atlas = atlas_of(shapes::sphere(24, 48), fresco::Value::Map{{"size_px", 512}}, run);
     CHECK(check_atlas(*atlas, 512, 4).none());
     CHECK(run.reported.at("mapped_area_share").as_double() > 0.9);
     CHECK(run.reported.at("density_variation").as_double() < 0.12);
@@ -97,9 +88,14 @@ TEST_CASE("a noisy corner: nearly all of it is mapped, nothing overlaps, and thr
 {
     fresco::testing::TestRun run(2);
     const auto mesh = shapes::noisy_corner(30);
-    const auto atlas = atlas_of("atlas.arap", mesh, fresco::Value::Map{{"size_px", 512}}, run);
+    const auto atlas = atlas_of(mesh, fresco::Value::Map{{"size_px", 512}}, run);
     CHECK(check_atlas(*atlas, 512, 4).none());
     CHECK(run.reported.at("mapped_area_share").as_double() > 0.8);
     fresco::testing::TestRun one(1);
-    CHECK(atlas_of("atlas.arap", mesh, fresco::Value::Map{{"size_px", 512}}, one)->texcoords == atlas->texcoords);
+    CHECK(atlas_of(mesh, fresco::Value::Map{{"size_px", 512}}, one)->texcoords == atlas->texcoords);
+}
+
+TEST_CASE("known meshes: every face keeps its place, and the report tells what is wrong with them")
+{
+    check_known_atlases(FRESCO_PLUGIN_FILE, "atlas.arap");
 }

@@ -1,8 +1,5 @@
-#include "atlas_check.h"
 #include "conformal.h"
-#include "shapes.h"
-
-#include <fresco/testing.h>
+#include "known_atlases.h"
 
 #include <catch2/catch.hpp>
 
@@ -23,12 +20,7 @@ std::vector<std::uint32_t> all_faces(const Mesh& mesh)
 
 std::shared_ptr<Mesh> atlas_of(const Mesh& mesh, const fresco::Value& options, fresco::testing::TestRun& run)
 {
-    const auto made = fresco::testing::make_from_plugin(FRESCO_PLUGIN_FILE, "atlas.lscm");
-    fresco::testing::TemporaryFolder folder;
-    fresco::testing::TestFactory factory;
-    fresco::testing::run_stage(dynamic_cast<fresco::Stage&>(*made), options, {{"mesh", std::make_shared<Mesh>(mesh)}},
-                               folder.path(), run, factory);
-    return Mesh::load({folder.path() / "atlas", {}});
+    return made_atlas(FRESCO_PLUGIN_FILE, "atlas.lscm", mesh, options, run);
 }
 
 }  // namespace
@@ -77,4 +69,9 @@ TEST_CASE("a noisy corner: nearly all of it is mapped, nothing overlaps, and thr
     CHECK(run.reported.at("mapped_area_share").as_double() > 0.8);
     fresco::testing::TestRun one(1);
     CHECK(atlas_of(mesh, fresco::Value::Map{{"size_px", 512}}, one)->texcoords == atlas->texcoords);
+}
+
+TEST_CASE("known meshes: every face keeps its place, and the report tells what is wrong with them")
+{
+    check_known_atlases(FRESCO_PLUGIN_FILE, "atlas.lscm");
 }

@@ -1,10 +1,7 @@
-#include "atlas_check.h"
-#include "shapes.h"
-
-#include <fresco/geometry/topology.h>
-#include <fresco/testing.h>
+#include "known_atlases.h"
 
 #include <catch2/catch.hpp>
+#include <fresco/geometry/topology.h>
 
 #include <set>
 
@@ -15,12 +12,7 @@ namespace
 
 std::shared_ptr<Mesh> atlas_of(const Mesh& mesh, const fresco::Value& options, fresco::testing::TestRun& run)
 {
-    const auto made = fresco::testing::make_from_plugin(FRESCO_PLUGIN_FILE, "atlas.project");
-    fresco::testing::TemporaryFolder folder;
-    fresco::testing::TestFactory factory;
-    fresco::testing::run_stage(dynamic_cast<fresco::Stage&>(*made), options, {{"mesh", std::make_shared<Mesh>(mesh)}},
-                               folder.path(), run, factory);
-    return Mesh::load({folder.path() / "atlas", {}});
+    return made_atlas(FRESCO_PLUGIN_FILE, "atlas.project", mesh, options, run);
 }
 
 std::size_t chart_count(const Mesh& mesh)
@@ -153,4 +145,9 @@ TEST_CASE("limits that contradict each other are refused")
     fresco::testing::TestRun run;
     CHECK_THROWS_WITH(atlas_of(shapes::box({0, 0, 0}, {1, 1, 1}), fresco::Value::Map{{"angle_limit_deg", 85}}, run),
                       Catch::Contains("merge_limit_deg"));
+}
+
+TEST_CASE("known meshes: every face keeps its place, and the report tells what is wrong with them")
+{
+    check_known_atlases(FRESCO_PLUGIN_FILE, "atlas.project");
 }

@@ -1,5 +1,5 @@
 #include "decimate_openmesh.h"
-#include "shapes.h"
+#include "known_simplifications.h"
 
 #include <fresco/geometry/topology.h>
 #include <fresco/testing.h>
@@ -157,4 +157,9 @@ TEST_CASE("the stage reports, warns, repeats itself bit by bit and can be stoppe
     CHECK(run_once(4, stuck)->triangles.size() == 5);
     REQUIRE_FALSE(stuck.messages.empty());
     CHECK(stuck.messages.back().find("warning: stopped at 5 faces instead of 4") == 0);
+}
+
+TEST_CASE("known meshes: repaired with a count, no component lost, no hole or handle closed")
+{
+    check_known_simplifications(FRESCO_PLUGIN_FILE, "mesh.decimate_openmesh");
 }

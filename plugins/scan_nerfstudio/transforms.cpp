@@ -1,8 +1,7 @@
 #include "transforms.h"
 
 #include <fresco/error.h>
-#include <fresco/matrix_text.h>
-#include <fresco/value.h>
+#include <fresco/recordings/json_record.h>
 
 #include <algorithm>
 #include <array>
@@ -15,79 +14,10 @@ namespace
 
 namespace fs = std::filesystem;
 using fresco::Value;
+using fresco::recordings::JsonRecord;
 using fresco::recordings::RegisteredView;
 
-/// A value of the file that knows its place, so that every error names it. A frame's own values go before the file's.
-class Record
-{
-  public:
-    Record(const Value& own, const Value& file, std::string place) : own_(own), file_(file), place_(std::move(place)) {}
-
-    const std::string& place() const { return place_; }
-    const Value* find(std::string_view key) const
-    {
-        const Value* found = own_.find(key);
-        return found != nullptr ? found : file_.find(key);
-    }
-    double number(std::string_view key) const
-    {
-        const Value* value = find(key);
-        if (value == nullptr)
-            fail(key, "is missing, for this frame and for the file");
-        if (!value->is_number() || !std::isfinite(value->as_double()))
-            fail(key, "must be a number");
-        return value->as_double();
-    }
-    double number(std::string_view key, double fallback) const { return find(key) == nullptr ? fallback : number(key); }
-    int pixels(std::string_view key) const
-    {
-        const double count = number(key);
-        if (!(count >= 1 && count <= 65536) || count != std::floor(count))
-            fail(key, "must be a whole number of pixels from 1 to 65536");
-        return static_cast<int>(count);
-    }
-    std::string text(std::string_view key) const
-    {
-        const Value* value = find(key);
-        if (value == nullptr || !value->is_string() || value->as_string().empty())
-            fail(key, value == nullptr ? "is missing" : "must be a text that is not empty");
-        return value->as_string();
-    }
-    [[noreturn]] void fail(std::string_view key, const std::string& what) const
-    {
-        throw fresco::Error(place_ + ": \"" + std::string(key) + "\" " + what);
-    }
-
-  private:
-    const Value& own_;
-    const Value& file_;
-    std::string place_;
-};
-
-/// Rows of four numbers, three or four of them, as a rigid transform.
-fresco::RigidTransform transform_of(const Record& record, std::string_view key)
-{
-    const Value* value = record.find(key);
-    if (value == nullptr || !value->is_list())
-        record.fail(key, value == nullptr ? "is missing" : "must be a list of rows");
-    std::vector<double> matrix;
-    for (const Value& row : value->as_list())
-    {
-        if (!row.is_list() || row.as_list().size() != 4)
-            record.fail(key, "must have rows of 4 numbers");
-        for (const Value& entry : row.as_list())
-        {
-            if (!entry.is_number())
-                record.fail(key, "must have rows of 4 numbers");
-            matrix.push_back(entry.as_double());
-        }
-    }
-    if (matrix.size() == 12)
-        matrix.insert(matrix.end(), {0, 0, 0, 1});
-    return fresco::rigid_transform(matrix, record.place() + ": \"" + std::string(key) + "\"");
-}
-
-fresco::Intrinsics intrinsics_of(const Record& record)
+fresco::Intrinsics intrinsics_of(const JsonRecord& record)
 {
     fresco::Intrinsics k;
     k.width = record.pixels("w");
@@ -105,7 +35,7 @@ fresco::Intrinsics intrinsics_of(const Record& record)
     return k;
 }
 
-fresco::recordings::Lens lens_of(const Record& record)
+fresco::recordings::Lens lens_of(const JsonRecord& record)
 {
     const std::string model = record.find("camera_model") == nullptr ? "OPENCV" : record.text("camera_model");
     constexpr std::array known{"PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL", "OPENCV", "FULL_OPENCV"};
@@ -153,7 +83,7 @@ struct WorldChange
     }
 };
 
-double applied_scale_of(const Record& whole)
+double applied_scale_of(const JsonRecord& whole)
 {
     const double scale = whole.number("applied_scale", 1);
     if (!(scale > 0))
@@ -161,7 +91,7 @@ double applied_scale_of(const Record& whole)
     return scale;
 }
 
-double depth_unit_of(const Record& record, double given)
+double depth_unit_of(const JsonRecord& record, double given)
 {
     const double unit = given > 0 ? given : record.number("depth_unit_scale_factor", 0.001);
     if (!(unit > 0 && unit <= 1))
@@ -174,7 +104,7 @@ double depth_unit_of(const Record& record, double given)
 Transforms parse_transforms(std::string_view text, const fs::path& file, const Reading& reading)
 {
     const Value root = fresco::parse_json(text, file.string());
-    const Record whole(root, root, file.string());
+    const JsonRecord whole(root, file.string());
     const Value* frames = root.find("frames");
     if (frames == nullptr || !frames->is_list() || frames->as_list().empty())
         whole.fail("frames", "must be a list of frames, not empty; expected nerfstudio's transforms.json");
@@ -184,7 +114,7 @@ Transforms parse_transforms(std::string_view text, const fs::path& file, const R
     if (reading.world == World::original)
     {
         if (root.find("applied_transform") != nullptr)
-            world.original_from_saved = transform_of(whole, "applied_transform").inverse();
+            world.original_from_saved = whole.transform("applied_transform").inverse();
         applied_scale = applied_scale_of(whole);
     }
 
@@ -192,9 +122,7 @@ Transforms parse_transforms(std::string_view text, const fs::path& file, const R
     for (std::size_t i = 0; i < frames->as_list().size(); ++i)
     {
         const Value& own = frames->as_list()[i];
-        const Record record(own, root, file.string() + ": frame " + std::to_string(i));
-        if (!own.is_map())
-            throw fresco::Error(record.place() + " must be a map with file_path and transform_matrix");
+        const JsonRecord record(own, root, file.string() + ": frame " + std::to_string(i));
         RegisteredView view;
         view.source = record.place();
         const fs::path listed = record.text("file_path");
@@ -216,7 +144,7 @@ Transforms parse_transforms(std::string_view text, const fs::path& file, const R
         result.has_masks = result.has_masks || own.find("mask_path") != nullptr;
         view.camera = intrinsics_of(record);
         view.lens = lens_of(record);
-        view.world_from_camera = world(opencv_axes(transform_of(record, "transform_matrix")), applied_scale);
+        view.world_from_camera = world(opencv_axes(record.transform("transform_matrix")), applied_scale);
         result.views.push_back(std::move(view));
     }
     if (result.with_depth != 0 && result.with_depth != result.views.size())

@@ -141,6 +141,107 @@ inline void write_nerfstudio(const Frames& frames, const std::filesystem::path& 
     write_file(folder / "transforms.json", to_json(head, 1) + "\n");
 }
 
+/// COLMAP: sparse/0/{cameras,images}.{txt or bin}, images/, and depth/ beside it.
+inline void write_colmap(const Frames& frames, const std::filesystem::path& folder, bool binary)
+{
+    const auto& k = frames.frames.front().color.intrinsics;
+    std::string cameras, images;
+    const auto put = [](std::string& to, auto value) { to.append(reinterpret_cast<const char*>(&value), sizeof value); };
+    const std::uint64_t count = frames.frames.size();
+    if (binary)
+    {
+        put(cameras, std::uint64_t{1});
+        put(cameras, std::uint32_t{7});
+        put(cameras, std::int32_t{1});
+        put(cameras, static_cast<std::uint64_t>(k.width));
+        put(cameras, static_cast<std::uint64_t>(k.height));
+        for (const double value : {k.fx, k.fy, k.cx, k.cy})
+            put(cameras, value);
+        put(images, count);
+    }
+    else
+    {
+        cameras = "# Camera list\n# Number of cameras: 1\n7 PINHOLE " + std::to_string(k.width) + " " + std::to_string(k.height) +
+                  " " + joined({k.fx, k.fy, k.cx, k.cy}) + "\n";
+        images = "# Image list\n# Number of images: " + std::to_string(count) + ", mean observations per image: 1\n";
+    }
+    for (std::size_t i = 0; i < frames.frames.size(); ++i)
+    {
+        const auto& frame = frames.frames[i];
+        const std::string name = numbered("view ", i, frame.color_picture.path.extension().string(), 3);
+        copy_picture(frame.color_picture.path, folder / "images" / name);
+        copy_picture(frame.depth_picture.path, (folder / "depth" / name).replace_extension(".png"));
+        const auto camera_from_world = frame.color.world_from_camera.inverse();
+        const auto q = quaternion_of(camera_from_world.rotation);
+        const auto& t = camera_from_world.translation;
+        if (binary)
+        {
+            put(images, static_cast<std::uint32_t>(40 + i));
+            for (const double value : {q[0], q[1], q[2], q[3], t.x, t.y, t.z})
+                put(images, value);
+            put(images, std::uint32_t{7});
+            images.append(name.c_str(), name.size() + 1);
+            put(images, static_cast<std::uint64_t>(i));
+            for (std::size_t point = 0; point < i; ++point)
+                for (const double value : {1.0, 2.0, 3.0})
+                    put(images, value);
+        }
+        else
+        {
+            images += std::to_string(40 + i) + " " + joined({q[0], q[1], q[2], q[3], t.x, t.y, t.z}) + " 7 " + name + "\n";
+            images += (i == 0 ? "" : "1.5 2.5 -1 3.5 4.5 12") + std::string("\n");
+        }
+    }
+    std::filesystem::create_directories(folder / "sparse/0");
+    const std::string ending = binary ? ".bin" : ".txt";
+    write_file(folder / "sparse/0" / ("cameras" + ending), cameras);
+    write_file(folder / "sparse/0" / ("images" + ending), images);
+}
+
+/// TUM RGB-D: rgb.txt, depth.txt, groundtruth.txt, rgb/, depth/. Depth pictures 4 ms after colour, poses 3 ms before.
+inline void write_tum(const Frames& frames, const std::filesystem::path& folder)
+{
+    std::string rgb = "# color images\n# timestamp filename\n", depth = "# depth maps\n",
+                poses = "# timestamp tx ty tz qx qy qz qw\n";
+    for (std::size_t i = 0; i < frames.frames.size(); ++i)
+    {
+        const auto& frame = frames.frames[i];
+        const auto stamp = [&](std::size_t milliseconds)
+        { return "1305031102." + numbered("", 100 + 33 * i + milliseconds, "", 3) + "000"; };
+        const std::string color_name = "rgb/" + stamp(0) + frame.color_picture.path.extension().string();
+        const std::string depth_name = "depth/" + stamp(4) + ".png";
+        copy_picture(frame.color_picture.path, folder / color_name);
+        copy_picture(frame.depth_picture.path, folder / depth_name);
+        const auto q = quaternion_of(frame.color.world_from_camera.rotation);
+        const auto& t = frame.color.world_from_camera.translation;
+        rgb += stamp(0) + " " + color_name + "\n";
+        depth += stamp(4) + " " + depth_name + "\n";
+        poses += "1305031102." + numbered("", 97 + 33 * i, "", 3) + "0 " + joined({t.x, t.y, t.z, q[1], q[2], q[3], q[0]}) + "\n";
+    }
+    write_file(folder / "rgb.txt", rgb);
+    write_file(folder / "depth.txt", depth);
+    write_file(folder / "groundtruth.txt", poses);
+}
+
+/// Replica as NICE-SLAM has it: results/, traj.txt, and cam_params.json beside the scene's folder.
+inline void write_replica(const Frames& frames, const std::filesystem::path& folder, double scale = 1000)
+{
+    const auto& k = frames.frames.front().color.intrinsics;
+    std::string trajectory;
+    for (std::size_t i = 0; i < frames.frames.size(); ++i)
+    {
+        const auto& frame = frames.frames[i];
+        copy_picture(frame.color_picture.path, folder / "results" / numbered("frame", i, ".jpg"));
+        copy_picture(frame.depth_picture.path, folder / "results" / numbered("depth", i, ".png"));
+        trajectory += joined(matrix_of(frame.color.world_from_camera)) + "\n";
+    }
+    write_file(folder / "traj.txt", trajectory);
+    // Pixel centres count from 0 there.
+    const Value camera = Value::Map{{"w", k.width},     {"h", k.height},    {"fx", k.fx},    {"fy", k.fy},
+                                    {"cx", k.cx - 0.5}, {"cy", k.cy - 0.5}, {"scale", scale}};
+    write_file(folder.parent_path() / "cam_params.json", to_json(Value::Map{{"camera", camera}}, 1));
+}
+
 /// The cameras, depth and names that a reader gives back for a recording that was written out.
 inline void check_same_recording(const Frames& read, const Frames& written, const ImageIo& images, double depth_step_m = 0.001)
 {

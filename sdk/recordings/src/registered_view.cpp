@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <map>
 #include <set>
 #include <utility>
@@ -21,6 +22,7 @@ namespace
 namespace fs = std::filesystem;
 
 constexpr int jpeg_quality = 95;
+constexpr double farthest_m = 1e7;
 
 std::string file_name_safe(std::string text)
 {
@@ -61,6 +63,15 @@ PictureFile original(const fs::path& file)
     return {fs::absolute(file), file_hash(file)};
 }
 
+void check_place(const RegisteredView& view)
+{
+    const auto& t = view.world_from_camera.translation;
+    for (const double along : {t.x, t.y, t.z})
+        if (!(std::abs(along) <= farthest_m))
+            throw Error(view.source +
+                        ": the camera is more than 1e7 m from the world's origin; the pose is damaged, or of another unit");
+}
+
 class FrameMaker
 {
   public:
@@ -75,6 +86,7 @@ class FrameMaker
                         "; give the intrinsics for pictures of this size");
         check_camera({view.camera, view.world_from_camera}, view.source);
         check_centre(view.camera, view.source, view.color);
+        check_place(view);
 
         Frame frame;
         frame.sequence = view.sequence;

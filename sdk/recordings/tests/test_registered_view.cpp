@@ -151,6 +151,11 @@ TEST_CASE("views that cannot be used are refused by name", "[recordings]")
         recording.views[1].world_from_camera.rotation(0, 0) += 1;
         CHECK_THAT(recording.error(), Contains("list.txt:2: the pose's upper left 3x3 is no rotation"));
     }
+    SECTION("beyond all rooms")
+    {
+        recording.views[1].world_from_camera.translation.y = -2e7;
+        CHECK_THAT(recording.error(), Contains("list.txt:2: the camera is more than 1e7 m"));
+    }
     SECTION("depth of 8 bits")
     {
         fresco::write_file(recording.views[1].depth, recording.images.encode_png(fresco::Raster8(16, 12)));

@@ -1,0 +1,80 @@
+#include "model_views.h"
+
+#include <fresco/error.h>
+#include <fresco/files_io.h>
+
+namespace colmap
+{
+namespace
+{
+
+namespace fs = std::filesystem;
+
+// Points of a thousand pictures with ten thousand each, as text.
+constexpr std::size_t images_limit = std::size_t{1} << 32U;
+
+}  // namespace
+
+std::vector<fs::path> model_folders(const fs::path& path)
+{
+    return {path, path / "sparse" / "0", path / "sparse", path / "colmap" / "sparse" / "0"};
+}
+
+ModelFiles find_model(const std::vector<fs::path>& folders)
+{
+    for (const auto& folder : folders)
+        for (const char* ending : {".bin", ".txt"})
+        {
+            const ModelFiles files{folder / ("cameras" + std::string(ending)), folder / ("images" + std::string(ending))};
+            if (fs::is_regular_file(files.cameras) && fs::is_regular_file(files.images))
+                return files;
+        }
+    std::string names;
+    for (const auto& folder : folders)
+        names += (names.empty() ? "" : ", ") + folder.string();
+    throw fresco::MissingInput(
+        "no reconstruction of COLMAP; expected cameras.bin and images.bin, or cameras.txt and images.txt, in " + names);
+}
+
+Cameras read_cameras(const fs::path& file)
+{
+    return file.extension() == ".bin" ? parse_cameras_binary(fresco::read_file(file), file.string())
+                                      : parse_cameras_text(fresco::read_text_file(file), file.string());
+}
+
+std::vector<ModelImage> read_images(const fs::path& file)
+{
+    return file.extension() == ".bin" ? parse_images_binary(fresco::read_file(file, images_limit), file.string())
+                                      : parse_images_text(fresco::read_text_file(file, images_limit), file.string());
+}
+
+std::vector<fresco::recordings::RegisteredView> model_views(const Cameras& cameras, const std::vector<ModelImage>& images,
+                                                            const fs::path& images_file, const ViewOptions& options)
+{
+    if (images.empty())
+        throw fresco::Error(images_file.string() + ": the reconstruction has no images: COLMAP placed none of them");
+    std::vector<fresco::recordings::RegisteredView> views;
+    for (const auto& image : images)
+    {
+        const auto camera = cameras.find(image.camera);
+        if (camera == cameras.end())
+            throw fresco::Error(image.source + ": the camera " + std::to_string(image.camera) +
+                                " is not in the file of cameras; both files must be of one reconstruction");
+        fresco::recordings::RegisteredView view;
+        fresco::recordings::name_by_picture(view, image.name);
+        view.color = options.pictures / image.name;
+        if (!options.depth.empty())
+            view.depth = (options.depth / image.name).replace_extension(".png");
+        view.camera = camera->second.intrinsics;
+        view.lens = camera->second.lens;
+        view.world_from_camera = image.world_from_camera;
+        view.world_from_camera.translation = view.world_from_camera.translation * options.unit_m;
+        view.depth_unit_m = options.depth_unit_m;
+        view.source = image.source;
+        views.push_back(std::move(view));
+    }
+    fresco::recordings::order_by_name(views);
+    return views;
+}
+
+}  // namespace colmap

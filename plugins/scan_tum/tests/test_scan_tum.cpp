@@ -1,0 +1,223 @@
+#include "tum_camera.h"
+#include "tum_lists.h"
+
+#include "raw_images.h"
+#include "recording_layouts.h"
+
+#include <fresco/error.h>
+#include <fresco/stage.h>
+#include <fresco/testing.h>
+
+#include <catch2/catch.hpp>
+
+namespace fs = std::filesystem;
+using Catch::Contains;
+using fresco::Value;
+using fresco::testing::RawImages;
+using fresco::testing::TestRun;
+
+namespace
+{
+
+const Value own_camera{Value::List{30.5, 31.25, 15.25, 12.0}};
+
+struct TinyRecording
+{
+    fresco::testing::TemporaryFolder folder;
+    RawImages images;
+    fresco::Frames frames = fresco::testing::tiny_recording(folder.path(), images, 4);
+
+    TinyRecording() { fresco::testing::write_tum(frames, path()); }
+    fs::path path() const { return folder.path() / "desk"; }
+    std::string text(const char* name) const { return fresco::read_text_file(path() / name); }
+    void write(const char* name, std::string_view text) const { fresco::write_file(path() / name, text); }
+    tum::Association associate(double max_gap_s = 0.02) const
+    {
+        return tum::associate(tum::parse_pictures(text("rgb.txt"), "rgb.txt"),
+                              tum::parse_pictures(text("depth.txt"), "depth.txt"),
+                              tum::parse_poses(text("groundtruth.txt"), "groundtruth.txt"), max_gap_s, path());
+    }
+};
+
+fresco::Frames read(const TinyRecording& recording, TestRun& run, Value options = Value::Map{})
+{
+    fresco::testing::TestFactory factory;
+    factory.add("image.raw", [] { return std::make_shared<RawImages>(); });
+    options.set("path", recording.path().string());
+    options.set("images", Value::Map{{"type", "image.raw"}});
+    if (options.find("camera") == nullptr)
+        options.set("intrinsics", own_camera);
+    if (options.find("depth_unit_m") == nullptr)
+        options.set("depth_unit_m", 0.001);
+    const auto made = fresco::testing::make_from_plugin(FRESCO_PLUGIN_FILE, "scan.tum");
+    const auto out = recording.folder.path() / "out";
+    fresco::testing::run_stage(dynamic_cast<fresco::Stage&>(*made), options, {}, out, run, factory);
+    return *fresco::Frames::load({out / "frames", out});
+}
+
+std::string error_of(const TinyRecording& recording, const Value& options = Value::Map{})
+{
+    TestRun run;
+    try
+    {
+        read(recording, run, options);
+    }
+    catch (const fresco::Error& error)
+    {
+        return error.what();
+    }
+    return "no error";
+}
+
+}  // namespace
+
+TEST_CASE("a recording is read back", "[scan.tum]")
+{
+    const TinyRecording recording;
+    TestRun run;
+    const auto frames = read(recording, run);
+    fresco::testing::check_same_recording(frames, recording.frames, recording.images);
+    CHECK(frames.frames[1].name == "1305031102.133000");
+    CHECK(frames.frames[1].number == 1);
+    CHECK(frames.frames[1].sequence == "rgb");
+    CHECK(run.files_read.size() == 3 + 2 * 4);
+    CHECK(run.reported.at("without_depth").as_int() == 0);
+    CHECK(read(recording, run, Value::Map{{"every", 3}}).frames.size() == 2);
+}
+
+TEST_CASE("pictures and poses find each other by time", "[scan.tum]")
+{
+    const auto pictures = [](const std::vector<double>& times)
+    {
+        std::vector<tum::StampedPicture> list;
+        for (const double time : times)
+            list.push_back({time, "p/" + fresco::to_json(time) + ".png", "l:" + std::to_string(list.size() + 1)});
+        return list;
+    };
+    std::vector<tum::StampedPose> poses;
+    for (const double time : {1.0, 2.0, 3.0, 5.0})
+        poses.push_back({time, {{}, {time, 0, 0}}, "g"});
+    // 1.1 and 1.2 want the same depth picture: the nearer one has it. 4 has no pose near, 9 nothing at all.
+    const auto found = tum::associate(pictures({1.1, 1.2, 2.4, 4.0, 9.0}), pictures({1.19, 2.0, 4.1}), poses, 0.5, "/scan");
+    REQUIRE(found.views.size() == 2);
+    CHECK(found.without_depth == 2);
+    CHECK(found.without_pose == 1);
+    CHECK(found.views[0].color == "/scan/p/1.2.png");
+    CHECK(found.views[0].depth == "/scan/p/1.19.png");
+    CHECK(found.views[0].number == 1);
+    CHECK(found.views[0].world_from_camera.translation.x == 1);
+    CHECK(found.views[1].depth == "/scan/p/2.0.png");
+    CHECK(found.views[1].world_from_camera.translation.x == 2);
+    CHECK_THROWS_WITH(tum::associate(pictures({1.0}), pictures({3.0, 4.0}), poses, 0.5, "/scan"),
+                      Contains("within 0.5 s: l:1 begins at 1.0, ends at 1.0; l:1 begins at 3.0, ends at 4.0"));
+}
+
+TEST_CASE("a quaternion has its scalar last", "[scan.tum]")
+{
+    const auto poses = tum::parse_poses("5 1 2 3 0 0 0.70710678 0.70710678\n", "x");
+    // A quarter turn about z, then the place.
+    const auto p = poses.at(0).world_from_camera.point({1, 0, 0});
+    CHECK(p.x == Approx(1));
+    CHECK(p.y == Approx(3));
+    CHECK(p.z == Approx(3));
+}
+
+TEST_CASE("the makers' cameras go by name", "[scan.tum]")
+{
+    const auto first = tum::recording_camera("auto", {}, {}, "/data/rgbd_dataset_freiburg1_desk/");
+    CHECK(first.intrinsics == fresco::Intrinsics{640, 480, 517.3, 516.5, 319.1, 255.8});
+    CHECK(first.lens == fresco::recordings::Lens{.k1 = 0.2624, .k2 = -0.9531, .k3 = 1.1633, .p1 = -0.0054, .p2 = 0.0026});
+    CHECK(tum::recording_camera("freiburg2", {}, {}, "/x").lens.k3 == 0.9172);
+    CHECK_FALSE(tum::recording_camera("freiburg3", {}, {}, "/data/freiburg1").lens.distorts());
+    CHECK(tum::recording_camera("ros_default", {}, {}, "/x").intrinsics.cx == 320);
+    CHECK_THROWS_WITH(tum::recording_camera("auto", {}, {}, "/data/desk"), Contains("give the option camera"));
+    const auto own = tum::recording_camera("freiburg1", {1, 2, 3, 4}, {0.1, 0.2, 0.3, 0.4, 0.5}, "/x");
+    CHECK(own.intrinsics == fresco::Intrinsics{0, 0, 1, 2, 3.5, 4.5});
+    CHECK(own.lens == fresco::recordings::Lens{.k1 = 0.1, .k2 = 0.2, .k3 = 0.5, .p1 = 0.3, .p2 = 0.4});
+    CHECK_THROWS_WITH(tum::recording_camera("auto", {1, 2}, {}, "/x"), Contains("option intrinsics: 2 numbers"));
+    CHECK_THROWS_WITH(tum::recording_camera("freiburg1", {}, {1}, "/x"), Contains("option distortion: 1 numbers"));
+    // Their lenses can be undone, at about their own focal length.
+    for (const char* name : {"freiburg1", "freiburg2"})
+    {
+        const auto camera = tum::recording_camera(name, {}, {}, "/x");
+        const auto pinhole = fresco::recordings::pinhole_without(camera.lens, camera.intrinsics, name);
+        CHECK(pinhole.fx / camera.intrinsics.fx > 0.95);
+        CHECK(pinhole.fx / camera.intrinsics.fx < 1.15);
+    }
+}
+
+TEST_CASE("a lens is undone, and pictures for another camera are refused", "[scan.tum]")
+{
+    const TinyRecording recording;
+    TestRun run;
+    const auto frames = read(recording, run, Value::Map{{"distortion", Value::List{0.05, 0.0, 0.0, 0.0, 0.0}}});
+    CHECK(frames.frames[0].color.intrinsics ==
+          fresco::recordings::pinhole_without({.k1 = 0.05}, {32, 24, 30.5, 31.25, 15.75, 12.5}, "x"));
+    CHECK_THAT(error_of(recording, Value::Map{{"camera", "freiburg1"}}),
+               Contains("the picture is 32x24") && Contains("rgb.txt:3 with the camera freiburg1 says 640x480"));
+    CHECK_THAT(error_of(recording, Value::Map{{"camera", "auto"}}), Contains("desk: the name does not tell"));
+}
+
+TEST_CASE("lists that cannot be used are refused by line", "[scan.tum]")
+{
+    const TinyRecording recording;
+    SECTION("another form")
+    {
+        recording.write("rgb.txt", "1.0 rgb/a.png x\n");
+        CHECK_THAT(error_of(recording), Contains("rgb.txt:1: 3 words where \"timestamp filename\""));
+    }
+    SECTION("not in order")
+    {
+        recording.write("depth.txt", "2.0 a.png\n1.0 b.png\n");
+        CHECK_THAT(error_of(recording), Contains("depth.txt:2: the time 1.0 is not after"));
+    }
+    SECTION("empty")
+    {
+        recording.write("groundtruth.txt", "# nothing\n");
+        CHECK_THAT(error_of(recording), Contains("groundtruth.txt: the list is empty"));
+    }
+    SECTION("a quaternion that is none")
+    {
+        recording.write("groundtruth.txt", "1 0 0 0 0 0 0 0\n");
+        CHECK_THAT(error_of(recording), Contains("groundtruth.txt:1: a rotation's quaternion has length 1"));
+    }
+    SECTION("missing")
+    {
+        fs::remove(recording.path() / "depth.txt");
+        CHECK_THAT(error_of(recording), Contains("depth.txt"));
+    }
+    SECTION("a picture missing")
+    {
+        fs::remove(recording.path() / "rgb/1305031102.133000.png");
+        CHECK_THAT(error_of(recording),
+                   Contains("rgb/1305031102.133000.png") && Contains("rgb.txt:3 with option intrinsics lists them"));
+    }
+}
+
+TEST_CASE("damage to the lists gives an error or frames that can be used", "[scan.tum]")
+{
+    const TinyRecording recording;
+    const auto parse = [&]
+    {
+        TestRun run(1);
+        auto found = recording.associate();
+        for (auto& view : found.views)
+            view.camera = recording.frames.frames[0].color.intrinsics;
+        return fresco::recordings::registered_frames(found.views, recording.images, recording.folder.path(), run);
+    };
+    const auto whole = parse();
+    for (const char* name : {"rgb.txt", "depth.txt", "groundtruth.txt"})
+    {
+        const auto counts = fresco::testing::damage_file(recording.path() / name,
+                                                         [&](bool cut)
+                                                         {
+                                                             const auto frames = parse();
+                                                             fresco::testing::check_usable(frames);
+                                                             if (cut)
+                                                                 fresco::testing::check_subset(frames, whole);
+                                                         });
+        // Cut behind a line, a list is one of a shorter recording.
+        CHECK(counts.cuts_refused >= 180);
+        CHECK(counts.flips_refused > 200);
+    }
+}

@@ -1,0 +1,123 @@
+#include "tum_lists.h"
+
+#include <fresco/error.h>
+#include <fresco/recordings/text_records.h>
+#include <fresco/value.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+namespace tum
+{
+namespace
+{
+
+using namespace fresco::recordings;
+
+/// Walks the records; `take` gets the words behind the time.
+void each_record(std::string_view text, std::string_view source, std::size_t words_expected, std::string_view form,
+                 const std::function<void(double, const std::vector<std::string_view>&, const std::string&)>& take)
+{
+    LineReader lines(text, source);
+    bool any = false;
+    double last = 0;
+    while (const auto line = lines.next_record())
+    {
+        const auto place = lines.place();
+        const auto words = words_of(*line);
+        if (words.size() != words_expected)
+            throw fresco::Error(place + ": " + std::to_string(words.size()) + " words where \"" + std::string(form) +
+                                "\" was expected");
+        const double time = number_of(words[0], place);
+        if (any && !(time > last))
+            throw fresco::Error(place + ": the time " + std::string(words[0]) +
+                                " is not after that of the line before; expected a list "
+                                "in the order of time, without doubles");
+        any = true;
+        last = time;
+        take(time, words, place);
+    }
+    if (!any)
+        throw fresco::Error(std::string(source) + ": the list is empty; expected lines \"" + std::string(form) + "\"");
+}
+
+/// The entry nearest to `time`, the earlier one of two; the list is sorted and not empty.
+template <class T>
+std::size_t nearest(const std::vector<T>& list, double time)
+{
+    const auto after =
+        std::lower_bound(list.begin(), list.end(), time, [](const T& entry, double t) { return entry.time_s < t; });
+    const auto index = static_cast<std::size_t>(after - list.begin());
+    if (index == list.size())
+        return index - 1;
+    return index > 0 && time - list[index - 1].time_s <= list[index].time_s - time ? index - 1 : index;
+}
+
+template <class T>
+std::string span_text(const std::vector<T>& list)
+{
+    return list.front().source + " begins at " + fresco::to_json(list.front().time_s) + ", ends at " +
+           fresco::to_json(list.back().time_s);
+}
+
+}  // namespace
+
+std::vector<StampedPicture> parse_pictures(std::string_view text, std::string_view source)
+{
+    std::vector<StampedPicture> pictures;
+    each_record(text, source, 2, "timestamp filename",
+                [&](double time, const std::vector<std::string_view>& words, const std::string& place) {
+                    pictures.push_back({time, std::string(words[1]), place});
+                });
+    return pictures;
+}
+
+std::vector<StampedPose> parse_poses(std::string_view text, std::string_view source)
+{
+    std::vector<StampedPose> poses;
+    each_record(text, source, 8, "timestamp tx ty tz qx qy qz qw",
+                [&](double time, const std::vector<std::string_view>& words, const std::string& place)
+                {
+                    const auto n = [&](std::size_t i) { return number_of(words[i], place); };
+                    poses.push_back({time, quaternion_transform(n(7), n(4), n(5), n(6), {n(1), n(2), n(3)}, place), place});
+                });
+    return poses;
+}
+
+Association associate(const std::vector<StampedPicture>& color, const std::vector<StampedPicture>& depth,
+                      const std::vector<StampedPose>& poses, double max_gap_s, const std::filesystem::path& folder)
+{
+    Association result;
+    for (std::size_t i = 0; i < color.size(); ++i)
+    {
+        const double time = color[i].time_s;
+        const auto& partner = depth[nearest(depth, time)];
+        if (std::abs(partner.time_s - time) > max_gap_s || nearest(color, partner.time_s) != i)
+        {
+            ++result.without_depth;
+            continue;
+        }
+        const auto& pose = poses[nearest(poses, time)];
+        if (std::abs(pose.time_s - time) > max_gap_s)
+        {
+            ++result.without_pose;
+            continue;
+        }
+        RegisteredView view;
+        name_by_picture(view, color[i].name);
+        view.number = static_cast<long>(i);
+        view.color = folder / color[i].name;
+        view.depth = folder / partner.name;
+        view.world_from_camera = pose.world_from_camera;
+        view.source = color[i].source;
+        result.views.push_back(std::move(view));
+    }
+    if (result.views.empty())
+        throw fresco::Error("no colour picture has a depth picture and a pose within " + fresco::to_json(max_gap_s) +
+                            " s: " + span_text(color) + "; " + span_text(depth) + "; " + span_text(poses) +
+                            "; give the lists of one recording, or a larger max_gap_s");
+    return result;
+}
+
+}  // namespace tum

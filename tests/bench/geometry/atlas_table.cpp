@@ -65,6 +65,7 @@ Table atlas_table(const std::vector<GeometryInput>& inputs, const GeometrySettin
                  {"used_share", "used", 3},
                  {"texels_per_cm", "texels/cm", 3},
                  {"stretch_l2", "L2 stretch", 3},
+                 {"stretch_linf", "Linf stretch", 3},
                  {"density_variation", "density var.", 3},
                  {"squeezed_share", "squeezed", 4},
                  {"lost_faces", "lost"},

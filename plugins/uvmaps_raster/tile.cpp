@@ -55,7 +55,7 @@ void Tile::clear(int x, int y)
 
 void Tile::row(int row, int columns, std::uint32_t* faces) const
 {
-    const std::uint64_t* keys = keys_.data() + row * tile_stride;
+    const std::uint64_t* keys = keys_.data() + std::ptrdiff_t{row} * tile_stride;
     for (int i = 0; i < columns; ++i)
         faces[i] = ~static_cast<std::uint32_t>(keys[i]);
 }
@@ -94,7 +94,7 @@ void draw_wide(const Piece& piece, int bits, int tile_x, int tile_y, std::uint64
         std::int64_t at_a = row_a;
         std::int64_t at_b = row_b;
         std::int64_t at_c = row_c;
-        std::uint64_t* row = keys + (y - tile_y) * tile_stride;
+        std::uint64_t* row = keys + std::ptrdiff_t{y - tile_y} * tile_stride;
         for (int x = first_x; x <= last_x; ++x)
         {
             if ((at_a | at_b | at_c) >= 0)

@@ -3,6 +3,12 @@
 
 #include "tile_kernel.h"
 
+#if defined(__clang__)
+#define FRESCO_SHUFFLE(a, b, places, ...) __builtin_shufflevector(a, b, __VA_ARGS__)
+#else
+#define FRESCO_SHUFFLE(a, b, places, ...) __builtin_shuffle(a, b, places{__VA_ARGS__})
+#endif
+
 namespace raster
 {
 namespace
@@ -53,9 +59,8 @@ void draw_piece(const Piece& piece, int bits, int tile_x, int tile_y, std::uint6
     // Corners 1, 2 and 0 from the centre of the first pixel, where the edges begin that face corners 0, 1 and 2.
     const Three x = __builtin_convertvector(ThreeInts{piece.x[1], piece.x[2], piece.x[0], 0} - (first_x << bits), Three);
     const Three y = __builtin_convertvector(ThreeInts{piece.y[1], piece.y[2], piece.y[0], 0} - (first_y << bits), Three);
-    const ThreeLongs next{1, 2, 0, 3};
-    Three dx = __builtin_shuffle(x, next) - x;
-    Three dy = __builtin_shuffle(y, next) - y;
+    Three dx = FRESCO_SHUFFLE(x, x, ThreeLongs, 1, 2, 0, 3) - x;
+    Three dy = FRESCO_SHUFFLE(y, y, ThreeLongs, 1, 2, 0, 3) - y;
     // Twice the area of the triangle that an edge forms with a pixel's centre: a whole number, above 0 inside.
     const double area = dx[2] * dy[0] - dy[2] * dx[0];
     if (area == 0)
@@ -83,7 +88,7 @@ void draw_piece(const Piece& piece, int bits, int tile_x, int tile_y, std::uint6
     Doubles row_a = all_of(start[0]) + ramp * right[0];
     Doubles row_b = all_of(start[1]) + ramp * right[1];
     Doubles row_c = all_of(start[2]) + ramp * right[2];
-    std::uint64_t* row = keys + (first_y - tile_y) * tile_stride + (first_x - tile_x);
+    std::uint64_t* row = keys + std::ptrdiff_t{first_y - tile_y} * tile_stride + (first_x - tile_x);
     for (int rows = last_y - first_y; rows >= 0; --rows, row += tile_stride)
     {
         Doubles at_a = row_a;

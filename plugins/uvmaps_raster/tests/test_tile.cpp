@@ -33,6 +33,11 @@ std::vector<const TileKernel*> kernels_here()
     return kernels;
 }
 
+std::size_t index(int x, int y, int stride = Tile::width)
+{
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(stride) + static_cast<std::size_t>(x);
+}
+
 Piece piece_of(std::uint32_t face, Point a, Point b, Point c, std::array<float, 3> nearness = {1, 1, 1})
 {
     return {{a.x, b.x, c.x}, {a.y, b.y, c.y}, {nearness[0], nearness[1], nearness[2]}, face};
@@ -48,7 +53,7 @@ std::vector<std::uint32_t> drawn(const std::vector<Piece>& pieces, int x = 0, in
     tile.draw(pieces, numbers, fraction, kernel);
     std::vector<std::uint32_t> faces(std::size_t{Tile::width} * Tile::height);
     for (int row = 0; row < Tile::height; ++row)
-        tile.row(row, Tile::width, faces.data() + row * Tile::width);
+        tile.row(row, Tile::width, &faces[index(0, row)]);
     return faces;
 }
 
@@ -77,7 +82,7 @@ TEST_CASE("a piece covers the pixel centres inside it, whichever way round it ru
         const auto faces = drawn({piece});
         for (int y = 0; y < Tile::height; ++y)
             for (int x = 0; x < Tile::width; ++x)
-                CHECK(faces[static_cast<std::size_t>(y * Tile::width + x)] == (x >= 2 && y >= 2 && x + y <= 9 ? 5 : none));
+                CHECK(faces[index(x, y)] == (x >= 2 && y >= 2 && x + y <= 9 ? 5 : none));
     }
 }
 
@@ -114,7 +119,7 @@ TEST_CASE("every pixel of a triangulated sheet belongs to one piece, also those 
         const auto count = covers(pieces);
         for (int y = 1; y < 28; ++y)
             for (int x = 1; x < 56; ++x)
-                REQUIRE(count[static_cast<std::size_t>(y * Tile::width + x)] == 1);
+                REQUIRE(count[index(x, y)] == 1);
     }
 }
 
@@ -125,7 +130,7 @@ TEST_CASE("a fan about a pixel centre covers it once")
     const std::vector<Point> rim{{80, 160}, {100, 60}, {160, 70}, {240, 100}, {230, 160}, {200, 260}, {160, 250}, {90, 230}};
     for (std::size_t i = 0; i < rim.size(); ++i)
         fan.push_back(piece_of(0, middle, rim[i], rim[(i + 1) % rim.size()]));
-    CHECK(covers(fan)[10 * Tile::width + 10] == 1);
+    CHECK(covers(fan)[index(10, 10)] == 1);
 }
 
 TEST_CASE("a piece without area covers nothing")
@@ -159,8 +164,7 @@ TEST_CASE("a piece is cut at the tile's borders and lies where it lies in any ti
     const auto beside = drawn({piece}, 60, 30);
     for (int y = 2; y < Tile::height; ++y)
         for (int x = 4; x < Tile::width; ++x)
-            CHECK(here[static_cast<std::size_t>((y - 2) * Tile::width + x - 4)] ==
-                  beside[static_cast<std::size_t>(y * Tile::width + x)]);
+            CHECK(here[index(x - 4, y - 2)] == beside[index(x, y)]);
 }
 
 TEST_CASE("coordinates at the limit do not overflow")
@@ -216,8 +220,7 @@ TEST_CASE("every kernel draws what is drawn in whole numbers of 64 bits")
             int other = 0;
             for (int j = 0; j < Tile::height; ++j)
                 for (int i = 0; i < Tile::width; ++i)
-                    other += faces[static_cast<std::size_t>(j * Tile::width + i)] !=
-                             ~static_cast<std::uint32_t>(keys[static_cast<std::size_t>(j * tile_stride + i)]);
+                    other += faces[index(i, j)] != ~static_cast<std::uint32_t>(keys[index(i, j, tile_stride)]);
             CHECK(other == 0);
         }
     }

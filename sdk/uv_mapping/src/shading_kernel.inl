@@ -3,6 +3,12 @@
 
 #include "shading_kernel.h"
 
+#if defined(__clang__)
+#define FRESCO_SHUFFLE(a, b, places, ...) __builtin_shufflevector(a, b, __VA_ARGS__)
+#else
+#define FRESCO_SHUFFLE(a, b, places, ...) __builtin_shuffle(a, b, places{__VA_ARGS__})
+#endif
+
 namespace fresco::shading
 {
 
@@ -56,13 +62,12 @@ Plane plane_of(const Source& source, std::uint32_t face)
     const Corner b = corner_of(source, face, 1);
     const Corner c = corner_of(source, face, 2);
     // normal = ab x ac, weigh_b = ac x a, weigh_c = a x ab.
-    const Longs next{1, 2, 0, 3};
     const Doubles left_x{b.x - a.x, c.x - a.x, a.x, 0};
     const Doubles left_y{b.y - a.y, c.y - a.y, a.y, 0};
     const Doubles left_z{b.z - a.z, c.z - a.z, a.z, 0};
-    const Doubles right_x = __builtin_shuffle(left_x, next);
-    const Doubles right_y = __builtin_shuffle(left_y, next);
-    const Doubles right_z = __builtin_shuffle(left_z, next);
+    const Doubles right_x = FRESCO_SHUFFLE(left_x, left_x, Longs, 1, 2, 0, 3);
+    const Doubles right_y = FRESCO_SHUFFLE(left_y, left_y, Longs, 1, 2, 0, 3);
+    const Doubles right_z = FRESCO_SHUFFLE(left_z, left_z, Longs, 1, 2, 0, 3);
     return {left_y * right_z - left_z * right_y,
             left_z * right_x - left_x * right_z,
             left_x * right_y - left_y * right_x,
@@ -138,44 +143,37 @@ void weigh(Doubles against, Doubles& b, Doubles& c)
 /// Entries 0, 1 and 2 of four vectors.
 void transpose(const Doubles* from, Doubles& zeroth, Doubles& first, Doubles& second)
 {
-    const Longs even{0, 4, 2, 6};
-    const Longs odd{1, 5, 3, 7};
-    const Longs low{0, 1, 4, 5};
-    const Doubles even01 = __builtin_shuffle(from[0], from[1], even);
-    const Doubles even23 = __builtin_shuffle(from[2], from[3], even);
-    zeroth = __builtin_shuffle(even01, even23, low);
-    first = __builtin_shuffle(__builtin_shuffle(from[0], from[1], odd), __builtin_shuffle(from[2], from[3], odd), low);
-    second = __builtin_shuffle(even01, even23, Longs{2, 3, 6, 7});
+    const Doubles even01 = FRESCO_SHUFFLE(from[0], from[1], Longs, 0, 4, 2, 6);
+    const Doubles even23 = FRESCO_SHUFFLE(from[2], from[3], Longs, 0, 4, 2, 6);
+    const Doubles odd01 = FRESCO_SHUFFLE(from[0], from[1], Longs, 1, 5, 3, 7);
+    const Doubles odd23 = FRESCO_SHUFFLE(from[2], from[3], Longs, 1, 5, 3, 7);
+    zeroth = FRESCO_SHUFFLE(even01, even23, Longs, 0, 1, 4, 5);
+    first = FRESCO_SHUFFLE(odd01, odd23, Longs, 0, 1, 4, 5);
+    second = FRESCO_SHUFFLE(even01, even23, Longs, 2, 3, 6, 7);
 }
 
 /// Entries 0 to 5 of eight vectors.
 void transpose(const Floats* from, Floats* to)
 {
-    const Ints low{0, 8, 1, 9, 4, 12, 5, 13};
-    const Ints high{2, 10, 3, 11, 6, 14, 7, 15};
-    const Ints first_pair{0, 1, 8, 9, 4, 5, 12, 13};
-    const Ints second_pair{2, 3, 10, 11, 6, 7, 14, 15};
-    const Ints first_half{0, 1, 2, 3, 8, 9, 10, 11};
-    const Ints second_half{4, 5, 6, 7, 12, 13, 14, 15};
     Floats lows[4];
     Floats highs[4];
     for (int i = 0; i < 4; ++i)
     {
-        lows[i] = __builtin_shuffle(from[2 * i], from[2 * i + 1], low);
-        highs[i] = __builtin_shuffle(from[2 * i], from[2 * i + 1], high);
+        lows[i] = FRESCO_SHUFFLE(from[2 * i], from[2 * i + 1], Ints, 0, 8, 1, 9, 4, 12, 5, 13);
+        highs[i] = FRESCO_SHUFFLE(from[2 * i], from[2 * i + 1], Ints, 2, 10, 3, 11, 6, 14, 7, 15);
     }
     Floats columns[2][4];
     for (int i = 0; i < 2; ++i)
     {
-        columns[i][0] = __builtin_shuffle(lows[2 * i], lows[2 * i + 1], first_pair);
-        columns[i][1] = __builtin_shuffle(lows[2 * i], lows[2 * i + 1], second_pair);
-        columns[i][2] = __builtin_shuffle(highs[2 * i], highs[2 * i + 1], first_pair);
-        columns[i][3] = __builtin_shuffle(highs[2 * i], highs[2 * i + 1], second_pair);
+        columns[i][0] = FRESCO_SHUFFLE(lows[2 * i], lows[2 * i + 1], Ints, 0, 1, 8, 9, 4, 5, 12, 13);
+        columns[i][1] = FRESCO_SHUFFLE(lows[2 * i], lows[2 * i + 1], Ints, 2, 3, 10, 11, 6, 7, 14, 15);
+        columns[i][2] = FRESCO_SHUFFLE(highs[2 * i], highs[2 * i + 1], Ints, 0, 1, 8, 9, 4, 5, 12, 13);
+        columns[i][3] = FRESCO_SHUFFLE(highs[2 * i], highs[2 * i + 1], Ints, 2, 3, 10, 11, 6, 7, 14, 15);
     }
     for (int i = 0; i < 4; ++i)
-        to[i] = __builtin_shuffle(columns[0][i], columns[1][i], first_half);
+        to[i] = FRESCO_SHUFFLE(columns[0][i], columns[1][i], Ints, 0, 1, 2, 3, 8, 9, 10, 11);
     for (int i = 0; i < 2; ++i)
-        to[4 + i] = __builtin_shuffle(columns[0][i], columns[1][i], second_half);
+        to[4 + i] = FRESCO_SHUFFLE(columns[0][i], columns[1][i], Ints, 4, 5, 6, 7, 12, 13, 14, 15);
 }
 
 Floats roots(Floats of)
@@ -238,14 +236,15 @@ void shade_group(const Source& source, const Plane* planes, const std::uint32_t*
     const HalfInts sides[2] = {__builtin_convertvector(against[0], HalfInts), __builtin_convertvector(against[1], HalfInts)};
     Ints front;
     __builtin_memcpy(&front, sides, sizeof front);
-    const Ints something = *reinterpret_cast<const LooseInts*>(faces) != static_cast<std::int32_t>(none);
+    // A depth beyond the range of numbers is no surface.
+    const Ints something = (*reinterpret_cast<const LooseInts*>(faces) != static_cast<std::int32_t>(none)) & (depth - depth == 0);
     const Ints near = depth < source.nearest;
     const Ints valid = something & front & ~near;
     const Floats valid_u = where(valid, u);
     const Floats valid_v = where(valid, v);
     LooseFloats* uv = reinterpret_cast<LooseFloats*>(target.uv);
-    uv[0] = __builtin_shuffle(valid_u, valid_v, Ints{0, 8, 1, 9, 2, 10, 3, 11});
-    uv[1] = __builtin_shuffle(valid_u, valid_v, Ints{4, 12, 5, 13, 6, 14, 7, 15});
+    uv[0] = FRESCO_SHUFFLE(valid_u, valid_v, Ints, 0, 8, 1, 9, 2, 10, 3, 11);
+    uv[1] = FRESCO_SHUFFLE(valid_u, valid_v, Ints, 4, 12, 5, 13, 6, 14, 7, 15);
     *reinterpret_cast<LooseFloats*>(target.depth) = where(valid, depth);
     *reinterpret_cast<LooseFloats*>(target.cosine) = where(valid, cosine);
     *reinterpret_cast<LooseBytes*>(target.valid) = __builtin_convertvector(valid, Bytes) & 1;

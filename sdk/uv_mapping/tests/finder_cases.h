@@ -69,7 +69,7 @@ TEST_CASE("a wall seen from the front has the uv, depth and cosine of plain geom
     REQUIRE(map.uv.width == 64);
     REQUIRE(map.uv.height == 48);
     REQUIRE(map.uv.channels == 2);
-    CHECK(counts.valid == 64 * 48);
+    CHECK(counts.valid == 3072);
     for (int y = 0; y < 48; ++y)
         for (int x = 0; x < 64; ++x)
         {
@@ -109,7 +109,7 @@ TEST_CASE("uv is correct in perspective on a slanted wall and at another height"
         }
     CHECK(checked > 1000);
     CHECK(counts.nothing > 0);
-    CHECK(counts.valid + counts.nothing == 36 * 48);
+    CHECK(counts.valid + counts.nothing == 1728);
 }
 
 TEST_CASE("a map scales each axis on its own")
@@ -238,10 +238,10 @@ TEST_CASE("the inside of a cube has no hole from wherever it is seen")
     {
         Camera camera = turned(straight(48, 40, 20), 0.37 * i);
         camera.world_from_camera.translation = {0.3 * std::sin(i), 0.2 * std::cos(3 * i), 0.4 * std::sin(2 * i)};
-        CHECK(one_map(mesh, camera, 40).counts.valid == 48 * 40);
+        CHECK(one_map(mesh, camera, 40).counts.valid == 1920);
     }
     // On a corner's diagonal and right on the middle of the cube.
-    CHECK(one_map(mesh, turned(straight(48, 40, 20), std::acos(-1.0) / 4), 40).counts.valid == 48 * 40);
+    CHECK(one_map(mesh, turned(straight(48, 40, 20), std::acos(-1.0) / 4), 40).counts.valid == 1920);
 }
 
 TEST_CASE("faces without area are not seen and hide nothing")
@@ -279,7 +279,7 @@ TEST_CASE("whatever the mesh, every value is finite and every pixel is counted o
     for (unsigned seed = 1; seed <= 6; ++seed)
     {
         Mesh mesh = debris(300, seed);
-        for (const float far : {1e6F, 1e18F, 1e30F})
+        for (const float far : {1e6F, 1e18F, 1e30F, 3e38F})
         {
             add_face(mesh, {-far, -far, 3}, {far, -far, 3}, {0, far, 3});
             add_face(mesh, {-1, 0, -far}, {1, 0, far}, {0, 1, far});

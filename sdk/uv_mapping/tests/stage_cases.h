@@ -78,7 +78,7 @@ TEST_CASE("the stage streams a map per frame and height and counts what it saw")
     CHECK(maps->views[0].frame == "frame-000000");
     CHECK(maps->views[0].sequence == "seq-01");
     CHECK(maps->views[0].camera == two_frames()->frames[0].color);
-    CHECK(maps->views[0].valid_pixels == std::vector<std::int64_t>{21 * 16, 32 * 24});
+    CHECK(maps->views[0].valid_pixels == std::vector<std::int64_t>{336, 768});
     CHECK(maps->views[1].valid_pixels == std::vector<std::int64_t>{0, 0});
     const UvMap map = maps->load_map(0, 1);
     CHECK(map.uv.width == 32);

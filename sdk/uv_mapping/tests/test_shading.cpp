@@ -137,7 +137,7 @@ TEST_CASE("every kernel gives a row of any width the values of plain geometry")
             UvMap map{RasterF(width, 3, 2, 9), RasterF(width, 3, 1, 9), RasterF(width, 3, 1, 9), Raster8(width, 3, 1, 9)};
             RasterF met(width, 3, 1, 9);
             const auto counts = FaceShader(mesh, *kernel).shade(camera, faces, 0, 3, map, met);
-            CHECK(counts.valid == 3 * width - counts.nothing);
+            CHECK(counts.valid == std::int64_t{3} * width - counts.nothing);
             CHECK(counts.nothing == std::count(faces.values.begin(), faces.values.end(), no_face));
             for (int y = 0; y < 3; ++y)
                 for (int x = 0; x < width; ++x)
@@ -193,4 +193,17 @@ TEST_CASE("the cracks that are closed are those that a look at every pixel finds
         if (width == 59)
             CHECK(cracks > 0);
     }
+}
+
+TEST_CASE("what is deeper than numbers reach is not seen")
+{
+    Mesh mesh;
+    cases::add_rectangle(mesh, -3e38F, -3e38F, 3e38F, 3e38F, 3e38F);
+    Camera camera = cases::straight(9, 9, 50);
+    CHECK(shaded(mesh, camera, 0).counts.valid == 81);
+    camera.world_from_camera.translation.z = -3e38;
+    const auto result = shaded(mesh, camera, 0);
+    CHECK(result.counts.nothing == 81);
+    CHECK(result.map.depth.values == std::vector<float>(81, 0));
+    CHECK(result.map.uv.values == std::vector<float>(162, 0));
 }

@@ -242,6 +242,83 @@ inline void write_replica(const Frames& frames, const std::filesystem::path& fol
     write_file(folder.parent_path() / "cam_params.json", to_json(Value::Map{{"camera", camera}}, 1));
 }
 
+/// Bytes as zlib packs them (RFC 1950), in blocks that are stored as they are; at most 65535 bytes.
+inline std::string zlib_stored(const std::string& bytes)
+{
+    REQUIRE(bytes.size() <= 65535);
+    const auto length = static_cast<unsigned>(bytes.size());
+    std::string packed("\x78\x01\x01", 3);
+    for (const unsigned value : {length, ~length})
+        for (const unsigned shift : {0U, 8U})
+            packed += static_cast<char>(value >> shift & 255U);
+    packed += bytes;
+    std::uint32_t a = 1, b = 0;
+    for (const char c : bytes)
+    {
+        a = (a + static_cast<unsigned char>(c)) % 65521;
+        b = (b + a) % 65521;
+    }
+    for (const std::uint32_t value : {b, a})
+        for (const unsigned shift : {8U, 0U})
+            packed += static_cast<char>(value >> shift & 255U);
+    return packed;
+}
+
+/// ScanNet's .sens, version 4: colour as the frames' files are, called JPEG; depth packed.
+/// \param edit  may change the pose of a frame before it is written
+inline void write_sens(const Frames& frames, const std::filesystem::path& file, const ImageIo& images,
+                       const std::function<void(std::size_t frame, std::vector<double>& pose)>& edit = {})
+{
+    std::string out;
+    const auto put = [&](auto value) { out.append(reinterpret_cast<const char*>(&value), sizeof value); };
+    const auto put_matrix = [&](const std::vector<double>& matrix)
+    {
+        for (const double entry : matrix)
+            put(static_cast<float>(entry));
+    };
+    const auto& first = frames.frames.front();
+    const auto intrinsics = [](const Intrinsics& k)
+    { return std::vector<double>{k.fx, 0, k.cx - 0.5, 0, 0, k.fy, k.cy - 0.5, 0, 0, 0, 1, 0, 0, 0, 0, 1}; };
+    put(std::uint32_t{4});
+    const std::string name = "a sensor";
+    put(static_cast<std::uint64_t>(name.size()));
+    out += name;
+    put_matrix(intrinsics(first.color.intrinsics));
+    put_matrix(matrix_of({}));
+    put_matrix(intrinsics(first.depth.intrinsics));
+    put_matrix(matrix_of(first.color.world_from_camera.inverse() * first.depth.world_from_camera));
+    put(std::int32_t{2});
+    put(std::int32_t{1});
+    for (const auto& camera : {first.color, first.depth})
+    {
+        put(static_cast<std::uint32_t>(camera.intrinsics.width));
+        put(static_cast<std::uint32_t>(camera.intrinsics.height));
+    }
+    put(static_cast<float>(1 / first.depth_unit_m));
+    put(static_cast<std::uint64_t>(frames.frames.size()));
+    for (std::size_t i = 0; i < frames.frames.size(); ++i)
+    {
+        const auto& frame = frames.frames[i];
+        auto pose = matrix_of(frame.depth.world_from_camera);
+        if (edit)
+            edit(i, pose);
+        put_matrix(pose);
+        put(std::uint64_t{1000 * i});
+        put(std::uint64_t{1000 * i + 4});
+        const auto steps = load_depth_steps(frame, &images);
+        const std::string depth =
+            zlib_stored({reinterpret_cast<const char*>(steps.values.data()), steps.values.size() * sizeof(std::uint16_t)});
+        const auto color = read_file(frame.color_picture.path);
+        put(static_cast<std::uint64_t>(color.size()));
+        put(static_cast<std::uint64_t>(depth.size()));
+        out.append(reinterpret_cast<const char*>(color.data()), color.size());
+        out += depth;
+    }
+    put(std::uint64_t{0});
+    std::filesystem::create_directories(file.parent_path());
+    write_file(file, out);
+}
+
 /// The cameras, depth and names that a reader gives back for a recording that was written out.
 inline void check_same_recording(const Frames& read, const Frames& written, const ImageIo& images, double depth_step_m = 0.001)
 {

@@ -32,11 +32,12 @@ fresco::Frames frames_in(const fs::path& out)
     return *fresco::Frames::load({out / "frames", out});
 }
 
-/// Two views of the generated room. The layouts know one camera: the depth pictures are taken for the colour camera's.
+/// Two views of the generated room. Most layouts know one camera: the depth pictures are taken for the colour camera's then.
 struct Room
 {
     fresco::testing::TemporaryFolder folder;
     RawImages images;
+    fresco::Frames recorded;
     fresco::Frames frames;
 
     Room()
@@ -49,7 +50,8 @@ struct Room
                        {"depth_height_px", 24},
                        {"edge_m", 0.1}},
             path("room"));
-        frames = frames_in(path("room"));
+        recorded = frames_in(path("room"));
+        frames = recorded;
         for (auto& frame : frames.frames)
             frame.depth = {frame.color.intrinsics.scaled_to(32, 24), frame.color.world_from_camera};
     }
@@ -100,3 +102,14 @@ TEST_CASE("the room comes back from the layout of Replica", "[recordings]")
     room.check_read(SCAN_REPLICA_PLUGIN, "scan.replica", Value::Map{}, 1e-6);
     CHECK(fresco::Mesh::load({room.path("out") / "mesh", {}})->positions == mesh->positions);
 }
+
+#ifdef SCAN_SENS_PLUGIN
+TEST_CASE("the room comes back from ScanNet's own recording, with its two cameras", "[recordings]")
+{
+    const Room room;
+    const auto file = room.path("scene0000_00.sens");
+    fresco::testing::write_sens(room.recorded, file, room.images);
+    const auto read = frames_in(run(SCAN_SENS_PLUGIN, "scan.sens", Value::Map{{"path", file.string()}}, room.path("out")));
+    fresco::testing::check_same_recording(read, room.recorded, room.images);
+}
+#endif

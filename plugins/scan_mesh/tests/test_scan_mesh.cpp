@@ -1,0 +1,95 @@
+#include "mesh_axes.h"
+
+#include <fresco/error.h>
+#include <fresco/files_io.h>
+#include <fresco/mesh_io.h>
+#include <fresco/stage.h>
+#include <fresco/testing.h>
+
+#include <catch2/catch.hpp>
+
+using Catch::Contains;
+using fresco::Value;
+using fresco::testing::TestRun;
+
+namespace
+{
+
+struct MeshFile
+{
+    fresco::testing::TemporaryFolder folder;
+    MeshFile()
+    {
+        fresco::Mesh mesh;
+        mesh.positions = {{0, 0, 0}, {1000, 2000, 3000}, {0, 2000, 0}};
+        mesh.triangles = {{0, 1, 2}};
+        mesh.colors = {{1, 2, 3}, {4, 5, 6}, {7, 8, 9}};
+        fresco::write_file(path(), fresco::to_ply(mesh));
+    }
+    std::filesystem::path path() const { return folder.path() / "mesh.ply"; }
+};
+
+fresco::Mesh read(const MeshFile& file, TestRun& run, Value options)
+{
+    fresco::testing::TestFactory factory;
+    options.set("path", file.path().string());
+    const auto made = fresco::testing::make_from_plugin(FRESCO_PLUGIN_FILE, "scan.mesh");
+    const auto out = file.folder.path() / "out";
+    fresco::testing::run_stage(dynamic_cast<fresco::Stage&>(*made), options, {}, out, run, factory);
+    return *fresco::Mesh::load({out / "mesh", out});
+}
+
+}  // namespace
+
+TEST_CASE("a mesh is brought into the world: unit, axes, transform", "[scan.mesh]")
+{
+    const MeshFile file;
+    TestRun run;
+    const auto moved = read(file, run,
+                            Value::Map{{"unit_m", 0.001},
+                                       {"axes", "x -z y"},
+                                       {"transform", Value::List{0, -1, 0, 10, 1, 0, 0, 20, 0, 0, 1, 30, 0, 0, 0, 1}}});
+    // (1, 2, 3) m with y up is (1, -3, 2) with z up; a quarter turn makes it (3, 1, 2).
+    CHECK(moved.positions[1] == fresco::Vec3f{13, 21, 32});
+    CHECK(moved.positions[2] == fresco::Vec3f{10, 20, 32});
+    CHECK(moved.colors[1] == fresco::Rgb8{4, 5, 6});
+    CHECK(run.reported.at("extent_m").as_list().at(0).as_double() == Approx(3));
+    CHECK(run.messages == std::vector<std::string>{"1 faces, 3.0 x 1.0 x 2.0 m"});
+    CHECK(read(file, run, Value::Map{}).positions[1] == fresco::Vec3f{1000, 2000, 3000});
+    CHECK_THAT(run.messages.at(1), Contains("warning: the mesh is 3000.0 m long; if the file is in millimetres"));
+    read(file, run, Value::Map{{"unit_m", 1e-5}});
+    CHECK_THAT(run.messages.at(3), Contains("warning: the mesh is only 0.03"));
+}
+
+TEST_CASE("axes turn and never mirror", "[scan.mesh]")
+{
+    CHECK(scan_mesh::axes_rotation("x y z") == fresco::Mat3{});
+    CHECK(scan_mesh::axes_rotation("+x+y+z") == fresco::Mat3{});
+    const auto turned = scan_mesh::axes_rotation("-y x z");
+    CHECK(turned * fresco::Vec3d{1, 2, 3} == fresco::Vec3d{-2, 1, 3});
+    CHECK(fresco::determinant(turned) == 1);
+    for (const char* text : {"", "x y", "x y z x", "a b c", "xyz1"})
+        CHECK_THROWS_WITH(scan_mesh::axes_rotation(text), Contains("is no such text; expected three axes"));
+    CHECK_THROWS_WITH(scan_mesh::axes_rotation("x x z"), Contains("names an axis twice"));
+    CHECK_THROWS_WITH(scan_mesh::axes_rotation("x z y"), Contains("mirrors"));
+}
+
+TEST_CASE("what cannot be moved is refused", "[scan.mesh]")
+{
+    const MeshFile file;
+    TestRun run;
+    CHECK_THROWS_WITH(read(file, run, Value::Map{{"transform", Value::List{2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 1}}}),
+                      Contains("option transform: the upper left 3x3 part is not a rotation"));
+    CHECK_THROWS_WITH(read(file, run, Value::Map{{"transform", Value::List{1}}}), Contains("option transform: 1 numbers"));
+    CHECK_THROWS_WITH(read(file, run, Value::Map{{"transform", Value::List{1, 0, 0, 1e300, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}}}),
+                      Contains("beyond the range of numbers"));
+    fresco::write_file(file.path(), fresco::read_text_file(file.path()).substr(0, 200));
+    CHECK_THROWS_WITH(read(file, run, Value::Map{}), Contains("mesh.ply"));
+}
+
+TEST_CASE("a moved mesh may have no vertices", "[scan.mesh]")
+{
+    fresco::Mesh none;
+    scan_mesh::move_mesh(none, 2, {}, {});
+    CHECK(scan_mesh::extent_of(none) == fresco::Vec3d{});
+}

@@ -1,0 +1,183 @@
+#include "sens_file.h"
+
+#include <fresco/error.h>
+#include <fresco/recordings/byte_cursor.h>
+
+#include <cmath>
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+namespace sens
+{
+namespace
+{
+
+using fresco::recordings::ByteCursor;
+
+constexpr std::uint32_t read_version = 4;
+constexpr std::uint64_t longest_name = 4096;
+constexpr std::uint64_t most_pixels = 200'000'000;
+constexpr std::size_t matrix_bytes = 16 * sizeof(float);
+constexpr std::size_t head_bytes = 4 * matrix_bytes + 2 * 4 + 4 * 4 + 4 + 8;  // From the matrices to the count of frames.
+constexpr std::size_t frame_head_bytes = matrix_bytes + 4 * 8;
+
+/// Walks the file; every read names what it was for.
+class Walk
+{
+  public:
+    explicit Walk(const SensFile& file) : file_(file) {}
+    std::uint64_t offset() const { return offset_; }
+    std::uint64_t left() const { return file_.size() - offset_; }
+    std::vector<std::byte> take(std::uint64_t count, const std::string& what)
+    {
+        auto bytes = file_.read_at(offset_, count, what);
+        offset_ += count;
+        return bytes;
+    }
+    void pass(std::uint64_t count, const std::string& what)
+    {
+        if (count > left())
+            fail(what + " is said to have " + std::to_string(count) + " bytes, " + std::to_string(left()) +
+                 " are left; the file is cut or damaged, copy it anew");
+        offset_ += count;
+    }
+    [[noreturn]] void fail(const std::string& text) const
+    {
+        throw fresco::Error(file_.path().string() + ": byte " + std::to_string(offset_) + ": " + text);
+    }
+
+  private:
+    const SensFile& file_;
+    std::uint64_t offset_ = 0;
+};
+
+std::vector<double> matrix_of(ByteCursor& cursor)
+{
+    std::vector<double> matrix(16);
+    for (double& entry : matrix)
+        entry = static_cast<double>(cursor.read<float>("a matrix"));
+    return matrix;
+}
+
+ColorForm color_form_of(std::int32_t code, const Walk& walk)
+{
+    if (code < 0 || code > 2)
+        walk.fail("compression " + std::to_string(code) + " of the colour pictures; 0 (raw), 1 (PNG) and 2 (JPEG) are read");
+    return static_cast<ColorForm>(code);
+}
+
+DepthForm depth_form_of(std::int32_t code, const Walk& walk)
+{
+    if (code != 0 && code != 1)
+        walk.fail("compression " + std::to_string(code) + " of the depth pictures; 0 (raw) and 1 (zlib) are read" +
+                  (code == 2 ? ", not occi: export the scene with ScanNet's own reader and use scan.scannet" : ""));
+    return static_cast<DepthForm>(code);
+}
+
+void set_size(SensCamera& camera, std::uint64_t width, std::uint64_t height, const Walk& walk, const char* name)
+{
+    if (width < 1 || height < 1 || width > 65536 || height > 65536 || width * height > most_pixels)
+        walk.fail(std::string(name) + " pictures of " + std::to_string(width) + "x" + std::to_string(height) +
+                  "; at most 65536 pixels a side and 200 million are read");
+    camera.width = static_cast<int>(width);
+    camera.height = static_cast<int>(height);
+}
+
+}  // namespace
+
+SensFile::SensFile(std::filesystem::path path) : path_(std::move(path))
+{
+    descriptor_ = ::open(path_.c_str(), O_RDONLY | O_CLOEXEC);
+    struct stat state = {};
+    if (descriptor_ < 0 || ::fstat(descriptor_, &state) != 0 || !S_ISREG(state.st_mode))
+    {
+        if (descriptor_ >= 0)
+            ::close(descriptor_);
+        throw fresco::MissingInput(path_.string() + ": cannot be opened; expected a recording scene….sens");
+    }
+    size_ = static_cast<std::uint64_t>(state.st_size);
+}
+
+SensFile::~SensFile()
+{
+    ::close(descriptor_);
+}
+
+std::vector<std::byte> SensFile::read_at(std::uint64_t offset, std::uint64_t count, const std::string& what) const
+{
+    const auto fail = [&](const std::string& why)
+    { throw fresco::Error(path_.string() + ": byte " + std::to_string(offset) + ": " + what + " " + why); };
+    if (offset > size_ || count > size_ - offset)
+        fail("needs " + std::to_string(count) + " bytes, but the file ends before; it is cut or damaged, copy it anew");
+    std::vector<std::byte> bytes(static_cast<std::size_t>(count));
+    for (std::size_t done = 0; done < bytes.size();)
+    {
+        const auto got = ::pread(descriptor_, bytes.data() + done, bytes.size() - done, static_cast<off_t>(offset + done));
+        if (got < 0 && errno == EINTR)
+            continue;
+        if (got <= 0)
+            fail("cannot be read; the file changed, or the disk fails");
+        done += static_cast<std::size_t>(got);
+    }
+    return bytes;
+}
+
+SensIndex read_index(const SensFile& file)
+{
+    Walk walk(file);
+    SensIndex index;
+    const auto start = walk.take(12, "the version and the length of the sensor's name");
+    ByteCursor first(start, file.path().string());
+    if (const auto version = first.read<std::uint32_t>("the version"); version != read_version)
+        throw fresco::Error(file.path().string() + ": byte 0: version " + std::to_string(version) +
+                            "; a .sens file of ScanNet has version 4");
+    const auto name_length = first.read<std::uint64_t>("the name's length");
+    if (name_length > longest_name)
+        throw fresco::Error(file.path().string() + ": byte 4: a sensor's name of " + std::to_string(name_length) +
+                            " bytes; at most 4096 are read: the file is damaged, copy it anew");
+    walk.pass(name_length, "the sensor's name");
+
+    const auto head = walk.take(head_bytes, "the head");
+    ByteCursor cursor(head, file.path().string());
+    index.color.intrinsics = matrix_of(cursor);
+    index.color.extrinsics = matrix_of(cursor);
+    index.depth.intrinsics = matrix_of(cursor);
+    index.depth.extrinsics = matrix_of(cursor);
+    index.color_form = color_form_of(cursor.read<std::int32_t>("compression"), walk);
+    index.depth_form = depth_form_of(cursor.read<std::int32_t>("compression"), walk);
+    const auto color_width = cursor.read<std::uint32_t>("a size"), color_height = cursor.read<std::uint32_t>("a size");
+    const auto depth_width = cursor.read<std::uint32_t>("a size"), depth_height = cursor.read<std::uint32_t>("a size");
+    set_size(index.color, color_width, color_height, walk, "colour");
+    set_size(index.depth, depth_width, depth_height, walk, "depth");
+    const auto shift = static_cast<double>(cursor.read<float>("the depth shift"));
+    if (!(shift >= 1 && shift <= 1e6))
+        walk.fail("the depth shift, steps per metre, must be from 1 to 1000000; the file is damaged, copy it anew");
+    index.depth_unit_m = 1 / shift;
+
+    const auto count = cursor.read<std::uint64_t>("the count of frames");
+    if (count > walk.left() / frame_head_bytes)
+        walk.fail(std::to_string(count) + " frames do not fit into the " + std::to_string(walk.left()) +
+                  " bytes that are left; the file is cut or damaged, copy it anew");
+    index.frames.reserve(static_cast<std::size_t>(count));
+    for (std::uint64_t i = 0; i < count; ++i)
+    {
+        const std::string name = "frame " + std::to_string(i);
+        const auto frame_head = walk.take(frame_head_bytes, "the head of " + name);
+        ByteCursor own(frame_head, file.path().string());
+        SensFrame frame;
+        frame.world_from_depth = matrix_of(own);
+        own.read<std::uint64_t>("a time");
+        own.read<std::uint64_t>("a time");
+        frame.color_bytes = own.read<std::uint64_t>("a size");
+        frame.depth_bytes = own.read<std::uint64_t>("a size");
+        frame.color_offset = walk.offset();
+        walk.pass(frame.color_bytes, "the colour picture of " + name);
+        frame.depth_offset = walk.offset();
+        walk.pass(frame.depth_bytes, "the depth picture of " + name);
+        index.frames.push_back(std::move(frame));
+    }
+    return index;
+}
+
+}  // namespace sens

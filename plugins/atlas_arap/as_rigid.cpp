@@ -91,7 +91,10 @@ Matrix laplacian(const fresco::geometry::Disk& disk, const std::vector<Face>& fa
 
 std::optional<std::vector<Vec2d>> as_rigid_map(const fresco::geometry::Disk& disk, const std::vector<Vec2d>& from)
 {
+    if (disk.points.size() < 3)
+        return std::nullopt;
     std::vector<Face> faces;
+    faces.reserve(disk.triangles.size());
     for (const auto& t : disk.triangles)
         faces.push_back(face_of(disk, t));
     const Eigen::SimplicialLDLT<Matrix> solver(laplacian(disk, faces));

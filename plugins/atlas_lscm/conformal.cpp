@@ -14,6 +14,7 @@ std::optional<std::vector<fresco::Vec2d>> conformal_map(const fresco::geometry::
     using SurfaceMesh = CGAL::Surface_mesh<Kernel::Point_3>;
     SurfaceMesh mesh;
     std::vector<SurfaceMesh::Vertex_index> vertices;
+    vertices.reserve(disk.points.size());
     for (const auto& p : disk.points)
         vertices.push_back(mesh.add_vertex({p.x, p.y, p.z}));
     for (const auto& t : disk.triangles)
@@ -26,6 +27,7 @@ std::optional<std::vector<fresco::Vec2d>> conformal_map(const fresco::geometry::
     if (smp::parameterize(mesh, smp::LSCM_parameterizer_3<SurfaceMesh>(), border, uv) != smp::OK)
         return std::nullopt;
     std::vector<fresco::Vec2d> places;
+    places.reserve(vertices.size());
     for (const auto v : vertices)
         places.push_back({uv[v].x(), uv[v].y()});
     return places;

@@ -20,7 +20,7 @@ double cell_size(const FlatCharts& flat)
         edges += std::max(x_high - x_low, y_high - y_low);
         boxes += (x_high - x_low) * (y_high - y_low);
     }
-    const auto faces = std::max(static_cast<double>(flat.corners.size() / 3), 1.0);
+    const auto faces = std::max(static_cast<double>(flat.chart_of_face.size()), 1.0);
     return std::max({1.5 * edges / faces, std::sqrt(boxes / faces), 1e-9});
 }
 
@@ -68,6 +68,7 @@ std::vector<std::uint32_t> MovingCharts::neighbours(std::uint32_t chart) const
                 static_cast<double>(length(surface_.mesh.positions[t[(k + 1) % 3]] - surface_.mesh.positions[t[k]]));
         }
     std::vector<std::uint32_t> charts;
+    charts.reserve(borders.size());
     for (const auto& [other, border] : borders)
         charts.push_back(other);
     std::stable_sort(charts.begin(), charts.end(), [&](auto a, auto b) { return borders[a] > borders[b]; });

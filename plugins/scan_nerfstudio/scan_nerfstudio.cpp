@@ -11,6 +11,10 @@ class ScanNerfstudio final : public fresco::Stage
 {
     fresco::Option<fresco::InputFolder> path{this, "path", fresco::required,
                                              "Folder of the recording, with transforms.json in it"};
+    fresco::Option<fresco::InputFile> transforms{this, "transforms", fresco::InputFile{},
+                                                 "Cameras and poses; empty: transforms.json in path"};
+    fresco::Option<fresco::InputFolder> pictures{this, "pictures", fresco::InputFolder{},
+                                                 "Folder that file_path is relative to; empty: that of the transforms"};
     fresco::Option<std::string> world{this, "world", "saved", fresco::one_of({"saved", "original"}),
                                       "saved: the file's world; original: with applied_transform and applied_scale undone"};
     fresco::Option<double> unit_m{this, "unit_m", 1.0, fresco::range(1e-6, 1e6), "Metres per unit of the poses in that world"};
@@ -23,11 +27,11 @@ class ScanNerfstudio final : public fresco::Stage
 
     void run(fresco::RunContext& run) override
     {
-        const auto file = path->path / "transforms.json";
+        const auto file = transforms->empty() ? path->path / "transforms.json" : transforms->path;
         run.reads_file(file);
-        auto read = nerfstudio::parse_transforms(
-            fresco::read_text_file(file), file,
-            {*world == "original" ? nerfstudio::World::original : nerfstudio::World::saved, *unit_m, *depth_unit_m});
+        auto read = nerfstudio::parse_transforms(fresco::read_text_file(file), file,
+                                                 {*world == "original" ? nerfstudio::World::original : nerfstudio::World::saved,
+                                                  *unit_m, *depth_unit_m, pictures->path});
         fresco::recordings::keep_every(read.views, *every);
         if (read.has_masks)
             run.warning("the frames have masks (mask_path), which are not used");

@@ -127,7 +127,7 @@ Transforms parse_transforms(std::string_view text, const fs::path& file, const R
         view.source = record.place();
         const fs::path listed = record.text("file_path");
         fresco::recordings::name_by_picture(view, listed);
-        view.color = file.parent_path() / listed;
+        view.color = (reading.pictures.empty() ? file.parent_path() : reading.pictures) / listed;
         // The "transforms" of synthetic scenes name pictures without their ending.
         if (listed.extension().empty())
             view.color += ".png";

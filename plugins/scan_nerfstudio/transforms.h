@@ -20,13 +20,14 @@ enum class World
 struct Reading
 {
     World world = World::saved;
-    double unit_m = 1;        ///< Metres per unit of the poses.
-    double depth_unit_m = 0;  ///< Metres per step of the depth pictures; 0: what the file says, else a millimetre.
+    double unit_m = 1;                    ///< Metres per unit of the poses.
+    double depth_unit_m = 0;              ///< Metres per step of the depth pictures; 0: what the file says, else a millimetre.
+    std::filesystem::path pictures = {};  ///< Folder that file_path is relative to; empty: the file's own.
 };
 
 struct Transforms
 {
-    std::vector<fresco::recordings::RegisteredView> views;  ///< By name; pictures as paths below the file's folder.
+    std::vector<fresco::recordings::RegisteredView> views;  ///< By name.
     std::size_t with_depth = 0;                             ///< Views that have a depth picture: all or none.
     bool has_masks = false;
 };

@@ -140,6 +140,20 @@ TEST_CASE("a frame's own values go before the file's", "[scan.nerfstudio]")
     CHECK(read(scan, run, Value::Map{{"every", 2}}).frames.size() == 2);
 }
 
+TEST_CASE("the file and the pictures may be elsewhere", "[scan.nerfstudio]")
+{
+    const TinyScan scan;
+    const auto file = scan.folder.path() / "elsewhere/transforms_undistorted.json";
+    fs::create_directories(file.parent_path());
+    fs::rename(scan.file(), file);
+    fs::rename(scan.path() / "depth", file.parent_path() / "depth");
+    auto options = Value::Map{{"transforms", file.string()}};
+    CHECK_THAT(error_of(scan, options), Contains("3 files are missing") && Contains("elsewhere/images/frame_00001.png"));
+    options.emplace_back("pictures", scan.path().string());
+    TestRun run;
+    fresco::testing::check_same_recording(read(scan, run, options), scan.frames, scan.images);
+}
+
 TEST_CASE("distortion is undone", "[scan.nerfstudio]")
 {
     const TinyScan scan(Value::Map{{"camera_model", "OPENCV"}, {"k1", 0.08}, {"k2", 0.0}, {"p1", 0.001}, {"p2", 0}});
@@ -249,7 +263,7 @@ TEST_CASE("damage to transforms.json gives an error or frames that can be used",
         {
             TestRun run(1);
             const auto parsed = nerfstudio::parse_transforms(fresco::read_text_file(scan.file()), scan.file(),
-                                                             {nerfstudio::World::original, 1, 0});
+                                                             {nerfstudio::World::original, 1, 0, {}});
             fresco::testing::check_usable(
                 fresco::recordings::registered_frames(parsed.views, scan.images, scan.folder.path() / "out", run));
         });

@@ -2,6 +2,7 @@
 
 #include <fresco/dataset/dataset_files.h>
 #include <fresco/files_io.h>
+#include <fresco/packed_uv_map.h>
 #include <fresco/uv_maps.h>
 
 #include <string>
@@ -71,7 +72,9 @@ Frame read_view(const dataset::Manifest& manifest, std::size_t view, const ViewF
     for (std::size_t level = 0; level < manifest.heights_px.size(); ++level)
     {
         const int height = manifest.heights_px[level];
-        UvMaps::write_map(folders.uvmaps, view, height, read_map(source, entry, view, level, height));
+        const UvMap map = read_map(source, entry, view, level, height);
+        // Of a dataset that was made from stored maps, the same steps again.
+        UvMaps::write_map(folders.uvmaps, view, height, map, uv_bits_of(map));
         source.picture(dataset::map_name(view, "color", height), entry.color.intrinsics.width_at(height), height, 3);
     }
 

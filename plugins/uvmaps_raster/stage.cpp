@@ -10,7 +10,7 @@ class UvmapsRaster final : public fresco::UvMappingStage
     {
         return {.seconds = "frames * (faces * 2e-8 + heights_px_squares * 2e-8) / cores + frames * heights_px_squares * 1.5e-7",
                 .memory_mb = "60 + faces * (0.00005 + heights_px_count * 0.00005) + heights_px_squares * 6e-5",
-                .disk_mb = "frames * heights_px_squares * 2.4e-5",
+                .disk_mb = "frames * heights_px_squares * 2.5e-6",
                 .frames = {},
                 .faces = {},
                 .height_squares = "heights_px_squares"};

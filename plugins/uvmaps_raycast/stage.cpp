@@ -10,7 +10,7 @@ class UvmapsRaycast final : public fresco::UvMappingStage
     {
         return {.seconds = "faces * 2e-6 + frames * heights_px_squares * (7e-8 / cores + 1.5e-7)",
                 .memory_mb = "100 + faces * 0.0004 + heights_px_squares * 6e-5",
-                .disk_mb = "frames * heights_px_squares * 2.4e-5",
+                .disk_mb = "frames * heights_px_squares * 2.5e-6",
                 .frames = {},
                 .faces = {},
                 .height_squares = "heights_px_squares"};

@@ -2,6 +2,7 @@
 
 #include <fresco/error.h>
 #include <fresco/files_io.h>
+#include <fresco/packed_uv_map.h>
 #include <fresco/uv_maps.h>
 
 #include <cstdio>
@@ -13,52 +14,28 @@ namespace
 
 namespace fs = std::filesystem;
 
-fs::path map_file(const fs::path& folder, std::size_t view, int height_px, const char* quantity)
+fs::path map_file(const fs::path& folder, std::size_t view, int height_px)
 {
     char number[24];
     std::snprintf(number, sizeof number, "%06zu", view);
-    return folder / (std::string(number) + "_" + std::to_string(height_px) + "." + quantity + ".npy");
-}
-
-template <class T>
-void check_size(const Raster<T>& raster, int width, int height, const fs::path& file)
-{
-    if (raster.width != width || raster.height != height)
-        throw Error(file.string() + ": is " + std::to_string(raster.width) + "x" + std::to_string(raster.height) +
-                    "; the index says " + std::to_string(width) + "x" + std::to_string(height));
+    return folder / (std::string(number) + "_" + std::to_string(height_px) + ".uvmap");
 }
 
 }  // namespace
 
 UvMaps::~UvMaps() = default;
 
-void UvMaps::write_map(const ArtifactFolder& folder, std::size_t view, int height_px, const UvMap& map)
+void UvMaps::write_map(const ArtifactFolder& folder, std::size_t view, int height_px, const UvMap& map, int uv_bits)
 {
-    detail::write_raster(map_file(folder.path, view, height_px, "uv"), map.uv);
-    detail::write_raster(map_file(folder.path, view, height_px, "depth"), map.depth);
-    detail::write_raster(map_file(folder.path, view, height_px, "cosine"), map.cosine);
-    detail::write_raster(map_file(folder.path, view, height_px, "valid"), map.valid);
+    const fs::path file = map_file(folder.path, view, height_px);
+    write_file(file, pack_uv_map(map, uv_bits, file.string()));
 }
 
 UvMap UvMaps::load_map(std::size_t view, std::size_t level) const
 {
     const int height = heights_px.at(level);
-    const int width = views.at(view).camera.intrinsics.width_at(height);
-    UvMap map;
-    const auto read = [&](const char* quantity, int channels, auto& raster)
-    {
-        const fs::path file = map_file(folder_, view, height, quantity);
-        if constexpr (std::is_same_v<decltype(raster), Raster8&>)
-            raster = detail::read_raster8(file, channels);
-        else
-            raster = detail::read_raster_f(file, channels);
-        check_size(raster, width, height, file);
-    };
-    read("uv", 2, map.uv);
-    read("depth", 1, map.depth);
-    read("cosine", 1, map.cosine);
-    read("valid", 1, map.valid);
-    return map;
+    const fs::path file = map_file(folder_, view, height);
+    return unpack_uv_map(read_file(file), views.at(view).camera.intrinsics.width_at(height), height, file.string());
 }
 
 void UvMaps::save(const ArtifactFolder& folder) const

@@ -240,17 +240,22 @@ TEST_CASE("uv maps stream to disk and back")
     fresco::UvMaps maps;
     maps.heights_px = {16, 32};
     maps.views.push_back({"s", "f", {{64, 48, 50, 50, 32, 24}, {}}, {5, 6}});
-    fresco::UvMap map{{21, 16, 2, 0.25F}, {21, 16, 1, 1.5F}, {21, 16, 1, 0.5F}, {21, 16, 1, 1}};
+    fresco::UvMap map{{21, 16, 2, 0.2F}, {21, 16, 1, 1.5F}, {21, 16, 1, 0.6F}, {21, 16, 1, 1}};
     fresco::UvMaps::write_map(own, 0, 16, map);
     maps.save(own);
     const auto loaded = fresco::UvMaps::load(own);
     CHECK(loaded->views[0].valid_pixels == std::vector<std::int64_t>{5, 6});
+    // A fifth is a whole number of steps of 1/65535 and of 1/255.
     CHECK(loaded->load_map(0, 0).uv == map.uv);
+    CHECK(loaded->load_map(0, 0).depth == map.depth);
+    CHECK(loaded->load_map(0, 0).cosine == map.cosine);
     CHECK(loaded->load_map(0, 0).valid == map.valid);
     CHECK_THROWS_AS(loaded->load_map(0, 1), fresco::MissingInput);
-    map.depth = fresco::RasterF(20, 16);
-    fresco::UvMaps::write_map(own, 0, 16, map);
-    CHECK_THROWS_WITH(loaded->load_map(0, 0), Contains("depth.npy") && Contains("20x16"));
+    map.uv.at(3, 2, 1) = 1.0F / 262143;
+    fresco::UvMaps::write_map(own, 0, 16, map, 18);
+    CHECK(loaded->load_map(0, 0).uv.at(3, 2, 1) == 1.0F / 262143);
+    fresco::UvMaps::write_map(own, 0, 16, {{20, 16, 2}, {20, 16}, {20, 16}, {20, 16}});
+    CHECK_THROWS_WITH(loaded->load_map(0, 0), Contains("000000_16.uvmap") && Contains("is 20x16; the index says 21x16"));
 }
 
 TEST_CASE("A texture's lookup has texel centres at +0.5 and v upwards")

@@ -184,11 +184,12 @@ TEST_CASE("what the reader would refuse is not written, and a cancelled run stop
     CHECK_THROWS_WITH(refuse(inputs), Contains("brings no uv maps"));
 
     UvMap map = recording.maps->load_map(2, 0);
-    map.uv.at(5, 3, 1) = 1.5F;
+    const float depth = map.depth.at(5, 3);
+    map.depth.at(5, 3) = 0;
     UvMaps::write_map({folder.path() / "maps", {}}, 2, 12, map);
     CHECK_THROWS_WITH(refuse(inputs_of(recording)),
-                      Contains("the uv map of seq-01/frame-20 at 12 px, uv: pixel (5, 3) holds 1.5"));
-    map.uv.at(5, 3, 1) = 1;
+                      Contains("the uv map of seq-01/frame-20 at 12 px, depth: pixel (5, 3) is valid and has no depth"));
+    map.depth.at(5, 3) = depth;
     UvMaps::write_map({folder.path() / "maps", {}}, 2, 12, map);
     CHECK_NOTHROW(refuse(inputs_of(recording)));
     auto renamed = std::make_shared<Frames>(*recording.frames);

@@ -16,7 +16,7 @@ namespace fresco
 /// What the mesh shows to one colour camera at one size, per pixel centre.
 struct UvMap
 {
-    RasterF uv;     ///< H x W x 2, origin lower left; 0 where invalid.
+    RasterF uv;     ///< H x W x 2, in [0,1], origin lower left; 0 where invalid.
     RasterF depth;  ///< H x W, metres along the optical axis; 0 where invalid.
     RasterF
         cosine;  ///< H x W, cos of the angle between the interpolated normal and the direction to the camera, clamped to [0,1].
@@ -24,13 +24,13 @@ struct UvMap
 };
 
 /// The uv maps of many frames at several heights. Only the index is in memory; load() reads one map.
-/// On disk: `uvmaps.json` (frame names, cameras, heights, counts) and, for view i (six digits) and height h,
-/// `<i>_<h>.{uv,depth,cosine,valid}.npy` (float32 HxWx2, float32 HxW, float32 HxW, uint8 HxW).
+/// On disk: `uvmaps.json` (frame names, cameras, heights, counts) and, for view i (six digits) and height h, `<i>_<h>.uvmap`, one
+/// packed map (packed_uv_map.h; sdk/docs/uv_maps.md says what each byte is, sdk/docs/read_uv_maps.py reads it with NumPy).
 class UvMaps : public Artifact
 {
   public:
     static constexpr std::string_view artifact_name = "uv_maps";
-    static constexpr int artifact_version = 1;
+    static constexpr int artifact_version = 2;
 
     struct View
     {
@@ -50,9 +50,12 @@ class UvMaps : public Artifact
     UvMaps& operator=(const UvMaps&) = default;
     UvMaps& operator=(UvMaps&&) = default;
 
-    /// Writes one map while the stage runs. Thread-safe for different (view, level).
-    static void write_map(const ArtifactFolder& folder, std::size_t view, int height_px, const UvMap& map);
-    /// Reads one map. Thread-safe. Throws Error naming the file if it is missing, damaged or of the wrong size.
+    /// Writes one map while the stage runs, whole or not at all: what load_map gives is rounded as pack_uv_map says, so 16
+    /// uv_bits serve textures up to 4096 texels a side; uv_bits_for_texture tells what larger ones need. Thread-safe for
+    /// different (view, level). Throws Error as pack_uv_map and write_file do.
+    static void write_map(const ArtifactFolder& folder, std::size_t view, int height_px, const UvMap& map, int uv_bits = 16);
+    /// Reads one map. Thread-safe. Throws MissingInput if its file is missing, Error naming it if it is damaged or of the wrong
+    /// size.
     UvMap load_map(std::size_t view, std::size_t level) const;
 
     void save(const ArtifactFolder& folder) const;

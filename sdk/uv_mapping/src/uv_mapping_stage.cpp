@@ -1,3 +1,4 @@
+#include <fresco/packed_uv_map.h>
 #include <fresco/parallel.h>
 #include <fresco/uv_mapping/uv_mapping_stage.h>
 
@@ -81,6 +82,7 @@ void UvMappingStage::run(RunContext& run)
 {
     check_inputs();
     const std::vector<int> heights = sorted_heights(*heights_px_);
+    const int uv_bits = uv_bits_for_texture(*texture_px_);
     UvMapper mapper(*mesh_, finder(*mesh_, run));
     const std::size_t frames = frames_->frames.size();
 
@@ -94,7 +96,7 @@ void UvMappingStage::run(RunContext& run)
         const auto& maps = mapper.make(frame.color, heights, run);
         parallel_for(heights.size(), 1, run.threads(),
                      [&](std::size_t level, std::size_t)
-                     { UvMaps::write_map(uvmaps_.folder(), i, heights[level], maps[level].map); });
+                     { UvMaps::write_map(uvmaps_.folder(), i, heights[level], maps[level].map, uv_bits); });
         UvMaps::View view{frame.sequence, frame.name, frame.color, {}};
         for (const CountedUvMap& map : maps)
             view.valid_pixels.push_back(map.counts.valid);

@@ -3,6 +3,7 @@
 #include "view_cases.h"
 
 #include <fresco/frames.h>
+#include <fresco/packed_uv_map.h>
 #include <fresco/testing.h>
 #include <fresco/uv_maps.h>
 
@@ -91,6 +92,21 @@ TEST_CASE("the stage streams a map per frame and height and counts what it saw")
         CHECK(run.reported.at(none).as_int() == 0);
     REQUIRE(run.messages.size() == 1);
     CHECK(run.messages[0].find("1 of 2 frames") != std::string::npos);
+}
+
+TEST_CASE("a larger texture has its texcoords stored in smaller steps")
+{
+    std::vector<int> bits;
+    for (const int texture_px : {4096, 16384})
+    {
+        testing::TemporaryFolder folder;
+        testing::TestRun run;
+        testing::TestFactory factory;
+        const Value options = Value::Map{{"heights_px", Value::List{24}}, {"texture_px", texture_px}};
+        testing::run_stage(stage(), options, {{"mesh", shared_wall()}, {"frames", two_frames()}}, folder.path(), run, factory);
+        bits.push_back(uv_bits_of(UvMaps::load({folder.path() / "uvmaps", folder.path()})->load_map(0, 0)));
+    }
+    CHECK(bits == std::vector<int>{16, 18});
 }
 
 TEST_CASE("what the stage cannot use is refused with the way out")

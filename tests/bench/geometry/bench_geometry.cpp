@@ -17,10 +17,11 @@ constexpr int views = 4;
 struct Options
 {
     std::vector<std::string> meshes;
+    std::vector<std::string> scans;
     std::string json;
     double edge_m = 0.03;
     bool room = true;
-    std::vector<std::string> only{"decimation", "atlas", "uv-maps"};
+    std::vector<std::string> only{"decimation", "atlas", "uv-maps", "packed-uv-maps"};
     bench::GeometrySettings settings;
 };
 
@@ -30,6 +31,8 @@ std::optional<int> read_options(int argc, char** argv, Options& options)
     auto& settings = options.settings;
     settings.threads = static_cast<int>(std::max(std::thread::hardware_concurrency(), 1U));
     app.add_option("--mesh", options.meshes, "PLY or OBJ meshes to run over besides the room")->check(CLI::ExistingFile);
+    app.add_option("--scan", options.scans, "Recordings in the layout of 7-Scenes, whose meshes and poses to run over besides")
+        ->check(CLI::ExistingDirectory);
     app.add_option("--json", options.json, "File for the same figures as JSON");
     app.add_option("--edge-m", options.edge_m, "Edges of the generated room's mesh, metres")
         ->check(CLI::Range(0.01, 0.2))
@@ -42,7 +45,7 @@ std::optional<int> read_options(int argc, char** argv, Options& options)
         ->check(CLI::Range(1, 100))
         ->capture_default_str();
     app.add_option("--only", options.only, "Tables to print")
-        ->check(CLI::IsMember({"decimation", "atlas", "uv-maps"}))
+        ->check(CLI::IsMember({"decimation", "atlas", "uv-maps", "packed-uv-maps"}))
         ->delimiter(',');
     app.add_flag("!--no-room", options.room, "Leave the generated room out");
     app.add_option("--size-px", settings.size_px, "Texture that atlases are made for")
@@ -73,6 +76,8 @@ void run(const Options& options)
         inputs.push_back(bench::synthetic_room(options.edge_m, views, progress));
     for (const auto& file : options.meshes)
         inputs.push_back(bench::mesh_file(file, views));
+    for (const auto& folder : options.scans)
+        inputs.push_back(bench::scan_folder(folder, views));
     const auto wanted = [&](const char* name)
     { return std::find(options.only.begin(), options.only.end(), name) != options.only.end(); };
     if (wanted("decimation"))
@@ -85,6 +90,8 @@ void run(const Options& options)
         report.add(bench::uv_map_agreement_table(inputs, settings));
         report.add(bench::uv_map_twin_table(inputs, settings));
     }
+    if (wanted("packed-uv-maps"))
+        report.add(bench::packed_uv_map_table(inputs, settings));
     if (!options.json.empty())
         report.write(options.json);
 }

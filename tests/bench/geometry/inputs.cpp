@@ -5,6 +5,8 @@
 #include "render.h"
 #include "scan_mesh.h"
 
+#include <fresco/error.h>
+#include <fresco/matrix_text.h>
 #include <fresco/mesh_io.h>
 
 #include <algorithm>
@@ -73,6 +75,22 @@ GeometryInput mesh_file(const std::filesystem::path& file, int views)
         camera.world_from_camera.translation = centre;
         input.cameras.push_back(camera);
     }
+    return input;
+}
+
+GeometryInput scan_folder(const std::filesystem::path& folder, int views)
+{
+    GeometryInput input{folder.filename().string(), fresco::read_mesh(folder / "mesh.ply"), {}};
+    std::vector<std::filesystem::path> poses;
+    for (const auto& entry : std::filesystem::directory_iterator(folder / "seq-01"))
+        if (entry.path().string().ends_with(".pose.txt"))
+            poses.push_back(entry.path());
+    std::sort(poses.begin(), poses.end());
+    if (poses.empty())
+        throw fresco::MissingInput((folder / "seq-01").string() + ": no *.pose.txt is there");
+    for (std::size_t i = 0; i < static_cast<std::size_t>(views); ++i)
+        input.cameras.push_back({{640, 480, 528, 528, 320, 240},
+                                 fresco::read_rigid_transform(poses[i * poses.size() / static_cast<std::size_t>(views)])});
     return input;
 }
 

@@ -34,6 +34,9 @@ Table uv_map_agreement_table(const std::vector<GeometryInput>& inputs, const Geo
 /// Tiny uv maps against the way without a search structure: time and equality.
 Table uv_map_twin_table(const std::vector<GeometryInput>& inputs, const GeometrySettings& settings);
 
+/// Uv maps of an atlas on each input, decimated as above, held as bytes in several ways.
+Table packed_uv_map_table(const std::vector<GeometryInput>& inputs, const GeometrySettings& settings);
+
 /// The implementation that a run uses: what the atlas is laid on.
 fresco::Mesh simplified(const fresco::Mesh& mesh, const GeometrySettings& settings);
 

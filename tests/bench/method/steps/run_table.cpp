@@ -64,9 +64,8 @@ struct Recording
         const std::string first = "000000_" + std::to_string(height_px);
         std::string number = std::to_string(view);
         number.insert(0, 6 - number.size(), '0');
-        for (const char* kind : {"uv", "depth", "cosine", "valid"})
-            std::filesystem::create_hard_link(folder / (first + "." + kind + ".npy"),
-                                              folder / (number + "_" + std::to_string(height_px) + "." + kind + ".npy"));
+        std::filesystem::create_hard_link(folder / (first + ".uvmap"),
+                                          folder / (number + "_" + std::to_string(height_px) + ".uvmap"));
     }
 };
 

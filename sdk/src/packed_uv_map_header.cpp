@@ -1,0 +1,132 @@
+#include "packed_uv_map_header.h"
+
+#include <fresco/error.h>
+
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <string>
+
+namespace fresco::detail
+{
+namespace
+{
+
+constexpr char magic[] = "FRESCOUV";
+constexpr std::uint32_t form = 2;
+
+/// The checksum of zlib, gzip and PNG, bit by bit: a header is short.
+std::uint32_t crc32(std::span<const std::byte> bytes)
+{
+    std::uint32_t remainder = 0xffffffffU;
+    for (const std::byte byte : bytes)
+    {
+        remainder ^= std::to_integer<std::uint32_t>(byte);
+        for (int bit = 0; bit < 8; ++bit)
+            remainder = (remainder >> 1U) ^ ((remainder & 1U) != 0 ? 0xedb88320U : 0U);
+    }
+    return ~remainder;
+}
+
+class Writer
+{
+  public:
+    explicit Writer(std::span<std::byte> out) : out_(out) {}
+    void byte(std::uint8_t value) { out_[at_++] = std::byte{value}; }
+    void number(std::uint32_t value)
+    {
+        for (unsigned shift = 0; shift < 32; shift += 8)
+            byte(static_cast<std::uint8_t>(value >> shift));
+    }
+    std::span<const std::byte> written() const { return out_.first(at_); }
+
+  private:
+    std::span<std::byte> out_;
+    std::size_t at_ = 0;
+};
+
+class Reader
+{
+  public:
+    explicit Reader(std::span<const std::byte> bytes) : bytes_(bytes) {}
+    std::uint8_t byte() { return std::to_integer<std::uint8_t>(bytes_[at_++]); }
+    std::uint32_t number()
+    {
+        std::uint32_t value = 0;
+        for (unsigned shift = 0; shift < 32; shift += 8)
+            value |= std::uint32_t{byte()} << shift;
+        return value;
+    }
+    std::size_t at() const { return at_; }
+    std::span<const std::byte> done() const { return bytes_.first(at_); }
+
+  private:
+    std::span<const std::byte> bytes_;
+    std::size_t at_ = 0;
+};
+
+}  // namespace
+
+void fail_packed(std::string_view source, std::size_t offset, std::string_view what)
+{
+    throw Error(std::string(source) + ": offset " + std::to_string(offset) + ": " + std::string(what) +
+                "; the file is damaged: have the stage that wrote it make it anew ('fresco store verify' finds its result)");
+}
+
+std::array<std::byte, PackedUvMapHeader::bytes> PackedUvMapHeader::write() const
+{
+    std::array<std::byte, bytes> out{};
+    Writer writer(out);
+    for (const char letter : std::string_view(magic))
+        writer.byte(static_cast<std::uint8_t>(letter));
+    for (const std::uint32_t value : {form, width, height, valid_pixels})
+        writer.number(value);
+    for (const std::uint8_t value : bits)
+        writer.byte(value);
+    writer.number(std::bit_cast<std::uint32_t>(depth_steps_per_metre));
+    writer.number(mask);
+    for (const PackedParts& quantity : parts)
+        for (const std::uint32_t size : {quantity.low, quantity.extra, quantity.large})
+            writer.number(size);
+    writer.number(crc32(writer.written()));
+    return out;
+}
+
+PackedUvMapHeader PackedUvMapHeader::read(std::span<const std::byte> file, std::string_view source)
+{
+    if (file.size() < bytes)
+        fail_packed(source, file.size(), "ends within the header of " + std::to_string(bytes) + " bytes");
+    if (std::memcmp(file.data(), magic, std::strlen(magic)) != 0)
+        fail_packed(source, 0, "\"FRESCOUV\", with which a packed uv map begins, was expected");
+    Reader reader(file);
+    reader.number();
+    reader.number();
+    if (const std::uint32_t found = reader.number(); found != form)
+        fail_packed(source, 8, "form " + std::to_string(form) + " was expected, this is " + std::to_string(found));
+    PackedUvMapHeader header;
+    header.width = reader.number();
+    header.height = reader.number();
+    header.valid_pixels = reader.number();
+    for (std::uint8_t& value : header.bits)
+        value = reader.byte();
+    header.depth_steps_per_metre = std::bit_cast<float>(reader.number());
+    std::uint64_t end = bytes;
+    end += header.mask = reader.number();
+    for (PackedParts& quantity : header.parts)
+        for (std::uint32_t* size : {&quantity.low, &quantity.extra, &quantity.large})
+            end += * size = reader.number();
+    const std::uint32_t sum = crc32(reader.done());
+    if (reader.number() != sum)
+        fail_packed(source, bytes - 4, "the header's checksum is wrong");
+    if (end != file.size())
+        fail_packed(source, file.size(), "ends; the header lists parts up to " + std::to_string(end));
+
+    const auto& [u, v, cosine, depth] = header.bits;
+    if (u < 16 || u > 22 || v != u || cosine != 8 || (depth != 16 && depth != 22))
+        fail_packed(source, 24, "16 to 22 bits of u and as many of v, 8 of the cosine, 16 or 22 of depth were expected");
+    if (!std::isfinite(header.depth_steps_per_metre) || header.depth_steps_per_metre <= 0)
+        fail_packed(source, 28, "steps of depth per metre, above 0, were expected");
+    return header;
+}
+
+}  // namespace fresco::detail

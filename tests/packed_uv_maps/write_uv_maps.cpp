@@ -1,0 +1,56 @@
+// write_uv_maps FOLDER: packed uv maps of every sort, and what the SDK reads of them as NPY.
+#include "uv_map_samples.h"
+
+#include <fresco/files_io.h>
+#include <fresco/npy.h>
+#include <fresco/packed_uv_map.h>
+
+#include <cstdio>
+#include <exception>
+
+namespace
+{
+
+template <class T>
+void write_raster(const std::filesystem::path& file, const fresco::Raster<T>& raster)
+{
+    std::vector<std::size_t> shape{static_cast<std::size_t>(raster.height), static_cast<std::size_t>(raster.width)};
+    if (raster.channels != 1)
+        shape.push_back(static_cast<std::size_t>(raster.channels));
+    fresco::write_npy(file, shape, std::span<const T>(raster.values));
+}
+
+void write_all(const std::filesystem::path& folder)
+{
+    std::size_t count = 0;
+    for (const auto& [name, map] : all_uv_maps())
+        for (const int uv_bits : {16, 18, 22})
+        {
+            const std::string stem = std::to_string(count++);
+            const auto bytes = fresco::pack_uv_map(map, uv_bits, name);
+            fresco::write_file(folder / (stem + ".uvmap"), bytes);
+            const auto back = fresco::unpack_uv_map(bytes, map.valid.width, map.valid.height, name);
+            write_raster(folder / (stem + ".uv.npy"), back.uv);
+            write_raster(folder / (stem + ".depth.npy"), back.depth);
+            write_raster(folder / (stem + ".cosine.npy"), back.cosine);
+            write_raster(folder / (stem + ".valid.npy"), back.valid);
+        }
+}
+
+}  // namespace
+
+int main(int argc, char** argv)
+{
+    try
+    {
+        if (argc != 2)
+            throw std::runtime_error("usage: write_uv_maps FOLDER");
+        write_all(argv[1]);
+    }
+    catch (const std::exception& error)
+    {
+        std::fprintf(stderr, "error: %s\n", error.what());
+        return 1;
+    }
+    return 0;
+}

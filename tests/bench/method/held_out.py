@@ -4,7 +4,8 @@
 Needs a built fresco, a scan in the layout of 7-Scenes and the weights of VGG-19 up to conv3_1. 20 frames are optimised for and 3 are
 held out; heights 128, 216, 304 and 392, a texture of 1024², 2 steps in a row on a frame, θ_d 0.25 m. The held-out loss is the
 method's content (relu3_1) and style (relu1_1, relu2_1, relu3_1) without regulariser, the mean over the held-out frames. Seconds
-count from the start of the stage, without the measuring.
+count from the start of the stage, without the measuring. Renders of the whole recording are compared by evaluate.reprojection, with one ray
+a pixel as its floor has.
 """
 
 import argparse
@@ -13,6 +14,8 @@ import os
 import pathlib
 import subprocess
 import sys
+
+from evaluation_table import over_seeds, table
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
 
@@ -34,7 +37,14 @@ stages:
       style: {{layers: "relu1_1, relu2_1, relu3_1", layer_weights: [1000, 1000, 10], features: {{convolutions: {convolutions}}}}}
       content: {{layers: relu3_1, features: {{convolutions: {convolutions}}}}}
 {changes}
-  views: {{height_px: 480}}
+  whole: {{type: scan.seven_scenes, path: "${{data}}"}}
+  views: {{input: {{mesh: bake, frames: whole}}, height_px: 480, samples: 1}}
+  reprojection:
+    type: evaluate.reprojection
+    input: {{views: views, frames: whole, textured_mesh: bake}}
+    short_gap: 8
+    long_gap: 24
+    every: 4
 """
 
 EXACT = ["repeats_count: 2", "measure_steps: 20"]
@@ -73,7 +83,8 @@ def run(options, mode):
     summary = next(event for event in map(json.loads, reversed(done.stdout.splitlines())) if event["event"] == "summary")
     stage = next(stage for stage in summary["stages"] if stage["stage"] == "texture")
     manifest = json.loads(next((options.out / "store").rglob(f"{stage['object']}/manifest.json")).read_text())
-    return {"report": manifest["report"], "memory_mb": manifest["memory_mb"]}
+    return {"report": manifest["report"], "memory_mb": manifest["memory_mb"],
+            "reprojection": json.loads((out / "reprojection.json").read_text())}
 
 
 def reached(report, key, limit):
@@ -106,6 +117,8 @@ def say(results):
         texts = [f"{mode} {there[1]:.1f} s" if (there := reached(result["report"], key, limit)) else f"{mode} never"
                  for mode, result in results.items()]
         print(f"{key} <= {limit:.4g}: {', '.join(texts)}")
+    runs = {mode: [result] for mode, result in results.items()}
+    table("reprojection: " + " | ".join(runs), {mode: over_seeds(several) for mode, several in runs.items()}, runs)
 
 
 def main():

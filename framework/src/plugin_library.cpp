@@ -41,6 +41,17 @@ std::string loader_message(std::string text)
     return text;
 }
 
+template <class Function>
+Function required_symbol(const boost::dll::shared_library& library, const char* name)
+{
+    if (!library.has(name))
+        throw Error(std::string("has no symbol ") + name +
+                    ": it is no fresco plugin, or one for another version of the handshake; build it with fresco_add_plugin");
+    return &library.get<std::remove_pointer_t<Function>>(name);
+}
+
+}  // namespace
+
 bool is_type_name(const std::string& type)
 {
     bool dot = false;
@@ -55,17 +66,6 @@ bool is_type_name(const std::string& type)
     }
     return dot && last != '.';
 }
-
-template <class Function>
-Function required_symbol(const boost::dll::shared_library& library, const char* name)
-{
-    if (!library.has(name))
-        throw Error(std::string("has no symbol ") + name +
-                    ": it is no fresco plugin, or one for another version of the handshake; build it with fresco_add_plugin");
-    return &library.get<std::remove_pointer_t<Function>>(name);
-}
-
-}  // namespace
 
 const fresco_plugin_info& host_stamp()
 {

@@ -15,9 +15,14 @@
 # consumers link it. Its folder is an include directory for them.
 
 set(FRESCO_PLUGIN_ENTRY_SOURCE ${CMAKE_CURRENT_LIST_DIR}/plugin_entry.cpp)
+set(FRESCO_TEST_MAIN_SOURCE ${CMAKE_CURRENT_LIST_DIR}/test_main.cpp)
 
 macro(_fresco_own_options target)
     target_compile_features(${target} PUBLIC cxx_std_20)
+    if(NOT CMAKE_INSTALL_RPATH)
+        # Installed, it finds fresco's libraries beside itself, one folder up, or where it was linked with them.
+        set_target_properties(${target} PROPERTIES INSTALL_RPATH "$ORIGIN;$ORIGIN/.." INSTALL_RPATH_USE_LINK_PATH ON)
+    endif()
     if(TARGET fresco_compile_options)
         target_link_libraries(${target} PRIVATE $<BUILD_INTERFACE:fresco_compile_options>)
     else()
@@ -102,6 +107,7 @@ function(fresco_add_test NAME)
         set_target_properties(${NAME} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests BUILD_WITH_INSTALL_RPATH OFF)
     else()
         find_package(Catch2 2 REQUIRED)
+        target_sources(${NAME} PRIVATE ${FRESCO_TEST_MAIN_SOURCE})
         target_link_libraries(${NAME} PRIVATE Catch2::Catch2)
     endif()
     _fresco_own_options(${NAME})

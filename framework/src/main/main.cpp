@@ -70,12 +70,14 @@ int run_command_line(int argc, char** argv)
         "Exit codes: 0 done, 1 a stage failed, 2 pipeline or command line invalid, 3 an input is missing, 4 a plugin cannot be "
         "loaded, 70 a bug, 75 interrupted (run again).");
     int exit_code = 0;
+    fresco::host::add_new_commands(app, exit_code);
     fresco::host::add_run_command(app, exit_code);
     fresco::host::add_plan_command(app, exit_code);
     fresco::host::add_inspect_commands(app, exit_code);
     fresco::host::add_store_command(app, exit_code);
     fresco::host::add_weights_command(app, exit_code);
     fresco::host::add_doctor_command(app, exit_code);
+    fresco::host::add_completion_commands(app);
     fresco::host::add_internal_commands(app, exit_code);
     app.add_subcommand("version", "Print the version")->callback([] { std::puts(fresco::host::program_version().c_str()); });
     if (names_unknown_command(app, argc, argv))

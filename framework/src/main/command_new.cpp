@@ -1,0 +1,157 @@
+#include "commands.h"
+
+#include <fresco/error.h>
+#include <fresco/files_io.h>
+#include <fresco/host/plugin_search.h>
+#include <fresco/host/templates.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <filesystem>
+#include <fmt/format.h>
+#include <system_error>
+
+namespace fresco::host
+{
+namespace fs = std::filesystem;
+namespace
+{
+
+struct NewArguments
+{
+    std::string kind;
+    std::string type;
+    std::string in = ".";
+    std::string folder;
+};
+
+void write_files(const fs::path& folder, const std::vector<TextFile>& files)
+{
+    for (const auto& file : files)
+    {
+        fs::create_directories((folder / file.path).parent_path());
+        write_file(folder / file.path, file.text);
+    }
+}
+
+fs::path temporary_folder_in(const fs::path& parent)
+{
+    std::string name = (parent / ".fresco-new-XXXXXX").string();
+    if (::mkdtemp(name.data()) == nullptr)
+        throw Error(parent.string() + ": no folder can be made here: " + std::generic_category().message(errno));
+    return name;
+}
+
+/// Makes `folder`, or fills it where it is there and empty: with all files, or none.
+void write_folder(const fs::path& folder, const std::vector<TextFile>& files)
+{
+    const bool there = fs::exists(fs::symlink_status(folder));
+    if (there && !(fs::is_directory(folder) && fs::is_empty(folder)))
+        throw Error(folder.string() + ": is there already; nothing was written");
+    const fs::path path = (fs::absolute(folder) / "").lexically_normal().parent_path();
+    if (!there)
+        fs::create_directories(path.parent_path());
+    // Somebody may stand in a folder that is there, so it is not replaced.
+    const fs::path temporary = temporary_folder_in(there ? path : path.parent_path());
+    try
+    {
+        write_files(temporary, files);
+        fs::permissions(temporary, fs::status(temporary.parent_path()).permissions());
+        if (!there)
+            fs::rename(temporary, path);
+        else
+        {
+            for (const auto& entry : fs::directory_iterator(temporary))
+                fs::rename(entry.path(), path / entry.path().filename());
+            fs::remove(temporary);
+        }
+    }
+    catch (...)
+    {
+        std::error_code ignored;
+        fs::remove_all(temporary, ignored);
+        throw;
+    }
+}
+
+/// Where this program is installed, if it is.
+fs::path own_prefix()
+{
+    std::error_code error;
+    const fs::path prefix = fs::read_symlink("/proc/self/exe", error).parent_path().parent_path();
+    return !error && fs::exists(prefix / "lib/cmake/fresco/frescoConfig.cmake") ? prefix : fs::path();
+}
+
+int begin_plugin(const NewArguments& arguments)
+{
+    const auto files = new_plugin(arguments.kind, arguments.type);
+    const Catalog catalog = load_catalog();
+    if (const auto libraries = catalog.libraries_of(arguments.type); !libraries.empty())
+        throw Error(fmt::format("'{}' exists already, in {}; two plugins of one name cannot be used together", arguments.type,
+                                libraries.front().string()));
+    const fs::path folder = fs::path(arguments.in) / plugin_folder_name(arguments.type);
+    write_folder(folder, files);
+    for (const auto& file : files)
+        fmt::print("{}\n", (folder / file.path).string());
+    const fs::path prefix = own_prefix();
+    const std::string place = folder.lexically_normal().string();
+    if (prefix.empty())
+        fmt::print("\nIt builds against an installed fresco: cmake --install BUILD --prefix PREFIX. Then\n");
+    else
+        fmt::print("\nNow\n");
+    fmt::print("  cmake -S {0} -B {0}/build -DCMAKE_PREFIX_PATH={1}\n"
+               "  cmake --build {0}/build && ctest --test-dir {0}/build\n"
+               "  FRESCO_PLUGIN_PATH={0}/build fresco run {0}/pipeline.yaml\n",
+               place, prefix.empty() ? "PREFIX" : prefix.string());
+    return 0;
+}
+
+int begin_project(const NewArguments& arguments)
+{
+    auto files = template_files("project");
+    for (auto& file : files)
+        if (file.path == "gitignore")
+            file.path = ".gitignore";
+    const fs::path folder = arguments.folder;
+    write_folder(folder, files);
+    for (const auto& file : files)
+        fmt::print("{}\n", (folder / file.path).string());
+    fmt::print("\nNow\n  cd {} && fresco run pipeline.yaml\nIt paints a generated room after a generated picture; the file says "
+               "how to take yours.\n",
+               folder.string());
+    return 0;
+}
+
+/// What the file system refuses is the person's to mend.
+int told(int (*action)(const NewArguments&), const NewArguments& arguments)
+{
+    try
+    {
+        return action(arguments);
+    }
+    catch (const fs::filesystem_error& error)
+    {
+        throw Error(error.path1().string() + ": cannot be made: " + error.code().message());
+    }
+}
+
+}  // namespace
+
+void add_new_commands(CLI::App& app, int& exit_code)
+{
+    const auto arguments = std::make_shared<NewArguments>();
+    CLI::App* init =
+        app.add_subcommand("init", "Begin a project: a folder with a commented pipeline that runs with nothing at hand");
+    init->add_option("folder", arguments->folder, "Folder to make")->required();
+    init->callback([arguments, &exit_code] { exit_code = told(begin_project, *arguments); });
+
+    CLI::App* plugin = app.add_subcommand("new", "Begin a plugin: a folder that builds, tests and installs by itself");
+    plugin->add_option("kind", arguments->kind, "stage, loss, features or texture")
+        ->required()
+        ->check(CLI::IsMember(plugin_kinds()));
+    plugin->add_option("type", arguments->type, "What pipelines will call it: my.dots, in the folder my_dots")->required();
+    plugin->add_option("--in", arguments->in, "Folder to make its folder in")->capture_default_str();
+    plugin->callback([arguments, &exit_code] { exit_code = told(begin_plugin, *arguments); });
+}
+
+}  // namespace fresco::host

@@ -1,0 +1,225 @@
+#include "completion.h"
+
+#include <fresco/host/declaration.h>
+#include <fresco/host/pipeline_document.h>
+#include <fresco/host/plugin_search.h>
+#include <fresco/host/templates.h>
+
+#include <algorithm>
+#include <exception>
+#include <filesystem>
+
+namespace fresco::host
+{
+namespace
+{
+
+namespace fs = std::filesystem;
+
+using Words = std::vector<std::string>;
+
+const Words files{":files"};
+const Words folders{":folders"};
+
+/// The command that the words before `current` have come to, and how many words of its own it has got.
+struct Place
+{
+    const CLI::App* command = nullptr;
+    const CLI::Option* waiting = nullptr;  ///< An option that still wants its value.
+    Words given;                           ///< Positional words.
+};
+
+const CLI::Option* option_named(const CLI::App& command, const std::string& word)
+{
+    for (const CLI::Option* option : command.get_options())
+        if (option->check_name(word))
+            return option;
+    return nullptr;
+}
+
+bool takes_value(const CLI::Option& option)
+{
+    return option.get_items_expected_max() > 0;
+}
+
+Place place_of(const CLI::App& app, const Words& words, std::size_t current)
+{
+    Place place{&app, nullptr, {}};
+    for (std::size_t i = 1; i < std::min(current, words.size()); ++i)
+    {
+        // Shells cut `--set a.b=4` at the sign of equality.
+        const bool cut = words[i] == "=" || words[i - 1] == "=";
+        if (place.waiting != nullptr)
+            place.waiting = nullptr;
+        else if (cut)
+            continue;
+        else if (words[i].starts_with("-"))
+        {
+            const CLI::Option* option = option_named(*place.command, words[i]);
+            place.waiting = option != nullptr && takes_value(*option) ? option : nullptr;
+        }
+        else if (const auto subcommands = place.command->get_subcommands(
+                     [&](const CLI::App* each) { return each->get_name() == words[i] && place.given.empty(); });
+                 !subcommands.empty())
+            place.command = subcommands.front();
+        else
+            place.given.push_back(words[i]);
+    }
+    return place;
+}
+
+Words types(const std::string& kind)
+{
+    Words result;
+    const Catalog catalog = load_catalog();
+    for (const TypeDescription* type : catalog.types())
+        if (kind.empty() || type->kind == kind)
+            result.push_back(type->type);
+    return result;
+}
+
+/// What `--set` can name: vars, and every option of every stage.
+Words settings(const std::string& file, bool stages_alone)
+{
+    ProblemList problems;
+    const auto document = read_pipeline_document(fs::absolute(file), file, problems);
+    const Catalog catalog = load_catalog();
+    Words result;
+    if (!stages_alone && document.vars.is_map())
+        for (const auto& entry : document.vars.entries)
+            result.push_back(entry.key + "=");
+    if (!document.stages.is_map())
+        return result;
+    for (const auto& entry : document.stages.entries)
+    {
+        if (stages_alone)
+            result.push_back(entry.key);
+        const auto* type = stages_alone ? nullptr : entry.value.find("type");
+        const TypeDescription* known = type != nullptr ? catalog.find(type->value.text) : nullptr;
+        if (known != nullptr)
+            for (const auto& option : read_declaration(*known).option_names())
+                result.push_back(entry.key + "." + option + "=");
+    }
+    return result;
+}
+
+Words values_of(const CLI::Option& option, const Place& place)
+{
+    const std::string name = option.get_single_name();
+    if (name == "set" || name == "until")
+        return place.given.empty() ? Words{} : settings(place.given.front(), name == "until");
+    if (name == "store" || name == "out" || name == "in")
+        return folders;
+    return name == "to" ? files : Words{};
+}
+
+/// What the command's next word without a dash can be.
+Words positional(const Place& place)
+{
+    std::size_t number = 0;
+    for (const CLI::Option* option : place.command->get_options())
+    {
+        if (!option->get_positional() || number++ != place.given.size())
+            continue;
+        const std::string name = option->get_single_name();
+        if (name == "pipeline" || name == "file" || name == "out")
+            return files;
+        if (name == "folder")
+            return folders;
+        if (name == "kind")
+            return plugin_kinds();
+        if (name == "network")
+            return {"vgg19"};
+        if (name == "shell")
+            return {"bash", "zsh"};
+        if (name == "type" && place.command->get_name() == "describe")
+            return types("");
+    }
+    return {};
+}
+
+Words offered(const CLI::App& app, const Words& words, std::size_t current)
+{
+    const Place place = place_of(app, words, current);
+    if (place.waiting != nullptr)
+        return values_of(*place.waiting, place);
+    const std::string word = current < words.size() ? words[current] : "";
+    Words result;
+    if (word.starts_with("-"))
+    {
+        for (const CLI::Option* option : place.command->get_options())
+            for (const auto& name : option->get_lnames())
+                result.push_back("--" + name);
+        return result;
+    }
+    for (const CLI::App* command :
+         place.command->get_subcommands([](const CLI::App* each) { return !each->get_group().empty(); }))
+        if (!command->get_name().empty())
+            result.push_back(command->get_name());
+    return result.empty() ? positional(place) : result;
+}
+
+}  // namespace
+
+std::vector<std::string> completions(const CLI::App& app, const std::vector<std::string>& words, std::size_t current)
+{
+    try
+    {
+        Words result = offered(app, words, current);
+        const std::string word = current < words.size() ? words[current] : "";
+        if (result != files && result != folders)
+            std::erase_if(result, [&](const std::string& each) { return !each.starts_with(word); });
+        std::sort(result.begin(), result.end());
+        return result;
+    }
+    catch (const std::exception&)
+    {
+        return {};
+    }
+}
+
+const char* completion_script(const std::string& shell)
+{
+    if (shell == "bash")
+        return R"(# Completion of fresco's command line for bash:
+#   source <(fresco completion bash)
+_fresco()
+{
+    local offered word=${COMP_WORDS[COMP_CWORD]}
+    mapfile -t offered < <("${COMP_WORDS[0]}" internal-complete "$COMP_CWORD" -- "${COMP_WORDS[@]}" 2>/dev/null)
+    case ${offered[0]} in
+    :files) compopt -o filenames; mapfile -t COMPREPLY < <(compgen -f -- "$word") ;;
+    :folders) compopt -o filenames; mapfile -t COMPREPLY < <(compgen -d -- "$word") ;;
+    *)
+        COMPREPLY=("${offered[@]}")
+        [[ ${#offered[@]} -gt 0 && ${offered[0]} == *= ]] && compopt -o nospace
+        ;;
+    esac
+    return 0
+}
+complete -F _fresco fresco
+)";
+    return R"(#compdef fresco
+# Completion of fresco's command line for zsh: in a folder of $fpath as _fresco, or
+#   source <(fresco completion zsh)
+_fresco()
+{
+    local -a offered
+    offered=("${(@f)$("${words[1]}" internal-complete $((CURRENT - 1)) -- "${words[@]}" 2>/dev/null)}")
+    case ${offered[1]} in
+    (:files) _files ;;
+    (:folders) _files -/ ;;
+    (*=) compadd -S '' -a offered ;;
+    ('') ;;
+    (*) compadd -a offered ;;
+    esac
+}
+if [[ $zsh_eval_context[-1] == loadautofunc ]]; then
+    _fresco "$@"
+else
+    compdef _fresco fresco
+fi
+)";
+}
+
+}  // namespace fresco::host

@@ -1,0 +1,85 @@
+#include "built_in_texts.h"
+
+#include <fresco/host/templates.h>
+
+#include <fresco/error.h>
+#include <fresco/host/plugin_library.h>
+
+#include <algorithm>
+#include <cctype>
+#include <string_view>
+
+namespace fresco::host
+{
+
+namespace
+{
+
+void replace_all(std::string& text, std::string_view from, std::string_view to)
+{
+    for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size())
+        text.replace(at, from.size(), to);
+}
+
+/// "my.dark_dots" -> "MyDarkDots"
+std::string class_name(std::string_view type)
+{
+    std::string name;
+    bool begins = true;
+    for (const char c : type)
+    {
+        if (c != '.' && c != '_')
+            name += begins ? static_cast<char>(std::toupper(static_cast<unsigned char>(c))) : c;
+        begins = c == '.' || c == '_';
+    }
+    return name;
+}
+
+}  // namespace
+
+std::vector<TextFile> template_files(const std::string& name)
+{
+    std::vector<TextFile> files;
+    for (const auto& [folder, path, text] : built_in_texts)
+        if (name == folder)
+            files.push_back({path, text});
+    return files;
+}
+
+std::vector<std::string> plugin_kinds()
+{
+    return {"features", "loss", "stage", "texture"};
+}
+
+std::string plugin_folder_name(const std::string& type)
+{
+    std::string name = type;
+    std::replace(name.begin(), name.end(), '.', '_');
+    return name;
+}
+
+std::vector<TextFile> new_plugin(const std::string& kind, const std::string& type)
+{
+    if (!is_type_name(type))
+        throw Error("'" + type + "' is no name of a type: take small letters, digits and '_', with a dot between, such as my." +
+                    kind);
+    if (std::isdigit(static_cast<unsigned char>(type.front())) != 0 || type.front() == '_' ||
+        type.find("__") != std::string::npos || type.find("_.") != std::string::npos || type.find("._") != std::string::npos)
+        throw Error("'" + type +
+                    "': its folder, files and namespace are named after it, so it begins with a letter and has no two '_' or '.' "
+                    "beside each other");
+    const auto kinds = plugin_kinds();
+    if (std::find(kinds.begin(), kinds.end(), kind) == kinds.end())
+        throw Error("there is no plugin of the kind '" + kind + "' to begin with");
+    auto files = template_files(kind);
+    for (auto& file : files)
+        for (std::string* text : {&file.path, &file.text})
+        {
+            replace_all(*text, "my.plugin", type);
+            replace_all(*text, "my_plugin", plugin_folder_name(type));
+            replace_all(*text, "MyPlugin", class_name(type));
+        }
+    return files;
+}
+
+}  // namespace fresco::host

@@ -1,0 +1,38 @@
+#include <fresco/error.h>
+#include <fresco/option.h>
+#include <fresco/plugin.h>
+#include <fresco/stage.h>
+#include <fresco/torch/layered_texture.h>
+
+#include <string>
+
+namespace
+{
+
+/// The sum of one square image and of a second one, half as large, which spreads colour to texels that few frames see.
+class MyPlugin final : public fresco::LayeredTexture
+{
+    fresco::Option<double> regulariser{this, "regulariser", 1.0, fresco::at_least(0),
+                                       "Factor k of the larger image's regulariser"};
+
+  public:
+    void allocate(int size_px) override
+    {
+        if (size_px < 4 || size_px % 2 != 0)
+            throw fresco::Error("a texture of " + std::to_string(size_px) +
+                                " texels cannot be halved; take an even number from 4 on");
+        // Finest first, each half as large as the one before, with its factor in the regulariser. Lookups and their gradients are
+        // LayeredTexture's.
+        allocate_layers({size_px, size_px / 2}, {*regulariser, 0});
+    }
+
+    void set_picture(const fresco::RasterF& picture) override
+    {
+        check_picture(picture);
+        set_layers({picture, fresco::RasterF(picture.width / 2, picture.height / 2, 3)});
+    }
+};
+
+}  // namespace
+
+FRESCO_COMPONENT("my.plugin", MyPlugin, fresco::TextureRepresentation, "An image and one of half its size, added")

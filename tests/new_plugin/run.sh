@@ -1,0 +1,37 @@
+#!/usr/bin/env bash
+# run.sh CMAKE BUILD torch|plain: install to a fresh prefix; then begin a plugin of each kind, build, test, describe and run it.
+set -euo pipefail
+cmake=$1 build=$2 torch=$3
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+export XDG_CACHE_HOME=$work/cache XDG_DATA_HOME=$work/data
+unset FRESCO_PLUGIN_PATH
+
+"$cmake" --install "$build" --prefix "$work/prefix" >/dev/null
+fresco=$work/prefix/bin/fresco
+cd "$work"
+kinds=(stage)
+[ "$torch" = plain ] || kinds+=(loss features texture)
+for kind in "${kinds[@]}"; do
+    type=paint.made_$kind folder=paint_made_$kind
+    "$fresco" new "$kind" "$type" >said
+    # What it says is what is done here.
+    grep -qx "  cmake -S $folder -B $folder/build -DCMAKE_PREFIX_PATH=$work/prefix" said || { cat said; exit 1; }
+    "$cmake" -S "$folder" -B "$folder/build" -G Ninja -DCMAKE_PREFIX_PATH="$work/prefix" >log 2>&1 || { cat log; exit 1; }
+    "$cmake" --build "$folder/build" >log 2>&1 || { cat log; exit 1; }
+    ctest --test-dir "$folder/build" --output-on-failure >log 2>&1 || { cat log; exit 1; }
+    grep -q "100% tests passed, 0 tests failed out of 1" log || { cat log; exit 1; }
+    FRESCO_PLUGIN_PATH=$folder/build "$fresco" describe "$type" >log
+    grep -q "$type" log
+    FRESCO_PLUGIN_PATH=$folder/build "$fresco" run "$folder/pipeline.yaml" --store store --out "out_$kind" >log 2>&1 || { cat log; exit 1; }
+    "$cmake" --install "$folder/build" >/dev/null --prefix "$work/prefix"
+    "$fresco" describe "$type" >/dev/null  # Beside fresco's own now.
+done
+if [ "$torch" = torch ]; then
+    for kind in loss features texture; do
+        [ "$(ls "out_$kind/views" | wc -l)" = 4 ] || { echo "$kind: no views"; exit 1; }
+    done
+fi
+"$fresco" init room >/dev/null
+"$fresco" check room/pipeline.yaml
+echo "new plugins of these kinds were built, tested and run: ${kinds[*]}"

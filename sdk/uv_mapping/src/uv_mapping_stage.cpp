@@ -72,6 +72,12 @@ void UvMappingStage::check_inputs() const
     check_mesh(*mesh_, "the mesh on port 'mesh'");
     if (mesh_->texcoords.empty())
         throw Error("the mesh on port 'mesh' has no texcoords: put an atlas.* stage before this one");
+    // What a packed map takes for rounding.
+    const auto within = [](float share) { return share >= -1e-5F && share <= 1 + 1e-5F; };
+    const auto outside = [&](const Vec2f& texcoord) { return !within(texcoord.x) || !within(texcoord.y); };
+    if (const auto bad = std::ranges::find_if(mesh_->texcoords, outside); bad != mesh_->texcoords.end())
+        throw Error("face " + std::to_string((bad - mesh_->texcoords.begin()) / 3) +
+                    " of the mesh on port 'mesh' has texcoords outside [0,1]: put an atlas.* stage before this one");
     if (frames_->frames.empty())
         throw Error("port 'frames' brings no frames: check the scan's path and the stages that drop frames");
     for (const Frame& frame : frames_->frames)

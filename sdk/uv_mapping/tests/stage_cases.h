@@ -114,6 +114,10 @@ TEST_CASE("what the stage cannot use is refused with the way out")
     auto bare = shared_wall();
     bare->texcoords.clear();
     CHECK(error_of(Value::Map{}, bare, two_frames()).find("put an atlas.* stage before") != std::string::npos);
+    auto repeating = shared_wall();
+    repeating->texcoords[4].y = 1.5F;
+    CHECK(error_of(Value::Map{}, repeating, two_frames()).find("face 1 of the mesh on port 'mesh' has texcoords outside [0,1]") !=
+          std::string::npos);
     CHECK(error_of(Value::Map{}, shared_wall(), std::make_shared<Frames>()).find("no frames") != std::string::npos);
     auto twisted = two_frames();
     twisted->frames[1].color.world_from_camera.rotation(0, 0) = 2;

@@ -1,6 +1,7 @@
 #include "posed_frames.h"
 
 #include "raw_images.h"
+#include "recording_layouts.h"
 #include "shared_data.h"
 
 #include <fresco/error.h>
@@ -330,5 +331,31 @@ TEST_CASE("the kitchen has 125 frames of two cameras 2.6 cm apart", "[scan.seven
     {
         const auto apart = frame.color.world_from_camera.translation - frame.depth.world_from_camera.translation;
         CHECK(fresco::length(apart) == Approx(std::sqrt(0.026 * 0.026 + 0.002 * 0.002)).epsilon(1e-4));
+    }
+}
+
+TEST_CASE("damage to a scan's text gives an error or frames that can be used", "[scan.seven_scenes]")
+{
+    const TinyScan scan;
+    TestRun run(1);
+    const auto parse = [&]
+    {
+        return posed_frames(list_scan(scan.path(), {2}, 1),
+                            read_calibration(scan.path(), {{}, {}, {}, fresco::PixelCentre::half}), scan.images, run);
+    };
+    const auto whole = parse();
+    for (const char* name :
+         {"color-intrinsics.txt", "depth-intrinsics.txt", "color_from_depth.txt", "seq-02/frame-000010.pose.txt"})
+    {
+        const auto counts = fresco::testing::damage_file(scan.path() / name,
+                                                         [&](bool cut)
+                                                         {
+                                                             const auto frames = parse();
+                                                             fresco::testing::check_usable(frames);
+                                                             if (cut)
+                                                                 fresco::testing::check_subset(frames, whole);
+                                                         });
+        CHECK(counts.cuts_refused > 180);
+        CHECK(counts.flips_refused > 200);
     }
 }

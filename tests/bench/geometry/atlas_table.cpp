@@ -15,8 +15,9 @@ fresco::Value measured(const AtlasMaker& maker, const fresco::Mesh& mesh, const 
     Threads progress(settings.threads);
     const auto times = measure.times(1, [&] { result = maker.run(mesh, settings.size_px, progress); });
     const auto figures = fresco::geometry::atlas_figures(result, settings.size_px);
-    return fresco::Value::Map{{"seconds", times.wall},
-                              {"processor_seconds", times.processor},
+    const auto& own = maker.own_seconds;
+    return fresco::Value::Map{{"seconds", own ? own() : times.wall},
+                              {"processor_seconds", own ? fresco::Value() : fresco::Value(times.processor)},
                               {"charts", figures.charts},
                               {"used_share", figures.used_share},
                               {"texels_per_cm", figures.texels_per_cm},

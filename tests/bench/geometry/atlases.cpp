@@ -2,6 +2,7 @@
 
 #include "as_rigid.h"
 #include "conformal.h"
+#include "peer_blender.h"
 
 #include <fresco/geometry/atlas.h>
 #include <fresco/geometry/map_charts.h>
@@ -36,9 +37,15 @@ AtlasMaker maker(const char* name, const geo::DiskMap& map)
 
 const std::vector<AtlasMaker>& atlas_makers()
 {
-    static const std::vector<AtlasMaker> all{
-        maker("atlas.project", {}), maker("atlas.arap", as_rigid_map),
-        maker("atlas.lscm", [](const geo::Disk& disk, const auto&) { return conformal_map(disk); })};
+    static const std::vector<AtlasMaker> all = []
+    {
+        std::vector<AtlasMaker> found{
+            maker("atlas.project", {}), maker("atlas.arap", as_rigid_map),
+            maker("atlas.lscm", [](const geo::Disk& disk, const auto&) { return conformal_map(disk); })};
+        if (has_blender())
+            found.push_back(blender_atlas());
+        return found;
+    }();
     return all;
 }
 

@@ -14,6 +14,8 @@ struct AtlasMaker
 {
     const char* name;
     std::function<fresco::Mesh(const fresco::Mesh&, int size_px, fresco::Progress&)> run;
+    /// Of another program: what its last run took, without carrying the mesh over.
+    std::function<double()> own_seconds = {};
 };
 
 /// With the stages' default options. The first is what the others' times are compared with.

@@ -47,8 +47,9 @@ fresco::Value measured(const Decimation& decimation, const GeometryInput& input,
     const auto distance = surface_distance(result, input.mesh, settings.samples, seed, settings.threads).both();
     const auto border = border_distance(result, input.mesh, settings.samples, seed, settings.threads).both();
     const auto faults = face_faults(result, input.mesh, settings.threads);
-    return fresco::Value::Map{{"seconds", times.wall},
-                              {"processor_seconds", times.processor},
+    const auto& own = decimation.own_seconds;
+    return fresco::Value::Map{{"seconds", own ? own() : times.wall},
+                              {"processor_seconds", own ? fresco::Value() : fresco::Value(times.processor)},
                               {"faces_after", result.triangles.size()},
                               {"distance_mean_mm", figure(1e3 * distance.mean)},
                               {"distance_p99_mm", figure(1e3 * distance.p99)},

@@ -1,6 +1,7 @@
 #include "decimations.h"
 
 #include "decimate.h"
+#include "peer_blender.h"
 #include "vertex_clustering.h"
 
 #ifdef FRESCO_HAS_OPENMESH
@@ -35,6 +36,8 @@ const std::vector<Decimation>& decimations()
 #ifdef FRESCO_HAS_OPENMESH
         found.push_back({"mesh.decimate_openmesh", decimated_openmesh});
 #endif
+        if (has_blender())
+            found.push_back(blender_decimation());
         found.push_back({"vertex clustering", [](const fresco::Mesh& mesh, std::size_t target, fresco::Progress&)
                          { return clustered(mesh, target); }});
         return found;

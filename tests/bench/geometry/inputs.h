@@ -37,8 +37,8 @@ GeometryInput synthetic_room(double edge_m, int views, fresco::Progress& progres
 /// Any mesh; the cameras stand in the middle of its box and look around. Throws as read_mesh.
 GeometryInput mesh_file(const std::filesystem::path& file, int views);
 
-/// A recording in the layout of 7-Scenes: its mesh.ply, and `views` of the poses in seq-01, evenly spread. Throws as read_mesh and
-/// read_rigid_transform.
+/// A recording in the layout of 7-Scenes: its mesh.ply, and `views` of the poses in seq-01, evenly spread. Throws as read_mesh
+/// and read_rigid_transform.
 GeometryInput scan_folder(const std::filesystem::path& folder, int views);
 
 }  // namespace bench

@@ -6,8 +6,10 @@
 #include <fresco/host/plugin_library.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <string_view>
+#include <utility>
 
 namespace fresco::host
 {
@@ -15,10 +17,23 @@ namespace fresco::host
 namespace
 {
 
-void replace_all(std::string& text, std::string_view from, std::string_view to)
+using Names = std::array<std::pair<std::string_view, std::string>, 3>;
+
+/// In one pass: a name that is put in is not looked at again.
+void replace_all(std::string& text, const Names& names)
 {
-    for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size())
-        text.replace(at, from.size(), to);
+    for (std::size_t at = 0; at < text.size();)
+    {
+        const auto name = std::find_if(names.begin(), names.end(),
+                                       [&](const auto& each) { return text.compare(at, each.first.size(), each.first) == 0; });
+        if (name == names.end())
+        {
+            ++at;
+            continue;
+        }
+        text.replace(at, name->first.size(), name->second);
+        at += name->second.size();
+    }
 }
 
 /// "my.dark_dots" -> "MyDarkDots"
@@ -72,13 +87,10 @@ std::vector<TextFile> new_plugin(const std::string& kind, const std::string& typ
     if (std::find(kinds.begin(), kinds.end(), kind) == kinds.end())
         throw Error("there is no plugin of the kind '" + kind + "' to begin with");
     auto files = template_files(kind);
+    const Names names{{{"my.plugin", type}, {"my_plugin", plugin_folder_name(type)}, {"MyPlugin", class_name(type)}}};
     for (auto& file : files)
         for (std::string* text : {&file.path, &file.text})
-        {
-            replace_all(*text, "my.plugin", type);
-            replace_all(*text, "my_plugin", plugin_folder_name(type));
-            replace_all(*text, "MyPlugin", class_name(type));
-        }
+            replace_all(*text, names);
     return files;
 }
 

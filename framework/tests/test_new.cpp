@@ -51,6 +51,7 @@ TEST_CASE("a new plugin has its own names everywhere")
         CHECK_THAT(file_of(files, "README.md").text, Contains("# paint.dark_dots"));
     }
     CHECK(template_files("nothing").empty());
+    CHECK_THAT(file_of(new_plugin("stage", "a.my_plugin"), "stage.cpp").text, Contains("\"a.my_plugin\", AMyPlugin"));
 }
 
 TEST_CASE("names that no plugin can have are refused")
@@ -104,6 +105,11 @@ TEST_CASE("fresco init writes a project")
     REQUIRE(made.code == 0);
     CHECK(place.read("my room/.gitignore") == ".fresco/\nout/\n");
     CHECK_THAT(place.read("my room/pipeline.yaml"), Contains("version: 1"));
+    CHECK_THAT(made.out, Contains("cd 'my room' && "));
+    fs::permissions(place.work(), fs::perms::all | fs::perms::sticky_bit);
+    REQUIRE(place.run({"init", "shared"}).code == 0);
+    CHECK((fs::status(place.file("shared")).permissions() & (fs::perms::others_write | fs::perms::sticky_bit)) ==
+          fs::perms::none);
     CHECK(place.run({"init", "my room"}).code == 1);
     fs::create_directory(place.file("empty"));
     CHECK(place.run({"init", "empty/"}).code == 0);

@@ -28,13 +28,13 @@ class OpenCvImages final : public fresco::ImageIo
     fresco::ImageHeader header(const std::filesystem::path& file) const override
     {
         const PictureInfo info = picture_size(file);
-        return {info.width, info.height};
+        return {info.width, info.height, 0, false, info.orientation};
     }
 
     fresco::ImageHeader check(const std::filesystem::path& file) const override
     {
         const PictureInfo info = check_picture(fresco::read_file(file), file.string(), Walk::whole);
-        return {info.width, info.height, info.bits, info.is_grey};
+        return {info.width, info.height, info.bits, info.is_grey, info.orientation};
     }
 
     fresco::Raster8 read_rgb(const std::filesystem::path& file) const override

@@ -41,7 +41,7 @@ class RenderAtlas final : public Stage
             throw Error("the mesh on port 'mesh' has no area, on the surface or in its atlas: check how it was made");
         }
         run.check_cancelled();
-        const auto bytes = images->encode_png(geometry::atlas_picture(*mesh, *picture_px));
+        const auto bytes = images->encode_png(geometry::atlas_picture(*mesh, *picture_px, &run));
         const auto file = picture.folder().path / path->path;
         std::filesystem::create_directories(file.parent_path());
         write_file(file, bytes);

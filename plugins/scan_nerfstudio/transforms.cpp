@@ -37,6 +37,8 @@ fresco::Intrinsics intrinsics_of(const JsonRecord& record)
 
 fresco::recordings::Lens lens_of(const JsonRecord& record)
 {
+    if (const Value* fisheye = record.find("is_fisheye"); fisheye != nullptr && !(fisheye->is_bool() && !fisheye->as_bool()))
+        record.fail("is_fisheye", "is set; fisheye lenses are not read: undistort the pictures to PINHOLE first");
     const std::string model = record.find("camera_model") == nullptr ? "OPENCV" : record.text("camera_model");
     constexpr std::array known{"PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL", "OPENCV", "FULL_OPENCV"};
     if (std::find(known.begin(), known.end(), model) == known.end())
@@ -113,6 +115,10 @@ Transforms parse_transforms(std::string_view text, const fs::path& file, const R
     double applied_scale = 1;
     if (reading.world == World::original)
     {
+        if (root.find("applied_transform") == nullptr && root.find("applied_scale") == nullptr)
+            whole.fail("applied_transform",
+                       "is missing, so the recorder's own world is not known; take `world: saved`, and turn the "
+                       "mesh by scan.mesh where it is in another");
         if (root.find("applied_transform") != nullptr)
             world.original_from_saved = whole.transform("applied_transform").inverse();
         applied_scale = applied_scale_of(whole);

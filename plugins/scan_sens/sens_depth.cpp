@@ -12,8 +12,7 @@ namespace sens
 fresco::Raster16 unpack_depth(std::span<const std::byte> packed, int width, int height, const std::string& place)
 {
     static_assert(std::endian::native == std::endian::little);
-    fresco::Raster16 depth(width, height);
-    const std::size_t expected = depth.values.size() * sizeof(std::uint16_t);
+    const std::size_t expected = static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * sizeof(std::uint16_t);
     const auto fail = [&](const std::string& what)
     {
         throw fresco::Error(place + ": " + what + " where a depth picture of " + std::to_string(expected) +
@@ -21,6 +20,10 @@ fresco::Raster16 unpack_depth(std::span<const std::byte> packed, int width, int 
     };
     if (packed.size() > std::numeric_limits<uInt>::max() || expected > std::numeric_limits<uInt>::max())
         fail("more than 4 GiB");
+    // Deflate makes nothing more than 1032 times smaller: what cannot be whole takes no memory.
+    if (packed.size() < expected / 1032)
+        fail(std::to_string(packed.size()) + " packed bytes");
+    fresco::Raster16 depth(width, height);
     z_stream stream = {};
     if (::inflateInit(&stream) != Z_OK)
         throw fresco::Error(place + ": zlib cannot start, memory is short");

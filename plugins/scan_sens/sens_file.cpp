@@ -159,7 +159,6 @@ SensIndex read_index(const SensFile& file)
     if (count > walk.left() / frame_head_bytes)
         walk.fail(std::to_string(count) + " frames do not fit into the " + std::to_string(walk.left()) +
                   " bytes that are left; the file is cut or damaged, copy it anew");
-    index.frames.reserve(static_cast<std::size_t>(count));
     for (std::uint64_t i = 0; i < count; ++i)
     {
         const std::string name = "frame " + std::to_string(i);

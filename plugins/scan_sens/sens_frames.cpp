@@ -23,6 +23,7 @@ namespace fs = std::filesystem;
 
 /// What packed data may have beyond the pixels' own: no packing enlarges them by more.
 constexpr std::uint64_t packing_loss = 65536;
+constexpr double farthest_m = 1e7;
 
 std::string frame_name(std::size_t number)
 {
@@ -61,7 +62,12 @@ class Extractor
         frame.sequence = "scene";
         frame.name = frame_name(number);
         frame.number = static_cast<long>(number);
-        frame.depth = {depth_, fresco::rigid_transform(pose, source("the pose of frame " + std::to_string(number)))};
+        const std::string pose_source = source("the pose of frame " + std::to_string(number));
+        frame.depth = {depth_, fresco::rigid_transform(pose, pose_source)};
+        const auto& t = frame.depth.world_from_camera.translation;
+        if (!(std::abs(t.x) <= farthest_m && std::abs(t.y) <= farthest_m && std::abs(t.z) <= farthest_m))
+            throw fresco::Error(pose_source +
+                                ": the camera is more than 1e7 m from the world's origin; the file is damaged, copy it anew");
         frame.color = {color_, frame.depth.world_from_camera * depth_from_color_};
         frame.depth_unit_m = index_.depth_unit_m;
         frame.color_picture = {write_color(from, frame.name), ""};
@@ -88,14 +94,19 @@ class Extractor
         return file_.read_at(offset, bytes, name);
     }
 
-    /// Raw values of exactly the picture's size.
+    /// Raw values of exactly the picture's size, which is checked before it takes memory.
     template <class T>
-    void copy_raw(const std::vector<std::byte>& bytes, std::vector<T>& values, const std::string& where) const
+    fresco::Raster<T> raw(const std::vector<std::byte>& bytes, const SensCamera& camera, int channels,
+                          const std::string& where) const
     {
-        if (bytes.size() != values.size() * sizeof(T))
+        const auto expected = sizeof(T) * static_cast<std::size_t>(channels) * static_cast<std::size_t>(camera.width) *
+                              static_cast<std::size_t>(camera.height);
+        if (bytes.size() != expected)
             throw fresco::Error(where + ": " + std::to_string(bytes.size()) + " bytes where a raw picture has " +
-                                std::to_string(values.size() * sizeof(T)) + "; the file is damaged, copy it anew");
-        std::memcpy(values.data(), bytes.data(), bytes.size());
+                                std::to_string(expected) + "; the file is damaged, copy it anew");
+        fresco::Raster<T> picture(camera.width, camera.height, channels);
+        std::memcpy(picture.values.data(), bytes.data(), bytes.size());
+        return picture;
     }
 
     fs::path write_color(const SensFrame& from, const std::string& name) const
@@ -105,9 +116,7 @@ class Extractor
         const auto file = folder_ / (name + (index_.color_form == ColorForm::jpeg ? ".color.jpg" : ".color.png"));
         if (index_.color_form == ColorForm::raw)
         {
-            fresco::Raster8 picture(index_.color.width, index_.color.height, 3);
-            copy_raw(bytes, picture.values, where);
-            fresco::write_file(file, images_.encode_png(picture));
+            fresco::write_file(file, images_.encode_png(raw<std::uint8_t>(bytes, index_.color, 3, where)));
             return file;
         }
         fresco::write_file(file, bytes);
@@ -137,14 +146,9 @@ class Extractor
     {
         const auto bytes = packed(from.depth_offset, from.depth_bytes, index_.depth, 2, name);
         const auto where = place(from.depth_offset, name);
-        fresco::Raster16 depth;
-        if (index_.depth_form == DepthForm::raw)
-        {
-            depth = fresco::Raster16(index_.depth.width, index_.depth.height);
-            copy_raw(bytes, depth.values, where);
-        }
-        else
-            depth = unpack_depth(bytes, index_.depth.width, index_.depth.height, where);
+        const fresco::Raster16 depth = index_.depth_form == DepthForm::raw
+                                           ? raw<std::uint16_t>(bytes, index_.depth, 1, where)
+                                           : unpack_depth(bytes, index_.depth.width, index_.depth.height, where);
         auto file = folder_ / (name + ".depth.png");
         fresco::write_file(file, images_.encode_png(depth));
         return file;

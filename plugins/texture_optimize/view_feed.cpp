@@ -4,6 +4,7 @@
 #include <c10/core/StreamGuard.h>
 #include <c10/core/impl/VirtualGuardImpl.h>
 
+#include <exception>
 #include <utility>
 
 namespace fresco::optimize
@@ -31,7 +32,15 @@ ViewFeed::ViewFeed(const torch::Device& device, std::size_t first, std::size_t l
 
 ViewFeed::~ViewFeed()
 {
-    let_go();
+    try
+    {
+        let_go();
+    }
+    catch (const std::exception&)
+    {
+        // The device has failed, and what it said first is on its way up.
+        return;
+    }
 }
 
 ViewFeed::Loaded ViewFeed::load(std::size_t index, const Make& make) const

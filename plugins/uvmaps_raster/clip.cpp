@@ -80,7 +80,10 @@ Clipped clipped(const std::array<Vec3d, 3>& triangle, const Frustum& frustum)
     {
         const Vec3d p = polygon.corners[i];
         const double nearness = 1 / std::max(p.z, near_m);
-        result.corners[result.count++] = {p.x * nearness, p.y * nearness, static_cast<float>(nearness), 0};
+        // Corners cut from very far ones are known to few digits; beyond the guard they would overflow.
+        const double x = std::min(std::max(p.x * nearness, guard.left), guard.right);
+        const double y = std::min(std::max(p.y * nearness, guard.above), guard.below);
+        result.corners[result.count++] = {x, y, static_cast<float>(nearness), 0};
     }
     return result;
 }

@@ -14,6 +14,7 @@ function(_fresco_check_torch_abi library)
     if(NOT errors)
         return()
     endif()
+    unset(FRESCO_COMPILES_CXX11_ABI CACHE)  # The flags may have changed since.
     check_cxx_source_compiles("#include <string>\n#if !_GLIBCXX_USE_CXX11_ABI\n#error old\n#endif\nint main() {}" FRESCO_COMPILES_CXX11_ABI)
     if(errors MATCHES "__cxx11")
         set(built 1)

@@ -92,6 +92,9 @@ void make_durable(int fd, const std::filesystem::path& file)
         throw Error(file.string() + ": cannot be written: " + cause());
 }
 
+/// To find that a temporary file is still the one that was locked.
+constexpr int most_tries = 100;
+
 bool locked(int fd)
 {
     while (::flock(fd, LOCK_EX) != 0)
@@ -113,19 +116,22 @@ bool names(const std::filesystem::path& path, int fd)
 
 /// The file that becomes `file`, open, empty and ours alone; `temporary` is set to its path. Its name is the same every time, so
 /// that what a killed process left behind is used by the next one that writes the same file. Where the file system knows no
-/// locks, the name is this process's own.
+/// locks, or that name is another user's, it is this process's own.
 int open_temporary(const std::filesystem::path& file, std::filesystem::path& temporary)
 {
     temporary = file;
     temporary += ".tmp";
-    for (;;)
+    for (int tries = 0;; ++tries)
     {
         Descriptor output(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0666));
-        if (output.get() < 0)
+        // Somebody else's of that name, which may not be touched.
+        const bool foreign = output.get() < 0 && (errno == EACCES || errno == EPERM || errno == ELOOP);
+        if (output.get() < 0 && !foreign)
             throw Error(file.string() + ": cannot be written: " + cause());
-        if (!locked(output.get()))
+        if (foreign || tries == most_tries || !locked(output.get()))
         {
-            ::unlink(temporary.c_str());
+            if (!foreign)
+                ::unlink(temporary.c_str());
             static std::atomic<unsigned> counter{0};
             temporary += "-" + std::to_string(::getpid()) + "-" + std::to_string(counter++);
             output = Descriptor(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0666));

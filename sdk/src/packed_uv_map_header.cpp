@@ -124,8 +124,10 @@ PackedUvMapHeader PackedUvMapHeader::read(std::span<const std::byte> file, std::
     const auto& [u, v, cosine, depth] = header.bits;
     if (u < 16 || u > 22 || v != u || cosine != 8 || (depth != 16 && depth != 22))
         fail_packed(source, 24, "16 to 22 bits of u and as many of v, 8 of the cosine, 16 or 22 of depth were expected");
-    if (!std::isfinite(header.depth_steps_per_metre) || header.depth_steps_per_metre <= 0)
-        fail_packed(source, 28, "steps of depth per metre, above 0, were expected");
+    // Too few would make infinite depths of sound steps.
+    if (!(header.depth_steps_per_metre > 0 && header.depth_steps_per_metre <= 1000) ||
+        !std::isfinite(4194303.0F / header.depth_steps_per_metre))
+        fail_packed(source, 28, "steps of depth per metre, above 0 and at most 1000, were expected");
     return header;
 }
 

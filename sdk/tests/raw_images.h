@@ -13,6 +13,8 @@ namespace fresco::testing
 class RawImages final : public ImageIo
 {
   public:
+    int orientation = 1;  ///< What check() says of every picture.
+
     ImageHeader header(const std::filesystem::path& file) const override
     {
         const auto h = read(file).first;
@@ -25,7 +27,7 @@ class RawImages final : public ImageIo
                             static_cast<std::size_t>(h.channels) * static_cast<std::size_t>(h.value_bytes);
         if (bytes.size() != sizeof h + values)
             throw Error(file.string() + ": cut");
-        return {h.width, h.height, 8 * h.value_bytes, h.channels == 1};
+        return {h.width, h.height, 8 * h.value_bytes, h.channels == 1, orientation};
     }
     Raster8 read_rgb(const std::filesystem::path& file) const override { return decode<std::uint8_t>(file, 3); }
     Raster16 read_depth(const std::filesystem::path& file) const override { return decode<std::uint16_t>(file, 1); }

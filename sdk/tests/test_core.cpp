@@ -123,9 +123,17 @@ TEST_CASE("What a killed writer left is taken over by the next one of the same f
     CHECK(fresco::read_text_file(file) == "one");
     CHECK_FALSE(std::filesystem::exists(left));
 
+    // Somebody else's, which is neither followed nor taken.
+    std::filesystem::create_symlink(folder.path() / "other", left);
+    fresco::write_file(file, "one more");
+    CHECK(fresco::read_text_file(file) == "one more");
+    CHECK_FALSE(std::filesystem::exists(folder.path() / "other"));
+    CHECK(std::filesystem::is_symlink(left));
+    std::filesystem::remove(left);
+
     REQUIRE(mkfifo(left.c_str(), 0600) == 0);
     CHECK_THROWS_WITH(fresco::write_file(file, "two"), Contains("a.txt") && Contains("cannot be written"));
-    CHECK(fresco::read_text_file(file) == "one");
+    CHECK(fresco::read_text_file(file) == "one more");
 }
 
 TEST_CASE("Of several writers of one file one is last, and nothing is mixed or left")

@@ -5,10 +5,14 @@
 #include <fresco/host/plugin_search.h>
 #include <fresco/host/templates.h>
 
+#include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <fmt/format.h>
+#include <sys/stat.h>
 #include <system_error>
 
 namespace fresco::host
@@ -56,7 +60,10 @@ void write_folder(const fs::path& folder, const std::vector<TextFile>& files)
     try
     {
         write_files(temporary, files);
-        fs::permissions(temporary, fs::status(temporary.parent_path()).permissions());
+        // As mkdir would have given them; mkdtemp's are for the owner alone.
+        const mode_t mask = ::umask(0);
+        ::umask(mask);
+        fs::permissions(temporary, static_cast<fs::perms>(0777U & ~mask));
         if (!there)
             fs::rename(temporary, path);
         else
@@ -72,6 +79,19 @@ void write_folder(const fs::path& folder, const std::vector<TextFile>& files)
         fs::remove_all(temporary, ignored);
         throw;
     }
+}
+
+/// As a shell reads it back.
+std::string quoted(const std::string& text)
+{
+    const auto plain = [](char c)
+    { return std::isalnum(static_cast<unsigned char>(c)) != 0 || std::strchr("_./+-", c) != nullptr; };
+    if (std::all_of(text.begin(), text.end(), plain))
+        return text;
+    std::string result = "'";
+    for (const char c : text)
+        result += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    return result + "'";
 }
 
 /// Where this program is installed, if it is.
@@ -94,7 +114,7 @@ int begin_plugin(const NewArguments& arguments)
     for (const auto& file : files)
         fmt::print("{}\n", (folder / file.path).string());
     const fs::path prefix = own_prefix();
-    const std::string place = folder.lexically_normal().string();
+    const std::string place = quoted(folder.lexically_normal().string());
     if (prefix.empty())
         fmt::print("\nIt builds against an installed fresco: cmake --install BUILD --prefix PREFIX. Then\n");
     else
@@ -102,7 +122,7 @@ int begin_plugin(const NewArguments& arguments)
     fmt::print("  cmake -S {0} -B {0}/build -DCMAKE_PREFIX_PATH={1}\n"
                "  cmake --build {0}/build && ctest --test-dir {0}/build\n"
                "  FRESCO_PLUGIN_PATH={0}/build fresco run {0}/pipeline.yaml\n",
-               place, prefix.empty() ? "PREFIX" : prefix.string());
+               place, prefix.empty() ? "PREFIX" : quoted(prefix.string()));
     return 0;
 }
 
@@ -118,7 +138,7 @@ int begin_project(const NewArguments& arguments)
         fmt::print("{}\n", (folder / file.path).string());
     fmt::print("\nNow\n  cd {} && fresco run pipeline.yaml\nIt paints a generated room after a generated picture; the file says "
                "how to take yours.\n",
-               folder.string());
+               quoted(folder.string()));
     return 0;
 }
 

@@ -148,6 +148,8 @@ TEST_CASE("image.opencv: grey, YCbCr, RGB and CMYK JPEG, each with the stored or
         CHECK(header.width == 16);
         CHECK(header.height == 8);
         INFO(orientation);
+        CHECK(header.orientation == orientation);
+        CHECK(codec.images->check(path).orientation == orientation);
         CHECK(image.width == (orientation < 5 ? 16 : 8));
         const bool first_at_origin = orientation == 1 || orientation == 4 || orientation == 5 || orientation == 6;
         CHECK(image.at(0, 0) == (first_at_origin ? 10 : 250));

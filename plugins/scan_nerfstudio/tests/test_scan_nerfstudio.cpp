@@ -208,6 +208,10 @@ TEST_CASE("a file that cannot be used is refused by name", "[scan.nerfstudio]")
     {
         set_in_frame(scan, 1, "k4", 0.1);
         CHECK_THAT(error_of(scan), Contains("frame 1: \"k4\" is not 0"));
+        set_in_frame(scan, 1, "camera_model", "OPENCV");
+        set_in_frame(scan, 1, "is_fisheye", true);
+        CHECK_THAT(error_of(scan), Contains("transforms.json: frame 1: \"is_fisheye\" is set; fisheye lenses are not read"));
+        set_in_frame(scan, 1, "is_fisheye", false);
         set_in_frame(scan, 1, "camera_model", "FULL_OPENCV");
         CHECK(error_of(scan) == "no error");
     }
@@ -252,6 +256,15 @@ TEST_CASE("a file that cannot be used is refused by name", "[scan.nerfstudio]")
         run.cancel_after(2);
         CHECK_THROWS_AS(read(scan, run), fresco::Cancelled);
     }
+}
+
+TEST_CASE("the recorder's own world is asked for in vain where the file does not tell it", "[scan.nerfstudio]")
+{
+    const TinyScan scan(Value::Map{{"camera_model", "OPENCV"}});
+    const auto text = fresco::read_text_file(scan.file());
+    CHECK_THROWS_WITH(nerfstudio::parse_transforms(text, scan.file(), {nerfstudio::World::original, 1, 0, {}}),
+                      Contains("applied_transform\" is missing, so the recorder's own world is not known"));
+    CHECK_NOTHROW(nerfstudio::parse_transforms(text, scan.file(), {nerfstudio::World::saved, 1, 0, {}}));
 }
 
 TEST_CASE("damage to transforms.json gives an error or frames that can be used", "[scan.nerfstudio]")

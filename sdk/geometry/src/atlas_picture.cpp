@@ -31,19 +31,28 @@ Rgb colour_of(std::uint32_t chart)
     return colour;
 }
 
+constexpr std::size_t faces_between_checks = 16384;
+constexpr int rows_between_checks = 64;
+
 /// Calls paint(x, y, face) for the middle of every cell of a grid of side x side, row 0 at v = 1, that a face covers.
 template <class Paint>
-void for_each_covered(const Mesh& mesh, int side, Paint paint)
+void for_each_covered(const Mesh& mesh, int side, const Progress* progress, Paint paint)
 {
     for (std::size_t f = 0; f < mesh.triangles.size(); ++f)
     {
+        if (progress != nullptr && f % faces_between_checks == 0)
+            progress->check_cancelled();
         std::array<Vec2d, 3> t;
         for (std::size_t k = 0; k < 3; ++k)
             t[k] = Vec2d{mesh.texcoords[3 * f + k].x, 1.0 - mesh.texcoords[3 * f + k].y} * static_cast<double>(side);
         const auto [low, high] = std::minmax({t[0].y, t[1].y, t[2].y});
+        if (low >= side || high <= 0)
+            continue;
         const double last = std::min(high, static_cast<double>(side));
         for (int y = static_cast<int>(std::ceil(std::max(low - 0.5, 0.0))); y + 0.5 < last; ++y)
         {
+            if (progress != nullptr && y % rows_between_checks == 0)
+                progress->check_cancelled();
             double left = side;
             double right = 0;
             for (std::size_t k = 0; k < 3; ++k)
@@ -64,15 +73,19 @@ void for_each_covered(const Mesh& mesh, int side, Paint paint)
 
 }  // namespace
 
-Raster8 atlas_picture(const Mesh& mesh, int size_px)
+Raster8 atlas_picture(const Mesh& mesh, int size_px, const Progress* progress)
 {
     const auto charts = texcoord_charts(mesh);
     // Sums of what covers a pixel, and how many of its points are covered: at most once each in an atlas without overlaps.
     Raster<float> sums(size_px, size_px, 4);
-    for_each_covered(mesh, size_px * samples,
+    std::vector<Rgb> colours;
+    for (const auto chart : charts)
+        while (colours.size() <= chart)
+            colours.push_back(colour_of(static_cast<std::uint32_t>(colours.size())));
+    for_each_covered(mesh, size_px * samples, progress,
                      [&](int x, int y, std::size_t face)
                      {
-                         const auto colour = colour_of(charts[face]);
+                         const auto& colour = colours[charts[face]];
                          for (int k = 0; k < 3; ++k)
                              sums.at(x / samples, y / samples, k) += static_cast<float>(colour[static_cast<std::size_t>(k)]);
                          sums.at(x / samples, y / samples, 3) += 1;

@@ -15,6 +15,8 @@ using FaceList = std::vector<std::uint32_t>;
 
 /// Pieces of fewer faces are not cut in two.
 constexpr std::size_t smallest_halved = 128;
+/// More faces are halved first: a map is made in one go, in memory that grows faster than the faces.
+constexpr std::size_t most_mapped = 65536;
 constexpr int most_halvings = 6;
 constexpr double smallest_area_share = 0.05;
 constexpr double smallest_kept_share = 0.9;
@@ -69,7 +71,7 @@ class Mender
     {
         FaceList bad;
         for (std::uint32_t f = 0; f < disk_.triangles.size(); ++f)
-            if (area_of(places_, disk_.triangles[f]) < smallest_area_share * area_of(disk_, f))
+            if (const double own = area_of(disk_, f); own > 0 && area_of(places_, disk_.triangles[f]) < smallest_area_share * own)
                 bad.push_back(f);
         // Where most is folded the whole map is of no use.
         if (10 * bad.size() > disk_.triangles.size())
@@ -201,14 +203,16 @@ class ChartMapper
             progress.check_cancelled();
             auto [faces, halvings] = std::move(open.back());
             open.pop_back();
-            if (auto kept = mapped(faces, axis, result.counts); !kept.empty())
+            const bool too_many = faces.size() > most_mapped;
+            if (auto kept = too_many ? FaceList{} : mapped(faces, axis, result.counts); !kept.empty())
                 result.pieces.push_back({std::move(kept), true});
-            else if (faces.size() >= smallest_halved && halvings < most_halvings)
+            else if (too_many || (faces.size() >= smallest_halved && halvings < most_halvings))
             {
                 ++result.counts.halved_charts;
                 auto [one, other] = halves(faces);
-                open.emplace_back(std::move(other), halvings + 1);
-                open.emplace_back(std::move(one), halvings + 1);
+                const int next = halvings + (too_many ? 0 : 1);
+                open.emplace_back(std::move(other), next);
+                open.emplace_back(std::move(one), next);
             }
             else
                 result.pieces.push_back({std::move(faces), false});
@@ -244,11 +248,12 @@ class ChartMapper
         {
             const double on_surface = surface_.areas[faces[i]];
             area += on_surface;
-            if (!(area_of(*places, disk.triangles[i]) >= smallest_area_share * on_surface))
+            if (on_surface > 0 && !(area_of(*places, disk.triangles[i]) >= smallest_area_share * on_surface))
                 continue;
             good.push_back(faces[i]);
             good_area += on_surface;
-            square_stretch += on_surface * stretch_of(disk, *places, i);
+            if (on_surface > 0)
+                square_stretch += on_surface * stretch_of(disk, *places, i);
         }
         if (good_area < smallest_kept_share * area || square_stretch > largest_square_stretch * good_area)
             return {};

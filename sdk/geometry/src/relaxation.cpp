@@ -94,13 +94,15 @@ class Relaxer
         double area = 0;
         for (std::size_t f = 0; f < elements_.size(); ++f)
         {
+            if (!(elements_[f].area > 0))
+                continue;
             const auto j = jacobian(f);
             const double d = j.determinant();
             // The inverse's squared singular values sum up to |J|² / det².
             figures.square_stretch += elements_[f].area * j.square() / (2 * d * d);
             area += elements_[f].area;
         }
-        figures.square_stretch /= area;
+        figures.square_stretch = area > 0 ? figures.square_stretch / area : 1;
         return figures;
     }
 
@@ -140,11 +142,14 @@ class Relaxer
         return positive > 0 ? (j.square() + 1 + d * d) / positive : std::numeric_limits<double>::infinity();
     }
 
+    /// A face without area has no shape to keep.
+    double weighted_energy(std::size_t f) const { return elements_[f].area > 0 ? elements_[f].area * energy_of(jacobian(f)) : 0; }
+
     double energy() const
     {
         double sum = 0;
         for (std::size_t f = 0; f < elements_.size(); ++f)
-            sum += elements_[f].area * energy_of(jacobian(f));
+            sum += weighted_energy(f);
         return sum;
     }
 
@@ -152,7 +157,7 @@ class Relaxer
     {
         double sum = 0;
         for (auto i = begin_[vertex]; i < begin_[vertex + 1]; ++i)
-            sum += elements_[around_[i] / 3].area * energy_of(jacobian(around_[i] / 3));
+            sum += weighted_energy(around_[i] / 3);
         return sum;
     }
 

@@ -88,11 +88,12 @@ TEST_CASE("figures of known maps")
 TEST_CASE("a free triangle gets its true shape, a face without area harms nothing")
 {
     FlatPatch patch;
-    patch.triangles = {{0, 1, 2}, {0, 1, 1}};
+    patch.triangles = {{0, 1, 2}, {2, 1, 1}};
     patch.points = {{0, 0, 5}, {1, 0, 5}, {0, 1, 6}, {0, 0, 5}, {0, 0, 5}, {0, 0, 5}};
     patch.places = {{0, 0}, {1, 0}, {0.3, -0.2}};
     patch.movable = {false, false, true};
     CHECK(relax(patch, 200).least_area_share == Approx(1).epsilon(1e-3));
+    CHECK(relax(patch, 0).square_stretch == Approx(1).epsilon(1e-2));
     CHECK(patch.places[2].x == Approx(0).margin(1e-3));
     CHECK(patch.places[2].y == Approx(std::sqrt(2.0)).epsilon(1e-3));
 }

@@ -15,8 +15,9 @@ struct ImageHeader
 {
     int width = 0;
     int height = 0;
-    int bits = 0;       ///< Per sample as stored; 0 = not looked at.
-    bool grey = false;  ///< One channel; meaningful where bits > 0.
+    int bits = 0;         ///< Per sample as stored; 0 = not looked at.
+    bool grey = false;    ///< One channel; meaningful where bits > 0.
+    int orientation = 1;  ///< EXIF's, 1 to 8, which read_rgb applies; 1 where it was not looked at.
 };
 
 /// Reads and writes picture files: the contract behind `image.opencv`. Thread-safe. Every reader checks the header first

@@ -120,8 +120,9 @@ Raster8 undistorted(const Raster8& picture, const Intrinsics& camera, const Lens
         for (int x = 0; x < result.width; ++x)
         {
             const Vec2d at = source_position(from, lens, to, x + 0.5, y + 0.5);
-            const double px = std::clamp(at.x - 0.5, 0.0, picture.width - 1.0);
-            const double py = std::clamp(at.y - 0.5, 0.0, picture.height - 1.0);
+            // 0 where a position is no number too.
+            const double px = at.x > 0.5 ? std::min(at.x - 0.5, picture.width - 1.0) : 0.0;
+            const double py = at.y > 0.5 ? std::min(at.y - 0.5, picture.height - 1.0) : 0.0;
             const int x0 = static_cast<int>(px), y0 = static_cast<int>(py);
             const int x1 = std::min(x0 + 1, picture.width - 1), y1 = std::min(y0 + 1, picture.height - 1);
             const double tx = px - x0, ty = py - y0;

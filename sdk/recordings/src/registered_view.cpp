@@ -84,6 +84,11 @@ class FrameMaker
             throw Error(view.color.string() + ": the picture is " + size_text(header.width, header.height) + ", " + view.source +
                         " says " + size_text(view.camera.width, view.camera.height) +
                         "; give the intrinsics for pictures of this size");
+        // Turned, its pixels would no longer be those that the pose and the lens speak of.
+        if (header.orientation != 1)
+            throw Error(view.color.string() + ": its EXIF data says that it is to be turned (orientation " +
+                        std::to_string(header.orientation) + "), but " + view.source +
+                        " means the pixels as they are stored; remove the tag (exiftool -Orientation= FILE)");
         check_camera({view.camera, view.world_from_camera}, view.source);
         check_centre(view.camera, view.source, view.color);
         check_place(view);

@@ -141,6 +141,13 @@ TEST_CASE("views that cannot be used are refused by name", "[recordings]")
         recording.views[1].camera.width = 640;
         CHECK_THAT(recording.error(), Contains("frame-000001.color.png: the picture is 32x24, list.txt:2 says 640x24"));
     }
+    SECTION("to be turned")
+    {
+        recording.images.orientation = 3;
+        CHECK_THAT(recording.error(),
+                   Contains("frame-000000.color.png: its EXIF data says that it is to be turned (orientation 3), but "
+                            "list.txt:1 means the pixels as they are stored"));
+    }
     SECTION("a centre outside")
     {
         recording.views[1].camera.cx = 320;

@@ -2,6 +2,7 @@
 
 #include <fresco/image.h>
 #include <fresco/mesh.h>
+#include <fresco/progress.h>
 #include <fresco/run_context.h>
 
 #include <cstddef>
@@ -44,7 +45,7 @@ std::vector<std::uint32_t> texcoord_charts(const Mesh& mesh);
 std::size_t overlapping_texels(const Mesh& mesh, int size_px);
 
 /// The atlas as a picture of size_px² pixels, RGB, v upwards: every chart in a colour of its own (neighbouring numbers far
-/// apart), smooth at the borders; the rest dark. Throws as texcoord_charts.
-Raster8 atlas_picture(const Mesh& mesh, int size_px);
+/// apart), smooth at the borders; the rest dark. Throws as texcoord_charts, and Cancelled where `progress` asks for it.
+Raster8 atlas_picture(const Mesh& mesh, int size_px, const Progress* progress = nullptr);
 
 }  // namespace fresco::geometry

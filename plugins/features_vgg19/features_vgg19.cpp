@@ -50,9 +50,11 @@ class FeaturesVgg19 final : public fresco::FeatureNetwork
         "What gets a mean activation of 1 on style and frames; auto: layers, if the weights are not "
         "normalised"};
     fresco::Option<std::string> convolutions{
-        this, "convolutions", "auto", fresco::one_of({"auto", "libtorch"}),
+        this, "convolutions", "auto", fresco::one_of({"auto", "libtorch", "plain"}),
         "By minimal filtering where that is possible (float32 on the CPU; two to three times "
-        "faster, relatively apart by some 1e-6), or always libtorch's own"};
+        "faster, relatively apart by some 1e-6), or always libtorch's own; plain: with the channels outermost in memory, as "
+        "PyTorch "
+        "does where nobody says, for comparisons"};
     fresco::Option<std::string> precision{
         this, "precision", "full", fresco::one_of({"full", "mixed"}),
         "What libtorch convolves in: float32, or bfloat16 behind the first layer (CUDA, or `convolutions: libtorch`); what is "
@@ -80,7 +82,10 @@ class FeaturesVgg19 final : public fresco::FeatureNetwork
     {
         for (const auto& name : names)
             layer(name);
-        return *convolutions == "libtorch" ? network_.encode_generally(picture, names) : network_.encode(picture, names);
+        if (*convolutions == "auto")
+            return network_.encode(picture, names);
+        return network_.encode_generally(
+            picture, names, *convolutions == "plain" ? vgg19::Order::channels_outermost : vgg19::Order::channels_innermost);
     }
 
   private:
@@ -88,7 +93,7 @@ class FeaturesVgg19 final : public fresco::FeatureNetwork
     {
         if (*precision != "mixed")
             return;
-        if (device.is_cpu() && *convolutions != "libtorch")
+        if (device.is_cpu() && *convolutions == "auto")
             throw fresco::Error("features.vgg19: `precision: mixed` is for libtorch's convolutions, and on the CPU minimal "
                                 "filtering in float32 is faster; leave it out, or set `convolutions: libtorch`");
         if (!vgg19::convolves_bfloat16(device))

@@ -24,10 +24,17 @@ torch::Tensor to_tensor(const fresco::weights::TensorView& view, std::string_vie
     return tensor;
 }
 
-/// The convolution's weights with the channels innermost, as its input has them: else libtorch turns them each time.
-torch::Tensor laid_out(const torch::Tensor& weights)
+/// Maps, or a convolution's weights as its maps have them: else libtorch turns them each time.
+torch::Tensor laid_out(const torch::Tensor& values, Order order = Order::channels_innermost)
 {
-    return weights.contiguous(at::MemoryFormat::ChannelsLast);
+    return values.contiguous(order == Order::channels_innermost ? at::MemoryFormat::ChannelsLast : at::MemoryFormat::Contiguous);
+}
+
+torch::Tensor framed(const torch::Tensor& maps, Order order)
+{
+    // libtorch's own has nothing to reflect in a side of one pixel.
+    const bool own = order == Order::channels_innermost || maps.size(2) < 2 || maps.size(3) < 2;
+    return own ? reflected(maps) : at::reflection_pad2d(maps, {1, 1, 1, 1});
 }
 
 torch::Tensor pooled(const torch::Tensor& maps, Pooling pooling)
@@ -131,16 +138,17 @@ std::vector<torch::Tensor> Vgg19::encode(const torch::Tensor& picture, const std
     return result;
 }
 
-std::vector<torch::Tensor> Vgg19::encode_generally(const torch::Tensor& picture, const std::vector<std::string>& names) const
+std::vector<torch::Tensor> Vgg19::encode_generally(const torch::Tensor& picture, const std::vector<std::string>& names,
+                                                   Order order) const
 {
     std::vector<torch::Tensor> result(names.size());
     std::size_t missing = names.size();
-    auto maps = network_input(picture).contiguous(at::MemoryFormat::ChannelsLast);
+    auto maps = laid_out(network_input(picture), order);
     for (std::size_t number = 0; number < convolutions_.size() && missing > 0; ++number)
     {
         if (convolutions_[number].pooled)
             maps = pooled(maps, pooling_);
-        maps = responses(number, maps);
+        maps = responses(number, maps, order);
         for (std::size_t i = 0; i < names.size(); ++i)
             if (names[i] == convolutions_[number].layer)
             {
@@ -151,7 +159,7 @@ std::vector<torch::Tensor> Vgg19::encode_generally(const torch::Tensor& picture,
     return result;
 }
 
-torch::Tensor Vgg19::responses(std::size_t number, const torch::Tensor& maps) const
+torch::Tensor Vgg19::responses(std::size_t number, const torch::Tensor& maps, Order order) const
 {
     // The first layer costs next to nothing, and bfloat16 would round 0..255 to whole numbers.
     const bool half = !halves_.empty() && number > 0 && maps.scalar_type() != at::kDouble;
@@ -160,7 +168,7 @@ torch::Tensor Vgg19::responses(std::size_t number, const torch::Tensor& maps) co
     if (input.size(2) == 0 || input.size(3) == 0)
         return input.new_empty({1, convolution.weights.size(0), input.size(2), input.size(3)});
     const bool reflect = input_.padding == Vgg19Padding::reflect;
-    return at::relu(at::conv2d(reflect ? reflected(input) : input, laid_out(convolution.weights.to(input.options())),
+    return at::relu(at::conv2d(reflect ? framed(input, order) : input, laid_out(convolution.weights.to(input.options()), order),
                                convolution.bias.to(input.options()), 1, reflect ? 0 : 1));
 }
 

@@ -26,6 +26,13 @@ enum class Precision
     mixed  ///< Of float32 pictures all but the first layer in bfloat16, whose responses are given as float32.
 };
 
+/// How maps lie in memory where libtorch convolves them. Innermost is faster; outermost is what PyTorch does where nobody says.
+enum class Order
+{
+    channels_innermost,
+    channels_outermost
+};
+
 /// Whether libtorch convolves bfloat16, forward and back, on `device`.
 bool convolves_bfloat16(const torch::Device& device);
 
@@ -40,8 +47,9 @@ class Vgg19
     /// Named layers of `picture` (RGB in [0,1], 3 x H x W, float32 or float64), each C x floor(H / stride) x floor(W / stride).
     /// Float32 pictures on the CPU take the fast way.
     std::vector<torch::Tensor> encode(const torch::Tensor& picture, const std::vector<std::string>& names) const;
-    /// The same by libtorch's convolutions, on any device and in float64 too. Channels are innermost in memory.
-    std::vector<torch::Tensor> encode_generally(const torch::Tensor& picture, const std::vector<std::string>& names) const;
+    /// The same by libtorch's convolutions, on any device and in float64 too, on maps that lie in memory in this order.
+    std::vector<torch::Tensor> encode_generally(const torch::Tensor& picture, const std::vector<std::string>& names,
+                                                Order order = Order::channels_innermost) const;
     /// Call it before encode, which takes weights that are elsewhere over each time.
     void move_to(const torch::Device& device);
     /// Of encode_generally; keeps a second copy of the weights.
@@ -53,7 +61,7 @@ class Vgg19
   private:
     torch::Tensor network_input(const torch::Tensor& picture) const;
     /// Rectified responses of layer `number` to maps of 1 x C x H x W.
-    torch::Tensor responses(std::size_t number, const torch::Tensor& maps) const;
+    torch::Tensor responses(std::size_t number, const torch::Tensor& maps, Order order) const;
 
     std::vector<Convolution> convolutions_;
     std::vector<Convolution> halves_;  ///< In bfloat16; empty: full precision.

@@ -174,3 +174,35 @@ TEST_CASE("mixed precision is refused where it would have no effect")
     else
         CHECK_THROWS_WITH(prepare("libtorch"), Catch::Contains("bfloat16") && Catch::Contains("precision: full"));
 }
+
+TEST_CASE("how maps lie in memory changes neither features nor gradients")
+{
+    for (const auto padding : {fresco::weights::Vgg19Padding::reflect, fresco::weights::Vgg19Padding::zero})
+    {
+        auto input = fresco::weights::caffe_input();
+        input.padding = padding;
+        const vgg19::Vgg19 network(random_layers(), input, vgg19::Pooling::average);
+        // Of the last layer's maps, a side of the second picture has one pixel.
+        for (const auto& [height, width] : {std::pair{27, 34}, {6, 21}})
+        {
+            CAPTURE(height);
+            const auto picture = at::rand({3, height, width}, at::kDouble);
+            const auto [gradient, features] = [&]
+            {
+                std::vector<torch::Tensor> gradients;
+                std::vector<std::vector<torch::Tensor>> all;
+                for (const auto order : {vgg19::Order::channels_innermost, vgg19::Order::channels_outermost})
+                {
+                    const auto shown = picture.clone().set_requires_grad(true);
+                    all.push_back(network.encode_generally(shown, names, order));
+                    (all.back()[0].square().sum() + all.back()[2].square().sum()).backward();
+                    gradients.push_back(shown.grad());
+                }
+                return std::pair(gradients, all);
+            }();
+            for (std::size_t i = 0; i < names.size(); ++i)
+                CHECK(at::allclose(features[0][i], features[1][i], 1e-10, 1e-10));
+            CHECK(at::allclose(gradient[0], gradient[1], 1e-10, 1e-10));
+        }
+    }
+}

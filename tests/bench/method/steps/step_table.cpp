@@ -55,7 +55,7 @@ std::map<std::string, std::shared_ptr<fresco::Loss>> made_losses(Components& com
 {
     using Map = fresco::Value::Map;
     const fresco::Value features =
-        Map{{"type", "features.vgg19"}, {"weights", weights.string()}, {"convolutions", reference ? "libtorch" : "auto"}};
+        Map{{"type", "features.vgg19"}, {"weights", weights.string()}, {"convolutions", reference ? "plain" : "auto"}};
     fresco::Value::List factors(network.style_weights.begin(), network.style_weights.end());
     std::map<std::string, std::shared_ptr<fresco::Loss>> losses;
     losses["style"] = components.make<fresco::Loss>(Map{{"type", "loss.gram"},

@@ -121,16 +121,6 @@ void write_ports(const char* title, const std::vector<PortDeclaration>& ports, s
     columns.write(out);
 }
 
-std::string shown_default(const OptionDeclaration& option)
-{
-    if (option.required)
-        return "required";
-    if (option.default_value.is_null())
-        return "none";
-    return option.default_value.is_string() && !option.default_value.as_string().empty() ? option.default_value.as_string()
-                                                                                         : to_json(option.default_value);
-}
-
 void write_options(const TypeDeclaration& declaration, const TypeTable& types, std::ostream& out)
 {
     if (declaration.options.empty())
@@ -138,7 +128,7 @@ void write_options(const TypeDeclaration& declaration, const TypeTable& types, s
     out << "\noptions (name, default, accepted, what it is):\n";
     Columns columns;
     for (const OptionDeclaration& option : declaration.options)
-        columns.add({option.name, shown_default(option), option.accepted(),
+        columns.add({option.name, option.default_text(), option.accepted(),
                      option.help + (option.in_key ? "" : " (cannot change the result)")});
     columns.write(out);
     for (const OptionDeclaration& option : declaration.options)

@@ -147,6 +147,15 @@ std::string OptionDeclaration::accepted() const
     return {};
 }
 
+std::string OptionDeclaration::default_text() const
+{
+    if (required)
+        return "required";
+    if (default_value.is_null())
+        return "none";
+    return default_value.is_string() && !default_value.as_string().empty() ? default_value.as_string() : to_json(default_value);
+}
+
 std::string PortDeclaration::artifact_text() const
 {
     return version == 1 ? artifact : artifact + " (version " + std::to_string(version) + ")";

@@ -20,6 +20,7 @@ void add_plan_command(CLI::App& app, int& exit_code);
 void add_store_command(CLI::App& app, int& exit_code);
 void add_weights_command(CLI::App& app, int& exit_code);
 void add_doctor_command(CLI::App& app, int& exit_code);
+void add_reference_command(CLI::App& app, int& exit_code);
 void add_new_commands(CLI::App& app, int& exit_code);
 void add_completion_commands(CLI::App& app);
 void add_internal_commands(CLI::App& app, int& exit_code);

@@ -92,14 +92,7 @@ struct Convolution3x3::Job
 
 const winograd::Kernel& Convolution3x3::fastest_kernel()
 {
-    static const winograd::Kernel& fastest = []() -> const winograd::Kernel&
-    {
-        if (winograd::avx512_kernel() != nullptr && fresco::runs_avx512())
-            return *winograd::avx512_kernel();
-        if (winograd::avx2_kernel() != nullptr && fresco::runs_avx2())
-            return *winograd::avx2_kernel();
-        return *winograd::base_kernel();
-    }();
+    static const auto& fastest = fresco::fastest_of(winograd::avx512_kernel(), winograd::avx2_kernel(), winograd::base_kernel());
     return fastest;
 }
 

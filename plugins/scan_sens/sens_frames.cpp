@@ -23,7 +23,6 @@ namespace fs = std::filesystem;
 
 /// What packed data may have beyond the pixels' own: no packing enlarges them by more.
 constexpr std::uint64_t packing_loss = 65536;
-constexpr double farthest_m = 1e7;
 
 std::string frame_name(std::size_t number)
 {
@@ -64,11 +63,9 @@ class Extractor
         frame.number = static_cast<long>(number);
         const std::string pose_source = source("the pose of frame " + std::to_string(number));
         frame.depth = {depth_, fresco::rigid_transform(pose, pose_source)};
-        const auto& t = frame.depth.world_from_camera.translation;
-        if (!(std::abs(t.x) <= farthest_m && std::abs(t.y) <= farthest_m && std::abs(t.z) <= farthest_m))
-            throw fresco::Error(pose_source +
-                                ": the camera is more than 1e7 m from the world's origin; the file is damaged, copy it anew");
         frame.color = {color_, frame.depth.world_from_camera * depth_from_color_};
+        check_camera(frame.depth, pose_source);
+        check_camera(frame.color, pose_source);
         frame.depth_unit_m = index_.depth_unit_m;
         frame.color_picture = {write_color(from, frame.name), ""};
         frame.depth_picture = {write_depth(from, frame.name), ""};
@@ -125,6 +122,9 @@ class Extractor
             throw fresco::Error(where + ": the colour picture is " + std::to_string(header.width) + "x" +
                                 std::to_string(header.height) + ", the file's head says " + std::to_string(index_.color.width) +
                                 "x" + std::to_string(index_.color.height));
+        if (header.orientation != 1)
+            throw fresco::Error(where + ": the colour picture's EXIF data says that it is to be turned (orientation " +
+                                std::to_string(header.orientation) + "), but its pose is for the pixels as they are stored");
         return file;
     }
 

@@ -35,14 +35,7 @@ std::uint64_t key(float nearness, std::uint32_t face)
 
 const TileKernel& fastest_kernel()
 {
-    static const TileKernel& fastest = []() -> const TileKernel&
-    {
-        if (avx512_kernel() != nullptr && fresco::runs_avx512())
-            return *avx512_kernel();
-        if (avx2_kernel() != nullptr && fresco::runs_avx2())
-            return *avx2_kernel();
-        return *base_kernel();
-    }();
+    static const auto& fastest = fresco::fastest_of(avx512_kernel(), avx2_kernel(), base_kernel());
     return fastest;
 }
 

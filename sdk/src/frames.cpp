@@ -18,6 +18,8 @@ namespace
 
 namespace fs = std::filesystem;
 
+constexpr double farthest_m = 1e7;
+
 /// The part of `path` below `base`, or nothing.
 std::optional<std::string> below(const fs::path& path, const fs::path& base)
 {
@@ -179,6 +181,10 @@ void check_camera(const Camera& camera, std::string_view source)
         fail(std::isinf(error) ? "the pose has an entry that is not finite, or its rotation mirrors"
                                : "the pose's upper left 3x3 is no rotation (it deviates by " +
                                      to_json(std::round(error * 1e4) / 1e4) + " from one; 0.01 is accepted)");
+    const Vec3d& at = camera.world_from_camera.translation;
+    for (const double along : {at.x, at.y, at.z})
+        if (!(std::abs(along) <= farthest_m))
+            fail("the camera is more than 1e7 m from the world's origin; the pose is damaged, or of another unit");
 }
 
 }  // namespace fresco

@@ -118,14 +118,7 @@ class Block
 
 const matrix::Kernel& matrix::fastest_kernel()
 {
-    static const Kernel& fastest = []() -> const Kernel&
-    {
-        if (avx512_kernel() != nullptr && runs_avx512())
-            return *avx512_kernel();
-        if (avx2_kernel() != nullptr && runs_avx2())
-            return *avx2_kernel();
-        return *base_kernel();
-    }();
+    static const auto& fastest = fastest_of(avx512_kernel(), avx2_kernel(), base_kernel());
     return fastest;
 }
 

@@ -31,7 +31,9 @@ void check_size(const std::filesystem::path& file, ImageHeader header, const Int
 Frame make_frame(const ViewFiles& files, const RecorderCameras& cameras, const RigidTransform& world_from_depth,
                  const ImageIo& images)
 {
-    check_size(files.color, images.check(files.color), cameras.color);
+    const auto color = images.check(files.color);
+    check_size(files.color, color, cameras.color);
+    check_not_turned(files.color, color, files.pose.string());
     const auto depth = images.check(files.depth);
     check_size(files.depth, depth, cameras.depth);
     check_depth_kind(files.depth, depth);
@@ -67,6 +69,14 @@ void check_centre(const Intrinsics& k, const std::string& source, const std::fil
     if (k.cx <= 0 || k.cy <= 0 || k.cx >= k.width || k.cy >= k.height)
         throw Error(source + ": the centre (" + to_json(k.cx) + ", " + to_json(k.cy) + ") is outside of " + picture.string() +
                     ", which is " + size_text(k.width, k.height) + "; give the intrinsics for pictures of this size");
+}
+
+void check_not_turned(const std::filesystem::path& file, const ImageHeader& header, const std::string& source)
+{
+    if (header.orientation != 1)
+        throw Error(file.string() + ": its EXIF data says that it is to be turned (orientation " +
+                    std::to_string(header.orientation) + "), but " + source +
+                    " means the pixels as they are stored; remove the tag (exiftool -Orientation= FILE)");
 }
 
 void check_depth_kind(const std::filesystem::path& file, const ImageHeader& header)

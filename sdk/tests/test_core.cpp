@@ -92,6 +92,17 @@ TEST_CASE("A pose that is no rotation is refused")
     CHECK_THROWS_AS(fresco::check_camera(camera, "pose.txt"), fresco::Error);
 }
 
+TEST_CASE("A pose beyond all rooms is refused")
+{
+    fresco::Camera camera{{64, 48, 50, 50, 32, 24}, {}};
+    camera.world_from_camera.translation.z = -1e7;
+    CHECK_NOTHROW(fresco::check_camera(camera, "pose.txt"));
+    camera.world_from_camera.translation.z = -1.1e7;
+    CHECK_THROWS_WITH(fresco::check_camera(camera, "pose.txt"), Contains("pose.txt: the camera is more than 1e7 m"));
+    camera.world_from_camera.translation.z = std::nan("");
+    CHECK_THROWS_WITH(fresco::check_camera(camera, "pose.txt"), Contains("pose.txt"));
+}
+
 TEST_CASE("write_file is whole or not at all, and says why not")
 {
     const fresco::testing::TemporaryFolder folder;

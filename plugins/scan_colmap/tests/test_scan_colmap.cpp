@@ -1,7 +1,7 @@
 #include "model_views.h"
 
-#include "raw_images.h"
-#include "recording_layouts.h"
+#include "reader_run.h"
+#include "recording_checks.h"
 
 #include <fresco/error.h>
 #include <fresco/stage.h>
@@ -39,16 +39,11 @@ struct TinyProject
     }
 };
 
-fresco::Frames read(const TinyProject& project, TestRun& run, Value options = Value::Map{})
+fresco::Frames read(const TinyProject& project, TestRun& run, const Value& options = Value::Map{})
 {
-    fresco::testing::TestFactory factory;
-    factory.add("image.raw", [] { return std::make_shared<RawImages>(); });
-    options.set("path", project.path().string());
-    options.set("images", Value::Map{{"type", "image.raw"}});
-    const auto made = fresco::testing::make_from_plugin(FRESCO_PLUGIN_FILE, "scan.colmap");
-    const auto out = project.folder.path() / "out";
-    fresco::testing::run_stage(dynamic_cast<fresco::Stage&>(*made), options, {}, out, run, factory);
-    return *fresco::Frames::load({out / "frames", out});
+    return *fresco::testing::run_reader(FRESCO_PLUGIN_FILE, "scan.colmap", project.path(), project.images,
+                                        project.folder.path() / "out", run, options)
+                .frames;
 }
 
 Value with_depth(const TinyProject& project)
@@ -58,16 +53,12 @@ Value with_depth(const TinyProject& project)
 
 std::string error_of(const TinyProject& project, const Value& options = Value::Map{})
 {
-    TestRun run;
-    try
-    {
-        read(project, run, options);
-    }
-    catch (const fresco::Error& error)
-    {
-        return error.what();
-    }
-    return "no error";
+    return fresco::testing::error_text(
+        [&]
+        {
+            TestRun run;
+            read(project, run, options);
+        });
 }
 
 }  // namespace

@@ -1,7 +1,7 @@
 #include "transforms.h"
 
-#include "raw_images.h"
-#include "recording_layouts.h"
+#include "reader_run.h"
+#include "recording_checks.h"
 
 #include <fresco/error.h>
 #include <fresco/stage.h>
@@ -32,30 +32,21 @@ struct TinyScan
 };
 
 /// The frames that the stage gives, saved and loaded again.
-fresco::Frames read(const TinyScan& scan, TestRun& run, Value options = Value::Map{})
+fresco::Frames read(const TinyScan& scan, TestRun& run, const Value& options = Value::Map{})
 {
-    fresco::testing::TestFactory factory;
-    factory.add("image.raw", [] { return std::make_shared<RawImages>(); });
-    options.set("path", scan.path().string());
-    options.set("images", Value::Map{{"type", "image.raw"}});
-    const auto made = fresco::testing::make_from_plugin(FRESCO_PLUGIN_FILE, "scan.nerfstudio");
-    const auto out = scan.folder.path() / "out";
-    fresco::testing::run_stage(dynamic_cast<fresco::Stage&>(*made), options, {}, out, run, factory);
-    return *fresco::Frames::load({out / "frames", out});
+    return *fresco::testing::run_reader(FRESCO_PLUGIN_FILE, "scan.nerfstudio", scan.path(), scan.images,
+                                        scan.folder.path() / "out", run, options)
+                .frames;
 }
 
 std::string error_of(const TinyScan& scan, const Value& options = Value::Map{})
 {
-    TestRun run;
-    try
-    {
-        read(scan, run, options);
-    }
-    catch (const fresco::Error& error)
-    {
-        return error.what();
-    }
-    return "no error";
+    return fresco::testing::error_text(
+        [&]
+        {
+            TestRun run;
+            read(scan, run, options);
+        });
 }
 
 /// The value of `key` in one frame replaced.

@@ -1,7 +1,7 @@
 #include "replica_scene.h"
 
-#include "raw_images.h"
-#include "recording_layouts.h"
+#include "reader_run.h"
+#include "recording_checks.h"
 
 #include <fresco/error.h>
 #include <fresco/mesh_io.h>
@@ -38,37 +38,21 @@ struct TinyScene
     void write(const fs::path& file, std::string_view text) const { fresco::write_file(file, text); }
 };
 
-struct Result
+fresco::testing::ReadScan read(const TinyScene& scene, TestRun& run, const Value& options = Value::Map{})
 {
-    fresco::Frames frames;
-    fresco::Mesh mesh;
-};
-
-Result read(const TinyScene& scene, TestRun& run, Value options = Value::Map{})
-{
-    fresco::testing::TestFactory factory;
-    factory.add("image.raw", [] { return std::make_shared<RawImages>(); });
     // With a slash behind it, as shells complete it.
-    options.set("path", scene.path().string() + "/");
-    options.set("images", Value::Map{{"type", "image.raw"}});
-    const auto made = fresco::testing::make_from_plugin(FRESCO_PLUGIN_FILE, "scan.replica");
-    const auto out = scene.folder.path() / "out";
-    fresco::testing::run_stage(dynamic_cast<fresco::Stage&>(*made), options, {}, out, run, factory);
-    return {*fresco::Frames::load({out / "frames", out}), *fresco::Mesh::load({out / "mesh", out})};
+    return fresco::testing::run_reader(FRESCO_PLUGIN_FILE, "scan.replica", scene.path().string() + "/", scene.images,
+                                       scene.folder.path() / "out", run, options);
 }
 
 std::string error_of(const TinyScene& scene, const Value& options = Value::Map{})
 {
-    TestRun run;
-    try
-    {
-        read(scene, run, options);
-    }
-    catch (const fresco::Error& error)
-    {
-        return error.what();
-    }
-    return "no error";
+    return fresco::testing::error_text(
+        [&]
+        {
+            TestRun run;
+            read(scene, run, options);
+        });
 }
 
 }  // namespace
@@ -78,13 +62,13 @@ TEST_CASE("a scene is read back", "[scan.replica]")
     const TinyScene scene;
     TestRun run;
     const auto result = read(scene, run);
-    fresco::testing::check_same_recording(result.frames, scene.frames, scene.images);
-    CHECK(result.frames.frames[2].name == "frame000002");
-    CHECK(result.frames.frames[2].number == 2);
-    CHECK(result.mesh.triangles.size() == 1);
+    fresco::testing::check_same_recording(*result.frames, scene.frames, scene.images);
+    CHECK(result.frames->frames[2].name == "frame000002");
+    CHECK(result.frames->frames[2].number == 2);
+    CHECK(result.mesh->triangles.size() == 1);
     CHECK(run.reported.at("mesh").as_string() == "room0_mesh.ply");
     CHECK(run.files_read.size() == 3 + 2 * 3);
-    CHECK(read(scene, run, Value::Map{{"every", 2}}).frames.frames[1].number == 2);
+    CHECK(read(scene, run, Value::Map{{"every", 2}}).frames->frames[1].number == 2);
 }
 
 TEST_CASE("pixel centres count from 0 and depth in steps per metre", "[scan.replica]")
@@ -113,7 +97,7 @@ TEST_CASE("the mesh and the camera may be elsewhere, frames may be left out", "[
     CHECK_THAT(error_of(scene), Contains("1 file is missing: the colour picture beside") && Contains("depth000001.png"));
     fs::remove(scene.path() / "results/depth000001.png");
     TestRun run;
-    const auto frames = read(scene, run).frames.frames;
+    const auto frames = read(scene, run).frames->frames;
     REQUIRE(frames.size() == 2);
     CHECK(frames[1].color.world_from_camera.translation.z == Approx(1.0 / 3 + 2));
 }

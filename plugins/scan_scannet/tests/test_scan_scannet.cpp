@@ -1,7 +1,7 @@
 #include "scene_frames.h"
 
-#include "raw_images.h"
-#include "recording_layouts.h"
+#include "reader_run.h"
+#include "recording_checks.h"
 
 #include <fresco/error.h>
 #include <fresco/mesh_io.h>
@@ -63,38 +63,26 @@ struct TinyScene
     void write(const std::string& name, std::string_view text) const { fresco::write_file(path() / name, text); }
 };
 
-struct Result
+struct Result : fresco::testing::ReadScan
 {
     fresco::testing::TemporaryFolder out;
-    std::shared_ptr<fresco::Frames> frames;
-    std::shared_ptr<fresco::Mesh> mesh;
 };
 
-void run_scan(const fs::path& path, fresco::Value options, TestRun& run, Result& result)
+void run_scan(const fs::path& path, const fresco::Value& options, TestRun& run, Result& result, const RawImages& images = {})
 {
-    fresco::testing::TestFactory factory;
-    factory.add("image.raw", [] { return std::make_shared<RawImages>(); });
-    options.set("path", path.string());
-    options.set("images", fresco::Value::Map{{"type", "image.raw"}});
-    const auto made = fresco::testing::make_from_plugin(FRESCO_PLUGIN_FILE, "scan.scannet");
-    fresco::testing::run_stage(dynamic_cast<fresco::Stage&>(*made), options, {}, result.out.path(), run, factory);
-    result.frames = fresco::Frames::load({result.out.path() / "frames", {}});
-    result.mesh = fresco::Mesh::load({result.out.path() / "mesh", {}});
+    static_cast<fresco::testing::ReadScan&>(result) =
+        fresco::testing::run_reader(FRESCO_PLUGIN_FILE, "scan.scannet", path, images, result.out.path(), run, options);
 }
 
 std::string error_of(const TinyScene& scene, const fresco::Value& options = fresco::Value::Map{})
 {
-    TestRun run;
-    Result result;
-    try
-    {
-        run_scan(scene.path(), options, run, result);
-    }
-    catch (const fresco::Error& error)
-    {
-        return error.what();
-    }
-    return "no error";
+    return fresco::testing::error_text(
+        [&]
+        {
+            TestRun run;
+            Result result;
+            run_scan(scene.path(), options, run, result, scene.images);
+        });
 }
 
 }  // namespace
@@ -208,7 +196,7 @@ TEST_CASE("every counts views, lost ones included", "[scan.scannet]")
 
 TEST_CASE("a scene that cannot be used is refused by name", "[scan.scannet]")
 {
-    const TinyScene scene;
+    TinyScene scene;
     SECTION("a folder is missing")
     {
         fs::remove_all(scene.path() / "pose");
@@ -264,6 +252,16 @@ TEST_CASE("a scene that cannot be used is refused by name", "[scan.scannet]")
     {
         fresco::write_file(scene.path() / "depth/10.png", scene.images.encode_png(fresco::Raster16(24, 32, 1, 1500)));
         CHECK_THAT(error_of(scene), Contains("depth/10.png: the picture is 24x32"));
+    }
+    SECTION("a picture that EXIF turns")
+    {
+        scene.images.orientation = 6;
+        CHECK_THAT(error_of(scene), Contains("color/0.jpg: its EXIF data says") && Contains("pose/0.txt means the pixels"));
+    }
+    SECTION("a pose beyond all rooms")
+    {
+        scene.write("pose/10.txt", "1 0 0 0\n0 1 0 2e7\n0 0 1 0\n0 0 0 1\n");
+        CHECK_THAT(error_of(scene), Contains("pose/10.txt: the camera is more than 1e7 m"));
     }
     SECTION("a property line")
     {

@@ -1,8 +1,8 @@
 #include "sens_depth.h"
 #include "sens_frames.h"
 
-#include "raw_images.h"
-#include "recording_layouts.h"
+#include "reader_run.h"
+#include "recording_checks.h"
 
 #include <fresco/error.h>
 #include <fresco/stage.h>
@@ -58,30 +58,21 @@ struct TinyRecording
     }
 };
 
-fresco::Frames read(const TinyRecording& recording, TestRun& run, Value options = Value::Map{})
+fresco::Frames read(const TinyRecording& recording, TestRun& run, const Value& options = Value::Map{})
 {
-    fresco::testing::TestFactory factory;
-    factory.add("image.raw", [] { return std::make_shared<RawImages>(); });
-    options.set("path", recording.file().string());
-    options.set("images", Value::Map{{"type", "image.raw"}});
-    const auto made = fresco::testing::make_from_plugin(FRESCO_PLUGIN_FILE, "scan.sens");
-    const auto out = recording.folder.path() / "out";
-    fresco::testing::run_stage(dynamic_cast<fresco::Stage&>(*made), options, {}, out, run, factory);
-    return *fresco::Frames::load({out / "frames", out});
+    return *fresco::testing::run_reader(FRESCO_PLUGIN_FILE, "scan.sens", recording.file(), recording.images,
+                                        recording.folder.path() / "out", run, options)
+                .frames;
 }
 
 std::string error_of(const TinyRecording& recording)
 {
-    TestRun run;
-    try
-    {
-        read(recording, run);
-    }
-    catch (const fresco::Error& error)
-    {
-        return error.what();
-    }
-    return "no error";
+    return fresco::testing::error_text(
+        [&]
+        {
+            TestRun run;
+            read(recording, run);
+        });
 }
 
 void lose(std::vector<double>& pose)
@@ -152,7 +143,7 @@ TEST_CASE("depth that zlib compressed is unpacked, and nothing beyond the pictur
 
 TEST_CASE("a file that cannot be used is refused by byte", "[scan.sens]")
 {
-    const TinyRecording recording;
+    TinyRecording recording;
     SECTION("another version")
     {
         recording.set(0, std::uint32_t{5});
@@ -216,6 +207,16 @@ TEST_CASE("a file that cannot be used is refused by byte", "[scan.sens]")
         recording.set(at_count, std::uint64_t{1});
         CHECK_THAT(error_of(recording),
                    Contains("byte " + std::to_string(at_color_bytes + 16) + ", frame-000000: the colour picture cannot be used"));
+    }
+    SECTION("a colour picture that EXIF turns")
+    {
+        recording.images.orientation = 3;
+        CHECK_THAT(error_of(recording), Contains("frame-000000: the colour picture's EXIF data says"));
+    }
+    SECTION("a pose beyond all rooms")
+    {
+        recording.set(at_frames + 12, 2e7F);
+        CHECK_THAT(error_of(recording), Contains("the pose of frame 0: the camera is more than 1e7 m"));
     }
     SECTION("no file")
     {

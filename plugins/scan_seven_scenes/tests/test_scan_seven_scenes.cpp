@@ -1,7 +1,7 @@
 #include "posed_frames.h"
 
-#include "raw_images.h"
-#include "recording_layouts.h"
+#include "reader_run.h"
+#include "recording_checks.h"
 #include "shared_data.h"
 
 #include <fresco/error.h>
@@ -57,43 +57,26 @@ struct TinyScan
     }
 };
 
-std::unique_ptr<fresco::Configurable> make_stage()
-{
-    return fresco::testing::make_from_plugin(FRESCO_PLUGIN_FILE, "scan.seven_scenes");
-}
-
-struct Result
+struct Result : fresco::testing::ReadScan
 {
     fresco::testing::TemporaryFolder out;
-    std::shared_ptr<fresco::Frames> frames;
-    std::shared_ptr<fresco::Mesh> mesh;
 };
 
-void run_scan(const fs::path& path, fresco::Value options, TestRun& run, Result& result)
+void run_scan(const fs::path& path, const fresco::Value& options, TestRun& run, Result& result, const RawImages& images = {})
 {
-    fresco::testing::TestFactory factory;
-    factory.add("image.raw", [] { return std::make_shared<RawImages>(); });
-    options.set("path", path.string());
-    options.set("images", fresco::Value::Map{{"type", "image.raw"}});
-    const auto made = make_stage();
-    fresco::testing::run_stage(dynamic_cast<fresco::Stage&>(*made), options, {}, result.out.path(), run, factory);
-    result.frames = fresco::Frames::load({result.out.path() / "frames", {}});
-    result.mesh = fresco::Mesh::load({result.out.path() / "mesh", {}});
+    static_cast<fresco::testing::ReadScan&>(result) =
+        fresco::testing::run_reader(FRESCO_PLUGIN_FILE, "scan.seven_scenes", path, images, result.out.path(), run, options);
 }
 
 std::string error_of(const TinyScan& scan, const fresco::Value& options = fresco::Value::Map{})
 {
-    TestRun run;
-    Result result;
-    try
-    {
-        run_scan(scan.path(), options, run, result);
-    }
-    catch (const fresco::Error& error)
-    {
-        return error.what();
-    }
-    return "no error";
+    return fresco::testing::error_text(
+        [&]
+        {
+            TestRun run;
+            Result result;
+            run_scan(scan.path(), options, run, result, scan.images);
+        });
 }
 
 }  // namespace

@@ -1,8 +1,8 @@
 #include "tum_camera.h"
 #include "tum_lists.h"
 
-#include "raw_images.h"
-#include "recording_layouts.h"
+#include "reader_run.h"
+#include "recording_checks.h"
 
 #include <fresco/error.h>
 #include <fresco/stage.h>
@@ -41,32 +41,23 @@ struct TinyRecording
 
 fresco::Frames read(const TinyRecording& recording, TestRun& run, Value options = Value::Map{})
 {
-    fresco::testing::TestFactory factory;
-    factory.add("image.raw", [] { return std::make_shared<RawImages>(); });
-    options.set("path", recording.path().string());
-    options.set("images", Value::Map{{"type", "image.raw"}});
     if (options.find("camera") == nullptr)
         options.set("intrinsics", own_camera);
     if (options.find("depth_unit_m") == nullptr)
         options.set("depth_unit_m", 0.001);
-    const auto made = fresco::testing::make_from_plugin(FRESCO_PLUGIN_FILE, "scan.tum");
-    const auto out = recording.folder.path() / "out";
-    fresco::testing::run_stage(dynamic_cast<fresco::Stage&>(*made), options, {}, out, run, factory);
-    return *fresco::Frames::load({out / "frames", out});
+    return *fresco::testing::run_reader(FRESCO_PLUGIN_FILE, "scan.tum", recording.path(), recording.images,
+                                        recording.folder.path() / "out", run, options)
+                .frames;
 }
 
 std::string error_of(const TinyRecording& recording, const Value& options = Value::Map{})
 {
-    TestRun run;
-    try
-    {
-        read(recording, run, options);
-    }
-    catch (const fresco::Error& error)
-    {
-        return error.what();
-    }
-    return "no error";
+    return fresco::testing::error_text(
+        [&]
+        {
+            TestRun run;
+            read(recording, run, options);
+        });
 }
 
 }  // namespace

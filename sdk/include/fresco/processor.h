@@ -26,4 +26,13 @@ inline bool runs_avx512()
 #endif
 }
 
+/// The fastest of three kernels that this processor runs. The first two may be null: not compiled for this architecture.
+template <class Kernel>
+const Kernel& fastest_of(const Kernel* avx512, const Kernel* avx2, const Kernel* base)
+{
+    if (avx512 != nullptr && runs_avx512())
+        return *avx512;
+    return avx2 != nullptr && runs_avx2() ? *avx2 : *base;
+}
+
 }  // namespace fresco

@@ -43,6 +43,10 @@ void refuse_missing(const std::vector<std::string>& missing, std::string_view ru
 /// pictures of another size.
 void check_centre(const Intrinsics& k, const std::string& source, const std::filesystem::path& picture);
 
+/// Throws Error naming `file` if its EXIF data turns it, as ImageIo::check tells: the pose and lens that `source` states are for
+/// the pixels as they are stored.
+void check_not_turned(const std::filesystem::path& file, const ImageHeader& header, const std::string& source);
+
 /// Throws Error naming `file` unless ImageIo::check found 16-bit grey in it, or did not look.
 void check_depth_kind(const std::filesystem::path& file, const ImageHeader& header);
 
@@ -50,11 +54,10 @@ void check_depth_kind(const std::filesystem::path& file, const ImageHeader& head
 using PoseReader = std::function<std::optional<RigidTransform>(const ViewFiles&)>;
 
 /// Cameras and content hashes of the views, in their order; views without a pose are left out. world_from_color =
-/// world_from_depth * depth_from_color. Pictures are not decoded, but their files are walked to the end; EXIF orientation is
-/// not applied to a posed camera's picture. `read_pose` is called from several threads.
-/// Throws Error naming the file: a picture that is cut or of another size than its camera's, a depth picture that is not 16-bit
-/// grey, a pose that check_camera refuses, what `read_pose`
-/// throws.
+/// world_from_depth * depth_from_color. Pictures are not decoded, but their files are walked to the end. `read_pose` is called
+/// from several threads.
+/// Throws Error naming the file: a picture that is cut or of another size than its camera's, a colour picture that EXIF turns, a
+/// depth picture that is not 16-bit grey, a pose that check_camera refuses, what `read_pose` throws.
 Frames posed_frames(const std::vector<ViewFiles>& views, const RecorderCameras& cameras, const PoseReader& read_pose,
                     const ImageIo& images, Progress& progress);
 

@@ -9,7 +9,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cmath>
 #include <map>
 #include <set>
 #include <utility>
@@ -22,7 +21,6 @@ namespace
 namespace fs = std::filesystem;
 
 constexpr int jpeg_quality = 95;
-constexpr double farthest_m = 1e7;
 
 std::string file_name_safe(std::string text)
 {
@@ -63,15 +61,6 @@ PictureFile original(const fs::path& file)
     return {fs::absolute(file), file_hash(file)};
 }
 
-void check_place(const RegisteredView& view)
-{
-    const auto& t = view.world_from_camera.translation;
-    for (const double along : {t.x, t.y, t.z})
-        if (!(std::abs(along) <= farthest_m))
-            throw Error(view.source +
-                        ": the camera is more than 1e7 m from the world's origin; the pose is damaged, or of another unit");
-}
-
 class FrameMaker
 {
   public:
@@ -84,14 +73,9 @@ class FrameMaker
             throw Error(view.color.string() + ": the picture is " + size_text(header.width, header.height) + ", " + view.source +
                         " says " + size_text(view.camera.width, view.camera.height) +
                         "; give the intrinsics for pictures of this size");
-        // Turned, its pixels would no longer be those that the pose and the lens speak of.
-        if (header.orientation != 1)
-            throw Error(view.color.string() + ": its EXIF data says that it is to be turned (orientation " +
-                        std::to_string(header.orientation) + "), but " + view.source +
-                        " means the pixels as they are stored; remove the tag (exiftool -Orientation= FILE)");
+        check_not_turned(view.color, header, view.source);
         check_camera({view.camera, view.world_from_camera}, view.source);
         check_centre(view.camera, view.source, view.color);
-        check_place(view);
 
         Frame frame;
         frame.sequence = view.sequence;

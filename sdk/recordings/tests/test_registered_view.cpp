@@ -1,5 +1,5 @@
 #include "raw_images.h"
-#include "recording_layouts.h"
+#include "recording_checks.h"
 
 #include <fresco/recordings/registered_view.h>
 #include <fresco/testing.h>

@@ -43,8 +43,8 @@ void keep_every(std::vector<RegisteredView>& views, int every);
 /// files walked to the end. Others are undistorted into `folder`: <sequence>/<name>.color.jpg (quality 95) and .depth.png; each
 /// thread holds one picture. A view without depth gives a frame without; its depth camera is the colour camera.
 /// Throws MissingInput that names the pictures that are not there; Error naming the file or `source`: a picture that is cut or of
-/// another size than its camera, a depth picture that is not 16-bit grey, a camera or pose that check_camera refuses, a camera
-/// beyond 1e7 m, two views of one name.
+/// another size than its camera, a depth picture that is not 16-bit grey, a colour picture that EXIF turns, a camera or pose
+/// that check_camera refuses, two views of one name.
 Frames registered_frames(const std::vector<RegisteredView>& views, const ImageIo& images, const std::filesystem::path& folder,
                          Progress& progress);
 

@@ -187,16 +187,24 @@ int write_check(const PipelineResult& result, bool json, std::ostream& out)
         List stages;
         for (const PipelineStage& stage : result.pipeline.stages)
             stages.push_back(Map{{"name", stage.name}, {"type", stage.type->type}, {"options", stage.options}});
+        List combinations;
+        for (const Combination& combination : result.pipeline.sweep.combinations)
+            combinations.push_back(combination.name);
         out << to_json(Map{{"file", result.pipeline.file.string()},
                            {"ok", result.problems.empty()},
                            {"stages", std::move(stages)},
+                           {"combinations", std::move(combinations)},
                            {"problems", problems_as_value(result.problems)}},
                        2)
             << '\n';
     }
     else if (result.problems.empty())
+    {
+        const std::size_t combinations = result.pipeline.sweep.combinations.size();
         out << result.pipeline.file.string() << ": " << result.pipeline.stages.size()
-            << (result.pipeline.stages.size() == 1 ? " stage" : " stages") << ", no problems\n";
+            << (result.pipeline.stages.size() == 1 ? " stage" : " stages")
+            << (combinations > 0 ? " of " + std::to_string(combinations) + " combinations" : "") << ", no problems\n";
+    }
     else
         write_problems(result.problems, out);
     return result.exit_code();

@@ -54,6 +54,19 @@ int available_cores()
     return sched_getaffinity(0, sizeof set, &set) == 0 ? std::max(1, CPU_COUNT(&set)) : 1;
 }
 
+double available_memory_mb()
+{
+    const std::string text = line_of("/proc/meminfo", "MemAvailable");
+    double megabytes = static_cast<double>(std::strtoll(text.c_str(), nullptr, 10)) / 1024.0;
+    std::ifstream limit("/sys/fs/cgroup/memory.max");
+    std::ifstream use("/sys/fs/cgroup/memory.current");
+    double most = 0;
+    double used = 0;
+    if (limit >> most && use >> used)
+        megabytes = std::min(megabytes, std::max(1.0, (most - used) / (1024.0 * 1024.0)));
+    return megabytes;
+}
+
 double peak_memory_mb()
 {
     const std::string text = line_of("/proc/self/status", "VmHWM");

@@ -3,25 +3,25 @@
 #include <fresco/host/pipeline.h>
 #include <fresco/host/pipeline_document.h>
 #include <fresco/host/pipeline_sets.h>
+#include <fresco/host/pipeline_sweep.h>
 #include <fresco/host/pipeline_wiring.h>
 #include <fresco/host/suggest.h>
 
 #include <algorithm>
+#include <map>
+#include <set>
 
 namespace fresco::host
 {
 namespace
 {
 /// The stages with everything substituted and set.
-YamlNode settled_stages(const PipelineRequest& request, const PipelineDocument& read, TypeTable& types, ProblemList& problems)
+YamlNode settled_stages(const PipelineDocument& document, const Settings& settings, TypeTable& types, ProblemList& problems)
 {
-    PipelineDocument document = read;
-    Settings settings(request.sets, request.working_directory, problems);
-    settings.set_vars(document);
     Variables variables(document.vars, problems);
     YamlNode stages = variables.substitute(document.stages);
     if (stages.is_map())
-        settings.set_options(stages, variables, types);
+        settings.set_options(stages, variables, types, problems);
     variables.check_unused();
     return stages.is_map() ? stages : YamlNode{};
 }
@@ -73,6 +73,7 @@ PipelineStage finished(StageDraft&& draft)
 {
     PipelineStage stage;
     stage.name = std::move(draft.name);
+    stage.own_name = stage.name;
     stage.type = draft.type.description;
     stage.options = std::move(draft.options);
     stage.wires = std::move(draft.wires);
@@ -86,20 +87,72 @@ PipelineStage finished(StageDraft&& draft)
     return stage;
 }
 
-void load(const PipelineRequest& request, const Catalog& catalog, PipelineResult& result, ProblemList& problems)
+/// Reports what is wrong, or returns the stages in their order.
+std::vector<PipelineStage> load_stages(const PipelineDocument& document, const Settings& settings, TypeTable& types,
+                                       ProblemList& problems)
 {
-    const PipelineDocument document = read_pipeline_document(result.pipeline.file, request.file.string(), problems);
-    TypeTable types(catalog);
     OptionChecker checker(types, problems);
-    const YamlNode stages = settled_stages(request, document, types, problems);
+    const YamlNode stages = settled_stages(document, settings, types, problems);
     std::vector<StageDraft> drafts = draft_stages(stages, types, checker, problems);
     Wiring(drafts, types, checker, problems).wire_all();
     const StageGraph graph = check_graph(drafts, problems);
     check_output_names(drafts, problems);
-    check_until(request.until, stages, problems);
+    std::vector<PipelineStage> result;
     if (problems.empty())
         for (const std::size_t index : graph.order())
-            result.pipeline.stages.push_back(finished(std::move(drafts[index])));
+            result.push_back(finished(std::move(drafts[index])));
+    return result;
+}
+
+/// Loads the stages once for each combination of the axes' values.
+void load_sweep(const PipelineDocument& document, const std::vector<MatrixAxis>& axes, const Settings& settings, TypeTable& types,
+                Pipeline& pipeline, ProblemList& problems)
+{
+    std::vector<std::vector<std::size_t>> cells;
+    try
+    {
+        cells = combinations(axes);
+    }
+    catch (const Error& error)
+    {
+        problems.add(document.matrix.entries.front().position(), error.what());
+        return;
+    }
+    SweepMerger merger(axes);
+    for (const auto& choices : cells)
+    {
+        PipelineDocument one = document;
+        for (std::size_t axis = 0; axis < axes.size(); ++axis)
+            one.vars.find(axes[axis].var)->value = axes[axis].choices[choices[axis]].value;
+        ProblemList own;
+        std::vector<PipelineStage> stages = load_stages(one, settings, types, own);
+        std::map<std::string, std::set<std::string>> vars;
+        const Variables variables(one.vars, own);
+        for (const PipelineStage& stage : stages)
+        {
+            vars[stage.name] = variables.needed_by(document.stages.find(stage.name)->value);
+            vars[stage.name].merge(settings.vars_in(stage.name, variables));
+        }
+        merger.add(choices, std::move(stages), vars, own.sorted());
+    }
+    merger.report(problems);
+    if (problems.empty())
+        merger.merge_into(pipeline);
+}
+
+void load(const PipelineRequest& request, const Catalog& catalog, PipelineResult& result, ProblemList& problems)
+{
+    PipelineDocument document = read_pipeline_document(result.pipeline.file, request.file.string(), problems);
+    Settings settings(request.sets, request.working_directory, problems);
+    std::vector<MatrixAxis> axes = read_matrix(document, problems);
+    settings.set_vars(document, axes);
+    check_until(request.until, document.stages, problems);
+    TypeTable types(catalog);
+    if (!axes.empty())
+        return load_sweep(document, axes, settings, types, result.pipeline, problems);
+    std::vector<PipelineStage> stages = load_stages(document, settings, types, problems);
+    if (problems.empty())
+        result.pipeline.stages = std::move(stages);
 }
 }  // namespace
 
@@ -139,7 +192,10 @@ PipelineResult load_pipeline(const PipelineRequest& request, const Catalog& cata
     }
     result.problems = problems.sorted();
     if (!result.problems.empty())
+    {
         result.pipeline.stages.clear();
+        result.pipeline.sweep = {};
+    }
     return result;
 }
 

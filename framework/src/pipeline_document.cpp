@@ -17,6 +17,7 @@ constexpr std::size_t base_limit = 16;
 struct Layer
 {
     YamlNode vars;
+    YamlNode matrix;
     YamlNode stages;
     YamlNode base;  ///< Null: none.
     bool complete = true;
@@ -59,7 +60,7 @@ YamlNode section(const YamlNode& root, std::string_view key, ProblemList& proble
     YamlNode map = entry->value;
     for (const YamlNode::Entry& named : map.entries)
         if (!is_name(named.key))
-            problems.add(named.position(), "'" + named.key + "' cannot name a " + (key == "vars" ? "var" : "stage") +
+            problems.add(named.position(), "'" + named.key + "' cannot name a " + (key == "stages" ? "stage" : "var") +
                                                ": a name has letters, digits, '_' and '-' and begins with a letter or '_'");
     return map;
 }
@@ -98,12 +99,13 @@ Layer read_layer(const fs::path& file, const std::string& shown, const Position&
         layer.complete = false;
         return layer;
     }
-    static const std::vector<std::string> keys{"version", "base", "vars", "stages"};
+    static const std::vector<std::string> keys{"version", "base", "vars", "matrix", "stages"};
     for (const YamlNode::Entry& entry : root.entries)
         if (std::find(keys.begin(), keys.end(), entry.key) == keys.end())
             problems.add(entry.position(), "unknown key '" + entry.key + "'" + suggestion(entry.key, keys));
     check_version(root, layer.complete, problems);
     layer.vars = section(root, "vars", problems);
+    layer.matrix = section(root, "matrix", problems);
     layer.stages = section(root, "stages", problems);
     if (const YamlNode::Entry* base = root.find("base"))
     {
@@ -136,7 +138,8 @@ enum class Level
     stages,
     stage,
     input,
-    config
+    config,
+    axes
 };
 
 void merge(YamlNode& below, YamlNode above, Level level, ProblemList& problems);
@@ -154,7 +157,7 @@ void merge_entry(YamlNode& below, YamlNode::Entry above, Level level, ProblemLis
     }
     else if (!old)
         below.entries.push_back(std::move(above));
-    else if (old->value.is_map() && above.value.is_map())
+    else if (level != Level::axes && old->value.is_map() && above.value.is_map())
     {
         old->line = above.line;
         old->column = above.column;
@@ -194,6 +197,16 @@ void merge_vars(YamlNode& below, YamlNode above)
             *old = std::move(entry);
         else
             below.entries.push_back(std::move(entry));
+}
+
+/// A var that the upper file sets is no axis any more, unless the file says so.
+void merge_matrix(YamlNode& below, YamlNode above, const YamlNode& vars_above, ProblemList& problems)
+{
+    for (const YamlNode::Entry& var : vars_above.entries)
+        if (!above.find(var.key))
+            below.erase(var.key);
+    for (YamlNode::Entry& entry : above.entries)
+        merge_entry(below, std::move(entry), Level::axes, problems);
 }
 
 /// The base's name as the user would write it from where the upper file's name counts from.
@@ -257,11 +270,13 @@ PipelineDocument read_pipeline_document(const fs::path& file, const std::string&
         files.push_back(next);
     }
     document.vars = std::move(layers.back().vars);
+    document.matrix = std::move(layers.back().matrix);
     document.stages = std::move(layers.back().stages);
-    document.vars.kind = document.stages.kind = YamlNode::Kind::map;
+    document.vars.kind = document.matrix.kind = document.stages.kind = YamlNode::Kind::map;
     layers.pop_back();
     while (!layers.empty())
     {
+        merge_matrix(document.matrix, std::move(layers.back().matrix), layers.back().vars, problems);
         merge_vars(document.vars, std::move(layers.back().vars));
         if (layers.back().stages.is_map())
             merge(document.stages, std::move(layers.back().stages), Level::stages, problems);

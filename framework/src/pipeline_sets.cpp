@@ -225,14 +225,18 @@ Settings::Settings(const std::vector<std::pair<std::string, std::string>>& sets,
     }
 }
 
-void Settings::set_vars(PipelineDocument& document)
+void Settings::set_vars(PipelineDocument& document, std::vector<MatrixAxis>& axes)
 {
     for (const Setting& setting : settings_)
     {
         const std::string& name = setting.path.front();
         if (setting.path.size() > 1)
             continue;
-        if (YamlNode::Entry* var = document.vars.find(name))
+        const auto axis =
+            std::find_if(axes.begin(), axes.end(), [&](const MatrixAxis& candidate) { return candidate.var == name; });
+        if (axis != axes.end())
+            set_axis(*axis, setting.value, problems_);
+        else if (YamlNode::Entry* var = document.vars.find(name))
             var->value = setting.value;
         else if (document.stages.find(name))
             problems_.add(setting.value.position(),
@@ -243,28 +247,38 @@ void Settings::set_vars(PipelineDocument& document)
     }
 }
 
-void Settings::set_options(YamlNode& stages, Variables& variables, TypeTable& types)
+void Settings::set_options(YamlNode& stages, Variables& variables, TypeTable& types, ProblemList& problems) const
 {
-    for (Setting& setting : settings_)
+    std::vector<Setting> settings;
+    for (const Setting& setting : settings_)
         if (setting.path.size() > 1)
-            setting.value = variables.substitute(setting.value);
+            settings.push_back({setting.path, variables.substitute(setting.value)});
     // An option that decides what `auto` stands for must be in place before anything inside it is set.
-    for (const Setting& setting : settings_)
+    for (const Setting& setting : settings)
         if (setting.path.size() == 2)
-            set_option(setting, stages, types);
-    for (const Setting& setting : settings_)
+            set_option(setting, stages, types, problems);
+    for (const Setting& setting : settings)
         if (setting.path.size() > 2)
-            set_option(setting, stages, types);
+            set_option(setting, stages, types, problems);
 }
 
-void Settings::set_option(const Setting& setting, YamlNode& stages, TypeTable& types)
+std::set<std::string> Settings::vars_in(const std::string& stage, const Variables& variables) const
+{
+    std::set<std::string> names;
+    for (const Setting& setting : settings_)
+        if (setting.path.size() > 1 && setting.path.front() == stage)
+            names.merge(variables.needed_by(setting.value));
+    return names;
+}
+
+void Settings::set_option(const Setting& setting, YamlNode& stages, TypeTable& types, ProblemList& problems)
 {
     YamlNode::Entry* stage = stages.find(setting.path.front());
     if (!stage)
-        problems_.add(setting.value.position(),
-                      "there is no stage '" + setting.path.front() + "'" + suggestion(setting.path.front(), keys_of(stages)));
+        problems.add(setting.value.position(),
+                     "there is no stage '" + setting.path.front() + "'" + suggestion(setting.path.front(), keys_of(stages)));
     else if (stage->value.is_map())
-        Setter(setting.path, setting.value, types, problems_).set_in_stage(stage->value);
+        Setter(setting.path, setting.value, types, problems).set_in_stage(stage->value);
 }
 
 }  // namespace fresco::host

@@ -123,6 +123,26 @@ std::vector<std::string> Variables::names() const
     return result;
 }
 
+std::set<std::string> Variables::needed_by(const YamlNode& node) const
+{
+    std::set<std::string> names;
+    collect_needed(node, names);
+    return names;
+}
+
+void Variables::collect_needed(const YamlNode& node, std::set<std::string>& names) const
+{
+    if (node.is_scalar())
+        for (const Piece& piece : split(node.text).value_or(std::vector<Piece>{}))
+            if (const auto var = piece.is_var ? vars_.find(piece.text) : vars_.end(); var != vars_.end())
+                if (names.insert(piece.text).second)
+                    collect_needed(*var->second.written, names);
+    for (const YamlNode& item : node.items)
+        collect_needed(item, names);
+    for (const YamlNode::Entry& entry : node.entries)
+        collect_needed(entry.value, names);
+}
+
 bool Variables::spend(std::size_t amount, const YamlNode& use)
 {
     if (amount <= budget_)

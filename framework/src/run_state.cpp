@@ -59,9 +59,12 @@ RunState::RunState(const Pipeline& pipeline, const Store& store, FileHashes& has
     }
     if (until.empty())
         return;
-    if (!places.contains(until))
+    bool found = false;
+    for (StageNode& node : nodes_)
+        if (node.stage->own_name == until)
+            found = node.selected = true;
+    if (!found)
         throw Error("--until " + until + ": the pipeline has no stage of this name");
-    nodes_[places.at(until)].selected = true;
     for (std::size_t i = nodes_.size(); i-- > 0;)
         if (nodes_[i].selected)
             for (const std::size_t producer : nodes_[i].producers)

@@ -1,6 +1,7 @@
 #include "running_stage.h"
 #include "stage_failure.h"
 #include "stop_signals.h"
+#include "sweep_turns.h"
 
 #include <fresco/error.h>
 #include <fresco/host/scheduler.h>
@@ -30,7 +31,7 @@ class Scheduler
     Scheduler(const RunRequest& request, ProgressDisplay& display)
         : request_(request), display_(display), store_(request.store), in_use_(store_lock(store_)),
           hashes_(store_.root() / "files.json"), state_(*request.pipeline, store_, hashes_, request.until),
-          exporter_(store_, request.out, hashes_)
+          turns_(request.pipeline->sweep, request.jobs, request.keep_going), statistics_(store_)
     {
         // Alone in the store: nobody needs what killed runs left in tmp/.
         if (in_use_.try_exclusive())
@@ -62,13 +63,27 @@ class Scheduler
     {
         if (stopping())
             return;
+        const std::vector<bool> may_begin = turns_.take(state_.nodes());
         std::vector<StageNode*> ready;
-        for (auto& node : state_.nodes())
-            if (node.state == StageState::waiting && node.resolved && state_.ready(node))
-                ready.push_back(&node);
         int busy = 0;
+        double memory_mb = 0;
         for (const auto& running : running_)
+        {
             busy += running.threads();
+            memory_mb += expected_memory_mb(running.node());
+        }
+        for (std::size_t i = 0; i < state_.nodes().size(); ++i)
+        {
+            StageNode& node = state_.nodes()[i];
+            if (!may_begin[i] || node.state != StageState::waiting || !node.resolved || !state_.ready(node))
+                continue;
+            const double more_mb = expected_memory_mb(node);
+            const bool fits = request_.memory_mb <= 0 || memory_mb + more_mb <= request_.memory_mb;
+            if (!fits && !(running_.empty() && ready.empty()))
+                continue;
+            memory_mb += more_mb;
+            ready.push_back(&node);
+        }
         int left = static_cast<int>(ready.size());
         for (StageNode* node : ready)
         {
@@ -82,12 +97,26 @@ class Scheduler
         }
     }
 
+    /// By its formula, as earlier runs corrected it.
+    double expected_memory_mb(const StageNode& node) const
+    {
+        const auto estimate = request_.estimates.find(node.stage->name);
+        return statistics_
+            .corrected(node.stage->type->type, estimate == request_.estimates.end() ? CostFigures{} : estimate->second)
+            .memory_mb;
+    }
+
+    Exporter& exporter_of(const PipelineStage& stage)
+    {
+        return exporters_.try_emplace(stage.place, store_, request_.out / stage.place, hashes_).first->second;
+    }
+
     void start(StageNode& node, int threads)
     {
         try
         {
-            const WorkerRequest request =
-                make_worker_request(node, state_, store_, request_.out / "preview" / node.stage->name, threads, hashes_);
+            const WorkerRequest request = make_worker_request(
+                node, state_, store_, request_.out / node.stage->place / "preview" / node.stage->own_name, threads, hashes_);
             running_.emplace_back(node, request, store_, display_);
             node.state = StageState::running;
         }
@@ -299,12 +328,13 @@ class Scheduler
 
     bool export_result(StageNode& node)
     {
-        const std::size_t before = exporter_.files().size();
+        Exporter& exporter = exporter_of(*node.stage);
+        const std::size_t before = exporter.files().size();
         try
         {
-            exporter_.copy(*node.stage, node.result->object);
-            for (std::size_t i = before; i < exporter_.files().size(); ++i)
-                display_.exported(node.stage->name, exporter_.files()[i].path, exporter_.files()[i].written);
+            exporter.copy(*node.stage, node.result->object);
+            for (std::size_t i = before; i < exporter.files().size(); ++i)
+                display_.exported(node.stage->name, exporter.files()[i].path, exporter.files()[i].written);
             return true;
         }
         catch (const DamagedObject& object)
@@ -340,13 +370,14 @@ class Scheduler
                 outcome.object = node.result->object;
             if (node.state == StageState::failed)
                 failed = failed == 0 || node.error_code == worker_failed ? node.error_code : failed;
-            if (node.state == StageState::waiting && !stopping())
+            if (node.state == StageState::waiting && !stopping() && !turns_.ended_early())
                 throw std::logic_error("the stage " + node.stage->name + " was never started");
             result.stages.push_back(std::move(outcome));
         }
-        result.files = exporter_.files();
+        for (const auto& [place, exporter] : exporters_)
+            result.files.insert(result.files.end(), exporter.files().begin(), exporter.files().end());
         result.exit_code = interrupted ? int{worker_cancelled} : failed;
-        if (request_.until.empty() && result.exit_code == 0)
+        if (request_.until.empty() && !request_.pipeline->sweep.narrowed && result.exit_code == 0)
             remove_old_records(store_, *request_.pipeline);
         hashes_.save();
         return result;
@@ -358,7 +389,9 @@ class Scheduler
     FileLock in_use_;
     FileHashes hashes_;
     RunState state_;
-    Exporter exporter_;
+    SweepTurns turns_;
+    Statistics statistics_;
+    std::map<std::string, Exporter> exporters_;  ///< By the place of their stages below `--out`.
     StopSignals signals_;
     std::list<RunningStage> running_;
     std::map<std::string, StageOutcome> outcomes_;

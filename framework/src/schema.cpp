@@ -133,6 +133,11 @@ class SchemaWriter
                                {"vars", Map{{"type", "object"},
                                             {"description", "Values for ${name}, changed by --set NAME=VALUE"},
                                             {"propertyNames", Map{{"pattern", name_pattern}}}}},
+                               {"matrix", Map{{"type", "object"},
+                                              {"description", "Runs every combination: var -> the values that it takes, a list "
+                                                              "or a map of named ones"},
+                                              {"propertyNames", Map{{"pattern", name_pattern}}},
+                                              {"additionalProperties", axis_schema()}}},
                                {"stages", Map{{"type", "object"}, {"propertyNames", Map{{"pattern", name_pattern}}}}}}},
             {"additionalProperties", false},
             {"if", Map{{"required", List{"base"}}}},
@@ -142,6 +147,13 @@ class SchemaWriter
     }
 
   private:
+    /// Empty where it takes away an axis of the base.
+    static Value axis_schema()
+    {
+        return Map{{"anyOf", List{Map{{"type", "array"}, {"minItems", 1}, {"uniqueItems", true}},
+                                  Map{{"type", "object"}, {"minProperties", 1}}, Map{{"type", "null"}}}}};
+    }
+
     static Value stages_of(const char* definition)
     {
         return Map{{"properties", Map{{"stages", Map{{"additionalProperties", reference(definition)}}}}}};

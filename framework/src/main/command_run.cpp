@@ -1,9 +1,11 @@
 #include "commands.h"
 
+#include <fresco/files_io.h>
 #include <fresco/host/commands_inspect.h>
 #include <fresco/host/machine.h>
 #include <fresco/host/plan.h>
 #include <fresco/host/scheduler.h>
+#include <fresco/host/sweep.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -20,6 +22,9 @@ struct RunArguments
     PipelineArguments pipeline;
     PlaceArguments places;
     int cores = available_cores();
+    double memory_mb = 0;
+    int jobs = 0;
+    bool keep_going = false;
     bool quiet = false;
     bool json_log = false;
 };
@@ -96,6 +101,31 @@ void print_json(const RunSummary& summary)
             {"event", "summary"}, {"exit_code", summary.exit_code}, {"stages", std::move(stages)}, {"files", std::move(files)}}));
 }
 
+/// Of a matrix: the summary beside the results, and a line per combination.
+void tell_combinations(const RunArguments& arguments, const Pipeline& pipeline, const RunSummary& summary)
+{
+    const auto outcomes = combination_outcomes(pipeline, summary);
+    const std::filesystem::path out = arguments.places.out_folder();
+    std::filesystem::create_directories(out);
+    const std::string text = to_json(sweep_as_value(pipeline, summary, outcomes, out), 1) + "\n";
+    write_file(out / "sweep.json", text);
+    if (arguments.quiet || arguments.json_log)
+        return;
+    fmt::print("\n{}", sweep_table(pipeline.sweep, outcomes));
+    const auto relative = (out / "sweep.json").lexically_relative(std::filesystem::current_path());
+    fmt::print("{}\n", relative.empty() || *relative.begin() == ".." ? (out / "sweep.json").string() : relative.string());
+}
+
+/// What only a matrix has a meaning for; false where there is none.
+bool fits_matrix(const RunArguments& arguments, const Pipeline& pipeline)
+{
+    const char* option = arguments.keep_going ? "--keep-going" : "--jobs";
+    if (!pipeline.sweep.axes.empty() || (!arguments.keep_going && arguments.jobs == 0))
+        return true;
+    fmt::print(stderr, "{}: error: is for pipelines with a 'matrix', {} has none\n", option, arguments.pipeline.file);
+    return false;
+}
+
 int run(const RunArguments& arguments)
 {
     const auto loaded = load_and_report(arguments.pipeline);
@@ -107,18 +137,26 @@ int run(const RunArguments& arguments)
                                                   {"problems", problems_as_value(loaded->result.problems)}}));
         return loaded->result.exit_code();
     }
+    if (!fits_matrix(arguments, loaded->result.pipeline))
+        return 2;
     RunRequest request;
     request.pipeline = &loaded->result.pipeline;
     request.store = arguments.places.store_folder();
     request.out = arguments.places.out_folder();
     request.cores = arguments.cores;
+    request.memory_mb = arguments.memory_mb > 0 ? arguments.memory_mb : available_memory_mb();
+    request.jobs = std::max(1, arguments.jobs);
+    request.keep_going = arguments.keep_going;
     request.until = arguments.pipeline.until;
     request.estimates = formula_figures(loaded->result.pipeline, arguments.cores).stages;
     const auto display = make_display(display_kind(arguments));
     const RunSummary summary = run_pipeline(request, *display);
+    const bool sweep = !request.pipeline->sweep.axes.empty();
+    if (sweep)
+        tell_combinations(arguments, *request.pipeline, summary);
     if (arguments.json_log)
         print_json(summary);
-    else if (!arguments.quiet)
+    else if (!arguments.quiet && !sweep)
     {
         print_table(summary);
         print_files(summary);
@@ -139,7 +177,14 @@ void add_run_command(CLI::App& app, int& exit_code)
     arguments->places.add_out_to(*command);
     arguments->places.add_store_to(*command);
     command->add_option("--cores", arguments->cores, "Processor cores to use")->check(CLI::Range(1, 4096))->capture_default_str();
+    command
+        ->add_option("--memory", arguments->memory_mb,
+                     "Megabytes that stages side by side may be expected to take together (default: what is free now)")
+        ->check(CLI::Range(1.0, 1e9));
     arguments->pipeline.add_until_to(*command);
+    command->add_option("--jobs", arguments->jobs, "Combinations of a matrix to have at work at once (default: 1)")
+        ->check(CLI::Range(1, 4096));
+    command->add_flag("--keep-going", arguments->keep_going, "Begin further combinations of a matrix after one failed");
     command->add_flag("--quiet", arguments->quiet, "Print errors alone");
     command->add_flag("--json-log", arguments->json_log, "Print one JSON object per event to standard output");
     command->callback([arguments, &exit_code] { exit_code = run(*arguments); });

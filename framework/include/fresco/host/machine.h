@@ -13,6 +13,9 @@ Value processor_capability();
 
 /// Cores this process may use.
 int available_cores();
+/// Memory that programs can have now without others being swapped out, as far as this process's control group allows it; 0 where
+/// the system does not tell.
+double available_memory_mb();
 
 /// Largest resident memory of this process so far, in MB.
 double peak_memory_mb();

@@ -50,7 +50,10 @@ struct Wire
 
 struct PipelineStage
 {
+    /// Of all stages of the pipeline: the file's name, and behind an '@' the values of the axes that the stage depends on.
     std::string name;
+    std::string own_name;  ///< In the file. Several stages of a matrix have one.
+    std::string place;     ///< Folder below `--out` for what it makes: the values of its axes ("kitchen,waves"), else empty.
     const TypeDescription* type = nullptr;  ///< Owned by the catalog.
     /// Every option with its value: defaults filled in, component configurations complete down to their own options, `auto`
     /// expanded, paths absolute. What the worker process configures the stage with.
@@ -61,11 +64,29 @@ struct PipelineStage
     Position position;                               ///< Of the stage's key.
 };
 
-/// A checked pipeline: stages in a topological order that keeps the file's order where it can.
+/// One cell of a matrix: a value for each axis.
+struct Combination
+{
+    std::string name;                 ///< "kitchen,waves": what its values are called.
+    std::vector<std::string> values;  ///< What each axis's value is called, in the order of the axes.
+    std::vector<std::size_t> stages;  ///< Numbers of the stages it is made of, shared ones too.
+};
+
+/// What `matrix` asks for.
+struct Sweep
+{
+    std::vector<std::string> axes;  ///< Vars. Empty: there is no matrix.
+    std::vector<Combination> combinations;
+    bool narrowed = false;  ///< `--set` chose some of the values.
+};
+
+/// A checked pipeline: stages in a topological order that keeps the file's order where it can. With a matrix, the stages of all
+/// combinations; one that does not depend on an axis is there once for all the axis's values.
 struct Pipeline
 {
     std::filesystem::path file;
     std::vector<PipelineStage> stages;
+    Sweep sweep;
 
     const PipelineStage* find(std::string_view name) const;
 };

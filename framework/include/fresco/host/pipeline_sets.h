@@ -1,10 +1,11 @@
 #pragma once
 
-#include <fresco/host/pipeline_document.h>
+#include <fresco/host/pipeline_matrix.h>
 #include <fresco/host/pipeline_types.h>
 #include <fresco/host/pipeline_variables.h>
 
 #include <filesystem>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -20,11 +21,13 @@ class Settings
     Settings(const std::vector<std::pair<std::string, std::string>>& sets, const std::filesystem::path& working_directory,
              ProblemList& problems);
 
-    /// Replaces the values of vars. A name that is no var is reported, with the nearest.
-    void set_vars(PipelineDocument& document);
+    /// Replaces the values of vars and narrows axes. A name that is no var is reported, with the nearest.
+    void set_vars(PipelineDocument& document, std::vector<MatrixAxis>& axes);
     /// Replaces options, `input` and `type` in the substituted stages. Inside a component that the file does not give, the
     /// default (and what `auto` stands for) is written out first, so that one of its options can be changed.
-    void set_options(YamlNode& stages, Variables& variables, TypeTable& types);
+    void set_options(YamlNode& stages, Variables& variables, TypeTable& types, ProblemList& problems) const;
+    /// The vars that what is set in a stage needs.
+    std::set<std::string> vars_in(const std::string& stage, const Variables& variables) const;
 
   private:
     struct Setting
@@ -33,7 +36,7 @@ class Settings
         YamlNode value;
     };
 
-    void set_option(const Setting& setting, YamlNode& stages, TypeTable& types);
+    static void set_option(const Setting& setting, YamlNode& stages, TypeTable& types, ProblemList& problems);
 
     std::vector<Setting> settings_;
     ProblemList& problems_;

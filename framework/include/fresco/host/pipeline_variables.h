@@ -4,6 +4,7 @@
 #include <fresco/host/yaml_document.h>
 
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,8 @@ class Variables
     /// Reports what is wrong with the vars that nothing used so far.
     void check_unused();
     std::vector<std::string> names() const;
+    /// The vars that the tree needs, and those that they are made of.
+    std::set<std::string> needed_by(const YamlNode& node) const;
 
   private:
     enum class State
@@ -39,6 +42,7 @@ class Variables
         State state = State::untouched;
     };
 
+    void collect_needed(const YamlNode& node, std::set<std::string>& names) const;
     const YamlNode* value_of(const std::string& name, const YamlNode& use);
     YamlNode substitute_scalar(const YamlNode& node);
     bool spend(std::size_t amount, const YamlNode& use);

@@ -19,6 +19,9 @@ struct RunRequest
     std::filesystem::path store;
     std::filesystem::path out;
     int cores = 1;
+    double memory_mb = 0;                          ///< What stages side by side may be expected to take together; 0: no limit.
+    int jobs = 1;                                  ///< Combinations of a matrix that are at work at once.
+    bool keep_going = false;                       ///< Begin further combinations of a matrix after one failed.
     std::string until;                             ///< Empty: everything.
     std::map<std::string, CostFigures> estimates;  ///< Per stage; kept beside what was measured.
 };
@@ -31,10 +34,10 @@ struct RunSummary
     int exit_code = 0;
 };
 
-/// Runs a checked pipeline: every stage at most once, each in a process of its own, independent ones side by side within `cores`.
-/// A stage that fails stops only what depends on it. SIGINT and SIGTERM end the run in order. Costs and records of what a
-/// stage led to that cannot be written (a full disk) are noted, and the run goes on. One thread; call once at a time.
-/// Throws Error if the store cannot be used.
+/// Runs a checked pipeline: every stage at most once, each in a process of its own, independent ones side by side within `cores`
+/// and `memory_mb` (one may always run). A stage that fails stops only what depends on it. SIGINT and SIGTERM end the run in
+/// order. Costs and records of what a stage led to that cannot be written (a full disk) are noted, and the run goes on. One
+/// thread; call once at a time. Throws Error if the store cannot be used.
 RunSummary run_pipeline(const RunRequest& request, ProgressDisplay& display);
 
 }  // namespace fresco::host

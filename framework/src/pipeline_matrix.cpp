@@ -1,0 +1,284 @@
+#include <fresco/error.h>
+#include <fresco/host/pipeline_matrix.h>
+#include <fresco/host/suggest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <set>
+
+namespace fresco::host
+{
+namespace
+{
+namespace fs = std::filesystem;
+
+constexpr std::size_t longest_label = 36;  // bytes; six of them and a stage's name are a file name
+
+bool is_label_byte(char c)
+{
+    const bool letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
+    return letter || static_cast<unsigned char>(c) >= 0x80 || std::string_view("_-.+=").find(c) != std::string_view::npos;
+}
+
+/// What is left of a text when all that has no place in the name of a folder is a dash.
+std::string label_of(const std::string& text)
+{
+    std::string label;
+    for (const char c : text)
+        if (is_label_byte(c))
+            label += c;
+        else if (!label.empty() && label.back() != '-')
+            label += '-';
+    if (label.size() > longest_label)
+    {
+        std::size_t end = longest_label;
+        while (end > 0 && (static_cast<unsigned char>(label[end]) & 0xC0U) == 0x80U)
+            --end;
+        label.resize(end);
+    }
+    const std::size_t begin = std::min(label.find_first_not_of("-."), label.size());
+    label.erase(0, begin);
+    while (!label.empty() && (label.back() == '-' || label.back() == '.'))
+        label.pop_back();
+    return label;
+}
+
+std::string without_case(std::string text)
+{
+    for (char& c : text)
+        if (c >= 'A' && c <= 'Z')
+            c = static_cast<char>(c - 'A' + 'a');
+    return text;
+}
+
+/// What the program itself writes below `--out`.
+bool is_taken(const std::string& label)
+{
+    static const std::set<std::string> own{"preview", "report.html", "sweep.html", "sweep.json"};
+    return own.contains(without_case(label));
+}
+
+/// The stem of a path; with `parts` > 0 its name, and with more of them the folders above it too.
+std::string end_of_path(const std::string& text, std::size_t parts)
+{
+    fs::path path = fs::path(text).lexically_normal();
+    if (!path.has_filename())
+        path = path.parent_path();
+    if (parts == 0)
+        return path.stem().string();
+    std::vector<std::string> names;
+    for (const fs::path& part : path)
+        names.push_back(part.string());
+    std::string result;
+    for (std::size_t i = names.size() - std::min(parts, names.size()); i < names.size(); ++i)
+        result += (result.empty() ? "" : "-") + names[i];
+    return result;
+}
+
+bool is_text(const YamlNode& value)
+{
+    return value.is_scalar() && resolve_scalar(value).value.is_string();
+}
+
+std::vector<std::string> labels_by(const std::string& var, const std::vector<MatrixAxis::Choice>& choices, std::size_t parts)
+{
+    std::vector<std::string> labels;
+    for (std::size_t i = 0; i < choices.size(); ++i)
+    {
+        const YamlNode& value = choices[i].value;
+        const bool number = value.is_scalar() && !is_text(value);
+        std::string label = is_text(value) ? label_of(end_of_path(value.text, parts)) : "";
+        if (label.empty())
+            label = label_of(var + "=" + (number ? value.text : std::to_string(i + 1)));
+        labels.push_back(std::move(label));
+    }
+    return labels;
+}
+
+bool are_unique(const std::vector<std::string>& labels)
+{
+    std::set<std::string> seen;
+    return std::all_of(labels.begin(), labels.end(),
+                       [&](const std::string& label) { return seen.insert(without_case(label)).second; });
+}
+
+void label(MatrixAxis& axis)
+{
+    constexpr std::size_t most_parts = 4;
+    std::vector<std::string> labels;
+    for (std::size_t parts = 0; parts <= most_parts; ++parts)
+        if (labels = labels_by(axis.var, axis.choices, parts); are_unique(labels))
+            break;
+    std::set<std::string> seen;
+    for (std::size_t i = 0; i < labels.size(); ++i)
+    {
+        std::string unique = labels[i];
+        for (std::size_t number = 2; is_taken(unique) || !seen.insert(without_case(unique)).second; ++number)
+            unique = labels[i] + "-" + std::to_string(number);
+        axis.choices[i].label = unique;
+    }
+}
+
+bool same_value(const YamlNode& a, const YamlNode& b)
+{
+    const auto same_entry = [](const YamlNode::Entry& x, const YamlNode::Entry& y)
+    { return x.key == y.key && same_value(x.value, y.value); };
+    return a.kind == b.kind && a.text == b.text && a.plain == b.plain &&
+           std::equal(a.items.begin(), a.items.end(), b.items.begin(), b.items.end(), same_value) &&
+           std::equal(a.entries.begin(), a.entries.end(), b.entries.begin(), b.entries.end(), same_entry);
+}
+
+std::string place_text(const YamlNode& node)
+{
+    return node.line > 0 ? "on line " + std::to_string(node.line) : "before it";
+}
+
+/// Whether every value of the axis is one, and no two are the same.
+bool check_values(const MatrixAxis& axis, ProblemList& problems)
+{
+    bool good = true;
+    const auto report = [&](const YamlNode& value, const std::string& text)
+    {
+        problems.add(value.position(), "axis '" + axis.var + "': " + text);
+        good = false;
+    };
+    for (std::size_t i = 0; i < axis.choices.size(); ++i)
+    {
+        const YamlNode& value = axis.choices[i].value;
+        if (value.is_null())
+            report(value, "a value is empty");
+        const auto first = std::find_if(axis.choices.begin(), axis.choices.begin() + static_cast<std::ptrdiff_t>(i),
+                                        [&](const MatrixAxis::Choice& other) { return same_value(other.value, value); });
+        if (!value.is_null() && first != axis.choices.begin() + static_cast<std::ptrdiff_t>(i))
+            report(value, value.summary() + " is here twice; the first is " + place_text(first->value));
+        good = good && value.is_valid();
+    }
+    return good;
+}
+
+bool read_named(MatrixAxis& axis, const YamlNode& map, ProblemList& problems)
+{
+    bool good = true;
+    std::set<std::string> seen;
+    for (const YamlNode::Entry& entry : map.entries)
+    {
+        const bool fits = label_of(entry.key) == entry.key && !is_taken(entry.key);
+        if (!fits)
+            problems.add(entry.position(), "axis '" + axis.var + "': '" + entry.key +
+                                               "' cannot be the name of a folder of results: take letters, digits, '_', '-', "
+                                               "'.', '+' and '=', at most " +
+                                               std::to_string(longest_label) + ", and none of the program's own names");
+        const bool fresh = seen.insert(without_case(entry.key)).second;
+        if (!fresh)
+            problems.add(entry.position(),
+                         "axis '" + axis.var + "': '" + entry.key + "' differs from another name by the case of letters alone");
+        good = good && fits && fresh;
+        axis.choices.push_back({entry.key, entry.value});
+    }
+    return good;
+}
+
+bool read_axis(MatrixAxis& axis, const YamlNode& values, ProblemList& problems)
+{
+    if (!values.is_valid())
+        return false;
+    bool good = true;
+    if (values.is_map())
+        good = read_named(axis, values, problems);
+    else if (values.is_list())
+        for (const YamlNode& value : values.items)
+            axis.choices.push_back({"", value});
+    else
+    {
+        problems.add(values.position(),
+                     "axis '" + axis.var + "' must be a list of values or a map {name: value}, got " + values.summary());
+        return false;
+    }
+    if (axis.choices.empty())
+    {
+        problems.add(values.position(), "axis '" + axis.var + "' has no values");
+        return false;
+    }
+    good = check_values(axis, problems) && good;
+    if (good && values.is_list())
+        label(axis);
+    return good;
+}
+}  // namespace
+
+std::vector<MatrixAxis> read_matrix(PipelineDocument& document, ProblemList& problems)
+{
+    std::vector<std::string> vars;
+    for (const YamlNode::Entry& var : document.vars.entries)
+        vars.push_back(var.key);
+    std::vector<MatrixAxis> axes;
+    for (const YamlNode::Entry& entry : document.matrix.entries)
+    {
+        YamlNode::Entry* var = document.vars.find(entry.key);
+        if (!var && document.complete)
+            problems.add(entry.position(), "matrix: there is no var '" + entry.key + "'" +
+                                               (vars.empty() ? ": declare it under 'vars'" : suggestion(entry.key, vars)));
+        MatrixAxis axis{entry.key, {}};
+        const bool good = read_axis(axis, entry.value, problems);
+        if (var && good)
+            axes.push_back(std::move(axis));
+        else if (var)
+            var->value.kind = YamlNode::Kind::invalid;
+    }
+    if (axes.size() > axis_limit)
+    {
+        problems.add(document.matrix.entries.front().position(),
+                     "a matrix of more than " + std::to_string(axis_limit) + " axes: put some into files of their own");
+        axes.resize(axis_limit);
+    }
+    return axes;
+}
+
+void set_axis(MatrixAxis& axis, const YamlNode& value, ProblemList& problems)
+{
+    if (value.is_list())
+    {
+        MatrixAxis fresh{axis.var, {}};
+        if (read_axis(fresh, value, problems))
+            axis = std::move(fresh);
+        return;
+    }
+    std::vector<std::string> labels;
+    const auto fits = [&](const MatrixAxis::Choice& choice) {
+        return value.is_scalar() && (choice.label == value.text || (choice.value.is_scalar() && choice.value.text == value.text));
+    };
+    for (const MatrixAxis::Choice& choice : axis.choices)
+        labels.push_back(choice.label);
+    if (std::none_of(axis.choices.begin(), axis.choices.end(), fits))
+    {
+        const std::string what = value.is_scalar() ? "'" + value.text + "'" : value.summary();
+        problems.add(value.position(), "the axis '" + axis.var + "' of the matrix has no value " + what +
+                                           suggestion(value.text, labels) + "; for other values give a list: --set '" + axis.var +
+                                           "=[A, B]'");
+        return;
+    }
+    for (MatrixAxis::Choice& choice : axis.choices)
+        choice.chosen = fits(choice);
+}
+
+std::vector<std::vector<std::size_t>> combinations(const std::vector<MatrixAxis>& axes)
+{
+    std::vector<std::vector<std::size_t>> result{{}};
+    for (const MatrixAxis& axis : axes)
+    {
+        std::vector<std::vector<std::size_t>> longer;
+        for (const auto& combination : result)
+            for (std::size_t i = 0; i < axis.choices.size(); ++i)
+                if (axis.choices[i].chosen)
+                {
+                    longer.push_back(combination);
+                    longer.back().push_back(i);
+                    if (longer.size() > combination_limit)
+                        throw Error("the matrix has more than " + std::to_string(combination_limit) + " combinations");
+                }
+        result = std::move(longer);
+    }
+    return result;
+}
+
+}  // namespace fresco::host

@@ -1,5 +1,4 @@
-#include "ray_finder.h"
-
+#include <fresco/raycast/ray_finder.h>
 #include <fresco/uv_mapping/uv_mapping_stage.h>
 
 namespace
@@ -17,7 +16,7 @@ class UvmapsRaycast final : public fresco::UvMappingStage
     }
     std::unique_ptr<fresco::FaceFinder> finder(const fresco::Mesh& mesh, const fresco::RunContext&) const override
     {
-        return std::make_unique<RayFinder>(mesh);
+        return std::make_unique<fresco::raycast::RayFinder>(mesh);
     }
 };
 }  // namespace

@@ -1,12 +1,12 @@
 #include "camera_path.h"
 #include "furnish.h"
 #include "raster_finder.h"
-#include "ray_finder.h"
 #include "render.h"
 #include "scan_mesh.h"
 #include "shared_data.h"
 
 #include <fresco/mesh_io.h>
+#include <fresco/raycast/ray_finder.h>
 #include <fresco/raycast/surface.h>
 
 #include <catch2/catch.hpp>
@@ -73,7 +73,7 @@ void check_agreement(const Mesh& mesh, const std::vector<Camera>& cameras, const
     const raycast::Scene scene(mesh);
     RasterFinder raster(mesh);
     UvMapper drawn(mesh, std::make_unique<RasterFinder>(mesh));
-    UvMapper cast(mesh, std::make_unique<RayFinder>(mesh));
+    UvMapper cast(mesh, std::make_unique<raycast::RayFinder>(mesh));
     Agreement all;
     PixelCounts cast_counts;
     for (const Camera& camera : cameras)

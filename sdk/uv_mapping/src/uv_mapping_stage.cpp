@@ -67,26 +67,26 @@ class Tally
 
 }  // namespace
 
-void UvMappingStage::check_inputs() const
+void check_uv_mapping_inputs(const Mesh& mesh, const Frames& frames)
 {
-    check_mesh(*mesh_, "the mesh on port 'mesh'");
-    if (mesh_->texcoords.empty())
+    check_mesh(mesh, "the mesh on port 'mesh'");
+    if (mesh.texcoords.empty())
         throw Error("the mesh on port 'mesh' has no texcoords: put an atlas.* stage before this one");
     // What a packed map takes for rounding.
     const auto within = [](float share) { return share >= -1e-5F && share <= 1 + 1e-5F; };
     const auto outside = [&](const Vec2f& texcoord) { return !within(texcoord.x) || !within(texcoord.y); };
-    if (const auto bad = std::ranges::find_if(mesh_->texcoords, outside); bad != mesh_->texcoords.end())
-        throw Error("face " + std::to_string((bad - mesh_->texcoords.begin()) / 3) +
+    if (const auto bad = std::ranges::find_if(mesh.texcoords, outside); bad != mesh.texcoords.end())
+        throw Error("face " + std::to_string((bad - mesh.texcoords.begin()) / 3) +
                     " of the mesh on port 'mesh' has texcoords outside [0,1]: put an atlas.* stage before this one");
-    if (frames_->frames.empty())
+    if (frames.frames.empty())
         throw Error("port 'frames' brings no frames: check the scan's path and the stages that drop frames");
-    for (const Frame& frame : frames_->frames)
+    for (const Frame& frame : frames.frames)
         check_camera(frame.color, "the colour camera of " + frame.sequence + "/" + frame.name);
 }
 
 void UvMappingStage::run(RunContext& run)
 {
-    check_inputs();
+    check_uv_mapping_inputs(*mesh_, *frames_);
     const std::vector<int> heights = sorted_heights(*heights_px_);
     const int uv_bits = uv_bits_for_texture(*texture_px_);
     UvMapper mapper(*mesh_, finder(*mesh_, run));

@@ -2,8 +2,9 @@
 #include "map_figures.h"
 #include "plain_uv_map.h"
 #include "raster_finder.h"
-#include "ray_finder.h"
 #include "tables.h"
+
+#include <fresco/raycast/ray_finder.h>
 
 #include <algorithm>
 #include <cmath>
@@ -32,7 +33,7 @@ const std::vector<Implementation>& implementations()
 {
     static const std::vector<Implementation> all{
         {"uvmaps.raster", [](const fresco::Mesh& mesh) { return std::make_unique<RasterFinder>(mesh); }},
-        {"uvmaps.raycast", [](const fresco::Mesh& mesh) { return std::make_unique<RayFinder>(mesh); }}};
+        {"uvmaps.raycast", [](const fresco::Mesh& mesh) { return std::make_unique<fresco::raycast::RayFinder>(mesh); }}};
     return all;
 }
 

@@ -10,6 +10,10 @@
 namespace fresco
 {
 
+/// What the makers of uv maps ask of their inputs, named 'mesh' and 'frames'. Throws Error: a mesh that check_mesh refuses,
+/// without texcoords or with some outside [0,1] (the face is named); no frames; a colour camera that check_camera refuses.
+void check_uv_mapping_inputs(const Mesh& mesh, const Frames& frames);
+
 /// A stage with the ports, options and report of `uvmaps.raycast`: checks its inputs, makes the uv maps of every frame at every
 /// height from the faces that `finder` finds, and counts what became of the pixels. A way of making uv maps derives from it and
 /// needs no more than `finder` and its costs.
@@ -23,8 +27,6 @@ class UvMappingStage : public Stage
     virtual std::unique_ptr<FaceFinder> finder(const Mesh& mesh, const RunContext& run) const = 0;
 
   private:
-    void check_inputs() const;
-
     Input<Mesh> mesh_{this, "mesh", "Triangle mesh with texcoords, as an atlas.* stage makes it"};
     Input<Frames> frames_{this, "frames", "The views; their colour cameras are used"};
     Output<UvMaps> uvmaps_{this, "uvmaps", "Per pixel: texcoord, depth, cosine of the viewing angle, validity"};

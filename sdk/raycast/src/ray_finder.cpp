@@ -1,4 +1,4 @@
-#include "ray_finder.h"
+#include <fresco/raycast/ray_finder.h>
 
 #include <fresco/parallel.h>
 
@@ -6,6 +6,8 @@
 #include <cstddef>
 #include <vector>
 
+namespace fresco::raycast
+{
 namespace
 {
 
@@ -21,22 +23,24 @@ struct Rows
 
 }  // namespace
 
-void RayFinder::find(std::span<const fresco::Camera> cameras, const fresco::Progress& progress, std::span<fresco::FaceMap> faces)
+void RayFinder::find(std::span<const Camera> cameras, const Progress& progress, std::span<FaceMap> faces)
 {
     std::vector<Rows> blocks;
     for (std::size_t i = 0; i < cameras.size(); ++i)
         for (int row = 0; row < faces[i].height; row += rows_per_block)
             blocks.push_back({i, row, std::min(row + rows_per_block, faces[i].height)});
-    fresco::parallel_for(
+    parallel_for(
         blocks.size(), 1, progress.threads(),
         [&](std::size_t block, std::size_t)
         {
             progress.check_cancelled();
             const Rows& rows = blocks[block];
-            fresco::FaceMap& map = faces[rows.map];
+            FaceMap& map = faces[rows.map];
             const auto width = static_cast<std::size_t>(map.width);
             scene_.first_faces(
                 cameras[rows.map], rows.first, rows.end,
                 std::span(map.values).subspan(map.index(0, rows.first), static_cast<std::size_t>(rows.end - rows.first) * width));
         });
 }
+
+}  // namespace fresco::raycast

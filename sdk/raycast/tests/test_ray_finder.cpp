@@ -1,8 +1,8 @@
-#include "ray_finder.h"
-
 #include "finder_cases.h"
+
+#include <fresco/raycast/ray_finder.h>
 
 std::unique_ptr<fresco::FaceFinder> make_finder(const fresco::Mesh& mesh)
 {
-    return std::make_unique<RayFinder>(mesh);
+    return std::make_unique<fresco::raycast::RayFinder>(mesh);
 }

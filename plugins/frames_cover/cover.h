@@ -1,0 +1,41 @@
+#pragma once
+
+#include "seen_cells.h"
+
+#include <fresco/progress.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace fresco::cover
+{
+
+struct Pick
+{
+    std::size_t frame = 0;
+    std::int64_t new_cells = 0;  ///< That no frame picked before sees.
+    friend bool operator==(const Pick&, const Pick&) = default;
+};
+
+/// Frames in the order in which a greedy choice takes them: each time the one that adds most to the sum, over all cells, of the
+/// best worth with which a picked frame sees them; of equals the first. Ends when no frame adds anything. That sum has
+/// diminishing returns, so the first k picks reach at least 63 % of the best that k frames can (Nemhauser, Wolsey and Fisher, "An
+/// analysis of approximations for maximizing submodular set functions", 1978), and what a frame added in an earlier round bounds
+/// what it adds now, so that few frames are looked at again (Minoux, "Accelerated greedy algorithms for maximizing submodular set
+/// functions", 1978). `frames[i]`: what frame i sees, ascending cells < cell_count. Throws Cancelled.
+std::vector<Pick> greedy_order(const std::vector<std::vector<SeenCell>>& frames, std::size_t cell_count,
+                               const Progress& progress);
+
+/// How many of the cells the frames `chosen` see, each counted once.
+std::int64_t cells_seen(const std::vector<std::vector<SeenCell>>& frames, std::span<const std::size_t> chosen,
+                        std::size_t cell_count);
+
+/// `count` of the numbers below `of`, evenly spread, ascending. \pre count <= of
+std::vector<std::size_t> evenly_spread(std::size_t count, std::size_t of);
+
+/// How many picks from the front see `target` (0..1) of all cells that any frame sees; at most `most`.
+std::size_t picks_needed(const std::vector<Pick>& order, double target, std::size_t most);
+
+}  // namespace fresco::cover

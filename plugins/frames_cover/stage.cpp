@@ -1,0 +1,175 @@
+#include "cover.h"
+
+#include <fresco/frames.h>
+#include <fresco/image_io.h>
+#include <fresco/mesh.h>
+#include <fresco/parallel.h>
+#include <fresco/raycast/ray_finder.h>
+#include <fresco/sharpness.h>
+#include <fresco/stage.h>
+#include <fresco/uv_mapping/uv_mapping_stage.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <numeric>
+#include <string>
+#include <vector>
+
+using namespace fresco;
+
+namespace
+{
+
+std::string percent(double share)
+{
+    const auto tenths = std::lround(share * 1000);
+    return std::to_string(tenths / 10) + "." + std::to_string(tenths % 10) + " %";
+}
+
+class FramesCover final : public Stage
+{
+    Input<Mesh> mesh{this, "mesh", "The room, with texcoords, as an atlas.* stage makes it"};
+    Input<Frames> frames{this, "frames", "The frames to choose from; their colour cameras are used"};
+    Output<Frames> chosen{this, "frames", "The fewest of them that see what is to be seen, in the same order"};
+    Option<double> target_coverage{this, "target_coverage", 0.99, range(0.01, 1),
+                                   "Stop when this share of the cells that all frames see is seen"};
+    Option<int> max_frames{this, "max_frames", 0, range(0, 10'000'000), "Choose at most so many frames; 0: as the target needs"};
+    Option<double> max_share{this, "max_share", 1, range(1e-6, 1), "Choose at most this share of the frames"};
+    Option<int> cells_px{this, "cells_px", 1024, range(16, 4096),
+                         "Side of the grid of cells over the texture, of which each is to be seen"};
+    Option<int> height_px{this, "height_px", 256, range(16, 4096), "Height at which frames look at the mesh; the width follows"};
+    Option<double> angle_weight{this, "angle_weight", 0.3, range(0, 100),
+                                "Worth of seeing a cell straight on, beside 1 for seeing it"};
+    Option<double> sharpness_weight{this, "sharpness_weight", 0.1, range(0, 100),
+                                    "Worth of a picture as sharp as the median one; 0: no picture is read"};
+    Option<std::vector<int>> sharpness_size{this, "sharpness_size_px", std::vector<int>{320, 240}, range(8, 16'384),
+                                            "Width and height at which sharpness is measured"};
+    Slot<ImageIo> images{this, "images", "image.opencv", optional, "Reads pictures that are not NPY; none: there are no others"};
+
+    using SeenByFrame = std::vector<std::vector<cover::SeenCell>>;
+
+    Cost cost() const override
+    {
+        return {.seconds = "1 + faces * 2e-6 + frames * (0.02 + height_px * height_px * 1.5e-7) / cores",
+                .memory_mb = "100 + faces * 0.0004 + cells_px * cells_px * 1e-6 + frames * "
+                             "min(cells_px * cells_px * 6e-7, height_px * height_px * 5.4e-6)",
+                .disk_mb = "0",
+                .frames = "max_share * frames",
+                .faces = ""};
+    }
+
+    void run(RunContext& run) override
+    {
+        check_uv_mapping_inputs(*mesh, *frames);
+        if (sharpness_size->size() != 2)
+            throw Error("option sharpness_size_px: " + std::to_string(sharpness_size->size()) +
+                        " numbers where a width and a height were expected");
+        const auto seen = look(relative_sharpness(run), run);
+        const auto side = static_cast<std::size_t>(*cells_px);
+        const auto order = cover::greedy_order(seen, side * side, run);
+        if (order.empty())
+            throw Error("none of the " + std::to_string(seen.size()) +
+                        " frames sees a front of the mesh: are the mesh and the poses in the same world frame, are the faces "
+                        "counter-clockwise from outside? scan.inspect tells");
+        const std::size_t picks = cover::picks_needed(order, *target_coverage, most_frames());
+        std::vector<std::size_t> kept(picks);
+        for (std::size_t i = 0; i < picks; ++i)
+            kept[i] = order[i].frame;
+        std::ranges::sort(kept);
+        Frames result;
+        for (const std::size_t i : kept)
+            result.frames.push_back(frames->frames[i]);
+        report(seen, order, picks, run);
+        chosen = std::move(result);
+    }
+
+    std::size_t most_frames() const
+    {
+        const std::size_t all = frames->frames.size();
+        const auto share = static_cast<std::size_t>(*max_share * static_cast<double>(all) * (1 + 1e-12));
+        const std::size_t limit = *max_frames == 0 ? all : static_cast<std::size_t>(*max_frames);
+        return std::max<std::size_t>(1, std::min(limit, share));
+    }
+
+    /// Per frame, in [0,1]: 1 for pictures that are at least as sharp as the median one.
+    std::vector<double> relative_sharpness(Progress& progress) const
+    {
+        const auto& all = frames->frames;
+        std::vector<double> sharp(all.size(), 1);
+        if (*sharpness_weight == 0)
+            return sharp;
+        std::atomic<std::size_t> done{0};
+        const ImageIo* codec = images.has_value() ? images.get().get() : nullptr;
+        parallel_for(all.size(), 1, progress.threads(),
+                     [&](std::size_t begin, std::size_t end)
+                     {
+                         for (std::size_t i = begin; i < end; ++i)
+                         {
+                             progress.check_cancelled();
+                             sharp[i] = sharpness(load_color(all[i], codec), (*sharpness_size)[0], (*sharpness_size)[1]);
+                             progress.progress(static_cast<double>(++done), static_cast<double>(all.size()), "pictures");
+                         }
+                     });
+        auto sorted = sharp;
+        std::ranges::sort(sorted);
+        const double median = sorted[sorted.size() / 2];
+        for (double& value : sharp)
+            value = median > 0 ? std::min(1.0, value / median) : 1;
+        return sharp;
+    }
+
+    SeenByFrame look(const std::vector<double>& sharp, Progress& progress) const
+    {
+        UvMapper mapper(*mesh, std::make_unique<raycast::RayFinder>(*mesh));
+        const cover::WorthRules rules{*angle_weight, *sharpness_weight};
+        const std::array heights{*height_px};
+        SeenByFrame seen;
+        for (const Frame& frame : frames->frames)
+        {
+            progress.check_cancelled();
+            const auto& maps = mapper.make(frame.color, heights, progress);
+            seen.push_back(cover::seen_cells(maps.front().map, *cells_px, sharp[seen.size()], rules));
+            progress.progress(static_cast<double>(seen.size()), static_cast<double>(sharp.size()), "frames");
+        }
+        return seen;
+    }
+
+    void report(const SeenByFrame& seen, const std::vector<cover::Pick>& order, std::size_t picks, RunContext& run) const
+    {
+        const auto side = static_cast<std::size_t>(*cells_px);
+        const auto add = [](std::int64_t sum, const cover::Pick& pick) { return sum + pick.new_cells; };
+        const std::int64_t all = std::accumulate(order.begin(), order.end(), std::int64_t{0}, add);
+        const auto share = [&](std::int64_t cells) { return static_cast<double>(cells) / static_cast<double>(all); };
+        const auto first = [&](std::size_t count)
+        {
+            return share(std::accumulate(
+                order.begin(), order.begin() + static_cast<std::ptrdiff_t>(std::min(count, order.size())), std::int64_t{0}, add));
+        };
+        const auto spread = [&](std::size_t count)
+        { return share(cover::cells_seen(seen, cover::evenly_spread(count, seen.size()), side * side)); };
+
+        run.report("frames", seen.size());
+        run.report("kept", picks);
+        run.report("cells", all);
+        run.report("coverage", first(picks));
+        run.report("coverage_evenly_spread", spread(picks));
+        run.report("blind_frames", std::ranges::count_if(seen, [](const auto& cells) { return cells.empty(); }));
+        Value::List rows;
+        for (const double part : {0.1, 0.2, 1 / 3.0, 0.5, 2 / 3.0})
+        {
+            const auto count = static_cast<std::size_t>(part * static_cast<double>(seen.size()) + 1e-9);
+            if (count > 0)
+                rows.emplace_back(Value::Map{{"frames", count}, {"coverage", first(count)}, {"evenly_spread", spread(count)}});
+        }
+        run.report("coverage_by_frames", std::move(rows));
+        run.message(std::to_string(picks) + " of " + std::to_string(seen.size()) + " frames see " + percent(first(picks)) +
+                    " of what all see; as many evenly spread ones " + percent(spread(picks)));
+    }
+};
+
+}  // namespace
+
+FRESCO_STAGE("frames.cover", FramesCover, "Chooses the fewest frames that see all of the mesh sharply and from good angles")
+FRESCO_LIBRARY("Embree", raycast::embree_version())

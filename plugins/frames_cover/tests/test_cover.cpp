@@ -1,0 +1,147 @@
+#include "cover.h"
+
+#include <fresco/random.h>
+
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <numeric>
+
+using namespace fresco;
+using namespace fresco::cover;
+
+namespace
+{
+
+std::vector<SeenCell> cells(std::initializer_list<std::pair<int, int>> list)
+{
+    std::vector<SeenCell> seen;
+    for (const auto& [cell, worth] : list)
+        seen.emplace_back(static_cast<std::uint32_t>(cell), static_cast<std::uint32_t>(worth));
+    return seen;
+}
+
+std::vector<SeenCell> range_of(int begin, int end, int worth)
+{
+    std::vector<SeenCell> seen;
+    for (int i = begin; i < end; ++i)
+        seen.emplace_back(static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(worth));
+    return seen;
+}
+
+/// The slow and obvious way: look at every frame in every round.
+std::vector<Pick> plain_greedy(const std::vector<std::vector<SeenCell>>& frames, std::size_t cell_count)
+{
+    std::vector<std::uint32_t> best(cell_count);
+    std::vector<Pick> order;
+    for (;;)
+    {
+        std::int64_t most = 0;
+        std::size_t which = 0;
+        for (std::size_t i = 0; i < frames.size(); ++i)
+        {
+            std::int64_t gain = 0;
+            for (const auto cell : frames[i])
+                if (cell.worth() > best[cell.cell()])
+                    gain += cell.worth() - best[cell.cell()];
+            if (gain > most)
+            {
+                most = gain;
+                which = i;
+            }
+        }
+        if (most == 0)
+            return order;
+        Pick pick{which, 0};
+        for (const auto cell : frames[which])
+        {
+            pick.new_cells += best[cell.cell()] == 0 ? 1 : 0;
+            best[cell.cell()] = std::max(best[cell.cell()], cell.worth());
+        }
+        order.push_back(pick);
+    }
+}
+
+/// One row of pixels, of which those with a cosine >= 0 are valid.
+UvMap row_of(const std::vector<std::array<float, 3>>& pixels)
+{
+    const int width = static_cast<int>(pixels.size());
+    UvMap map{RasterF(width, 1, 2), RasterF(width, 1), RasterF(width, 1), Raster8(width, 1)};
+    for (int x = 0; x < width; ++x)
+    {
+        const auto& [u, v, cosine] = pixels[static_cast<std::size_t>(x)];
+        if (cosine < 0)
+            continue;
+        map.uv.at(x, 0, 0) = u;
+        map.uv.at(x, 0, 1) = v;
+        map.cosine.at(x, 0) = cosine;
+        map.valid.at(x, 0) = 1;
+    }
+    return map;
+}
+
+}  // namespace
+
+TEST_CASE("pixels fall into cells, of which each keeps its best pixel", "[frames.cover]")
+{
+    // 4 x 4 cells. Two pixels in cell (1, 0), the upper right corner, and one that is not valid.
+    const auto map = row_of({{0.30F, 0.1F, 0.2F}, {1, 1, 1}, {0.45F, 0.2F, 0.6F}, {0.9F, 0.1F, -1}});
+    const auto seen = seen_cells(map, 4, 1, {.angle_weight = 1, .sharpness_weight = 0});
+    // (1 + 0.6) / 2 and (1 + 1) / 2 of 254, plus 1.
+    CHECK(seen == cells({{1, 204}, {15, 255}}));
+    // Half as sharp as can be: (1 + 0.5 + 2 * 0.6) / 4.
+    CHECK(seen_cells(map, 4, 0.5, {.angle_weight = 2, .sharpness_weight = 1}).front() == SeenCell(1, 172));
+    CHECK(seen_cells(map, 4, 0, {.angle_weight = 0, .sharpness_weight = 0}) == cells({{1, 255}, {15, 255}}));
+    CHECK(seen_cells(row_of({{0, 0, -1}}), 4, 1, {}).empty());
+    CHECK(seen_cells(row_of({{1, 1, 0}}), 4096, 0, {}).front().cell() == SeenCell::most_cells - 1);
+}
+
+TEST_CASE("the frame that adds most is picked, then what adds most to it", "[frames.cover]")
+{
+    // The second adds 40 to the first's 60 cells, the third only 35; the fourth sees nothing new, but ten cells better.
+    const std::vector<std::vector<SeenCell>> frames{
+        range_of(0, 60, 100), range_of(60, 100, 100), range_of(30, 95, 90), range_of(0, 10, 120), {}};
+    const auto order = greedy_order(frames, 128, Progress{});
+    CHECK(order == std::vector<Pick>{{0, 60}, {1, 40}, {3, 0}});
+    CHECK(picks_needed(order, 0.6, 9) == 1);
+    CHECK(picks_needed(order, 0.601, 9) == 2);
+    CHECK(picks_needed(order, 1, 9) == 2);
+    CHECK(picks_needed(order, 1, 1) == 1);
+    const std::vector<std::size_t> two{1, 2};
+    CHECK(cells_seen(frames, two, 128) == 70);
+    CHECK(greedy_order({{}, {}}, 4, Progress{}).empty());
+}
+
+TEST_CASE("of equal frames the first is picked", "[frames.cover]")
+{
+    const std::vector<std::vector<SeenCell>> frames{range_of(0, 5, 9), range_of(10, 20, 9), range_of(10, 20, 9),
+                                                    range_of(20, 30, 9)};
+    CHECK(greedy_order(frames, 32, Progress{}) == std::vector<Pick>{{1, 10}, {3, 10}, {0, 5}});
+}
+
+TEST_CASE("looking at few frames again picks as looking at all of them does", "[frames.cover]")
+{
+    for (std::uint64_t seed = 0; seed < 20; ++seed)
+    {
+        Random random(seed);
+        std::vector<std::vector<SeenCell>> frames(40);
+        for (auto& frame : frames)
+        {
+            const auto begin = static_cast<int>(random.below(400));
+            for (int i = begin; i < begin + 100; ++i)
+                if (random.below(3) != 0)
+                    frame.emplace_back(static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(1 + random.below(4)));
+        }
+        const auto order = greedy_order(frames, 512, Progress{});
+        CHECK(order == plain_greedy(frames, 512));
+        CHECK(order.size() > 5);
+    }
+}
+
+TEST_CASE("evenly spread numbers lie in the middle of equal stretches", "[frames.cover]")
+{
+    CHECK(evenly_spread(3, 9) == std::vector<std::size_t>{1, 4, 7});
+    CHECK(evenly_spread(4, 4) == std::vector<std::size_t>{0, 1, 2, 3});
+    CHECK(evenly_spread(1, 100) == std::vector<std::size_t>{50});
+    CHECK(evenly_spread(0, 5).empty());
+}

@@ -1,0 +1,231 @@
+#include "raw_images.h"
+#include "shared_data.h"
+
+#include <fresco/frames.h>
+#include <fresco/hash.h>
+#include <fresco/mesh.h>
+#include <fresco/npy.h>
+#include <fresco/stage.h>
+#include <fresco/testing.h>
+
+#include <catch2/catch.hpp>
+
+#include <array>
+#include <cmath>
+#include <map>
+
+namespace fs = std::filesystem;
+using namespace fresco;
+
+namespace
+{
+
+/// A wall of 4 m x 1 m at z = 1, one texel a centimetre of a texture of 4 m x 4 m, in squares of 0.1 m; it faces the cameras.
+Mesh wall()
+{
+    Mesh mesh;
+    const auto corner = [&](int column, int row)
+    {
+        mesh.positions.push_back({0.1F * static_cast<float>(column), 0.1F * static_cast<float>(row), 1});
+        mesh.texcoords.push_back({static_cast<float>(column) / 40, static_cast<float>(row) / 40});
+        return static_cast<std::uint32_t>(mesh.positions.size() - 1);
+    };
+    for (int row = 0; row < 10; ++row)
+        for (int column = 0; column < 40; ++column)
+            for (const int upper : {0, 1})
+            {
+                const auto a = corner(column + upper, row + upper);
+                const auto b = upper == 0 ? corner(column, row + 1) : corner(column + 1, row);
+                const auto c = upper == 0 ? corner(column + 1, row) : corner(column, row + 1);
+                mesh.triangles.push_back({a, b, c});
+            }
+    return mesh;
+}
+
+/// A camera that sees 1 m x 1 m of the wall around (x, 0.5).
+Frame looking_at(double x, const std::string& name)
+{
+    Frame frame;
+    frame.sequence = "seq-01";
+    frame.name = name;
+    frame.color.intrinsics = {64, 64, 64, 64, 32, 32};
+    frame.color.world_from_camera.translation = {x, 0.5, 0};
+    frame.depth = frame.color;
+    return frame;
+}
+
+/// Four frames tile the wall, three others lie between them.
+Frames tiling()
+{
+    Frames frames;
+    for (int i = 0; i < 7; ++i)
+        frames.frames.push_back(looking_at(0.5 + 0.5 * i, "frame-" + std::to_string(i)));
+    return frames;
+}
+
+std::vector<std::string> cover(const Mesh& mesh, const Frames& frames, Value options, testing::TestRun& run)
+{
+    const auto made = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "frames.cover");
+    testing::TestFactory factory;
+    const testing::TemporaryFolder out;
+    factory.add("image.raw", [] { return std::make_shared<testing::RawImages>(); });
+    options.set("images", Value::Map{{"type", "image.raw"}});
+    testing::run_stage(dynamic_cast<Stage&>(*made), options,
+                       {{"mesh", std::make_shared<Mesh>(mesh)}, {"frames", std::make_shared<Frames>(frames)}}, out.path(), run,
+                       factory);
+    std::vector<std::string> names;
+    for (const Frame& frame : Frames::load({out.path() / "frames", {}})->frames)
+        names.push_back(frame.name);
+    return names;
+}
+
+Value plain()
+{
+    return Value::Map{
+        {"cells_px", 40}, {"height_px", 64}, {"angle_weight", 0}, {"sharpness_weight", 0}, {"target_coverage", 1.0}};
+}
+
+Value with(Value options, std::string_view key, Value value)
+{
+    options.set(key, std::move(value));
+    return options;
+}
+
+}  // namespace
+
+TEST_CASE("the frames that tile a wall are chosen, those between them are not", "[frames.cover]")
+{
+    for (const int threads : {1, 3})
+    {
+        testing::TestRun run(threads);
+        CHECK(cover(wall(), tiling(), plain(), run) == std::vector<std::string>{"frame-0", "frame-2", "frame-4", "frame-6"});
+        CHECK(run.reported.at("frames").as_int() == 7);
+        CHECK(run.reported.at("kept").as_int() == 4);
+        CHECK(run.reported.at("cells").as_int() == 400);
+        CHECK(run.reported.at("coverage").as_double() == 1);
+        CHECK(run.reported.at("blind_frames").as_int() == 0);
+        REQUIRE(run.messages.size() == 1);
+        CHECK_THAT(run.messages.front(), Catch::Contains("4 of 7 frames see 100.0 % of what all see"));
+    }
+}
+
+TEST_CASE("a target, a number and a share end the choice", "[frames.cover]")
+{
+    testing::TestRun run;
+    CHECK(cover(wall(), tiling(), with(plain(), "target_coverage", 0.5), run).size() == 2);
+    CHECK(run.reported.at("coverage").as_double() == 0.5);
+    CHECK(cover(wall(), tiling(), with(plain(), "max_frames", 3), run).size() == 3);
+    CHECK(cover(wall(), tiling(), with(plain(), "max_share", 2 / 7.0), run).size() == 2);
+    CHECK(cover(wall(), tiling(), with(plain(), "max_share", 0.01), run).size() == 1);
+    // Two thirds of six frames, of which three stand in one place: evenly spread ones leave a quarter of the wall out.
+    Frames crowded;
+    for (const auto& [x, name] : {std::pair(0.5, "a"), {0.5, "b"}, {0.5, "c"}, {1.5, "d"}, {2.5, "e"}, {3.5, "f"}})
+        crowded.frames.push_back(looking_at(x, name));
+    CHECK(cover(wall(), crowded, plain(), run) == std::vector<std::string>{"a", "d", "e", "f"});
+    const auto& rows = run.reported.at("coverage_by_frames").as_list();
+    CHECK(rows.back().at("frames").as_int() == 4);
+    CHECK(rows.back().at("coverage").as_double() == 1);
+    CHECK(rows.back().at("evenly_spread").as_double() == 0.75);
+    CHECK(rows.front().at("frames").as_int() == 1);
+}
+
+TEST_CASE("of frames that see the same the sharp and the straight ones are chosen", "[frames.cover]")
+{
+    const testing::TemporaryFolder folder;
+    Frames frames;
+    for (const char* name : {"blurred", "sharp"})
+    {
+        frames.frames.push_back(looking_at(2, name));
+        std::vector<std::uint8_t> pixels(64 * 64 * 3, 100);
+        for (std::size_t i = 0; i < pixels.size(); i += 2)
+            pixels[i] = std::string(name) == "sharp" ? 200 : 110;
+        auto& picture = frames.frames.back().color_picture;
+        picture.path = folder.path() / (std::string(name) + ".npy");
+        write_npy(picture.path, std::vector<std::size_t>{64, 64, 3}, pixels);
+        picture.hash = file_hash(picture.path);
+    }
+    testing::TestRun run;
+    CHECK(cover(wall(), frames, plain(), run) == std::vector<std::string>{"blurred"});
+    auto options = with(with(plain(), "sharpness_weight", 1), "sharpness_size_px", Value::List{64, 64});
+    CHECK(cover(wall(), frames, options, run) == std::vector<std::string>{"sharp"});
+    options.set("sharpness_size_px", Value::List{64});
+    CHECK_THROWS_WITH(cover(wall(), frames, options, run), Catch::Contains("sharpness_size_px: 1 numbers"));
+
+    // Both see all of the wall, one at 45°.
+    Frames both;
+    both.frames = {looking_at(2, "aslant"), looking_at(2, "straight")};
+    const double c = std::sqrt(0.5);
+    both.frames[0].color.world_from_camera = {{{c, 0, c, 0, 1, 0, -c, 0, c}}, {-4, 0.5, -5}};
+    both.frames[1].color.world_from_camera.translation.z = -5;
+    options = with(plain(), "height_px", 256);
+    CHECK(cover(wall(), both, options, run) == std::vector<std::string>{"aslant"});
+    CHECK(run.reported.at("cells").as_int() == 400);
+    CHECK(cover(wall(), both, with(with(options, "angle_weight", 1), "max_frames", 1), run) ==
+          std::vector<std::string>{"straight"});
+}
+
+TEST_CASE("what cannot be covered is refused, and the choice can be stopped", "[frames.cover]")
+{
+    testing::TestRun run;
+    CHECK_THROWS_WITH(cover(wall(), Frames(), plain(), run), Catch::Contains("no frames"));
+    auto bare = wall();
+    bare.texcoords.clear();
+    CHECK_THROWS_WITH(cover(bare, tiling(), plain(), run), Catch::Contains("atlas.*"));
+    auto away = tiling();
+    for (auto& frame : away.frames)
+        frame.color.world_from_camera.translation.z = 3;
+    CHECK_THROWS_WITH(cover(wall(), away, plain(), run), Catch::Contains("none of the 7 frames sees a front of the mesh"));
+    testing::TestRun stopped;
+    stopped.cancel_after(5);
+    CHECK_THROWS_AS(cover(wall(), tiling(), plain(), stopped), Cancelled);
+}
+
+TEST_CASE("a third of the kitchen's frames see 93 % of what all see, two thirds 99 %", "[frames.cover]")
+{
+    const auto kitchen = shared_data("kitchen", "frames.cover on the kitchen");
+    if (kitchen.empty())
+        return;
+    const auto plugins = fs::path(FRESCO_PLUGIN_FILE).parent_path();
+    if (!fs::exists(plugins / "image_opencv.so") || !fs::exists(plugins / "scan_seven_scenes.so"))
+    {
+        std::cout << "SKIPPED frames.cover on the kitchen: image_opencv or scan_seven_scenes is not built" << std::endl;
+        return;
+    }
+    testing::TestFactory factory;
+    factory.add("image.opencv",
+                [&]
+                {
+                    return std::shared_ptr<Component>(dynamic_cast<Component*>(
+                        testing::make_from_plugin(plugins / "image_opencv.so", "image.opencv").release()));
+                });
+    const Value images = Value::Map{{"type", "image.opencv"}};
+    const testing::TemporaryFolder out;
+    testing::TestRun run;
+    const auto scan = testing::make_from_plugin(plugins / "scan_seven_scenes.so", "scan.seven_scenes");
+    testing::run_stage(dynamic_cast<Stage&>(*scan), Value::Map{{"path", kitchen.string()}, {"images", images}}, {}, out.path(),
+                       run, factory);
+    const auto frames = Frames::load({out.path() / "frames", {}});
+    // The surface in every cube of 12.5 mm is a cell: coverage of the room itself, whatever the atlas.
+    const auto mesh = Mesh::load({out.path() / "mesh", {}});
+    std::map<std::array<int, 3>, std::size_t> cubes;
+    for (const auto& triangle : mesh->triangles)
+    {
+        const Vec3f at = mesh->positions[triangle[0]] * 80.0F;
+        const auto cell = cubes
+                              .emplace(std::array{static_cast<int>(std::floor(at.x)), static_cast<int>(std::floor(at.y)),
+                                                  static_cast<int>(std::floor(at.z))},
+                                       cubes.size())
+                              .first->second;
+        const auto share = [](std::size_t place) { return (static_cast<float>(place) + 0.5F) / 1024; };
+        mesh->texcoords.insert(mesh->texcoords.end(), 3, {share(cell % 1024), share(cell / 1024)});
+    }
+    const auto stage = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "frames.cover");
+    testing::run_stage(dynamic_cast<Stage&>(*stage), Value::Map{{"images", images}, {"max_share", 1 / 3.0}},
+                       {{"mesh", mesh}, {"frames", frames}}, out.path(), run, factory);
+    CHECK(run.reported.at("kept").as_int() == 41);
+    CHECK(run.reported.at("coverage").as_double() >= 0.93);
+    CHECK(run.reported.at("coverage_evenly_spread").as_double() < 0.95);
+    const auto& rows = run.reported.at("coverage_by_frames").as_list();
+    CHECK(rows.back().at("frames").as_int() == 83);
+    CHECK(rows.back().at("coverage").as_double() >= 0.99);
+}

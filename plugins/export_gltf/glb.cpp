@@ -1,181 +1,298 @@
 #include "glb.h"
 
-#include <fresco/error.h>
+#include "compression.h"
+#include "gltf_names.h"
+#include "quantised_mesh.h"
 
-#define TINYGLTF_IMPLEMENTATION
-#define TINYGLTF_NO_STB_IMAGE
-#define TINYGLTF_NO_STB_IMAGE_WRITE
-#define TINYGLTF_NO_EXTERNAL_IMAGE
-#define TINYGLTF_NO_FS
-#define TINYGLTF_NO_INCLUDE_JSON
-#include <fstream>
-#include <nlohmann/json.hpp>
-#include <tiny_gltf.h>
+#include <fresco/error.h>
+#include <fresco/value.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <limits>
-#include <sstream>
+#include <span>
 
 using namespace fresco;
+using fresco::texturing::WeldedMesh;
 
 namespace
 {
-/// Fills a model with one buffer, whose parts begin at multiples of four.
-class ModelBuilder
+constexpr std::size_t largest_file = std::numeric_limits<std::uint32_t>::max() - 65536;  // leaves room for the JSON part
+
+/// Restarts strips in graphics hardware: no vertex has this number.
+constexpr std::size_t restart_index = 65535;
+
+void append(std::vector<std::byte>& to, std::span<const std::byte> bytes)
 {
-  public:
-    ModelBuilder()
-    {
-        model.asset.version = "2.0";
-        model.asset.generator = "fresco";
-        model.buffers.emplace_back();
-    }
+    to.insert(to.end(), bytes.begin(), bytes.end());
+    to.resize((to.size() + 3) / 4 * 4);
+}
 
-    int add_view(const void* bytes, std::size_t count, int target)
-    {
-        std::vector<unsigned char>& data = model.buffers[0].data;
-        tinygltf::BufferView view;
-        view.buffer = 0;
-        view.byteOffset = data.size();
-        view.byteLength = count;
-        view.target = target;
-        const auto* first = static_cast<const unsigned char*>(bytes);
-        data.insert(data.end(), first, first + count);
-        data.resize((data.size() + 3) / 4 * 4, 0);
-        model.bufferViews.push_back(std::move(view));
-        return static_cast<int>(model.bufferViews.size()) - 1;
-    }
+void append_word(std::vector<std::byte>& to, std::size_t word)
+{
+    for (unsigned shift = 0; shift < 32; shift += 8)
+        to.push_back(static_cast<std::byte>(word >> shift & 0xFFU));
+}
 
-    template <class T>
-    int add_accessor(const std::vector<T>& values, int target, int component_type, int type)
-    {
-        tinygltf::Accessor accessor;
-        accessor.bufferView = add_view(values.data(), values.size() * sizeof(T), target);
-        accessor.count = values.size();
-        accessor.componentType = component_type;
-        accessor.type = type;
-        model.accessors.push_back(std::move(accessor));
-        return static_cast<int>(model.accessors.size()) - 1;
-    }
+template <std::size_t N, class T>
+Value::List list_of(const std::array<T, N>& values)
+{
+    return Value::List(values.begin(), values.end());
+}
 
-    int add_floats(const std::vector<Vec3f>& values)
-    {
-        return add_accessor(values, TINYGLTF_TARGET_ARRAY_BUFFER, TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TYPE_VEC3);
-    }
-
-    tinygltf::Model model;
+/// How an accessor is to be read.
+struct Layout
+{
+    int component_type = gltf::float32;
+    const char* type = "SCALAR";
+    std::size_t stride = 0;  ///< Bytes from row to row.
+    bool normalized = false;
 };
 
-void set_bounds(tinygltf::Accessor& accessor, const std::vector<Vec3f>& positions)
+/// Fills buffer views and accessors; every view begins at a multiple of four. Compressed views lie in buffer 0 as they are
+/// stored, and in buffer 1, which no file holds, as they are read.
+class Buffers
 {
-    constexpr float far = std::numeric_limits<float>::infinity();
-    Vec3f low{far, far, far};
-    Vec3f high{-far, -far, -far};
-    for (const Vec3f p : positions)
+  public:
+    explicit Buffers(bool compress) : compress_(compress) {}
+
+    std::size_t add_rows(std::span<const std::byte> rows, const Layout& layout, Value bounds = {})
     {
-        low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-        high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+        const std::size_t count = rows.size() / layout.stride;
+        Value view = compress_ ? compressed_view(compressed_rows(rows, layout.stride), count, layout.stride, "ATTRIBUTES")
+                               : plain_view(rows);
+        if (compress_ || layout.component_type != gltf::float32)
+            view.set("byteStride", layout.stride);
+        view.set("target", gltf::array_buffer);
+        return add_accessor(std::move(view), count, layout, std::move(bounds));
     }
-    accessor.minValues = {double{low.x}, double{low.y}, double{low.z}};
-    accessor.maxValues = {double{high.x}, double{high.y}, double{high.z}};
+
+    std::size_t add_indices(const std::vector<std::uint32_t>& indices, std::size_t vertices)
+    {
+        const bool is_short = vertices <= restart_index;
+        const Layout layout{is_short ? gltf::uint16 : gltf::uint32, "SCALAR", is_short ? 2U : 4U, false};
+        Value view;
+        if (compress_)
+            view = compressed_view(compressed_triangles(indices, vertices), indices.size(), layout.stride, "TRIANGLES");
+        else if (is_short)
+        {
+            const std::vector<std::uint16_t> narrow(indices.begin(), indices.end());
+            view = plain_view(std::as_bytes(std::span(narrow)));
+        }
+        else
+            view = plain_view(std::as_bytes(std::span(indices)));
+        view.set("target", gltf::element_array_buffer);
+        return add_accessor(std::move(view), indices.size(), layout, {});
+    }
+
+    std::size_t add_picture(std::span<const std::byte> bytes)
+    {
+        views_.emplace_back(plain_view(bytes));
+        return views_.size() - 1;
+    }
+
+    /// Moves what was collected into the document and returns the binary part.
+    std::vector<std::byte> finish(Value& document)
+    {
+        Value::List buffers{Value::Map{{"byteLength", binary_.size()}}};
+        if (compress_)
+            buffers.emplace_back(Value::Map{{"byteLength", restored_bytes_},
+                                            {"extensions", Value::Map{{gltf::meshopt, Value::Map{{"fallback", true}}}}}});
+        document.set("accessors", std::move(accessors_));
+        document.set("bufferViews", std::move(views_));
+        document.set("buffers", std::move(buffers));
+        return std::move(binary_);
+    }
+
+  private:
+    Value plain_view(std::span<const std::byte> bytes)
+    {
+        const std::size_t offset = binary_.size();
+        append(binary_, bytes);
+        return Value::Map{{"buffer", 0}, {"byteOffset", offset}, {"byteLength", bytes.size()}};
+    }
+
+    Value compressed_view(std::span<const std::byte> stream, std::size_t count, std::size_t stride, const char* mode)
+    {
+        Value stored = plain_view(stream);
+        stored.set("byteStride", stride);
+        stored.set("count", count);
+        stored.set("mode", mode);
+        const std::size_t offset = restored_bytes_;
+        restored_bytes_ = (offset + count * stride + 3) / 4 * 4;
+        return Value::Map{{"buffer", 1},
+                          {"byteOffset", offset},
+                          {"byteLength", count * stride},
+                          {"extensions", Value::Map{{gltf::meshopt, std::move(stored)}}}};
+    }
+
+    std::size_t add_accessor(Value view, std::size_t count, const Layout& layout, Value bounds)
+    {
+        views_.push_back(std::move(view));
+        Value accessor = Value::Map{
+            {"bufferView", views_.size() - 1}, {"componentType", layout.component_type}, {"count", count}, {"type", layout.type}};
+        if (layout.normalized)
+            accessor.set("normalized", true);
+        if (!bounds.is_null())
+            for (const auto& [key, value] : bounds.as_map())
+                accessor.set(key, value);
+        accessors_.push_back(std::move(accessor));
+        return accessors_.size() - 1;
+    }
+
+    bool compress_;
+    std::vector<std::byte> binary_;
+    std::size_t restored_bytes_ = 0;
+    Value::List views_;
+    Value::List accessors_;
+};
+
+/// "min" and "max" of the first three numbers of each row.
+template <class Number, class Row>
+Value bounds_of(const std::vector<Row>& rows, const auto& component)
+{
+    std::array<Number, 3> low{};
+    std::array<Number, 3> high{};
+    for (std::size_t i = 0; i < 3; ++i)
+    {
+        low[i] = high[i] = static_cast<Number>(component(rows.front(), i));
+        for (const Row& row : rows)
+        {
+            low[i] = std::min(low[i], static_cast<Number>(component(row, i)));
+            high[i] = std::max(high[i], static_cast<Number>(component(row, i)));
+        }
+    }
+    return Value::Map{{"min", list_of(low)}, {"max", list_of(high)}};
 }
 
-std::vector<Vec2f> flipped(std::vector<Vec2f> texcoords)
+Value::Map add_plain(Buffers& buffers, const WeldedMesh& mesh, bool has_normals)
 {
-    for (Vec2f& uv : texcoords)
+    const auto rows = [](const auto& values) { return std::as_bytes(std::span(values)); };
+    const auto axis = [](Vec3f p, std::size_t i) { return i == 0 ? p.x : i == 1 ? p.y : p.z; };
+    const Layout vec3{gltf::float32, "VEC3", sizeof(Vec3f), false};
+    Value::Map attributes{{"POSITION", buffers.add_rows(rows(mesh.positions), vec3, bounds_of<double>(mesh.positions, axis))}};
+    if (has_normals)
+        attributes.emplace_back("NORMAL", buffers.add_rows(rows(mesh.normals), vec3));
+    std::vector<Vec2f> flipped = mesh.texcoords;
+    for (Vec2f& uv : flipped)
         uv.y = 1 - uv.y;
-    return texcoords;
+    attributes.emplace_back("TEXCOORD_0", buffers.add_rows(rows(flipped), {gltf::float32, "VEC2", sizeof(Vec2f), false}));
+    return attributes;
 }
 
-void add_mesh(ModelBuilder& builder, const WeldedMesh& mesh, const GlbOptions& options)
+Value::Map add_quantised(Buffers& buffers, const QuantisedMesh& mesh, bool has_normals)
 {
-    tinygltf::Primitive primitive;
-    primitive.mode = TINYGLTF_MODE_TRIANGLES;
-    primitive.material = 0;
-    primitive.indices = builder.add_accessor(mesh.indices, TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER,
-                                             TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT, TINYGLTF_TYPE_SCALAR);
-    const int positions = builder.add_floats(mesh.positions);
-    set_bounds(builder.model.accessors[static_cast<std::size_t>(positions)], mesh.positions);
-    primitive.attributes["POSITION"] = positions;
-    if (options.material == GltfMaterial::pbr)
-        primitive.attributes["NORMAL"] = builder.add_floats(mesh.normals);
-    primitive.attributes["TEXCOORD_0"] = builder.add_accessor(flipped(mesh.texcoords), TINYGLTF_TARGET_ARRAY_BUFFER,
-                                                              TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TYPE_VEC2);
-    tinygltf::Mesh gltf_mesh;
-    gltf_mesh.name = "room";
-    gltf_mesh.primitives.push_back(std::move(primitive));
-    builder.model.meshes.push_back(std::move(gltf_mesh));
+    const auto rows = [](const auto& values) { return std::as_bytes(std::span(values)); };
+    const auto axis = [](const auto& row, std::size_t i) { return row[i]; };
+    Value::Map attributes{{"POSITION", buffers.add_rows(rows(mesh.positions), {gltf::uint16, "VEC3", 8, false},
+                                                        bounds_of<int>(mesh.positions, axis))}};
+    if (has_normals)
+        attributes.emplace_back("NORMAL", buffers.add_rows(rows(mesh.normals), {gltf::int8, "VEC3", 4, true}));
+    attributes.emplace_back("TEXCOORD_0", buffers.add_rows(rows(mesh.texcoords), {gltf::uint16, "VEC2", 4, true}));
+    return attributes;
 }
 
-void add_material(ModelBuilder& builder, const std::vector<std::byte>& image, const GlbOptions& options)
+/// The parent turns the world upright, the child takes whole steps to metres.
+Value::List nodes_of(GltfUp up, const QuantisedMesh* quantised)
 {
-    tinygltf::Image picture;
-    picture.bufferView = builder.add_view(image.data(), image.size(), 0);
-    picture.mimeType = options.image_type;
-    builder.model.images.push_back(std::move(picture));
-
-    tinygltf::Sampler sampler;
-    sampler.magFilter = TINYGLTF_TEXTURE_FILTER_LINEAR;
-    sampler.minFilter = TINYGLTF_TEXTURE_FILTER_LINEAR_MIPMAP_LINEAR;
-    sampler.wrapS = sampler.wrapT = TINYGLTF_TEXTURE_WRAP_CLAMP_TO_EDGE;
-    builder.model.samplers.push_back(std::move(sampler));
-
-    tinygltf::Texture texture;
-    texture.sampler = 0;
-    texture.source = 0;
-    builder.model.textures.push_back(std::move(texture));
-
-    tinygltf::Material material;
-    material.name = "texture";
-    material.pbrMetallicRoughness.baseColorTexture.index = 0;
-    material.pbrMetallicRoughness.metallicFactor = 0;
-    material.pbrMetallicRoughness.roughnessFactor = 1;
-    if (options.material == GltfMaterial::unlit)
-    {
-        material.extensions["KHR_materials_unlit"] = tinygltf::Value(tinygltf::Value::Object{});
-        builder.model.extensionsUsed.emplace_back("KHR_materials_unlit");
-    }
-    builder.model.materials.push_back(std::move(material));
-}
-
-void add_scene(ModelBuilder& builder, GltfUp up)
-{
-    tinygltf::Node node;
-    node.name = "room";
-    node.mesh = 0;
     const double half = std::sqrt(0.5);
-    if (up == GltfUp::z)
-        node.rotation = {-half, 0, 0, half};  // x, y, z, w: a quarter turn about -X
-    else if (up == GltfUp::minus_y)
-        node.rotation = {1, 0, 0, 0};  // half a turn about X
-    builder.model.nodes.push_back(std::move(node));
-    tinygltf::Scene scene;
-    scene.nodes.push_back(0);
-    builder.model.scenes.push_back(std::move(scene));
-    builder.model.defaultScene = 0;
+    Value shown = Value::Map{{"name", "room"}, {"mesh", 0}};
+    if (quantised != nullptr)
+    {
+        const Vec3d origin = vec_cast<double>(quantised->origin);
+        const double step = double{quantised->step_m};
+        shown.set("translation", Value::List{origin.x, origin.y, origin.z});
+        shown.set("scale", Value::List{step, step, step});
+    }
+    if (up == GltfUp::keep)
+        return {shown};
+    // x, y, z, w: a quarter turn about -X, or half a turn about X.
+    const Value rotation = up == GltfUp::z ? Value::List{-half, 0.0, 0.0, half} : Value::List{1.0, 0.0, 0.0, 0.0};
+    if (quantised == nullptr)
+    {
+        shown.set("rotation", rotation);
+        return {shown};
+    }
+    return {Value::Map{{"name", "upright"}, {"rotation", rotation}, {"children", Value::List{1}}}, shown};
+}
+
+void add_material(Value& document, std::size_t picture_view, const GlbOptions& options)
+{
+    Value material =
+        Value::Map{{"name", "texture"},
+                   {"pbrMetallicRoughness",
+                    Value::Map{{"baseColorTexture", Value::Map{{"index", 0}}}, {"metallicFactor", 0}, {"roughnessFactor", 1}}}};
+    if (options.material == GltfMaterial::unlit)
+        material.set("extensions", Value::Map{{gltf::unlit, Value::Map{}}});
+    document.set("materials", Value::List{material});
+    document.set("textures", Value::List{Value::Map{{"sampler", 0}, {"source", 0}}});
+    document.set("images", Value::List{Value::Map{{"bufferView", picture_view}, {"mimeType", options.image_type}}});
+    document.set("samplers", Value::List{Value::Map{{"magFilter", gltf::linear},
+                                                    {"minFilter", gltf::linear_mipmap_linear},
+                                                    {"wrapS", gltf::clamp_to_edge},
+                                                    {"wrapT", gltf::clamp_to_edge}}});
+}
+
+void declare_extensions(Value& document, const GlbOptions& options)
+{
+    Value::List required;
+    if (options.quantize)
+        required.emplace_back(gltf::quantization);
+    if (options.compress)
+        required.emplace_back(gltf::meshopt);
+    Value::List used = required;
+    if (options.material == GltfMaterial::unlit)
+        used.emplace_back(gltf::unlit);
+    if (!used.empty())
+        document.set("extensionsUsed", used);
+    if (!required.empty())
+        document.set("extensionsRequired", required);
+}
+
+std::vector<std::byte> assembled(const Value& document, const std::vector<std::byte>& binary)
+{
+    std::string text = to_json(document);
+    text.resize((text.size() + 3) / 4 * 4, ' ');
+    std::vector<std::byte> glb;
+    const std::size_t total = 12 + 8 + text.size() + 8 + binary.size();
+    glb.reserve(total);
+    append_word(glb, gltf::magic);
+    append_word(glb, 2);
+    append_word(glb, total);
+    append_word(glb, text.size());
+    append_word(glb, gltf::json_chunk);
+    append(glb, std::as_bytes(std::span(text)));
+    append_word(glb, binary.size());
+    append_word(glb, gltf::binary_chunk);
+    append(glb, binary);
+    return glb;
 }
 }  // namespace
 
 std::vector<std::byte> make_glb(const WeldedMesh& mesh, const std::vector<std::byte>& image, const GlbOptions& options)
 {
-    constexpr std::size_t largest = std::numeric_limits<std::uint32_t>::max() - 65536;  // leaves room for the JSON part
     const std::size_t bytes = mesh.indices.size() * 4 + mesh.positions.size() * 32 + image.size();
-    if (bytes > largest)
+    if (bytes > largest_file)
         throw Error("the mesh and its picture take " + std::to_string(bytes >> 20U) +
                     " MiB, a GLB file holds at most 4096: decimate the mesh or set max_texture_px");
-    ModelBuilder builder;
-    add_mesh(builder, mesh, options);
-    add_material(builder, image, options);
-    add_scene(builder, options.up);
+    const bool has_normals = options.material == GltfMaterial::pbr;
+    const QuantisedMesh steps = options.quantize ? quantised(mesh) : QuantisedMesh{};
+    Buffers buffers(options.compress);
+    const std::size_t indices = buffers.add_indices(mesh.indices, mesh.positions.size());
+    Value::Map attributes = options.quantize ? add_quantised(buffers, steps, has_normals) : add_plain(buffers, mesh, has_normals);
+    const Value primitive =
+        Value::Map{{"attributes", std::move(attributes)}, {"indices", indices}, {"material", 0}, {"mode", gltf::triangles}};
 
-    std::ostringstream stream(std::ios::binary);
-    if (!tinygltf::TinyGLTF().WriteGltfSceneToStream(&builder.model, stream, false, true))
-        throw Error("the glTF writer failed");
-    const std::string text = std::move(stream).str();
-    std::vector<std::byte> glb(text.size());
-    std::memcpy(glb.data(), text.data(), text.size());
-    return glb;
+    Value document = Value::Map{{"asset", Value::Map{{"version", "2.0"}, {"generator", "fresco"}}}};
+    declare_extensions(document, options);
+    document.set("scene", 0);
+    document.set("scenes", Value::List{Value::Map{{"nodes", Value::List{0}}}});
+    document.set("nodes", nodes_of(options.up, options.quantize ? &steps : nullptr));
+    document.set("meshes", Value::List{Value::Map{{"name", "room"}, {"primitives", Value::List{primitive}}}});
+    add_material(document, buffers.add_picture(image), options);
+    const std::vector<std::byte> binary = buffers.finish(document);
+    return assembled(document, binary);
 }

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "welded_mesh.h"
+#include <fresco/texturing/welded_mesh.h>
 
 #include <cstddef>
 #include <string>
@@ -25,8 +25,12 @@ struct GlbOptions
     GltfMaterial material = GltfMaterial::unlit;
     GltfUp up = GltfUp::keep;
     std::string image_type = "image/png";  ///< MIME type of the picture's bytes.
+    bool quantize = false;                 ///< KHR_mesh_quantization, see quantised_mesh.h.
+    bool compress = false;                 ///< EXT_meshopt_compression; the mesh should be in the order of order_for_compression.
 };
 
-/// A binary glTF 2.0 file of one mesh with one picture. glTF's v runs downwards: 1 - v is written. Throws Error where the file
-/// would exceed glTF's 4 GiB.
-std::vector<std::byte> make_glb(const WeldedMesh& mesh, const std::vector<std::byte>& image, const GlbOptions& options);
+/// A binary glTF 2.0 file of one mesh with one picture. glTF's v runs downwards: 1 - v is written. Indices take 16 bits where
+/// these suffice. Throws Error where the file would exceed glTF's 4 GiB, for texcoords that `quantize` cannot hold, and for
+/// `compress` where can_compress() is false.
+std::vector<std::byte> make_glb(const fresco::texturing::WeldedMesh& mesh, const std::vector<std::byte>& image,
+                                const GlbOptions& options);

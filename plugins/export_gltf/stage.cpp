@@ -3,13 +3,17 @@
 #include <fresco/image_io.h>
 #include <fresco/stage.h>
 #include <fresco/texture.h>
+#include <fresco/texturing/exported_file.h>
+#include <fresco/texturing/exported_picture.h>
+#include <fresco/texturing/smaller_picture.h>
 
-#include "glb.h"
+#include "check_glb.h"
+#include "compression.h"
 
-#include <algorithm>
 #include <string>
 
 using namespace fresco;
+using namespace fresco::texturing;
 
 namespace
 {
@@ -24,57 +28,84 @@ class ExportGltf final : public Stage
     Option<std::string> image_format{this, "image_format", "png", one_of({"png", "jpeg"}),
                                      "How the picture is stored in the file"};
     Option<int> jpeg_quality{this, "jpeg_quality", 92, range(1, 100), "For image_format: jpeg"};
-    Option<int> max_texture_px{this, "max_texture_px", 0, range(0, 65536), "Shrink the picture to this side; 0 = as it is"};
+    Option<int> max_texture_px{this, "max_texture_px", 0, range(0, 65536),
+                               "Shrink the picture to this side, chart by chart in linear light; 0 = as it is"};
+    Option<bool> quantize{this, "quantize", false,
+                          "Positions and texcoords in 16 bits, normals in 8 (KHR_mesh_quantization): half the bytes"};
+    Option<std::string> compression{this, "compression", "none", one_of({"none", "meshopt"}),
+                                    "meshopt: EXT_meshopt_compression, which not every viewer reads; triangles are reordered"};
     Option<std::string> up{this, "up", "keep", one_of({"keep", "z", "-y"}),
                            "The world's axis that points up: the node is turned so that it becomes glTF's +Y; keep: not turned"};
-    Slot<ImageIo> images{this, "images", "image.opencv", "Encodes the picture"};
+    Slot<ImageIo> images{this, "images", "image.opencv", "Encodes the picture, and reads it again"};
 
     Cost cost() const override
     {
-        return {.seconds = "0.5 + faces * 1.2e-6",
-                .memory_mb = "140 + faces * 0.0002",
+        return {.seconds = "0.5 + faces * 2e-6",
+                .memory_mb = "140 + faces * 0.0004",
                 .disk_mb = "30 + faces * 3e-5",
                 .frames = {},
                 .faces = {}};
     }
 
-    Raster8 picture() const
+    GlbOptions glb_options() const
     {
-        const Raster8& pixels = mesh->image.pixels;
-        if (*max_texture_px == 0 || std::max(pixels.width, pixels.height) <= *max_texture_px)
-            return pixels;
-        return resized(pixels, std::min(pixels.width, *max_texture_px), std::min(pixels.height, *max_texture_px));
+        GlbOptions options;
+        options.material = *material == "pbr" ? GltfMaterial::pbr : GltfMaterial::unlit;
+        options.up = *up == "z" ? GltfUp::z : *up == "-y" ? GltfUp::minus_y : GltfUp::keep;
+        options.image_type = *image_format == "jpeg" ? "image/jpeg" : "image/png";
+        options.quantize = *quantize;
+        options.compress = *compression == "meshopt";
+        return options;
+    }
+
+    void check_inputs() const
+    {
+        check_textured_mesh(*mesh, "the mesh on port 'mesh'");
+        if (!path->path.ends_with(".glb"))
+            throw Error("path \"" + path->path + "\" does not end in .glb");
     }
 
     void run(RunContext& run) override
     {
-        check_mesh(mesh->mesh, "the mesh on port 'mesh'");
-        if (mesh->mesh.texcoords.empty())
-            throw Error("the mesh on port 'mesh' has no texcoords: export what texture.bake made");
-        if (!path->path.ends_with(".glb"))
-            throw Error("path \"" + path->path + "\" does not end in .glb");
-        const bool jpeg = *image_format == "jpeg";
-        const Raster8 pixels = picture();
-        const auto encoded = jpeg ? images->encode_jpeg(pixels, *jpeg_quality) : images->encode_png(pixels);
+        check_inputs();
+        const GlbOptions options = glb_options();
+        const Raster8 pixels = smaller_picture(*mesh, *max_texture_px, run);
+        const char* const extension = *image_format == "jpeg" ? ".jpg" : ".png";
+        const auto encoded = encoded_picture(pixels, extension, *jpeg_quality, *images);
         run.check_cancelled();
-        const WeldedMesh welded = weld(mesh->mesh);
+        WeldedMesh welded = weld(mesh->mesh);
+        if (options.compress)
+            order_for_compression(welded);
         run.check_cancelled();
-        GlbOptions options;
-        options.material = *material == "pbr" ? GltfMaterial::pbr : GltfMaterial::unlit;
-        options.up = *up == "z" ? GltfUp::z : *up == "-y" ? GltfUp::minus_y : GltfUp::keep;
-        options.image_type = jpeg ? "image/jpeg" : "image/png";
         const auto file = files.folder().path / path->path;
         std::filesystem::create_directories(file.parent_path());
-        const auto glb = make_glb(welded, encoded, options);
-        write_file(file, glb);
+        write_file(file, make_glb(welded, encoded, options));
+        run.check_cancelled();
 
-        run.report("triangles", welded.indices.size() / 3);
-        run.report("vertices", welded.positions.size());
-        run.report("texture_px", pixels.width);
-        run.report("bytes", glb.size());
+        const auto written = read_file(file);
+        const GlbModel model = read_glb(written, path->path);
+        const GlbErrors errors = check_glb(model, welded, encoded, options);
+        const auto picture = run.scratch_folder() / (std::string("picture") + extension);
+        write_file(picture, model.image);
+        check_picture_file(picture, pixels, *images);
+        tell(run, written.size(), model, pixels.width, errors);
         Files result;
         result.names = {path->path};
         files = std::move(result);
+    }
+
+    void tell(RunContext& run, std::size_t bytes, const GlbModel& model, int texture_px, const GlbErrors& errors) const
+    {
+        run.message(valid_line(path->path, bytes,
+                               grouped(model.indices.size() / 3) + " triangles, picture of " + std::to_string(texture_px) +
+                                   " x " + std::to_string(texture_px) + " in " + file_size(model.image.size())));
+        run.report("triangles", model.indices.size() / 3);
+        run.report("vertices", model.positions.size());
+        run.report("texture_px", texture_px);
+        run.report("picture_bytes", model.image.size());
+        run.report("bytes", bytes);
+        run.report("position_error_m", errors.position_m);
+        run.report("texcoord_error", errors.texcoord);
     }
 };
 }  // namespace

@@ -1,8 +1,10 @@
 #include <fresco/files.h>
 #include <fresco/files_io.h>
-#include <fresco/image_io.h>
+#include <fresco/mesh_io.h>
 #include <fresco/stage.h>
 #include <fresco/texture.h>
+#include <fresco/texturing/exported_file.h>
+#include <fresco/texturing/exported_picture.h>
 
 #include "obj_text.h"
 
@@ -10,15 +12,16 @@
 #include <string>
 
 using namespace fresco;
+using namespace fresco::texturing;
 
 namespace
 {
 class ExportObj final : public Stage
 {
     Input<TexturedMesh> mesh{this, "mesh", "The mesh with its picture, as texture.bake makes it"};
-    Output<Files> files{this, "files", "An .obj file, and a .mtl and a .png of the same name beside it"};
+    Output<Files> files{this, "files", "An .obj file, and a .mtl and the picture of the same name beside it"};
     Option<OutputName> path{this, "path", OutputName{"room.obj"}, "Where to write, below --out; ends in .obj, without spaces"};
-    Slot<ImageIo> images{this, "images", "image.opencv", "Encodes the picture"};
+    PictureOptions picture{this};
 
     Cost cost() const override
     {
@@ -29,35 +32,33 @@ class ExportObj final : public Stage
                 .faces = {}};
     }
 
-    /// The path with another extension, as generic text.
-    std::string sibling(const char* extension) const
-    {
-        return std::filesystem::path(path->path).replace_extension(extension).generic_string();
-    }
-
     void run(RunContext& run) override
     {
-        check_mesh(mesh->mesh, "the mesh on port 'mesh'");
-        if (mesh->mesh.texcoords.empty())
-            throw Error("the mesh on port 'mesh' has no texcoords: export what texture.bake made");
-        if (!path->path.ends_with(".obj") || path->path.find_first_of(" \t\r\n") != std::string::npos)
-            throw Error("path \"" + path->path + "\" must end in .obj and hold no spaces, which OBJ readers split names at");
+        check_textured_mesh(*mesh, "the mesh on port 'mesh'");
+        check_path_for_names(path->path, ".obj");
         const auto folder = files.folder().path;
-        const std::string mtl = sibling(".mtl");
-        const std::string png = sibling(".png");
-        std::filesystem::create_directories((folder / path->path).parent_path());
-        const auto name_of = [](const std::string& file) { return std::filesystem::path(file).filename().string(); };
+        const auto file = folder / path->path;
+        std::filesystem::create_directories(file.parent_path());
+        const auto name_of = [](const std::string& name) { return std::filesystem::path(name).filename().string(); };
 
-        write_file(folder / png, images->encode_png(mesh->image.pixels));
+        const std::string image = picture.write(*mesh, folder, path->path, run);
+        const std::string mtl = std::filesystem::path(path->path).replace_extension(".mtl").generic_string();
+        write_file(folder / mtl, mtl_text("texture", name_of(image)));
+        write_file(file, obj_text(mesh->mesh, name_of(mtl), "texture"));
         run.check_cancelled();
-        write_file(folder / mtl, mtl_text("texture", name_of(png)));
-        write_file(folder / path->path, obj_text(mesh->mesh, name_of(mtl), "texture"));
-        run.report("triangles", mesh->mesh.triangles.size());
+        Mesh meant = mesh->mesh;
+        meant.colors.clear();
+        check_written_mesh(read_mesh(file), meant);
+
+        const std::size_t bytes = std::filesystem::file_size(file);
+        run.message(valid_line(path->path, bytes, grouped(meant.triangles.size()) + " triangles"));
+        run.report("triangles", meant.triangles.size());
+        run.report("bytes", bytes);
         Files result;
-        result.names = {path->path, mtl, png};
+        result.names = {path->path, mtl, image};
         files = std::move(result);
     }
 };
 }  // namespace
 
-FRESCO_STAGE("export.obj", ExportObj, "Writes a textured mesh as Wavefront OBJ with MTL and PNG")
+FRESCO_STAGE("export.obj", ExportObj, "Writes a textured mesh as Wavefront OBJ with MTL and picture")

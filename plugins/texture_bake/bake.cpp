@@ -1,15 +1,17 @@
 #include "bake.h"
 
-#include "charts.h"
 #include "collapse.h"
-#include "gutter.h"
 #include "surface_fill.h"
-#include "texel_faces.h"
+
+#include <fresco/texturing/charts.h>
+#include <fresco/texturing/gutter.h>
+#include <fresco/texturing/texel_faces.h>
 
 #include <algorithm>
 #include <vector>
 
 using namespace fresco;
+using namespace fresco::texturing;
 
 namespace
 {

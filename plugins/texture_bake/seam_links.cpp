@@ -4,6 +4,7 @@
 #include <cmath>
 
 using namespace fresco;
+using namespace fresco::texturing;
 
 namespace
 {

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "charts.h"
-#include "texel_faces.h"
+#include <fresco/texturing/charts.h>
+#include <fresco/texturing/texel_faces.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -9,4 +9,5 @@
 #include <vector>
 
 /// Pairs of texels that meet across a seam, each in both directions, sorted and unique.
-std::vector<std::pair<std::uint32_t, std::uint32_t>> seam_links(const Charts& charts, const TexelFaces& faces);
+std::vector<std::pair<std::uint32_t, std::uint32_t>> seam_links(const fresco::texturing::Charts& charts,
+                                                                const fresco::texturing::TexelFaces& faces);

@@ -8,6 +8,7 @@
 #include <algorithm>
 
 using namespace fresco;
+using namespace fresco::texturing;
 
 namespace
 {

@@ -1,11 +1,10 @@
 #pragma once
 
-#include "charts.h"
-#include "texel_faces.h"
-
 #include <fresco/image.h>
 #include <fresco/mesh.h>
 #include <fresco/progress.h>
+#include <fresco/texturing/charts.h>
+#include <fresco/texturing/texel_faces.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -16,5 +15,6 @@
 /// gutter; a part of the surface that joins no seen one starts from the colours that are nearest in space. Solved from coarse to
 /// fine on the texels' own grid (cascadic multigrid, Bornemann and Deuflhard 1996), in a fixed order on one thread. `rgb`: S x S
 /// x 3. `seen`: S x S. Returns the number of texels filled. Throws Error if no covered texel was seen, Cancelled.
-std::size_t fill_unseen(const fresco::Mesh& mesh, const Charts& charts, const TexelFaces& faces,
-                        const std::vector<std::uint8_t>& seen, fresco::RasterF& rgb, const fresco::Progress& progress);
+std::size_t fill_unseen(const fresco::Mesh& mesh, const fresco::texturing::Charts& charts,
+                        const fresco::texturing::TexelFaces& faces, const std::vector<std::uint8_t>& seen, fresco::RasterF& rgb,
+                        const fresco::Progress& progress);

@@ -6,6 +6,7 @@
 #include <array>
 
 using namespace fresco;
+using namespace fresco::texturing;
 
 namespace
 {

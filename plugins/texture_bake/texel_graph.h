@@ -1,9 +1,8 @@
 #pragma once
 
-#include "charts.h"
-#include "texel_faces.h"
-
 #include <fresco/math.h>
+#include <fresco/texturing/charts.h>
+#include <fresco/texturing/texel_faces.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -14,7 +13,7 @@
 /// across seams. Only free nodes have links; a link named twice counts twice.
 struct TexelGraph
 {
-    static constexpr std::uint32_t none = TexelFaces::none;
+    static constexpr std::uint32_t none = fresco::texturing::TexelFaces::none;
 
     int size = 0;                           ///< Of the level's grid: S / 2^level, rounded up.
     std::vector<std::uint32_t> place;       ///< N: y * size + x.
@@ -35,8 +34,8 @@ struct TexelGraph
 
 /// The finest level: the covered texels that were not seen (free), and the seen ones beside them (fixed, with their colour).
 /// `seen`: S x S; `rgb`: S x S x 3.
-TexelGraph texel_graph(const Charts& charts, const TexelFaces& faces, std::span<const std::uint8_t> seen,
-                       std::span<const float> rgb);
+TexelGraph texel_graph(const fresco::texturing::Charts& charts, const fresco::texturing::TexelFaces& faces,
+                       std::span<const std::uint8_t> seen, std::span<const float> rgb);
 
 /// Groups of 2 x 2 places of one chart; sets finer.parent. A group with a fixed node is fixed, at the mean of these.
 TexelGraph coarser_graph(TexelGraph& finer);

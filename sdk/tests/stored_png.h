@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fresco/error.h>
+#include <fresco/files_io.h>
 #include <fresco/image_io.h>
 
 #include <array>
@@ -115,8 +116,17 @@ inline fresco::Raster8 decode(const std::vector<std::uint8_t>& png)
 class Codec final : public fresco::ImageIo
 {
   public:
-    fresco::ImageHeader header(const std::filesystem::path& file) const override { refuse(file.string()); }
-    fresco::Raster8 read_rgb(const std::filesystem::path& file) const override { refuse(file.string()); }
+    fresco::ImageHeader header(const std::filesystem::path& file) const override
+    {
+        const fresco::Raster8 picture = read_rgb(file);
+        return {picture.width, picture.height, 8, picture.channels == 1};
+    }
+    fresco::Raster8 read_rgb(const std::filesystem::path& file) const override
+    {
+        const auto bytes = fresco::read_file(file);
+        const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());
+        return decode({data, data + bytes.size()});
+    }
     fresco::Raster16 read_depth(const std::filesystem::path& file) const override { refuse(file.string()); }
     std::vector<std::byte> encode_png(const fresco::Raster8& image) const override
     {

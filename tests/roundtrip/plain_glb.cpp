@@ -61,7 +61,8 @@ Model read_glb(const std::filesystem::path& file)
     const json& indices = accessor(primitive.at("indices"));
     const json& positions = accessor(primitive.at("attributes").at("POSITION"));
     const json& texcoords = accessor(primitive.at("attributes").at("TEXCOORD_0"));
-    expect(indices.at("componentType") == 5125 && indices.at("type") == "SCALAR", "32-bit indices");
+    const bool is_short = indices.at("componentType") == 5123;
+    expect((is_short || indices.at("componentType") == 5125) && indices.at("type") == "SCALAR", "16-bit or 32-bit indices");
     expect(positions.at("componentType") == 5126 && positions.at("type") == "VEC3", "float positions");
     expect(texcoords.at("componentType") == 5126 && texcoords.at("type") == "VEC2", "float texcoords");
 
@@ -71,7 +72,8 @@ Model read_glb(const std::filesystem::path& file)
     const std::size_t texcoord_begin = begin_of(root, texcoords);
     for (std::size_t i = 0; i < indices.at("count").get<std::size_t>(); ++i)
     {
-        const std::size_t vertex = little_endian(binary, index_begin + 4 * i);
+        const std::size_t vertex =
+            is_short ? little_endian(binary, index_begin + 2 * i) & 0xFFFFU : little_endian(binary, index_begin + 4 * i);
         if (i % 3 == 0)
             model.triangles.emplace_back();
         Corner& corner = model.triangles.back()[i % 3];

@@ -1,106 +1,14 @@
+#include "exported_glb.h"
 #include "glb.h"
-#include "stored_png.h"
-
-#include <fresco/files.h>
-#include <fresco/files_io.h>
-#include <fresco/testing.h>
-#include <fresco/texture.h>
-
-#include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
-
-#include <cstring>
 
 using namespace fresco;
-
-namespace
-{
-/// The two chunks of a GLB file.
-struct Glb
-{
-    nlohmann::json json;
-    std::vector<std::byte> binary;
-
-    explicit Glb(const std::vector<std::byte>& file)
-    {
-        REQUIRE(word(file, 0) == 0x46546C67U);
-        REQUIRE(word(file, 4) == 2);
-        REQUIRE(word(file, 8) == file.size());
-        const std::size_t json_bytes = word(file, 12);
-        REQUIRE(json_bytes % 4 == 0);
-        REQUIRE(word(file, 16) == 0x4E4F534AU);
-        const auto* text = reinterpret_cast<const char*>(file.data() + 20);
-        json = nlohmann::json::parse(text, text + json_bytes);
-        REQUIRE(word(file, 24 + json_bytes) == 0x004E4942U);
-        REQUIRE(word(file, 20 + json_bytes) == file.size() - 28 - json_bytes);
-        binary.assign(file.begin() + static_cast<std::ptrdiff_t>(28 + json_bytes), file.end());
-    }
-
-    static std::uint32_t word(const std::vector<std::byte>& bytes, std::size_t at)
-    {
-        std::uint32_t v = 0;
-        std::memcpy(&v, &bytes.at(at), 4);
-        return v;
-    }
-
-    template <class T>
-    std::vector<T> values(int accessor, std::size_t per_element) const
-    {
-        const auto& a = json.at("accessors").at(static_cast<std::size_t>(accessor));
-        const auto& view = json.at("bufferViews").at(a.at("bufferView").get<std::size_t>());
-        std::vector<T> result(a.at("count").get<std::size_t>() * per_element);
-        std::memcpy(result.data(), binary.data() + view.value("byteOffset", std::size_t{0}), result.size() * sizeof(T));
-        return result;
-    }
-
-    const nlohmann::json& primitive() const { return json.at("meshes").at(0).at("primitives").at(0); }
-    const nlohmann::json& view_of(const char* attribute) const
-    {
-        const std::size_t accessor = primitive().at("attributes").at(attribute).get<std::size_t>();
-        return json.at("bufferViews").at(json.at("accessors").at(accessor).at("bufferView").get<std::size_t>());
-    }
-};
-
-TexturedMesh square()
-{
-    TexturedMesh textured;
-    textured.mesh.positions = {{0.1F, 0.2F, 0.3F}, {1, 0, 0}, {1, 1, -2}, {0, 1, 0}};
-    textured.mesh.triangles = {{0, 1, 2}, {0, 2, 3}, {1, 2, 2}};
-    textured.mesh.texcoords = {{0, 0}, {1, 0}, {1, 1}, {0, 0}, {1, 1}, {0, 0.75F}, {1, 0}, {1, 1}, {1, 1}};
-    textured.image = Image(Raster8(8, 8, 3, 77));
-    textured.image.pixels.at(2, 1, 0) = 200;
-    return textured;
-}
-
-struct Exported
-{
-    std::vector<std::byte> file;
-    std::vector<std::string> names;
-    Value report;
-};
-
-Exported exported(const Value& options, const TexturedMesh& textured = square())
-{
-    const auto made = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "export.gltf");
-    testing::TemporaryFolder folder;
-    testing::TestRun run;
-    testing::TestFactory factory;
-    factory.add("image.opencv", [] { return std::make_shared<stored_png::Codec>(); });
-    Value all = options;
-    all.set("images", Value::Map{{"type", "image.opencv"}});
-    testing::run_stage(dynamic_cast<Stage&>(*made), all, {{"mesh", std::make_shared<TexturedMesh>(textured)}}, folder.path(), run,
-                       factory);
-    const auto files = Files::load({folder.path() / "files", folder.path()});
-    return {read_file(folder.path() / "files" / files->names.at(0)), files->names, run.reported};
-}
-}  // namespace
 
 TEST_CASE("the file holds the mesh in glTF's conventions")
 {
     const Exported result = exported(Value::Map{});
     CHECK(result.names == std::vector<std::string>{"room.glb"});
     const Glb glb(result.file);
-    const auto indices = glb.values<std::uint32_t>(glb.primitive().at("indices").get<int>(), 1);
+    const auto indices = glb.values<std::uint16_t>(glb.primitive().at("indices").get<int>(), 1);
     const auto positions = glb.values<float>(glb.primitive().at("attributes").at("POSITION").get<int>(), 3);
     const auto texcoords = glb.values<float>(glb.primitive().at("attributes").at("TEXCOORD_0").get<int>(), 2);
     const Mesh mesh = square().mesh;
@@ -120,6 +28,10 @@ TEST_CASE("the file holds the mesh in glTF's conventions")
     CHECK(glb.view_of("POSITION").at("target") == 34962);
     CHECK(glb.json.at("bufferViews").at(0).at("target") == 34963);
     CHECK(result.report.at("triangles").as_int() == 3);
+    CHECK(result.report.at("position_error_m").as_double() == 0);
+    REQUIRE(result.messages.size() == 1);
+    CHECK_THAT(result.messages[0],
+               Catch::StartsWith("room.glb: ") && Catch::EndsWith(", valid") && Catch::Contains("3 triangles"));
 }
 
 TEST_CASE("the picture is embedded as it was encoded")
@@ -182,6 +94,6 @@ TEST_CASE("what cannot be exported is refused")
     CHECK_THROWS_WITH(exported(Value::Map{{"path", "room.gltf"}}), Catch::Contains("does not end in .glb"));
     TexturedMesh bare = square();
     bare.mesh.texcoords.clear();
-    CHECK_THROWS_WITH(exported(Value::Map{}, bare), Catch::Contains("no texcoords"));
+    CHECK_THROWS_WITH(exported(Value::Map{}, bare), Catch::Contains("the mesh on port 'mesh' has no texcoords"));
     CHECK(exported(Value::Map{{"path", "deep/er/a b.glb"}}).names.at(0) == "deep/er/a b.glb");
 }

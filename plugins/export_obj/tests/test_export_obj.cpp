@@ -26,7 +26,8 @@ TexturedMesh square()
     return textured;
 }
 
-void export_to(const std::filesystem::path& folder, const Value& options, const TexturedMesh& textured = square())
+std::vector<std::string> export_to(const std::filesystem::path& folder, const Value& options,
+                                   const TexturedMesh& textured = square())
 {
     const auto made = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "export.obj");
     testing::TestRun run;
@@ -36,6 +37,7 @@ void export_to(const std::filesystem::path& folder, const Value& options, const 
     all.set("images", Value::Map{{"type", "image.opencv"}});
     testing::run_stage(dynamic_cast<Stage&>(*made), all, {{"mesh", std::make_shared<TexturedMesh>(textured)}}, folder, run,
                        factory);
+    return run.messages;
 }
 }  // namespace
 
@@ -56,7 +58,10 @@ TEST_CASE("the strict reader gives the same mesh back, bit by bit")
 TEST_CASE("obj, mtl and png stand beside each other and name each other")
 {
     testing::TemporaryFolder folder;
-    export_to(folder.path(), Value::Map{{"path", "scene/kitchen.obj"}});
+    const auto messages = export_to(folder.path(), Value::Map{{"path", "scene/kitchen.obj"}});
+    REQUIRE(messages.size() == 2);
+    CHECK_THAT(messages[0], Catch::Contains("scene/kitchen.png: ") && Catch::Contains("4 x 4 texels, valid"));
+    CHECK_THAT(messages[1], Catch::Contains("scene/kitchen.obj: ") && Catch::Contains("2 triangles, valid"));
     const auto files = Files::load({folder.path() / "files", folder.path()});
     CHECK(files->names == std::vector<std::string>{"scene/kitchen.obj", "scene/kitchen.mtl", "scene/kitchen.png"});
     const auto base = folder.path() / "files" / "scene";
@@ -66,6 +71,15 @@ TEST_CASE("obj, mtl and png stand beside each other and name each other")
     CHECK(read_text_file(base / "kitchen.mtl").find("map_Kd kitchen.png\n") != std::string::npos);
     const stored_png::Codec codec;
     CHECK(read_file(base / "kitchen.png") == codec.encode_png(square().image.pixels));
+}
+
+TEST_CASE("the picture can be made smaller, and colours that the mesh has do not disturb")
+{
+    testing::TemporaryFolder folder;
+    TexturedMesh textured = square();
+    textured.mesh.colors.assign(4, {1, 2, 3});
+    export_to(folder.path(), Value::Map{{"max_texture_px", 2}}, textured);
+    CHECK(stored_png::Codec().read_rgb(folder.path() / "files/room.png").width == 2);
 }
 
 TEST_CASE("what cannot be exported is refused")

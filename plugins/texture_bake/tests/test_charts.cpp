@@ -8,6 +8,7 @@
 #include <algorithm>
 
 using namespace fresco;
+using namespace fresco::texturing;
 
 TEST_CASE("charts end where the texcoords are cut, and seams join them")
 {

@@ -1,11 +1,11 @@
-#include "texel_faces.h"
+#include <fresco/texturing/texel_faces.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
-using namespace fresco;
-
+namespace fresco::texturing
+{
 namespace
 {
 using Corners = std::array<Vec2d, 3>;
@@ -147,3 +147,5 @@ Vec3f texel_position(const Mesh& mesh, const TexelFaces& faces, std::size_t texe
     }
     return vec_cast<float>(point * (1 / sum));
 }
+
+}  // namespace fresco::texturing

@@ -1,8 +1,9 @@
-#include "welded_mesh.h"
+#include <fresco/texturing/welded_mesh.h>
 
 #include <catch2/catch.hpp>
 
 using namespace fresco;
+using namespace fresco::texturing;
 
 namespace
 {

@@ -1,4 +1,4 @@
-#include "gutter.h"
+#include <fresco/texturing/gutter.h>
 
 #include <fresco/error.h>
 #include <fresco/parallel.h>
@@ -7,8 +7,8 @@
 #include <cstddef>
 #include <limits>
 
-using namespace fresco;
-
+namespace fresco::texturing
+{
 namespace
 {
 constexpr int no_row = std::numeric_limits<int>::max();
@@ -122,3 +122,5 @@ void fill_from_nearest(Raster8& image, const std::vector<std::uint8_t>& is_sourc
                      }
                  });
 }
+
+}  // namespace fresco::texturing

@@ -1,11 +1,11 @@
-#include "welded_mesh.h"
+#include <fresco/texturing/welded_mesh.h>
 
 #include <bit>
 #include <cstddef>
 #include <unordered_map>
 
-using namespace fresco;
-
+namespace fresco::texturing
+{
 namespace
 {
 /// Of the values' bits; -0 counts as 0.
@@ -93,3 +93,5 @@ WeldedMesh weld(const Mesh& mesh)
     }
     return welded;
 }
+
+}  // namespace fresco::texturing

@@ -1,12 +1,12 @@
-#include "charts.h"
+#include <fresco/texturing/charts.h>
 
 #include <algorithm>
 #include <cstddef>
 #include <numeric>
 #include <tuple>
 
-using namespace fresco;
-
+namespace fresco::texturing
+{
 namespace
 {
 /// V: the lowest index of the vertices at the same position.
@@ -114,3 +114,5 @@ Charts find_charts(const Mesh& mesh)
     }
     return charts;
 }
+
+}  // namespace fresco::texturing

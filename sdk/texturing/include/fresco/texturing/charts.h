@@ -7,13 +7,16 @@
 #include <cstdint>
 #include <vector>
 
+namespace fresco::texturing
+{
+
 /// An edge of the surface along which the atlas is cut: the same two points in the texcoords of the faces on both sides.
 struct Seam
 {
     std::uint32_t first_face = 0;
     std::uint32_t second_face = 0;
-    std::array<fresco::Vec2f, 2> first;
-    std::array<fresco::Vec2f, 2> second;
+    std::array<Vec2f, 2> first;
+    std::array<Vec2f, 2> second;
 };
 
 /// The charts of a mesh's texcoords and how they join on the surface.
@@ -27,4 +30,6 @@ struct Charts
 /// Faces whose common edge has the same texcoords on both sides share a chart. Vertices at the same position count as one, so a
 /// mesh that was split along its seams is joined again; of three or more faces at an edge each is joined with the next. The mesh
 /// needs texcoords.
-Charts find_charts(const fresco::Mesh& mesh);
+Charts find_charts(const Mesh& mesh);
+
+}  // namespace fresco::texturing

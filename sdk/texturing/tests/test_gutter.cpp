@@ -1,11 +1,11 @@
-#include "gutter.h"
-
 #include <fresco/error.h>
 #include <fresco/testing.h>
+#include <fresco/texturing/gutter.h>
 
 #include <catch2/catch.hpp>
 
 using namespace fresco;
+using namespace fresco::texturing;
 
 TEST_CASE("every gutter texel has the colour of a nearest source")
 {

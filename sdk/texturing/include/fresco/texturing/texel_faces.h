@@ -1,15 +1,17 @@
 #pragma once
 
-#include "charts.h"
-
 #include <fresco/math.h>
 #include <fresco/mesh.h>
 #include <fresco/progress.h>
+#include <fresco/texturing/charts.h>
 
 #include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <vector>
+
+namespace fresco::texturing
+{
 
 /// Which face a texel belongs to. Texel (x, y), row 0 at the top (v = 1), is number y * size + x.
 struct TexelFaces
@@ -23,12 +25,14 @@ struct TexelFaces
 
     bool covered(std::size_t texel) const { return face[texel] != none; }
     /// The texel that holds a texcoord; those on or beyond the border belong to the last one.
-    std::size_t at(fresco::Vec2f uv) const;
+    std::size_t at(Vec2f uv) const;
 };
 
 /// Every texel that a face touches, however little; where several do, the one that holds the centre comes first, then the lower
 /// face. Throws Cancelled.
-TexelFaces find_texel_faces(const fresco::Mesh& mesh, const Charts& charts, int size, const fresco::Progress& progress);
+TexelFaces find_texel_faces(const Mesh& mesh, const Charts& charts, int size, const Progress& progress);
 
 /// The surface point at a covered texel's centre (metres), one in its face near by where the centre is outside.
-fresco::Vec3f texel_position(const fresco::Mesh& mesh, const TexelFaces& faces, std::size_t texel);
+Vec3f texel_position(const Mesh& mesh, const TexelFaces& faces, std::size_t texel);
+
+}  // namespace fresco::texturing

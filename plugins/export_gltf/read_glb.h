@@ -1,0 +1,27 @@
+#pragma once
+
+#include <fresco/math.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+/// A mesh with its picture as a viewer gets it from a file.
+struct GlbModel
+{
+    std::vector<fresco::Vec3d> positions;  ///< V, as the node of the mesh places them, without the parent that turns it upright.
+    std::vector<fresco::Vec3d> normals;    ///< V or empty; as stored, of about unit length.
+    std::vector<fresco::Vec2d> texcoords;  ///< V, glTF's: origin at the upper left.
+    std::vector<std::uint32_t> indices;    ///< 3F, each < V.
+    std::string image_type;                ///< MIME type.
+    std::vector<std::byte> image;
+};
+
+/// Reads a GLB file of one mesh and one picture and holds everything in it against the specification: chunks and their lengths,
+/// views inside of their buffers, accessors inside of their views and aligned, "min" and "max" against the values, indices in
+/// range, numbers finite, normals of unit length, extensions that are required known and used ones declared, the picture's
+/// signature. Throws Error naming `source`, the offset or the entry, and what was expected.
+GlbModel read_glb(std::span<const std::byte> file, std::string_view source);

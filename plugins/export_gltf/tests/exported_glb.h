@@ -1,0 +1,98 @@
+#pragma once
+
+#include "stored_png.h"
+
+#include <fresco/files.h>
+#include <fresco/files_io.h>
+#include <fresco/testing.h>
+#include <fresco/texture.h>
+
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+
+#include <cstring>
+#include <memory>
+#include <string>
+#include <vector>
+
+/// \file Runs export.gltf and takes its file apart without the plugin's own reader.
+
+/// The two chunks of a GLB file.
+struct Glb
+{
+    nlohmann::json json;
+    std::vector<std::byte> binary;
+
+    explicit Glb(const std::vector<std::byte>& file)
+    {
+        REQUIRE(word(file, 0) == 0x46546C67U);
+        REQUIRE(word(file, 4) == 2);
+        REQUIRE(word(file, 8) == file.size());
+        const std::size_t json_bytes = word(file, 12);
+        REQUIRE(json_bytes % 4 == 0);
+        REQUIRE(word(file, 16) == 0x4E4F534AU);
+        const auto* text = reinterpret_cast<const char*>(file.data() + 20);
+        json = nlohmann::json::parse(text, text + json_bytes);
+        REQUIRE(word(file, 24 + json_bytes) == 0x004E4942U);
+        REQUIRE(word(file, 20 + json_bytes) == file.size() - 28 - json_bytes);
+        binary.assign(file.begin() + static_cast<std::ptrdiff_t>(28 + json_bytes), file.end());
+    }
+
+    static std::uint32_t word(const std::vector<std::byte>& bytes, std::size_t at)
+    {
+        std::uint32_t v = 0;
+        std::memcpy(&v, &bytes.at(at), 4);
+        return v;
+    }
+
+    template <class T>
+    std::vector<T> values(int accessor, std::size_t per_element) const
+    {
+        const auto& a = json.at("accessors").at(static_cast<std::size_t>(accessor));
+        const auto& view = json.at("bufferViews").at(a.at("bufferView").get<std::size_t>());
+        std::vector<T> result(a.at("count").get<std::size_t>() * per_element);
+        std::memcpy(result.data(), binary.data() + view.value("byteOffset", std::size_t{0}), result.size() * sizeof(T));
+        return result;
+    }
+
+    const nlohmann::json& primitive() const { return json.at("meshes").at(0).at("primitives").at(0); }
+    const nlohmann::json& view_of(const char* attribute) const
+    {
+        const std::size_t accessor = primitive().at("attributes").at(attribute).get<std::size_t>();
+        return json.at("bufferViews").at(json.at("accessors").at(accessor).at("bufferView").get<std::size_t>());
+    }
+};
+
+inline fresco::TexturedMesh square()
+{
+    fresco::TexturedMesh textured;
+    textured.mesh.positions = {{0.1F, 0.2F, 0.3F}, {1, 0, 0}, {1, 1, -2}, {0, 1, 0}};
+    textured.mesh.triangles = {{0, 1, 2}, {0, 2, 3}, {1, 2, 2}};
+    textured.mesh.texcoords = {{0, 0}, {1, 0}, {1, 1}, {0, 0}, {1, 1}, {0, 0.75F}, {1, 0}, {1, 1}, {1, 1}};
+    textured.image = fresco::Image(fresco::Raster8(8, 8, 3, 77));
+    textured.image.pixels.at(2, 1, 0) = 200;
+    return textured;
+}
+
+struct Exported
+{
+    std::vector<std::byte> file;
+    std::vector<std::string> names;
+    fresco::Value report;
+    std::vector<std::string> messages;
+};
+
+inline Exported exported(const fresco::Value& options, const fresco::TexturedMesh& textured = square())
+{
+    const auto made = fresco::testing::make_from_plugin(FRESCO_PLUGIN_FILE, "export.gltf");
+    fresco::testing::TemporaryFolder folder;
+    fresco::testing::TestRun run;
+    fresco::testing::TestFactory factory;
+    factory.add("image.opencv", [] { return std::make_shared<stored_png::Codec>(); });
+    fresco::Value all = options;
+    all.set("images", fresco::Value::Map{{"type", "image.opencv"}});
+    fresco::testing::run_stage(dynamic_cast<fresco::Stage&>(*made), all,
+                               {{"mesh", std::make_shared<fresco::TexturedMesh>(textured)}}, folder.path(), run, factory);
+    const auto files = fresco::Files::load({folder.path() / "files", folder.path()});
+    return {fresco::read_file(folder.path() / "files" / files->names.at(0)), files->names, run.reported, run.messages};
+}

@@ -1,0 +1,74 @@
+#include <fresco/files.h>
+#include <fresco/files_io.h>
+#include <fresco/mesh_io.h>
+#include <fresco/stage.h>
+#include <fresco/texture.h>
+#include <fresco/texturing/exported_file.h>
+#include <fresco/texturing/exported_picture.h>
+
+#include "textured_ply.h"
+#include "vertex_colors.h"
+
+#include <string>
+
+using namespace fresco;
+using namespace fresco::texturing;
+
+namespace
+{
+class ExportPly final : public Stage
+{
+    Input<TexturedMesh> mesh{this, "mesh", "The mesh with its picture, as texture.bake makes it"};
+    Output<Files> files{this, "files", "A .ply file, and the picture of the same name beside it"};
+    Option<OutputName> path{this, "path", OutputName{"room.ply"}, "Where to write, below --out; ends in .ply, without spaces"};
+    Option<std::string> texcoords{
+        this, "texcoords", "vertex", one_of({"vertex", "face", "none"}),
+        "vertex: s and t, split along seams, as Blender reads them; face: six numbers a face, as MeshLab does"};
+    Option<bool> colors{this, "colors", false, "Also the picture's colour around each vertex, as vertex colours"};
+    PictureOptions picture{this};
+
+    Cost cost() const override
+    {
+        return {.seconds = "0.5 + faces * 2e-6",
+                .memory_mb = "140 + faces * 0.0003",
+                .disk_mb = "30 + faces * 5e-5",
+                .frames = {},
+                .faces = {}};
+    }
+
+    PlyTexcoords place() const
+    {
+        return *texcoords == "vertex" ? PlyTexcoords::vertex : *texcoords == "face" ? PlyTexcoords::face : PlyTexcoords::none;
+    }
+
+    void run(RunContext& run) override
+    {
+        check_textured_mesh(*mesh, "the mesh on port 'mesh'");
+        check_path_for_names(path->path, ".ply");
+        const auto folder = files.folder().path;
+        std::filesystem::create_directories((folder / path->path).parent_path());
+        Files result;
+        result.names = {path->path};
+        std::string picture_name;
+        if (place() != PlyTexcoords::none)
+        {
+            result.names.push_back(picture.write(*mesh, folder, path->path, run));
+            picture_name = std::filesystem::path(result.names.back()).filename().string();
+        }
+        const Mesh meant = arranged(mesh->mesh, *colors ? vertex_colors(*mesh, run) : std::vector<Rgb8>{}, place());
+        run.check_cancelled();
+        const auto file = folder / path->path;
+        write_file(file, textured_ply(meant, place(), picture_name));
+        check_written_mesh(read_mesh(file), meant);
+
+        run.message(valid_line(path->path, std::filesystem::file_size(file),
+                               grouped(meant.triangles.size()) + " triangles, " + grouped(meant.positions.size()) + " vertices"));
+        run.report("triangles", meant.triangles.size());
+        run.report("vertices", meant.positions.size());
+        run.report("bytes", static_cast<std::size_t>(std::filesystem::file_size(file)));
+        files = std::move(result);
+    }
+};
+}  // namespace
+
+FRESCO_STAGE("export.ply", ExportPly, "Writes a textured mesh as binary PLY with its picture, or with vertex colours")

@@ -1,0 +1,138 @@
+#include "stored_png.h"
+#include "textured_ply.h"
+
+#include <fresco/files.h>
+#include <fresco/files_io.h>
+#include <fresco/mesh_io.h>
+#include <fresco/testing.h>
+#include <fresco/texture.h>
+
+#include <catch2/catch.hpp>
+
+using namespace fresco;
+using Catch::Contains;
+namespace fs = std::filesystem;
+
+namespace
+{
+
+/// Two squares beside each other that lie apart in the atlas, and a face without area.
+TexturedMesh two_squares()
+{
+    TexturedMesh textured;
+    textured.mesh.positions = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {0, 1, 0}, {1, 1, 0}, {2, 1, 0.3F}};
+    textured.mesh.triangles = {{0, 1, 4}, {0, 4, 3}, {1, 2, 5}, {1, 5, 4}, {3, 3, 4}};
+    const Vec2f a{0, 0}, b{0.25F, 0}, c{0.25F, 0.25F}, d{0, 0.25F};
+    const Vec2f e{0.5F, 0.5F}, f{0.75F, 0.5F}, g{0.75F, 0.75F}, h{0.5F, 0.75F};
+    textured.mesh.texcoords = {a, b, c, a, c, d, e, f, g, e, g, h, d, d, c};
+    textured.image = Image(Raster8(8, 8, 3, 77));
+    textured.image.pixels.at(1, 2, 0) = 200;
+    return textured;
+}
+
+struct Exported
+{
+    testing::TemporaryFolder folder;
+    std::vector<std::string> names;
+    testing::TestRun run;
+
+    fs::path path(const std::string& name) const { return folder.path() / "files" / name; }
+};
+
+std::unique_ptr<Exported> exported(const Value& options, const TexturedMesh& textured = two_squares())
+{
+    auto result = std::make_unique<Exported>();
+    const auto made = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "export.ply");
+    testing::TestFactory factory;
+    factory.add("image.opencv", [] { return std::make_shared<stored_png::Codec>(); });
+    Value all = options;
+    all.set("images", Value::Map{{"type", "image.opencv"}});
+    testing::run_stage(dynamic_cast<Stage&>(*made), all, {{"mesh", std::make_shared<TexturedMesh>(textured)}},
+                       result->folder.path(), result->run, factory);
+    result->names = Files::load({result->folder.path() / "files", result->folder.path()})->names;
+    return result;
+}
+
+std::string header_of(const fs::path& file)
+{
+    const auto bytes = read_file(file);
+    const std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    return text.substr(0, text.find("end_header\n"));
+}
+
+}  // namespace
+
+TEST_CASE("with texcoords at vertices the mesh is split along seams, and nowhere else")
+{
+    const auto result = exported(Value::Map{{"path", "a/wall.ply"}});
+    CHECK(result->names == std::vector<std::string>{"a/wall.ply", "a/wall.png"});
+    const std::string header = header_of(result->path("a/wall.ply"));
+    CHECK_THAT(header, Contains("comment TextureFile wall.png\n") && Contains("property float s\nproperty float t\n"));
+    CHECK_THAT(header, !Contains("red"));
+    const Mesh read = read_mesh(result->path("a/wall.ply"));
+    // Six places, of which the two on the seam are there twice.
+    CHECK(read.positions.size() == 8);
+    const Mesh meant = two_squares().mesh;
+    REQUIRE(read.triangles.size() == 4);
+    for (std::size_t corner = 0; corner < 12; ++corner)
+    {
+        CHECK(read.positions[read.triangles[corner / 3][corner % 3]] == meant.positions[meant.triangles[corner / 3][corner % 3]]);
+        CHECK(read.texcoords[corner] == meant.texcoords[corner]);
+    }
+    CHECK(stored_png::Codec().read_rgb(result->path("a/wall.png")) == two_squares().image.pixels);
+    REQUIRE(result->run.messages.size() == 2);
+    CHECK_THAT(result->run.messages[0], Contains("a/wall.png: ") && Contains("8 x 8 texels, valid"));
+    CHECK_THAT(result->run.messages[1], Contains("a/wall.ply: ") && Contains("5 triangles, 8 vertices, valid"));
+}
+
+TEST_CASE("with texcoords at faces the mesh keeps its vertices")
+{
+    const auto result = exported(Value::Map{{"texcoords", "face"}, {"max_texture_px", 4}});
+    const std::string header = header_of(result->path("room.ply"));
+    CHECK_THAT(header, Contains("comment TextureFile room.png\n") && Contains("property list uchar float texcoord\n"));
+    const Mesh read = read_mesh(result->path("room.ply"));
+    CHECK(read.positions == two_squares().mesh.positions);
+    const Mesh meant = two_squares().mesh;
+    CHECK(read.texcoords == std::vector<Vec2f>(meant.texcoords.begin(), meant.texcoords.begin() + 12));
+    CHECK(stored_png::Codec().read_rgb(result->path("room.png")).width == 4);
+}
+
+TEST_CASE("vertex colours go with their vertices, split or not, and need no picture")
+{
+    TexturedMesh textured = two_squares();
+    // The left square red, the right one blue.
+    for (int y = 0; y < 8; ++y)
+        for (int x = 0; x < 8; ++x)
+        {
+            const bool left = x < 3 && y > 4;
+            const Rgb8 color = left ? Rgb8{250, 0, 0} : Rgb8{0, 0, 250};
+            std::copy(color.begin(), color.end(), &textured.image.pixels.at(x, y, 0));
+        }
+    for (const std::string texcoords : {"vertex", "face", "none"})
+    {
+        const auto result = exported(Value::Map{{"texcoords", texcoords}, {"colors", true}}, textured);
+        CHECK(result->names.size() == (texcoords == "none" ? 1 : 2));
+        const Mesh read = read_mesh(result->path("room.ply"));
+        REQUIRE(read.colors.size() == read.positions.size());
+        CHECK(read.texcoords.empty() == (texcoords == "none"));
+        for (std::size_t v = 0; v < read.positions.size(); ++v)
+        {
+            const float x = read.positions[v].x;
+            if (x == 0)
+                CHECK(read.colors[v] == Rgb8{250, 0, 0});
+            else if (x == 2)
+                CHECK(read.colors[v] == Rgb8{0, 0, 250});
+            else
+                CHECK((read.colors[v][0] > 100 && read.colors[v][2] > 100));
+        }
+    }
+}
+
+TEST_CASE("what cannot be exported is refused")
+{
+    CHECK_THROWS_WITH(exported(Value::Map{{"path", "room.obj"}}), Contains("must end in .ply"));
+    CHECK_THROWS_WITH(exported(Value::Map{{"path", "my room.ply"}}), Contains("no spaces"));
+    TexturedMesh bare = two_squares();
+    bare.mesh.texcoords.clear();
+    CHECK_THROWS_WITH(exported(Value::Map{}, bare), Contains("no texcoords"));
+}

@@ -1,0 +1,114 @@
+#include "vertex_colors.h"
+
+#include <fresco/texturing/linear_light.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+using namespace fresco;
+using namespace fresco::texturing;
+
+namespace
+{
+constexpr int most_steps = 256;
+constexpr Rgb8 grey{128, 128, 128};
+
+using Corners = std::array<Vec2d, 3>;
+
+/// Colours at places in texels.
+class Texels
+{
+  public:
+    explicit Texels(const Raster8& picture) : picture_(picture) {}
+
+    const std::uint8_t* at(Vec2d place) const
+    {
+        const auto texel = [this](double along)
+        { return std::clamp(static_cast<int>(std::floor(along)), 0, picture_.width - 1); };
+        return &picture_.values[picture_.index(texel(place.x), texel(place.y))];
+    }
+
+  private:
+    const Raster8& picture_;
+};
+
+struct Sum
+{
+    Vec3d light;
+    double weight = 0;
+};
+
+Corners texel_corners(const TexturedMesh& textured, std::size_t face)
+{
+    const double size = textured.image.pixels.width;
+    Corners corners;
+    for (std::size_t i = 0; i < 3; ++i)
+    {
+        const Vec2f uv = textured.mesh.texcoords[3 * face + i];
+        corners[i] = {double{uv.x} * size, (1 - double{uv.y}) * size};
+    }
+    return corners;
+}
+
+double surface_area(const Mesh& mesh, const Triangle& t)
+{
+    const Vec3d a = vec_cast<double>(mesh.positions[t[0]]);
+    return length(cross(vec_cast<double>(mesh.positions[t[1]]) - a, vec_cast<double>(mesh.positions[t[2]]) - a)) / 2;
+}
+
+/// Adds a face's texels to its corners: at the middles of n x n triangles of equal size, a texel wide at most.
+void add_face(const Corners& corners, double area, const Texels& texels, const std::array<Sum*, 3>& sums)
+{
+    const double longest =
+        std::max({length(corners[1] - corners[0]), length(corners[2] - corners[1]), length(corners[0] - corners[2])});
+    const int n = std::clamp(static_cast<int>(std::ceil(longest)), 1, most_steps);
+    const auto add = [&](double first, double second)
+    {
+        const std::array<double, 3> shares{1 - (first + second) / n, first / n, second / n};
+        const Vec2d place = corners[0] * shares[0] + corners[1] * shares[1] + corners[2] * shares[2];
+        const std::uint8_t* const rgb = texels.at(place);
+        const Vec3d light{to_linear(rgb[0]), to_linear(rgb[1]), to_linear(rgb[2])};
+        for (std::size_t i = 0; i < 3; ++i)
+        {
+            const double weight = area / (double{1} * n * n) * shares[i];
+            sums[i]->light += light * weight;
+            sums[i]->weight += weight;
+        }
+    };
+    for (int i = 0; i < n; ++i)
+        for (int j = 0; j < n - i; ++j)
+        {
+            add(i + 1.0 / 3, j + 1.0 / 3);
+            if (j + 1 < n - i)
+                add(i + 2.0 / 3, j + 2.0 / 3);
+        }
+}
+}  // namespace
+
+std::vector<Rgb8> vertex_colors(const TexturedMesh& textured, const Progress& progress)
+{
+    const Mesh& mesh = textured.mesh;
+    const Texels texels(textured.image.pixels);
+    std::vector<Sum> sums(mesh.positions.size());
+    std::vector<Rgb8> result(mesh.positions.size(), grey);
+    for (std::size_t face = 0; face < mesh.triangles.size(); ++face)
+    {
+        if (face % 1024 == 0)
+            progress.check_cancelled();
+        const Triangle& t = mesh.triangles[face];
+        const Corners corners = texel_corners(textured, face);
+        if (const double area = surface_area(mesh, t); area > 0)
+            add_face(corners, area, texels, {&sums[t[0]], &sums[t[1]], &sums[t[2]]});
+        for (std::size_t i = 0; i < 3; ++i)
+            std::copy_n(texels.at(corners[i]), 3, result[t[i]].begin());
+    }
+    for (std::size_t v = 0; v < sums.size(); ++v)
+        if (sums[v].weight > 0)
+        {
+            const Vec3d light = sums[v].light * (1 / sums[v].weight);
+            result[v] = {from_linear(light.x), from_linear(light.y), from_linear(light.z)};
+        }
+    return result;
+}

@@ -1,0 +1,54 @@
+#include <fresco/files.h>
+#include <fresco/files_io.h>
+#include <fresco/image_io.h>
+#include <fresco/stage.h>
+#include <fresco/texture.h>
+#include <fresco/texturing/exported_file.h>
+#include <fresco/texturing/exported_picture.h>
+#include <fresco/texturing/smaller_picture.h>
+
+#include <string>
+
+using namespace fresco;
+using namespace fresco::texturing;
+
+namespace
+{
+class ExportTexture final : public Stage
+{
+    Input<TexturedMesh> mesh{this, "mesh", "The mesh with its picture, as texture.bake makes it"};
+    Output<Files> files{this, "files", "The picture"};
+    Option<OutputName> path{this, "path", OutputName{"room.png"}, "Where to write, below --out; ends in .png, .jpg or .npy"};
+    Option<int> jpeg_quality{this, "jpeg_quality", 92, range(1, 100), "For .jpg"};
+    Option<int> max_texture_px{this, "max_texture_px", 0, range(0, 65536),
+                               "Shrink the picture to this side, chart by chart in linear light; 0 = as it is"};
+    Slot<ImageIo> images{this, "images", "image.opencv", "Encodes the picture, and reads it again"};
+
+    Cost cost() const override
+    {
+        return {.seconds = "0.5", .memory_mb = "140 + faces * 0.0002", .disk_mb = "30", .frames = {}, .faces = {}};
+    }
+
+    void run(RunContext& run) override
+    {
+        check_textured_mesh(*mesh, "the mesh on port 'mesh'");
+        const Raster8 picture = smaller_picture(*mesh, *max_texture_px, run);
+        const auto file = files.folder().path / path->path;
+        const auto bytes = encoded_picture(picture, file.extension().string(), *jpeg_quality, *images);
+        run.check_cancelled();
+        std::filesystem::create_directories(file.parent_path());
+        write_file(file, bytes);
+        check_picture_file(file, picture, *images);
+
+        const std::string side = std::to_string(picture.width);
+        run.message(valid_line(path->path, bytes.size(), side + " x " + side + " texels"));
+        run.report("texture_px", picture.width);
+        run.report("bytes", bytes.size());
+        Files result;
+        result.names = {path->path};
+        files = std::move(result);
+    }
+};
+}  // namespace
+
+FRESCO_STAGE("export.texture", ExportTexture, "Writes the picture of a textured mesh alone")

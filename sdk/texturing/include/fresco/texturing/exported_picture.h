@@ -1,0 +1,48 @@
+#pragma once
+
+#include <fresco/image_io.h>
+#include <fresco/stage.h>
+#include <fresco/texture.h>
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+/// \file The picture of a textured mesh as a file: what exports share.
+
+namespace fresco::texturing
+{
+
+/// The picture as `extension` says: ".png", ".jpg" or ".jpeg" (with `jpeg_quality`), ".npy" (uint8 H x W x 3). Throws Error for
+/// any other.
+std::vector<std::byte> encoded_picture(const Raster8& picture, std::string_view extension, int jpeg_quality,
+                                       const ImageIo& images);
+
+/// Reads a file again that encoded_picture made. Throws Error naming it unless it is whole and holds the picture: every texel, or
+/// its size where it is JPEG.
+void check_picture_file(const std::filesystem::path& file, const Raster8& picture, const ImageIo& images);
+
+/// Throws Error unless a path below --out ends in `extension` and holds no spaces, at which readers of text headers split names.
+void check_path_for_names(const std::string& path, std::string_view extension);
+
+/// The options of an export that writes the picture beside the mesh: declared in the stage as `PictureOptions picture{this};`.
+class PictureOptions
+{
+  public:
+    explicit PictureOptions(Configurable* owner);
+
+    /// Writes the picture, made smaller where that is asked for, below `folder` under the name of `mesh_path` with another
+    /// extension, reads it again and says so. Returns its name below the folder, which must exist. Throws Error, Cancelled.
+    std::string write(const TexturedMesh& textured, const std::filesystem::path& folder, const std::string& mesh_path,
+                      RunContext& run) const;
+
+  private:
+    Option<std::string> image_format_;
+    Option<int> jpeg_quality_;
+    Option<int> max_texture_px_;
+    Slot<ImageIo> images_;
+};
+
+}  // namespace fresco::texturing

@@ -1,0 +1,42 @@
+#include <fresco/texturing/linear_light.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+namespace fresco::texturing
+{
+namespace
+{
+
+double curve(double display)
+{
+    return display <= 0.04045 ? display / 12.92 : std::pow((display + 0.055) / 1.055, 2.4);
+}
+
+/// Light at each step, or half-way to the next.
+template <std::size_t Count>
+std::array<double, Count> lights(double shift)
+{
+    std::array<double, Count> result;
+    for (std::size_t i = 0; i < Count; ++i)
+        result[i] = curve((static_cast<double>(i) + shift) / 255);
+    return result;
+}
+
+}  // namespace
+
+double to_linear(std::uint8_t step)
+{
+    static const auto table = lights<256>(0);
+    return table[step];
+}
+
+std::uint8_t from_linear(double light)
+{
+    static const auto borders = lights<255>(0.5);
+    return static_cast<std::uint8_t>(std::ranges::upper_bound(borders, light) - borders.begin());
+}
+
+}  // namespace fresco::texturing

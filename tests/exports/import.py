@@ -1,0 +1,64 @@
+"""blender --background --python import.py -- FOLDER: imports what run.sh exported; all must be the same room. EXT_meshopt_compression
+is nothing that Blender's importer reads: those files are left out."""
+import pathlib
+import sys
+
+import bpy
+import numpy as np
+
+if not hasattr(np, "bool"):
+    np.bool = bool  # Debian 12's importer of glTF still asks for the name that its NumPy has dropped
+
+folder = pathlib.Path(sys.argv[sys.argv.index("--") + 1])
+
+
+def imported(name, operator, **options):
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    operator(filepath=str(folder / name), **options)
+    (room,) = [o for o in bpy.data.objects if o.type == "MESH"]
+    mesh = room.data
+    matrix = np.array(room.matrix_world)
+    points = np.empty(3 * len(mesh.vertices), np.float32)
+    mesh.vertices.foreach_get("co", points)
+    points = points.reshape(-1, 3) @ matrix[:3, :3].T + matrix[:3, 3]
+    uv = np.empty(2 * len(mesh.loops), np.float32)
+    corners = np.empty(len(mesh.loops), np.int32)
+    mesh.uv_layers[0].data.foreach_get("uv", uv)
+    mesh.loops.foreach_get("vertex_index", corners)
+    print(f"read {name}: {len(mesh.polygons)} faces, {len(points)} vertices, pictures {[tuple(i.size) for i in bpy.data.images]}")
+    # One row for each face: its middle and the middle of its texcoords.
+    rows = np.hstack([points[corners].reshape(-1, 3, 3).mean(1), uv.reshape(-1, 3, 2).mean(1)])
+    return rows, mesh
+
+
+def z_up(rows):
+    """glTF's importer turns +Y up into Blender's +Z: back to the world that fresco wrote."""
+    rows = rows.copy()
+    rows[:, [0, 1, 2]] = np.stack([rows[:, 0], rows[:, 2], -rows[:, 1]], 1)
+    return rows
+
+
+def same(name, rows, expected, step_m):
+    assert rows.shape == expected.shape, f"{name}: {rows.shape[0]} faces, not {expected.shape[0]}"
+    assert np.abs(rows[:, :3] - expected[:, :3]).max() <= step_m, f"{name}: positions differ by {np.abs(rows - expected)[:, :3].max()}"
+    assert np.abs(rows[:, 3:] - expected[:, 3:]).max() <= 1e-5 + step_m / 10, f"{name}: texcoords differ by {np.abs(rows - expected)[:, 3:].max()}"
+
+
+gltf = bpy.ops.import_scene.gltf
+expected, mesh = imported("plain.glb", gltf)
+expected = z_up(expected)
+assert len(expected) > 1000 and np.ptp(expected[:, :3], axis=0).max() > 3
+assert [tuple(i.size) for i in bpy.data.images if i.size[0]] == [(512, 512)]
+# A room of 5 m in 65535 steps.
+step = 5 / 65535
+rows, _ = imported("small.glb", gltf)
+same("small.glb", z_up(rows), expected, step)
+assert [tuple(i.size) for i in bpy.data.images if i.size[0]] == [(128, 128)]
+# With up: z the world stands in Blender as it was written.
+same("lit.glb", imported("lit.glb", gltf)[0], expected, 1e-5)
+same("small_lit.glb", imported("small_lit.glb", gltf)[0], expected, step)
+same("room.obj", imported("obj/room.obj", bpy.ops.import_scene.obj, axis_forward="Y", axis_up="Z")[0], expected, 1e-5)
+assert [tuple(i.size) for i in bpy.data.images if i.size[0]] == [(512, 512)]
+rows, mesh = imported("vertex.ply", bpy.ops.import_mesh.ply)
+same("vertex.ply", rows, expected, 1e-5)
+assert len(mesh.vertex_colors) == 1

@@ -1,0 +1,45 @@
+#!/usr/bin/env bash
+# run.sh FRESCO SOURCE COMPRESSION: COMPRESSION is meshopt, or none where export.gltf is built without.
+set -euo pipefail
+fresco=$1 source=$2 compression=$3
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+export XDG_CACHE_HOME=$work/cache XDG_DATA_HOME=$work/data
+unset FRESCO_PLUGIN_PATH FRESCO_FAULT
+fail() { echo "exports: $*" >&2; exit 1; }
+
+cat >"$work/room.yaml" <<YAML
+version: 1
+stages:
+  scan: {type: scan.synthetic_room, frames_count: 6, color_width_px: 160, color_height_px: 120, depth_width_px: 80, depth_height_px: 60, edge_m: 0.08}
+  atlas: {type: atlas.project, input: scan.mesh, size_px: 512, gutter_px: 8}
+  uvmaps: {type: uvmaps.raster, input: {mesh: atlas, frames: scan.frames}, heights_px: [120]}
+  texture: {type: texture.from_frames, input: {uvmaps: uvmaps, frames: scan.frames}, size_px: 512}
+  bake: {type: texture.bake, input: {texture: texture, mesh: atlas}}
+  plain: {type: export.gltf, input: bake, path: plain.glb}
+  lit: {type: export.gltf, input: bake, path: lit.glb, material: pbr, image_format: jpeg, up: z}
+  small: {type: export.gltf, input: bake, path: small.glb, quantize: true, max_texture_px: 128, image_format: jpeg, jpeg_quality: 80}
+  small_lit: {type: export.gltf, input: bake, path: small_lit.glb, quantize: true, material: pbr, up: z}
+  packed: {type: export.gltf, input: bake, path: packed.glb, quantize: true, material: pbr, compression: $compression}
+  packed_floats: {type: export.gltf, input: bake, path: packed_floats.glb, compression: $compression}
+  obj: {type: export.obj, input: bake, path: obj/room.obj}
+  ply: {type: export.ply, input: bake, path: vertex.ply, colors: true}
+  ply_faces: {type: export.ply, input: bake, path: face.ply, texcoords: face, image_format: jpeg}
+  picture: {type: export.texture, input: bake, path: picture.npy}
+YAML
+"$fresco" run "$work/room.yaml" --store "$work/store" --out "$work/out" 2>&1 | tee "$work/log"
+lines=$(grep -c ', valid$' "$work/log") || true
+[ "$lines" -eq 13 ] || fail "$lines files were said to be valid, not 13"
+ls -l "$work/out" "$work/out/obj"
+
+cp "$source"/tests/gltf_validator/* "$work/"
+(cd "$work" && npm install --no-audit --no-fund --silent && node validate.mjs out/*.glb)
+
+if command -v blender >/dev/null; then
+    blender --background --factory-startup --python-exit-code 9 --python "$source/tests/exports/import.py" -- "$work/out" >"$work/blender.log" 2>&1 ||
+        { cat "$work/blender.log"; fail "Blender does not read what was written"; }
+    grep '^read ' "$work/blender.log"
+else
+    echo "SKIPPED the exports read by Blender: there is no blender"
+    [ -z "${FRESCO_SKIP_LOG:-}" ] || echo "the exports read by Blender: there is no blender" >>"$FRESCO_SKIP_LOG"
+fi

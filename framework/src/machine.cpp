@@ -2,14 +2,18 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <sched.h>
 #include <sstream>
+#include <sys/resource.h>
+#include <unistd.h>
 #include <vector>
 
 namespace fresco::host
 {
+namespace fs = std::filesystem;
 namespace
 {
 
@@ -71,6 +75,43 @@ double peak_memory_mb()
 {
     const std::string text = line_of("/proc/self/status", "VmHWM");
     return static_cast<double>(std::strtoll(text.c_str(), nullptr, 10)) / 1024.0;
+}
+
+double peak_memory_of_programs_mb()
+{
+    rusage usage{};
+    return getrusage(RUSAGE_CHILDREN, &usage) == 0 ? static_cast<double>(usage.ru_maxrss) / 1024.0 : 0;
+}
+
+double memory_of_tree_mb(pid_t pid)
+{
+    const fs::path folder = "/proc/" + std::to_string(pid);
+    std::ifstream file(folder / "statm");
+    double mapped = 0;
+    double resident = 0;
+    if (!(file >> mapped >> resident))
+        return 0;
+    double sum = resident * static_cast<double>(sysconf(_SC_PAGESIZE)) / (1024.0 * 1024.0);
+    std::error_code error;
+    for (fs::directory_iterator task(folder / "task", error), end; !error && task != end; task.increment(error))
+    {
+        std::ifstream children(task->path() / "children");
+        for (pid_t child = 0; children >> child;)
+            sum += memory_of_tree_mb(child);
+    }
+    return sum;
+}
+
+double machine_memory_mb()
+{
+    double memory = std::strtod(line_of("/proc/meminfo", "MemTotal").c_str(), nullptr) / 1024.0;
+    for (const char* file : {"/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes"})
+    {
+        double bytes = 0;
+        if (std::ifstream(file) >> bytes && bytes > 0)
+            memory = std::min(memory, bytes / (1024.0 * 1024.0));
+    }
+    return memory;
 }
 
 std::string program_version()

@@ -1,14 +1,17 @@
 #include <fresco/error.h>
 #include <fresco/host/process.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <csignal>
+#include <cstdlib>
 #include <cstring>
 #include <fcntl.h>
 #include <string.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -39,7 +42,7 @@ void set_nonblocking(int fd)
     fcntl(fd, F_SETFL, fcntl(fd, F_GETFL) | O_NONBLOCK);
 }
 
-std::vector<std::string> merged_environment(const std::vector<std::pair<std::string, std::string>>& changes)
+std::vector<std::string> merged_environment(const EnvironmentChanges& changes)
 {
     std::vector<std::string> merged;
     for (char** entry = environ; *entry != nullptr; ++entry)
@@ -66,23 +69,68 @@ std::vector<char*> pointers(std::vector<std::string>& texts)
     return result;
 }
 
-/// Between fork and exec: nothing that allocates.
-[[noreturn]] void become_child(pid_t host, int input, int output, int channel, char* const* arguments, char* const* environment)
+struct Descriptors
 {
-    setpgid(0, 0);
+    int input;
+    int output;
+    int channel;
+};
+
+// What runs between fork and exec must not allocate.
+
+/// As a new program expects it. Ends with its parent.
+void settle_child(pid_t parent, const Descriptors& descriptors)
+{
     prctl(PR_SET_PDEATHSIG, SIGKILL);
-    if (getppid() != host)  // the host ended before the line above
+    if (getppid() != parent)  // It ended before the line above.
         _exit(127);
     sigset_t none;
     sigemptyset(&none);
     sigprocmask(SIG_SETMASK, &none, nullptr);
     for (const int number : {SIGINT, SIGTERM, SIGPIPE, SIGCHLD})
         signal(number, SIG_DFL);
-    if (dup2(input, STDIN_FILENO) < 0 || dup2(output, STDOUT_FILENO) < 0 || dup2(output, STDERR_FILENO) < 0 ||
-        dup2(channel, child_channel) < 0)
+    if (dup2(descriptors.input, STDIN_FILENO) < 0 || dup2(descriptors.output, STDOUT_FILENO) < 0 ||
+        dup2(descriptors.output, STDERR_FILENO) < 0)
         _exit(127);
+}
+
+void limit_data(double limit_mb)
+{
+    const auto bytes = static_cast<rlim_t>(limit_mb * 1024 * 1024);
+    const rlimit data{bytes, bytes};
+    const rlimit core{0, 0};
+    setrlimit(RLIMIT_DATA, &data);
+    setrlimit(RLIMIT_CORE, &core);
+}
+
+[[noreturn]] void become_child(pid_t host, const Descriptors& descriptors, double data_limit_mb, char* const* arguments,
+                               char* const* environment)
+{
+    setpgid(0, 0);
+    settle_child(host, descriptors);
+    if (dup2(descriptors.channel, child_channel) < 0)
+        _exit(127);
+    if (data_limit_mb > 0)
+        limit_data(data_limit_mb);
     // The running file itself, even if another was installed in its place meanwhile.
     execve("/proc/self/exe", arguments, environment);
+    _exit(127);
+}
+
+/// `failure`: gets errno if there is no new program; closed by its start.
+[[noreturn]] void become_program(pid_t worker, const Descriptors& descriptors, int failure, const char* file, const char* folder,
+                                 char* const* arguments, char* const* environment)
+{
+    settle_child(worker, descriptors);
+    constexpr int kept = 3;
+    if (dup2(failure, kept) >= 0 && fcntl(kept, F_SETFD, FD_CLOEXEC) == 0)
+    {
+        close_range(kept + 1, ~0U, 0);
+        if (chdir(folder) == 0)
+            execve(file, arguments, environment);
+    }
+    const int reason = errno;
+    (void)!write(kept, &reason, sizeof reason);
     _exit(127);
 }
 
@@ -105,7 +153,7 @@ void FileDescriptor::reset()
     fd_ = -1;
 }
 
-Child start_child(const std::vector<std::string>& arguments, const std::vector<std::pair<std::string, std::string>>& environment)
+Child start_child(const std::vector<std::string>& arguments, const EnvironmentChanges& environment, double data_limit_mb)
 {
     std::vector<std::string> argument_texts{"fresco"};
     argument_texts.insert(argument_texts.end(), arguments.begin(), arguments.end());
@@ -133,9 +181,74 @@ Child start_child(const std::vector<std::string>& arguments, const std::vector<s
     if (child.pid < 0)
         cannot_start("fork");
     if (child.pid == 0)
-        become_child(host, input.get(), output.get(), channel.get(), argv.data(), envp.data());
+        become_child(host, {input.get(), output.get(), channel.get()}, data_limit_mb, argv.data(), envp.data());
     setpgid(child.pid, child.pid);
     return child;
+}
+
+std::string find_program(const std::string& name)
+{
+    const auto runs = [](const std::string& file)
+    {
+        struct stat status
+        {
+        };
+        return stat(file.c_str(), &status) == 0 && S_ISREG(status.st_mode) && access(file.c_str(), X_OK) == 0;
+    };
+    if (name.find('/') != std::string::npos)
+        return runs(name) ? name : "";
+    const char* variable = std::getenv("PATH");
+    const std::string path = variable != nullptr ? variable : "/usr/local/bin:/usr/bin:/bin";
+    for (std::size_t begin = 0; begin <= path.size();)
+    {
+        const std::size_t end = std::min(path.find(':', begin), path.size());
+        const std::string folder = path.substr(begin, end - begin);
+        if (!folder.empty() && runs(folder + "/" + name))
+            return folder + "/" + name;
+        begin = end + 1;
+    }
+    return {};
+}
+
+Program start_program(const std::vector<std::string>& arguments, const EnvironmentChanges& environment, const std::string& folder)
+{
+    const std::string file = find_program(arguments.front());
+    if (file.empty())
+        throw Error(arguments.front() + ": there is no such program" +
+                    (arguments.front().find('/') == std::string::npos ? " in PATH" : ", or it may not be executed"));
+    std::vector<std::string> argument_texts = arguments;
+    std::vector<std::string> environment_texts = merged_environment(environment);
+    const std::vector<char*> argv = pointers(argument_texts);
+    const std::vector<char*> envp = pointers(environment_texts);
+
+    int pipes[2];
+    if (pipe2(pipes, O_CLOEXEC) != 0)
+        cannot_start("pipe");
+    Program program;
+    program.output = FileDescriptor(pipes[0]);
+    const FileDescriptor output = out_of_the_way(pipes[1]);
+    if (pipe2(pipes, O_CLOEXEC) != 0)
+        cannot_start("pipe");
+    const FileDescriptor failed(pipes[0]);
+    FileDescriptor failure = out_of_the_way(pipes[1]);
+    const FileDescriptor input = out_of_the_way(open("/dev/null", O_RDONLY | O_CLOEXEC));
+    set_nonblocking(program.output.get());
+
+    const pid_t worker = getpid();
+    program.pid = fork();
+    if (program.pid < 0)
+        cannot_start("fork");
+    if (program.pid == 0)
+        become_program(worker, {input.get(), output.get(), -1}, failure.get(), file.c_str(), folder.c_str(), argv.data(),
+                       envp.data());
+    failure.reset();
+    int reason = 0;
+    if (read(failed.get(), &reason, sizeof reason) == static_cast<ssize_t>(sizeof reason))
+    {
+        waitpid(program.pid, nullptr, 0);
+        throw Error(file + ": cannot be started: " + std::strerror(reason));
+    }
+    return program;
 }
 
 bool take_end(pid_t pid, ChildEnd& end)
@@ -152,6 +265,16 @@ bool take_end(pid_t pid, ChildEnd& end)
     return true;
 }
 
+bool take_group_end(pid_t pid, ChildEnd& end)
+{
+    // While the leader is not taken its number cannot be another group's.
+    siginfo_t info{};
+    if (waitid(P_PID, static_cast<id_t>(pid), &info, WEXITED | WNOHANG | WNOWAIT) != 0 || info.si_pid != pid)
+        return false;
+    kill(-pid, SIGKILL);
+    return take_end(pid, end);
+}
+
 std::string signal_text(int signal)
 {
     const char* name = sigdescr_np(signal);
@@ -161,11 +284,17 @@ std::string signal_text(int signal)
 bool LineBuffer::read_from(int fd)
 {
     char block[16384];
-    for (;;)
+    constexpr std::size_t at_a_time = std::size_t{1} << 20U;
+    for (std::size_t taken = 0;;)
     {
+        if (taken >= at_a_time)  // Whoever writes without end must not keep the reader from all else.
+            return true;
         const ssize_t count = read(fd, block, sizeof block);
         if (count > 0)
+        {
             buffer_.append(block, static_cast<std::size_t>(count));
+            taken += static_cast<std::size_t>(count);
+        }
         else if (count < 0 && errno == EINTR)
             continue;
         else
@@ -176,6 +305,12 @@ bool LineBuffer::read_from(int fd)
 bool LineBuffer::next(std::string& line)
 {
     const std::size_t end = buffer_.find('\n', start_);
+    if (end == std::string::npos ? buffer_.size() - start_ > longest_ : end - start_ > longest_)
+    {
+        line = buffer_.substr(start_, longest_);
+        start_ += longest_;
+        return true;
+    }
     if (end == std::string::npos)
     {
         buffer_.erase(0, start_);
@@ -195,7 +330,7 @@ bool send_all(int socket, std::string_view text)
         if (count < 0 && errno == EINTR)
             continue;
         if (count <= 0)
-            return false;
+            return false;  // errno stays.
         text.remove_prefix(static_cast<std::size_t>(count));
     }
     return true;

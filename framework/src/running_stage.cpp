@@ -2,6 +2,7 @@
 
 #include <fresco/error.h>
 #include <fresco/files_io.h>
+#include <fresco/host/machine.h>
 
 #include <csignal>
 #include <cstdlib>
@@ -30,6 +31,16 @@ std::vector<std::pair<std::string, std::string>> library_environment(int threads
     // Threads of OpenMP that wait keep a core busy; others may need it.
     propose("GOMP_SPINCOUNT", "20000");
     return changes;
+}
+
+/// How much one process may map for writing. A sanitizer maps the whole address space at its start.
+double data_limit_mb(const StageLimits& limits)
+{
+#if defined(__SANITIZE_ADDRESS__)
+    return limits.memory_mb * 0;
+#else
+    return limits.memory_mb;
+#endif
 }
 
 }  // namespace
@@ -70,23 +81,55 @@ WorkerRequest make_worker_request(const StageNode& node, const RunState& state, 
     return request;
 }
 
-RunningStage::RunningStage(StageNode& node, const WorkerRequest& request, const Store& store, ProgressDisplay& display)
-    : node_(&node), display_(&display), threads_(request.threads), request_folder_(store.make_temporary())
+RunningStage::RunningStage(StageNode& node, const WorkerRequest& request, const Store& store, const StageLimits& limits,
+                           ProgressDisplay& display)
+    : node_(&node), store_(&store), limits_(limits), display_(&display), threads_(request.threads),
+      request_folder_(store.make_temporary())
 {
     const fs::path file = request_folder_ / "request.json";
     write_file(file, to_json(to_value(request)));
-    child_ = start_child({"internal-run", file.string()}, library_environment(threads_));
+    child_ = start_child({"internal-run", file.string()}, library_environment(threads_), data_limit_mb(limits_));
 }
 
 RunningStage::~RunningStage()
 {
-    if (!request_folder_.empty())
-        remove_quietly(request_folder_);
+    // A worker that crashed left its own, too.
+    store_->remove_temporaries(request_folder_.filename().string());
 }
 
 void RunningStage::stop(int signal) const
 {
-    kill(child_.pid, signal);
+    kill(signal == SIGKILL ? -child_.pid : child_.pid, signal);
+}
+
+void RunningStage::end_for(std::string limit, int signal)
+{
+    limit_text_ = std::move(limit);
+    kill_time_ = std::chrono::steady_clock::now() + std::chrono::seconds(5);
+    stop(signal);
+}
+
+void RunningStage::hold_to_limits()
+{
+    const auto now = std::chrono::steady_clock::now();
+    if (!limit_text_.empty())
+    {
+        if (now > kill_time_)
+            stop(SIGKILL);
+        return;
+    }
+    // In order, so that a stage with checkpoints goes on from there when it is given more time.
+    if (runs_ && limits_.seconds > 0 && elapsed() > limits_.seconds)
+        return end_for("it ran longer than the " + duration_text(limits_.seconds) +
+                           " that it may: give it more with --isolate-time, or find out where it hangs",
+                       SIGTERM);
+    if (limits_.memory_mb <= 0 || now < memory_time_)
+        return;
+    memory_time_ = now + std::chrono::milliseconds(100);
+    if (const double used = memory_of_tree_mb(child_.pid); used > limits_.memory_mb)
+        end_for("it used " + size_text(used) + " of memory, more than the " + size_text(limits_.memory_mb) +
+                    " that it may: give it more with --isolate-memory, or ask for less (smaller sizes, fewer frames, --cores 1)",
+                SIGKILL);
 }
 
 void RunningStage::take_event(const std::string& line)
@@ -97,6 +140,7 @@ void RunningStage::take_event(const std::string& line)
     if (name == "running")
     {
         start_ = std::chrono::steady_clock::now();
+        runs_ = true;
         display_->stage_begins(stage, threads_);
     }
     else if (name == "waiting")
@@ -110,6 +154,8 @@ void RunningStage::take_event(const std::string& line)
         damage_ = Damage{event.at("object").as_string(), event.at("text").as_string()};
     else if (name == "failed")
         failure_ = event.at("text").as_string();
+    else if (name == "cancelled")
+        was_cancelled_ = true;
     else if (name == "done")
     {
         StoredResult result;
@@ -146,14 +192,15 @@ void RunningStage::take_events()
         catch (const Error&)
         {
             // Written by something else in the process, over the host's channel.
-            display_->stage_prints(node_->stage->name, line);
+            if (!line.empty())
+                display_->stage_prints(node_->stage->name, line);
         }
     }
 }
 
 bool RunningStage::ended()
 {
-    if (!take_end(child_.pid, end_))
+    if (!take_group_end(child_.pid, end_))
         return false;
     take_events();
     if (const std::string rest = output_.rest(); !rest.empty())

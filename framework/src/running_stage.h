@@ -3,6 +3,7 @@
 #include <fresco/host/process.h>
 #include <fresco/host/progress_display.h>
 #include <fresco/host/run_state.h>
+#include <fresco/host/stage_limits.h>
 #include <fresco/host/worker.h>
 
 #include <chrono>
@@ -23,7 +24,8 @@ class RunningStage
 {
   public:
     /// Starts the process. Throws Error if that fails.
-    RunningStage(StageNode& node, const WorkerRequest& request, const Store& store, ProgressDisplay& display);
+    RunningStage(StageNode& node, const WorkerRequest& request, const Store& store, const StageLimits& limits,
+                 ProgressDisplay& display);
     ~RunningStage();
     RunningStage(const RunningStage&) = delete;
     RunningStage& operator=(const RunningStage&) = delete;
@@ -37,14 +39,21 @@ class RunningStage
     /// True once the process has ended and everything it said was taken.
     bool ended();
 
-    /// SIGTERM: the stage stops at its next check. SIGKILL: now.
+    /// SIGTERM: the stage stops at its next check. SIGKILL: now, with all that it started.
     void stop(int signal) const;
+    /// Ends the stage if it uses more than its limits. To be called a few times a second.
+    void hold_to_limits();
 
     const ChildEnd& end() const { return end_; }
     const std::optional<StoredResult>& result() const { return result_; }
     bool was_stored() const { return was_stored_; }
     const std::optional<Damage>& damage() const { return damage_; }
     const std::string& failure() const { return failure_; }
+    /// Which limit it was ended for, in words; or empty.
+    const std::string& limit_text() const { return limit_text_; }
+    const StageLimits& limits() const { return limits_; }
+    /// It said that it stopped because it was told to.
+    bool was_cancelled() const { return was_cancelled_; }
     /// The last lines that it printed.
     std::string printed_tail() const;
     double elapsed() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
@@ -55,12 +64,16 @@ class RunningStage
   private:
     void take_event(const std::string& line);
 
+    void end_for(std::string limit, int signal);
+
     StageNode* node_;
+    const Store* store_;
+    StageLimits limits_;
     ProgressDisplay* display_;
     int threads_;
     std::filesystem::path request_folder_;
     Child child_;
-    LineBuffer events_;
+    LineBuffer events_{std::size_t{1} << 24U};
     LineBuffer output_;
     std::deque<std::string> tail_;
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
@@ -68,6 +81,11 @@ class RunningStage
     std::optional<StoredResult> result_;
     std::optional<Damage> damage_;
     std::string failure_;
+    std::string limit_text_;
+    std::chrono::steady_clock::time_point kill_time_;
+    std::chrono::steady_clock::time_point memory_time_;
+    bool runs_ = false;
+    bool was_cancelled_ = false;
     bool was_stored_ = false;
     double seconds_ = 0;
     double memory_mb_ = 0;

@@ -117,7 +117,9 @@ class Scheduler
         {
             const WorkerRequest request = make_worker_request(
                 node, state_, store_, request_.out / node.stage->place / "preview" / node.stage->own_name, threads, hashes_);
-            running_.emplace_back(node, request, store_, display_);
+            const auto limits = request_.limits.find(node.stage->name);
+            running_.emplace_back(node, request, store_, limits == request_.limits.end() ? StageLimits{} : limits->second,
+                                  display_);
             node.state = StageState::running;
         }
         catch (const MissingInput& error)
@@ -139,6 +141,8 @@ class Scheduler
             descriptors.push_back({running.output_descriptor(), POLLIN, 0});
         }
         poll(descriptors.data(), descriptors.size(), 200);
+        for (auto& running : running_)
+            running.hold_to_limits();
         // A stream at its end is readable all the time; the process's end follows within a moment.
         const bool hung_up = std::any_of(descriptors.begin() + 1, descriptors.end(),
                                          [](const pollfd& entry) { return (entry.revents & POLLHUP) != 0; });
@@ -200,7 +204,7 @@ class Scheduler
     {
         StageNode& node = running.node();
         const ChildEnd& end = running.end();
-        if (running.result() && end.exit_code == 0)
+        if (running.result() && end.exit_code == 0 && store_.present(*running.result()))
         {
             node.result = running.result();
             node.present = true;
@@ -216,7 +220,7 @@ class Scheduler
         }
         else if (running.damage())
             repair(*running.damage(), node);
-        else if (end.exit_code == worker_cancelled || (stopping() && end.signal != 0))
+        else if (running.limit_text().empty() && (running.was_cancelled() || (stopping() && end.signal != 0)))
         {
             node.state = StageState::interrupted;
             if (!stopping())

@@ -28,11 +28,17 @@ std::string stage_error_text(const PipelineStage& stage, const std::string& text
 
 std::string failure_text(const RunningStage& running)
 {
+    if (!running.limit_text().empty())
+        return running.limit_text();
     if (!running.failure().empty())
         return running.failure();
     const ChildEnd& end = running.end();
     std::string text;
-    if (end.signal == SIGKILL)
+    if (end.exit_code == worker_lost_channel)
+        text = "it closed descriptor " + std::to_string(child_channel) +
+               ", by which it speaks to the host; please report it to the author of the plugin " +
+               running.node().stage->type->library.string();
+    else if (end.signal == SIGKILL)
         text = "its process was killed, most likely because the memory ran out (it had used " + size_text(end.peak_memory_mb) +
                "): close other programs or ask for less";
     else if (end.signal != 0)
@@ -42,6 +48,9 @@ std::string failure_text(const RunningStage& running)
         text = "its process ended with exit code " + std::to_string(end.exit_code) +
                " before the stage was done; please report it to the author of the plugin " +
                running.node().stage->type->library.string();
+    if (running.limits().memory_mb > 0 && end.signal != 0)
+        text += "; it had used " + size_text(end.peak_memory_mb) + " of the " + size_text(running.limits().memory_mb) +
+                " that it may (--isolate-memory)";
     if (const std::string tail = running.printed_tail(); !tail.empty())
         text += "; the last it printed:" + tail;
     return text;
@@ -49,7 +58,8 @@ std::string failure_text(const RunningStage& running)
 
 int failure_code(const RunningStage& running)
 {
-    const int code = running.end().exit_code;
+    // Of a code without a word about it anything in the process may be the cause.
+    const int code = running.failure().empty() || !running.limit_text().empty() ? worker_failed : running.end().exit_code;
     return code == worker_missing_input || code == worker_plugin ? code : worker_failed;
 }
 

@@ -122,12 +122,20 @@ Store::Store(fs::path root) : root_(std::move(root))
                     std::string(store_format.substr(0, store_format.size() - 1)) + "\"; give another place with --store");
 }
 
-fs::path Store::make_temporary() const
+fs::path Store::make_temporary(const std::string& prefix) const
 {
-    std::string pattern = (root_ / "tmp" / "run.XXXXXX").string();
+    std::string pattern = (root_ / "tmp" / (prefix + ".XXXXXX")).string();
     if (mkdtemp(pattern.data()) == nullptr)
         throw Error((root_ / "tmp").string() + ": cannot make a folder: " + std::strerror(errno));
     return pattern;
+}
+
+void Store::remove_temporaries(const std::string& prefix) const
+{
+    std::error_code error;
+    for (const fs::directory_entry& entry : fs::directory_iterator(root_ / "tmp", error))
+        if (entry.path().filename().string().starts_with(prefix))
+            remove_quietly(entry.path());
 }
 
 std::optional<StoredResult> Store::lookup(const std::string& key, std::string* why_not) const

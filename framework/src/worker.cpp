@@ -1,3 +1,4 @@
+#include "stack_overflow.h"
 #include "worker_context.h"
 #include "worker_factory.h"
 
@@ -5,6 +6,7 @@
 #include <fresco/files_io.h>
 #include <fresco/host/fault.h>
 #include <fresco/host/machine.h>
+#include <fresco/host/progress_display.h>
 #include <fresco/host/publish.h>
 #include <fresco/host/worker.h>
 #include <fresco/reader.h>
@@ -18,6 +20,7 @@
 #include <ctime>
 #include <optional>
 #include <set>
+#include <sys/resource.h>
 #include <system_error>
 #include <thread>
 
@@ -36,10 +39,11 @@ struct DamagedInput
 class Worker
 {
   public:
-    Worker(WorkerRequest request, WorkerChannel& channel)
-        : request_(std::move(request)), channel_(channel), store_(request_.store),
+    /// `temporary`: how the names of its temporary folders begin, by which the host finds what a killed worker left.
+    Worker(WorkerRequest request, std::string temporary, WorkerChannel& channel)
+        : request_(std::move(request)), temporary_(std::move(temporary)), channel_(channel), store_(request_.store),
           factory_(request_.libraries, request_.key_document.at("libraries")),
-          context_(channel_, store_, request_.key, request_.preview_folder, request_.threads)
+          context_(channel_, store_, request_.key, temporary_, request_.preview_folder, request_.threads)
     {
     }
 
@@ -61,7 +65,7 @@ class Worker
                                 " is no stage");
         stage->configure(request_.options, factory_);
         load_inputs(*stage);
-        folder_ = store_.make_temporary();
+        folder_ = store_.make_temporary(temporary_);
         try
         {
             run_and_publish(*stage);
@@ -178,7 +182,7 @@ class Worker
                           {"type", request_.type},
                           {"time_s", static_cast<std::int64_t>(std::time(nullptr))},
                           {"seconds", seconds()},
-                          {"memory_mb", peak_memory_mb()},
+                          {"memory_mb", std::max(peak_memory_mb(), peak_memory_of_programs_mb())},
                           {"threads", request_.threads},
                           {"versions", std::move(versions)},
                           {"processor", processor_capability()},
@@ -201,6 +205,7 @@ class Worker
     }
 
     WorkerRequest request_;
+    std::string temporary_;
     WorkerChannel& channel_;
     Store store_;
     WorkerFactory factory_;
@@ -217,6 +222,16 @@ std::string with_advice(std::string text)
     return text;
 }
 
+std::string memory_text()
+{
+    const char* less = "ask for less (smaller sizes, fewer frames, --cores 1)";
+    rlimit limit{};
+    if (getrlimit(RLIMIT_DATA, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY)
+        return std::string("there is not enough memory: close other programs, or ") + less;
+    return "it needs more memory than the " + size_text(static_cast<double>(limit.rlim_cur) / (1024.0 * 1024.0)) +
+           " that it may use: give it more with --isolate-memory, or " + less;
+}
+
 int guarded_run(const fs::path& request_file, WorkerChannel& channel)
 {
     std::string failed;
@@ -225,11 +240,11 @@ int guarded_run(const fs::path& request_file, WorkerChannel& channel)
     {
         WorkerRequest request = worker_request_from(parse_json(read_text_file(request_file), request_file.string()));
         set_fault_stage(request.stage);
-        Worker worker(std::move(request), channel);
+        Worker worker(std::move(request), request_file.parent_path().filename().string(), channel);
         try
         {
             worker.run();
-            return 0;
+            return channel.lost() ? worker_lost_channel : 0;
         }
         catch (const DamagedInput& input)
         {
@@ -238,6 +253,9 @@ int guarded_run(const fs::path& request_file, WorkerChannel& channel)
         }
         catch (const Cancelled&)
         {
+            if (channel.lost())
+                return worker_lost_channel;
+            channel.send("cancelled");
             return worker_cancelled;
         }
     }
@@ -257,7 +275,7 @@ int guarded_run(const fs::path& request_file, WorkerChannel& channel)
     }
     catch (const std::bad_alloc&)
     {
-        failed = "there is not enough memory: close other programs, or ask for less (smaller sizes, fewer frames, --cores 1)";
+        failed = memory_text();
     }
     catch (const std::system_error& error)
     {
@@ -280,6 +298,7 @@ int guarded_run(const fs::path& request_file, WorkerChannel& channel)
 void internal_run(const fs::path& request_file)
 {
     take_stop_signals();
+    report_stack_overflow();
     WorkerChannel channel;
     const int code = guarded_run(request_file, channel);
     std::fflush(nullptr);

@@ -2,6 +2,7 @@
 
 #include <fresco/value.h>
 
+#include <atomic>
 #include <mutex>
 
 namespace fresco::host
@@ -11,10 +12,14 @@ namespace fresco::host
 class WorkerChannel
 {
   public:
+    /// Where nobody hears it any more, the process is asked to stop.
     void send(std::string_view event, Value::Map entries = {});
+    /// Whether the channel was lost although the host is there: something in this process closed it.
+    bool lost() const { return lost_; }
 
   private:
     std::mutex mutex_;
+    std::atomic<bool> lost_{false};
 };
 
 /// From now on SIGTERM and SIGINT ask this process to stop instead of ending it.

@@ -37,8 +37,10 @@ Value finite_or_null(Value value)
 
 }  // namespace
 
-WorkerContext::WorkerContext(WorkerChannel& channel, const Store& store, std::string key, fs::path preview_folder, int threads)
-    : channel_(channel), store_(store), key_(std::move(key)), preview_folder_(std::move(preview_folder)), threads_(threads)
+WorkerContext::WorkerContext(WorkerChannel& channel, const Store& store, std::string key, std::string temporary,
+                             fs::path preview_folder, int threads)
+    : channel_(channel), store_(store), key_(std::move(key)), temporary_(std::move(temporary)),
+      preview_folder_(std::move(preview_folder)), threads_(threads)
 {
 }
 
@@ -109,7 +111,7 @@ fs::path WorkerContext::scratch_folder()
 {
     const std::lock_guard lock(mutex_);
     if (scratch_.empty())
-        scratch_ = store_.make_temporary();
+        scratch_ = store_.make_temporary(temporary_);
     return scratch_;
 }
 

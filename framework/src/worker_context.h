@@ -16,7 +16,9 @@ namespace fresco::host
 class WorkerContext final : public RunContext
 {
   public:
-    WorkerContext(WorkerChannel& channel, const Store& store, std::string key, std::filesystem::path preview_folder, int threads);
+    /// `temporary`: how the names of temporary folders begin.
+    WorkerContext(WorkerChannel& channel, const Store& store, std::string key, std::string temporary,
+                  std::filesystem::path preview_folder, int threads);
     ~WorkerContext() override;
 
     void progress(double done, double total, std::string_view unit) override;
@@ -50,6 +52,7 @@ class WorkerContext final : public RunContext
     WorkerChannel& channel_;
     const Store& store_;
     std::string key_;
+    std::string temporary_;
     std::filesystem::path preview_folder_;
     int threads_;
     std::mutex mutex_;

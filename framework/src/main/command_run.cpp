@@ -1,5 +1,6 @@
 #include "commands.h"
 
+#include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/host/commands_inspect.h>
 #include <fresco/host/machine.h>
@@ -27,6 +28,7 @@ struct RunArguments
     bool keep_going = false;
     bool quiet = false;
     bool json_log = false;
+    IsolationRequest isolation;
 };
 
 DisplayKind display_kind(const RunArguments& arguments)
@@ -126,6 +128,17 @@ bool fits_matrix(const RunArguments& arguments, const Pipeline& pipeline)
     return false;
 }
 
+/// What earlier runs in this store took, else what the stages say of themselves.
+std::map<std::string, double> expected_seconds(const RunRequest& request)
+{
+    std::map<std::string, double> seconds;
+    const Statistics statistics{Store(request.store)};
+    for (const auto& stage : request.pipeline->stages)
+        if (const auto estimate = request.estimates.find(stage.name); estimate != request.estimates.end())
+            seconds[stage.name] = statistics.corrected(stage.type->type, estimate->second).seconds;
+    return seconds;
+}
+
 int run(const RunArguments& arguments)
 {
     const auto loaded = load_and_report(arguments.pipeline);
@@ -149,6 +162,16 @@ int run(const RunArguments& arguments)
     request.keep_going = arguments.keep_going;
     request.until = arguments.pipeline.until;
     request.estimates = formula_figures(loaded->result.pipeline, arguments.cores).stages;
+    const auto expected = arguments.isolation.stages.empty() ? std::map<std::string, double>{} : expected_seconds(request);
+    try
+    {
+        request.limits = stage_limits(arguments.isolation, *request.pipeline, expected);
+    }
+    catch (const Error& error)
+    {
+        fmt::print(stderr, "error: {}\n", error.what());
+        return 2;
+    }
     const auto display = make_display(display_kind(arguments));
     const RunSummary summary = run_pipeline(request, *display);
     const bool sweep = !request.pipeline->sweep.axes.empty();
@@ -185,6 +208,15 @@ void add_run_command(CLI::App& app, int& exit_code)
     command->add_option("--jobs", arguments->jobs, "Combinations of a matrix to have at work at once (default: 1)")
         ->check(CLI::Range(1, 4096));
     command->add_flag("--keep-going", arguments->keep_going, "Begin further combinations of a matrix after one failed");
+    auto* isolate = command->add_option("--isolate", arguments->isolation.stages,
+                                        "STAGE or all: hold the stage's process, and all it starts, to limits; may be repeated");
+    const auto limit = [&](const char* name, std::vector<std::string>& values, const char* help)
+    { command->add_option(name, values, help)->allow_extra_args(false)->needs(isolate); };
+    isolate->allow_extra_args(false);
+    limit("--isolate-memory", arguments->isolation.memory,
+          "4G or STAGE=4G: most memory of an isolated stage (90 % of the machine's)");
+    limit("--isolate-time", arguments->isolation.seconds,
+          "10m or STAGE=1h30m: longest time of an isolated stage (ten times what is expected, at least 10m)");
     command->add_flag("--quiet", arguments->quiet, "Print errors alone");
     command->add_flag("--json-log", arguments->json_log, "Print one JSON object per event to standard output");
     command->callback([arguments, &exit_code] { exit_code = run(*arguments); });

@@ -106,8 +106,8 @@ Words settings(const std::string& file, bool stages_alone)
 Words values_of(const CLI::Option& option, const Place& place)
 {
     const std::string name = option.get_single_name();
-    if (name == "set" || name == "until")
-        return place.given.empty() ? Words{} : settings(place.given.front(), name == "until");
+    if (name == "set" || name == "until" || name == "isolate")
+        return place.given.empty() ? Words{} : settings(place.given.front(), name != "set");
     if (name == "store" || name == "out" || name == "in")
         return folders;
     return name == "to" ? files : Words{};

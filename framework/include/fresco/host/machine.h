@@ -3,6 +3,7 @@
 #include <fresco/value.h>
 
 #include <string>
+#include <sys/types.h>
 
 namespace fresco::host
 {
@@ -19,6 +20,13 @@ double available_memory_mb();
 
 /// Largest resident memory of this process so far, in MB.
 double peak_memory_mb();
+/// The same of the largest among the programs that this process started and that have ended.
+double peak_memory_of_programs_mb();
+/// Resident memory, in MB, of a process and all that descend from it: the sum, what several share counts in each. 0 once it is
+/// gone.
+double memory_of_tree_mb(pid_t pid);
+/// What this machine, or the control group that the process is in, has, in MB.
+double machine_memory_mb();
 
 /// Version of this program: "0.1.0".
 std::string program_version();

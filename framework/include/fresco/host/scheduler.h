@@ -3,6 +3,7 @@
 #include <fresco/host/exports.h>
 #include <fresco/host/pipeline.h>
 #include <fresco/host/progress_display.h>
+#include <fresco/host/stage_limits.h>
 #include <fresco/host/statistics.h>
 
 #include <filesystem>
@@ -24,6 +25,7 @@ struct RunRequest
     bool keep_going = false;                       ///< Begin further combinations of a matrix after one failed.
     std::string until;                             ///< Empty: everything.
     std::map<std::string, CostFigures> estimates;  ///< Per stage; kept beside what was measured.
+    std::map<std::string, StageLimits> limits;     ///< Of the stages that have some.
 };
 
 struct RunSummary

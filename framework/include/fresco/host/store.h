@@ -50,8 +50,10 @@ class Store
     std::filesystem::path key_file(std::string_view key) const { return root_ / "keys" / (std::string(key) + ".json"); }
     std::filesystem::path checkpoint(std::string_view key) const { return root_ / "checkpoints" / key; }
     std::filesystem::path lock_file(std::string_view key) const { return root_ / "locks" / key; }
-    /// A new empty folder below tmp/.
-    std::filesystem::path make_temporary() const;
+    /// A new empty folder below tmp/, whose name begins with `prefix` and a dot.
+    std::filesystem::path make_temporary(const std::string& prefix = "run") const;
+    /// Removes every temporary folder whose name begins with `prefix`, and what is in it.
+    void remove_temporaries(const std::string& prefix) const;
 
     /// The result whose outside files are as they are now; renews stamps of files that were only touched. `why_not` is told
     /// which file changed, where that is the reason.

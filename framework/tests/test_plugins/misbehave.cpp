@@ -1,0 +1,127 @@
+// A stage that does, on purpose, what no stage should.
+#include <fresco/files.h>
+#include <fresco/stage.h>
+
+#include <csignal>
+#include <cstdlib>
+#include <cstring>
+#include <fcntl.h>
+#include <string>
+#include <sys/socket.h>
+#include <thread>
+#include <unistd.h>
+#include <vector>
+
+namespace
+{
+
+constexpr int channel = 3;
+
+/// Neither inlined nor turned into a loop: every call needs its room.
+__attribute__((noinline)) int endless(volatile char* above)
+{
+    volatile char room[4096];
+    room[0] = above == nullptr ? '0' : *above;
+    return endless(room) + room[0];
+}
+
+void keep_busy()
+{
+    for (volatile bool on = true; on;)
+        continue;
+}
+
+/// Takes memory and uses it until there is none.
+void take_all_memory()
+{
+    std::vector<std::vector<char>> taken;
+    for (;;)
+        taken.emplace_back(std::size_t{16} << 20U, 'x');
+}
+
+/// The same in a process of its own, of which the host knows nothing.
+void take_all_memory_elsewhere()
+{
+    if (fork() == 0)
+        for (;;)
+        {
+            auto* const block = static_cast<char*>(std::malloc(std::size_t{4} << 20U));
+            if (block == nullptr)
+                pause();
+            else
+                std::memset(block, 'x', std::size_t{4} << 20U);
+        }
+    pause();
+}
+
+void tell(const std::string& text)
+{
+    (void)send(channel, text.data(), text.size(), MSG_NOSIGNAL);
+}
+
+void write_garbage()
+{
+    tell("no JSON\n{\"event\": 7}\n{\"event\": \"progress\", \"done\": \"x\"}\n[[[[\n{\"event\": \"begin\"}\n");
+    // Of a result that there is not.
+    tell(R"({"event": "done", "object": "00", "references": [], "stored": false, "seconds": 1, "memory_mb": 1, "disk_mb": 1})"
+         "\n");
+    tell(std::string(std::size_t{40} << 20U, 'x'));
+}
+
+class Misbehave final : public fresco::Stage
+{
+    fresco::Output<fresco::Table> output{this, "output", "Made where the way allows it"};
+    fresco::Option<std::string> how{
+        this, "how", "nothing",
+        fresco::one_of({"nothing", "segfault", "overflow", "exit", "exit_cancelled", "loop", "allocate", "allocate_elsewhere",
+                        "abort", "throw_int", "close_channel", "garbage", "leave_process", "print"}),
+        "What it does"};
+
+    void run(fresco::RunContext& run) override
+    {
+        // Where a killed stage would leave things.
+        (void)run.scratch_folder();
+        if (*how == "segfault")
+            *reinterpret_cast<volatile int*>(std::uintptr_t{8}) = 1;
+        if (*how == "overflow")
+            run.report("depth", endless(nullptr));
+        if (*how == "exit")
+            std::_Exit(3);
+        if (*how == "exit_cancelled")
+            std::_Exit(75);
+        if (*how == "loop")
+            keep_busy();
+        if (*how == "allocate")
+            take_all_memory();
+        if (*how == "allocate_elsewhere")
+            take_all_memory_elsewhere();
+        if (*how == "abort")
+            std::abort();
+        if (*how == "throw_int")
+            throw 7;
+        if (*how == "close_channel")
+            close(channel);
+        if (*how == "garbage")
+            write_garbage();
+        if (*how == "leave_process" && fork() == 0)
+            for (;;)
+                pause();
+        if (*how == "print")
+            print_without_end();
+        run.message("still here");
+        fresco::Table table;
+        table.columns = {"value"};
+        table.rows = {{fresco::Value(1.0)}};
+        output = std::move(table);
+    }
+
+    static void print_without_end()
+    {
+        const std::string block(std::size_t{1} << 16U, 'x');
+        while (write(STDOUT_FILENO, block.data(), block.size()) > 0)
+            continue;
+    }
+};
+FRESCO_STAGE("test.misbehave", Misbehave, "Does what no stage should")
+
+}  // namespace

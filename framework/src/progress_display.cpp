@@ -1,3 +1,4 @@
+#include "live_display.h"
 #include "progress_rate.h"
 
 #include <fresco/host/progress_display.h>
@@ -6,9 +7,6 @@
 #include <fmt/format.h>
 #include <map>
 #include <string>
-#include <sys/ioctl.h>
-#include <unistd.h>
-#include <vector>
 
 namespace fresco::host
 {
@@ -55,7 +53,7 @@ std::string end_text(const StageOutcome& outcome)
 }
 
 /// For logs: whole lines.
-class PlainDisplay : public QuietDisplay
+class PlainDisplay final : public QuietDisplay
 {
   public:
     void stage_begins(const std::string& stage, int threads) override
@@ -93,16 +91,15 @@ class PlainDisplay : public QuietDisplay
             }
     }
 
-  protected:
+  private:
     struct Entry
     {
         ProgressRate rate;
         Value metrics{Value::Map{}};
         Clock::time_point shown = Clock::now();
     };
-    virtual void line(const std::string& text) { print_line(text); }
-    std::map<std::string, Entry>& running() { return running_; }
 
+    static void line(const std::string& text) { print_line(text); }
     static std::string metrics_text(const Value& metrics)
     {
         std::string text;
@@ -111,61 +108,7 @@ class PlainDisplay : public QuietDisplay
         return text;
     }
 
-  private:
     std::map<std::string, Entry> running_;
-};
-
-/// For a terminal: the running stages' lines are redrawn below everything else.
-class LiveDisplay final : public PlainDisplay
-{
-  public:
-    ~LiveDisplay() override { erase(); }
-    void tick() override
-    {
-        if (Clock::now() - drawn_ < std::chrono::milliseconds(180))
-            return;
-        erase();
-        draw();
-    }
-
-  protected:
-    void line(const std::string& text) override
-    {
-        erase();
-        print_line(text);
-        draw();
-    }
-
-  private:
-    void erase()
-    {
-        if (lines_ > 0)
-            std::fputs(fmt::format("\x1b[{}A\r\x1b[J", lines_).c_str(), stderr);
-        lines_ = 0;
-    }
-
-    void draw()
-    {
-        winsize size{};
-        const std::size_t width = ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 10 ? size.ws_col : 80U;
-        std::size_t longest = 0;
-        for (const auto& [stage, entry] : running())
-            longest = std::max(longest, stage.size());
-        for (auto& [stage, entry] : running())
-        {
-            std::string text =
-                fmt::format("{:<{}} {} {}{}", stage, longest, entry.rate.bar(20), entry.rate.text(), metrics_text(entry.metrics));
-            if (text.size() >= width)
-                text.resize(width - 1);
-            std::fputs((text + "\n").c_str(), stderr);
-            ++lines_;
-        }
-        std::fflush(stderr);
-        drawn_ = Clock::now();
-    }
-
-    int lines_ = 0;
-    Clock::time_point drawn_;
 };
 
 /// For machines.
@@ -218,12 +161,14 @@ class JsonDisplay final : public ProgressDisplay
 
 ProgressDisplay::~ProgressDisplay() = default;
 
+void ProgressDisplay::stages(const std::vector<StageStanding>&, int) {}
+
 std::unique_ptr<ProgressDisplay> make_display(DisplayKind kind)
 {
     switch (kind)
     {
     case DisplayKind::live:
-        return std::make_unique<LiveDisplay>();
+        return make_live_display();
     case DisplayKind::plain:
         return std::make_unique<PlainDisplay>();
     case DisplayKind::quiet:

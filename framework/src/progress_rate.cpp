@@ -2,7 +2,6 @@
 
 #include <fresco/host/progress_display.h>
 
-#include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
 
@@ -43,6 +42,12 @@ void ProgressRate::update(double done, double total, const std::string& unit)
     last_time_ = now;
 }
 
+double ProgressRate::rate() const
+{
+    const double seconds = std::chrono::duration<double>(last_time_ - first_time_).count();
+    return seconds < 0.5 || done_ <= first_ ? 0 : (done_ - first_) / seconds;
+}
+
 std::string ProgressRate::text() const
 {
     const double running = std::chrono::duration<double>(Clock::now() - begin_).count();
@@ -52,23 +57,13 @@ std::string ProgressRate::text() const
     if (total_ > 0)
         text += fmt::format(" of {:.0f}", total_);
     text += " " + unit_;
-    const double seconds = std::chrono::duration<double>(last_time_ - first_time_).count();
-    if (seconds < 0.5 || done_ <= first_)
+    const double rate = this->rate();
+    if (rate <= 0)
         return text;
-    const double rate = (done_ - first_) / seconds;
     text += rate >= 10 ? fmt::format(", {:.0f} {}/s", rate, unit_) : fmt::format(", {:.2g} {}/s", rate, unit_);
     if (total_ > done_)
         text += ", " + duration_text((total_ - done_) / rate) + " left";
     return text;
-}
-
-std::string ProgressRate::bar(int width) const
-{
-    if (total_ <= 0)
-        return std::string(static_cast<std::size_t>(width) + 2, ' ');
-    const double share = std::clamp(done_ / total_, 0.0, 1.0);
-    const auto filled = static_cast<std::size_t>(std::lround(share * width));
-    return "[" + std::string(filled, '#') + std::string(static_cast<std::size_t>(width) - filled, '-') + "]";
 }
 
 }  // namespace fresco::host

@@ -14,8 +14,11 @@ class ProgressRate
     void update(double done, double total, const std::string& unit);
     /// "120 of 400 steps, 1.9 steps/s, 2:27 left".
     std::string text() const;
-    /// "[#####---------------]", or blanks where the total is unknown.
-    std::string bar(int width) const;
+    double done() const { return done_; }
+    double total() const { return total_; }
+    const std::string& unit() const { return unit_; }
+    /// Units per second; 0 where it is too early to tell.
+    double rate() const;
 
   private:
     using Clock = std::chrono::steady_clock;

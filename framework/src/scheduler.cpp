@@ -47,6 +47,7 @@ class Scheduler
         for (;;)
         {
             dispatch();
+            tell_stages();
             if (running_.empty())
                 break;
             wait();
@@ -70,14 +71,14 @@ class Scheduler
         for (const auto& running : running_)
         {
             busy += running.threads();
-            memory_mb += expected_memory_mb(running.node());
+            memory_mb += expected(running.node()).memory_mb;
         }
         for (std::size_t i = 0; i < state_.nodes().size(); ++i)
         {
             StageNode& node = state_.nodes()[i];
             if (!may_begin[i] || node.state != StageState::waiting || !node.resolved || !state_.ready(node))
                 continue;
-            const double more_mb = expected_memory_mb(node);
+            const double more_mb = expected(node).memory_mb;
             const bool fits = request_.memory_mb <= 0 || memory_mb + more_mb <= request_.memory_mb;
             if (!fits && !(running_.empty() && ready.empty()))
                 continue;
@@ -98,12 +99,31 @@ class Scheduler
     }
 
     /// By its formula, as earlier runs corrected it.
-    double expected_memory_mb(const StageNode& node) const
+    CostFigures expected(const StageNode& node) const
     {
         const auto estimate = request_.estimates.find(node.stage->name);
-        return statistics_
-            .corrected(node.stage->type->type, estimate == request_.estimates.end() ? CostFigures{} : estimate->second)
-            .memory_mb;
+        return statistics_.corrected(node.stage->type->type,
+                                     estimate == request_.estimates.end() ? CostFigures{} : estimate->second);
+    }
+
+    /// Where one's state is another than the last time.
+    void tell_stages()
+    {
+        std::vector<StageState> states;
+        for (const auto& node : state_.nodes())
+            states.push_back(node.state);
+        if (states == told_states_)
+            return;
+        told_states_ = std::move(states);
+        std::vector<StageStanding> stages;
+        for (const auto& node : state_.nodes())
+            stages.push_back({node.stage->name, node.state, expected(node).seconds, preview_folder(*node.stage)});
+        display_.stages(stages, request_.cores);
+    }
+
+    std::filesystem::path preview_folder(const PipelineStage& stage) const
+    {
+        return request_.out / stage.place / "preview" / stage.own_name;
     }
 
     Exporter& exporter_of(const PipelineStage& stage)
@@ -115,8 +135,8 @@ class Scheduler
     {
         try
         {
-            const WorkerRequest request = make_worker_request(
-                node, state_, store_, request_.out / node.stage->place / "preview" / node.stage->own_name, threads, hashes_);
+            const WorkerRequest request =
+                make_worker_request(node, state_, store_, preview_folder(*node.stage), threads, hashes_);
             const auto limits = request_.limits.find(node.stage->name);
             running_.emplace_back(node, request, store_, limits == request_.limits.end() ? StageLimits{} : limits->second,
                                   display_);
@@ -399,6 +419,7 @@ class Scheduler
     StopSignals signals_;
     std::list<RunningStage> running_;
     std::map<std::string, StageOutcome> outcomes_;
+    std::vector<StageState> told_states_;
     std::map<std::string, std::string> taken_;
     std::map<std::string, int> repairs_;
     int stops_ = 0;

@@ -10,7 +10,9 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <fmt/format.h>
+#include <string_view>
 #include <unistd.h>
 
 namespace fresco::host
@@ -37,7 +39,9 @@ DisplayKind display_kind(const RunArguments& arguments)
         return DisplayKind::json;
     if (arguments.quiet)
         return DisplayKind::quiet;
-    return isatty(STDERR_FILENO) != 0 ? DisplayKind::live : DisplayKind::plain;
+    const char* terminal = std::getenv("TERM");
+    const bool can_move = isatty(STDERR_FILENO) != 0 && terminal != nullptr && std::string_view(terminal) != "dumb";
+    return can_move ? DisplayKind::live : DisplayKind::plain;
 }
 
 void print_table(const RunSummary& summary)
@@ -172,8 +176,9 @@ int run(const RunArguments& arguments)
         fmt::print(stderr, "error: {}\n", error.what());
         return 2;
     }
-    const auto display = make_display(display_kind(arguments));
+    auto display = make_display(display_kind(arguments));
     const RunSummary summary = run_pipeline(request, *display);
+    display.reset();  // off the terminal before anything else is printed
     const bool sweep = !request.pipeline->sweep.axes.empty();
     if (sweep)
         tell_combinations(arguments, *request.pipeline, summary);

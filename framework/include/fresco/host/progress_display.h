@@ -7,6 +7,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace fresco::host
 {
@@ -25,11 +26,22 @@ struct StageOutcome
     std::string error;
 };
 
+/// How a stage of a run stands.
+struct StageStanding
+{
+    std::string stage;
+    StageState state = StageState::waiting;
+    double expected_s = 0;                 ///< What it should take, by its formula and earlier runs; 0: unknown.
+    std::filesystem::path preview_folder;  ///< Where it puts pictures of its work, if it does.
+};
+
 /// Shows a run to a person or a machine while it goes on.
 class ProgressDisplay
 {
   public:
     virtual ~ProgressDisplay();
+    /// All stages in their order: before the first begins, and whenever one changed its state.
+    virtual void stages(const std::vector<StageStanding>& stages, int cores);
     virtual void stage_begins(const std::string& stage, int threads) = 0;
     /// The same result is being made by another run; this one waits for it.
     virtual void stage_waits(const std::string& stage) = 0;
@@ -48,7 +60,7 @@ class ProgressDisplay
 
 enum class DisplayKind
 {
-    live,   ///< A line per running stage, redrawn in place.
+    live,   ///< All stages with what they do, redrawn in place.
     plain,  ///< A line at the start, every 30 s and at the end.
     quiet,  ///< Problems alone.
     json    ///< One JSON object per line on standard output.

@@ -1,0 +1,287 @@
+#include "live_display.h"
+#include "progress_rate.h"
+#include "run_view.h"
+#include "terminal_line.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <csignal>
+#include <cstdlib>
+#include <map>
+#include <string>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+namespace fresco::host
+{
+namespace
+{
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+volatile std::sig_atomic_t continued = 0;
+
+void note_continue(int)
+{
+    continued = 1;
+}
+
+double since(Clock::time_point begin)
+{
+    return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
+void write_all(const std::string& text)
+{
+    for (std::size_t done = 0; done < text.size();)
+    {
+        const ssize_t count = ::write(STDERR_FILENO, text.data() + done, text.size() - done);
+        if (count < 0 && errno == EINTR)
+            continue;
+        if (count < 0)
+            return;
+        done += static_cast<std::size_t>(count);
+    }
+}
+
+bool speaks_utf8()
+{
+    for (const char* name : {"LC_ALL", "LC_CTYPE", "LANG"})
+        if (const char* value = std::getenv(name); value != nullptr && *value != '\0')
+        {
+            std::string text = value;
+            std::transform(text.begin(), text.end(), text.begin(),
+                           [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+            return text.find("utf-8") != std::string::npos || text.find("utf8") != std::string::npos;
+        }
+    return false;
+}
+
+bool wants_color()
+{
+    const char* refusal = std::getenv("NO_COLOR");
+    return refusal == nullptr || *refusal == '\0';
+}
+
+ViewFrame terminal()
+{
+    ViewFrame frame;
+    winsize size{};
+    if (ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 && size.ws_row > 0)
+    {
+        frame.width = size.ws_col;
+        frame.height = size.ws_row;
+    }
+    return frame;
+}
+
+/// The newest file that was written after a stage began; empty: none.
+std::string newest_file(const fs::path& folder, fs::file_time_type begin)
+{
+    std::error_code error;
+    fs::path newest;
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder, error))
+    {
+        const fs::file_time_type time = entry.last_write_time(error);
+        if (error || time < begin || !entry.is_regular_file(error) || entry.path().extension() == ".tmp")
+            continue;
+        begin = time;
+        newest = entry.path();
+    }
+    if (newest.empty())
+        return "";
+    const fs::path here = newest.lexically_relative(fs::current_path(error));
+    return here.empty() || *here.begin() == ".." ? newest.string() : here.string();
+}
+
+class LiveDisplay final : public ProgressDisplay
+{
+  public:
+    LiveDisplay() : utf8_(speaks_utf8()), color_(wants_color())
+    {
+        struct sigaction action
+        {
+        };
+        action.sa_handler = note_continue;
+        action.sa_flags = SA_RESTART;
+        sigaction(SIGCONT, &action, &before_);
+    }
+    LiveDisplay(const LiveDisplay&) = delete;
+    LiveDisplay& operator=(const LiveDisplay&) = delete;
+    ~LiveDisplay() override
+    {
+        write_all(back(terminal()) + "\x1b[J");
+        sigaction(SIGCONT, &before_, nullptr);
+    }
+
+    void stages(const std::vector<StageStanding>& stages, int cores) override
+    {
+        cores_ = cores;
+        order_.clear();
+        for (const StageStanding& standing : stages)
+        {
+            order_.push_back(standing.stage);
+            Entry& entry = entries_[standing.stage];
+            entry.view.name = standing.stage;
+            entry.view.state = standing.state;
+            entry.view.expected_s = standing.expected_s;
+            entry.preview_folder = standing.preview_folder;
+        }
+        draw();
+    }
+    void stage_begins(const std::string& stage, int threads) override
+    {
+        Entry& entry = entry_of(stage);
+        entry.view.state = StageState::running;
+        entry.view.waits = false;
+        entry.view.threads = threads;
+        entry.begin = Clock::now();
+        entry.begin_time = fs::file_time_type::clock::now();
+        entry.rate = ProgressRate();
+    }
+    void stage_waits(const std::string& stage) override { entry_of(stage).view.waits = true; }
+    void stage_progress(const std::string& stage, double done, double total, const std::string& unit,
+                        const Value& metrics) override
+    {
+        Entry& entry = entry_of(stage);
+        entry.rate.update(done, total, unit);
+        entry.view.metrics.clear();
+        for (const auto& [name, value] : metrics.as_map())
+            entry.view.metrics.emplace_back(name, value.is_null() ? std::nullopt : std::optional(value.as_double()));
+        constexpr std::size_t kept = 64;
+        auto& history = entry.view.history;
+        if (!entry.view.metrics.empty() && entry.view.metrics.front().second &&
+            (history.empty() || history.back() != *entry.view.metrics.front().second))
+            history.push_back(*entry.view.metrics.front().second);
+        if (history.size() > kept)
+            history.erase(history.begin());
+    }
+    void stage_says(const std::string& stage, const std::string& text, bool warning) override
+    {
+        above(stage + ": " + (warning ? "warning: " : "") + text);
+    }
+    void stage_prints(const std::string&, const std::string&) override {}
+    void stage_ends(const StageOutcome& outcome) override
+    {
+        Entry& entry = entry_of(outcome.stage);
+        entry.view.state = outcome.state;
+        entry.view.seconds = outcome.seconds;
+        if (!outcome.error.empty())
+            above(outcome.error);
+    }
+    void exported(const std::string&, const fs::path&, bool) override {}
+    void problem(const std::string& text) override { above(text); }
+    void note(const std::string& text) override { above(text); }
+    void tick() override
+    {
+        if (since(drawn_) >= 0.15)
+            draw();
+    }
+
+  private:
+    struct Entry
+    {
+        ViewStage view;
+        ProgressRate rate;
+        Clock::time_point begin;
+        Clock::time_point looked;
+        fs::file_time_type begin_time;
+        fs::path preview_folder;
+    };
+
+    Entry& entry_of(const std::string& stage)
+    {
+        const auto [entry, fresh] = entries_.try_emplace(stage);
+        if (fresh)
+        {
+            entry->second.view.name = stage;
+            order_.push_back(stage);
+        }
+        return entry->second;
+    }
+
+    /// Back to where the view begins. A terminal that became narrower broke its lines anew: away with them.
+    std::string back(const ViewFrame& frame)
+    {
+        std::size_t rows = 0;
+        for (const std::string& line : lines_)
+            rows += 1 + (columns(line) > 0 ? (columns(line) - 1) / std::max<std::size_t>(1, frame.width) : 0);
+        const bool broken = rows > lines_.size();
+        lines_.clear();
+        if (continued != 0)
+        {
+            // Others have written below meanwhile.
+            continued = 0;
+            return "\r";
+        }
+        if (rows == 0)
+            return "";
+        return "\x1b[" + std::to_string(std::min(rows, frame.height)) + "A\r" + (broken ? "\x1b[J" : "");
+    }
+
+    void above(std::string text)
+    {
+        for (std::size_t end = text.find('\n'); end != std::string::npos; end = text.find('\n', end + 4))
+            text.insert(end, "\x1b[K");
+        draw(text + "\x1b[K\n");
+    }
+
+    void draw(const std::string& above = {})
+    {
+        ViewFrame frame = terminal();
+        frame.utf8 = utf8_;
+        frame.color = color_;
+        frame.cores = cores_;
+        frame.seconds = since(begin_);
+        std::vector<ViewStage> stages;
+        for (const std::string& name : order_)
+            stages.push_back(seen(entries_[name]));
+        // Each line is written over the old one, so that nothing flickers.
+        std::string text = back(frame) + above;
+        lines_ = draw_view(stages, frame);
+        for (const std::string& line : lines_)
+            text += line + "\x1b[K\n";
+        write_all(text + "\x1b[J");
+        drawn_ = Clock::now();
+    }
+
+    static const ViewStage& seen(Entry& entry)
+    {
+        ViewStage& view = entry.view;
+        if (view.state != StageState::running)
+            return view;
+        view.seconds = view.threads > 0 ? since(entry.begin) : 0;
+        view.done = entry.rate.done();
+        view.total = entry.rate.total();
+        view.unit = entry.rate.unit();
+        view.rate = entry.rate.rate();
+        if (view.threads > 0 && since(entry.looked) > 1)
+        {
+            entry.looked = Clock::now();
+            view.preview = newest_file(entry.preview_folder, entry.begin_time);
+        }
+        return view;
+    }
+
+    bool utf8_;
+    bool color_;
+    int cores_ = 1;
+    std::map<std::string, Entry> entries_;
+    std::vector<std::string> order_;
+    std::vector<std::string> lines_;  ///< On the terminal.
+    Clock::time_point begin_ = Clock::now();
+    Clock::time_point drawn_;
+    struct sigaction before_
+    {
+    };
+};
+
+}  // namespace
+
+std::unique_ptr<ProgressDisplay> make_live_display()
+{
+    return std::make_unique<LiveDisplay>();
+}
+
+}  // namespace fresco::host

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <fresco/host/run_state.h>
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+/// \file What a person sees of a run on a terminal, as text. Knows nothing of terminals and clocks.
+
+namespace fresco::host
+{
+
+struct ViewStage
+{
+    std::string name;
+    StageState state = StageState::waiting;
+    bool waits = false;     ///< Running, but another run makes the result.
+    int threads = 0;        ///< Of a running one.
+    double seconds = 0;     ///< What it took, or has been running for.
+    double expected_s = 0;  ///< By its formula, as earlier runs corrected it; 0: unknown.
+    double done = 0;
+    double total = 0;                                                    ///< 0: unknown.
+    std::string unit;                                                    ///< Empty: it has told of no progress.
+    double rate = 0;                                                     ///< Units per second; 0: unknown.
+    std::vector<std::pair<std::string, std::optional<double>>> metrics;  ///< Nothing: not finite.
+    std::vector<double> history;                                         ///< Of the first metric, oldest first.
+    std::string preview;                                                 ///< Path of its newest picture; empty: none.
+};
+
+struct ViewFrame
+{
+    std::size_t width = 80;   ///< columns
+    std::size_t height = 24;  ///< lines
+    bool utf8 = true;
+    bool color = false;
+    int cores = 1;
+    double seconds = 0;  ///< Of the whole run, so far.
+};
+
+/// How long a running or waiting stage still takes: its count's speed, trusted the more the further it is, and what it is
+/// expected to take. Nothing where neither tells.
+std::optional<double> left_s(const ViewStage& stage);
+/// How long all still takes, stages side by side sharing the cores. Nothing where no stage tells.
+std::optional<double> left_s(const std::vector<ViewStage>& stages, int cores);
+
+/// The lines, without line ends, each at most width - 1 columns wide, at most height - 1 of them: a line per stage in their
+/// order, what a running one counts, its loss and its picture, and one line for the whole run. Where there is no room for all,
+/// first the details go, then finished and waiting stages are counted in a line.
+std::vector<std::string> draw_view(const std::vector<ViewStage>& stages, const ViewFrame& frame);
+
+}  // namespace fresco::host

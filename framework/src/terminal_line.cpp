@@ -1,0 +1,111 @@
+#include "terminal_line.h"
+
+#include <algorithm>
+
+namespace fresco::host
+{
+namespace
+{
+
+/// Bytes of the character that begins here; one where that is no UTF-8.
+std::size_t character_bytes(std::string_view text)
+{
+    const auto lead = static_cast<unsigned char>(text.front());
+    const std::size_t bytes = lead >= 0xF0 ? 4 : lead >= 0xE0 ? 3 : lead >= 0xC0 ? 2 : 1;
+    return std::min(bytes, text.size());
+}
+
+/// Those of the East take two columns.
+std::size_t character_columns(std::string_view character)
+{
+    if (character.size() < 3)
+        return 1;
+    const auto byte = [&](std::size_t i) { return static_cast<unsigned>(static_cast<unsigned char>(character[i])); };
+    const unsigned code =
+        character.size() == 3 ? (byte(0) & 0x0FU) << 12U | (byte(1) & 0x3FU) << 6U | (byte(2) & 0x3FU) : 0x1F300U;
+    const bool wide = (code >= 0x1100 && code <= 0x115F) || (code >= 0x2E80 && code <= 0xA4CF) ||
+                      (code >= 0xAC00 && code <= 0xD7A3) || (code >= 0xF900 && code <= 0xFAFF) ||
+                      (code >= 0xFE30 && code <= 0xFE6F) || (code >= 0xFF00 && code <= 0xFF60) || code >= 0x1F300;
+    return wide ? 2 : 1;
+}
+
+const char* escape(Tone tone)
+{
+    switch (tone)
+    {
+    case Tone::good:
+        return "\x1b[32m";
+    case Tone::busy:
+        return "\x1b[36m";
+    case Tone::bad:
+        return "\x1b[31m";
+    default:
+        return "\x1b[2m";
+    }
+}
+
+}  // namespace
+
+std::size_t columns(std::string_view text)
+{
+    std::size_t count = 0;
+    while (!text.empty())
+    {
+        if (text.starts_with("\x1b["))
+        {
+            const std::size_t end = text.find('m');
+            text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
+            continue;
+        }
+        const std::string_view character = text.substr(0, character_bytes(text));
+        count += character_columns(character);
+        text.remove_prefix(character.size());
+    }
+    return count;
+}
+
+Line& Line::add(std::string_view text, Tone tone)
+{
+    if (cut_)
+        return *this;
+    const bool colored = room_.color && tone != Tone::plain;
+    if (colored)
+        text_ += escape(tone);
+    while (!text.empty() && !cut_)
+    {
+        const std::string_view character = text.substr(0, character_bytes(text));
+        const std::size_t wide = character_columns(character);
+        const bool last = text.size() == character.size();
+        if (used_ + wide > room_.columns || (!last && used_ + wide == room_.columns))
+        {
+            cut_ = true;
+            if (used_ < room_.columns)
+                text_ += room_.utf8 ? "…" : "~";
+            used_ = room_.columns;
+            break;
+        }
+        const auto byte = static_cast<unsigned char>(character.front());
+        text_ += byte < 0x20 || byte == 0x7F ? " " : std::string(character);
+        used_ += wide;
+        text.remove_prefix(character.size());
+    }
+    if (colored)
+        text_ += "\x1b[0m";
+    return *this;
+}
+
+Line& Line::pad_to(std::size_t column)
+{
+    if (used_ < column)
+        add(std::string(column - used_, ' '));
+    return *this;
+}
+
+std::string Line::take()
+{
+    while (!text_.empty() && text_.back() == ' ')
+        text_.pop_back();
+    return std::move(text_);
+}
+
+}  // namespace fresco::host

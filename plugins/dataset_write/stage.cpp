@@ -1,3 +1,6 @@
+#include "loader_text.h"
+#include "stylemesh_layout.h"
+#include "transforms.h"
 #include "view_writer.h"
 
 #include <fresco/dataset/dataset_files.h>
@@ -9,22 +12,33 @@
 #include <fresco/stage.h>
 
 #include <atomic>
+#include <functional>
+#include <span>
 
 using namespace fresco;
 
 namespace
 {
+constexpr const char* writer = "fresco " FRESCO_VERSION;
+constexpr const char* stylemesh_manifest = "manifest.json";
+
 class DatasetWrite final : public Stage
 {
     Input<UvMaps> uvmaps{this, "uvmaps", "The uv maps of the views to write"};
     Input<Frames> frames{this, "frames", "The frames that the uv maps were made from, with their pictures"};
     Input<Mesh> mesh{this, "mesh", "The mesh that the uv maps show, with texcoords"};
     Input<Image> style{this, "style", optional, "The style picture"};
-    Output<Files> files{this, "files", "The dataset's folder: dataset.json and what it lists"};
+    Output<Files> files{this, "files", "The dataset's folder: its manifest and what that lists"};
     Option<OutputName> path{this, "path", OutputName{"dataset"}, "Folder to write, below --out"};
     Option<std::string> uv{this, "uv", "float32", one_of({"float32", "uint16"}),
                            "How texcoords are stored: as they are, or as round(65535 u), in half the space"};
-    Slot<ImageIo> images{this, "images", "image.opencv", "Reads the frames' pictures"};
+    Option<bool> pictures{this, "pictures", false,
+                          "Also transforms.json (nerfstudio) with images/ and depth/ as picture files, for other programmes"};
+    Option<std::string> layout{
+        this, "layout", "fresco", one_of({"fresco", "stylemesh"}),
+        "fresco: as README.md says; stylemesh: the folders that the released training code of StyleMesh reads"};
+    Option<std::string> scene{this, "scene", "scene0000_00", "For layout: stylemesh: the scene's name, in two parts"};
+    Slot<ImageIo> images{this, "images", "image.opencv", "Reads the frames' pictures, and writes picture files"};
 
     Cost cost() const override
     {
@@ -44,44 +58,68 @@ class DatasetWrite final : public Stage
             throw Error("port 'uvmaps' brings no uv maps");
     }
 
-    /// Every view, its files below `folder`, in the uv maps' order.
-    void write_views(const std::filesystem::path& folder, dataset::Manifest& manifest, RunContext& run) const
+    /// The files of every view, moved to `folder`: those that an interrupted run had finished are not made again.
+    std::vector<WrittenFiles>
+    write_views(const std::filesystem::path& folder, std::size_t count, RunContext& run,
+                const std::function<WrittenFiles(const std::filesystem::path&, std::size_t)>& write) const
     {
-        const auto frame_of = checked_frames(*uvmaps, *frames);
-        std::vector<WrittenView> written(frame_of.size());
+        const KeptViews kept(run.checkpoint_folder());
+        std::vector<WrittenFiles> written(count);
         std::atomic<std::size_t> done{0};
-        parallel_for(written.size(), 1, run.threads(),
+        std::atomic<std::size_t> found{0};
+        parallel_for(count, 1, run.threads(),
                      [&](std::size_t begin, std::size_t end)
                      {
                          for (std::size_t i = begin; i < end; ++i)
                          {
                              run.check_cancelled();
-                             written[i] =
-                                 write_view(folder, *uvmaps, i, frames->frames[frame_of[i]], images.get().get(), manifest.uv);
-                             run.progress(static_cast<double>(++done), static_cast<double>(written.size()), "views");
+                             if (auto earlier = kept.find(i))
+                             {
+                                 written[i] = std::move(*earlier);
+                                 ++found;
+                             }
+                             else
+                             {
+                                 written[i] = write(kept.folder(), i);
+                                 kept.note(i, written[i]);
+                             }
+                             run.progress(static_cast<double>(++done), static_cast<double>(count), "views");
                          }
                      });
-        for (WrittenView& view : written)
-        {
-            manifest.views.push_back(std::move(view.view));
-            manifest.files.merge(view.files);
-        }
-        if (frames->frames.size() > written.size())
-            run.message(std::to_string(frames->frames.size() - written.size()) + " of " + std::to_string(frames->frames.size()) +
-                        " frames have no uv map and are left out");
+        if (found > 0)
+            run.message(std::to_string(found) + " of " + std::to_string(count) + " views were there from an interrupted run");
+        for (const WrittenFiles& view : written)
+            for (const auto& [name, stamp] : view.files)
+                move_file(kept.folder(), folder, name);
+        return written;
     }
 
     void run(RunContext& run) override
     {
         check_inputs();
+        const auto frame_of = checked_frames(*uvmaps, *frames);
+        if (frames->frames.size() > frame_of.size())
+            run.message(std::to_string(frames->frames.size() - frame_of.size()) + " of " + std::to_string(frames->frames.size()) +
+                        " frames have no uv map and are left out");
         const auto folder = files.folder().path / path->path;
         std::filesystem::create_directories(folder);
+        if (*layout == "stylemesh")
+            write_stylemesh(folder, frame_of, run);
+        else
+            write_fresco(folder, frame_of, run);
+    }
+
+    void write_fresco(const std::filesystem::path& folder, const std::vector<std::size_t>& frame_of, RunContext& run)
+    {
         dataset::Manifest manifest;
+        manifest.writer = writer;
         manifest.uv = *uv == "uint16" ? dataset::UvType::uint16 : dataset::UvType::float32;
         manifest.heights_px = uvmaps->heights_px;
         manifest.has_style = style.has_value();
-        const auto write = [&](std::string_view name, const std::vector<std::byte>& bytes)
+        const auto write = [&](std::string_view name, std::span<const std::byte> bytes)
         { manifest.files.emplace(name, dataset::write_stamped(folder / name, bytes)); };
+        const auto write_text = [&](std::string_view name, std::string_view text)
+        { write(name, std::as_bytes(std::span(text))); };
         if (style.has_value())
         {
             const auto npy = dataset::to_npy(style->pixels);
@@ -89,27 +127,72 @@ class DatasetWrite final : public Stage
             write(dataset::style_name, npy);
         }
         write(dataset::mesh_name, to_ply(*mesh));
-        write_views(folder, manifest, run);
+        write_text(loader_name, loader_text());
+        const ViewOptions options{manifest.uv, *pictures};
+        const auto written =
+            write_views(folder, frame_of.size(), run,
+                        [&](const std::filesystem::path& to, std::size_t i)
+                        { return write_view(to, *uvmaps, i, frames->frames[frame_of[i]], images.get().get(), options); });
+        for (std::size_t i = 0; i < written.size(); ++i)
+        {
+            manifest.views.push_back(view_entry(*uvmaps, i, frames->frames[frame_of[i]], written[i]));
+            manifest.files.insert(written[i].files.begin(), written[i].files.end());
+        }
+        if (*pictures)
+            write_text(transforms_name, transforms_text(manifest));
 
         const std::string text = dataset::to_text(manifest);
         // What the reader would refuse must not be written.
         dataset::parse_manifest(text, "the dataset");
-        write_file(folder / dataset::manifest_name, text);
-        tell(manifest, text.size(), run);
+        finish(folder, manifest.files, dataset::manifest_name, text, frame_of.size(), run);
+    }
+
+    void write_stylemesh(const std::filesystem::path& folder, const std::vector<std::size_t>& frame_of, RunContext& run)
+    {
+        if (style.has_value())
+            run.message("layout: stylemesh has no place for the style picture: it is left out");
+        const StylemeshLayout scene_folder(*scene, *uvmaps, *frames, frame_of);
+        WrittenFiles all = scene_folder.write_scene(folder, *mesh);
+        const auto written =
+            write_views(folder, frame_of.size(), run,
+                        [&](const std::filesystem::path& to, std::size_t i) { return scene_folder.write_view(to, i, *images); });
+        for (const WrittenFiles& view : written)
+            all.files.insert(view.files.begin(), view.files.end());
+        finish(folder, all.files, stylemesh_manifest, stylemesh_text(scene_folder, frame_of, all.files), frame_of.size(), run);
+    }
+
+    std::string stylemesh_text(const StylemeshLayout& scene_folder, const std::vector<std::size_t>& frame_of,
+                               const std::map<std::string, dataset::FileStamp>& written) const
+    {
+        Value::List views;
+        for (std::size_t i = 0; i < frame_of.size(); ++i)
+            views.emplace_back(Value::Map{{"number", static_cast<std::int64_t>(scene_folder.number(i))},
+                                          {"sequence", frames->frames[frame_of[i]].sequence},
+                                          {"frame", frames->frames[frame_of[i]].name}});
+        return to_json(Value::Map{{"layout", "stylemesh"},
+                                  {"writer", writer},
+                                  {"scene", *scene},
+                                  {"heights_px", Value::List(uvmaps->heights_px.begin(), uvmaps->heights_px.end())},
+                                  {"views", std::move(views)},
+                                  {"files", dataset::stamps_value(written)}},
+                       1) +
+               "\n";
     }
 
     /// The manifest goes to --out last: a folder without it is no dataset.
-    void tell(const dataset::Manifest& manifest, std::uint64_t manifest_bytes, RunContext& run)
+    void finish(const std::filesystem::path& folder, const std::map<std::string, dataset::FileStamp>& written,
+                std::string_view manifest_name, const std::string& manifest_text, std::size_t views, RunContext& run)
     {
+        write_file(folder / manifest_name, manifest_text);
         Files result;
-        std::uint64_t bytes = manifest_bytes;
-        for (const auto& [name, stamp] : manifest.files)
+        std::uint64_t bytes = manifest_text.size();
+        for (const auto& [name, stamp] : written)
         {
             result.names.push_back(path->path + "/" + name);
             bytes += stamp.bytes;
         }
-        result.names.push_back(path->path + "/" + std::string(dataset::manifest_name));
-        run.report("views", manifest.views.size());
+        result.names.push_back(path->path + "/" + std::string(manifest_name));
+        run.report("views", views);
         run.report("files", result.names.size());
         run.report("bytes", bytes);
         files = std::move(result);

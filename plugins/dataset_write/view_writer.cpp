@@ -1,5 +1,8 @@
 #include "view_writer.h"
 
+#include "pictures.h"
+#include "transforms.h"
+
 #include <fresco/dataset/dataset_files.h>
 #include <fresco/error.h>
 #include <fresco/sharpness.h>
@@ -21,14 +24,6 @@ std::string name_of(const UvMaps::View& view)
     return view.sequence + "/" + view.frame;
 }
 
-void check_map(const UvMap& map, std::int64_t valid_pixels, const std::string& source)
-{
-    dataset::check_valid(map.valid, valid_pixels, source + ", validity");
-    dataset::check_uv(map.uv, source + ", uv");
-    dataset::check_depth(map.depth, map.valid, source + ", depth");
-    dataset::check_cosine(map.cosine, source + ", cosine");
-}
-
 }  // namespace
 
 std::vector<std::size_t> checked_frames(const UvMaps& maps, const Frames& frames)
@@ -46,23 +41,46 @@ std::vector<std::size_t> checked_frames(const UvMaps& maps, const Frames& frames
     return result;
 }
 
-WrittenView write_view(const std::filesystem::path& folder, const UvMaps& maps, std::size_t view, const Frame& frame,
-                       const ImageIo* images, dataset::UvType uv)
+UvMap checked_map(const UvMaps& maps, std::size_t view, std::size_t level)
 {
-    WrittenView written;
-    const auto write = [&](const std::string& name, const auto& raster)
-    { written.files.emplace(name, dataset::write_stamped(folder / name, dataset::to_npy(raster))); };
-    std::filesystem::create_directories((folder / dataset::picture_name(view)).parent_path());
+    UvMap map = maps.load_map(view, level);
+    const std::string source =
+        "the uv map of " + name_of(maps.views[view]) + " at " + std::to_string(maps.heights_px[level]) + " px";
+    dataset::check_valid(map.valid, maps.views[view].valid_pixels[level], source + ", validity");
+    dataset::check_uv(map.uv, source + ", uv");
+    dataset::check_depth(map.depth, map.valid, source + ", depth");
+    dataset::check_cosine(map.cosine, source + ", cosine");
+    return map;
+}
+
+double view_sharpness(const Raster8& picture)
+{
+    return sharpness(picture, sharpness_width, sharpness_height);
+}
+
+WrittenFiles write_view(const std::filesystem::path& folder, const UvMaps& maps, std::size_t view, const Frame& frame,
+                        const ImageIo* images, const ViewOptions& options)
+{
+    WrittenFiles written;
+    const auto write_bytes = [&](const std::string& name, const std::vector<std::byte>& bytes)
+    {
+        std::filesystem::create_directories((folder / name).parent_path());
+        written.files.emplace(name, dataset::write_stamped(folder / name, bytes));
+    };
+    const auto write = [&](const std::string& name, const auto& raster) { write_bytes(name, dataset::to_npy(raster)); };
 
     const Raster8 picture = load_color(frame, images);
     write(dataset::picture_name(view), picture);
+    if (options.pictures)
+    {
+        const EncodedPicture color = encoded_color(frame, picture, *images);
+        write_bytes(image_name(view, color.extension), color.bytes);
+    }
     for (std::size_t level = 0; level < maps.heights_px.size(); ++level)
     {
         const int height = maps.heights_px[level];
-        const UvMap map = maps.load_map(view, level);
-        check_map(map, maps.views[view].valid_pixels[level],
-                  "the uv map of " + name_of(maps.views[view]) + " at " + std::to_string(height) + " px");
-        if (uv == dataset::UvType::float32)
+        const UvMap map = checked_map(maps, view, level);
+        if (options.uv == dataset::UvType::float32)
             write(dataset::map_name(view, "uv", height), map.uv);
         else
             write(dataset::map_name(view, "uv", height), dataset::quantised(map.uv));
@@ -70,11 +88,18 @@ WrittenView write_view(const std::filesystem::path& folder, const UvMaps& maps, 
         write(dataset::map_name(view, "cosine", height), map.cosine);
         write(dataset::map_name(view, "valid", height), map.valid);
         write(dataset::map_name(view, "color", height), resized(picture, map.valid.width, map.valid.height));
+        if (options.pictures && level + 1 == maps.heights_px.size())
+            write_bytes(depth_image_name(view), encoded_depth(map.depth, *images));
     }
     if (!frame.depth_picture.empty())
         write(dataset::sensor_depth_name(view), load_depth_steps(frame, images));
+    written.sharpness = view_sharpness(picture);
+    return written;
+}
 
-    dataset::View& entry = written.view;
+dataset::View view_entry(const UvMaps& maps, std::size_t view, const Frame& frame, const WrittenFiles& written)
+{
+    dataset::View entry;
     entry.sequence = frame.sequence;
     entry.frame = frame.name;
     entry.number = frame.number;
@@ -82,7 +107,7 @@ WrittenView write_view(const std::filesystem::path& folder, const UvMaps& maps, 
     entry.depth = frame.depth;
     if (!frame.depth_picture.empty())
         entry.depth_unit_m = frame.depth_unit_m;
-    entry.sharpness = sharpness(picture, sharpness_width, sharpness_height);
+    entry.sharpness = written.sharpness;
     entry.valid_pixels = maps.views[view].valid_pixels;
-    return written;
+    return entry;
 }

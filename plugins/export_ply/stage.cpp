@@ -5,8 +5,8 @@
 #include <fresco/texture.h>
 #include <fresco/texturing/exported_file.h>
 #include <fresco/texturing/exported_picture.h>
+#include <fresco/texturing/textured_ply.h>
 
-#include "textured_ply.h"
 #include "vertex_colors.h"
 
 #include <string>

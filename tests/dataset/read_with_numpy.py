@@ -1,41 +1,109 @@
 #!/usr/bin/env python3
-"""read_with_numpy.py ROOM: what plugins/dataset_write/README.md says of a dataset's folder, with NumPy alone."""
+"""read_with_numpy.py ROOM: what plugins/dataset_write/README.md says of a dataset's folder, by the loader that stands in it (NumPy alone,
+and PyTorch where it is)."""
 import json
 import pathlib
+import struct
 import sys
+import zlib
 
 import numpy as np
 
 room = pathlib.Path(sys.argv[1])
+sys.path.insert(0, str(room))
+sys.dont_write_bytecode = True
+from fresco_dataset import Dataset, points, sampling_grid  # noqa: E402
+
+
+def png(file):
+    """Width, height and bits of a PNG whose data has the size that these need."""
+    bytes_ = file.read_bytes()
+    width, height, bits, color = struct.unpack(">IIBB", bytes_[16:26])
+    data, at = b"", 8
+    while at < len(bytes_):
+        length, kind = struct.unpack(">I4s", bytes_[at : at + 8])
+        data += bytes_[at + 8 : at + 8 + length] if kind == b"IDAT" else b""
+        at += 12 + length
+    rows = zlib.decompress(data)
+    assert len(rows) == height * (1 + width * (3 if color == 2 else 1) * bits // 8)
+    return width, height, bits
+
+
+def refuses(error, text, call):
+    try:
+        call()
+    except error as found:
+        assert text in str(found), found
+        return
+    raise AssertionError(f"{text}: not refused")
+
+
 manifest = json.loads((room / "dataset.json").read_text())
-assert manifest["format"] == "fresco.dataset" and manifest["version"] == 1
-
-
-def view(number, height):
-    """The maps of one view at one height, texcoords in [0,1], and the world point that each pixel shows."""
-    entry = manifest["views"][number]
-    load = lambda name: np.load(room / f"views/{number:06d}" / f"{name}_{height}.npy")
-    uv, depth, valid, color = load("uv"), load("depth"), load("valid").astype(bool), load("color")
-    if uv.dtype == np.uint16:
-        uv = uv.astype(np.float32) / 65535
-    camera = entry["color_camera"]
-    rows, columns = depth.shape
-    scale = np.array([columns / camera["width"], rows / camera["height"]])
-    x, y = np.meshgrid(np.arange(columns) + 0.5, np.arange(rows) + 0.5)
-    ray = np.stack([(x / scale[0] - camera["cx"]) / camera["fx"], (y / scale[1] - camera["cy"]) / camera["fy"], np.ones_like(x)], -1)
-    pose = np.array(camera["world_from_camera"])
-    points = (ray * depth[..., None]) @ pose[:, :3].T + pose[:, 3]
-    return uv, valid, color, points
-
-
-for number, entry in enumerate(manifest["views"]):
-    for height, valid_pixels in zip(manifest["heights_px"], entry["valid_pixels"]):
-        uv, valid, color, points = view(number, height)
-        assert uv.shape == valid.shape + (2,) and color.shape == valid.shape + (3,) and color.dtype == np.uint8
-        assert valid.sum() == valid_pixels and uv.min() >= 0 and uv.max() <= 1
+assert manifest["writer"].startswith("fresco ")
+Dataset(room).check()
+for height, counts in zip(manifest["heights_px"], zip(*(view["valid_pixels"] for view in manifest["views"]))):
+    dataset = Dataset(room, height_px=height)
+    assert len(dataset) == len(counts) == len(list(dataset))
+    for view, valid_pixels in zip(dataset, counts):
+        assert view["uv"].shape == view["valid"].shape + (2,) and view["uv"].dtype == np.float32
+        assert view["color"].shape == view["valid"].shape + (3,) and view["color"].dtype == np.uint8
+        assert view["valid"].sum() == valid_pixels and view["uv"].min() >= 0 and view["uv"].max() <= 1
         # The generated room is 4.5 x 3.6 x 2.6 m: a wrong axis or unit would leave it.
-        size = np.ptp(points[valid], axis=0)
+        size = np.ptp(points(view)[view["valid"]], axis=0)
         assert (size < [4.7, 3.8, 2.8]).all() and size.max() > 1, size
-for file in manifest["files"]:
-    assert (room / file["name"]).stat().st_size == file["bytes"]
-print(f"{len(manifest['views'])} views read with NumPy")
+
+# The mesh at a pixel's texcoord is the point that the pixel shows: uv, depth, pose, intrinsics and mesh belong together.
+positions, triangles, texcoords = dataset.mesh()
+view, checked = dataset[0], 0
+world = points(view)
+for y, x in zip(*np.nonzero(view["valid"])):
+    if (x + 7 * y) % 97:
+        continue
+    a, b, c = texcoords[:, 0], texcoords[:, 1], texcoords[:, 2]
+    p = view["uv"][y, x]
+    cross = lambda s, t: s[..., 0] * t[..., 1] - s[..., 1] * t[..., 0]
+    area = cross(b - a, c - a)
+    with np.errstate(all="ignore"):
+        shares = np.stack([cross(b - p, c - p), cross(c - p, a - p), cross(a - p, b - p)], 1) / area[:, None]
+    inside = np.nonzero((shares > -1e-3).all(1) & (area != 0))[0]
+    found = (positions[triangles[inside]] * shares[inside][..., None]).sum(1)
+    assert len(inside) and np.linalg.norm(found - world[y, x], axis=1).min() < 0.01, (x, y)
+    checked += 1
+assert checked > 20
+
+if (room / "transforms.json").exists():
+    transforms = json.loads((room / "transforms.json").read_text())
+    for number, frame in enumerate(transforms["frames"]):
+        expected = dataset[number]["world_from_camera"] @ np.diag([1, -1, -1, 1])
+        assert np.array_equal(np.array(frame["transform_matrix"]), expected)
+        picture = dataset.picture(number)
+        assert (frame["w"], frame["h"]) == (picture.shape[1], picture.shape[0])
+        # The recorder's own file: its baseline header has the size.
+        jpeg = (room / frame["file_path"]).read_bytes()
+        assert jpeg[:2] == b"\xff\xd8" and struct.pack(">HH", frame["h"], frame["w"]) in jpeg[:700]
+        assert png(room / frame["depth_file_path"])[1:] == (dataset.height_px, 16)
+depths = [dataset.sensor_depth(number) for number in range(len(dataset))]
+assert all(0.3 < np.median(depth[depth > 0]) < 6 for depth in depths)
+assert dataset.style() is None or dataset.style().dtype == np.uint8
+
+refuses(ValueError, "no height of 7 px", lambda: Dataset(room, height_px=7))
+refuses(IndexError, "view 99 of", lambda: dataset[99])
+refuses(FileNotFoundError, "dataset.json: is missing", lambda: Dataset(room / "views"))
+print(f"{len(dataset)} views read with NumPy")
+
+try:
+    import torch
+except ImportError:
+    print("SKIPPED the dataset read with PyTorch: python3 has no torch")
+    sys.exit(0)
+batch = next(iter(torch.utils.data.DataLoader(Dataset(room, tensors=True), batch_size=2)))
+assert batch["color"].shape[:2] == (2, 3) and batch["color"].dtype == torch.float32 and batch["color"].max() <= 1
+assert torch.equal(batch["uv"][1], torch.from_numpy(dataset[1]["uv"]))
+# A texture whose texels hold their own uv, sampled by the grid, gives the uv again.
+size = 64
+at = (torch.arange(size) + 0.5) / size
+texture = torch.stack([at.expand(size, size), 1 - at[:, None].expand(size, size)])[None].repeat(2, 1, 1, 1)
+sampled = torch.nn.functional.grid_sample(texture, sampling_grid(batch["uv"]), align_corners=False, padding_mode="border")
+inner = ((batch["uv"] > 1 / size) & (batch["uv"] < 1 - 1 / size)).all(-1) & batch["valid"]
+assert inner.sum() > 100 and (sampled.permute(0, 2, 3, 1)[inner] - batch["uv"][inner]).abs().max() < 1e-4
+print(f"{len(dataset)} views read with PyTorch {torch.__version__}")

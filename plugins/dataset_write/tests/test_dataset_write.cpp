@@ -70,9 +70,11 @@ TEST_CASE("the folder holds every view's maps and pictures, and the manifest lis
     CHECK(manifest.uv == dataset::UvType::float32);
     CHECK(manifest.heights_px == std::vector<int>{12, 45});
     REQUIRE(manifest.views.size() == 3);
-    // 3 views x (2 heights x 5 quantities + picture) + 2 depth pictures + style + mesh; the manifest is last and lists all
-    // others.
-    CHECK(manifest.files.size() == 3 * 11 + 2 + 2);
+    // 3 views x (2 heights x 5 quantities + picture) + 2 depth pictures + style, mesh and loader; the manifest is last and lists
+    // all others.
+    CHECK(manifest.files.size() == 3 * 11 + 2 + 3);
+    CHECK_THAT(manifest.writer, Catch::StartsWith("fresco "));
+    CHECK_THAT(read_text_file(made / "fresco_dataset.py"), Contains("class Dataset:"));
     REQUIRE(files->names.size() == manifest.files.size() + 1);
     CHECK(files->names.back() == "dataset/dataset.json");
     for (const auto& [name, stamp] : manifest.files)

@@ -1,5 +1,4 @@
 #include "stored_png.h"
-#include "textured_ply.h"
 
 #include <fresco/files.h>
 #include <fresco/files_io.h>

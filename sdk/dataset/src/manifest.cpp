@@ -163,6 +163,8 @@ Manifest manifest_from(const Value& root)
     StrictMap entries(root);
     check_format(entries);
     Manifest manifest;
+    if (root.find("writer") != nullptr)
+        manifest.writer = entries.take("writer").as_string();
     manifest.uv = at_place("uv", [&] { return uv_type_from(entries.take("uv")); });
     manifest.heights_px = at_place("heights_px", [&] { return heights_from(entries.take("heights_px")); });
     manifest.has_style = entries.take("has_style").as_bool();
@@ -225,22 +227,28 @@ std::vector<std::string> needed_files(const Manifest& manifest)
     return names;
 }
 
+Value stamps_value(const std::map<std::string, FileStamp>& files)
+{
+    Value::List list;
+    for (const auto& [name, stamp] : files)
+        list.emplace_back(Value::Map{{"name", name}, {"bytes", stamp.bytes}, {"hash", stamp.hash}});
+    return list;
+}
+
 std::string to_text(const Manifest& manifest)
 {
     Value::List views;
     for (const View& view : manifest.views)
         views.push_back(to_value(view));
-    Value::List files;
-    for (const auto& [name, stamp] : manifest.files)
-        files.emplace_back(Value::Map{{"name", name}, {"bytes", stamp.bytes}, {"hash", stamp.hash}});
-    const Value root = Value::Map{{"format", format_name},
-                                  {"version", format_version},
-                                  {"conventions", conventions()},
-                                  {"uv", word_of(manifest.uv)},
-                                  {"heights_px", Value::List(manifest.heights_px.begin(), manifest.heights_px.end())},
-                                  {"has_style", manifest.has_style},
-                                  {"views", std::move(views)},
-                                  {"files", std::move(files)}};
+    Value root = Value::Map{{"format", format_name}, {"version", format_version}};
+    if (!manifest.writer.empty())
+        root.set("writer", manifest.writer);
+    root.set("conventions", conventions());
+    root.set("uv", word_of(manifest.uv));
+    root.set("heights_px", Value::List(manifest.heights_px.begin(), manifest.heights_px.end()));
+    root.set("has_style", manifest.has_style);
+    root.set("views", std::move(views));
+    root.set("files", stamps_value(manifest.files));
     return to_json(root, 1) + "\n";
 }
 

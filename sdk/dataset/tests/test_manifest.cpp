@@ -75,6 +75,10 @@ TEST_CASE("a manifest reads back as it was written")
     const auto manifest = small_manifest();
     const std::string text = dataset::to_text(manifest);
     const auto read = dataset::parse_manifest(text, "dataset.json");
+    CHECK(read.writer.empty());
+    auto named = manifest;
+    named.writer = "fresco 9.8";
+    CHECK(dataset::parse_manifest(dataset::to_text(named), "dataset.json").writer == "fresco 9.8");
     CHECK(read.uv == dataset::UvType::uint16);
     CHECK(read.heights_px == manifest.heights_px);
     CHECK(read.has_style);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fresco/camera.h>
+#include <fresco/value.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -49,6 +50,7 @@ struct FileStamp
 
 struct Manifest
 {
+    std::string writer;  ///< What wrote it, "fresco 0.1.0"; may be empty.
     UvType uv = UvType::float32;
     std::vector<int> heights_px;  ///< Ascending.
     bool has_style = false;
@@ -66,6 +68,9 @@ std::string sensor_depth_name(std::size_t view);
 
 /// The names of the files that a dataset with this manifest has at least, whatever it lists.
 std::vector<std::string> needed_files(const Manifest& manifest);
+
+/// [{name, bytes, hash}, …], by name.
+Value stamps_value(const std::map<std::string, FileStamp>& files);
 
 /// JSON text; equal manifests give equal bytes.
 std::string to_text(const Manifest& manifest);

@@ -1,4 +1,4 @@
-#include "textured_ply.h"
+#include <fresco/texturing/textured_ply.h>
 
 #include <fresco/mesh_io.h>
 #include <fresco/texturing/welded_mesh.h>
@@ -6,9 +6,8 @@
 #include <cstring>
 #include <span>
 
-using namespace fresco;
-using namespace fresco::texturing;
-
+namespace fresco::texturing
+{
 namespace
 {
 /// Bytes as they lie in memory: fresco runs on little-endian machines alone, as its NPY files are.
@@ -110,3 +109,5 @@ std::vector<std::byte> textured_ply(const Mesh& mesh, PlyTexcoords texcoords, co
     const std::string comment = picture.empty() ? "" : "comment TextureFile " + picture + "\n";
     return texcoords == PlyTexcoords::vertex ? split_ply(mesh, comment) : with_comment(to_ply(mesh), comment);
 }
+
+}  // namespace fresco::texturing

@@ -6,6 +6,9 @@
 #include <string>
 #include <vector>
 
+namespace fresco::texturing
+{
+
 /// Where a PLY file keeps texcoords: there is no standard, readers differ.
 enum class PlyTexcoords
 {
@@ -16,8 +19,10 @@ enum class PlyTexcoords
 
 /// The mesh as it is to stand in the file: for `vertex`, corners that agree in position and texcoord are one vertex; for `none`
 /// without texcoords. `colors` (per vertex of the mesh, or empty) go with their vertices.
-fresco::Mesh arranged(const fresco::Mesh& mesh, const std::vector<fresco::Rgb8>& colors, PlyTexcoords texcoords);
+Mesh arranged(const Mesh& mesh, const std::vector<Rgb8>& colors, PlyTexcoords texcoords);
 
 /// Binary little-endian PLY of an arranged mesh; `picture`: the name for `comment TextureFile`, empty for none. parse_ply gives
 /// the same mesh again but for faces that name a vertex twice. Throws Error for more vertices than PLY's int counts.
-std::vector<std::byte> textured_ply(const fresco::Mesh& mesh, PlyTexcoords texcoords, const std::string& picture);
+std::vector<std::byte> textured_ply(const Mesh& mesh, PlyTexcoords texcoords, const std::string& picture);
+
+}  // namespace fresco::texturing

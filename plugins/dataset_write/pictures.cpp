@@ -1,0 +1,48 @@
+#include "pictures.h"
+
+#include <fresco/error.h>
+#include <fresco/files_io.h>
+#include <fresco/hash.h>
+
+#include <algorithm>
+#include <cmath>
+
+using namespace fresco;
+
+namespace
+{
+constexpr float millimetres = 1000;
+constexpr float no_depth_from = 65534.5F;  // 65535 means none in many readers
+
+std::string lower_extension(const std::filesystem::path& file)
+{
+    std::string text = file.extension().string();
+    std::ranges::transform(text, text.begin(),
+                           [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+    return text;
+}
+}  // namespace
+
+EncodedPicture encoded_color(const Frame& frame, const Raster8& picture, const ImageIo& images)
+{
+    const std::string extension = lower_extension(frame.color_picture.path);
+    const bool is_jpeg = extension == ".jpg" || extension == ".jpeg";
+    if (!is_jpeg && extension != ".png")
+        return {".png", images.encode_png(picture)};
+    auto bytes = read_file(frame.color_picture.path);
+    if (!frame.color_picture.hash.empty() && content_hash(bytes) != frame.color_picture.hash)
+        throw Error(frame.color_picture.path.string() + ": changed while it was read; run again");
+    return {is_jpeg ? ".jpg" : ".png", std::move(bytes)};
+}
+
+std::vector<std::byte> encoded_depth(const RasterF& depth, const ImageIo& images)
+{
+    Raster16 steps(depth.width, depth.height);
+    std::ranges::transform(depth.values, steps.values.begin(),
+                           [](float metres)
+                           {
+                               const float step = std::round(metres * millimetres);
+                               return step < no_depth_from ? static_cast<std::uint16_t>(step) : std::uint16_t{0};
+                           });
+    return images.encode_png(steps);
+}

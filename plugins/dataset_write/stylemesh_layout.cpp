@@ -1,0 +1,144 @@
+#include "stylemesh_layout.h"
+
+#include "pictures.h"
+#include "view_writer.h"
+
+#include <fresco/dataset/dataset_files.h>
+#include <fresco/error.h>
+#include <fresco/npy.h>
+#include <fresco/texturing/textured_ply.h>
+#include <fresco/value.h>
+
+#include <algorithm>
+#include <array>
+#include <set>
+#include <span>
+#include <utility>
+
+using namespace fresco;
+
+namespace
+{
+/// Without regard to the locale, and so that it reads back exactly.
+std::string text_of(double number)
+{
+    return to_json(number);
+}
+
+std::string pose_text(const RigidTransform& world_from_camera)
+{
+    const Mat3& r = world_from_camera.rotation;
+    const Vec3d t = world_from_camera.translation;
+    const double translation[] = {t.x, t.y, t.z};
+    std::string text;
+    for (int row = 0; row < 3; ++row)
+        text += text_of(r(row, 0)) + " " + text_of(r(row, 1)) + " " + text_of(r(row, 2)) + " " + text_of(translation[row]) + "\n";
+    return text + "0.0 0.0 0.0 1.0\n";
+}
+
+std::string camera_lines(const Intrinsics& k, const std::string& name)
+{
+    const auto line = [&](const std::string& key, const std::string& value) { return key + " = " + value + "\n"; };
+    return line(name + "Height", std::to_string(k.height)) + line(name + "Width", std::to_string(k.width)) +
+           line("fx_" + name, text_of(k.fx)) + line("fy_" + name, text_of(k.fy)) + line("mx_" + name, text_of(k.cx)) +
+           line("my_" + name, text_of(k.cy));
+}
+
+void check_scene_name(const std::string& scene)
+{
+    const auto good = [](char c)
+    { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_'; };
+    const std::size_t underscores = static_cast<std::size_t>(std::ranges::count(scene, '_'));
+    if (!std::ranges::all_of(scene, good) || underscores != 1 || scene.front() == '_' || scene.back() == '_')
+        throw Error("scene: \"" + scene +
+                    "\"; a name of letters and digits in two parts was expected, as \"scene0000_00\": the code that reads the "
+                    "layout takes it apart at '_'");
+}
+
+/// H x W x 1: what reads it takes the first channel.
+std::vector<std::byte> one_channel(const RasterF& raster)
+{
+    const std::array shape{static_cast<std::size_t>(raster.height), static_cast<std::size_t>(raster.width), std::size_t{1}};
+    return to_npy(NpyType::float32, shape, std::as_bytes(std::span(raster.values)));
+}
+
+std::span<const std::byte> bytes_of(const std::string& text)
+{
+    return std::as_bytes(std::span(text));
+}
+}  // namespace
+
+StylemeshLayout::StylemeshLayout(std::string scene, const UvMaps& maps, const Frames& frames,
+                                 const std::vector<std::size_t>& frame_of)
+    : scene_(std::move(scene)), maps_(maps), frames_(frames), frame_of_(frame_of)
+{
+    check_scene_name(scene_);
+    std::set<long> unique;
+    for (std::size_t view = 0; view < frame_of.size(); ++view)
+    {
+        const Frame& shown = frame(view);
+        if (!(shown.color.intrinsics == frame(0).color.intrinsics))
+            throw Error("layout: stylemesh: the frame " + shown.sequence + "/" + shown.name +
+                        " has other colour intrinsics than " + frame(0).sequence + "/" + frame(0).name +
+                        "; the layout has one file for all: take frames of one camera, or layout: fresco");
+        has_sensor_depth_ = has_sensor_depth_ && !shown.depth_picture.empty();
+        numbers_.push_back(shown.number);
+        unique.insert(shown.number);
+    }
+    if (unique.size() != numbers_.size() || *unique.begin() < 0)
+        for (std::size_t view = 0; view < numbers_.size(); ++view)
+            numbers_[view] = static_cast<long>(view);
+}
+
+std::string StylemeshLayout::file(const std::string& folder, std::size_t view, const std::string& extension) const
+{
+    return "train/images/" + scene_ + "/" + folder + "/" + std::to_string(number(view)) + extension;
+}
+
+WrittenFiles StylemeshLayout::write_view(const std::filesystem::path& folder, std::size_t view, const ImageIo& images) const
+{
+    WrittenFiles written;
+    const auto write = [&](const std::string& name, std::span<const std::byte> bytes)
+    {
+        std::filesystem::create_directories((folder / name).parent_path());
+        written.files.emplace(name, dataset::write_stamped(folder / name, bytes));
+    };
+    const Frame& shown = frame(view);
+    const Raster8 picture = load_color(shown, &images);
+    written.sharpness = view_sharpness(picture);
+    const EncodedPicture color = encoded_color(shown, picture, images);
+    write(file("color", view, color.extension), color.bytes);
+    write(file("pose", view, ".txt"), bytes_of(pose_text(shown.color.world_from_camera)));
+    if (has_sensor_depth_)
+        write(file("depth", view, ".png"), encoded_depth(load_depth(shown, &images), images));
+    for (std::size_t level = 0; level < maps_.heights_px.size(); ++level)
+    {
+        const UvMap map = checked_map(maps_, view, level);
+        write(file("uv_" + std::to_string(maps_.heights_px[level]), view, ".npy"), dataset::to_npy(map.uv));
+        if (level != 0)
+            continue;
+        write(file("uv", view, ".angle.npy"), one_channel(map.cosine));
+        if (!has_sensor_depth_)
+            write(file("depth", view, ".png"), encoded_depth(map.depth, images));
+    }
+    return written;
+}
+
+WrittenFiles StylemeshLayout::write_scene(const std::filesystem::path& folder, const Mesh& mesh) const
+{
+    WrittenFiles written;
+    const auto write = [&](const std::string& name, std::span<const std::byte> bytes)
+    {
+        std::filesystem::create_directories((folder / name).parent_path());
+        written.files.emplace(name, dataset::write_stamped(folder / name, bytes));
+    };
+    const std::string intrinsics =
+        camera_lines(frame(0).color.intrinsics, "color") + camera_lines(frame(0).depth.intrinsics, "depth");
+    const std::string scan = "train/scans/" + scene_ + "/" + scene_;
+    write("train/images/" + scene_ + "/" + scene_ + ".txt", bytes_of(intrinsics));
+    write(scan + ".txt", bytes_of(intrinsics));
+    const auto place = texturing::PlyTexcoords::vertex;
+    write(scan + "_vh_clean_decimate_500000_uvs_blender.ply",
+          texturing::textured_ply(texturing::arranged(mesh, {}, place), place, ""));
+    return written;
+}

@@ -1,0 +1,226 @@
+#include "npy_codec.h"
+#include "pictures.h"
+#include "small_recording.h"
+#include "stylemesh_layout.h"
+#include "written_files.h"
+
+#include <fresco/files.h>
+#include <fresco/files_io.h>
+#include <fresco/hash.h>
+#include <fresco/mesh_io.h>
+#include <fresco/testing.h>
+#include <fresco/value.h>
+
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <set>
+#include <sstream>
+
+using namespace fresco;
+using Catch::Contains;
+namespace fs = std::filesystem;
+
+namespace
+{
+
+/// Runs the stage; the folder is at `out`/files/dataset.
+std::vector<std::string> write_dataset(const fs::path& out, const SmallRecording& recording, Value options, testing::TestRun& run,
+                                       std::shared_ptr<NpyCodec> codec = std::make_shared<NpyCodec>())
+{
+    const auto made = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "dataset.write");
+    testing::TestFactory factory;
+    factory.add("image.npy", [&] { return codec; });
+    options.set("images", Value::Map{{"type", "image.npy"}});
+    testing::run_stage(dynamic_cast<Stage&>(*made), options,
+                       {{"uvmaps", recording.maps}, {"frames", recording.frames}, {"mesh", recording.mesh}}, out, run, factory);
+    return Files::load({out / "files", out})->names;
+}
+
+std::vector<double> numbers_of(const fs::path& file)
+{
+    std::istringstream text(read_text_file(file));
+    std::vector<double> numbers;
+    for (double number = 0; text >> number;)
+        numbers.push_back(number);
+    return numbers;
+}
+
+}  // namespace
+
+TEST_CASE("with pictures, transforms.json tells nerfstudio's world of the same cameras")
+{
+    const testing::TemporaryFolder folder;
+    SmallRecording recording(folder.path());
+    // A quarter turn about z: columns of the camera's axes that are easily told apart.
+    recording.frames->frames[1].color.world_from_camera.rotation.m = {0, -1, 0, 1, 0, 0, 0, 0, 1};
+    recording.maps->views[1].camera = recording.frames->frames[1].color;
+    testing::TestRun run;
+    const auto names = write_dataset(folder.path() / "out", recording, Value::Map{{"pictures", true}}, run);
+    const fs::path made = folder.path() / "out/files/dataset";
+    CHECK(std::ranges::count(names, "dataset/images/000001.png") == 1);
+    const Value root = parse_json(read_text_file(made / "transforms.json"));
+    CHECK(root.at("depth_unit_scale_factor").as_double() == 0.001);
+    const auto& frames = root.at("frames").as_list();
+    REQUIRE(frames.size() == 3);
+    const Value& frame = frames[1];
+    CHECK(frame.at("file_path").as_string() == "images/000001.png");
+    CHECK(frame.at("fl_y").as_double() == 34);
+    CHECK(frame.at("cx").as_double() == 20);
+    CHECK(frame.at("w").as_int() == 40);
+    // OpenCV's x stays, y and z change their signs.
+    const Value expected = Value::List{Value::List{0.0, 1.0, 0.0, 0.1}, Value::List{1.0, 0.0, 0.0, 1.0 / 3},
+                                       Value::List{0.0, 0.0, -1.0, -2.0}, Value::List{0.0, 0.0, 0.0, 1.0}};
+    CHECK(frame.at("transform_matrix") == expected);
+    CHECK(dataset::raster8_from(read_file(made / "images/000001.png"), 40, 30, 3, "picture") ==
+          load_color(recording.frames->frames[1], nullptr));
+    // Depth of the mesh at the largest height, in the colour camera, millimetres.
+    const UvMap map = recording.maps->load_map(1, 1);
+    const Raster16 depth = dataset::raster16_from(read_file(made / frame.at("depth_file_path").as_string()), 60, 45, 1, "depth");
+    for (std::size_t i = 0; i < depth.values.size(); ++i)
+        CHECK(depth.values[i] == std::lround(1000 * map.depth.values[i]));
+}
+
+TEST_CASE("pictures that are PNG or JPEG already are copied byte for byte")
+{
+    const testing::TemporaryFolder folder;
+    Frame frame;
+    frame.color_picture.path = folder.path() / "a.JPEG";
+    write_file(frame.color_picture.path, "the recorder's own bytes");
+    const NpyCodec codec;
+    const EncodedPicture copied = encoded_color(frame, Raster8(2, 2, 3), codec);
+    CHECK(copied.extension == ".jpg");
+    CHECK(copied.bytes == read_file(frame.color_picture.path));
+    CHECK(codec.encoded == 0);
+    frame.color_picture.hash = content_hash("others");
+    CHECK_THROWS_WITH(encoded_color(frame, Raster8(2, 2, 3), codec), Contains("a.JPEG: changed while it was read"));
+    RasterF depth(4, 1);
+    depth.values = {0, 1.2344F, 65.534F, 65.536F};
+    CHECK(dataset::raster16_from(encoded_depth(depth, codec), 4, 1, 1, "depth").values ==
+          std::vector<std::uint16_t>{0, 1234, 65534, 0});
+}
+
+TEST_CASE("layout stylemesh has the folders that the released code lists, with equally many files in each")
+{
+    const testing::TemporaryFolder folder;
+    const SmallRecording recording(folder.path());
+    testing::TestRun run;
+    const auto names =
+        write_dataset(folder.path() / "out", recording, Value::Map{{"layout", "stylemesh"}, {"path", "data"}}, run);
+    CHECK(names.back() == "data/manifest.json");
+    const fs::path root = folder.path() / "out/files/data";
+    const fs::path scene = root / "train/images/scene0000_00";
+    std::map<std::string, std::set<std::string>> found;
+    for (const auto& entry : fs::recursive_directory_iterator(scene))
+        if (entry.is_regular_file())
+            found[fs::relative(entry.path().parent_path(), scene).string()].insert(entry.path().filename().string());
+    // Named by the recorder's numbers.
+    CHECK(found["color"] == std::set<std::string>{"0.png", "10.png", "20.png"});
+    CHECK(found["pose"] == std::set<std::string>{"0.txt", "10.txt", "20.txt"});
+    CHECK(found["depth"] == found["color"]);
+    CHECK(found["uv"] == std::set<std::string>{"0.angle.npy", "10.angle.npy", "20.angle.npy"});
+    CHECK(found["uv_12"] == std::set<std::string>{"0.npy", "10.npy", "20.npy"});
+    CHECK(found["uv_45"] == found["uv_12"]);
+    CHECK(found["."] == std::set<std::string>{"scene0000_00.txt"});
+    CHECK(found.size() == 7);
+
+    const UvMap coarse = recording.maps->load_map(1, 0);
+    const UvMap fine = recording.maps->load_map(1, 1);
+    CHECK(dataset::raster_f_from(read_file(scene / "uv_45/10.npy"), 60, 45, 2, "uv") == fine.uv);
+    const NpyArray angle = read_npy(scene / "uv/10.angle.npy");
+    CHECK(angle.shape == std::vector<std::size_t>{12, 16, 1});
+    CHECK(std::ranges::equal(angle.as<float>(), coarse.cosine.values));
+    // The last frame has no depth picture: all have the mesh's depth, at the smallest height.
+    const Raster16 depth = dataset::raster16_from(read_file(scene / "depth/10.png"), 16, 12, 1, "depth");
+    CHECK(depth.at(8, 5) == std::lround(1000 * coarse.depth.at(8, 5)));
+    const std::vector<double> pose = numbers_of(scene / "pose/10.txt");
+    CHECK(pose == std::vector<double>{1, 0, 0, 0.1, 0, 1, 0, 1.0 / 3, 0, 0, 1, -2, 0, 0, 0, 1});
+    const std::string intrinsics = read_text_file(scene / "scene0000_00.txt");
+    CHECK_THAT(intrinsics, Contains("fx_color = 33.25\n") && Contains("my_color = 15.5\n") && Contains("colorWidth = 40\n") &&
+                               Contains("depthHeight = 14\n"));
+    CHECK(read_text_file(root / "train/scans/scene0000_00/scene0000_00.txt") == intrinsics);
+    const Mesh mesh = read_mesh(root / "train/scans/scene0000_00/scene0000_00_vh_clean_decimate_500000_uvs_blender.ply");
+    CHECK(mesh.texcoords == recording.mesh->texcoords);
+    for (std::size_t corner = 0; corner < 6; ++corner)
+        CHECK(mesh.positions[mesh.triangles.at(corner / 3)[corner % 3]] ==
+              recording.mesh->positions[recording.mesh->triangles[corner / 3][corner % 3]]);
+    const Value manifest = parse_json(read_text_file(root / "manifest.json"));
+    CHECK(manifest.at("files").as_list().size() == names.size() - 1);
+    CHECK(manifest.at("views").as_list()[2].at("number").as_int() == 20);
+}
+
+TEST_CASE("layout stylemesh takes the sensor's depth where every frame has it, and positions where numbers repeat")
+{
+    const testing::TemporaryFolder folder;
+    const SmallRecording recording(folder.path());
+    recording.frames->frames.pop_back();
+    recording.maps->views.pop_back();
+    recording.frames->frames[1].number = 0;
+    testing::TestRun run;
+    write_dataset(folder.path() / "out", recording, Value::Map{{"layout", "stylemesh"}, {"scene", "kitchen_1"}}, run);
+    const fs::path scene = folder.path() / "out/files/dataset/train/images/kitchen_1";
+    CHECK(fs::exists(scene / "color/1.png"));
+    const Raster16 depth = dataset::raster16_from(read_file(scene / "depth/1.png"), 20, 14, 1, "depth");
+    const Raster16 steps = load_depth_steps(recording.frames->frames[1], nullptr);
+    for (std::size_t i = 0; i < depth.values.size(); ++i)
+        // Two millimetres a step.
+        CHECK(depth.values[i] == (steps.values[i] > 32767 ? 0 : 2 * steps.values[i]));
+}
+
+TEST_CASE("layout stylemesh refuses what it has no place for")
+{
+    const testing::TemporaryFolder folder;
+    SmallRecording recording(folder.path());
+    testing::TestRun run;
+    for (const char* scene : {"kitchen", "a_b_c", "_a", "a_", "a/b_c"})
+        CHECK_THROWS_WITH(
+            write_dataset(folder.path() / "out", recording, Value::Map{{"layout", "stylemesh"}, {"scene", scene}}, run),
+            Contains("a name of letters and digits in two parts"));
+    recording.frames->frames[2].color.intrinsics.fx += 1;
+    recording.maps->views[2].camera = recording.frames->frames[2].color;
+    CHECK_THROWS_WITH(write_dataset(folder.path() / "out", recording, Value::Map{{"layout", "stylemesh"}}, run),
+                      Contains("seq-01/frame-20 has other colour intrinsics than seq-01/frame-0"));
+}
+
+TEST_CASE("what an interrupted run had finished is not made again, and the result is the same")
+{
+    const testing::TemporaryFolder folder;
+    const SmallRecording recording(folder.path());
+    const Value options = Value::Map{{"pictures", true}};
+    testing::TestRun whole;
+    const auto names = write_dataset(folder.path() / "whole", recording, options, whole);
+
+    testing::TestRun run(1);
+    run.cancel_after(3);
+    const auto codec = std::make_shared<NpyCodec>();
+    CHECK_THROWS_AS(write_dataset(folder.path() / "again", recording, options, run, codec), Cancelled);
+    CHECK(codec->encoded == 4);  // two views
+    run.cancel_after(-1);
+    CHECK(write_dataset(folder.path() / "again", recording, options, run, codec) == names);
+    CHECK(codec->encoded == 6);
+    CHECK_THAT(run.messages.back(), Contains("2 of 3 views were there from an interrupted run"));
+    for (const std::string& name : names)
+        CHECK(read_file(folder.path() / "whole/files" / name) == read_file(folder.path() / "again/files" / name));
+}
+
+TEST_CASE("a view counts as kept while all its files have their sizes")
+{
+    const testing::TemporaryFolder folder;
+    const KeptViews kept(folder.path());
+    CHECK_FALSE(kept.find(3));
+    WrittenFiles written;
+    written.sharpness = 0.1;
+    fs::create_directories(kept.folder() / "a");
+    written.files["a/b.npy"] = dataset::write_stamped(kept.folder() / "a/b.npy", std::vector<std::byte>(5));
+    kept.note(3, written);
+    REQUIRE(kept.find(3));
+    CHECK(kept.find(3)->sharpness == 0.1);
+    CHECK(kept.find(3)->files == written.files);
+    CHECK_FALSE(kept.find(4));
+    write_file(kept.folder() / "a/b.npy", "1234");
+    CHECK_FALSE(kept.find(3));
+    move_file(kept.folder(), folder.path() / "to", "a/b.npy");
+    CHECK(read_text_file(folder.path() / "to/a/b.npy") == "1234");
+    CHECK_FALSE(kept.find(3));
+    CHECK_THROWS_WITH(move_file(kept.folder(), folder.path() / "to", "a/b.npy"), Contains("a/b.npy: cannot be written"));
+}

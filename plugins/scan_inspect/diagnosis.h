@@ -1,0 +1,65 @@
+#pragma once
+
+#include "depth_agreement.h"
+#include "outline.h"
+
+#include <fresco/progress.h>
+#include <fresco/raycast/scene.h>
+
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace fresco::inspect
+{
+
+/// What is looked at of a frame.
+struct View
+{
+    SampledDepth depth;   ///< No samples: the frame has no depth picture.
+    OutlinedFrame color;  ///< No edges: it has no colour picture. The outline is filled by `diagnose`.
+};
+
+/// A usual mistake that explains the recording clearly better than the recording itself.
+struct Finding
+{
+    std::string cause;  ///< A word for programs: "opengl_axes", …
+    std::string text;   ///< What is wrong and what to do, for people.
+};
+
+/// How well mesh and recording agree, under one set of assumptions.
+struct Agreement
+{
+    double depth_share = 0;         ///< Of the measured depths: within 3 % of the mesh's.
+    double depth_median_error = 1;  ///< Relative; 1 where the mesh is never seen.
+    double edge_response = 0;       ///< See edge_response().
+};
+
+struct Diagnosis
+{
+    Agreement recorded;
+    Agreement explained;  ///< With all of the below taken into account.
+    std::vector<Finding> findings;
+
+    Convention convention;
+    double depth_scale = 1;  ///< Multiplies depths.
+    double depth_focal_scale = 1;
+    bool depth_by_color_camera = false;  ///< Depth pictures fit the colour camera, not their own.
+    CameraChange color_change;
+
+    std::size_t depths = 0;          ///< Samples compared.
+    std::size_t outline_points = 0;  ///< As recorded.
+    double seen_share = 0;           ///< Of the colour cameras' pixels, as explained: they see the mesh, whichever side.
+    double front_share = 0;          ///< Of these: they see the front of a face.
+};
+
+/// Judges whether mesh, poses, cameras and pictures belong together, and where they do not, which of the usual mistakes explains
+/// it: axes, inverted poses, units, a turned world, cameras taken for each other, focal lengths, faces turned inside out.
+/// Depths decide where there are any, else the pictures' edges along the mesh's outline. A mistake is named only if what it
+/// assumes fits clearly better than what was recorded. The same for any number of threads. Throws Cancelled.
+Diagnosis diagnose(const raycast::Scene& scene, std::vector<View>& views, const Progress& progress);
+
+/// A frame's cameras (colour, depth) as a diagnosis has them.
+std::pair<Camera, Camera> explained_cameras(const Diagnosis& diagnosis, const Camera& color, const Camera& depth);
+
+}  // namespace fresco::inspect

@@ -1,0 +1,84 @@
+#pragma once
+
+#include "raw_images.h"
+#include "shared_data.h"
+
+#include <fresco/frames.h>
+#include <fresco/mesh.h>
+#include <fresco/stage.h>
+#include <fresco/testing.h>
+
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <string>
+
+/// \file The recordings on which mistakes are made on purpose.
+
+namespace recordings
+{
+
+using namespace fresco;
+
+struct Recording
+{
+    testing::TemporaryFolder folder;
+    std::shared_ptr<ImageIo> images;
+    std::shared_ptr<Frames> frames;
+    std::shared_ptr<Mesh> mesh;
+};
+
+/// Reads a scan by another plugin of this build; null, with a line that says so, where that is not built.
+inline std::shared_ptr<const Recording> record(const std::string& type, const std::string& library, Value options,
+                                               std::shared_ptr<ImageIo> images)
+{
+    const auto file = std::filesystem::path(FRESCO_PLUGIN_FILE).parent_path() / (library + ".so");
+    if (!std::filesystem::exists(file))
+    {
+        std::cout << "SKIPPED scan.inspect on " << type << ": " << library << " is not built" << std::endl;
+        return nullptr;
+    }
+    auto result = std::make_shared<Recording>();
+    result->images = images;
+    testing::TestFactory factory;
+    factory.add("image.any", [&] { return images; });
+    options.set("images", Value::Map{{"type", "image.any"}});
+    testing::TestRun run;
+    const auto stage = testing::make_from_plugin(file, type);
+    testing::run_stage(dynamic_cast<Stage&>(*stage), options, {}, result->folder.path(), run, factory);
+    result->frames = Frames::load({result->folder.path() / "frames", {}});
+    result->mesh = Mesh::load({result->folder.path() / "mesh", {}});
+    return result;
+}
+
+/// A small generated room, made once.
+inline const Recording* room()
+{
+    static const auto made = record("scan.synthetic_room", "scan_synthetic_room",
+                                    Value::Map{{"frames_count", 12},
+                                               {"color_width_px", 320},
+                                               {"color_height_px", 240},
+                                               {"depth_width_px", 80},
+                                               {"depth_height_px", 60},
+                                               {"edge_m", 0.03}},
+                                    std::make_shared<testing::RawImages>());
+    return made.get();
+}
+
+/// The real kitchen, read once; null where it is not at hand.
+inline const Recording* kitchen()
+{
+    static const auto made = []() -> std::shared_ptr<const Recording>
+    {
+        const auto path = shared_data("kitchen", "scan.inspect on the kitchen");
+        const auto codec = std::filesystem::path(FRESCO_PLUGIN_FILE).parent_path() / "image_opencv.so";
+        if (path.empty() || !std::filesystem::exists(codec))
+            return nullptr;
+        auto component = std::shared_ptr<Configurable>(testing::make_from_plugin(codec, "image.opencv"));
+        return record("scan.seven_scenes", "scan_seven_scenes", Value::Map{{"path", path.string()}},
+                      std::shared_ptr<ImageIo>(component, dynamic_cast<ImageIo*>(component.get())));
+    }();
+    return made.get();
+}
+
+}  // namespace recordings

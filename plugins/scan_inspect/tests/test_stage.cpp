@@ -1,0 +1,103 @@
+#include "recordings.h"
+
+#include <fresco/files.h>
+#include <fresco/files_io.h>
+
+#include <catch2/catch.hpp>
+
+using namespace fresco;
+using Catch::Contains;
+
+namespace
+{
+
+std::shared_ptr<Files> inspect(const std::shared_ptr<Mesh>& mesh, const std::shared_ptr<Frames>& frames,
+                               const std::shared_ptr<ImageIo>& images, Value options, const std::filesystem::path& out,
+                               testing::TestRun& run)
+{
+    testing::TestFactory factory;
+    factory.add("image.any", [&] { return images; });
+    options.set("images", Value::Map{{"type", "image.any"}});
+    const auto made = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "scan.inspect");
+    testing::run_stage(dynamic_cast<Stage&>(*made), options, {{"mesh", mesh}, {"frames", frames}}, out, run, factory);
+    return Files::load({out / "pictures", {}});
+}
+
+}  // namespace
+
+TEST_CASE("the stage reports, draws, and warns of a mistake or fails by it", "[scan.inspect]")
+{
+    const auto* room = recordings::room();
+    if (room == nullptr)
+        return;
+    const testing::TemporaryFolder out;
+    testing::TestRun right;
+    const auto files =
+        inspect(room->mesh, room->frames, room->images,
+                Value::Map{{"frames_count", 5}, {"pictures_count", 2}, {"path", "look/at.png"}}, out.path(), right);
+    CHECK(files->names == std::vector<std::string>{"look/at.png", "look/at.json"});
+    CHECK(right.reported.at("causes").as_list().empty());
+    CHECK(right.reported.at("frames").as_int() == 5);
+    CHECK(right.reported.at("depth_share").as_double() > 0.8);
+    REQUIRE(right.messages.size() == 1);
+    CHECK_THAT(right.messages.front(), Contains("mesh and frames agree: ") && Contains("within 3 %"));
+    // Two rows of four tiles of 240 px.
+    const auto sheet = room->images->read_rgb(out.path() / "pictures" / files->names[0]);
+    CHECK(sheet.width == 4 + 4 * 324);
+    CHECK(sheet.height == 4 + 2 * 244);
+    const auto json = parse_json(read_text_file(out.path() / "pictures" / files->names[1]));
+    CHECK(json.at("frames").as_list().size() == 5);
+    CHECK(json.at("recorded").at("depth_share").as_double() == right.reported.at("depth_share").as_double());
+
+    auto turned = std::make_shared<Frames>(*room->frames);
+    for (Frame& frame : turned->frames)
+        for (Camera* camera : {&frame.color, &frame.depth})
+            for (const int row : {0, 1, 2})
+                for (const int column : {1, 2})
+                    camera->world_from_camera.rotation(row, column) *= -1;
+    testing::TestRun wrong;
+    inspect(room->mesh, turned, room->images, Value::Map{{"pictures_count", 2}}, out.path(), wrong);
+    REQUIRE(wrong.reported.at("causes").as_list().size() == 1);
+    CHECK(wrong.reported.at("causes").as_list().front().as_string() == "opengl_axes");
+    CHECK(wrong.reported.at("depth_share_explained").as_double() > 0.8);
+    REQUIRE(wrong.messages.size() == 2);
+    CHECK_THAT(wrong.messages.front(), Contains("warning: ") && Contains("OpenGL's camera axes"));
+    // As recorded and, below each, as suggested.
+    CHECK(room->images->read_rgb(out.path() / "pictures" / "inspect.png").height == 4 + 4 * 244);
+
+    testing::TestRun failing;
+    CHECK_THROWS_WITH(inspect(room->mesh, turned, room->images, Value::Map{{"fail", true}}, out.path(), failing),
+                      Contains("OpenGL's camera axes") && Contains("inspect.png shows it"));
+    CHECK(std::filesystem::exists(failing.preview_folder() / "inspect.png"));
+}
+
+TEST_CASE("frames need neither depth nor pictures, but there must be some", "[scan.inspect]")
+{
+    const auto* room = recordings::room();
+    if (room == nullptr)
+        return;
+    const testing::TemporaryFolder out;
+    auto frames = std::make_shared<Frames>(*room->frames);
+    for (Frame& frame : frames->frames)
+        frame.depth_picture = {};
+    testing::TestRun run;
+    inspect(room->mesh, frames, room->images, Value::Map{}, out.path(), run);
+    CHECK(run.reported.at("causes").as_list().empty());
+    CHECK_THAT(run.messages.back(), Contains("mesh and frames agree: the pictures' edges"));
+    for (Frame& frame : frames->frames)
+        frame.color_picture = {};
+    testing::TestRun blind;
+    inspect(room->mesh, frames, room->images, Value::Map{}, out.path(), blind);
+    CHECK(blind.reported.at("edge_response").as_double() == 0);
+    CHECK_THAT(blind.messages.back(), Contains("nothing to compare"));
+
+    CHECK_THROWS_WITH(inspect(room->mesh, std::make_shared<Frames>(), room->images, Value::Map{}, out.path(), run),
+                      Contains("brings no frames"));
+    CHECK_THROWS_WITH(inspect(std::make_shared<Mesh>(), room->frames, room->images, Value::Map{}, out.path(), run),
+                      Contains("the mesh on port 'mesh'"));
+    CHECK_THROWS_WITH(inspect(room->mesh, room->frames, room->images, Value::Map{{"path", "a.json"}}, out.path(), run),
+                      Contains("end it in .png"));
+    testing::TestRun stopped;
+    stopped.cancel_after(30);
+    CHECK_THROWS_AS(inspect(room->mesh, room->frames, room->images, Value::Map{}, out.path(), stopped), Cancelled);
+}

@@ -1,0 +1,190 @@
+#include "wording.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace fresco::inspect
+{
+namespace
+{
+
+/// No room measures as many metres.
+constexpr double largest_room = 150;
+constexpr double alike_focals = 0.05;
+
+void tell_units(double pose_scale, double depth_scale, double extent, std::vector<Finding>& findings)
+{
+    const bool large = extent > largest_room;
+    if (pose_scale == 1000 && (depth_scale == 1000 || large))
+    {
+        findings.push_back({"millimetre_mesh",
+                            "the mesh is in millimetres where the poses are in metres: read it by scan.mesh with "
+                            "unit_m: 0.001"});
+        return;
+    }
+    if (pose_scale == 1 && depth_scale == 1000 && large)
+    {
+        findings.push_back(
+            {"millimetre_world", "mesh and poses are in millimetres where the depth is in metres: scale both by 0.001"});
+        return;
+    }
+    if (pose_scale == 0.001)
+        findings.push_back(
+            {"millimetre_poses", "the poses' translations are in millimetres where the mesh is in metres: divide them by 1000"});
+    else if (pose_scale != 1)
+        findings.push_back(
+            {"pose_unit", "the poses' translations are not in the mesh's unit: multiply them by " + number(pose_scale)});
+    if (depth_scale == 0.001)
+        findings.push_back({"millimetre_depth", "depths come out 1000 times too large: the depth pictures hold millimetres, set "
+                                                "depth_unit_m: 0.001"});
+    else if (depth_scale != 1)
+        findings.push_back({"depth_unit", "depths must be multiplied by " + number(depth_scale) +
+                                              " to be the mesh's: multiply depth_unit_m by it"});
+}
+
+/// "10 % too large" for a factor of 0.91 that mends it.
+std::string how_far_off(double mending_factor)
+{
+    const double off = 1 / mending_factor - 1;
+    return percent(std::abs(off)) + (off > 0 ? " too large" : " too small");
+}
+
+}  // namespace
+
+std::string percent(double share)
+{
+    return std::to_string(std::lround(100 * share)) + " %";
+}
+
+std::string number(double value)
+{
+    char text[32];
+    std::snprintf(text, sizeof text, "%.3g", value);
+    std::replace(text, text + sizeof text, ',', '.');
+    return value == 1000 ? "1000" : text;
+}
+
+std::string summary(const Diagnosis& diagnosis)
+{
+    const Agreement& recorded = diagnosis.recorded;
+    std::string text;
+    if (diagnosis.depths > 0)
+        text = percent(recorded.depth_share) + " of the depths are within 3 % of the mesh's (median difference " +
+               number(100 * recorded.depth_median_error) + " %)";
+    if (diagnosis.outline_points > 0)
+        text += std::string(text.empty() ? "" : ", ") + "the pictures' edges are " + number(1 + recorded.edge_response) +
+                " times as strong along the mesh's outline as elsewhere";
+    if (text.empty())
+        return "nothing to compare: the frames have no depth, and no pictures in which the mesh has an outline";
+    return (diagnosis.findings.empty() ? "mesh and frames agree: " : "as recorded: ") + text;
+}
+
+double mesh_extent(const Mesh& mesh)
+{
+    Vec3f low = mesh.positions.front();
+    Vec3f high = low;
+    for (const Vec3f p : mesh.positions)
+    {
+        low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+        high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+    }
+    return static_cast<double>(length(high - low));
+}
+
+void tell_convention(const Convention& convention, double depth_scale, double extent, std::vector<Finding>& findings)
+{
+    if (convention.inverted)
+        findings.push_back(
+            {"inverted_poses", "the poses are inverted, camera_from_world where world_from_camera is expected: invert them"});
+    if (convention.camera_turn == axis_rotations()[1])
+        findings.push_back({"opengl_axes",
+                            "the poses have OpenGL's camera axes (y up, z backward) where OpenCV's (y down, z forward) are "
+                            "expected: turn the signs of the second and the third column of their rotations"});
+    else if (!(convention.camera_turn == Mat3{}))
+        findings.push_back({"camera_axes", "the poses have other camera axes than OpenCV's: right, down and forward are their " +
+                                               axis_names(convention.camera_turn)});
+    if (!(convention.world_turn == Mat3{}))
+    {
+        std::string axes = axis_names(convention.world_turn);
+        std::erase(axes, '+');
+        findings.push_back(
+            {"world_axes",
+             "mesh and poses are turned against each other: read the mesh by scan.mesh with axes: \"" + axes + "\""});
+    }
+    tell_units(convention.scale, depth_scale, extent, findings);
+}
+
+void tell_cameras(const Diagnosis& diagnosis, bool one_camera, std::vector<Finding>& findings)
+{
+    const double depth = diagnosis.depth_focal_scale;
+    const CameraChange& color = diagnosis.color_change;
+    const bool depth_off = depth != 1;
+    const bool color_off = color.focal_scale != 1 || color.shift_x != 0 || color.shift_y != 0;
+    if (diagnosis.depth_by_color_camera && color_off)
+    {
+        findings.push_back(
+            {"cameras_swapped", "colour and depth camera were taken for each other: exchange their intrinsics and poses"});
+        return;
+    }
+    if (diagnosis.depth_by_color_camera)
+        findings.push_back({"depth_by_color_camera",
+                            "the depth pictures fit the colour camera, not the depth camera that they were given: "
+                            "they are registered to colour, give them its intrinsics and pose"});
+    if (depth_off && color_off && std::abs(std::log(depth / color.focal_scale)) < alike_focals)
+    {
+        findings.push_back(
+            {"focal_length", "the focal length of both cameras is " + how_far_off(depth) + ": multiply it by " + number(depth)});
+        return;
+    }
+    if (depth_off && one_camera && !color_off)
+        findings.push_back(
+            {"depth_taken_for_color", "depth was taken for the colour camera: both were given one, and it fits the colour "
+                                      "pictures alone; the depth camera's focal length is " +
+                                          number(depth) + " times as large"});
+    else if (depth_off)
+        findings.push_back({"depth_focal_length", "the focal length of the depth camera is " + how_far_off(depth) +
+                                                      ": multiply it by " + number(depth)});
+    if (!color_off)
+        return;
+    const bool focal_off = std::abs(std::log(color.focal_scale)) > 0.025;
+    if (one_camera && diagnosis.depths > 0 && !depth_off)
+        findings.push_back(
+            {"color_taken_for_depth", "colour was taken for the depth camera: both were given one, and it fits the depth "
+                                      "pictures alone; the colour camera's focal length is about " +
+                                          number(color.focal_scale) + " times as large"});
+    else if (focal_off)
+        findings.push_back({"color_focal_length", "the focal length of the colour camera is " + how_far_off(color.focal_scale) +
+                                                      ": multiply it by " + number(color.focal_scale)});
+    else
+        findings.push_back({"color_shift", "the colour pictures lie beside the mesh: their principal point is off by about (" +
+                                               number(100 * color.shift_x) + ", " + number(100 * color.shift_y) +
+                                               ") % of the picture, or the colour camera's place is wrong"});
+}
+
+void tell_inside_out(double front_share, std::vector<Finding>& findings)
+{
+    findings.push_back({"faces_inside_out", "the mesh is turned inside out: cameras see the front of a face at " +
+                                                percent(front_share) + " of its pixels alone; swap two corners of every face"});
+}
+
+void tell_unexplained_depth(const Diagnosis& diagnosis, std::vector<Finding>& findings)
+{
+    findings.push_back(
+        {"unexplained", percent(diagnosis.explained.depth_share) +
+                            " of the depths alone are within 3 % of the mesh, and no usual mistake explains it: do mesh and "
+                            "frames belong together?"});
+}
+
+void tell_unexplained_edges(const Diagnosis& diagnosis, std::vector<Finding>& findings)
+{
+    if (diagnosis.seen_share == 0)
+        findings.push_back(
+            {"unexplained", "no frame sees the mesh, and no usual mistake explains it: do mesh and frames belong together?"});
+    else
+        findings.push_back({"unexplained_edges",
+                            "the colour pictures have no edges where the mesh has its outline, and no usual mistake "
+                            "explains it: look at the pictures"});
+}
+
+}  // namespace fresco::inspect

@@ -1,6 +1,7 @@
 #include "commands.h"
 
 #include <fresco/host/plugin_probe.h>
+#include <fresco/host/sweep_summary.h>
 #include <fresco/host/worker.h>
 
 namespace fresco::host
@@ -15,6 +16,9 @@ void add_internal_commands(CLI::App& app, int& exit_code)
     CLI::App* run = app.add_subcommand("internal-run", "Run one stage from store paths; the host calls this")->group("");
     run->add_option("request", *file)->required();
     run->callback([file] { internal_run(*file); });
+    CLI::App* sweep = app.add_subcommand("internal-sweep", "Write the page of a matrix; the host calls this")->group("");
+    sweep->add_option("request", *file)->required();
+    sweep->callback([file, &exit_code] { exit_code = internal_sweep(*file); });
 }
 
 }  // namespace fresco::host

@@ -1,12 +1,12 @@
 #include "commands.h"
 
 #include <fresco/error.h>
-#include <fresco/files_io.h>
 #include <fresco/host/commands_inspect.h>
 #include <fresco/host/machine.h>
 #include <fresco/host/plan.h>
 #include <fresco/host/scheduler.h>
-#include <fresco/host/sweep.h>
+#include <fresco/host/suggest.h>
+#include <fresco/host/sweep_summary.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -28,6 +28,7 @@ struct RunArguments
     double memory_mb = 0;
     int jobs = 0;
     bool keep_going = false;
+    std::string thumbnails;
     bool quiet = false;
     bool json_log = false;
     IsolationRequest isolation;
@@ -108,27 +109,42 @@ void print_json(const RunSummary& summary)
 }
 
 /// Of a matrix: the summary beside the results, and a line per combination.
-void tell_combinations(const RunArguments& arguments, const Pipeline& pipeline, const RunSummary& summary)
+void tell_combinations(const RunArguments& arguments, const LoadedPipeline& loaded, const RunRequest& request,
+                       const RunSummary& summary)
 {
-    const auto outcomes = combination_outcomes(pipeline, summary);
-    const std::filesystem::path out = arguments.places.out_folder();
-    std::filesystem::create_directories(out);
-    const std::string text = to_json(sweep_as_value(pipeline, summary, outcomes, out), 1) + "\n";
-    write_file(out / "sweep.json", text);
+    const auto outcomes = combination_outcomes(*request.pipeline, summary);
+    const SweepSummaryFiles files = write_sweep_summary({&request, &summary, &loaded.catalog, arguments.thumbnails, &outcomes});
+    if (!files.note.empty())
+        fmt::print(stderr, "{}\n", files.note);
     if (arguments.quiet || arguments.json_log)
         return;
-    fmt::print("\n{}", sweep_table(pipeline.sweep, outcomes));
-    const auto relative = (out / "sweep.json").lexically_relative(std::filesystem::current_path());
-    fmt::print("{}\n", relative.empty() || *relative.begin() == ".." ? (out / "sweep.json").string() : relative.string());
+    fmt::print("\n{}", sweep_table(request.pipeline->sweep, outcomes));
+    for (const auto& file : {files.json, files.page})
+    {
+        const auto relative = file.lexically_relative(std::filesystem::current_path());
+        fmt::print("{}\n", relative.empty() || *relative.begin() == ".." ? file.string() : relative.string());
+    }
 }
 
 /// What only a matrix has a meaning for; false where there is none.
 bool fits_matrix(const RunArguments& arguments, const Pipeline& pipeline)
 {
-    const char* option = arguments.keep_going ? "--keep-going" : "--jobs";
-    if (!pipeline.sweep.axes.empty() || (!arguments.keep_going && arguments.jobs == 0))
+    const char* option = arguments.keep_going            ? "--keep-going"
+                         : arguments.jobs > 0            ? "--jobs"
+                         : !arguments.thumbnails.empty() ? "--thumbnails"
+                                                         : nullptr;
+    if (option != nullptr && pipeline.sweep.axes.empty())
+    {
+        fmt::print(stderr, "{}: error: is for pipelines with a 'matrix', {} has none\n", option, arguments.pipeline.file);
+        return false;
+    }
+    std::vector<std::string> names;
+    for (const PipelineStage& stage : pipeline.stages)
+        names.push_back(stage.own_name);
+    if (arguments.thumbnails.empty() || std::find(names.begin(), names.end(), arguments.thumbnails) != names.end())
         return true;
-    fmt::print(stderr, "{}: error: is for pipelines with a 'matrix', {} has none\n", option, arguments.pipeline.file);
+    fmt::print(stderr, "--thumbnails {}: error: there is no stage '{}'{}\n", arguments.thumbnails, arguments.thumbnails,
+               suggestion(arguments.thumbnails, names));
     return false;
 }
 
@@ -181,7 +197,7 @@ int run(const RunArguments& arguments)
     display.reset();  // off the terminal before anything else is printed
     const bool sweep = !request.pipeline->sweep.axes.empty();
     if (sweep)
-        tell_combinations(arguments, *request.pipeline, summary);
+        tell_combinations(arguments, *loaded, request, summary);
     if (arguments.json_log)
         print_json(summary);
     else if (!arguments.quiet && !sweep)
@@ -222,6 +238,8 @@ void add_run_command(CLI::App& app, int& exit_code)
           "4G or STAGE=4G: most memory of an isolated stage (90 % of the machine's)");
     limit("--isolate-time", arguments->isolation.seconds,
           "10m or STAGE=1h30m: longest time of an isolated stage (ten times what is expected, at least 10m)");
+    command->add_option("--thumbnails", arguments->thumbnails,
+                        "Stage of a matrix whose pictures sweep.html shows (default: the last that makes some)");
     command->add_flag("--quiet", arguments->quiet, "Print errors alone");
     command->add_flag("--json-log", arguments->json_log, "Print one JSON object per event to standard output");
     command->callback([arguments, &exit_code] { exit_code = run(*arguments); });

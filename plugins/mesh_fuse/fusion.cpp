@@ -1,0 +1,101 @@
+#include "fusion.h"
+
+#include <open3d/Open3DConfig.h>
+#include <open3d/camera/PinholeCameraIntrinsic.h>
+#include <open3d/geometry/Image.h>
+#include <open3d/geometry/RGBDImage.h>
+#include <open3d/geometry/TriangleMesh.h>
+#include <open3d/pipelines/integration/ScalableTSDFVolume.h>
+#include <open3d/pipelines/integration/UniformTSDFVolume.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+using namespace fresco;
+namespace tsdf = open3d::pipelines::integration;
+
+namespace
+{
+constexpr int block_voxels = 16;
+/// Every so many pixels a ray opens the blocks around its end; small pictures are looked at whole.
+constexpr int stride = 4;
+constexpr int small_width = 320;
+
+Eigen::Matrix4d camera_from_world(const RigidTransform& world_from_camera)
+{
+    const RigidTransform inverse = world_from_camera.inverse();
+    Eigen::Matrix4d result = Eigen::Matrix4d::Identity();
+    for (int row = 0; row < 3; ++row)
+        for (int column = 0; column < 3; ++column)
+            result(row, column) = inverse.rotation(row, column);
+    result.block<3, 1>(0, 3) << inverse.translation.x, inverse.translation.y, inverse.translation.z;
+    return result;
+}
+
+/// Open3D counts pixels' centres from (0, 0), fresco from (0.5, 0.5).
+open3d::camera::PinholeCameraIntrinsic intrinsics_of(const Intrinsics& k)
+{
+    return {k.width, k.height, k.fx, k.fy, k.cx - 0.5, k.cy - 0.5};
+}
+
+template <class T>
+void fill(open3d::geometry::Image& image, const Raster<T>& raster)
+{
+    image.Prepare(raster.width, raster.height, raster.channels, sizeof(T));
+    std::memcpy(image.data_.data(), raster.values.data(), raster.values.size() * sizeof(T));
+}
+
+std::uint8_t step_of(double share)
+{
+    return static_cast<std::uint8_t>(std::lround(std::clamp(share, 0.0, 1.0) * 255));
+}
+}  // namespace
+
+struct Fusion::Volume
+{
+    tsdf::ScalableTSDFVolume blocks;
+};
+
+Fusion::Fusion(const FusionOptions& options)
+    : volume_(new Volume{
+          tsdf::ScalableTSDFVolume(options.voxel_m, options.truncation_m, tsdf::TSDFVolumeColorType::RGB8, block_voxels, stride)})
+{
+}
+
+Fusion::~Fusion() = default;
+
+void Fusion::add(const RasterF& depth, const Raster8& colors, const Camera& camera)
+{
+    volume_->blocks.depth_sampling_stride_ = depth.width < small_width ? 1 : stride;
+    open3d::geometry::RGBDImage picture;
+    fill(picture.depth_, depth);
+    fill(picture.color_, colors);
+    volume_->blocks.Integrate(picture, intrinsics_of(camera.intrinsics), camera_from_world(camera.world_from_camera));
+}
+
+std::size_t Fusion::bytes() const
+{
+    return volume_->blocks.volume_units_.size() * block_voxels * block_voxels * block_voxels *
+           sizeof(open3d::geometry::TSDFVoxel);
+}
+
+Mesh Fusion::mesh() const
+{
+    const auto surface = volume_->blocks.ExtractTriangleMesh();
+    Mesh result;
+    for (const Eigen::Vector3d& p : surface->vertices_)
+        result.positions.push_back({static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z())});
+    for (const Eigen::Vector3d& c : surface->vertex_colors_)
+        result.colors.push_back({step_of(c.x()), step_of(c.y()), step_of(c.z())});
+    for (const Eigen::Vector3i& t : surface->triangles_)
+        if (t.x() != t.y() && t.y() != t.z() && t.z() != t.x())
+            result.triangles.push_back(
+                {static_cast<std::uint32_t>(t.x()), static_cast<std::uint32_t>(t.y()), static_cast<std::uint32_t>(t.z())});
+    return result;
+}
+
+const char* open3d_version()
+{
+    return OPEN3D_VERSION;
+}

@@ -1,0 +1,105 @@
+#include <fresco/frames.h>
+#include <fresco/image_io.h>
+#include <fresco/mesh.h>
+#include <fresco/stage.h>
+
+#include "fusion.h"
+#include "seen_colors.h"
+
+#include <string>
+
+using namespace fresco;
+
+namespace
+{
+class MeshFuse final : public Stage
+{
+    Input<Frames> frames{this, "frames", "Recorded frames with depth pictures"};
+    Output<Mesh> mesh{this, "mesh", "The surface that the depth pictures show, with vertex colours"};
+    Option<double> voxel_m{this, "voxel_m", 0.02, range(0.001, 1), "Side of a voxel, and about that of a triangle"};
+    Option<double> trunc_m{this, "trunc_m", 0, range(0, 10),
+                           "How far from the surface distances are averaged; more than the noise of the depth; 0: four voxels"};
+    Option<double> max_depth_m{this, "max_depth_m", 5, range(0.1, 1000),
+                               "Leave out what is farther away: noise grows with distance"};
+    Option<double> max_memory_gb{this, "max_memory_gb", 4, range(0.01, 10'000), "Stop with an error where the volume takes more"};
+    Slot<ImageIo> images{this, "images", "image.opencv", optional, "Reads pictures that are not NPY; none: there are no others"};
+
+    Cost cost() const override
+    {
+        return {.seconds = "2 + frames * 0.15",
+                .memory_mb = "150 + 0.06 / (voxel_m * voxel_m)",
+                .disk_mb = "0.002 / (voxel_m * voxel_m)",
+                .frames = {},
+                .faces = "80 / (voxel_m * voxel_m)"};
+    }
+
+    const ImageIo* codec() const { return images.has_value() ? images.get().get() : nullptr; }
+
+    FusionOptions options() const
+    {
+        FusionOptions result;
+        result.voxel_m = *voxel_m;
+        result.truncation_m = *trunc_m > 0 ? *trunc_m : 4 * *voxel_m;
+        if (result.truncation_m < result.voxel_m)
+            throw Error("trunc_m: " + std::to_string(*trunc_m) + " is less than a voxel (voxel_m); at least that was expected");
+        return result;
+    }
+
+    /// Depth as it is to be fused: what is too far counts as none.
+    RasterF near_depth(const Frame& frame) const
+    {
+        RasterF depth = load_depth(frame, codec());
+        for (float& metres : depth.values)
+            if (double{metres} > *max_depth_m)
+                metres = 0;
+        return depth;
+    }
+
+    void check_memory(const Fusion& fusion, std::size_t done) const
+    {
+        constexpr double gigabyte = 1e9;
+        if (static_cast<double>(fusion.bytes()) > *max_memory_gb * gigabyte)
+            throw Error(
+                "after " + std::to_string(done) + " of " + std::to_string(frames->frames.size()) +
+                " frames the volume takes more than max_memory_gb: raise that, or voxel_m (memory falls with its square), or "
+                "lower max_depth_m");
+    }
+
+    void run(RunContext& run) override
+    {
+        Fusion fusion(options());
+        std::size_t fused = 0;
+        for (std::size_t i = 0; i < frames->frames.size(); ++i)
+        {
+            run.check_cancelled();
+            const Frame& frame = frames->frames[i];
+            if (!frame.depth_picture.empty())
+            {
+                const RasterF depth = near_depth(frame);
+                fusion.add(depth, seen_colors(depth, frame.depth, load_color(frame, codec()), frame.color), frame.depth);
+                check_memory(fusion, i + 1);
+                ++fused;
+            }
+            run.progress(static_cast<double>(i + 1), static_cast<double>(frames->frames.size()), "frames");
+        }
+        if (fused == 0)
+            throw Error("no frame on port 'frames' has a depth picture: there is nothing to fuse");
+        if (fused < frames->frames.size())
+            run.warning(std::to_string(frames->frames.size() - fused) + " of " + std::to_string(frames->frames.size()) +
+                        " frames have no depth picture and are left out");
+        Mesh result = fusion.mesh();
+        if (result.triangles.empty())
+            throw Error(
+                "the depth pictures show no surface: all depth is 0 or beyond max_depth_m; scan.inspect tells of wrong units");
+        check_mesh(result, "the fused mesh");
+        run.report("frames", fused);
+        run.report("faces", result.triangles.size());
+        run.report("vertices", result.positions.size());
+        run.report("volume_bytes", fusion.bytes());
+        mesh = std::move(result);
+    }
+};
+}  // namespace
+
+FRESCO_STAGE("mesh.fuse", MeshFuse, "Fuses depth pictures into a mesh (truncated signed distances)")
+FRESCO_LIBRARY("Open3D", open3d_version())

@@ -12,7 +12,7 @@ namespace fresco::host
 {
 namespace
 {
-constexpr std::array<std::pair<std::string_view, OptionKind>, 11> kinds{{{"bool", OptionKind::boolean},
+constexpr std::array<std::pair<std::string_view, OptionKind>, 14> kinds{{{"bool", OptionKind::boolean},
                                                                          {"int", OptionKind::integer},
                                                                          {"number", OptionKind::number},
                                                                          {"text", OptionKind::text},
@@ -22,7 +22,10 @@ constexpr std::array<std::pair<std::string_view, OptionKind>, 11> kinds{{{"bool"
                                                                          {"input_folder", OptionKind::input_folder},
                                                                          {"output_name", OptionKind::output_name},
                                                                          {"component", OptionKind::component},
-                                                                         {"components", OptionKind::components}}};
+                                                                         {"components", OptionKind::components},
+                                                                         {"texts", OptionKind::texts},
+                                                                         {"input_files", OptionKind::input_files},
+                                                                         {"ports", OptionKind::ports}}};
 
 std::string text_at(const Value& map, std::string_view key)
 {
@@ -143,6 +146,12 @@ std::string OptionDeclaration::accepted() const
         return "{type: …} of kind '" + component_kind + "'" + (optional ? ", or none" : "");
     case OptionKind::components:
         return "a map {name: {type: …}} of kind '" + component_kind + "'" + (auto_rule ? ", or auto" : "");
+    case OptionKind::texts:
+        return "a list of words";
+    case OptionKind::input_files:
+        return "a list of paths of existing files";
+    case OptionKind::ports:
+        return "a map {port: artifact} or {port: {artifact: …, as: …}}";
     }
     return {};
 }

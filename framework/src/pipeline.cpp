@@ -1,6 +1,7 @@
 #include <fresco/error.h>
 #include <fresco/host/exports.h>
 #include <fresco/host/pipeline.h>
+#include <fresco/host/pipeline_commands.h>
 #include <fresco/host/pipeline_document.h>
 #include <fresco/host/pipeline_sets.h>
 #include <fresco/host/pipeline_sweep.h>
@@ -46,6 +47,8 @@ std::vector<StageDraft> draft_stages(const YamlNode& stages, TypeTable& types, O
             draft.type = types.require(*type, "stage", draft.title(), draft.config.find("type")->value.position(), problems);
         if (draft.type)
             draft.options = checker.complete(draft.type, draft.config, {"type", "input"}, draft.title(), draft.uses);
+        if (draft.type && draft.type.description->type == command_type_name)
+            complete_command(draft, checker, types, problems);
     }
     return drafts;
 }
@@ -75,6 +78,7 @@ PipelineStage finished(StageDraft&& draft)
     stage.name = std::move(draft.name);
     stage.own_name = stage.name;
     stage.type = draft.type.description;
+    stage.own_type = std::move(draft.own_type);
     stage.options = std::move(draft.options);
     stage.wires = std::move(draft.wires);
     stage.input_files = std::move(draft.uses.input_files);

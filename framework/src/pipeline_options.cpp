@@ -1,3 +1,4 @@
+#include <fresco/host/pipeline_commands.h>
 #include <fresco/host/pipeline_options.h>
 #include <fresco/host/suggest.h>
 
@@ -62,6 +63,12 @@ Value OptionChecker::complete(const KnownType& type, YamlNode config, const std:
 
 Value OptionChecker::check_plain(const OptionDeclaration& option, const YamlNode& node, const std::string& user, OptionUses& uses)
 {
+    if (option.kind == OptionKind::texts)
+        return check_texts(option, node, user, problems_);
+    if (option.kind == OptionKind::input_files)
+        return check_input_files(option, node, user, uses, problems_);
+    if (option.kind == OptionKind::ports)
+        return check_ports(option, node, user, types_, problems_);
     Value value = check_value(option, node, user, problems_);
     if (value.is_null() || !value.is_string() || value.as_string().empty())
         return value;

@@ -96,6 +96,12 @@ std::vector<std::string> TypeTable::names_of_kind(std::string_view kind) const
     return names;
 }
 
+KnownType TypeTable::adopt(std::shared_ptr<const TypeDescription> type)
+{
+    adopted_.push_back(std::move(type));
+    return {adopted_.back().get(), &declaration(*adopted_.back())};
+}
+
 std::optional<std::string> type_named_by(const YamlNode& config, const std::string& user, ProblemList* problems)
 {
     const auto report = [&](const YamlNode& at, const std::string& text)

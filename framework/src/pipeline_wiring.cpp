@@ -76,7 +76,8 @@ void Wiring::wire(StageDraft& stage)
     else if (input && type.inputs.empty())
     {
         if (!(input->value.is_map() && input->value.entries.empty()))
-            problems_.add(input->position(), stage.title() + " takes no input");
+            problems_.add(input->position(),
+                          stage.title() + " takes no input" + (stage.own_type ? ": declare its ports by 'inputs'" : ""));
         follow_blindly(stage, input->value);
     }
     else if (input)

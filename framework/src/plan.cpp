@@ -1,3 +1,4 @@
+#include <fresco/host/command_stage.h>
 #include <fresco/host/estimate.h>
 #include <fresco/host/plan.h>
 #include <fresco/host/result_key.h>
@@ -86,8 +87,8 @@ Plan make_plan(const Pipeline& pipeline, const std::filesystem::path& store_fold
         planned.reason = planned.runs ? reason_to_run(node, state, pipeline, store) : reason_to_rest(node);
         if (const auto estimate = estimates.find(node.stage->name); estimate != estimates.end())
             planned.cost = estimate->second;
-        planned.measured = statistics.knows(planned.type);
-        planned.cost = statistics.corrected(planned.type, planned.cost);
+        planned.measured = statistics.knows(cost_name(*node.stage));
+        planned.cost = statistics.corrected(cost_name(*node.stage), planned.cost);
         if (planned.runs)
         {
             plan.total.seconds += planned.cost.seconds;

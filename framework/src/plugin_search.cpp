@@ -3,6 +3,7 @@
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/hash.h>
+#include <fresco/host/command_stage.h>
 #include <fresco/host/file_stamp.h>
 #include <fresco/host/plugin_library.h>
 #include <fresco/host/plugin_probe.h>
@@ -245,6 +246,7 @@ Catalog load_catalog(bool again)
         add_to_catalog(catalog, probe, cache);
     }
     cache.save();
+    catalog.add(command_type());
     return catalog;
 }
 

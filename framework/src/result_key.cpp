@@ -58,6 +58,13 @@ class KeyMaker
     {
         if (kind == "input_file")
             return value.as_string().empty() ? value : file_identity(value.as_string(), hashes_);
+        if (kind == "input_files")
+        {
+            Value::Map map;
+            for (const auto& [name, file] : value.as_map())
+                map.emplace_back(name, file_identity(file.as_string(), hashes_));
+            return sorted_map(std::move(map));
+        }
         if (kind == "number")
             return value.as_double();
         if (kind == "numbers")
@@ -112,6 +119,8 @@ std::string explain_option(const std::string& name, const Value& before, const V
 {
     const Value* old = before.find(name);
     const Value* current = now.find(name);
+    if (name == "files" && old != nullptr && current != nullptr && old->is_map() && current->is_map())
+        return "among the files, " + differing_entries(*old, *current).front() + " changed";
     const bool file = current != nullptr && current->find("contents") != nullptr;
     if (file && old != nullptr && old->find("contents") != nullptr)
         return "the file of option " + name + " changed";

@@ -4,6 +4,7 @@
 #include "sweep_turns.h"
 
 #include <fresco/error.h>
+#include <fresco/host/command_stage.h>
 #include <fresco/host/scheduler.h>
 #include <fresco/host/stage_record.h>
 #include <fresco/host/statistics.h>
@@ -102,7 +103,7 @@ class Scheduler
     CostFigures expected(const StageNode& node) const
     {
         const auto estimate = request_.estimates.find(node.stage->name);
-        return statistics_.corrected(node.stage->type->type,
+        return statistics_.corrected(cost_name(*node.stage),
                                      estimate == request_.estimates.end() ? CostFigures{} : estimate->second);
     }
 
@@ -262,7 +263,7 @@ class Scheduler
         keep_books(
             [&]
             {
-                record_cost(store_, node.stage->type->type, {running.seconds(), running.memory_mb(), running.disk_mb()},
+                record_cost(store_, cost_name(*node.stage), {running.seconds(), running.memory_mb(), running.disk_mb()},
                             estimate == request_.estimates.end() ? CostFigures{} : estimate->second);
             });
     }

@@ -69,6 +69,18 @@ Value accepted_schema(const OptionDeclaration& option)
     case OptionKind::input_folder:
     case OptionKind::output_name:
         return Map{{"type", "string"}};
+    case OptionKind::texts:
+        return or_var(Map{{"type", "array"}, {"items", Map{{"type", List{"string", "number", "boolean"}}}}, {"minItems", 1}});
+    case OptionKind::input_files:
+        return or_var(Map{{"type", "array"}, {"items", Map{{"type", "string"}}}});
+    case OptionKind::ports:
+        return Map{{"type", "object"},
+                   {"additionalProperties",
+                    Map{{"anyOf", List{Map{{"type", "string"}}, Map{{"type", "object"},
+                                                                    {"properties", Map{{"artifact", Map{{"type", "string"}}},
+                                                                                       {"as", Map{{"type", "string"}}}}},
+                                                                    {"required", List{"artifact"}},
+                                                                    {"additionalProperties", false}}}}}}};
     case OptionKind::component:
     {
         List ways{reference("kind." + option.component_kind), reference("var")};
@@ -201,7 +213,11 @@ class SchemaWriter
     {
         Value properties = Map{{"type", Map{{"const", type.type}}}};
         List required{"type"};
-        if (type.kind == "stage" && !declaration.inputs.empty())
+        const bool own_ports = std::any_of(declaration.options.begin(), declaration.options.end(),
+                                           [](const OptionDeclaration& option) { return option.kind == OptionKind::ports; });
+        if (own_ports)
+            properties.set("input", Map{{"type", List{"string", "object"}}});
+        else if (type.kind == "stage" && !declaration.inputs.empty())
             properties.set("input", input_schema(declaration.inputs));
         // A file that builds on another need not repeat what is required.
         List needed;

@@ -2,6 +2,7 @@
 
 #include <fresco/error.h>
 #include <fresco/hash.h>
+#include <fresco/host/command_stage.h>
 #include <fresco/host/plugin_search.h>
 
 #include <algorithm>
@@ -36,6 +37,8 @@ WorkerFactory::~WorkerFactory() = default;
 
 std::unique_ptr<Configurable> WorkerFactory::make(const std::string& type, std::string_view kind)
 {
+    if (type == command_type_name && kind == "stage")
+        return make_command_stage();
     const auto library = libraries_.find(type);
     if (library == libraries_.end())
         throw PluginFailure("no plugin is known for the type " + type);

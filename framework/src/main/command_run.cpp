@@ -1,6 +1,7 @@
 #include "commands.h"
 
 #include <fresco/error.h>
+#include <fresco/host/command_stage.h>
 #include <fresco/host/commands_inspect.h>
 #include <fresco/host/machine.h>
 #include <fresco/host/plan.h>
@@ -155,7 +156,7 @@ std::map<std::string, double> expected_seconds(const RunRequest& request)
     const Statistics statistics{Store(request.store)};
     for (const auto& stage : request.pipeline->stages)
         if (const auto estimate = request.estimates.find(stage.name); estimate != request.estimates.end())
-            seconds[stage.name] = statistics.corrected(stage.type->type, estimate->second).seconds;
+            seconds[stage.name] = statistics.corrected(cost_name(stage), estimate->second).seconds;
     return seconds;
 }
 

@@ -23,7 +23,10 @@ enum class OptionKind
     input_folder,
     output_name,
     component,
-    components
+    components,
+    texts,        ///< A list of words. This and the following: of the built-in type `command` alone.
+    input_files,  ///< A list of files; a map name as written -> absolute path once it is checked.
+    ports         ///< A map of ports; name -> {artifact, version, as} once it is checked.
 };
 
 /// `auto` of a components option: `if_empty` where the owner's option `option` is empty, else `if_set` with "${option}" replaced.

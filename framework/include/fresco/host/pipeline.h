@@ -4,6 +4,7 @@
 #include <fresco/value.h>
 
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -54,7 +55,9 @@ struct PipelineStage
     std::string name;
     std::string own_name;  ///< In the file. Several stages of a matrix have one.
     std::string place;     ///< Folder below `--out` for what it makes: the values of its axes ("kitchen,waves"), else empty.
-    const TypeDescription* type = nullptr;  ///< Owned by the catalog.
+    const TypeDescription* type = nullptr;  ///< Owned by the catalog, or by `own_type`.
+    /// Of a stage that declares its ports in the pipeline file (`type: command`).
+    std::shared_ptr<const TypeDescription> own_type = {};
     /// Every option with its value: defaults filled in, component configurations complete down to their own options, `auto`
     /// expanded, paths absolute. What the worker process configures the stage with.
     Value options;

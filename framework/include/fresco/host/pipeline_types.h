@@ -6,6 +6,7 @@
 #include <fresco/host/yaml_document.h>
 
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -38,12 +39,15 @@ class TypeTable
     /// All types where `kind` is empty.
     std::vector<const TypeDescription*> of_kind(std::string_view kind) const;
     std::vector<std::string> names_of_kind(std::string_view kind) const;
+    /// A type that the catalog does not have: one stage's own.
+    KnownType adopt(std::shared_ptr<const TypeDescription> type);
 
   private:
     const TypeDeclaration& declaration(const TypeDescription& type);
 
     const Catalog& catalog_;
     std::map<const TypeDescription*, TypeDeclaration> declarations_;
+    std::vector<std::shared_ptr<const TypeDescription>> adopted_;
 };
 
 /// The type that a configuration names: the word itself, or its `type`. Nothing, and a problem if `problems` is given, where it

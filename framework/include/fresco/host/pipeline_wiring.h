@@ -4,6 +4,7 @@
 #include <fresco/host/pipeline_options.h>
 
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,7 @@ struct StageDraft
     Position position;  ///< Of its key.
     YamlNode config;    ///< A map, everything substituted.
     KnownType type;     ///< Empty after a problem.
+    std::shared_ptr<const TypeDescription> own_type;
     Value options;
     OptionUses uses;
     std::vector<Wire> wires;  ///< In the declared order of the ports.

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace fresco::host
+{
+
+/// The names in braces of a word: "--out={result}" has "result". "{{" and "}}" stand for braces. Throws Error for a brace without
+/// its other.
+std::vector<std::string> names_in(std::string_view word);
+
+/// The word with each {name} replaced. Throws as names_in, and for a name that is not among `values`.
+std::string filled_in(std::string_view word, const std::map<std::string, std::string>& values);
+
+/// What a program says to the host by a line of its own that begins with "fresco: ".
+struct CommandLineSaid
+{
+    enum class Kind
+    {
+        progress,
+        metric,
+        warning,
+        message,
+        report
+    };
+    Kind kind = Kind::message;
+    double done = 0;   ///< Of progress; the value of a metric.
+    double total = 0;  ///< 0: unknown.
+    std::string text;  ///< Unit of progress, name of a metric or report entry, or the text.
+    std::string json;  ///< Of a report entry.
+};
+
+/// "fresco: progress 0.35" (a share), "fresco: progress 12/100 frames", "fresco: metric loss 0.5", "fresco: warning TEXT",
+/// "fresco: message TEXT", "fresco: report NAME JSON"; nothing for every other line.
+std::optional<CommandLineSaid> said_to_host(std::string_view line);
+
+/// A line of a program as it may be shown: what a terminal would show after the last carriage return, without control characters
+/// and escape sequences; bytes that are no UTF-8 become '?'.
+std::string printable(std::string_view line);
+
+}  // namespace fresco::host

@@ -6,6 +6,7 @@
 #include <fresco/dataset/dataset_files.h>
 #include <fresco/files.h>
 #include <fresco/files_io.h>
+#include <fresco/kept_pieces.h>
 #include <fresco/mesh.h>
 #include <fresco/mesh_io.h>
 #include <fresco/parallel.h>
@@ -63,7 +64,7 @@ class DatasetWrite final : public Stage
     write_views(const std::filesystem::path& folder, std::size_t count, RunContext& run,
                 const std::function<WrittenFiles(const std::filesystem::path&, std::size_t)>& write) const
     {
-        const KeptViews kept(run.checkpoint_folder());
+        const KeptPieces kept(run.checkpoint_folder());
         std::vector<WrittenFiles> written(count);
         std::atomic<std::size_t> done{0};
         std::atomic<std::size_t> found{0};
@@ -73,15 +74,15 @@ class DatasetWrite final : public Stage
                          for (std::size_t i = begin; i < end; ++i)
                          {
                              run.check_cancelled();
-                             if (auto earlier = kept.find(i))
+                             if (const auto earlier = kept.find(i))
                              {
-                                 written[i] = std::move(*earlier);
+                                 written[i] = written_files_from(*earlier);
                                  ++found;
                              }
                              else
                              {
                                  written[i] = write(kept.folder(), i);
-                                 kept.note(i, written[i]);
+                                 kept.note(i, written[i].names(), to_value(written[i]));
                              }
                              run.progress(static_cast<double>(++done), static_cast<double>(count), "views");
                          }
@@ -89,8 +90,7 @@ class DatasetWrite final : public Stage
         if (found > 0)
             run.message(std::to_string(found) + " of " + std::to_string(count) + " views were there from an interrupted run");
         for (const WrittenFiles& view : written)
-            for (const auto& [name, stamp] : view.files)
-                move_file(kept.folder(), folder, name);
+            kept.move(view.names(), folder);
         return written;
     }
 

@@ -2,7 +2,6 @@
 #include "pictures.h"
 #include "small_recording.h"
 #include "stylemesh_layout.h"
-#include "written_files.h"
 
 #include <fresco/files.h>
 #include <fresco/files_io.h>
@@ -201,26 +200,4 @@ TEST_CASE("what an interrupted run had finished is not made again, and the resul
     CHECK_THAT(run.messages.back(), Contains("2 of 3 views were there from an interrupted run"));
     for (const std::string& name : names)
         CHECK(read_file(folder.path() / "whole/files" / name) == read_file(folder.path() / "again/files" / name));
-}
-
-TEST_CASE("a view counts as kept while all its files have their sizes")
-{
-    const testing::TemporaryFolder folder;
-    const KeptViews kept(folder.path());
-    CHECK_FALSE(kept.find(3));
-    WrittenFiles written;
-    written.sharpness = 0.1;
-    fs::create_directories(kept.folder() / "a");
-    written.files["a/b.npy"] = dataset::write_stamped(kept.folder() / "a/b.npy", std::vector<std::byte>(5));
-    kept.note(3, written);
-    REQUIRE(kept.find(3));
-    CHECK(kept.find(3)->sharpness == 0.1);
-    CHECK(kept.find(3)->files == written.files);
-    CHECK_FALSE(kept.find(4));
-    write_file(kept.folder() / "a/b.npy", "1234");
-    CHECK_FALSE(kept.find(3));
-    move_file(kept.folder(), folder.path() / "to", "a/b.npy");
-    CHECK(read_text_file(folder.path() / "to/a/b.npy") == "1234");
-    CHECK_FALSE(kept.find(3));
-    CHECK_THROWS_WITH(move_file(kept.folder(), folder.path() / "to", "a/b.npy"), Contains("a/b.npy: cannot be written"));
 }

@@ -1,3 +1,4 @@
+#include <fresco/kept_pieces.h>
 #include <fresco/packed_uv_map.h>
 #include <fresco/parallel.h>
 #include <fresco/uv_mapping/uv_mapping_stage.h>
@@ -25,15 +26,15 @@ std::vector<int> sorted_heights(std::vector<int> heights)
 class Tally
 {
   public:
-    void add(const Frame& frame, const std::vector<CountedUvMap>& maps)
+    void add(const Frame& frame, const std::vector<PixelCounts>& maps)
     {
         ++frames_;
         maps_ += maps.size();
         bool sees = false;
-        for (const CountedUvMap& map : maps)
+        for (const PixelCounts& counts : maps)
         {
-            pixels_ += map.counts;
-            sees = sees || map.counts.valid > 0;
+            pixels_ += counts;
+            sees = sees || counts.valid > 0;
         }
         if (!sees && blind_++ == 0)
             first_blind_ = frame.sequence + "/" + frame.name;
@@ -65,6 +66,38 @@ class Tally
     std::string first_blind_;
 };
 
+/// The files of a view as UvMaps documents them.
+std::vector<std::string> map_names(std::size_t view, const std::vector<int>& heights)
+{
+    std::string digits = std::to_string(view);
+    digits.insert(0, std::max<std::size_t>(digits.size(), 6) - digits.size(), '0');
+    std::vector<std::string> names;
+    for (const int height : heights)
+        names.push_back(digits + "_" + std::to_string(height) + ".uvmap");
+    return names;
+}
+
+Value to_value(const std::vector<PixelCounts>& maps)
+{
+    Value::List list;
+    for (const PixelCounts& c : maps)
+        list.emplace_back(Value::List{c.valid, c.back_face, c.too_near, c.crack, c.nothing});
+    return list;
+}
+
+std::vector<PixelCounts> counts_from(const Value& value)
+{
+    std::vector<PixelCounts> maps;
+    for (const Value& counts : value.as_list())
+    {
+        PixelCounts& c = maps.emplace_back();
+        std::size_t next = 0;
+        for (std::int64_t* const count : {&c.valid, &c.back_face, &c.too_near, &c.crack, &c.nothing})
+            *count = counts.as_list().at(next++).as_int();
+    }
+    return maps;
+}
+
 }  // namespace
 
 void check_uv_mapping_inputs(const Mesh& mesh, const Frames& frames)
@@ -92,24 +125,45 @@ void UvMappingStage::run(RunContext& run)
     UvMapper mapper(*mesh_, finder(*mesh_, run));
     const std::size_t frames = frames_->frames.size();
 
+    const KeptPieces kept(run.checkpoint_folder());
+
     UvMaps result;
     result.heights_px = heights;
     Tally tally;
+    std::size_t found = 0;
     for (std::size_t i = 0; i < frames; ++i)
     {
         run.check_cancelled();
         const Frame& frame = frames_->frames[i];
-        const auto& maps = mapper.make(frame.color, heights, run);
-        parallel_for(heights.size(), 1, run.threads(),
-                     [&](std::size_t level, std::size_t)
-                     { UvMaps::write_map(uvmaps_.folder(), i, heights[level], maps[level].map, uv_bits); });
+        std::vector<PixelCounts> counts;
+        if (const auto earlier = kept.find(i))
+        {
+            counts = counts_from(*earlier);
+            ++found;
+        }
+        else
+        {
+            const auto& maps = mapper.make(frame.color, heights, run);
+            parallel_for(heights.size(), 1, run.threads(),
+                         [&](std::size_t level, std::size_t) {
+                             UvMaps::write_map({kept.folder(), {}}, i, heights[level], maps[level].map, uv_bits);
+                         });
+            for (const CountedUvMap& map : maps)
+                counts.push_back(map.counts);
+            kept.note(i, map_names(i, heights), to_value(counts));
+        }
         UvMaps::View view{frame.sequence, frame.name, frame.color, {}};
-        for (const CountedUvMap& map : maps)
-            view.valid_pixels.push_back(map.counts.valid);
+        for (const PixelCounts& map : counts)
+            view.valid_pixels.push_back(map.valid);
         result.views.push_back(std::move(view));
-        tally.add(frame, maps);
+        tally.add(frame, counts);
         run.progress(static_cast<double>((i + 1) * heights.size()), static_cast<double>(frames * heights.size()), "maps");
     }
+    if (found > 0)
+        run.message("the maps of " + std::to_string(found) + " of " + std::to_string(frames) +
+                    " frames were there from an interrupted run");
+    for (std::size_t i = 0; i < frames; ++i)
+        kept.move(map_names(i, heights), uvmaps_.folder().path);
     tally.tell(run);
     uvmaps_ = std::move(result);
 }

@@ -2,6 +2,7 @@
 
 #include "view_cases.h"
 
+#include <fresco/files_io.h>
 #include <fresco/frames.h>
 #include <fresco/packed_uv_map.h>
 #include <fresco/testing.h>
@@ -92,6 +93,42 @@ TEST_CASE("the stage streams a map per frame and height and counts what it saw")
         CHECK(run.reported.at(none).as_int() == 0);
     REQUIRE(run.messages.size() == 1);
     CHECK(run.messages[0].find("1 of 2 frames") != std::string::npos);
+}
+
+TEST_CASE("frames that an interrupted run had finished are not looked at again, and the maps are the same")
+{
+    const Value options = Value::Map{{"heights_px", Value::List{16, 24}}};
+    testing::TestFactory factory;
+    const auto run_to = [&](const std::filesystem::path& folder, testing::TestRun& run) {
+        testing::run_stage(stage(), options, {{"mesh", shared_wall()}, {"frames", two_frames()}}, folder, run, factory);
+    };
+    testing::TemporaryFolder whole;
+    testing::TestRun once(1);
+    run_to(whole.path(), once);
+
+    // Stopped later and later, until what was kept is enough to come to the end.
+    testing::TemporaryFolder pieces;
+    testing::TestRun run(1);
+    bool ended = false;
+    for (int checks = 1; !ended && checks < 1000; ++checks)
+    {
+        run.cancel_after(checks);
+        try
+        {
+            run_to(pieces.path(), run);
+            ended = true;
+        }
+        catch (const Cancelled&)
+        {
+        }
+    }
+    REQUIRE(ended);
+    REQUIRE(run.messages.size() == 2);
+    CHECK(run.messages[0] == "the maps of 1 of 2 frames were there from an interrupted run");
+    CHECK(run.messages[1] == once.messages[0]);
+    CHECK(run.reported == once.reported);
+    for (const auto& entry : std::filesystem::directory_iterator(whole.path() / "uvmaps"))
+        CHECK(read_file(entry.path()) == read_file(pieces.path() / "uvmaps" / entry.path().filename()));
 }
 
 TEST_CASE("a larger texture has its texcoords stored in smaller steps")

@@ -1,0 +1,63 @@
+#include <fresco/kept_pieces.h>
+
+#include <fresco/error.h>
+#include <fresco/files_io.h>
+
+#include <system_error>
+#include <utility>
+
+namespace fresco
+{
+namespace fs = std::filesystem;
+
+KeptPieces::KeptPieces(fs::path checkpoint) : checkpoint_(std::move(checkpoint))
+{
+    fs::create_directories(folder());
+}
+
+fs::path KeptPieces::note_of(std::size_t piece) const
+{
+    return checkpoint_ / ("piece_" + std::to_string(piece) + ".json");
+}
+
+std::optional<Value> KeptPieces::find(std::size_t piece) const
+{
+    if (!fs::exists(note_of(piece)))
+        return std::nullopt;
+    const Value note = parse_json(read_text_file(note_of(piece)), note_of(piece).string());
+    for (const Value& file : note.at("files").as_list())
+    {
+        std::error_code gone;
+        const auto bytes = fs::file_size(folder() / file.at("name").as_string(), gone);
+        if (gone || bytes != static_cast<std::uintmax_t>(file.at("bytes").as_int()))
+            return std::nullopt;
+    }
+    return note.at("about");
+}
+
+void KeptPieces::note(std::size_t piece, const std::vector<std::string>& files, Value about) const
+{
+    Value::List list;
+    for (const std::string& name : files)
+        list.emplace_back(Value::Map{{"name", name}, {"bytes", static_cast<std::size_t>(fs::file_size(folder() / name))}});
+    write_file(note_of(piece), to_json(Value::Map{{"files", std::move(list)}, {"about", std::move(about)}}));
+}
+
+void KeptPieces::move(const std::vector<std::string>& files, const fs::path& to) const
+{
+    for (const std::string& name : files)
+    {
+        fs::create_directories((to / name).parent_path());
+        std::error_code error;
+        fs::rename(folder() / name, to / name, error);
+        if (error == std::errc::cross_device_link)
+        {
+            error.clear();
+            fs::copy_file(folder() / name, to / name, fs::copy_options::overwrite_existing, error);
+        }
+        if (error)
+            throw Error((to / name).string() + ": cannot be written: " + error.message());
+    }
+}
+
+}  // namespace fresco

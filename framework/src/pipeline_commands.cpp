@@ -65,6 +65,7 @@ std::map<std::string, KnownArtifact> known_artifacts(bool inputs, TypeTable& typ
 std::vector<std::string> names_of(const std::map<std::string, KnownArtifact>& known)
 {
     std::vector<std::string> names;
+    names.reserve(known.size());
     for (const auto& [name, artifact] : known)
         names.push_back(name);
     return names;
@@ -160,17 +161,26 @@ class WordsChecker
             check_word(run.items[i], i == 0);
         for (const auto& [name, port] : inputs_)
             if (find(outputs_, name) != nullptr)
-                problems_.add(place("outputs"),
-                              draft_.title() + ": '" + name + "' is an input and an output; one needs another name");
+                report_twice(name);
         for (const auto& [name, port] : outputs_)
             if (!used_.contains(name))
-                problems_.add(place("run"), draft_.title() + ": no word of 'run' says where the output '" + name +
-                                                "' goes: write \"{" + name + "}\" where the program takes the path");
+                report_unused(name);
         if (outputs_.empty())
             problems_.add(place("outputs"), draft_.title() + ": there is no output, so nothing that could be kept");
     }
 
   private:
+    void report_twice(const std::string& name)
+    {
+        problems_.add(place("outputs"), draft_.title() + ": '" + name + "' is an input and an output; one needs another name");
+    }
+
+    void report_unused(const std::string& name)
+    {
+        problems_.add(place("run"), draft_.title() + ": no word of 'run' says where the output '" + name + "' goes: write \"{" +
+                                        name + "}\" where the program takes the path");
+    }
+
     static const Value* find(const Value::Map& map, const std::string& name)
     {
         for (const auto& [key, value] : map)

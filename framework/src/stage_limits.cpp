@@ -57,6 +57,21 @@ bool is_called(const PipelineStage& stage, const std::string& name)
     return stage.name == name || stage.own_name == name;
 }
 
+[[noreturn]] void not_isolated(const std::string& name)
+{
+    throw Error("the stage '" + name + "' is not isolated: add --isolate " + name);
+}
+
+[[noreturn]] void no_such_stage(const std::string& name, const Pipeline& pipeline)
+{
+    throw Error("--isolate " + name + ": there is no stage '" + name + "'" + suggestion(name, names_of(pipeline)));
+}
+
+[[noreturn]] void wrong_limit(const std::string& option, const std::string& value, const Error& error)
+{
+    throw Error(option + " " + value + ": " + error.what());
+}
+
 /// Puts each "STAGE=VALUE", and the value for all others, into `field` of the limits.
 void put_in(std::map<std::string, StageLimits>& limits, const Pipeline& pipeline, double StageLimits::*field,
             const std::vector<std::string>& values, double (*parse)(std::string_view), const std::string& option)
@@ -80,11 +95,11 @@ void put_in(std::map<std::string, StageLimits>& limits, const Pipeline& pipeline
                         found = true;
                     }
                 if (!found)
-                    throw Error("the stage '" + name + "' is not isolated: add --isolate " + name);
+                    not_isolated(name);
             }
             catch (const Error& error)
             {
-                throw Error(option + " " + value + ": " + error.what());
+                wrong_limit(option, value, error);
             }
         }
 }
@@ -150,7 +165,7 @@ std::map<std::string, StageLimits> stage_limits(const IsolationRequest& request,
                 limits[stage.name] = {share_of_machine * machine_memory_mb(), std::max(shortest_s, times_expected * seconds)};
             }
         if (!found)
-            throw Error("--isolate " + wanted + ": there is no stage '" + wanted + "'" + suggestion(wanted, names_of(pipeline)));
+            no_such_stage(wanted, pipeline);
     }
     put_in(limits, pipeline, &StageLimits::memory_mb, request.memory, parse_memory_mb, "--isolate-memory");
     put_in(limits, pipeline, &StageLimits::seconds, request.seconds, parse_seconds, "--isolate-time");

@@ -223,6 +223,41 @@ inline void write_tum(const Frames& frames, const std::filesystem::path& folder)
     write_file(folder / "groundtruth.txt", poses);
 }
 
+/// Matterport3D: undistorted_camera_parameters/tiny.conf, the two picture folders, and the room that each picture was taken in:
+/// frame i in region i % 2. The depth pictures are written anew, in steps of 0.25 mm.
+inline void write_matterport3d(const Frames& frames, const std::filesystem::path& folder, const ImageIo& images)
+{
+    const auto count = std::to_string(frames.frames.size());
+    std::string cameras = "dataset matterport\nn_images " + count +
+                          "\ndepth_directory undistorted_depth_images\ncolor_directory undistorted_color_images\n";
+    std::string house = "ASCII 1.1\nH tiny - " + count + " " + count + " 0 0 0 0 0 2 0 1 0 0 0 0 0 0 0 0 1 1 1 0 0 0 0 0\n";
+    house += "P 0 0 1 - 0 0 0 1 1 1 0 0 0 0\n";
+    for (std::size_t i = 0; i < frames.frames.size(); ++i)
+    {
+        const auto& frame = frames.frames[i];
+        const auto& k = frame.color.intrinsics;
+        const std::string panorama = numbered("03a8325e", i, "");
+        const std::string color = panorama + "_i1_0.jpg", depth = panorama + "_d1_0.png";
+        copy_picture(frame.color_picture.path, folder / "undistorted_color_images" / color);
+        auto steps = load_depth_steps(frame, &images);
+        for (auto& step : steps.values)
+            step = static_cast<std::uint16_t>(std::lround(step * frame.depth_unit_m * 4000));
+        std::filesystem::create_directories(folder / "undistorted_depth_images");
+        write_file(folder / "undistorted_depth_images" / depth, images.encode_png(steps));
+        auto m = matrix_of(frame.color.world_from_camera);
+        for (std::size_t row = 0; row < 3; ++row)
+            for (const std::size_t column : {std::size_t{1}, std::size_t{2}})
+                m[row * 4 + column] = -m[row * 4 + column];
+        cameras += "\nintrinsics_matrix " + joined({k.fx, 0, k.cx - 0.5, 0, k.fy, k.height - k.cy - 0.5, 0, 0, 1}) + "\nscan " +
+                   depth + " " + color + " " + joined(m) + "\n";
+        house += "P " + panorama + " " + std::to_string(i) + " " + std::to_string(i % 2) + " 0 1 2 3 0 0 0 0 0\n";
+    }
+    std::filesystem::create_directories(folder / "undistorted_camera_parameters");
+    std::filesystem::create_directories(folder / "house_segmentations");
+    write_file(folder / "undistorted_camera_parameters/tiny.conf", cameras);
+    write_file(folder / "house_segmentations/tiny.house", house);
+}
+
 /// Replica as NICE-SLAM has it: results/, traj.txt, and cam_params.json beside the scene's folder.
 inline void write_replica(const Frames& frames, const std::filesystem::path& folder, double scale = 1000)
 {

@@ -103,6 +103,15 @@ TEST_CASE("the room comes back from the layout of Replica", "[recordings]")
     CHECK(fresco::Mesh::load({room.path("out") / "mesh", {}})->positions == mesh->positions);
 }
 
+TEST_CASE("the room comes back from the layout of Matterport3D", "[recordings]")
+{
+    const Room room;
+    fresco::testing::write_matterport3d(room.frames, room.scan(), room.images);
+    const auto mesh = fresco::Mesh::load({room.path("room") / "mesh", {}});
+    fresco::write_file(room.scan() / "house_segmentations/tiny.ply", fresco::to_ply(*mesh));
+    room.check_read(SCAN_MATTERPORT3D_PLUGIN, "scan.matterport3d", Value::Map{}, 1e-6);
+}
+
 #ifdef SCAN_SENS_PLUGIN
 TEST_CASE("the room comes back from ScanNet's own recording, with its two cameras", "[recordings]")
 {

@@ -1,0 +1,82 @@
+#include "house.h"
+
+#include <fresco/error.h>
+#include <fresco/recordings/text_records.h>
+
+#include <limits>
+#include <optional>
+
+namespace matterport3d
+{
+namespace
+{
+
+namespace fs = std::filesystem;
+
+/// "P name panorama region 0 x y z 0 0 0 0 0"; portals begin with P too, and have 15 words.
+constexpr std::size_t panorama_words = 13;
+
+}  // namespace
+
+std::map<std::string, int> parse_regions(std::string_view text, std::string_view source)
+{
+    constexpr std::int64_t most = std::numeric_limits<int>::max();
+    fresco::recordings::LineReader lines(text, source);
+    std::map<std::string, int> regions;
+    std::optional<std::int64_t> promised;
+    if (const auto head = lines.next(); !head || !head->starts_with("ASCII 1."))
+        throw fresco::Error(std::string(source) + ": no house file of Matterport3D: it begins with 'ASCII 1.'");
+    while (const auto line = lines.next_record())
+    {
+        const auto words = fresco::recordings::words_of(*line);
+        const auto place = lines.place();
+        if (words[0].size() != 1 || std::string_view("HLRPSVICOE").find(words[0]) == std::string_view::npos)
+            throw fresco::Error(place + ": '" + std::string(words[0]) + "' where one of H L R P S V I C O E was expected");
+        if (words[0] == "H")
+        {
+            if (words.size() < 5)
+                throw fresco::Error(place + ": the head has " + std::to_string(words.size()) +
+                                    " words, the number of panoramas is missing");
+            promised = fresco::recordings::integer_of(words[4], 0, most, place);
+        }
+        else if (words[0] == "P" && words.size() == panorama_words)
+        {
+            const auto region = static_cast<int>(fresco::recordings::integer_of(words[3], -1, most, place));
+            if (!regions.emplace(words[1], region).second)
+                throw fresco::Error(place + ": panorama " + std::string(words[1]) + " is there twice");
+        }
+    }
+    if (!promised || static_cast<std::size_t>(*promised) != regions.size())
+        throw fresco::Error(std::string(source) + ": its head promises " + (promised ? std::to_string(*promised) : "no") +
+                            " panoramas, there are " + std::to_string(regions.size()) + ": the file is cut or was changed");
+    return regions;
+}
+
+fs::path camera_file(const fs::path& folder)
+{
+    const auto parameters = folder / "undistorted_camera_parameters";
+    std::vector<fs::path> found;
+    if (fs::is_directory(parameters))
+        for (const auto& entry : fs::directory_iterator(parameters))
+            if (entry.path().extension() == ".conf")
+                found.push_back(entry.path());
+    if (found.empty())
+        throw fresco::MissingInput(
+            parameters.string() +
+            ": no camera file; expected <house>.conf, as undistorted_camera_parameters.zip of the house has it: "
+            "unpack it, and let path be the folder that undistorted_camera_parameters is in");
+    if (found.size() > 1)
+        throw fresco::Error(parameters.string() + ": " + std::to_string(found.size()) + " camera files, " +
+                            found[0].filename().string() + " and " + found[1].filename().string() +
+                            " among them; expected that of one house");
+    return found.front();
+}
+
+std::vector<fs::path> mesh_candidates(const fs::path& folder, const std::string& house, int region)
+{
+    if (region >= 0)
+        return {folder / "region_segmentations" / ("region" + std::to_string(region) + ".ply")};
+    return {folder / "house_segmentations" / (house + ".ply"), folder / "poisson_meshes" / (house + ".ply")};
+}
+
+}  // namespace matterport3d

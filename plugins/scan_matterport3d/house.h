@@ -1,0 +1,24 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace matterport3d
+{
+
+/// The region (room) that each panorama stands in, -1 for none, of house_segmentations/<house>.house. Throws Error "source:line:
+/// …": no such file, a line that is none of its kinds, numbers that are none, other panoramas than its head counts, a file that
+/// is cut.
+std::map<std::string, int> parse_regions(std::string_view text, std::string_view source);
+
+/// The house's camera file, undistorted_camera_parameters/<house>.conf; its stem is the house's name. Throws MissingInput if
+/// there is none, Error if there are several.
+std::filesystem::path camera_file(const std::filesystem::path& folder);
+
+/// Where the mesh of a region, or of the whole house (-1), is looked for, in this order.
+std::vector<std::filesystem::path> mesh_candidates(const std::filesystem::path& folder, const std::string& house, int region);
+
+}  // namespace matterport3d

@@ -1,0 +1,112 @@
+#include "house_cameras.h"
+
+#include <fresco/error.h>
+#include <fresco/matrix_text.h>
+#include <fresco/recordings/text_records.h>
+
+#include <optional>
+
+namespace matterport3d
+{
+namespace
+{
+
+using Words = std::vector<std::string_view>;
+
+void expect_words(const Words& words, std::size_t count, const std::string& place)
+{
+    if (words.size() != count)
+        throw fresco::Error(place + ": " + std::to_string(words.size() - 1) + " values behind '" + std::string(words.front()) +
+                            "' where " + std::to_string(count - 1) + " were expected");
+}
+
+std::string file_name(std::string_view word, const std::string& place)
+{
+    if (word.empty() || word.front() == '.' || word.find_first_of("/\\") != std::string_view::npos)
+        throw fresco::Error(place + ": '" + std::string(word) + "' is no plain name of a file or folder");
+    return std::string(word);
+}
+
+std::vector<double> numbers(const Words& words, std::size_t first, const std::string& place)
+{
+    std::vector<double> values;
+    for (std::size_t i = first; i < words.size(); ++i)
+        values.push_back(fresco::recordings::number_of(words[i], place));
+    return values;
+}
+
+/// world_from_camera with OpenCV axes of one with OpenGL's (y up, z backward).
+fresco::RigidTransform pose_of(std::vector<double> matrix, const std::string& place)
+{
+    for (const std::size_t row : {0U, 1U, 2U})
+        for (const std::size_t column : {1U, 2U})
+            matrix[4 * row + column] = -matrix[4 * row + column];
+    return fresco::rigid_transform(matrix, place);
+}
+
+}  // namespace
+
+HouseCameras parse_cameras(std::string_view text, std::string_view source)
+{
+    fresco::recordings::LineReader lines(text, source);
+    HouseCameras house;
+    std::vector<double> intrinsics;
+    std::optional<std::int64_t> promised;
+    while (const auto line = lines.next_record())
+    {
+        const auto place = lines.place();
+        const Words words = fresco::recordings::words_of(*line);
+        const auto command = words.front();
+        if (command == "dataset")
+            expect_words(words, 2, place);
+        else if (command == "n_images")
+        {
+            expect_words(words, 2, place);
+            promised = fresco::recordings::integer_of(words[1], 1, 10'000'000, place);
+        }
+        else if (command == "depth_directory" || command == "color_directory")
+        {
+            expect_words(words, 2, place);
+            (command == "depth_directory" ? house.depth_folder : house.color_folder) = file_name(words[1], place);
+        }
+        else if (command == "intrinsics_matrix")
+        {
+            expect_words(words, 10, place);
+            intrinsics = numbers(words, 1, place);
+        }
+        else if (command == "scan")
+        {
+            expect_words(words, 19, place);
+            if (intrinsics.empty())
+                throw fresco::Error(place + ": a scan before any intrinsics_matrix");
+            ListedView view;
+            view.depth = file_name(words[1], place);
+            view.color = file_name(words[2], place);
+            view.panorama = view.color.substr(0, view.color.find('_'));
+            view.intrinsics = intrinsics;
+            view.world_from_camera = pose_of(numbers(words, 3, place), place);
+            view.source = place;
+            house.views.push_back(std::move(view));
+        }
+        else
+            throw fresco::Error(
+                place + ": '" + std::string(command) +
+                "' where dataset, n_images, depth_directory, color_directory, intrinsics_matrix or scan was expected");
+    }
+    if (!promised)
+        throw fresco::Error(std::string(source) + ": there is no n_images; expected the camera file of a Matterport3D house");
+    if (static_cast<std::size_t>(*promised) != house.views.size())
+        throw fresco::Error(std::string(source) + ": n_images promises " + std::to_string(*promised) + " views, there are " +
+                            std::to_string(house.views.size()) + ": the file is cut or was changed");
+    return house;
+}
+
+fresco::Intrinsics camera_of(const ListedView& view, int width, int height, ImageOrigin origin)
+{
+    auto k = fresco::intrinsics_from_matrix(view.intrinsics, fresco::PixelCentre::integer, width, height, view.source);
+    if (origin == ImageOrigin::bottom_left)
+        k.cy = height - k.cy;
+    return k;
+}
+
+}  // namespace matterport3d

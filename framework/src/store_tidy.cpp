@@ -97,7 +97,8 @@ int remove_checkpoints(const Store& store, double keep_days, bool dry_run)
         if (!dry_run)
         {
             remove_quietly(path);
-            remove_quietly(path.string() + ".dependencies");
+            for (const char* log : {".dependencies", ".curves"})
+                remove_quietly(path.string() + log);
         }
     }
     return removed;

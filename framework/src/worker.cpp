@@ -190,7 +190,8 @@ class Worker
                           {"inputs", Value(std::move(inputs))},
                           {"key_document", request_.key_document},
                           {"report", context_.reported()},
-                          {"messages", context_.messages()}};
+                          {"messages", context_.messages()},
+                          {"curves", context_.curves()}};
     }
 
     void tell_done(const StoredResult& result, bool stored)

@@ -58,10 +58,22 @@ void WorkerContext::progress(double done, double total, std::string_view unit)
         total = 0;
     const auto now = std::chrono::steady_clock::now();
     const std::lock_guard lock(mutex_);
+    keep_curves(done, unit);
     if (now < next_progress_)
         return;
     next_progress_ = now + std::chrono::milliseconds(100);
     channel_.send("progress", {{"done", done}, {"total", total}, {"unit", unit}, {"metrics", metrics_}});
+}
+
+/// The progress that comes after a metric says where it belongs, in the unit that came first: "steps".
+void WorkerContext::keep_curves(double done, std::string_view unit)
+{
+    if (!metrics_changed_ || (!curve_unit_.empty() && unit != curve_unit_))
+        return;
+    curve_unit_ = unit;
+    metrics_changed_ = false;
+    if (curves_.add(done, metrics_) && checkpointing_)
+        std::ofstream(curve_log(), std::ios::app) << MetricCurves::line(done, metrics_);
 }
 
 void WorkerContext::check_cancelled() const
@@ -93,6 +105,7 @@ void WorkerContext::metric(std::string_view name, double value)
 {
     const std::lock_guard lock(mutex_);
     metrics_.set(name, finite_or_null(value));
+    metrics_changed_ = true;
 }
 
 void WorkerContext::report(std::string_view key, Value value)
@@ -118,6 +131,11 @@ fs::path WorkerContext::scratch_folder()
 fs::path WorkerContext::checkpoint_log() const
 {
     return store_.root() / "checkpoints" / (key_ + ".dependencies");
+}
+
+fs::path WorkerContext::curve_log() const
+{
+    return store_.root() / "checkpoints" / (key_ + ".curves");
 }
 
 /// A checkpoint was made from the outside files that its log names; it is worth nothing once one of them changed.
@@ -160,9 +178,11 @@ fs::path WorkerContext::checkpoint_folder()
         {
             remove_quietly(folder);
             remove_quietly(checkpoint_log());
+            remove_quietly(curve_log());
         }
         make_folder(folder);
         checkpointing_ = true;
+        curves_.load(curve_log());
         for (const auto& [path, dependency] : dependencies_)
             log_dependency(dependency);
     }
@@ -212,6 +232,7 @@ void WorkerContext::remove_checkpoint()
 {
     remove_quietly(store_.checkpoint(key_));
     remove_quietly(checkpoint_log());
+    remove_quietly(curve_log());
 }
 
 }  // namespace fresco::host

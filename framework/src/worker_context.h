@@ -1,5 +1,6 @@
 #pragma once
 
+#include "metric_curves.h"
 #include "worker_channel.h"
 
 #include <fresco/host/store.h>
@@ -39,13 +40,17 @@ class WorkerContext final : public RunContext
     std::vector<Dependency> settled_dependencies();
     const Value& reported() const { return report_; }
     const Value& messages() const { return messages_; }
+    /// How the stage's metrics went, see MetricCurves::to_value.
+    Value curves() const { return curves_.to_value(curve_unit_); }
     /// After publishing: the checkpoint has done its work.
     void remove_checkpoint();
 
   private:
     void say(std::string_view event, std::string_view text);
     void depend_on(const std::filesystem::path& path, bool folder);
+    void keep_curves(double done, std::string_view unit);
     std::filesystem::path checkpoint_log() const;
+    std::filesystem::path curve_log() const;
     bool checkpoint_fits() const;
     void log_dependency(const Dependency& dependency) const;
 
@@ -62,6 +67,9 @@ class WorkerContext final : public RunContext
     Value report_{Value::Map{}};
     Value messages_{Value::List{}};
     Value metrics_{Value::Map{}};
+    bool metrics_changed_ = false;
+    MetricCurves curves_;
+    std::string curve_unit_;
     std::chrono::steady_clock::time_point next_progress_;
 };
 

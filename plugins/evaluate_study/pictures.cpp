@@ -1,8 +1,7 @@
 #include "pictures.h"
 
-#include "page.h"
-
 #include <fresco/error.h>
+#include <fresco/html.h>
 
 #include <algorithm>
 #include <array>
@@ -84,7 +83,7 @@ std::map<std::string, std::string> encoded(const Group& group, const ShownAs& sh
     {
         const Raster8 small = fresco::resized(picture, width, height);
         const auto bytes = shown.png ? images.encode_png(small) : images.encode_jpeg(small, shown.jpeg_quality);
-        result.emplace(method, data_uri(shown.png ? "image/png" : "image/jpeg", bytes));
+        result.emplace(method, fresco::data_uri(shown.png ? "image/png" : "image/jpeg", bytes));
     }
     return result;
 }

@@ -60,7 +60,28 @@ class FramesSharpest final : public fresco::Stage
         return measured;
     }
 
-    static void report(const std::vector<MeasuredFrame>& measured, const Selection& selection, fresco::RunContext& run)
+    /// In the form that the run's report draws.
+    fresco::Value judged(const std::vector<MeasuredFrame>& measured, const Selection& selection) const
+    {
+        using fresco::Value;
+        Value::List names;
+        Value::List values;
+        Value::List kept(measured.size(), Value(false));
+        for (const MeasuredFrame& frame : measured)
+        {
+            names.emplace_back(frame.sequence + "/" + frame.name);
+            values.emplace_back(frame.sharpness);
+        }
+        for (const std::size_t i : selection.kept)
+            kept[i] = true;
+        return Value::Map{{"measure", "sharpness"},
+                          {"least", *min_sharpness},
+                          {"names", std::move(names)},
+                          {"values", std::move(values)},
+                          {"kept", std::move(kept)}};
+    }
+
+    void report(const std::vector<MeasuredFrame>& measured, const Selection& selection, fresco::RunContext& run) const
     {
         const auto [least, most] = std::minmax_element(measured.begin(), measured.end(),
                                                        [](const auto& a, const auto& b) { return a.sharpness < b.sharpness; });
@@ -71,6 +92,7 @@ class FramesSharpest final : public fresco::Stage
         run.report("dropped_beyond_max_frames", selection.beyond_limit);
         run.report("least_sharpness", least->sharpness);
         run.report("most_sharpness", most->sharpness);
+        run.report("judged_frames", judged(measured, selection));
         run.message(std::to_string(selection.kept.size()) + " of " + std::to_string(measured.size()) + " frames kept; dropped: " +
                     std::to_string(selection.blurred) + " blurred, " + std::to_string(selection.less_sharp) +
                     " beside a sharper one, " + std::to_string(selection.beyond_limit) + " beyond max_frames");

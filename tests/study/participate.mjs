@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { resolve } from "node:path";
 import { pathToFileURL } from "node:url";
-import { Browser } from "./browser.mjs";
+import { Browser } from "../browser/browser.mjs";
 
 const [program, page, keyFile, downloads] = process.argv.slice(2);
 mkdirSync(downloads, { recursive: true });

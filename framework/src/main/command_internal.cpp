@@ -1,6 +1,7 @@
 #include "commands.h"
 
 #include <fresco/host/plugin_probe.h>
+#include <fresco/host/report.h>
 #include <fresco/host/sweep_summary.h>
 #include <fresco/host/worker.h>
 
@@ -19,6 +20,9 @@ void add_internal_commands(CLI::App& app, int& exit_code)
     CLI::App* sweep = app.add_subcommand("internal-sweep", "Write the page of a matrix; the host calls this")->group("");
     sweep->add_option("request", *file)->required();
     sweep->callback([file, &exit_code] { exit_code = internal_sweep(*file); });
+    CLI::App* report = app.add_subcommand("internal-report", "Write the report of a run; the host calls this")->group("");
+    report->add_option("request", *file)->required();
+    report->callback([file, &exit_code] { exit_code = internal_report(*file); });
 }
 
 }  // namespace fresco::host

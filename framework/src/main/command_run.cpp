@@ -5,11 +5,13 @@
 #include <fresco/host/commands_inspect.h>
 #include <fresco/host/machine.h>
 #include <fresco/host/plan.h>
+#include <fresco/host/report.h>
 #include <fresco/host/scheduler.h>
 #include <fresco/host/suggest.h>
 #include <fresco/host/sweep_summary.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <fmt/format.h>
@@ -33,6 +35,7 @@ struct RunArguments
     bool quiet = false;
     bool json_log = false;
     IsolationRequest isolation;
+    bool no_report = false;
 };
 
 DisplayKind display_kind(const RunArguments& arguments)
@@ -60,9 +63,14 @@ void print_table(const RunSummary& summary)
     }
 }
 
+std::string short_path(const std::filesystem::path& path)
+{
+    const auto relative = path.lexically_relative(std::filesystem::current_path());
+    return relative.empty() || *relative.begin() == ".." ? path.string() : relative.string();
+}
+
 void print_files(const RunSummary& summary)
 {
-    const std::filesystem::path here = std::filesystem::current_path();
     constexpr std::size_t shown_per_stage = 8;
     std::string stage;
     std::size_t count = 0;
@@ -81,15 +89,17 @@ void print_files(const RunSummary& summary)
         }
         if (++count > shown_per_stage)
             continue;
-        const auto relative = file.path.lexically_relative(here);
-        fmt::print("{}{}\n", relative.empty() || *relative.begin() == ".." ? file.path.string() : relative.string(),
-                   file.written ? "" : "  (unchanged)");
+        fmt::print("{}{}\n", short_path(file.path), file.written ? "" : "  (unchanged)");
     }
     close();
 }
 
-void print_json(const RunSummary& summary)
+void print_json(const RunSummary& summary, const std::vector<ReportOutcome>& reports)
 {
+    Value::List pages;
+    for (const ReportOutcome& report : reports)
+        if (report.there)
+            pages.push_back(Value::Map{{"path", report.file.string()}, {"written", report.written}});
     Value::List stages;
     for (const auto& stage : summary.stages)
         stages.push_back(Value::Map{{"stage", stage.stage},
@@ -103,10 +113,11 @@ void print_json(const RunSummary& summary)
     Value::List files;
     for (const auto& file : summary.files)
         files.push_back(Value::Map{{"stage", file.stage}, {"path", file.path.string()}, {"written", file.written}});
-    fmt::print(
-        "{}\n",
-        to_json(Value::Map{
-            {"event", "summary"}, {"exit_code", summary.exit_code}, {"stages", std::move(stages)}, {"files", std::move(files)}}));
+    fmt::print("{}\n", to_json(Value::Map{{"event", "summary"},
+                                          {"exit_code", summary.exit_code},
+                                          {"stages", std::move(stages)},
+                                          {"files", std::move(files)},
+                                          {"reports", std::move(pages)}}));
 }
 
 /// Of a matrix: the summary beside the results, and a line per combination.
@@ -121,10 +132,7 @@ void tell_combinations(const RunArguments& arguments, const LoadedPipeline& load
         return;
     fmt::print("\n{}", sweep_table(request.pipeline->sweep, outcomes));
     for (const auto& file : {files.json, files.page})
-    {
-        const auto relative = file.lexically_relative(std::filesystem::current_path());
-        fmt::print("{}\n", relative.empty() || *relative.begin() == ".." ? file.string() : relative.string());
-    }
+        fmt::print("{}\n", short_path(file));
 }
 
 /// What only a matrix has a meaning for; false where there is none.
@@ -194,17 +202,29 @@ int run(const RunArguments& arguments)
         return 2;
     }
     auto display = make_display(display_kind(arguments));
+    const auto begin = std::chrono::steady_clock::now();
     const RunSummary summary = run_pipeline(request, *display);
+    const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
+    std::vector<ReportOutcome> reports;
+    // Who interrupts wants to be gone; the next run goes on and reports.
+    if (!arguments.no_report && summary.exit_code != 75)
+        reports = write_reports({&request, &summary, &loaded->catalog, elapsed.count()});
+    for (const ReportOutcome& report : reports)
+        if (!report.note.empty())
+            display->note(report.note);
     display.reset();  // off the terminal before anything else is printed
     const bool sweep = !request.pipeline->sweep.axes.empty();
     if (sweep)
         tell_combinations(arguments, *loaded, request, summary);
     if (arguments.json_log)
-        print_json(summary);
+        print_json(summary, reports);
     else if (!arguments.quiet && !sweep)
     {
         print_table(summary);
         print_files(summary);
+        for (const ReportOutcome& report : reports)
+            if (report.there)
+                fmt::print("{}{}\n", short_path(report.file), report.written ? "" : "  (unchanged)");
     }
     std::fflush(stdout);
     if (summary.exit_code == 75 && !arguments.json_log)
@@ -241,6 +261,7 @@ void add_run_command(CLI::App& app, int& exit_code)
           "10m or STAGE=1h30m: longest time of an isolated stage (ten times what is expected, at least 10m)");
     command->add_option("--thumbnails", arguments->thumbnails,
                         "Stage of a matrix whose pictures sweep.html shows (default: the last that makes some)");
+    command->add_flag("--no-report", arguments->no_report, "Write no report.html");
     command->add_flag("--quiet", arguments->quiet, "Print errors alone");
     command->add_flag("--json-log", arguments->json_log, "Print one JSON object per event to standard output");
     command->callback([arguments, &exit_code] { exit_code = run(*arguments); });

@@ -133,6 +133,11 @@ TEST_CASE("the stage keeps sharp frames, reports and leaves its input as it was"
         CHECK(kept.frames[1].color_picture.hash == input.frames[2].color_picture.hash);
         CHECK(run.reported.at("dropped_blurred").as_int() == 2);
         CHECK(run.reported.at("kept").as_int() == 3);
+        const fresco::Value& judged = run.reported.at("judged_frames");
+        CHECK(judged.at("kept") == fresco::Value::List{true, false, true, true, false});
+        CHECK(judged.at("names").as_list().at(4).as_string() == "seq-01/frame-4");
+        CHECK(judged.at("values").as_list().at(4).as_double() == 0);
+        CHECK(judged.at("values").as_list().at(0).as_double() > judged.at("least").as_double());
         REQUIRE(run.messages.size() == 1);
         CHECK_THAT(run.messages[0], Contains("3 of 5 frames kept; dropped: 2 blurred"));
     }

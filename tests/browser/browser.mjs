@@ -7,11 +7,12 @@ import { join } from "node:path";
 const patience_ms = 30000;
 
 export class Browser {
-    constructor(program) {
+    /// `more`: arguments of the program besides those that every test needs.
+    constructor(program, more = []) {
         this.profile = mkdtempSync(join(tmpdir(), "fresco-chromium-"));
         // With file access, pages from files have an origin; without, Chromium 156 gives one load in fifty an empty storage.
         this.process = spawn(program, ["--headless=new", "--allow-file-access-from-files", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--remote-debugging-pipe",
-            "--no-first-run", "--disable-background-networking", "--window-size=1280,800", `--user-data-dir=${this.profile}`],
+            "--no-first-run", "--disable-background-networking", "--window-size=1280,800", `--user-data-dir=${this.profile}`, ...more],
             { stdio: ["ignore", "ignore", "ignore", "pipe", "pipe"] });
         this.next = 1;
         this.waiting = new Map();

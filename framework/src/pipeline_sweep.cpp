@@ -82,7 +82,10 @@ void SweepMerger::merge_into(Pipeline& pipeline)
         const auto named = [&](const std::string& stage)
         {
             const std::string place = label(axes_of_[stage], cell);
-            return place.empty() ? stage : stage + "@" + place;
+            std::string name = stage;
+            if (!place.empty())
+                name.append("@").append(place);
+            return name;
         };
         for (PipelineStage& stage : cell.stages)
         {

@@ -47,6 +47,14 @@ class SchemaCheck
         return root_.at("$defs").at(reference.substr(prefix.size()));
     }
 
+    static bool all_differ(const Value::List& values)
+    {
+        for (auto value = values.begin(); value != values.end(); ++value)
+            if (std::find(values.begin(), value, *value) != value)
+                return false;
+        return true;
+    }
+
     bool accepts(const Value& schema, const Value& value) const
     {
         bool good = true;
@@ -82,6 +90,12 @@ class SchemaCheck
             const Value* branch = schema.find(accepts(rule, value) ? "then" : "else");
             return !branch || accepts(*branch, value);
         }
+        if (key == "minItems")
+            return !value.is_list() || value.as_list().size() >= static_cast<std::size_t>(rule.as_int());
+        if (key == "minProperties")
+            return !value.is_map() || value.as_map().size() >= static_cast<std::size_t>(rule.as_int());
+        if (key == "uniqueItems")
+            return !value.is_list() || !rule.as_bool() || all_differ(value.as_list());
         if (key == "items")
             return !value.is_list() || all_of(value, [&](const Value& item) { return accepts(rule, item); });
         if (key == "properties" || key == "additionalProperties" || key == "propertyNames")

@@ -34,6 +34,7 @@ class Random
 
 const std::string sample = R"(version: 1
 vars: {data: scan, picture: pic.jpg, weights: "", n: [16, 32]}
+matrix: {n: [[16, 32], [48]], data: {here: scan}}
 stages:
   scan:    {type: scan.folder, path: "${data}"}   # the scan
   frames:  {type: frames.sharpest, input: scan, min_sharpness: 1.5e2}

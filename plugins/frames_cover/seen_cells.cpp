@@ -24,8 +24,8 @@ std::vector<SeenCell> seen_cells(const UvMap& map, int cells_px, double sharpnes
     // By cell, the best first.
     std::ranges::sort(seen,
                       [](SeenCell a, SeenCell b) { return a.cell() != b.cell() ? a.cell() < b.cell() : a.worth() > b.worth(); });
-    const auto doubles = std::ranges::unique(seen, [](SeenCell a, SeenCell b) { return a.cell() == b.cell(); });
-    seen.erase(doubles.begin(), doubles.end());
+    const auto same_cell = [](SeenCell a, SeenCell b) { return a.cell() == b.cell(); };
+    seen.erase(std::unique(seen.begin(), seen.end(), same_cell), seen.end());
     seen.shrink_to_fit();
     return seen;
 }

@@ -246,7 +246,7 @@ CameraChange best_change(const std::vector<OutlinedFrame>& frames, const Convent
         const CameraChange middle = best;
         const auto focal_steps = static_cast<int>(std::lround(focal_reach / focal_step));
         const auto shift_steps = static_cast<int>(std::lround(shift_reach / shift_step));
-        const auto focals = static_cast<std::size_t>(2 * focal_steps + 1);
+        const auto focals = 2 * static_cast<std::size_t>(focal_steps) + 1;
         std::vector<CameraChange> bests(focals);
         std::vector<double> mosts(focals, -1);
         parallel_for(focals, 1, progress.threads(),

@@ -14,10 +14,10 @@ using fresco::recordings::RegisteredView;
 KeyframeFolders keyframe_folders(const fs::path& scan, bool recorded)
 {
     const auto keyframes = scan / "keyframes";
-    const KeyframeFolders corrected{keyframes / "corrected_cameras", keyframes / "corrected_images", true};
+    KeyframeFolders corrected{keyframes / "corrected_cameras", keyframes / "corrected_images", true};
     if (!recorded && fs::is_directory(corrected.cameras) && fs::is_directory(corrected.images))
         return corrected;
-    const KeyframeFolders plain{keyframes / "cameras", keyframes / "images", false};
+    KeyframeFolders plain{keyframes / "cameras", keyframes / "images", false};
     for (const auto& folder : {plain.cameras, plain.images})
         if (!fs::is_directory(folder))
             throw fresco::MissingInput(folder.string() +

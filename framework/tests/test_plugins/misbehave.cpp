@@ -39,10 +39,10 @@ void take_all_memory()
         taken.emplace_back(std::size_t{16} << 20U, 'x');
 }
 
-/// The same in a process of its own, of which the host knows nothing.
+/// The same in two processes of their own, of which the host knows nothing and neither of which is too large by itself.
 void take_all_memory_elsewhere()
 {
-    if (fork() == 0)
+    if (fork() == 0 || fork() == 0)
         for (;;)
         {
             auto* const block = static_cast<char*>(std::malloc(std::size_t{4} << 20U));

@@ -2,10 +2,9 @@
 #include <fresco/files_io.h>
 #include <fresco/frames.h>
 #include <fresco/image_io.h>
+#include <fresco/raycast/view_renderer.h>
 #include <fresco/stage.h>
 #include <fresco/texture.h>
-
-#include "view_renderer.h"
 
 #include <set>
 #include <string>
@@ -79,7 +78,7 @@ class RenderViews final : public Stage
     {
         check_inputs();
         const std::vector<const Frame*> list = chosen();
-        const ViewRenderer renderer(*mesh, {.samples_per_side = *samples, .mip_maps = *filter == "trilinear"});
+        const raycast::ViewRenderer renderer(*mesh, {.samples_per_side = *samples, .mip_maps = *filter == "trilinear"});
         std::filesystem::create_directories(views.folder().path / folder->path);
         Files result;
         std::size_t empty = 0;

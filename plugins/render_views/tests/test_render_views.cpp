@@ -1,9 +1,9 @@
 #include "stored_png.h"
-#include "view_renderer.h"
 
 #include <fresco/files.h>
 #include <fresco/files_io.h>
 #include <fresco/frames.h>
+#include <fresco/raycast/view_renderer.h>
 #include <fresco/testing.h>
 
 #include <catch2/catch.hpp>
@@ -42,7 +42,7 @@ TEST_CASE("one ray per pixel shows the bilinear value at the pixel centre, the r
             textured.image.pixels.at(x, y, 0) = static_cast<std::uint8_t>(60 * x);
             textured.image.pixels.at(x, y, 1) = static_cast<std::uint8_t>(60 * y);
         }
-    const ViewRenderer renderer(textured, {.samples_per_side = 1, .mip_maps = true});
+    const raycast::ViewRenderer renderer(textured, {.samples_per_side = 1, .mip_maps = true});
     const Raster8 image = renderer.render(straight(40, 40, 40), Progress{});  // the wall fills it exactly
     for (int y = 0; y < 40; ++y)
         for (int x = 0; x < 40; ++x)
@@ -59,7 +59,7 @@ TEST_CASE("alpha is the share of a pixel that shows the surface")
 {
     TexturedMesh textured = wall(4);
     std::fill(textured.image.pixels.values.begin(), textured.image.pixels.values.end(), std::uint8_t{90});
-    const ViewRenderer renderer(textured, {.samples_per_side = 2, .mip_maps = true});
+    const raycast::ViewRenderer renderer(textured, {.samples_per_side = 2, .mip_maps = true});
     // 41 pixels across, the wall covers 40: half a pixel is free on each side.
     Camera camera = straight(41, 41, 40);
     const Raster8 image = renderer.render(camera, Progress{});
@@ -80,7 +80,7 @@ TEST_CASE("mip-maps average a picture finer than the pixels, bilinear lookups al
                 textured.image.pixels.at(x, y, c) = (x + y) % 2 == 0 ? 255 : 0;
     const auto worst = [&](bool mip_maps)
     {
-        const ViewRenderer renderer(textured, {.samples_per_side = 1, .mip_maps = mip_maps});
+        const raycast::ViewRenderer renderer(textured, {.samples_per_side = 1, .mip_maps = mip_maps});
         const Raster8 image = renderer.render(straight(37, 37, 37), Progress{});
         int largest = 0;
         for (std::size_t i = 0; i < image.values.size(); i += 4)
@@ -102,7 +102,7 @@ TEST_CASE("pictures are equal for any number of threads")
     TexturedMesh textured = wall(64);
     for (std::size_t i = 0; i < textured.image.pixels.values.size(); ++i)
         textured.image.pixels.values[i] = static_cast<std::uint8_t>(i * 7919);
-    const ViewRenderer renderer(textured, {});
+    const raycast::ViewRenderer renderer(textured, {});
     CHECK(renderer.render(straight(50, 33, 20), Threads(1)) == renderer.render(straight(50, 33, 20), Threads(4)));
 }
 

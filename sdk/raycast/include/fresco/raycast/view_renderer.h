@@ -8,6 +8,9 @@
 
 #include <cstdint>
 
+namespace fresco::raycast
+{
+
 struct RenderOptions
 {
     int samples_per_side = 2;  ///< Rays per pixel: its square.
@@ -19,18 +22,19 @@ class ViewRenderer
 {
   public:
     /// The mesh must have passed check_mesh, have texcoords and outlive the renderer. Throws Error if the picture is not RGB.
-    ViewRenderer(const fresco::TexturedMesh& mesh, const RenderOptions& options);
+    ViewRenderer(const TexturedMesh& mesh, const RenderOptions& options);
 
     /// RGBA, straight alpha: the share of the pixel's rays that meet the front of a face (as uvmaps.raycast judges it), and the
     /// mean colour of these. Equal for any progress.threads(). Throws Cancelled.
-    fresco::Raster8 render(const fresco::Camera& camera, const fresco::Progress& progress) const;
+    Raster8 render(const Camera& camera, const Progress& progress) const;
 
   private:
-    void render_rows(const fresco::Camera& camera, const fresco::Camera& dense, int first_row, int end_row,
-                     fresco::Raster8& image) const;
-    double level_of_detail(const fresco::Camera& dense, int x, int y, const fresco::raycast::Hit& hit, fresco::Vec2d uv) const;
+    void render_rows(const Camera& camera, const Camera& dense, int first_row, int end_row, Raster8& image) const;
+    double level_of_detail(const Camera& dense, int x, int y, const Hit& hit, Vec2d uv) const;
 
     RenderOptions options_;
-    fresco::raycast::Scene scene_;
-    fresco::raycast::MipMaps texture_;
+    Scene scene_;
+    MipMaps texture_;
 };
+
+}  // namespace fresco::raycast

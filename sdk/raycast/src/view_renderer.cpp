@@ -1,16 +1,14 @@
-#include "view_renderer.h"
-
 #include <fresco/parallel.h>
 #include <fresco/raycast/surface.h>
+#include <fresco/raycast/view_renderer.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <vector>
 
-using namespace fresco;
-using raycast::Hit;
-
+namespace fresco::raycast
+{
 namespace
 {
 constexpr std::size_t rows_per_block = 8;
@@ -32,7 +30,7 @@ double ViewRenderer::level_of_detail(const Camera& dense, int x, int y, const Hi
         return 0;
     // Between this ray and its neighbours, all on the triangle's plane.
     const double texels =
-        raycast::texels_per_pixel(scene_.mesh(), hit.triangle, uv, dense, x + 0.5, y + 0.5, texture_.width(), texture_.height());
+        texels_per_pixel(scene_.mesh(), hit.triangle, uv, dense, x + 0.5, y + 0.5, texture_.width(), texture_.height());
     return texels > 1 ? std::log2(texels) : 0;
 }
 
@@ -51,9 +49,9 @@ void ViewRenderer::render_rows(const Camera& camera, const Camera& dense, int fi
             {
                 const Hit& hit = hits[static_cast<std::size_t>(dense_y - first_row * side) * static_cast<std::size_t>(width) +
                                       static_cast<std::size_t>(dense_x)];
-                if (raycast::sight(hit) != raycast::Sight::surface)
+                if (sight(hit) != Sight::surface)
                     continue;
-                const Vec2d uv = raycast::texcoord(scene_.mesh(), hit);
+                const Vec2d uv = texcoord(scene_.mesh(), hit);
                 sum += texture_.sample(uv, level_of_detail(dense, dense_x, dense_y, hit, uv));
                 ++found;
             }
@@ -85,3 +83,5 @@ Raster8 ViewRenderer::render(const Camera& camera, const Progress& progress) con
                  });
     return image;
 }
+
+}  // namespace fresco::raycast

@@ -1,0 +1,147 @@
+#include "fly_path.h"
+#include "video_file.h"
+
+#include <fresco/files.h>
+#include <fresco/files_io.h>
+#include <fresco/frames.h>
+#include <fresco/image_io.h>
+#include <fresco/raycast/view_renderer.h>
+#include <fresco/stage.h>
+#include <fresco/texture.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <vector>
+
+using namespace fresco;
+
+namespace
+{
+
+/// On a plain background: a video has no alpha.
+Raster8 on_background(const Raster8& rgba)
+{
+    constexpr int background = 32;
+    Raster8 rgb(rgba.width, rgba.height, 3);
+    for (std::size_t pixel = 0; 4 * pixel < rgba.values.size(); ++pixel)
+    {
+        const int alpha = rgba.values[4 * pixel + 3];
+        for (std::size_t c = 0; c < 3; ++c)
+            rgb.values[3 * pixel + c] =
+                static_cast<std::uint8_t>((rgba.values[4 * pixel + c] * alpha + background * (255 - alpha) + 127) / 255);
+    }
+    return rgb;
+}
+
+class RenderFlythrough final : public Stage
+{
+    Input<TexturedMesh> mesh{this, "mesh", "The mesh with its picture, as texture.bake makes it"};
+    Input<Frames> frames{this, "frames", "The recording: its way and its colour camera"};
+    Output<Files> video{this, "video", "<name>.mp4 or .webm, or <name>/000000.png and so on"};
+    Option<OutputName> name{this, "name", OutputName{"flythrough"}, "Name below --out, without extension"};
+    Option<std::string> format{this, "format", "mp4", one_of({"mp4", "webm", "png"}),
+                               "mp4: H.264; webm: VP9; png: a picture per moment"};
+    Option<std::string> path{this, "path", "recorded", one_of({"recorded", "orbit"}),
+                             "recorded: along the recording, smoothed; orbit: once around from the middle of where it was made"};
+    Option<double> seconds{this, "seconds", 12, range(0.1, 3600), "How long it is"};
+    Option<double> fps{this, "fps", 25, range(1, 120), "Pictures per second"};
+    Option<int> height_px{this, "height_px", 480, range(16, 4320), "Height; the width follows from the camera, both even"};
+    Option<int> samples{this, "samples", 2, range(1, 8), "Rays per pixel along each side"};
+    Option<double> smoothing_count{this, "smoothing_count", 6, range(0.1, 10'000),
+                                   "Standard deviation of the smoothing, in recorded frames"};
+    Option<double> radius_m{this, "radius_m", 0.3, range(0, 100), "Of the orbit"};
+    Option<double> down_deg{this, "down_deg", 10, range(-89, 89), "How far the orbit looks down"};
+    Slot<ImageIo> images{this, "images", "image.opencv", "Encodes PNG pictures"};
+
+    Cost cost() const override
+    {
+        return {.seconds = "2 + faces * 2e-6 + seconds * fps * height_px * height_px * samples * samples * 4e-7 / cores",
+                .memory_mb = "180 + faces * 0.0002",
+                .disk_mb = "seconds * fps * height_px * height_px * 3e-7",
+                .frames = {},
+                .faces = {}};
+    }
+
+    void check_inputs() const
+    {
+        check_mesh(mesh->mesh, "the mesh on port 'mesh'");
+        if (mesh->mesh.texcoords.empty())
+            throw Error("the mesh on port 'mesh' has no texcoords: render what texture.bake made");
+        if (frames->frames.empty())
+            throw Error("port 'frames' brings no frames: check the scan's path and the stages that drop frames");
+        for (const Frame& frame : frames->frames)
+            check_camera(frame.color, "the colour camera of " + frame.sequence + "/" + frame.name);
+    }
+
+    /// Of the first frame's camera, in even numbers of pixels, which video codecs want.
+    Intrinsics intrinsics() const
+    {
+        const Intrinsics& recorded = frames->frames.front().color.intrinsics;
+        const int height = *height_px / 2 * 2;
+        return recorded.scaled_to(std::max(2, (recorded.width_at(height) + 1) / 2 * 2), height);
+    }
+
+    std::vector<RigidTransform> poses() const
+    {
+        std::vector<RigidTransform> recorded;
+        // One sequence: between two the camera was carried unseen.
+        for (const Frame& frame : frames->frames)
+            if (frame.sequence == frames->frames.front().sequence)
+                recorded.push_back(frame.color.world_from_camera);
+        const auto count = static_cast<std::size_t>(std::max(1L, std::lround(*seconds * *fps)));
+        return *path == "orbit" ? orbit_path(recorded, *radius_m, *down_deg, count)
+                                : recorded_path(recorded, *smoothing_count, count);
+    }
+
+    void run(RunContext& run) override
+    {
+        check_inputs();
+        const std::vector<RigidTransform> way = poses();
+        const Intrinsics size = intrinsics();
+        const raycast::ViewRenderer renderer(*mesh, {.samples_per_side = *samples, .mip_maps = true});
+        const std::filesystem::path folder = video.folder().path;
+        const bool pictures = *format == "png";
+        Files made;
+        std::optional<VideoFile> file;
+        if (pictures)
+            std::filesystem::create_directories(folder / name->path);
+        else
+        {
+            made.names.push_back(name->path + "." + *format);
+            std::filesystem::create_directories((folder / made.names.back()).parent_path());
+            file.emplace(folder / made.names.back(), size.width, size.height, *fps);
+        }
+        for (std::size_t i = 0; i < way.size(); ++i)
+        {
+            run.check_cancelled();
+            const Raster8 picture = on_background(renderer.render({size, way[i]}, run));
+            if (file)
+                file->add(picture);
+            else
+            {
+                const std::string number = std::to_string(i);
+                made.names.push_back(name->path + "/" + std::string(number.size() < 6 ? 6 - number.size() : 0, '0') + number +
+                                     ".png");
+                write_file(folder / made.names.back(), images->encode_png(picture));
+            }
+            run.progress(static_cast<double>(i + 1), static_cast<double>(way.size()), "pictures");
+        }
+        if (file)
+        {
+            file->close();
+            run.report("codec", file->codec());
+            run.report("bytes", static_cast<std::size_t>(std::filesystem::file_size(folder / made.names.front())));
+        }
+        run.report("pictures", way.size());
+        run.report("width_px", size.width);
+        run.report("height_px", size.height);
+        video = std::move(made);
+    }
+};
+
+}  // namespace
+
+FRESCO_STAGE("render.flythrough", RenderFlythrough, "A video through the textured room")
+FRESCO_LIBRARY("Embree", raycast::embree_version())

@@ -1,0 +1,178 @@
+#include "fly_path.h"
+#include "stored_png.h"
+#include "video_file.h"
+
+#include <fresco/files.h>
+#include <fresco/files_io.h>
+#include <fresco/frames.h>
+#include <fresco/testing.h>
+#include <fresco/texture.h>
+
+#include <catch2/catch.hpp>
+#include <opencv2/videoio.hpp>
+
+#include <cmath>
+#include <numbers>
+
+using namespace fresco;
+
+namespace
+{
+
+/// At `place`, turned to the right by `turn` (radians) from looking along z, y down.
+RigidTransform standing(Vec3d place, double turn)
+{
+    RigidTransform pose;
+    pose.rotation.m = {std::cos(turn), 0, std::sin(turn), 0, 1, 0, -std::sin(turn), 0, std::cos(turn)};
+    pose.translation = place;
+    return pose;
+}
+
+/// A wall z = 2 over x, y in [-1,1] facing the origin, red on the left half and blue on the right.
+std::shared_ptr<TexturedMesh> wall()
+{
+    auto textured = std::make_shared<TexturedMesh>();
+    textured->mesh.positions = {{-1, -1, 2}, {1, -1, 2}, {1, 1, 2}, {-1, 1, 2}};
+    textured->mesh.triangles = {{0, 2, 1}, {0, 3, 2}};
+    textured->mesh.texcoords = {{0, 1}, {1, 0}, {1, 1}, {0, 1}, {0, 0}, {1, 0}};
+    textured->image = Image(Raster8(8, 8, 3));
+    for (int y = 0; y < 8; ++y)
+        for (int x = 0; x < 8; ++x)
+            textured->image.pixels.at(x, y, x < 4 ? 0 : 2) = 255;
+    return textured;
+}
+
+std::shared_ptr<Frames> two_frames()
+{
+    auto frames = std::make_shared<Frames>();
+    for (const double x : {-0.2, 0.2})
+    {
+        Frame frame;
+        frame.sequence = "seq-01";
+        frame.name = x < 0 ? "a" : "b";
+        frame.color.intrinsics = {65, 49, 49, 49, 32.5, 24.5};
+        frame.depth = frame.color;
+        frame.color.world_from_camera.translation = {x, 0, 0};
+        frames->frames.push_back(frame);
+    }
+    return frames;
+}
+
+void fly(const std::filesystem::path& folder, Value options, std::shared_ptr<Frames> frames, testing::TestRun& run)
+{
+    const auto made = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "render.flythrough");
+    testing::TestFactory factory;
+    factory.add("image.opencv", [] { return std::make_shared<stored_png::Codec>(); });
+    options.set("images", Value::Map{{"type", "image.opencv"}});
+    testing::run_stage(dynamic_cast<Stage&>(*made), options, {{"mesh", wall()}, {"frames", std::move(frames)}}, folder, run,
+                       factory);
+}
+
+}  // namespace
+
+TEST_CASE("the smooth way begins and ends with the recording and is walked at a steady speed")
+{
+    // Recorded in haste at first, then lingering: steps of 0.4 m, then of 0.05 m.
+    std::vector<RigidTransform> recorded;
+    double x = 0;
+    for (int i = 0; i < 30; ++i)
+    {
+        recorded.push_back(standing({x, i % 2 == 0 ? 0.02 : -0.02, 0}, 0));
+        x += i < 10 ? 0.4 : 0.05;
+    }
+    const auto path = recorded_path(recorded, 3, 101);
+    REQUIRE(path.size() == 101);
+    CHECK(length(path.front().translation - recorded.front().translation) < 1e-12);
+    CHECK(length(path.back().translation - recorded.back().translation) < 1e-12);
+    const double step = length(path[1].translation - path[0].translation);
+    for (std::size_t i = 1; i < path.size(); ++i)
+        CHECK(length(path[i].translation - path[i - 1].translation) == Approx(step).epsilon(0.03));
+    // The trembling is gone where there are enough frames around.
+    CHECK(std::abs(path[50].translation.y) < 0.004);
+    for (const auto& pose : path)
+        CHECK(pose.rotation_error() < 1e-9);
+}
+
+TEST_CASE("turning on the spot is steady too")
+{
+    std::vector<RigidTransform> recorded;
+    for (const double turn : {0.0, 0.1, 0.2, 1.0, 1.2})
+        recorded.push_back(standing({1, 2, 3}, turn));
+    const auto path = recorded_path(recorded, 0.1, 25);
+    for (std::size_t i = 0; i < path.size(); ++i)
+    {
+        const Vec3d forward = path[i].direction({0, 0, 1});
+        CHECK(std::atan2(forward.x, forward.z) == Approx(1.2 * static_cast<double>(i) / 24).margin(0.03));
+    }
+    CHECK(recorded_path(std::span(recorded).first(1), 6, 3).size() == 3);
+}
+
+TEST_CASE("an orbit is level, turns to the right and closes")
+{
+    const std::vector<RigidTransform> recorded{standing({1, 5, 0}, 0.4), standing({3, 5, 0}, 2.0)};
+    const auto path = orbit_path(recorded, 0.5, 30, 8);
+    REQUIRE(path.size() == 8);
+    CHECK(length(mean_up(recorded) - Vec3d{0, -1, 0}) < 1e-12);
+    for (std::size_t i = 0; i < 8; ++i)
+    {
+        CHECK(length(path[i].translation - Vec3d{2, 5, 0}) == Approx(0.5));
+        CHECK(path[i].translation.y == Approx(5));
+        const Vec3d forward = path[i].direction({0, 0, 1});
+        CHECK(forward.y == Approx(0.5));  // y is down: sin 30°
+        const double turn = 0.4 + 2 * std::numbers::pi * static_cast<double>(i) / 8;
+        CHECK(forward.x == Approx(std::cos(std::numbers::pi / 6) * std::sin(turn)).margin(1e-12));
+        CHECK(path[i].direction({1, 0, 0}).y == Approx(0).margin(1e-12));
+    }
+}
+
+TEST_CASE("pictures show the wall, and grey beside it")
+{
+    const testing::TemporaryFolder folder;
+    testing::TestRun run;
+    fly(folder.path(), Value::Map{{"format", "png"}, {"seconds", 0.2}, {"fps", 10.0}, {"height_px", 49}}, two_frames(), run);
+    const auto files = Files::load({folder.path() / "video", folder.path()});
+    REQUIRE(files->names == std::vector<std::string>{"flythrough/000000.png", "flythrough/000001.png"});
+    const auto bytes = read_file(folder.path() / "video" / files->names[0]);
+    const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());
+    const Raster8 picture = stored_png::decode({data, data + bytes.size()});
+    CHECK(picture.height == 48);
+    CHECK(picture.width == 64);
+    CHECK(picture.at(24, 24, 0) == 255);
+    CHECK(picture.at(46, 24, 2) == 255);
+    CHECK(picture.at(0, 0, 0) == 32);
+    CHECK(run.reported.at("pictures").as_int() == 2);
+}
+
+TEST_CASE("a video can be played: size, pictures and colours")
+{
+    for (const char* format : {"mp4", "webm"})
+    {
+        const testing::TemporaryFolder folder;
+        testing::TestRun run;
+        fly(folder.path(), Value::Map{{"format", format}, {"seconds", 0.5}, {"fps", 20.0}, {"height_px", 96}, {"name", "a/tour"}},
+            two_frames(), run);
+        const auto file = folder.path() / "video" / ("a/tour." + std::string(format));
+        cv::VideoCapture video(file.string());
+        REQUIRE(video.isOpened());
+        CHECK(video.get(cv::CAP_PROP_FRAME_WIDTH) == 128);
+        CHECK(video.get(cv::CAP_PROP_FRAME_HEIGHT) == 96);
+        CHECK(video.get(cv::CAP_PROP_FPS) == Approx(20));
+        int count = 0;
+        for (cv::Mat picture; video.read(picture); ++count)
+        {
+            const auto blue = picture.at<cv::Vec3b>(48, 90);
+            const auto red = picture.at<cv::Vec3b>(48, 40);
+            CHECK(blue[0] > blue[2] + 100);
+            CHECK(red[2] > red[0] + 100);
+        }
+        CHECK(count == 10);
+    }
+}
+
+TEST_CASE("the flight refuses what it cannot show")
+{
+    const testing::TemporaryFolder folder;
+    testing::TestRun run;
+    CHECK_THROWS_WITH(fly(folder.path(), Value::Map{}, std::make_shared<Frames>(), run), Catch::Contains("no frames"));
+    CHECK_THROWS_WITH(VideoFile(folder.path() / "none/there.mp4", 64, 48, 25), Catch::Contains("format: png"));
+}

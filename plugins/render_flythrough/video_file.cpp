@@ -1,0 +1,57 @@
+#include "video_file.h"
+
+#include <fresco/error.h>
+
+#include <opencv2/imgproc.hpp>
+#include <opencv2/videoio.hpp>
+
+#include <system_error>
+#include <utility>
+#include <vector>
+
+struct VideoFile::Writer
+{
+    cv::VideoWriter video;
+};
+
+VideoFile::VideoFile(std::filesystem::path file, int width, int height, double fps)
+    : file_(std::move(file)), writer_(std::make_unique<Writer>())
+{
+    const std::vector<std::string> codecs =
+        file_.extension() == ".webm" ? std::vector<std::string>{"VP90", "VP80"} : std::vector<std::string>{"avc1", "mp4v"};
+    for (const std::string& codec : codecs)
+    {
+        const int fourcc = cv::VideoWriter::fourcc(codec[0], codec[1], codec[2], codec[3]);
+        try
+        {
+            if (writer_->video.open(file_.string(), cv::CAP_FFMPEG, fourcc, fps, cv::Size(width, height)))
+            {
+                codec_ = codec;
+                return;
+            }
+        }
+        catch (const cv::Exception&)
+        {
+            continue;
+        }
+    }
+    throw fresco::Error(file_.filename().string() + ": OpenCV's FFmpeg has no encoder for such a video; take format: png");
+}
+
+VideoFile::~VideoFile() = default;
+
+void VideoFile::add(const fresco::Raster8& picture)
+{
+    const cv::Mat rgb(picture.height, picture.width, CV_8UC3, const_cast<std::uint8_t*>(picture.values.data()));
+    cv::Mat bgr;
+    cv::cvtColor(rgb, bgr, cv::COLOR_RGB2BGR);
+    writer_->video.write(bgr);
+}
+
+void VideoFile::close()
+{
+    writer_->video.release();
+    std::error_code error;
+    if (const auto bytes = std::filesystem::file_size(file_, error); error || bytes == 0)
+        throw fresco::Error(file_.string() + ": the video was not written; is the disk full?");
+}

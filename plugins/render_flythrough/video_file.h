@@ -1,0 +1,31 @@
+#pragma once
+
+#include <fresco/image.h>
+
+#include <filesystem>
+#include <memory>
+#include <string>
+
+/// A video that is being written: H.264 or, where OpenCV's FFmpeg has no encoder for it, MPEG-4 in .mp4; VP9 or VP8 in .webm.
+class VideoFile
+{
+  public:
+    /// The extension of `file` tells the kind, .mp4 or .webm. Throws Error where none of the kind's codecs can be had.
+    VideoFile(std::filesystem::path file, int width, int height, double fps);
+    ~VideoFile();
+    VideoFile(const VideoFile&) = delete;
+    VideoFile& operator=(const VideoFile&) = delete;
+
+    /// RGB of the video's size.
+    void add(const fresco::Raster8& picture);
+    /// Ends the file. Throws Error if nothing was written.
+    void close();
+    /// "avc1"
+    const std::string& codec() const { return codec_; }
+
+  private:
+    struct Writer;
+    std::filesystem::path file_;
+    std::unique_ptr<Writer> writer_;
+    std::string codec_;
+};

@@ -199,6 +199,11 @@ class Setter
     ProblemList& problems_;
 };
 
+std::string stage_in_place_of_var(const std::string& name)
+{
+    return "'" + name + "' is a stage: set one of its options, --set " + name + ".OPTION=VALUE";
+}
+
 std::string shown_value(const std::string& value)
 {
     constexpr std::size_t longest = 40;
@@ -239,8 +244,7 @@ void Settings::set_vars(PipelineDocument& document, std::vector<MatrixAxis>& axe
         else if (YamlNode::Entry* var = document.vars.find(name))
             var->value = setting.value;
         else if (document.stages.find(name))
-            problems_.add(setting.value.position(),
-                          "'" + name + "' is a stage: set one of its options, --set " + name + ".OPTION=VALUE");
+            problems_.add(setting.value.position(), stage_in_place_of_var(name));
         else if (document.complete)
             problems_.add(setting.value.position(),
                           "there is no var '" + name + "' in the pipeline" + suggestion(name, keys_of(document.vars)));

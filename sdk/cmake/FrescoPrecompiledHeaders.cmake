@@ -1,0 +1,46 @@
+# The headers that most sources parse anew, parsed once. Of fresco's own build alone: plugins outside the tree never see it.
+option(FRESCO_PRECOMPILED_HEADERS "Parse the headers that most sources include only once (ccache wants it off)" ON)
+
+set(FRESCO_STANDARD_HEADERS
+    <algorithm>
+    <array>
+    <cmath>
+    <cstdint>
+    <cstring>
+    <filesystem>
+    <functional>
+    <limits>
+    <map>
+    <memory>
+    <optional>
+    <set>
+    <span>
+    <string>
+    <string_view>
+    <utility>
+    <vector>)
+
+# fresco_add_precompiled(KIND HEADERS header… [LINK target…] [PIC]): what fresco_use_precompiled(TARGET KIND) gives to targets that
+# link the same. Compilers take it only for sources of equal flags: code for shared libraries has PIC, programs have not. Libraries
+# that hide their symbols go without: a class parsed beforehand would not be hidden.
+function(fresco_add_precompiled KIND)
+    cmake_parse_arguments(ARG "PIC" "" "HEADERS;LINK" ${ARGN})
+    if(NOT FRESCO_PRECOMPILED_HEADERS)
+        return()
+    endif()
+    set(target fresco_precompiled_${KIND})
+    set(source ${PROJECT_BINARY_DIR}/${target}.cpp)
+    file(CONFIGURE OUTPUT ${source} CONTENT "")
+    add_library(${target} OBJECT EXCLUDE_FROM_ALL ${source})
+    set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ${ARG_PIC})
+    target_link_libraries(${target} PRIVATE fresco_compile_options ${ARG_LINK})
+    target_precompile_headers(${target} PRIVATE ${ARG_HEADERS})
+endfunction()
+
+function(fresco_use_precompiled TARGET KIND)
+    if(TARGET fresco_precompiled_${KIND})
+        target_precompile_headers(${TARGET} REUSE_FROM fresco_precompiled_${KIND})
+        # GCC 12 forgets of such headers that they are the system's, and sees in std::string's what is not there.
+        target_compile_options(${TARGET} PRIVATE -Wno-array-bounds -Wno-stringop-overflow -Wno-stringop-overread)
+    endif()
+endfunction()

@@ -31,6 +31,7 @@ class Descriptor
         if (fd_ >= 0)
             ::close(fd_);
     }
+    Descriptor(Descriptor&& other) noexcept : fd_(other.release()) {}
     Descriptor(const Descriptor&) = delete;
     Descriptor& operator=(const Descriptor&) = delete;
     Descriptor& operator=(Descriptor&& other) noexcept
@@ -95,14 +96,24 @@ void make_durable(int fd, const std::filesystem::path& file)
 /// To find that a temporary file is still the one that was locked.
 constexpr int most_tries = 100;
 
-bool locked(int fd)
+enum class Lock
+{
+    held,
+    /// The file system has none, so that nobody holds one.
+    unknown_here,
+    refused
+};
+
+Lock lock(int fd)
 {
     while (::flock(fd, LOCK_EX) != 0)
     {
+        if (errno == EOPNOTSUPP || errno == ENOSYS || errno == EINVAL)
+            return Lock::unknown_here;
         if (errno != EINTR)
-            return false;
+            return Lock::refused;
     }
-    return true;
+    return Lock::held;
 }
 
 /// Whether `path` still names the open file: another writer may have renamed or removed it before its lock became ours.
@@ -114,36 +125,57 @@ bool names(const std::filesystem::path& path, int fd)
            there.st_dev == here.st_dev;
 }
 
+int open_to_write(const std::filesystem::path& path)
+{
+    return ::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0666);
+}
+
+/// `shared` opened and locked, or nothing where this process needs a name of its own: the file system knows no locks, the name
+/// is another user's, or other writers of the same file were always faster. A file under that name is never removed here while
+/// somebody may hold it.
+Descriptor open_shared(const std::filesystem::path& file, const std::filesystem::path& shared)
+{
+    for (int tries = 0; tries < most_tries; ++tries)
+    {
+        Descriptor output(open_to_write(shared));
+        if (output.get() < 0)
+        {
+            if (errno == EACCES || errno == EPERM || errno == ELOOP)
+                return Descriptor(-1);
+            // On layered file systems also when the name was renamed away at this moment.
+            if (errno == ENOENT && std::filesystem::is_directory(shared.parent_path().empty() ? "." : shared.parent_path()))
+                continue;
+            throw Error(file.string() + ": cannot be written: " + cause());
+        }
+        const Lock state = lock(output.get());
+        if (state == Lock::unknown_here)
+            ::unlink(shared.c_str());
+        if (state != Lock::held)
+            return Descriptor(-1);
+        if (names(shared, output.get()))
+            return output;
+    }
+    return Descriptor(-1);
+}
+
 /// The file that becomes `file`, open, empty and ours alone; `temporary` is set to its path. Its name is the same every time, so
-/// that what a killed process left behind is used by the next one that writes the same file. Where the file system knows no
-/// locks, or that name is another user's, it is this process's own.
+/// that what a killed process left behind is used by the next one that writes the same file.
 int open_temporary(const std::filesystem::path& file, std::filesystem::path& temporary)
 {
     temporary = file;
     temporary += ".tmp";
-    for (int tries = 0;; ++tries)
+    Descriptor output = open_shared(file, temporary);
+    if (output.get() < 0)
     {
-        Descriptor output(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0666));
-        // Somebody else's of that name, which may not be touched.
-        const bool foreign = output.get() < 0 && (errno == EACCES || errno == EPERM || errno == ELOOP);
-        if (output.get() < 0 && !foreign)
+        static std::atomic<unsigned> counter{0};
+        temporary += "-" + std::to_string(::getpid()) + "-" + std::to_string(counter++);
+        output = Descriptor(open_to_write(temporary));
+        if (output.get() < 0)
             throw Error(file.string() + ": cannot be written: " + cause());
-        if (foreign || tries == most_tries || !locked(output.get()))
-        {
-            if (!foreign)
-                ::unlink(temporary.c_str());
-            static std::atomic<unsigned> counter{0};
-            temporary += "-" + std::to_string(::getpid()) + "-" + std::to_string(counter++);
-            output = Descriptor(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0666));
-            if (output.get() < 0)
-                throw Error(file.string() + ": cannot be written: " + cause());
-        }
-        else if (!names(temporary, output.get()))
-            continue;
-        if (::ftruncate(output.get(), 0) != 0)
-            throw Error(file.string() + ": cannot be written: " + cause());
-        return output.release();
     }
+    if (::ftruncate(output.get(), 0) != 0)
+        throw Error(file.string() + ": cannot be written: " + cause());
+    return output.release();
 }
 
 }  // namespace

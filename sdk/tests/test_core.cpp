@@ -12,6 +12,7 @@
 
 #include <catch2/catch.hpp>
 
+#include <atomic>
 #include <csignal>
 #include <fstream>
 #include <numeric>
@@ -151,19 +152,31 @@ TEST_CASE("Of several writers of one file one is last, and nothing is mixed or l
 {
     const fresco::testing::TemporaryFolder folder;
     const auto file = folder.path() / "a.txt";
+    // Enough of them that one is overtaken many times in a row.
+    std::atomic<int> refused{0};
     std::vector<std::thread> writers;
-    for (int writer = 0; writer < 4; ++writer)
+    for (int writer = 0; writer < 16; ++writer)
     {
         writers.emplace_back(
-            [&file, writer]
+            [&file, &refused, writer]
             {
-                for (int i = 0; i < 50; ++i)
-                    fresco::write_file(
-                        file, std::string(static_cast<std::size_t>(1000 * (writer + 1)), static_cast<char>('a' + writer)));
+                const std::string own(static_cast<std::size_t>(1000 * (writer + 1)), static_cast<char>('a' + writer));
+                for (int i = 0; i < 200; ++i)
+                {
+                    try
+                    {
+                        fresco::write_file(file, own);
+                    }
+                    catch (const std::exception&)
+                    {
+                        ++refused;
+                    }
+                }
             });
     }
     for (auto& writer : writers)
         writer.join();
+    CHECK(refused == 0);
     const std::string text = fresco::read_text_file(file);
     REQUIRE_FALSE(text.empty());
     CHECK(text == std::string(static_cast<std::size_t>(1000 * (text[0] - 'a' + 1)), text[0]));

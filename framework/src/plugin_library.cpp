@@ -7,6 +7,7 @@
 #define BOOST_DLL_USE_STD_FS
 #include <boost/dll/shared_library.hpp>
 #include <cstdio>
+#include <list>
 #include <map>
 #include <set>
 
@@ -109,8 +110,9 @@ std::optional<std::string> handshake_problem(const fresco_plugin_info& plugin, c
 
 PluginLibrary::PluginLibrary(const fs::path& file) : file_(file)
 {
-    // Never destroyed, so never unloaded.
-    auto* library = new boost::dll::shared_library;
+    // Never destroyed, so never unloaded: what a library made may be in use to the last moment of the process.
+    static auto& loaded = *new std::list<boost::dll::shared_library>;
+    auto* const library = &loaded.emplace_back();
     try
     {
         library->load(file.string(), boost::dll::load_mode::rtld_now | boost::dll::load_mode::rtld_local);
@@ -157,7 +159,7 @@ PluginLibrary::PluginLibrary(const fs::path& file) : file_(file)
 
 const PluginLibrary& PluginLibrary::open(const fs::path& file)
 {
-    static std::map<fs::path, const PluginLibrary*> opened;
+    static auto& opened = *new std::map<fs::path, const PluginLibrary*>;
     const auto known = opened.find(file);
     if (known != opened.end())
         return *known->second;

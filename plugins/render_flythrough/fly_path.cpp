@@ -112,8 +112,32 @@ Vec3d mean_up(std::span<const RigidTransform> poses)
     return length(up) > 1e-9 ? normalized(up) : Vec3d{0, 0, 1};
 }
 
+OrbitArc orbit_arc(std::span<const double> shares)
+{
+    constexpr double least = 0.5;
+    const std::size_t count = shares.size();
+    std::size_t begin = 0;
+    std::size_t most = 0;
+    for (std::size_t first = 0; first < count; ++first)
+    {
+        std::size_t length = 0;
+        while (length < count && shares[(first + length) % count] >= least)
+            ++length;
+        if (length > most)
+        {
+            begin = first;
+            most = length;
+        }
+    }
+    if (most == 0 || most == count)
+        return {};
+    const double step = 2 * std::numbers::pi / static_cast<double>(count);
+    const double first = step * static_cast<double>(begin);
+    return {first, first + step * static_cast<double>(most - 1), false};
+}
+
 std::vector<RigidTransform> orbit_path(std::span<const RigidTransform> recorded, double radius_m, double down_deg,
-                                       std::size_t count)
+                                       std::size_t count, const OrbitArc& arc)
 {
     const Vec3d up = mean_up(recorded);
     Vec3d middle;
@@ -130,7 +154,8 @@ std::vector<RigidTransform> orbit_path(std::span<const RigidTransform> recorded,
     std::vector<RigidTransform> path;
     for (std::size_t i = 0; i < count; ++i)
     {
-        const double turn = 2 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(count);
+        const double around = 2 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(count);
+        const double turn = arc.around ? around : arc.first + (arc.last - arc.first) * 0.5 * (1 - std::cos(around));
         const Vec3d outwards = ahead * std::cos(turn) + right * std::sin(turn);
         const Look look{middle + outwards * radius_m, outwards * std::cos(down) - up * std::sin(down), up * -1.0};
         path.push_back(pose_of(look, look));

@@ -15,8 +15,21 @@ std::vector<fresco::RigidTransform> recorded_path(std::span<const fresco::RigidT
 /// Which way is up by the poses: the mean of where their -y points. Unit length, (0, 0, 1) where that is nothing.
 fresco::Vec3d mean_up(std::span<const fresco::RigidTransform> poses);
 
-/// Once around: `count` poses on a level circle of `radius_m` about the mean place of `recorded`, looking away from its middle
-/// and down by `down_deg`; the first looks as nearly as it can where the first of `recorded` does, then it turns to the right.
-/// The last stands one step before the first: shown in a loop it never jumps.
+/// The directions of an orbit, radians to the right of where it looks ahead: from `first` to `last` and back, or once around.
+struct OrbitArc
+{
+    double first = 0;
+    double last = 0;
+    bool around = true;
+};
+
+/// The widest run of directions in which at least half of the picture shows something. `shares` are the shares, 0 to 1, in
+/// evenly spaced directions, the first ahead, each next one to the right of it. Around where that is so everywhere or nowhere.
+OrbitArc orbit_arc(std::span<const double> shares);
+
+/// `count` poses on a level circle of `radius_m` about the mean place of `recorded` (not empty), looking away from its middle and
+/// down by `down_deg`. Ahead is as nearly as it can where the first of `recorded` looks. Around: from ahead to the right, at a
+/// steady speed; along an arc: there and back, slow at its ends. The last stands one step before the first: shown in a loop it
+/// never jumps.
 std::vector<fresco::RigidTransform> orbit_path(std::span<const fresco::RigidTransform> recorded, double radius_m, double down_deg,
-                                               std::size_t count);
+                                               std::size_t count, const OrbitArc& arc = {});

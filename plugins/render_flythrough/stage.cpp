@@ -11,7 +11,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -43,8 +45,10 @@ class RenderFlythrough final : public Stage
     Option<OutputName> name{this, "name", OutputName{"flythrough"}, "Name below --out, without extension"};
     Option<std::string> format{this, "format", "mp4", one_of({"mp4", "webm", "png"}),
                                "mp4: H.264; webm: VP9; png: a picture per moment"};
-    Option<std::string> path{this, "path", "recorded", one_of({"recorded", "orbit"}),
-                             "recorded: along the recording, smoothed; orbit: once around from the middle of where it was made"};
+    Option<std::string> path{
+        this, "path", "recorded", one_of({"recorded", "orbit"}),
+        "recorded: along the recording, smoothed; orbit: around from the middle of where it was made, over the "
+        "directions in which there is a room"};
     Option<double> seconds{this, "seconds", 12, range(0.1, 3600), "How long it is"};
     Option<double> fps{this, "fps", 25, range(1, 120), "Pictures per second"};
     Option<int> height_px{this, "height_px", 480, range(16, 4320), "Height; the width follows from the camera, both even"};
@@ -83,7 +87,27 @@ class RenderFlythrough final : public Stage
         return recorded.scaled_to(std::max(2, (recorded.width_at(height) + 1) / 2 * 2), height);
     }
 
-    std::vector<RigidTransform> poses() const
+    /// Where there is something to see from the middle, by small pictures all around.
+    OrbitArc arc(std::span<const RigidTransform> recorded, const Intrinsics& size, const raycast::ViewRenderer& renderer,
+                 RunContext& run) const
+    {
+        constexpr std::size_t directions_count = 72;
+        constexpr int small_px = 24;
+        const Intrinsics small = size.scaled_to(std::max(1, size.width_at(small_px)), small_px);
+        std::vector<double> shares;
+        for (const RigidTransform& pose : orbit_path(recorded, *radius_m, *down_deg, directions_count))
+        {
+            run.check_cancelled();
+            const Raster8 picture = renderer.render({small, pose}, run);
+            double opaque = 0;
+            for (std::size_t at = 3; at < picture.values.size(); at += 4)
+                opaque += picture.values[at];
+            shares.push_back(opaque / (255.0 * picture.width * picture.height));
+        }
+        return orbit_arc(shares);
+    }
+
+    std::vector<RigidTransform> poses(const Intrinsics& size, const raycast::ViewRenderer& renderer, RunContext& run) const
     {
         std::vector<RigidTransform> recorded;
         // One sequence: between two the camera was carried unseen.
@@ -91,16 +115,19 @@ class RenderFlythrough final : public Stage
             if (frame.sequence == frames->frames.front().sequence)
                 recorded.push_back(frame.color.world_from_camera);
         const auto count = static_cast<std::size_t>(std::max(1L, std::lround(*seconds * *fps)));
-        return *path == "orbit" ? orbit_path(recorded, *radius_m, *down_deg, count)
-                                : recorded_path(recorded, *smoothing_count, count);
+        if (*path == "recorded")
+            return recorded_path(recorded, *smoothing_count, count);
+        const OrbitArc seen = arc(recorded, size, renderer, run);
+        run.report("arc_deg", seen.around ? 360.0 : (seen.last - seen.first) * 180 / std::numbers::pi);
+        return orbit_path(recorded, *radius_m, *down_deg, count, seen);
     }
 
     void run(RunContext& run) override
     {
         check_inputs();
-        const std::vector<RigidTransform> way = poses();
         const Intrinsics size = intrinsics();
         const raycast::ViewRenderer renderer(*mesh, {.samples_per_side = *samples, .mip_maps = true});
+        const std::vector<RigidTransform> way = poses(size, renderer, run);
         const std::filesystem::path folder = video.folder().path;
         const bool pictures = *format == "png";
         Files made;

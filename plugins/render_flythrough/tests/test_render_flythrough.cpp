@@ -125,6 +125,59 @@ TEST_CASE("an orbit is level, turns to the right and closes")
     }
 }
 
+TEST_CASE("an orbit turns over the widest run of directions with something to see")
+{
+    using std::numbers::pi;
+    CHECK(orbit_arc(std::vector<double>(8, 0.6)).around);
+    CHECK(orbit_arc(std::vector<double>(8, 0.4)).around);
+    // Two of them to the right; three across the one ahead.
+    const OrbitArc arc = orbit_arc(std::vector<double>{0.9, 0.5, 0.49, 1, 1, 0, 0, 0.7});
+    CHECK_FALSE(arc.around);
+    CHECK(arc.first == Approx(2 * pi * 7 / 8));
+    CHECK(arc.last == Approx(2 * pi * 9 / 8));
+
+    const std::vector<RigidTransform> recorded{standing({1, 5, 0}, 0.4)};
+    const auto path = orbit_path(recorded, 0.5, 0, 8, {-0.2, 0.6, false});
+    const std::vector<double> turns{0.2, 0.2 + 0.4 * (1 - std::sqrt(0.5)), 0.6, 0.6 + 0.4 * std::sqrt(0.5), 1.0};
+    for (std::size_t i = 0; i < 8; ++i)
+    {
+        const Vec3d forward = path[i].direction({0, 0, 1});
+        CHECK(std::atan2(forward.x, forward.z) == Approx(turns[i <= 4 ? i : 8 - i]));
+    }
+}
+
+TEST_CASE("an orbit before a single wall never turns away from it")
+{
+    const testing::TemporaryFolder folder;
+    testing::TestRun run;
+    auto frames = two_frames();
+    frames->frames.resize(1);
+    fly(folder.path(),
+        Value::Map{{"format", "png"},
+                   {"seconds", 0.8},
+                   {"fps", 10.0},
+                   {"height_px", 48},
+                   {"path", "orbit"},
+                   {"radius_m", 0.8},
+                   {"down_deg", 0.0}},
+        frames, run);
+    CHECK(run.reported.at("arc_deg").as_double() > 10);
+    CHECK(run.reported.at("arc_deg").as_double() < 90);
+    const auto files = Files::load({folder.path() / "video", folder.path()});
+    REQUIRE(files->names.size() == 8);
+    for (const auto& name : files->names)
+    {
+        const auto bytes = read_file(folder.path() / "video" / name);
+        const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());
+        const Raster8 picture = stored_png::decode({data, data + bytes.size()});
+        int shown = 0;
+        for (int y = 0; y < picture.height; ++y)
+            for (int x = 0; x < picture.width; ++x)
+                shown += picture.at(x, y, 0) != 32 || picture.at(x, y, 2) != 32;
+        CHECK(2 * shown >= picture.width * picture.height * 9 / 10);
+    }
+}
+
 TEST_CASE("pictures show the wall, and grey beside it")
 {
     const testing::TemporaryFolder folder;

@@ -70,9 +70,7 @@
         const scene = new THREE.Scene();
         scene.add(mesh);
 
-        const size = new THREE.Vector3().fromArray(room.extent);
-        const middle = new THREE.Vector3().fromArray(room.low).addScaledVector(size, 0.5);
-        const reach = size.length();
+        const reach = new THREE.Vector3().fromArray(room.extent).length();
         const camera = new THREE.PerspectiveCamera(60, 1, reach / 2000, reach * 10);
         const upwards = room.start ? new THREE.Vector3().fromArray(room.start.up) : new THREE.Vector3(0, 0, 1);
         camera.up.copy(upwards);
@@ -89,6 +87,19 @@
             const position = new THREE.Vector3().fromArray(pose.position);
             place(position, new THREE.Vector3().fromArray(pose.forward).multiplyScalar(Math.min(1.5, reach / 4)).add(position));
         };
+        // What most of the vertices lie in: crumbs far off would make the room a spot in the middle.
+        const core = (() => {
+            const sample = [[], [], []];
+            const step = Math.max(1, Math.floor(room.vertices / 20000));
+            for (let i = 0; i < room.vertices; i += step)
+                sample.forEach((axis, k) => axis.push(values.array[6 * i + k] / 65535));
+            const ends = sample.map((axis, k) => {
+                axis.sort((a, b) => a - b);
+                return [0.02, 0.98].map(share => room.low[k] + room.extent[k] * axis[Math.floor(share * (axis.length - 1))]);
+            });
+            const [low, high] = [0, 1].map(end => new THREE.Vector3().fromArray(ends.map(axis => axis[end])));
+            return { middle: low.clone().add(high).multiplyScalar(0.5), reach: high.distanceTo(low) };
+        })();
         // Backs of faces are not drawn: from above and outside one looks in, from behind where the cameras were.
         const outside = () => {
             const side = room.start ? new THREE.Vector3().fromArray(room.start.looking).multiplyScalar(-1) : new THREE.Vector3(0.6, 0.35, 0.72);
@@ -97,7 +108,7 @@
                 side.set(0.6, 0.35, 0.72);
             side.normalize();
             side.addScaledVector(upwards, 0.9 - side.dot(upwards));
-            place(middle.clone().addScaledVector(side.normalize(), 0.95 * reach), middle);
+            place(core.middle.clone().addScaledVector(side.normalize(), 0.85 * core.reach), core.middle);
         };
         const resize = () => {
             const { width, height } = box.getBoundingClientRect();

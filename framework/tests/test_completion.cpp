@@ -72,6 +72,18 @@ TEST_CASE("--set offers what the pipeline has, and --until its stages")
     CHECK(offered(place, {"run", "--set", "start=3", "room.yaml", "--set", "add.pl"}) == Words{"add.plus="});
     CHECK(offered(place, {"run", "room.yaml", "--set", "start", "=", "3", "--until", "s"}) == Words{"source"});
     CHECK(offered(place, {"plan", "room.yaml", "--until", ""}) == Words{"add", "odd", "source"});
+    // In one word with the option, whole (zsh) or cut (bash).
+    CHECK(offered(place, {"plan", "room.yaml", "--until=so"}) == Words{"source"});
+    CHECK(offered(place, {"plan", "room.yaml", "--until", "=", "so"}) == Words{"source"});
+    CHECK(offered(place, {"plan", "room.yaml", "--until", "="}) == Words{"add", "odd", "source"});
+    CHECK(offered(place, {"run", "room.yaml", "--out=a"}) == Words{":folders"});
+    CHECK(offered(place, {"run", "room.yaml", "--out", "=", "a"}) == Words{":folders"});
+    CHECK(offered(place, {"run", "room.yaml", "--out", "=", "a", "--until", "s"}) == Words{"source"});
+    CHECK(offered(place, {"run", "room.yaml", "--nothing=a"}).empty());
+    // A value may be a file.
+    CHECK(offered(place, {"run", "room.yaml", "--set", "start=a"}) == Words{":files"});
+    CHECK(offered(place, {"run", "room.yaml", "--set", "start", "=", "a"}) == Words{":files"});
+    CHECK(offered(place, {"run", "room.yaml", "--set", "start", "="}) == Words{":files"});
     CHECK(offered(place, {"run", "missing.yaml", "--set", ""}).empty());
     CHECK(offered(place, {"run", "--set", ""}).empty());
     place.write("bad.yaml", "version: [1\nstages: {a");
@@ -106,6 +118,7 @@ TEST_CASE("bash completes by the script")
     CHECK(completed(program + " run roo") == "room.yaml\n");
     CHECK(completed(program + " init a") == "a folder\n");
     CHECK(place.read("options") == "-o filenames\n");
+    CHECK(completed(program + " run room.yaml --out =") == "a folder\n");
     CHECK(place.run({"completion", "zsh"}).out.starts_with("#compdef fresco\n"));
     CHECK(place.run({"completion", "fish"}).code == 2);
 }

@@ -47,8 +47,10 @@ Place place_of(const CLI::App& app, const Words& words, std::size_t current)
     Place place{&app, nullptr, {}};
     for (std::size_t i = 1; i < std::min(current, words.size()); ++i)
     {
-        // Shells cut `--set a.b=4` at the sign of equality.
+        // bash cuts `--set a.b=4` and `--out=a` at the sign of equality.
         const bool cut = words[i] == "=" || words[i - 1] == "=";
+        if (place.waiting != nullptr && words[i] == "=" && words[i - 1].starts_with("-"))
+            continue;
         if (place.waiting != nullptr)
             place.waiting = nullptr;
         else if (cut)
@@ -138,25 +140,66 @@ Words positional(const Place& place)
     return {};
 }
 
+/// The word that is completed: its beginning where it is one of its own, and the part that can grow.
+struct Typed
+{
+    std::string option;  ///< "--out" of `--out=a`.
+    std::string word;
+    bool setting = false;  ///< The value of `--set a=b`, b.
+};
+
+Typed typed_at(const Words& words, std::size_t current, const Place& place)
+{
+    Typed typed;
+    typed.word = current < words.size() ? words[current] : "";
+    const bool behind_sign = typed.word == "=" || (current > 0 && words[current - 1] == "=");
+    if (typed.word == "=")
+        typed.word.clear();
+    const std::size_t sign = typed.word.find('=');
+    const bool set = place.waiting != nullptr && place.waiting->check_lname("set");
+    if (place.waiting == nullptr && typed.word.starts_with("--") && sign != std::string::npos)
+    {
+        typed.option = typed.word.substr(0, sign);
+        typed.word = typed.word.substr(sign + 1);
+    }
+    else if (set && sign != std::string::npos)
+    {
+        typed.setting = true;
+        typed.word = typed.word.substr(sign + 1);
+    }
+    else
+        typed.setting = behind_sign && place.waiting == nullptr;
+    return typed;
+}
+
 Words offered(const CLI::App& app, const Words& words, std::size_t current)
 {
     const Place place = place_of(app, words, current);
-    if (place.waiting != nullptr)
-        return values_of(*place.waiting, place);
-    const std::string word = current < words.size() ? words[current] : "";
+    const Typed typed = typed_at(words, current, place);
     Words result;
-    if (word.starts_with("-"))
+    const CLI::Option* option = typed.option.empty() ? place.waiting : option_named(*place.command, typed.option);
+    if (typed.setting)
+        result = files;
+    else if (option != nullptr)
+        result = values_of(*option, place);
+    else if (typed.word.starts_with("-"))
     {
-        for (const CLI::Option* option : place.command->get_options())
-            for (const auto& name : option->get_lnames())
+        for (const CLI::Option* each : place.command->get_options())
+            for (const auto& name : each->get_lnames())
                 result.push_back("--" + name);
-        return result;
     }
-    for (const CLI::App* command :
-         place.command->get_subcommands([](const CLI::App* each) { return !each->get_group().empty(); }))
-        if (!command->get_name().empty())
-            result.push_back(command->get_name());
-    return result.empty() ? positional(place) : result;
+    else if (typed.option.empty())
+    {
+        for (const CLI::App* command :
+             place.command->get_subcommands([](const CLI::App* each) { return !each->get_group().empty(); }))
+            if (!command->get_name().empty())
+                result.push_back(command->get_name());
+        if (result.empty())
+            result = positional(place);
+    }
+    if (result != files && result != folders)
+        std::erase_if(result, [&](const std::string& each) { return !each.starts_with(typed.word); });
+    return result;
 }
 
 }  // namespace
@@ -166,9 +209,6 @@ std::vector<std::string> completions(const CLI::App& app, const std::vector<std:
     try
     {
         Words result = offered(app, words, current);
-        const std::string word = current < words.size() ? words[current] : "";
-        if (result != files && result != folders)
-            std::erase_if(result, [&](const std::string& each) { return !each.starts_with(word); });
         std::sort(result.begin(), result.end());
         return result;
     }
@@ -186,6 +226,7 @@ const char* completion_script(const std::string& shell)
 _fresco()
 {
     local offered word=${COMP_WORDS[COMP_CWORD]}
+    [[ $word == = ]] && word=
     mapfile -t offered < <("${COMP_WORDS[0]}" internal-complete "$COMP_CWORD" -- "${COMP_WORDS[@]}" 2>/dev/null)
     case ${offered[0]} in
     :files) compopt -o filenames; mapfile -t COMPREPLY < <(compgen -f -- "$word") ;;
@@ -207,11 +248,11 @@ _fresco()
     local -a offered
     offered=("${(@f)$("${words[1]}" internal-complete $((CURRENT - 1)) -- "${words[@]}" 2>/dev/null)}")
     case ${offered[1]} in
-    (:files) _files ;;
-    (:folders) _files -/ ;;
+    (:files) compset -P '*='; _files ;;
+    (:folders) compset -P '*='; _files -/ ;;
     (*=) compadd -S '' -a offered ;;
     ('') ;;
-    (*) compadd -a offered ;;
+    (*) compset -P '*='; compadd -a offered ;;
     esac
 }
 if [[ $zsh_eval_context[-1] == loadautofunc ]]; then

@@ -16,6 +16,7 @@
 #include <functional>
 #include <map>
 #include <poll.h>
+#include <unistd.h>
 #include <utility>
 
 namespace fresco::host
@@ -129,28 +130,6 @@ class CommandOutput final : public OutputPort
     CommandPort port_;
 };
 
-/// What descends from a process, itself first.
-void list_tree(pid_t pid, std::vector<pid_t>& tree)
-{
-    tree.push_back(pid);
-    std::error_code error;
-    for (fs::directory_iterator task("/proc/" + std::to_string(pid) + "/task", error), end; !error && task != end;
-         task.increment(error))
-    {
-        std::ifstream children(task->path() / "children");
-        for (pid_t child = 0; children >> child;)
-            list_tree(child, tree);
-    }
-}
-
-void signal_tree(pid_t pid, int number)
-{
-    std::vector<pid_t> tree;
-    list_tree(pid, tree);
-    for (const pid_t each : tree)
-        kill(each, number);
-}
-
 std::string shown_command(const std::vector<std::string>& words)
 {
     std::string text;
@@ -218,6 +197,8 @@ class CommandStage final : public Stage
             while (output.next(line))
                 take_line(line, run);
         }
+        // What it left behind must not write into its outputs any more.
+        end_descendants();
         if (const std::string rest = output.rest(); !rest.empty())
             take_line(rest, run);
         if (end.signal == 0 && end.exit_code == 0)
@@ -228,7 +209,7 @@ class CommandStage final : public Stage
                     printed_tail());
     }
 
-    /// SIGTERM to the program and all it started, SIGKILL to those that are there 5 s later; the host ends what is left.
+    /// SIGTERM to the program and all it started; SIGKILL to what is left when the program has ended, after 5 s at latest.
     static void stop_if_told(const Program& program, RunContext& run)
     {
         try
@@ -238,14 +219,11 @@ class CommandStage final : public Stage
         catch (const Cancelled&)
         {
             const auto patience = std::chrono::steady_clock::now() + std::chrono::seconds(5);
-            signal_tree(program.pid, SIGTERM);
+            signal_descendants(getpid(), SIGTERM);
             ChildEnd end;
-            while (!take_end(program.pid, end))
-            {
-                if (std::chrono::steady_clock::now() > patience)
-                    signal_tree(program.pid, SIGKILL);
+            while (!take_end(program.pid, end) && std::chrono::steady_clock::now() < patience)
                 poll(nullptr, 0, 20);
-            }
+            end_descendants();
             throw;
         }
     }

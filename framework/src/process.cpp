@@ -7,6 +7,9 @@
 #include <cstdlib>
 #include <cstring>
 #include <fcntl.h>
+#include <filesystem>
+#include <fstream>
+#include <poll.h>
 #include <string.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
@@ -19,6 +22,7 @@ extern char** environ;
 
 namespace fresco::host
 {
+namespace fs = std::filesystem;
 namespace
 {
 
@@ -106,7 +110,8 @@ void limit_data(double limit_mb)
 [[noreturn]] void become_child(pid_t host, const Descriptors& descriptors, double data_limit_mb, char* const* arguments,
                                char* const* environment)
 {
-    setpgid(0, 0);
+    // Without a terminal of its own: whoever reads from one in the background would be stopped, and nobody would wake it.
+    setsid();
     settle_child(host, descriptors);
     if (dup2(descriptors.channel, child_channel) < 0)
         _exit(127);
@@ -182,7 +187,6 @@ Child start_child(const std::vector<std::string>& arguments, const EnvironmentCh
         cannot_start("fork");
     if (child.pid == 0)
         become_child(host, {input.get(), output.get(), channel.get()}, data_limit_mb, argv.data(), envp.data());
-    setpgid(child.pid, child.pid);
     return child;
 }
 
@@ -203,8 +207,9 @@ std::string find_program(const std::string& name)
     {
         const std::size_t end = std::min(path.find(':', begin), path.size());
         const std::string folder = path.substr(begin, end - begin);
-        if (!folder.empty() && runs(folder + "/" + name))
-            return folder + "/" + name;
+        // The program starts in another folder.
+        if (const fs::path file = fs::path(folder) / name; !folder.empty() && runs(file))
+            return fs::absolute(file);
         begin = end + 1;
     }
     return {};
@@ -273,6 +278,52 @@ bool take_group_end(pid_t pid, ChildEnd& end)
         return false;
     kill(-pid, SIGKILL);
     return take_end(pid, end);
+}
+
+std::vector<pid_t> descendants_of(pid_t pid)
+{
+    std::vector<pid_t> found;
+    std::error_code error;
+    for (fs::directory_iterator task("/proc/" + std::to_string(pid) + "/task", error), end; !error && task != end;
+         task.increment(error))
+    {
+        std::ifstream children(task->path() / "children");
+        for (pid_t child = 0; children >> child;)
+        {
+            found.push_back(child);
+            const std::vector<pid_t> further = descendants_of(child);
+            found.insert(found.end(), further.begin(), further.end());
+        }
+    }
+    return found;
+}
+
+void signal_descendants(pid_t pid, int number)
+{
+    for (const pid_t each : descendants_of(pid))
+        kill(each, number);
+}
+
+void adopt_orphans()
+{
+    prctl(PR_SET_CHILD_SUBREAPER, 1);
+}
+
+void end_descendants()
+{
+    constexpr int patience = 200;  // times 10 ms; what the kernel itself holds up ends when it can
+    for (int tries = 0; tries < patience; ++tries)
+    {
+        signal_descendants(getpid(), SIGKILL);
+        // Those of the ones that ended are adopted meanwhile.
+        pid_t taken = 0;
+        do
+            taken = waitpid(-1, nullptr, WNOHANG);
+        while (taken > 0);
+        if (taken < 0)
+            return;
+        poll(nullptr, 0, 10);
+    }
 }
 
 std::string signal_text(int signal)

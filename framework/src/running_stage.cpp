@@ -99,7 +99,13 @@ RunningStage::~RunningStage()
 
 void RunningStage::stop(int signal) const
 {
-    kill(signal == SIGKILL ? -child_.pid : child_.pid, signal);
+    if (signal == SIGKILL)
+    {
+        // It must not end before what it started: nobody could tell those any more.
+        kill(child_.pid, SIGSTOP);
+        signal_descendants(child_.pid, SIGKILL);
+    }
+    kill(child_.pid, signal);
 }
 
 void RunningStage::end_for(std::string limit, int signal)

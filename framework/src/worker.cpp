@@ -6,6 +6,7 @@
 #include <fresco/files_io.h>
 #include <fresco/host/fault.h>
 #include <fresco/host/machine.h>
+#include <fresco/host/process.h>
 #include <fresco/host/progress_display.h>
 #include <fresco/host/publish.h>
 #include <fresco/host/worker.h>
@@ -300,8 +301,10 @@ void internal_run(const fs::path& request_file)
 {
     take_stop_signals();
     report_stack_overflow();
+    adopt_orphans();
     WorkerChannel channel;
     const int code = guarded_run(request_file, channel);
+    end_descendants();
     std::fflush(nullptr);
     // Static destructors of libraries have nothing to do here that is worth a crash after the work is done.
     std::_Exit(code);

@@ -199,6 +199,36 @@ TEST_CASE("stopping a run stops the program and all it started", "[command]")
     CHECK(fs::is_empty(place.file(".fresco/tmp")));
 }
 
+TEST_CASE("what a program leaves behind ends before its outputs are taken", "[command]")
+{
+    Workplace place;
+    // A session of its own, and nobody who waits for it.
+    place.write("left.sh",
+                "setsid sh -c 'echo $$ >\"$0\"; while :; do echo more >>\"$1\"; sleep 0.01; done' \"$PWD/pid\" \"$1/log\" &\n"
+                "while [ ! -s pid ] || [ ! -s \"$1/log\" ]; do sleep 0.01; done; cp pid \"$1/pid\"\n");
+    place.write(
+        "room.yaml",
+        "version: 1\nstages:\n  made: {type: command, run: [sh, left.sh, \"{o}\"], files: [left.sh], outputs: {o: files}}\n");
+    const Finished finished = place.run({"run", "room.yaml"});
+    INFO(finished.err);
+    REQUIRE(finished.code == 0);
+    std::ifstream words_of("/proc/" + std::to_string(std::stoi(place.read("out/pid"))) + "/cmdline");
+    CHECK(words_of.get() == std::ifstream::traits_type::eof());
+    CHECK(place.run({"store", "verify"}).code == 0);
+}
+
+TEST_CASE("a program is found by a relative folder of PATH, too", "[command]")
+{
+    Workplace place;
+    place.write("tools/make-table", "#!/bin/sh\n" + std::string(table) + "\n");
+    chmod(place.file("tools/make-table").c_str(), 0755);
+    place.environment["PATH"] = ":tools:" + std::string(std::getenv("PATH"));
+    place.write("room.yaml", "version: 1\nstages:\n  made: {type: command, run: [make-table, \"{o}\"], outputs: {o: table}}\n");
+    const Finished finished = place.run({"run", "room.yaml"});
+    INFO(finished.err);
+    CHECK(finished.code == 0);
+}
+
 TEST_CASE("limits hold for programs, too", "[command][isolation]")
 {
     Workplace place;
@@ -212,6 +242,18 @@ TEST_CASE("limits hold for programs, too", "[command][isolation]")
     CHECK(large.code == 1);
     CHECK(contains(large.err, "stage made (command): "));
     CHECK(fs::exists(place.file("out/good.txt")));
+}
+
+TEST_CASE("a program that hears no signal is ended with all it started, wherever that went", "[command][isolation]")
+{
+    Workplace place;
+    place.write("deaf.sh", "trap : TERM\nif [ \"$2\" = left ]; then echo $$ >\"$1\"; else setsid sh \"$0\" \"$1\" left & fi\n"
+                           "while :; do sleep 0.1; done\n");
+    place.write("room.yaml", "version: 1\nstages:\n  made: {type: command, run: [sh, deaf.sh, " + place.file("pid").string() +
+                                 ", first, \"{o}\"], files: [deaf.sh], outputs: {o: table}}\n");
+    CHECK(place.run({"run", "room.yaml", "--isolate", "made", "--isolate-time", "0.5s"}).code == 1);
+    std::ifstream words_of("/proc/" + std::to_string(std::stoi(place.read("pid"))) + "/cmdline");
+    CHECK(words_of.get() == std::ifstream::traits_type::eof());
 }
 
 TEST_CASE("all that is wrong with a command is told before anything runs", "[command]")

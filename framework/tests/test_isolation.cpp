@@ -94,7 +94,8 @@ TEST_CASE("A process that a stage leaves behind ends with it", "[isolation]")
 {
     Workplace place({"good", "misbehaving"});
     place.write("room.yaml", pipeline);
-    const Finished finished = place.run({"run", "room.yaml", "--set", "how=leave_process"});
+    const std::string how = GENERATE("leave_process", "leave_session");
+    const Finished finished = place.run({"run", "room.yaml", "--set", "how=" + how});
     CHECK(finished.code == 0);
     // It would have the program mapped.
     bool left = false;

@@ -322,6 +322,17 @@ TEST_CASE("Ctrl-C on a terminal ends the view and the run in order")
     CHECK(terminal.text().find(" > slow") == std::string::npos);
 }
 
+TEST_CASE("a program that asks at the terminal is told that there is none, and stops nothing")
+{
+    Workplace place;
+    place.write("room.yaml",
+                "version: 1\nstages:\n  asks: {type: command, run: [sh, -c, 'read -r answer </dev/tty', sh, \"{o}\"], "
+                "outputs: {o: table}}\n");
+    Terminal terminal(place, {"run", "room.yaml", "--isolate", "asks", "--isolate-time", "10s"}, 600, 12);
+    REQUIRE(terminal.shows("ended with exit code"));
+    CHECK(terminal.finish() == 1);
+}
+
 TEST_CASE("a terminal that cannot move its cursor, and none at all, get whole lines")
 {
     Workplace place;

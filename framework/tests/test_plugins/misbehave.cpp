@@ -54,6 +54,15 @@ void take_all_memory_elsewhere()
     pause();
 }
 
+/// In a session of its own it is the grandchild of a process that has ended, as services start.
+[[noreturn]] void leave(bool in_session)
+{
+    if (in_session && (setsid() < 0 || fork() != 0))
+        std::_Exit(0);
+    for (;;)
+        pause();
+}
+
 void tell(const std::string& text)
 {
     (void)send(channel, text.data(), text.size(), MSG_NOSIGNAL);
@@ -74,7 +83,7 @@ class Misbehave final : public fresco::Stage
     fresco::Option<std::string> how{
         this, "how", "nothing",
         fresco::one_of({"nothing", "segfault", "overflow", "exit", "exit_cancelled", "loop", "allocate", "allocate_elsewhere",
-                        "abort", "throw_int", "close_channel", "garbage", "leave_process", "print"}),
+                        "abort", "throw_int", "close_channel", "garbage", "leave_process", "leave_session", "print"}),
         "What it does"};
 
     void run(fresco::RunContext& run) override
@@ -103,9 +112,8 @@ class Misbehave final : public fresco::Stage
             close(channel);
         if (*how == "garbage")
             write_garbage();
-        if (*how == "leave_process" && fork() == 0)
-            for (;;)
-                pause();
+        if (how->starts_with("leave_") && fork() == 0)
+            leave(*how == "leave_session");
         if (*how == "print")
             print_without_end();
         run.message("still here");

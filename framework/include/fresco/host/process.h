@@ -44,10 +44,10 @@ inline constexpr int child_channel = 3;
 /// What is set on top of an environment: names and values.
 using EnvironmentChanges = std::vector<std::pair<std::string, std::string>>;
 
-/// Starts this program anew with `arguments`, in a process group of its own (Ctrl-C reaches the host alone), killed by the kernel
-/// when the host ends for whatever reason. `environment` is set on top of the host's own. `data_limit_mb`: how much memory of its
-/// own it and each process that it starts may map for writing (0: as much as the host); it leaves no core dump then. The host
-/// must be single-threaded. Throws Error if no process can be started.
+/// Starts this program anew with `arguments`, in a session of its own (Ctrl-C reaches the host alone, and there is no terminal
+/// that it could wait for), killed by the kernel when the host ends for whatever reason. `environment` is set on top of the
+/// host's own. `data_limit_mb`: how much memory of its own it and each process that it starts may map for writing (0: as much as
+/// the host); it leaves no core dump then. The host must be single-threaded. Throws Error if no process can be started.
 Child start_child(const std::vector<std::string>& arguments, const EnvironmentChanges& environment = {},
                   double data_limit_mb = 0);
 
@@ -58,8 +58,8 @@ struct Program
     FileDescriptor output;  ///< Its standard output and error together, non-blocking.
 };
 
-/// The file that a shell would run for `name`: the name itself where it has a '/', else the first in PATH that may be executed;
-/// empty if there is none.
+/// The file that a shell would run for `name`: the name itself where it has a '/', else the absolute path of the first in PATH
+/// that may be executed; empty if there is none.
 std::string find_program(const std::string& name);
 
 /// Starts a program, not through a shell, in `folder`, with nothing to read and none of this process's descriptors. It stays in
@@ -80,6 +80,14 @@ struct ChildEnd
 bool take_end(pid_t pid, ChildEnd& end);
 /// The same for the leader of a process group: whatever else is left of the group is killed first.
 bool take_group_end(pid_t pid, ChildEnd& end);
+
+/// What a process started, and what those started. Of a process that adopts orphans that is all that was ever started by it.
+std::vector<pid_t> descendants_of(pid_t pid);
+void signal_descendants(pid_t pid, int number);
+/// From now on whatever descends from this process stays below it, also when its parent ends.
+void adopt_orphans();
+/// Kills all that descends from this process and takes their ends: for one that adopts orphans, and waits for no child any more.
+void end_descendants();
 
 /// "Segmentation fault (signal 11)".
 std::string signal_text(int signal);

@@ -10,6 +10,7 @@
 #include <fresco/uv_maps.h>
 
 #include <algorithm>
+#include <optional>
 
 namespace fresco::host
 {
@@ -79,34 +80,50 @@ void take_files(const ArtifactFolder& published)
     files.save(published);
 }
 
-bool is_below(const fs::path& path, const fs::path& folder)
+/// The path from `folder` to `path`, whichever way each is written; nothing if it is not below.
+std::optional<fs::path> below(const fs::path& path, const fs::path& folder)
 {
-    const fs::path relative = path.lexically_relative(folder);
-    return !relative.empty() && *relative.begin() != "..";
+    for (const fs::path& relative :
+         {path.lexically_relative(folder), fs::weakly_canonical(path).lexically_relative(fs::weakly_canonical(folder))})
+        if (!relative.empty() && *relative.begin() != "..")
+            return relative;
+    return std::nullopt;
 }
 
-/// Pictures are looked for now; those that are the user's own files are part of what the result was made from.
+/// As `published` refers to it. Pictures that are the user's own files are part of what the result was made from.
+void take_picture(PictureFile& picture, const ArtifactFolder& published, const std::string& where, RunContext& run)
+{
+    picture.path = picture.path.lexically_normal();
+    if (!fs::is_regular_file(picture.path))
+        throw Error(where + ": there is no picture " + picture.path.string());
+    if (const auto own = below(picture.path, published.path))
+        picture.path = published.path / *own;
+    else if (const auto stored = below(picture.path, published.store / "objects"))
+        picture.path = published.store / "objects" / *stored;
+    else if (below(picture.path, published.store))
+        throw Error(where + ": the picture " + picture.path.string() +
+                    " will be gone when the program has ended: write it into the folder of this output");
+    else
+    {
+        run.reads_file(picture.path);
+        if (picture.hash.empty())
+            picture.hash = file_hash(picture.path);
+    }
+}
+
 void take_frames(const ArtifactFolder& published, RunContext& run)
 {
-    need_file(published.path / "frames.json");
+    const fs::path list = published.path / "frames.json";
+    need_file(list);
     const auto frames = Frames::load(published);
     if (frames->frames.empty())
-        throw Error((published.path / "frames.json").string() + ": there is no frame in it");
+        throw Error(list.string() + ": there is no frame in it");
     for (Frame& frame : frames->frames)
         for (PictureFile* picture : {&frame.color_picture, &frame.depth_picture})
         {
             run.check_cancelled();
-            if (picture->empty())
-                continue;
-            picture->path = picture->path.lexically_normal();
-            if (!fs::is_regular_file(picture->path))
-                throw Error((published.path / "frames.json").string() + ": " + frame.sequence + "/" + frame.name +
-                            ": there is no picture " + picture->path.string());
-            if (is_below(picture->path, published.path) || is_below(picture->path, published.store))
-                continue;
-            run.reads_file(picture->path);
-            if (picture->hash.empty())
-                picture->hash = file_hash(picture->path);
+            if (!picture->empty())
+                take_picture(*picture, published, list.string() + ": " + frame.sequence + "/" + frame.name, run);
         }
     frames->save(published);
 }

@@ -177,6 +177,33 @@ TEST_CASE("frames are handed over with plain paths, and taken back with pictures
                       Catch::Contains("seq-01/frame-000001: there is no picture " + outside.string()));
 }
 
+TEST_CASE("a picture is found by each of its paths, and refused where it will not stay", "[command]")
+{
+    Place place;
+    const fs::path link = place.store() / "link";
+    fs::create_directory_symlink(place.store(), link);
+    const ArtifactFolder published{link / "tmp/work/port", link};
+    const fs::path stored = place.store() / "objects/4567/a.npy";
+    const fs::path passing = place.scratch() / "b.npy";
+    fs::create_directories(stored.parent_path());
+    for (const auto& file : {stored, passing, place.published() / "c.npy"})
+        write_npy(file, picture_shape, std::span<const std::uint8_t>(picture().pixels.values));
+    Frames frames;
+    frames.frames = {frame(stored), frame(place.published() / "c.npy")};
+    frames.save({place.published(), {}});
+    take_back({"frames", ""}, published.path, published, nullptr, place.run);
+    const auto kept = parse_json(read_text_file(place.published() / "frames.json")).at("frames").as_list();
+    CHECK(kept.at(0).at("color_picture").at("ref").as_string() == "store:objects/4567/a.npy");
+    CHECK(kept.at(1).at("color_picture").at("ref").as_string() == "own:c.npy");
+    CHECK(place.run.files_read.empty());
+
+    frames.frames = {frame(passing)};
+    frames.save({place.published(), {}});
+    CHECK_THROWS_WITH(take_back({"frames", ""}, published.path, published, nullptr, place.run),
+                      Catch::Contains("seq-01/frame-000000: the picture " + passing.string() +
+                                      " will be gone when the program has ended: write it into the folder of this output"));
+}
+
 TEST_CASE("uv maps are read to the last when they are taken back", "[command]")
 {
     Place place;

@@ -79,7 +79,7 @@ std::optional<CommandLineSaid> progress_of(std::string_view text)
     const auto total = number(amount.substr(slash + 1));
     if (!total || !(*total > 0) || std::isinf(*total))
         return std::nullopt;
-    return CommandLineSaid{CommandLineSaid::Kind::progress, *done, *total, std::string(text), ""};
+    return CommandLineSaid{CommandLineSaid::Kind::progress, *done, *total, printable(text), ""};
 }
 
 /// How many bytes the UTF-8 character at the front has; 0 if it is none.
@@ -184,9 +184,12 @@ std::string printable(std::string_view line)
             continue;
         }
         const std::size_t length = character_length(line);
+        // Some terminals take U+0080 to U+009F for the beginnings of escape sequences.
+        const bool control =
+            first < 0x20 || first == 0x7F || (first == 0xC2 && length == 2 && static_cast<unsigned char>(line[1]) < 0xA0);
         if (length == 0)
             result += '?';
-        else if (first < 0x20 || first == 0x7F)
+        else if (control)
             result += ' ';
         else
             result += line.substr(0, length);

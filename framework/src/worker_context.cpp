@@ -13,6 +13,9 @@ namespace fs = std::filesystem;
 namespace
 {
 
+/// In the manifest, which is read as a whole.
+constexpr std::size_t most_messages = 1000;
+
 void make_folder(const fs::path& folder)
 {
     std::error_code error;
@@ -86,7 +89,11 @@ void WorkerContext::say(std::string_view event, std::string_view text)
 {
     {
         const std::lock_guard lock(mutex_);
-        messages_.as_list().push_back(Value::Map{{event == "warning" ? "warning" : "message", text}});
+        auto& kept = messages_.as_list();
+        if (kept.size() < most_messages)
+            kept.push_back(Value::Map{{event == "warning" ? "warning" : "message", text}});
+        else if (kept.size() == most_messages)
+            kept.push_back(Value::Map{{"message", "(more was said, and is not kept)"}});
     }
     channel_.send(event, {{"text", text}});
 }

@@ -176,6 +176,17 @@ TEST_CASE("a log without end is cut for people, and a program's strange bytes do
     CHECK(contains(json.out, "\"text\":\"? x\""));
 }
 
+TEST_CASE("of words without end a result keeps the first", "[command]")
+{
+    Workplace place;
+    place.write("room.yaml", shell("for i in $(seq 1500); do echo fresco: message word $i; done; " + std::string(table_word)));
+    REQUIRE(place.run({"run", "room.yaml", "--until", "made"}).code == 0);
+    std::size_t kept = 0;
+    for (const auto& object : fs::directory_iterator(place.file(".fresco/objects")))
+        kept = fresco::parse_json(fresco::read_text_file(object.path() / "manifest.json")).at("messages").as_list().size();
+    CHECK(kept == 1001);
+}
+
 TEST_CASE("stopping a run stops the program and all it started", "[command]")
 {
     Workplace place;

@@ -36,6 +36,7 @@ TEST_CASE("a program's lines to the host are told from all others", "[command]")
     CHECK(count->done == 12);
     CHECK(count->total == 100);
     CHECK(count->text == "frames drawn");
+    CHECK(said_to_host("fresco: progress 1/2 \x1b[2Jmaps")->text == "maps");
     const auto metric = said_to_host("fresco: metric loss 1e-3");
     REQUIRE(metric);
     CHECK(metric->kind == Kind::metric);
@@ -62,6 +63,8 @@ TEST_CASE("what a program prints is shown as a terminal would, and is always tex
                     "c") == "a b c");
     CHECK(printable("gr\xc3\xbc\xc3\x9f \xf0\x9f\x8e\xa8") == "gr\xc3\xbc\xc3\x9f \xf0\x9f\x8e\xa8");
     CHECK(printable("\xff\xc3(\xed\xa0\x80\xe2\x82") == std::string(2, '?') + "(?????");
+    CHECK(printable("a\xc2\x9b"
+                    "31m\xc2\xa0\xc2") == "a 31m\xc2\xa0?");
     CHECK(printable("\x1b") == "");
     CHECK(printable("\x1b[") == "");
 }

@@ -15,16 +15,22 @@ namespace fresco::host
 namespace
 {
 
+/// In the store, which is in use as long as it is there: nobody tidies up or removes results meanwhile.
 class RequestFolder
 {
   public:
-    explicit RequestFolder(const Store& store) : path_(store.make_temporary()) {}
+    explicit RequestFolder(const Store& store) : in_use_(store_lock(store))
+    {
+        in_use_.wait_shared();
+        path_ = store.make_temporary();
+    }
     ~RequestFolder() { remove_quietly(path_); }
     RequestFolder(const RequestFolder&) = delete;
     RequestFolder& operator=(const RequestFolder&) = delete;
     std::filesystem::path file() const { return path_ / "request.json"; }
 
   private:
+    FileLock in_use_;
     std::filesystem::path path_;
 };
 

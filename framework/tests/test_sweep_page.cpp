@@ -142,6 +142,20 @@ TEST_CASE("a sweep ends with a page of small pictures, which stays where nothing
     CHECK(count(place.read("out/sweep.html"), "no picture") == 3);
 }
 
+TEST_CASE("while a page is made the store is in use")
+{
+    Workplace place({"good", "pictures"});
+    place.write("sweep.yaml", sweep);
+    const auto run = place.start({"run", "sweep.yaml", "--no-report", "--set", "n=[15, 110]"});
+    Workplace::wait_until([&] { return fs::exists(place.file("out/open")); });
+    const fresco::host::Store store(place.file(".fresco"));
+    CHECK_FALSE(fresco::host::store_lock(store).try_exclusive());
+    fs::remove(place.file("out/open"));
+    CHECK(run->wait().code == 0);
+    CHECK(count(place.read("out/sweep.html"), as_uri("480x240 of 15")) == 1);
+    CHECK(fresco::host::store_lock(store).try_exclusive());
+}
+
 TEST_CASE("where a picture cannot be opened the page is there all the same")
 {
     const bool plugin = GENERATE(true, false);

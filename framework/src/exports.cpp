@@ -127,8 +127,8 @@ void Exporter::copy(const PipelineStage& stage, const std::string& object)
         bool verified = false;
         for (const auto& name : listed->names)
         {
-            const fs::path to = (out_ / name).lexically_normal();
-            if (const auto collision = owners_.claim(name, stage.name))
+            const fs::path to = (out_ / stage.place / name).lexically_normal();
+            if (const auto collision = owners_.claim(fs::path(stage.place) / name, stage.name))
                 throw Error(to.string() + ": " + *collision);
             const fs::path from = folder / name;
             bool same = false;

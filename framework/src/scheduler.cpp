@@ -1,3 +1,4 @@
+#include "run_outcomes.h"
 #include "running_stage.h"
 #include "stage_failure.h"
 #include "stop_signals.h"
@@ -32,7 +33,8 @@ class Scheduler
     Scheduler(const RunRequest& request, ProgressDisplay& display)
         : request_(request), display_(display), store_(request.store), in_use_(store_lock(store_)),
           hashes_(store_.root() / "files.json"), state_(*request.pipeline, store_, hashes_, request.until),
-          turns_(request.pipeline->sweep, request.jobs, request.keep_going), statistics_(store_)
+          turns_(request.pipeline->sweep, request.jobs, request.keep_going), statistics_(store_),
+          exporter_(store_, request.out, hashes_), outcomes_(display)
     {
         // Alone in the store: nobody needs what killed runs left in tmp/.
         if (in_use_.try_exclusive())
@@ -125,11 +127,6 @@ class Scheduler
     std::filesystem::path preview_folder(const PipelineStage& stage) const
     {
         return request_.out / stage.place / "preview" / stage.own_name;
-    }
-
-    Exporter& exporter_of(const PipelineStage& stage)
-    {
-        return exporters_.try_emplace(stage.place, store_, request_.out / stage.place, hashes_).first->second;
     }
 
     void start(StageNode& node, int threads)
@@ -230,14 +227,10 @@ class Scheduler
             node.result = running.result();
             node.present = true;
             node.state = running.was_stored() ? StageState::stored : StageState::done;
-            StageOutcome& outcome = outcome_of(node);
-            outcome.seconds = running.seconds();
-            outcome.memory_mb = running.memory_mb();
-            outcome.disk_mb = running.disk_mb();
-            outcome.threads = running.threads();
+            outcomes_.take_figures(running);
             if (!running.was_stored())
                 remember_cost(node, running);
-            end_stage(node);
+            outcomes_.end(node);
         }
         else if (running.damage())
             repair(*running.damage(), node);
@@ -246,12 +239,12 @@ class Scheduler
             node.state = StageState::interrupted;
             if (!stopping())
                 stop_in_order("stage " + node.stage->name + " was told to stop from outside: stopping");
-            outcome_of(node).seconds = running.elapsed();
-            end_stage(node);
+            outcomes_.of(node).seconds = running.elapsed();
+            outcomes_.end(node);
         }
         else
         {
-            outcome_of(node).seconds = running.elapsed();
+            outcomes_.of(node).seconds = running.elapsed();
             fail(node, failure_text(running), failure_code(running));
         }
         state_.update();
@@ -310,22 +303,8 @@ class Scheduler
         node.state = StageState::failed;
         node.error = text;
         node.error_code = code;
-        end_stage(node);
+        outcomes_.end(node);
         state_.update();
-    }
-
-    StageOutcome& outcome_of(const StageNode& node) { return outcomes_[node.stage->name]; }
-
-    void end_stage(const StageNode& node)
-    {
-        StageOutcome& outcome = outcome_of(node);
-        outcome.stage = node.stage->name;
-        outcome.type = node.stage->type->type;
-        outcome.state = node.state;
-        outcome.object = node.present && node.result ? node.result->object : "";
-        if (node.state == StageState::failed)
-            outcome.error = stage_error_text(*node.stage, node.error);
-        display_.stage_ends(outcome);
     }
 
     /// Records and exports results that are there, whether they were made now or before.
@@ -353,13 +332,12 @@ class Scheduler
 
     bool export_result(StageNode& node)
     {
-        Exporter& exporter = exporter_of(*node.stage);
-        const std::size_t before = exporter.files().size();
+        const std::size_t before = exporter_.files().size();
         try
         {
-            exporter.copy(*node.stage, node.result->object);
-            for (std::size_t i = before; i < exporter.files().size(); ++i)
-                display_.exported(node.stage->name, exporter.files()[i].path, exporter.files()[i].written);
+            exporter_.copy(*node.stage, node.result->object);
+            for (std::size_t i = before; i < exporter_.files().size(); ++i)
+                display_.exported(node.stage->name, exporter_.files()[i].path, exporter_.files()[i].written);
             return true;
         }
         catch (const DamagedObject& object)
@@ -377,31 +355,11 @@ class Scheduler
 
     RunSummary summary()
     {
-        RunSummary result;
-        int failed = 0;
-        bool interrupted = stopping();
         for (const auto& node : state_.nodes())
-        {
-            if (node.state == StageState::not_selected)
-                continue;
-            const bool told = outcomes_.contains(node.stage->name);
-            if (!told && node.state == StageState::failed)
-                end_stage(node);
-            StageOutcome outcome = outcome_of(node);
-            outcome.stage = node.stage->name;
-            outcome.type = node.stage->type->type;
-            outcome.state = node.state == StageState::waiting ? StageState::blocked : node.state;
-            if (node.present && node.result)
-                outcome.object = node.result->object;
-            if (node.state == StageState::failed)
-                failed = failed == 0 || node.error_code == worker_failed ? node.error_code : failed;
             if (node.state == StageState::waiting && !stopping() && !turns_.ended_early())
                 throw std::logic_error("the stage " + node.stage->name + " was never started");
-            result.stages.push_back(std::move(outcome));
-        }
-        for (const auto& [place, exporter] : exporters_)
-            result.files.insert(result.files.end(), exporter.files().begin(), exporter.files().end());
-        result.exit_code = interrupted ? int{worker_cancelled} : failed;
+        RunSummary result{outcomes_.all(state_.nodes()), exporter_.files(),
+                          stopping() ? int{worker_cancelled} : exit_code_of(state_.nodes())};
         if (request_.until.empty() && !request_.pipeline->sweep.narrowed && result.exit_code == 0)
             remove_old_records(store_, *request_.pipeline);
         hashes_.save();
@@ -416,10 +374,10 @@ class Scheduler
     RunState state_;
     SweepTurns turns_;
     Statistics statistics_;
-    std::map<std::string, Exporter> exporters_;  ///< By the place of their stages below `--out`.
+    Exporter exporter_;
     StopSignals signals_;
     std::list<RunningStage> running_;
-    std::map<std::string, StageOutcome> outcomes_;
+    RunOutcomes outcomes_;
     std::vector<StageState> told_states_;
     std::map<std::string, std::string> taken_;
     std::map<std::string, int> repairs_;

@@ -210,6 +210,20 @@ TEST_CASE("plan, check, graph, --until and --set know the matrix")
     CHECK(place.log().empty());
 }
 
+TEST_CASE("no two stages write one file, whichever way its folder came about")
+{
+    Workplace place;
+    place.write("sweep.yaml", "version: 1\nvars: {n: }\nmatrix: {n: {small: 1, large: 2}}\nstages:\n"
+                              "  one:   {type: test.source, value: \"${n}\"}\n"
+                              "  other: {type: test.source, value: 7}\n"
+                              "  text:  {type: test.sink, input: one, path: f.txt}\n"
+                              "  plain: {type: test.sink, input: other, path: small/f.txt}\n");
+    const Finished finished = place.run({"run", "sweep.yaml", "--keep-going"});
+    CHECK(finished.code == 1);
+    CHECK(contains(finished.err, "would both write small/f.txt below --out: give one of them another path"));
+    CHECK(place.read("out/large/f.txt") == "2.000000\n");
+}
+
 TEST_CASE("what a matrix alone has is refused without one")
 {
     Workplace place;

@@ -29,7 +29,7 @@ class OutputOwners
     std::map<std::filesystem::path, std::string> owners_;
 };
 
-/// Copies what stages made for the user to `--out`.
+/// Copies what stages made for the user to `--out`, each to its own place there.
 class Exporter
 {
   public:

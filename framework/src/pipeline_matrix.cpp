@@ -244,11 +244,15 @@ void set_axis(MatrixAxis& axis, const YamlNode& value, ProblemList& problems)
         return;
     }
     std::vector<std::string> labels;
-    const auto fits = [&](const MatrixAxis::Choice& choice) {
-        return value.is_scalar() && (choice.label == value.text || (choice.value.is_scalar() && choice.value.text == value.text));
-    };
     for (const MatrixAxis::Choice& choice : axis.choices)
         labels.push_back(choice.label);
+    // One value may be called what another is.
+    const bool is_label = std::find(labels.begin(), labels.end(), value.text) != labels.end();
+    const auto fits = [&](const MatrixAxis::Choice& choice)
+    {
+        const bool same = is_label ? choice.label == value.text : choice.value.is_scalar() && choice.value.text == value.text;
+        return value.is_scalar() && same;
+    };
     if (std::none_of(axis.choices.begin(), axis.choices.end(), fits))
     {
         const std::string what = value.is_scalar() ? "'" + value.text + "'" : value.summary();

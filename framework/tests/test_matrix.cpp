@@ -126,6 +126,9 @@ TEST_CASE("--set narrows an axis to the value of that name or text, or gives it 
     CHECK(named.pipeline.find("first@two")->options.at("title").as_string() == "y.jpg");
     CHECK(named.pipeline.sweep.narrowed);
     CHECK(combination_names(check(folder, text, hand_made_catalog(), {{"a", "y.jpg"}, {"b", "2"}})) == Words{"two,b=2"});
+    // What one is called is what another is.
+    const std::string crossed = pipeline_with("{a: {one: two, two: x}}");
+    CHECK(combination_names(check(folder, crossed, hand_made_catalog(), {{"a", "two"}})) == Words{"two"});
     CHECK(combination_names(check(folder, text, hand_made_catalog(), {{"a", "[p, q]"}, {"b", "2"}})) == Words{"p,b=2", "q,b=2"});
     CHECK(
         lines(check(folder, text, hand_made_catalog(), {{"a", "tow"}})) ==

@@ -5,17 +5,20 @@
 #include <fresco/hash.h>
 #include <fresco/host/command_stage.h>
 #include <fresco/host/process.h>
+#include <fresco/host/worker.h>
 #include <fresco/stage.h>
 
 #include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <deque>
 #include <fstream>
 #include <functional>
 #include <map>
 #include <poll.h>
+#include <sys/prctl.h>
 #include <unistd.h>
 #include <utility>
 
@@ -130,6 +133,36 @@ class CommandOutput final : public OutputPort
     CommandPort port_;
 };
 
+/// While a program runs, the end of the host ends first what the program started, then this process; the kernel alone would leave
+/// what is further down.
+class HostWatch
+{
+  public:
+    HostWatch()
+    {
+        // Nor what is printed to a host that is gone.
+        signal(SIGPIPE, SIG_IGN);
+        prctl(PR_SET_PDEATHSIG, SIGTERM);
+    }
+    HostWatch(const HostWatch&) = delete;
+    HostWatch& operator=(const HostWatch&) = delete;
+    ~HostWatch()
+    {
+        prctl(PR_SET_PDEATHSIG, SIGKILL);
+        end_if_gone();
+    }
+    void end_if_gone() const
+    {
+        if (getppid() == host_)
+            return;
+        end_descendants();
+        std::_Exit(worker_cancelled);
+    }
+
+  private:
+    const pid_t host_ = getppid();
+};
+
 std::string shown_command(const std::vector<std::string>& words)
 {
     std::string text;
@@ -181,6 +214,7 @@ class CommandStage final : public Stage
                                              // Lines when they are printed, nothing written beside the user's scripts.
                                              {"PYTHONUNBUFFERED", "1"},
                                              {"PYTHONDONTWRITEBYTECODE", "1"}};
+        const HostWatch host;
         const Program program = start_program(words, environment, made(scratch / "work").string());
         LineBuffer output;
         ChildEnd end;
@@ -190,6 +224,7 @@ class CommandStage final : public Stage
             poll(&descriptor, 1, 100);
             if ((descriptor.revents & POLLIN) == 0 && (descriptor.revents & POLLHUP) != 0)
                 poll(nullptr, 0, 5);  // It closed its output and goes on.
+            host.end_if_gone();
             stop_if_told(program, run);
             ended = take_end(program.pid, end);
             output.read_from(program.output.get());

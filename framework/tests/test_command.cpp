@@ -210,6 +210,25 @@ TEST_CASE("stopping a run stops the program and all it started", "[command]")
     CHECK(fs::is_empty(place.file(".fresco/tmp")));
 }
 
+TEST_CASE("a program ends with the host, and so does all it started", "[command]")
+{
+    Workplace place;
+    place.write("slow.sh", "trap : TERM\n(trap : TERM; sh -c 'echo $PPID' >\"$1\"; while :; do sleep 0.1; done) &\nexec yes\n");
+    place.write("room.yaml", "version: 1\nstages:\n  made: {type: command, run: [sh, slow.sh, " + place.file("pid").string() +
+                                 ", \"{o}\"], files: [slow.sh], outputs: {o: table}}\n");
+    const auto run = place.start({"run", "room.yaml"});
+    Workplace::wait_until([&] { return !place.read("pid").empty(); });
+    const std::string pid = place.read("pid");
+    run->signal(SIGKILL);
+    run->wait();
+    Workplace::wait_until(
+        [&]
+        {
+            std::ifstream words_of("/proc/" + std::to_string(std::stoi(pid)) + "/cmdline");
+            return words_of.get() == std::ifstream::traits_type::eof();
+        });
+}
+
 TEST_CASE("what a program leaves behind ends before its outputs are taken", "[command]")
 {
     Workplace place;

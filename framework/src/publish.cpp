@@ -67,12 +67,20 @@ bool is_hexadecimal(char c)
     return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f');
 }
 
+/// How paths into the temporary folders of the stage begin. Those of a worker have one name but for what follows the second dot.
+std::string temporary_prefix(const fs::path& root)
+{
+    const std::string name = root.filename().string();
+    const auto dot = name.rfind('.');
+    return "tmp/" + (dot != name.find('.') ? name.substr(0, dot + 1) : name + "/");
+}
+
 /// Objects named in the JSON files directly in the outputs' folders, as paths below the store's root ("objects/<id>/…").
 std::set<std::string> find_references(const fs::path& root, const Tree& tree)
 {
     constexpr std::string_view prefix = "objects/";
     constexpr std::size_t id_length = 32;
-    const std::string own = "tmp/" + root.filename().string() + "/";
+    const std::string own = temporary_prefix(root);
     std::set<std::string> found;
     for (const auto& file : tree.files)
     {
@@ -80,7 +88,7 @@ std::set<std::string> find_references(const fs::path& root, const Tree& tree)
             continue;
         const std::string text = read_text_file(root / file, std::size_t{1} << 30U);
         if (text.find(own) != std::string::npos)
-            throw Error(file + ": refers to a file in the folder the stage ran in (" + own +
+            throw Error(file + ": refers to a file in a folder the stage ran in (" + own +
                         "…), which is gone when the stage is done; refer to files of the artifact's own folder alone");
         for (std::size_t at = text.find(prefix); at != std::string::npos; at = text.find(prefix, at + 1))
         {

@@ -224,9 +224,9 @@ TEST_CASE("What cannot be stored is refused and nothing is published")
 {
     const TemporaryFolder folder;
     const Store store(folder.path());
-    const auto attempt = [&](const std::function<void(const fs::path&)>& make)
+    const auto attempt = [&](const std::function<void(const fs::path&)>& make, const std::string& prefix = "run")
     {
-        const fs::path temporary = store.make_temporary();
+        const fs::path temporary = store.make_temporary(prefix);
         fs::create_directories(temporary / "out");
         make(temporary);
         std::string text;
@@ -244,7 +244,12 @@ TEST_CASE("What cannot be stored is refused and nothing is published")
     CHECK(contains(attempt([](const fs::path& at) { fs::create_symlink("/etc", at / "out" / "link"); }), "out/link"));
     CHECK(contains(attempt([](const fs::path& at) { mkfifo((at / "out" / "fifo").c_str(), 0600); }), "out/fifo"));
     CHECK(contains(attempt([](const fs::path& at) { write(at / "out" / "a.json", "\"tmp/" + at.filename().string() + "/b\""); }),
-                   "refers to a file in the folder the stage ran in"));
+                   "refers to a file in a folder the stage ran in"));
+    // Of the folders of a worker each is as short-lived.
+    const fs::path other = store.make_temporary("run.abc");
+    const auto refer_to = [&](const fs::path& at)
+    { write(at / "out" / "a.json", "\"store:" + other.lexically_relative(store.root()).string() + "/b\""); };
+    CHECK(contains(attempt(refer_to, "run.abc"), "refers to a file in a folder the stage ran in (tmp/run.abc.…)"));
 }
 
 TEST_CASE("A store of another format is refused with both")

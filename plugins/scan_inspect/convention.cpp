@@ -59,8 +59,9 @@ std::vector<Convention> candidate_conventions(bool rare)
     const auto& turns = axis_rotations();
     const std::span<const Mat3> usual(turns.data(), 2);
     const Mat3 same;
+    constexpr std::array scales{1.0, 0.001, 1000.0, 0.01, 100.0};
     std::vector<Convention> all;
-    for (const double scale : {1.0, 0.001, 1000.0})
+    for (const double scale : scales)
         for (const bool inverted : {false, true})
             for (const Mat3& camera : usual)
                 if (scale != 1 || inverted || !(camera == same))
@@ -71,7 +72,7 @@ std::vector<Convention> candidate_conventions(bool rare)
         for (const bool inverted : {false, true})
             for (const Mat3& camera : usual)
                 all.push_back({inverted, 1, camera, world});
-    for (const double scale : {1.0, 0.001, 1000.0})
+    for (const double scale : scales)
         for (const bool inverted : {false, true})
             for (const Mat3& camera : std::span(turns).subspan(2))
                 all.push_back({inverted, scale, camera, same});

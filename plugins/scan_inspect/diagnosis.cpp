@@ -14,6 +14,8 @@ namespace
 constexpr double near_share = 0.03;
 /// Fewer depths than this share agree by chance alone: wrong conventions reach 0.12, a focal length 20 % off 0.3.
 constexpr double fair_share = 0.25;
+/// Rays that meet something else differ by more than a poor sensor does.
+constexpr double fair_median_error = 0.05;
 /// Edges at a wrong outline are as strong as anywhere; a focal length 10 % off leaves 0.4.
 constexpr double fair_response = 0.2;
 /// A camera within a room sees fronts of faces nearly everywhere.
@@ -53,6 +55,9 @@ class Judge
         {
             find_convention_by_depth();
             judge_depth_camera();
+            result_.explained = agreement(ratios(result_.convention, result_.depth_focal_scale), result_.depth_scale);
+            if (!depth_fits())
+                explain_nothing();
         }
         tell_convention(result_.convention, result_.depth_scale, mesh_extent(scene_.mesh()), result_.findings);
         judge_color_camera();
@@ -83,10 +88,32 @@ class Judge
         return edge_response(colors_, convention, change);
     }
 
+    static Agreement agreement(const DepthRatios& found, double scale)
+    {
+        const auto samples = static_cast<double>(std::max<std::size_t>(1, found.ratios.size()));
+        return {found.share(scale, near_share), static_cast<double>(found.seen) / samples, found.median_error(scale)};
+    }
+
+    bool depth_fits() const
+    {
+        const Agreement& explained = result_.explained;
+        return depths_.empty() || (explained.depth_share >= fair_share && explained.depth_median_error <= fair_median_error);
+    }
+
+    /// Takes back what was assumed: it does not fit either.
+    void explain_nothing()
+    {
+        result_.convention = {};
+        result_.depth_scale = 1;
+        result_.depth_focal_scale = 1;
+        result_.depth_by_color_camera = false;
+        result_.explained = result_.recorded;
+    }
+
     void judge_recorded()
     {
-        const DepthRatios recorded = ratios({});
-        result_.recorded = {recorded.share(1, near_share), recorded.median_error(1), response({}, {}, result_.outline_points)};
+        result_.recorded = agreement(ratios({}), 1);
+        result_.recorded.edge_response = response({}, {}, result_.outline_points);
     }
 
     void find_convention_by_depth()
@@ -215,14 +242,11 @@ class Judge
 
     void judge_color_camera()
     {
-        const DepthRatios explained = ratios(result_.convention, result_.depth_focal_scale);
-        result_.explained.depth_share = explained.share(result_.depth_scale, near_share);
-        result_.explained.depth_median_error = explained.median_error(result_.depth_scale);
-
         std::size_t points = 0;
         const double recorded = response(result_.convention, {}, points);
         result_.explained.edge_response = recorded;
-        if (points < fair_outline_points || (!depths_.empty() && result_.explained.depth_share < fair_share))
+        // Where mesh and poses are apart, a wrong camera fits the edges better than the right one.
+        if (points < fair_outline_points || !(depth_fits() && result_.explained.depth_clear()))
             return;
         const CameraChange change = best_change(colors_, result_.convention, progress_);
         if (std::abs(std::log(change.focal_scale)) < focal_tolerance && std::abs(change.shift_x) < shift_tolerance &&
@@ -255,16 +279,15 @@ class Judge
             return;
         result_.seen_share = static_cast<double>(seen.seen) / static_cast<double>(seen.ratios.size());
         result_.front_share = static_cast<double>(seen.fronts) / static_cast<double>(seen.seen);
-        if (result_.front_share < 0.2)
+        if (result_.front_share < 0.2 && depth_fits())
             tell_inside_out(result_.front_share, result_.findings);
     }
 
     void judge_rest()
     {
-        const bool depth_fits = depths_.empty() || result_.explained.depth_share >= fair_share;
         const bool edges_fit =
             result_.outline_points < fair_outline_points || result_.explained.edge_response >= fair_response / 2;
-        if (!depth_fits)
+        if (!depth_fits())
             tell_unexplained_depth(result_, result_.findings);
         else if (!edges_fit || result_.seen_share == 0)
             tell_unexplained_edges(result_, result_.findings);

@@ -31,8 +31,12 @@ struct Finding
 struct Agreement
 {
     double depth_share = 0;         ///< Of the measured depths: within 3 % of the mesh's.
+    double depth_seen_share = 0;    ///< Of the measured depths: there is something of the mesh.
     double depth_median_error = 1;  ///< Relative; 1 where the mesh is never seen.
-    double edge_response = 0;       ///< See edge_response().
+
+    /// Whether nearly all depths that can agree do: the mesh may end before the depths do.
+    bool depth_clear() const { return depth_share >= 0.75 * depth_seen_share; }
+    double edge_response = 0;  ///< See edge_response().
 };
 
 struct Diagnosis
@@ -56,7 +60,8 @@ struct Diagnosis
 /// Judges whether mesh, poses, cameras and pictures belong together, and where they do not, which of the usual mistakes explains
 /// it: axes, inverted poses, units, a turned world, cameras taken for each other, focal lengths, faces turned inside out.
 /// Depths decide where there are any, else the pictures' edges along the mesh's outline. A mistake is named only if what it
-/// assumes fits clearly better than what was recorded. The same for any number of threads. Throws Cancelled.
+/// assumes fits clearly better than what was recorded, and well: where depths do not agree even so, nothing is explained but
+/// that. The same for any number of threads. Throws Cancelled.
 Diagnosis diagnose(const raycast::Scene& scene, std::vector<View>& views, const Progress& progress);
 
 /// A frame's cameras (colour, depth) as a diagnosis has them.

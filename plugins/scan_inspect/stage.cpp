@@ -143,6 +143,7 @@ class ScanInspect final : public Stage
     static Value agreement(const inspect::Agreement& figures)
     {
         return Value::Map{{"depth_share", figures.depth_share},
+                          {"depth_seen_share", figures.depth_seen_share},
                           {"depth_median_error", figures.depth_median_error},
                           {"edge_response", figures.edge_response}};
     }

@@ -23,6 +23,12 @@ void tell_units(double pose_scale, double depth_scale, double extent, std::vecto
                             "unit_m: 0.001"});
         return;
     }
+    if (pose_scale > 1 && (depth_scale == pose_scale || large))
+    {
+        findings.push_back({"mesh_unit", "the mesh is in another unit than the poses: read it by scan.mesh with unit_m: " +
+                                             number(1 / pose_scale)});
+        return;
+    }
     if (pose_scale == 1 && depth_scale == 1000 && large)
     {
         findings.push_back(
@@ -77,7 +83,11 @@ std::string summary(const Diagnosis& diagnosis)
                 " times as strong along the mesh's outline as elsewhere";
     if (text.empty())
         return "nothing to compare: the frames have no depth, and no pictures in which the mesh has an outline";
-    return (diagnosis.findings.empty() ? "mesh and frames agree: " : "as recorded: ") + text;
+    const bool clear = diagnosis.depths == 0 || recorded.depth_clear();
+    const char* const verdict = !diagnosis.findings.empty() ? "as recorded: "
+                                : clear                     ? "mesh and frames agree: "
+                                                            : "mesh and frames agree in part, look at the picture: ";
+    return verdict + text;
 }
 
 double mesh_extent(const Mesh& mesh)

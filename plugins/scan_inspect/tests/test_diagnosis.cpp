@@ -1,6 +1,7 @@
 #include "diagnosis.h"
 #include "recordings.h"
 #include "views.h"
+#include "wording.h"
 
 #include <catch2/catch.hpp>
 
@@ -120,6 +121,27 @@ void swap_cameras(Looked& looked)
     }
 }
 
+/// Depth as the colour cameras would measure it, still said to be the depth cameras'.
+void register_depth(Looked& looked)
+{
+    const raycast::Scene scene(looked.mesh);
+    for (View& view : looked.views)
+        view.depth.samples =
+            sample_depth(mesh_depth(scene, of_size(view.color.camera, view.depth.camera), testing::TestRun(2)), 40);
+}
+
+void move_color_centre(Looked& looked)
+{
+    for (View& view : looked.views)
+        view.color.camera.intrinsics.cx += 0.04 * view.color.camera.intrinsics.width;
+}
+
+void rotate_pictures(Looked& looked)
+{
+    for (std::size_t i = 1; i < looked.views.size(); ++i)
+        std::swap(looked.views[i - 1].color.edges, looked.views[i].color.edges);
+}
+
 void drop_depth(Looked& looked)
 {
     for (View& view : looked.views)
@@ -167,12 +189,17 @@ std::vector<Case> cases()
             {"mesh and poses in millimetres",
              both([](Looked& looked) { scale_mesh(looked, 1000); }, scaled_poses(1000)),
              {"millimetre_world"}},
+            {"poses in centimetres", scaled_poses(100), {"pose_unit"}},
+            {"a mesh in centimetres", [](Looked& looked) { scale_mesh(looked, 100); }, {"mesh_unit"}},
             {"millimetres of depth taken for metres", scaled_depths(1000), {"millimetre_depth"}},
             {"quarters of a millimetre taken for millimetres", scaled_depths(4), {"depth_unit"}},
             {"a world turned", turn_mesh, {"world_axes"}},
             {"colour taken for depth", color_as_depth, {"color_taken_for_depth"}},
             {"depth taken for colour", depth_as_color, {"depth_taken_for_color"}},
             {"cameras swapped", swap_cameras, {"cameras_swapped"}},
+            {"depth registered to colour", register_depth, {"depth_by_color_camera"}},
+            {"colour's principal point 4 % too far right", move_color_centre, {"color_shift"}},
+            {"pictures of the next frame", rotate_pictures, {"unexplained_edges"}},
             {"colour's focal length 10 % too small", focal(0.9, 1), {"color_focal_length"}},
             {"colour's focal length 10 % too large", focal(1.1, 1), {"color_focal_length"}},
             {"depth's focal length 10 % too small", focal(1, 0.9), {"depth_focal_length"}},
@@ -192,13 +219,54 @@ std::vector<Case> cases()
             {"no depth, focal length 10 % too large", both(drop_depth, focal(1.1, 1)), {"color_focal_length"}}};
 }
 
-void name_all(const recordings::Recording& recording)
+/// Mistakes that are none of the usual ones.
+std::vector<std::pair<const char*, Mistake>> other_mistakes()
+{
+    const auto moved = [](Vec3d by) { return on_poses([by](RigidTransform& pose) { pose.translation += by; }); };
+    const auto on_cameras = [](const std::function<void(Intrinsics&)>& change) -> Mistake
+    {
+        return [change](Looked& looked)
+        {
+            for (View& view : looked.views)
+            {
+                change(view.color.camera.intrinsics);
+                change(view.depth.camera.intrinsics);
+            }
+        };
+    };
+    const auto one_late = [](Looked& looked)
+    {
+        for (std::size_t i = 1; i < looked.views.size(); ++i)
+        {
+            std::swap(looked.views[i - 1].color.camera.world_from_camera, looked.views[i].color.camera.world_from_camera);
+            std::swap(looked.views[i - 1].depth.camera.world_from_camera, looked.views[i].depth.camera.world_from_camera);
+        }
+    };
+    return {{"poses in feet", scaled_poses(3.2808)},
+            {"poses 10 % too far apart", scaled_poses(1.1)},
+            {"translations negated", on_poses([](RigidTransform& pose) { pose.translation = pose.translation * -1; })},
+            {"rotations transposed", on_poses([](RigidTransform& pose) { pose.rotation = transposed(pose.rotation); })},
+            {"poses of the next frame", one_late},
+            {"10 cm beside the mesh", moved({0.1, 0, 0})},
+            {"36 cm beside the mesh", moved({0.3, 0.2, 0})},
+            {"a principal point too low", on_cameras([](Intrinsics& k) { k.cy += 0.08 * k.height; })},
+            {"a focal length too long in one direction", on_cameras([](Intrinsics& k) { k.fy *= 1.2; })}};
+}
+
+/// The recording as it is, eight frames of it.
+Looked look_at(const recordings::Recording& recording)
 {
     Looked right{*recording.mesh, {}};
     const auto& frames = recording.frames->frames;
     const std::size_t count = std::min<std::size_t>(8, frames.size());
     for (std::size_t i = 0; i < count; ++i)
         right.views.push_back(view_of(frames[(2 * i + 1) * frames.size() / (2 * count)], *recording.images));
+    return right;
+}
+
+void name_all(const recordings::Recording& recording)
+{
+    const Looked right = look_at(recording);
     const raycast::Scene right_scene(right.mesh);
     for (const Case& made : cases())
     {
@@ -224,14 +292,39 @@ void name_all(const recordings::Recording& recording)
 
 }  // namespace
 
+/// Whatever is wrong, no cause is told that is not the cause.
+void name_none_wrongly(const recordings::Recording& recording)
+{
+    const Looked right = look_at(recording);
+    const raycast::Scene scene(right.mesh);
+    for (const auto& [name, mistake] : other_mistakes())
+    {
+        INFO(name);
+        Looked wrong = right;
+        mistake(wrong);
+        const Diagnosis found = diagnose(scene, wrong.views, testing::TestRun(2));
+        INFO("depth " << found.recorded.depth_share << ", off by " << found.recorded.depth_median_error);
+        for (const Finding& finding : found.findings)
+            CHECK(finding.cause == "unexplained");
+        // And it is not passed over.
+        CHECK((!found.findings.empty() || summary(found).starts_with("mesh and frames agree in part")));
+    }
+}
+
 TEST_CASE("mistakes made on purpose in a generated room are named", "[scan.inspect]")
 {
     if (const auto* room = recordings::room())
+    {
         name_all(*room);
+        name_none_wrongly(*room);
+    }
 }
 
 TEST_CASE("mistakes made on purpose in a real kitchen are named", "[scan.inspect]")
 {
     if (const auto* kitchen = recordings::kitchen())
+    {
         name_all(*kitchen);
+        name_none_wrongly(*kitchen);
+    }
 }

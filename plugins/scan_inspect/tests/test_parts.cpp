@@ -74,7 +74,7 @@ TEST_CASE("poses are corrected as their convention has it", "[scan.inspect]")
     }
     const auto candidates = candidate_conventions(true);
     CHECK(candidates.front() == Convention{false, 1, opengl, {}});
-    CHECK(candidates.size() == 11 + 92 + 132);
+    CHECK(candidates.size() == 19 + 92 + 220);
     CHECK(std::count(candidates.begin(), candidates.end(), Convention{}) == 0);
     CHECK(usual_scale(0.26) == 0.25);
     CHECK(usual_scale(0.6) == 0.6);

@@ -74,18 +74,26 @@ Value stage_value(const PipelineStage& stage, const StageOutcome* outcome)
         {"inputs", std::move(inputs)}, {"outputs", std::move(outputs)}};
 }
 
-/// What a report depends on: the results at the ends of the pipeline, which name all that is above them, and what failed.
+bool reads(const PipelineStage& stage, const std::string& producer)
+{
+    return std::ranges::any_of(stage.wires, [&](const Wire& wire) { return wire.from_stage == producer; });
+}
+
+/// What a report depends on: the last results of the pipeline, which name all that is above them, and what failed.
 std::string signature_of(const ReportRequest& request, const Subject& subject, const Value& images)
 {
     Value::List stages;
     for (const PipelineStage* stage : subject.stages)
     {
         const StageOutcome* outcome = outcome_of(*request.summary, stage->name);
-        const bool read = std::ranges::any_of(
-            subject.stages, [&](const PipelineStage* other)
-            { return std::ranges::any_of(other->wires, [&](const Wire& wire) { return wire.from_stage == stage->name; }); });
+        const auto tells_of_it = [&](const PipelineStage* other)
+        {
+            const StageOutcome* later = outcome_of(*request.summary, other->name);
+            return later != nullptr && !later->object.empty() && reads(*other, stage->name);
+        };
+        const bool told = std::ranges::any_of(subject.stages, tells_of_it);
         stages.push_back(Value::Map{{"name", stage->name},
-                                    {"object", outcome != nullptr && !read ? outcome->object : ""},
+                                    {"object", outcome != nullptr && !told ? outcome->object : ""},
                                     {"selected", outcome != nullptr},
                                     {"error", outcome != nullptr ? outcome->error : ""}});
     }
@@ -96,26 +104,37 @@ std::string signature_of(const ReportRequest& request, const Subject& subject, c
                                            {"stages", std::move(stages)}}));
 }
 
-bool says_the_same(const fs::path& file, const std::string& signature)
+bool begins_with(const fs::path& file, std::string_view text)
 {
-    const std::string mark = report_mark(signature);
-    std::string begin(mark.size(), '\0');
+    std::string begin(text.size(), '\0');
     std::ifstream stream(file, std::ios::binary);
-    return stream.read(begin.data(), static_cast<std::streamsize>(begin.size())) && begin == mark;
+    return stream.read(begin.data(), static_cast<std::streamsize>(begin.size())) && begin == text;
+}
+
+const char* outcome_text(const ReportRequest& request, const Subject& subject)
+{
+    const auto any = [&](auto matches)
+    {
+        return std::ranges::any_of(subject.stages,
+                                   [&](const PipelineStage* stage)
+                                   {
+                                       const StageOutcome* outcome = outcome_of(*request.summary, stage->name);
+                                       return outcome != nullptr && matches(outcome->state);
+                                   });
+    };
+    if (any([](StageState state) { return state == StageState::failed; }))
+        return "failed";
+    if (any([](StageState state) { return state == StageState::interrupted || state == StageState::blocked; }))
+        return request.interrupted ? "interrupted" : "not finished";
+    return "done";
 }
 
 Value request_value(const ReportRequest& request, const Subject& subject, const Value& images, const std::string& signature)
 {
     const RunRequest& run = *request.run;
     Value::List stages;
-    int exit_code = 0;
     for (const PipelineStage* stage : subject.stages)
-    {
-        const StageOutcome* outcome = outcome_of(*request.summary, stage->name);
-        stages.push_back(stage_value(*stage, outcome));
-        if (outcome != nullptr && (outcome->state == StageState::failed || outcome->state == StageState::blocked))
-            exit_code = 1;
-    }
+        stages.push_back(stage_value(*stage, outcome_of(*request.summary, stage->name)));
     Value::List files;
     for (const auto& file : request.summary->files)
         if (std::ranges::any_of(subject.stages, [&](const PipelineStage* stage) { return stage->name == file.stage; }))
@@ -128,12 +147,22 @@ Value request_value(const ReportRequest& request, const Subject& subject, const 
                       {"processor", processor_capability().at("model")},
                       {"time_s", static_cast<std::int64_t>(std::time(nullptr))},
                       {"signature", signature},
-                      {"exit_code", exit_code},
+                      {"outcome", outcome_text(request, subject)},
                       {"cores", run.cores},
                       {"seconds", request.seconds},
                       {"stages", std::move(stages)},
                       {"files", std::move(files)},
                       {"images", images}};
+}
+
+/// The next run does not take it for the report of its results.
+void write_without_pictures(const fs::path& file, const Value& value, const std::string& reason)
+{
+    ReportModel model = report_model(value);
+    model.signature = "without pictures";
+    ReportMedia nothing;
+    nothing.notes.push_back(reason);
+    write_file(file, report_page(model, nothing));
 }
 
 void write(const ReportRequest& request, const Subject& subject, ReportOutcome& outcome)
@@ -146,17 +175,20 @@ void write(const ReportRequest& request, const Subject& subject, ReportOutcome& 
                                                 const StageOutcome* of = outcome_of(*request.summary, stage->name);
                                                 return of != nullptr && of->state == StageState::done;
                                             });
+    if (fs::is_regular_file(outcome.file) && !begins_with(outcome.file, report_begin))
+        throw Error(outcome.file.string() + ": is no report of fresco and stays; move it away, or give another --out");
     outcome.there = true;
-    if (!worked && says_the_same(outcome.file, signature))
+    if (!worked && begins_with(outcome.file, report_mark(signature)))
         return;
     const Value value = request_value(request, subject, images, signature);
     fs::create_directories(subject.out);
-    if (const std::string reason = run_page_child("internal-report", value, Store(request.run->store)); !reason.empty())
+    if (request.interrupted)
+        write_without_pictures(outcome.file, value,
+                               "The run was interrupted: pictures come with the report of the next, which goes on from here");
+    else if (const std::string reason = run_page_child("internal-report", value, Store(request.run->store)); !reason.empty())
     {
         outcome.note = outcome.file.string() + " is without pictures: " + reason;
-        ReportMedia nothing;
-        nothing.notes.push_back("There are no pictures: " + reason);
-        write_file(outcome.file, report_page(report_model(value), nothing));
+        write_without_pictures(outcome.file, value, "There are no pictures: " + reason);
     }
     outcome.written = true;
 }

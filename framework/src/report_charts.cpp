@@ -194,7 +194,12 @@ std::vector<double> round_ticks(double low, double high, int count)
     const double step = power * (rough / power > 7 ? 10 : rough / power > 3 ? 5 : rough / power > 1.5 ? 2 : 1);
     std::vector<double> ticks;
     for (double index = std::ceil(low / step - 1e-9); index * step <= high + 1e-9 * step; ++index)
-        ticks.push_back(index == 0 ? 0.0 : index * step);
+    {
+        const double tick = index == 0 ? 0.0 : index * step;
+        if (!ticks.empty() && tick <= ticks.back())
+            break;  // So far from 0 that the next whole number is the same.
+        ticks.push_back(tick);
+    }
     return ticks;
 }
 

@@ -19,7 +19,8 @@ constexpr std::string_view after_ending = "_after";
 
 std::string grouped(std::int64_t number)
 {
-    const std::string digits = std::to_string(number < 0 ? -number : number);
+    const auto bits = static_cast<std::uint64_t>(number);
+    const std::string digits = std::to_string(number < 0 ? 0 - bits : bits);
     std::string text = number < 0 ? "−" : "";
     for (std::size_t i = 0; i < digits.size(); ++i)
     {

@@ -30,6 +30,7 @@ constexpr int picture_px = 640;
 constexpr int atlas_px = 1024;
 constexpr int quality = 82;
 constexpr std::uintmax_t most_video_bytes = 8'000'000;
+constexpr std::uintmax_t most_videos_bytes = 24'000'000;  // Of all.
 
 /// A place among the results: where an artifact lies, and of which stage.
 struct Stored
@@ -199,7 +200,10 @@ class Collector
     {
         if (file.bytes > most_video_bytes)
             throw Error("a video of " + bytes_text(static_cast<double>(file.bytes)) + " is not put into a page; open the file");
+        if (video_bytes_ + file.bytes > most_videos_bytes)
+            throw Error("the page has videos of " + bytes_text(static_cast<double>(video_bytes_)) + " already; open the file");
         media_.pictures.push_back({file.name, data_uri(media_type, read_file(model_.out / file.name)), true});
+        video_bytes_ += file.bytes;
     }
 
     const ReportModel& model_;
@@ -208,6 +212,7 @@ class Collector
     ReportMedia media_;
     std::shared_ptr<Frames> frames_;
     std::string views_stage_;
+    std::uintmax_t video_bytes_ = 0;
 };
 
 }  // namespace

@@ -81,7 +81,7 @@ ReportModel report_model(const Value& request)
     model.processor = request.at("processor").as_string();
     model.time = time_text(request.at("time_s").as_int());
     model.signature = request.at("signature").as_string();
-    model.exit_code = static_cast<int>(request.at("exit_code").as_int());
+    model.outcome = request.at("outcome").as_string();
     model.cores = static_cast<int>(request.at("cores").as_int());
     model.seconds = request.at("seconds").as_double();
     const Store store(model.store);
@@ -103,7 +103,7 @@ ReportModel report_model(const Value& request)
 
 std::string report_mark(const std::string& signature)
 {
-    return "<!doctype html><!-- fresco report " + signature + " -->\n";
+    return std::string(report_begin) + signature + " -->\n";
 }
 
 }  // namespace fresco::host

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace fresco::host
@@ -67,7 +68,7 @@ struct ReportModel
     std::string processor;
     std::string time;  ///< "2024-05-31 12:34 UTC"
     std::string signature;
-    int exit_code = 0;
+    std::string outcome;  ///< "done", "failed", "interrupted", "not finished"
     int cores = 1;
     double seconds = 0;
     std::vector<ReportStage> stages;  ///< In a topological order.
@@ -119,6 +120,9 @@ struct ReportMedia
 
 /// The page: one HTML file that fetches nothing.
 std::string report_page(const ReportModel& model, const ReportMedia& media);
+
+/// With what every page begins.
+constexpr std::string_view report_begin = "<!doctype html><!-- fresco report ";
 
 /// The first line of a page with this signature.
 std::string report_mark(const std::string& signature);

@@ -26,11 +26,6 @@ EVENT SHALL THE AUTHORS OR COPYRIGHT HOLDERS BE LIABLE FOR ANY CLAIM, DAMAGES OR
 OTHERWISE, ARISING FROM, OUT OF OR IN CONNECTION WITH THE SOFTWARE OR THE USE OR OTHER DEALINGS IN THE SOFTWARE. */
 )";
 
-std::string outcome_text(int exit_code)
-{
-    return exit_code == 0 ? "done" : "failed";
-}
-
 std::string heading(const ReportModel& model)
 {
     const auto count = [&](auto matches) { return std::ranges::count_if(model.stages, matches); };
@@ -38,8 +33,8 @@ std::string heading(const ReportModel& model)
     const auto stored = count([](const ReportStage& stage) { return stage.state == "stored" || stage.state == "not needed"; });
     const auto failed = count([](const ReportStage& stage) { return stage.state == "failed"; });
     std::string text = fmt::format("<h1>{}: <span class=\"{}\">{}</span></h1>\n<p>{} of {} stages ran, {} were stored already",
-                                   html_escaped(model.pipeline), model.exit_code == 0 ? "good" : "bad",
-                                   outcome_text(model.exit_code), ran + failed, model.stages.size(), stored);
+                                   html_escaped(model.pipeline), model.outcome == "done" ? "good" : "bad",
+                                   html_escaped(model.outcome), ran + failed, model.stages.size(), stored);
     if (failed > 0)
         text += fmt::format(", {} failed", failed);
     text += fmt::format("; {} on {} {}.</p>\n<p class=\"soft\">{} · {} · {}</p>\n", duration_text(model.seconds), model.cores,

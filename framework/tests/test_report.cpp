@@ -40,6 +40,13 @@ TEST_CASE("a run leaves a report, and does not write it again where nothing chan
     REQUIRE(place.run({"run", "room.yaml"}).code == 0);
     CHECK(contains(place.read("out/report.html"), "0 of 3 stages ran, 3 were stored already"));
 
+    // Until a stage: what is after it has no result that could tell of it.
+    for (const char* plus : {"1", "2", "1"})
+    {
+        REQUIRE(place.run({"run", "room.yaml", "--until", "add", "--set", std::string("add.plus=") + plus}).code == 0);
+        CHECK(contains(place.read("out/report.html"), std::string("<dt>plus</dt><dd><code>") + plus));
+    }
+
     fs::remove_all(place.file("out"));
     REQUIRE(place.run({"run", "room.yaml", "--no-report"}).code == 0);
     CHECK_FALSE(fs::exists(place.file("out/report.html")));
@@ -79,6 +86,32 @@ TEST_CASE("a stage's own report.html stays, and a report that cannot be written 
     CHECK(blocked.code == 0);
     CHECK(contains(blocked.err, "report.html"));
     CHECK(contains(place.read("other/x.txt"), "5.0"));
+
+    place.write("mine/report.html", "<h1>My own</h1>");
+    const Finished beside = place.run({"run", "room.yaml", "--out", "mine"});
+    CHECK(beside.code == 0);
+    CHECK(contains(beside.err, "mine/report.html: is no report of fresco and stays"));
+    CHECK(place.read("mine/report.html") == "<h1>My own</h1>");
+}
+
+TEST_CASE("a report whose pictures could not be made is made again by the next run")
+{
+    Workplace place({"good", "pictures"});
+    std::string crashing = two;
+    crashing.replace(crashing.find("x.txt"), 5, "x.png");
+    place.write("room.yaml", crashing);
+    // The picture of 13 ends the process that opens it.
+    for (int run = 0; run < 2; ++run)
+    {
+        const Finished without = place.run({"run", "room.yaml", "--set", "add.plus=9"});
+        CHECK(without.code == 0);
+        CHECK(contains(without.err, "out/report.html is without pictures: the process that makes them ended by"));
+        CHECK_FALSE(contains(without.out, "out/report.html  (unchanged)"));
+        CHECK(contains(place.read("out/report.html"), "There are no pictures: the process"));
+    }
+    REQUIRE(place.run({"run", "room.yaml"}).code == 0);
+    CHECK_FALSE(contains(place.read("out/report.html"), "There are no pictures"));
+    CHECK(contains(place.run({"run", "room.yaml"}).out, "out/report.html  (unchanged)"));
 }
 
 TEST_CASE("metrics of a stage are drawn over its progress, through an interruption too")
@@ -98,8 +131,12 @@ stages:
         });
     running->signal(SIGTERM);
     CHECK(running->wait().code == 75);
-    CHECK_FALSE(fs::exists(place.file("out/report.html")));
+    const std::string interrupted = place.read("out/report.html");
+    CHECK(contains(interrupted, "room.yaml: <span class=\"bad\">interrupted"));
+    CHECK(contains(interrupted, "class=\"stage interrupted\""));
+    CHECK(contains(interrupted, "pictures come with the report of the next"));
     REQUIRE(place.run({"run", "room.yaml"}).code == 0);
+    CHECK(contains(place.read("out/report.html"), "room.yaml: <span class=\"good\">done"));
     CHECK(contains(place.read("out/report.html"), "loss over steps: first 1, last 0.01667, least 0.01667"));
 }
 
@@ -118,4 +155,15 @@ TEST_CASE("each combination of a matrix has its own report")
         CHECK(contains(page, "href=\"./x.txt\""));
     }
     CHECK_FALSE(fs::exists(place.file("out/report.html")));
+
+    place.write("fails.yaml", R"(version: 1
+vars: {start: }
+matrix: {start: [4, 7]}
+stages:
+  source: {type: test.source, value: "${start}"}
+  bad:    {type: test.fail, input: source}
+)");
+    REQUIRE(place.run({"run", "fails.yaml", "--out", "fails"}).code == 1);
+    CHECK(contains(place.read("fails/start=4/report.html"), "fails.yaml, start=4: <span class=\"bad\">failed"));
+    CHECK(contains(place.read("fails/start=7/report.html"), "fails.yaml, start=7: <span class=\"bad\">not finished"));
 }

@@ -1,3 +1,4 @@
+#include "../../sdk/tests/stored_png.h"
 #include "metric_curves.h"
 #include "report_charts.h"
 #include "report_figures.h"
@@ -11,8 +12,10 @@
 #include <catch2/catch.hpp>
 
 #include <cmath>
+#include <cstdint>
 #include <cstring>
 #include <fstream>
+#include <limits>
 #include <set>
 
 using namespace fresco;
@@ -35,6 +38,7 @@ TEST_CASE("figures are told in words, with what was before beside what is now")
     CHECK(report_figures(Value()).empty());
     CHECK(figure_text(1234) == "1234");
     CHECK(figure_text(-12345.0) == "−12\u202f345");
+    CHECK(figure_text(std::numeric_limits<std::int64_t>::min()).ends_with("808"));
     CHECK(figure_text(0.000123456) == "0.0001235");
     CHECK(bytes_text(999) == "999 bytes");
     CHECK(bytes_text(12'345'678) == "12.3 MB");
@@ -110,6 +114,8 @@ TEST_CASE("charts are drawn from what stages report, and from nothing else")
     CHECK(round_ticks(0, 10, 5) == std::vector<double>{0, 2, 4, 6, 8, 10});
     CHECK(round_ticks(-0.3, 0.31, 3).size() == 3);
     CHECK(round_ticks(4, 4, 3) == std::vector<double>{4});
+    // The whole numbers between are no doubles.
+    CHECK(round_ticks(1e17, 1e17 + 16, 4).size() <= 5);
     const Value curves = parse_json(R"({"unit":"steps","done":[1,2,3],"metrics":{"a_loss":[100,10,1],"once":[1,null,null]}})");
     const std::string charts = curve_charts(curves);
     CHECK(charts.find("a loss over steps: first 100, last 1, least 1") != std::string::npos);
@@ -191,6 +197,27 @@ TEST_CASE("up is found from cameras that look down on all sides, and on one side
     Frames one;
     one.frames.push_back(camera(0.3, 0.2));
     CHECK(upwards(one).y < -0.97);
+}
+
+TEST_CASE("a page holds videos up to a limit, and says which others there are")
+{
+    const testing::TemporaryFolder folder;
+    ReportModel model;
+    model.store = folder.path() / "store";
+    model.out = folder.path() / "out";
+    std::filesystem::create_directories(model.out);
+    const std::vector<std::byte> bytes(7'000'000);
+    for (const char* name : {"a.mp4", "b.webm", "c.mp4", "d.mp4"})
+    {
+        write_file(model.out / name, bytes);
+        model.files.push_back({"fly", name, bytes.size()});
+    }
+    model.files.push_back({"fly", "e.mp4", 9'000'000});
+    const ReportMedia media = report_media(model, stored_png::Codec());
+    REQUIRE(media.pictures.size() == 3);
+    CHECK(media.pictures[1].uri.starts_with("data:video/webm;base64,"));
+    CHECK(media.notes == std::vector<std::string>{"d.mp4: the page has videos of 21.0 MB already; open the file",
+                                                  "e.mp4: a video of 9.0 MB is not put into a page; open the file"});
 }
 
 TEST_CASE("what is chosen for a page is spread evenly")

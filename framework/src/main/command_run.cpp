@@ -206,9 +206,8 @@ int run(const RunArguments& arguments)
     const RunSummary summary = run_pipeline(request, *display);
     const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
     std::vector<ReportOutcome> reports;
-    // Who interrupts wants to be gone; the next run goes on and reports.
-    if (!arguments.no_report && summary.exit_code != 75)
-        reports = write_reports({&request, &summary, &loaded->catalog, elapsed.count()});
+    if (!arguments.no_report)
+        reports = write_reports({&request, &summary, &loaded->catalog, elapsed.count(), summary.exit_code == 75});
     for (const ReportOutcome& report : reports)
         if (!report.note.empty())
             display->note(report.note);

@@ -18,6 +18,7 @@ struct ReportRequest
     const RunSummary* summary = nullptr;
     const Catalog* catalog = nullptr;  ///< Where a component that reads and writes pictures is looked for.
     double seconds = 0;                ///< Of the whole run.
+    bool interrupted = false;          ///< Who interrupts wants to be gone: no pictures are made.
 };
 
 struct ReportOutcome
@@ -30,8 +31,9 @@ struct ReportOutcome
 
 /// Writes `report.html` into the run's folder of results: the pipeline with times, what every stage came to, frames, losses, the
 /// pictures, and the room to turn around; one file that fetches nothing. Of a matrix one for each combination, into the folder of
-/// its name. Whole or not at all; not at all where the last report is of the same results. Pictures are made in a process of its
-/// own; where that fails the report has none and says so. Never throws because of what it reports about. The host must be
+/// its name. Whole or not at all; not at all where the last report is of the same results, nor in the place of a file that is no
+/// report. Pictures are made in a process of its own; where that fails, and where the run was interrupted, the report has none
+/// and says so, and the next run writes it again. Never throws because of what it reports about. The host must be
 /// single-threaded.
 std::vector<ReportOutcome> write_reports(const ReportRequest& request);
 

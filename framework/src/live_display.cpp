@@ -220,8 +220,9 @@ class LiveDisplay final : public ProgressDisplay
         return "\x1b[" + std::to_string(std::min(rows, frame.height)) + "A\r" + (broken ? "\x1b[J" : "");
     }
 
-    void above(std::string text)
+    void above(const std::string& said)
     {
+        std::string text = harmless(said);
         for (std::size_t end = text.find('\n'); end != std::string::npos; end = text.find('\n', end + 4))
             text.insert(end, "\x1b[K");
         draw(text + "\x1b[K\n");

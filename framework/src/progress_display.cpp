@@ -1,5 +1,6 @@
 #include "live_display.h"
 #include "progress_rate.h"
+#include "terminal_line.h"
 
 #include <fresco/host/progress_display.h>
 
@@ -17,7 +18,7 @@ using Clock = std::chrono::steady_clock;
 
 void print_line(const std::string& line)
 {
-    std::fputs((line + "\n").c_str(), stderr);
+    std::fputs((harmless(line) + "\n").c_str(), stderr);
     std::fflush(stderr);
 }
 

@@ -29,6 +29,13 @@ std::size_t character_columns(std::string_view character)
     return wide ? 2 : 1;
 }
 
+/// Those from U+0080 to U+009F begin escape sequences on some terminals.
+bool is_control(std::string_view character)
+{
+    const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(character[i]); };
+    return byte(0) < 0x20 || byte(0) == 0x7F || (byte(0) == 0xC2 && character.size() == 2 && byte(1) < 0xA0);
+}
+
 const char* escape(Tone tone)
 {
     switch (tone)
@@ -45,6 +52,23 @@ const char* escape(Tone tone)
 }
 
 }  // namespace
+
+std::string harmless(std::string_view text)
+{
+    std::string result;
+    while (!text.empty())
+    {
+        const std::string_view character = text.substr(0, character_bytes(text));
+        if (character == "\t")
+            result += ' ';
+        else if (character != "\n" && is_control(character))
+            result += '?';
+        else
+            result += character;
+        text.remove_prefix(character.size());
+    }
+    return result;
+}
 
 std::size_t columns(std::string_view text)
 {
@@ -84,8 +108,7 @@ Line& Line::add(std::string_view text, Tone tone)
             used_ = room_.columns;
             break;
         }
-        const auto byte = static_cast<unsigned char>(character.front());
-        text_ += byte < 0x20 || byte == 0x7F ? " " : std::string(character);
+        text_ += is_control(character) ? " " : std::string(character);
         used_ += wide;
         text.remove_prefix(character.size());
     }

@@ -7,6 +7,11 @@
 namespace fresco::host
 {
 
+/// A text of many lines for a terminal: every other control character, by which names of files could move the cursor and worse,
+/// is a
+/// '?', a tabulator a blank.
+std::string harmless(std::string_view text);
+
 /// Columns that a text in UTF-8 takes on a terminal, escape sequences for colours left out.
 std::size_t columns(std::string_view text);
 

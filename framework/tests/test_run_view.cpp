@@ -251,6 +251,13 @@ TEST_CASE("colours take no room, and a cut line ends in plain")
     CHECK(Line({5, true, false}).add("abc\x1b[31mdef").take() == "abc …");
     CHECK(Line({5, false, false}).add("abcdefg").take() == "abcd~");
     CHECK(Line({5, true, false}).add("東京都").take() == "東京…");
+    CHECK(Line({9, true, false})
+              .add("a\x01"
+                   "b\xc2\x9b"
+                   "c")
+              .take() == "a b c");
+    CHECK(harmless("é 東\nb\r\x1b[2J\xc2\x9b"
+                   "c\t\x7f\xff") == "é 東\nb??[2J?c ?\xff");
 }
 
 TEST_CASE("what is left: the count's speed, trusted as far as it has come, and what was learnt")
@@ -331,6 +338,20 @@ TEST_CASE("a program that asks at the terminal is told that there is none, and s
     Terminal terminal(place, {"run", "room.yaml", "--isolate", "asks", "--isolate-time", "10s"}, 600, 12);
     REQUIRE(terminal.shows("ended with exit code"));
     CHECK(terminal.finish() == 1);
+}
+
+TEST_CASE("what errors name cannot move the cursor")
+{
+    Workplace place;
+    place.write("room.yaml", "version: 1\nstages:\n  bad: {type: command, run: [sh, -c, 'exit 3', \"\\e[2Jname\\r\", \"{o}\"], "
+                             "outputs: {o: table}}\n");
+    const Finished piped = place.run({"run", "room.yaml"});
+    CHECK(piped.code == 1);
+    CHECK(contains(piped.err, "?[2Jname?"));
+    CHECK(piped.err.find('\x1b') == std::string::npos);
+    Terminal terminal(place, {"run", "room.yaml"}, 600, 12);
+    CHECK(terminal.finish() == 1);
+    CHECK(contains(terminal.text(), "?[2Jname?"));
 }
 
 TEST_CASE("a terminal that cannot move its cursor, and none at all, get whole lines")

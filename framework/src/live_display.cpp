@@ -76,6 +76,14 @@ ViewFrame terminal()
     return frame;
 }
 
+/// Whether the terminal is the shell's while this runs beside it. `timeout` runs programs in a group of its own in the
+/// foreground, too.
+bool in_background()
+{
+    const pid_t foreground = tcgetpgrp(STDERR_FILENO);
+    return foreground >= 0 && foreground != getpgrp() && getpgrp() == getpid();
+}
+
 /// The newest file that was written after a stage began; empty: none.
 std::string newest_file(const fs::path& folder, fs::file_time_type begin)
 {
@@ -111,7 +119,8 @@ class LiveDisplay final : public ProgressDisplay
     LiveDisplay& operator=(const LiveDisplay&) = delete;
     ~LiveDisplay() override
     {
-        write_all(back(terminal()) + "\x1b[J");
+        if (!in_background())
+            write_all(back(terminal()) + "\x1b[J");
         sigaction(SIGCONT, &before_, nullptr);
     }
 
@@ -230,6 +239,12 @@ class LiveDisplay final : public ProgressDisplay
 
     void draw(const std::string& above = {})
     {
+        if (in_background())
+        {
+            // What is said stands among what others write; the view begins anew below it.
+            lines_.clear();
+            return write_all(above);
+        }
         ViewFrame frame = terminal();
         frame.utf8 = utf8_;
         frame.color = color_;

@@ -105,11 +105,12 @@ Lines shown(const std::string& written, std::size_t width)
     return rows;
 }
 
-/// The program on a terminal of its own.
+/// The program on a terminal of its own, or in the background of one.
 class Terminal
 {
   public:
-    Terminal(Workplace& place, const Lines& arguments, unsigned short width, unsigned short height) : width_(width)
+    Terminal(Workplace& place, const Lines& arguments, unsigned short width, unsigned short height, bool background = false)
+        : width_(width)
     {
         winsize size{height, width, 0, 0};
         Lines texts{(place.root() / "bin" / "fresco").string()};
@@ -126,6 +127,8 @@ class Terminal
             setenv(name.c_str(), value.c_str(), 1);
         setenv("TERM", "xterm", 1);
         setenv("LC_ALL", "C", 1);
+        if (background)
+            run_in_background();
         if (chdir(place.work().c_str()) == 0)
             execv(argv[0], argv.data());
         _exit(127);
@@ -176,6 +179,16 @@ class Terminal
     const std::string& written() const { return written_; }
 
   private:
+    /// Returns in a process of another group, whose exit code becomes this process's.
+    static void run_in_background()
+    {
+        const pid_t job = fork();
+        int status = 0;
+        if (job == 0)
+            setpgid(0, 0);
+        else
+            _exit(waitpid(job, &status, 0) == job ? WEXITSTATUS(status) : 126);
+    }
     static bool contains_text(const Lines& rows, const std::string& text)
     {
         return std::any_of(rows.begin(), rows.end(), [&](const std::string& row) { return row.find(text) != std::string::npos; });
@@ -338,6 +351,20 @@ TEST_CASE("a program that asks at the terminal is told that there is none, and s
     Terminal terminal(place, {"run", "room.yaml", "--isolate", "asks", "--isolate-time", "10s"}, 600, 12);
     REQUIRE(terminal.shows("ended with exit code"));
     CHECK(terminal.finish() == 1);
+}
+
+TEST_CASE("in the background a run leaves the terminal to the shell")
+{
+    Workplace place;
+    place.write("room.yaml", "version: 1\nstages:\n  source: {type: test.source, value: 3}\n"
+                             "  slow: {type: test.slow, input: source, steps: 5, step_ms: 60, log: log}\n");
+    Terminal terminal(place, {"run", "room.yaml"}, 70, 20, true);
+    CHECK(terminal.finish() == 0);
+    CHECK(contains(terminal.text(), "source: made 3.000000"));
+    CHECK(contains(terminal.text(), "slow    ran"));
+    CHECK(terminal.written().find("A\r") == std::string::npos);
+    CHECK(terminal.written().find("\x1b[J") == std::string::npos);
+    CHECK_FALSE(contains(terminal.written(), " of 2 done"));
 }
 
 TEST_CASE("what errors name cannot move the cursor")

@@ -59,7 +59,7 @@ class DatasetWrite final : public Stage
             throw Error("port 'uvmaps' brings no uv maps");
     }
 
-    /// The files of every view, moved to `folder`: those that an interrupted run had finished are not made again.
+    /// The files of every view, also in `folder`: those that an interrupted run had finished are not made again.
     std::vector<WrittenFiles>
     write_views(const std::filesystem::path& folder, std::size_t count, RunContext& run,
                 const std::function<WrittenFiles(const std::filesystem::path&, std::size_t)>& write) const
@@ -90,7 +90,7 @@ class DatasetWrite final : public Stage
         if (found > 0)
             run.message(std::to_string(found) + " of " + std::to_string(count) + " views were there from an interrupted run");
         for (const WrittenFiles& view : written)
-            kept.move(view.names(), folder);
+            kept.link(view.names(), folder);
         return written;
     }
 

@@ -43,18 +43,16 @@ void KeptPieces::note(std::size_t piece, const std::vector<std::string>& files, 
     write_file(note_of(piece), to_json(Value::Map{{"files", std::move(list)}, {"about", std::move(about)}}));
 }
 
-void KeptPieces::move(const std::vector<std::string>& files, const fs::path& to) const
+void KeptPieces::link(const std::vector<std::string>& files, const fs::path& to) const
 {
     for (const std::string& name : files)
     {
         fs::create_directories((to / name).parent_path());
         std::error_code error;
-        fs::rename(folder() / name, to / name, error);
-        if (error == std::errc::cross_device_link)
-        {
-            error.clear();
-            fs::copy_file(folder() / name, to / name, fs::copy_options::overwrite_existing, error);
-        }
+        fs::remove(to / name, error);
+        fs::create_hard_link(folder() / name, to / name, error);
+        if (error && error != std::errc::no_such_file_or_directory && error != std::errc::no_space_on_device)
+            fs::copy_file(folder() / name, to / name, error);
         if (error)
             throw Error((to / name).string() + ": cannot be written: " + error.message());
     }

@@ -200,4 +200,10 @@ TEST_CASE("what an interrupted run had finished is not made again, and the resul
     CHECK_THAT(run.messages.back(), Contains("2 of 3 views were there from an interrupted run"));
     for (const std::string& name : names)
         CHECK(read_file(folder.path() / "whole/files" / name) == read_file(folder.path() / "again/files" / name));
+
+    // Killed while the result was published: nothing is lost.
+    std::filesystem::remove_all(folder.path() / "again/files");
+    CHECK(write_dataset(folder.path() / "again", recording, options, run, codec) == names);
+    CHECK(codec->encoded == 6);
+    CHECK_THAT(run.messages.back(), Contains("3 of 3 views were there from an interrupted run"));
 }

@@ -20,14 +20,16 @@ class KeptPieces
     /// `checkpoint`: of this result alone. Creates what it needs below it.
     explicit KeptPieces(std::filesystem::path checkpoint);
 
-    /// Where files are written, each whole or not at all (write_file), until they are moved.
+    /// Where files are written, each whole or not at all (write_file). They stay until the checkpoint goes, which is after the
+    /// result is in the store: whoever is killed while gigabytes are published loses no piece.
     std::filesystem::path folder() const { return checkpoint_ / "files"; }
     /// What the note of a piece says; nothing if there is none, or a file that it names is gone or has another size.
     std::optional<Value> find(std::size_t piece) const;
     /// Says that a piece is finished: its files, by name below folder(), and what else is to be known of it. Throws Error.
     void note(std::size_t piece, const std::vector<std::string>& files, Value about) const;
-    /// Moves files to the same names below another folder. Throws Error naming the file.
-    void move(const std::vector<std::string>& files, const std::filesystem::path& to) const;
+    /// Gives files the same names below another folder too: links, or copies where the file system has none. Nobody may change
+    /// them in place afterwards. Throws Error naming the file.
+    void link(const std::vector<std::string>& files, const std::filesystem::path& to) const;
 
   private:
     std::filesystem::path note_of(std::size_t piece) const;

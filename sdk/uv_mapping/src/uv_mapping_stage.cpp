@@ -163,7 +163,7 @@ void UvMappingStage::run(RunContext& run)
         run.message("the maps of " + std::to_string(found) + " of " + std::to_string(frames) +
                     " frames were there from an interrupted run");
     for (std::size_t i = 0; i < frames; ++i)
-        kept.move(map_names(i, heights), uvmaps_.folder().path);
+        kept.link(map_names(i, heights), uvmaps_.folder().path);
     tally.tell(run);
     uvmaps_ = std::move(result);
 }

@@ -62,7 +62,7 @@ class RenderFlythrough final : public Stage
     Cost cost() const override
     {
         return {.seconds = "2 + faces * 2e-6 + seconds * fps * height_px * height_px * samples * samples * 4e-7 / cores",
-                .memory_mb = "180 + faces * 0.0002",
+                .memory_mb = "100 + faces * 0.0002 + height_px * height_px * 4e-4",
                 .disk_mb = "seconds * fps * height_px * height_px * 3e-7",
                 .frames = {},
                 .faces = {}};

@@ -5,7 +5,6 @@
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
 
-#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -46,12 +45,17 @@ void VideoFile::add(const fresco::Raster8& picture)
     cv::Mat bgr;
     cv::cvtColor(rgb, bgr, cv::COLOR_RGB2BGR);
     writer_->video.write(bgr);
+    ++added_;
 }
 
 void VideoFile::close()
 {
     writer_->video.release();
-    std::error_code error;
-    if (const auto bytes = std::filesystem::file_size(file_, error); error || bytes == 0)
-        throw fresco::Error(file_.string() + ": the video was not written; is the disk full?");
+    cv::VideoCapture written(file_.string(), cv::CAP_FFMPEG);
+    std::size_t found = 0;
+    while (written.isOpened() && found <= added_ && written.grab())
+        ++found;
+    if (found != added_)
+        throw fresco::Error(file_.string() + ": of the " + std::to_string(added_) + " pictures of the video " +
+                            std::to_string(found) + " were written; is the disk full?");
 }

@@ -2,6 +2,7 @@
 
 #include <fresco/image.h>
 
+#include <cstddef>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -18,7 +19,7 @@ class VideoFile
 
     /// RGB of the video's size.
     void add(const fresco::Raster8& picture);
-    /// Ends the file. Throws Error if nothing was written.
+    /// Ends the file and reads it again: FFmpeg tells nobody that the disk was full. Throws Error unless all pictures are in it.
     void close();
     /// "avc1"
     const std::string& codec() const { return codec_; }
@@ -28,4 +29,5 @@ class VideoFile
     std::filesystem::path file_;
     std::unique_ptr<Writer> writer_;
     std::string codec_;
+    std::size_t added_ = 0;
 };

@@ -5,6 +5,7 @@
 #include <fresco/files.h>
 #include <fresco/files_io.h>
 #include <fresco/frames.h>
+#include <fresco/random.h>
 #include <fresco/testing.h>
 #include <fresco/texture.h>
 
@@ -12,7 +13,9 @@
 #include <opencv2/videoio.hpp>
 
 #include <cmath>
+#include <csignal>
 #include <numbers>
+#include <sys/resource.h>
 
 using namespace fresco;
 
@@ -220,6 +223,36 @@ TEST_CASE("a video can be played: size, pictures and colours")
         }
         CHECK(count == 10);
     }
+}
+
+TEST_CASE("a video that the disk did not hold to its end is refused")
+{
+    const testing::TemporaryFolder folder;
+    // As a full disk: beyond so many bytes nothing is written.
+    struct rlimit before = {};
+    REQUIRE(getrlimit(RLIMIT_FSIZE, &before) == 0);
+    const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+    for (const char* name : {"cut.mp4", "cut.webm"})
+        for (const bool is_full : {false, true})
+        {
+            VideoFile video(folder.path() / name, 64, 48, 25);
+            const struct rlimit limit = {20'000, before.rlim_max};
+            REQUIRE(setrlimit(RLIMIT_FSIZE, is_full ? &limit : &before) == 0);
+            Random random{5};
+            for (int i = 0; i < 300; ++i)
+            {
+                Raster8 noise(64, 48, 3);
+                for (std::uint8_t& value : noise.values)
+                    value = static_cast<std::uint8_t>(random.uniform() * 255);
+                video.add(noise);
+            }
+            if (is_full)
+                CHECK_THROWS_WITH(video.close(), Catch::Contains(name) && Catch::Contains("is the disk full?"));
+            else
+                CHECK_NOTHROW(video.close());
+            REQUIRE(setrlimit(RLIMIT_FSIZE, &before) == 0);
+        }
+    std::signal(SIGXFSZ, handler);
 }
 
 TEST_CASE("the flight refuses what it cannot show")

@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <unordered_set>
 
 using namespace fresco;
 namespace tsdf = open3d::pipelines::integration;
@@ -31,6 +32,16 @@ Eigen::Matrix4d camera_from_world(const RigidTransform& world_from_camera)
             result(row, column) = inverse.rotation(row, column);
     result.block<3, 1>(0, 3) << inverse.translation.x, inverse.translation.y, inverse.translation.z;
     return result;
+}
+
+std::size_t bytes_of_blocks(std::size_t count)
+{
+    return count * block_voxels * block_voxels * block_voxels * sizeof(open3d::geometry::TSDFVoxel);
+}
+
+int stride_for(const RasterF& depth)
+{
+    return depth.width < small_width ? 1 : stride;
 }
 
 /// Open3D counts pixels' centres from (0, 0), fresco from (0.5, 0.5).
@@ -67,7 +78,7 @@ Fusion::~Fusion() = default;
 
 void Fusion::add(const RasterF& depth, const Raster8& colors, const Camera& camera)
 {
-    volume_->blocks.depth_sampling_stride_ = depth.width < small_width ? 1 : stride;
+    volume_->blocks.depth_sampling_stride_ = stride_for(depth);
     open3d::geometry::RGBDImage picture;
     fill(picture.depth_, depth);
     fill(picture.color_, colors);
@@ -76,8 +87,35 @@ void Fusion::add(const RasterF& depth, const Raster8& colors, const Camera& came
 
 std::size_t Fusion::bytes() const
 {
-    return volume_->blocks.volume_units_.size() * block_voxels * block_voxels * block_voxels *
-           sizeof(open3d::geometry::TSDFVoxel);
+    return bytes_of_blocks(volume_->blocks.volume_units_.size());
+}
+
+bool Fusion::fits(const RasterF& depth, const Camera& camera, std::size_t limit_bytes) const
+{
+    const auto& blocks = volume_->blocks;
+    const auto block = [&](double at) { return static_cast<int>(std::floor(at / blocks.volume_unit_length_)); };
+    std::unordered_set<Eigen::Vector3i, open3d::utility::hash_eigen<Eigen::Vector3i>> opened;
+    const int step = stride_for(depth);
+    // As Integrate does it: the blocks within the truncation of the end of every so many rays.
+    for (int v = 0; v < depth.height; v += step)
+        for (int u = 0; u < depth.width; u += step)
+        {
+            const double metres = double{depth.at(u, v)};
+            if (!(metres > 0))
+                continue;
+            const Vec3d end = camera.world_from_camera.translation + camera.ray(u + 0.5, v + 0.5) * metres;
+            const double reach = blocks.sdf_trunc_;
+            for (int x = block(end.x - reach); x <= block(end.x + reach); ++x)
+                for (int y = block(end.y - reach); y <= block(end.y + reach); ++y)
+                    for (int z = block(end.z - reach); z <= block(end.z + reach); ++z)
+                    {
+                        const Eigen::Vector3i index(x, y, z);
+                        if (!blocks.volume_units_.contains(index) && opened.insert(index).second &&
+                            bytes_of_blocks(blocks.volume_units_.size() + opened.size()) > limit_bytes)
+                            return false;
+                    }
+        }
+    return true;
 }
 
 Mesh Fusion::mesh() const

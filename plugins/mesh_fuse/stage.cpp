@@ -55,12 +55,12 @@ class MeshFuse final : public Stage
         return depth;
     }
 
-    void check_memory(const Fusion& fusion, std::size_t done) const
+    void check_memory(const Fusion& fusion, const RasterF& depth, std::size_t index) const
     {
         constexpr double gigabyte = 1e9;
-        if (static_cast<double>(fusion.bytes()) > *max_memory_gb * gigabyte)
+        if (!fusion.fits(depth, frames->frames[index].depth, static_cast<std::size_t>(*max_memory_gb * gigabyte)))
             throw Error(
-                "after " + std::to_string(done) + " of " + std::to_string(frames->frames.size()) +
+                "with " + std::to_string(index + 1) + " of " + std::to_string(frames->frames.size()) +
                 " frames the volume takes more than max_memory_gb: raise that, or voxel_m (memory falls with its square), or "
                 "lower max_depth_m");
     }
@@ -76,8 +76,8 @@ class MeshFuse final : public Stage
             if (!frame.depth_picture.empty())
             {
                 const RasterF depth = near_depth(frame);
+                check_memory(fusion, depth, i);
                 fusion.add(depth, seen_colors(depth, frame.depth, load_color(frame, codec()), frame.color), frame.depth);
-                check_memory(fusion, i + 1);
                 ++fused;
             }
             run.progress(static_cast<double>(i + 1), static_cast<double>(frames->frames.size()), "frames");

@@ -138,6 +138,24 @@ TEST_CASE("a slanted wall lies where it was measured: pixels are looked at in th
     CHECK(std::abs(sum / static_cast<double>(mesh.positions.size())) < 0.001);
 }
 
+TEST_CASE("what a picture will take is known before it is added")
+{
+    Fusion fusion({0.02, 0.05});
+    for (const double angle : {0.0, 0.2})
+        for (const int width : {160, 640})
+        {
+            const Camera camera = camera_at(angle, width);
+            const RasterF depth = room_depth(camera);
+            Fusion ahead({0.02, 0.05});
+            ahead.add(depth, Raster8(width, width * 3 / 4, 3), camera);
+            CHECK(Fusion({0.02, 0.05}).fits(depth, camera, ahead.bytes()));
+            CHECK_FALSE(Fusion({0.02, 0.05}).fits(depth, camera, ahead.bytes() - 1));
+            // Beside what is there already.
+            fusion.add(depth, Raster8(width, width * 3 / 4, 3), camera);
+            CHECK(fusion.fits(depth, camera, fusion.bytes()));
+        }
+}
+
 TEST_CASE("a room is fused from what was recorded in its middle")
 {
     const testing::TemporaryFolder folder;

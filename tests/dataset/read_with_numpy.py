@@ -2,6 +2,7 @@
 """read_with_numpy.py ROOM: what plugins/dataset_write/README.md says of a dataset's folder, by the loader that stands in it (NumPy alone,
 and PyTorch where it is)."""
 import json
+import os
 import pathlib
 import struct
 import sys
@@ -94,7 +95,11 @@ print(f"{len(dataset)} views read with NumPy")
 try:
     import torch
 except ImportError:
-    print("SKIPPED the dataset read with PyTorch: python3 has no torch")
+    skipped = "the dataset read with PyTorch: python3 has no torch"
+    print(f"SKIPPED {skipped}")
+    if "FRESCO_SKIP_LOG" in os.environ:
+        with open(os.environ["FRESCO_SKIP_LOG"], "a") as log:
+            log.write(skipped + "\n")
     sys.exit(0)
 batch = next(iter(torch.utils.data.DataLoader(Dataset(room, tensors=True), batch_size=2)))
 assert batch["color"].shape[:2] == (2, 3) and batch["color"].dtype == torch.float32 and batch["color"].max() <= 1

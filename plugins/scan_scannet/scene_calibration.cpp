@@ -50,6 +50,12 @@ fresco::RigidTransform extrinsic_of_file(const fs::path& file, SceneCalibration&
     return fresco::read_rigid_transform(file);
 }
 
+/// A number that is cut is another number.
+bool is_read(std::string_view key)
+{
+    return key == "axisAlignment" || key.ends_with("_color") || key.ends_with("_depth");
+}
+
 }  // namespace
 
 Properties parse_properties(std::string_view text, std::string_view source)
@@ -67,6 +73,9 @@ Properties parse_properties(std::string_view text, std::string_view source)
         if (equals == std::string_view::npos)
             throw fresco::Error(place + ": expected \"key = value\"");
         const auto key = trimmed(line.substr(0, equals));
+        if (end == std::string_view::npos && is_read(key))
+            throw fresco::Error(place + ": the file ends within the line of " + key +
+                                ", it seems to be cut; copy it anew (or, if it is whole, end its last line)");
         if (!properties.emplace(key, trimmed(line.substr(equals + 1))).second)
             throw fresco::Error(place + ": the property " + key + " is given twice");
     }

@@ -12,7 +12,8 @@
 namespace scannet
 {
 
-/// The properties of <scene>.txt, "key = value" per line. Throws Error "source:line: …" for a line without '=' or a key twice.
+/// The properties of <scene>.txt, "key = value" per line. Throws Error "source:line: …" for a line without '=', a key twice, and
+/// a camera's property in a last line that does not end.
 std::map<std::string, std::string> parse_properties(std::string_view text, std::string_view source);
 
 /// A camera's intrinsics before the pictures' size is known, and where they are from.

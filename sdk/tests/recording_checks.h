@@ -56,9 +56,10 @@ inline DamageCounts damage_file(const std::filesystem::path& file, const std::fu
     DamageCounts counts;
     const auto attempt = [&](const std::vector<std::byte>& bytes, bool cut, int& refused)
     {
-        // Not write_file: it would wait for the disk 700 times.
-        std::ofstream(file, std::ios::binary)
+        // Neither write_file nor a new file of this name: both would wait for the disk 700 times.
+        std::fstream(file, std::ios::binary | std::ios::in | std::ios::out)
             .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+        std::filesystem::resize_file(file, bytes.size());
         try
         {
             read(cut);

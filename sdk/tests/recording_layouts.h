@@ -69,6 +69,15 @@ inline std::vector<double> matrix_of(const RigidTransform& t)
             r(2, 0), r(2, 1), r(2, 2), t.translation.z, 0,       0,       0,       1};
 }
 
+/// The same of a pose whose camera axes are OpenGL's: y up, z backward.
+inline std::vector<double> opengl_matrix_of(const RigidTransform& t)
+{
+    auto m = matrix_of(t);
+    for (const std::size_t entry : {1U, 2U, 5U, 6U, 9U, 10U})
+        m[entry] = -m[entry];
+    return m;
+}
+
 /// w, x, y, z of a rotation of less than half a turn about any axis; by its largest component.
 inline std::array<double, 4> quaternion_of(const Mat3& r)
 {
@@ -123,10 +132,7 @@ inline void write_nerfstudio(const Frames& frames, const std::filesystem::path& 
         const std::string depth = numbered("depth/frame_", i + 1, ".png", 5);
         copy_picture(frame.color_picture.path, folder / color);
         copy_picture(frame.depth_picture.path, folder / depth);
-        auto m = matrix_of(frame.color.world_from_camera);
-        for (std::size_t row = 0; row < 3; ++row)
-            for (const std::size_t column : {std::size_t{1}, std::size_t{2}})
-                m[row * 4 + column] = -m[row * 4 + column];
+        const auto m = opengl_matrix_of(frame.color.world_from_camera);
         Value::List rows;
         for (std::size_t row = 0; row < 4; ++row)
             rows.emplace_back(Value::List{m[row * 4], m[row * 4 + 1], m[row * 4 + 2], m[row * 4 + 3]});
@@ -244,10 +250,7 @@ inline void write_matterport3d(const Frames& frames, const std::filesystem::path
             step = static_cast<std::uint16_t>(std::lround(step * frame.depth_unit_m * 4000));
         std::filesystem::create_directories(folder / "undistorted_depth_images");
         write_file(folder / "undistorted_depth_images" / depth, images.encode_png(steps));
-        auto m = matrix_of(frame.color.world_from_camera);
-        for (std::size_t row = 0; row < 3; ++row)
-            for (const std::size_t column : {std::size_t{1}, std::size_t{2}})
-                m[row * 4 + column] = -m[row * 4 + column];
+        const auto m = opengl_matrix_of(frame.color.world_from_camera);
         cameras += "\nintrinsics_matrix " + joined({k.fx, 0, k.cx - 0.5, 0, k.fy, k.height - k.cy - 0.5, 0, 0, 1}) + "\nscan " +
                    depth + " " + color + " " + joined(m) + "\n";
         house += "P " + panorama + " " + std::to_string(i) + " " + std::to_string(i % 2) + " 0 1 2 3 0 0 0 0 0\n";
@@ -256,6 +259,28 @@ inline void write_matterport3d(const Frames& frames, const std::filesystem::path
     std::filesystem::create_directories(folder / "house_segmentations");
     write_file(folder / "undistorted_camera_parameters/tiny.conf", cameras);
     write_file(folder / "house_segmentations/tiny.house", house);
+}
+
+/// Polycam's raw data: keyframes/`prefix`cameras, keyframes/`prefix`images and keyframes/depth, at the times 998, 999, 1000, …
+inline void write_polycam(const Frames& frames, const std::filesystem::path& folder, const std::string& prefix = "corrected_")
+{
+    const auto keyframes = folder / "keyframes";
+    std::filesystem::create_directories(keyframes / (prefix + "cameras"));
+    for (std::size_t i = 0; i < frames.frames.size(); ++i)
+    {
+        const auto& frame = frames.frames[i];
+        const auto& k = frame.color.intrinsics;
+        const std::string time = std::to_string(998 + i);
+        Value camera = Value::Map{{"width", k.width}, {"height", k.height}, {"fx", k.fx},         {"fy", k.fy},
+                                  {"cx", k.cx},       {"cy", k.cy},         {"blur_score", 100.5}};
+        const auto m = opengl_matrix_of(frame.color.world_from_camera);
+        for (std::size_t row = 0; row < 3; ++row)
+            for (std::size_t column = 0; column < 4; ++column)
+                camera.set("t_" + std::to_string(row) + std::to_string(column), m[4 * row + column]);
+        write_file(keyframes / (prefix + "cameras") / (time + ".json"), to_json(camera));
+        copy_picture(frame.color_picture.path, keyframes / (prefix + "images") / (time + ".jpg"));
+        copy_picture(frame.depth_picture.path, keyframes / "depth" / (time + ".png"));
+    }
 }
 
 /// Replica as NICE-SLAM has it: results/, traj.txt, and cam_params.json beside the scene's folder.

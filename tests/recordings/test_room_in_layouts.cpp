@@ -112,6 +112,13 @@ TEST_CASE("the room comes back from the layout of Matterport3D", "[recordings]")
     room.check_read(SCAN_MATTERPORT3D_PLUGIN, "scan.matterport3d", Value::Map{}, 1e-6);
 }
 
+TEST_CASE("the room comes back from Polycam's raw data", "[recordings]")
+{
+    const Room room;
+    fresco::testing::write_polycam(room.frames, room.scan());
+    room.check_read(SCAN_POLYCAM_PLUGIN, "scan.polycam", Value::Map{}, 1e-6);
+}
+
 #ifdef SCAN_SENS_PLUGIN
 TEST_CASE("the room comes back from ScanNet's own recording, with its two cameras", "[recordings]")
 {

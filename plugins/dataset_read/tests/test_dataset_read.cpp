@@ -1,4 +1,5 @@
 #include "made_dataset.h"
+#include "recording_checks.h"
 
 #include <fresco/frames.h>
 #include <fresco/testing.h>
@@ -209,6 +210,43 @@ TEST_CASE("a manifest that is not as described is refused before anything is rea
     CHECK_THAT(error("\"mesh.ply\"", "\"../mesh.ply\""), Contains("does not name a file inside of the dataset's folder"));
     CHECK_THAT(error("\"uv\": \"float32\"", "\"uv\": \"uint16\""), Contains("uv_8.npy") && Contains("uint16 was expected"));
     CHECK_THAT(error("{", "["), Contains("dataset.json: not valid JSON"));
+}
+
+TEST_CASE("damage to a listed file is found; damage to the manifest gives an error or what can be used")
+{
+    const Damaged damaged;
+    const auto read = [&]
+    {
+        testing::TestRun run(1);
+        testing::TestFactory factory;
+        const auto made = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "dataset.read");
+        auto& stage = dynamic_cast<Stage&>(*made);
+        stage.configure(Value::Map{{"path", (damaged.folder.path() / "room").string()}}, factory);
+        for (OutputPort* port : stage.outputs())
+        {
+            const auto folder = damaged.folder.path() / "out" / port->name();
+            fs::create_directories(folder);
+            port->set_folder({folder, damaged.folder.path() / "out"});
+        }
+        stage.run(run);
+        for (const OutputPort* port : stage.outputs())
+        {
+            const auto value = port->value();
+            if (const auto* frames = dynamic_cast<const Frames*>(value.get()))
+                testing::check_usable(*frames);
+            if (const auto* mesh = dynamic_cast<const Mesh*>(value.get()))
+                check_mesh(*mesh, "the mesh");
+        }
+    };
+    for (const char* name : {"mesh.ply", "style.npy", "views/000000/uv_8.npy", "views/000000/sensor_depth.npy"})
+    {
+        const auto counts = testing::damage_file(damaged.path(name), [&](bool) { read(); });
+        CHECK(counts.cuts_refused == 200);
+        CHECK(counts.flips_refused == 500);
+    }
+    const auto counts = testing::damage_file(damaged.path("dataset.json"), [&](bool) { read(); });
+    CHECK(counts.cuts_refused == 200);
+    CHECK(counts.flips_refused > 300);
 }
 
 TEST_CASE("a cancelled run stops")

@@ -1,7 +1,6 @@
 #include "model_views.h"
 
-#include "reader_run.h"
-#include "recording_checks.h"
+#include "reader_damage.h"
 
 #include <fresco/error.h>
 #include <fresco/stage.h>
@@ -241,27 +240,18 @@ TEST_CASE("hostile counts are refused before anything is allocated", "[scan.colm
     }
 }
 
-TEST_CASE("damage to a reconstruction gives an error or frames that can be used", "[scan.colmap]")
+TEST_CASE("damage to a reconstruction gives an error or what can be used", "[scan.colmap]")
 {
     for (const bool binary : {false, true})
     {
         const TinyProject project(binary);
         const std::string ending = binary ? ".bin" : ".txt";
-        TestRun run(1);
-        const auto parse = [&]
-        {
-            const auto images = project.model("images" + ending);
-            const auto views =
-                colmap::model_views(colmap::read_cameras(project.model("cameras" + ending)), colmap::read_images(images), images,
-                                    {project.path() / "images", project.path() / "depth", 1, 0.001});
-            return fresco::recordings::registered_frames(views, project.images, project.folder.path() / "out", run);
-        };
-        for (const char* name : {"cameras", "images"})
-        {
-            const auto counts =
-                fresco::testing::damage_file(project.model(name + ending), [&](bool) { fresco::testing::check_usable(parse()); });
-            CHECK(counts.cuts_refused == 200);
-            CHECK(counts.flips_refused > 100);
-        }
+        std::vector<fresco::testing::DamagedFile> files{{project.model("cameras" + ending), 200, 100},
+                                                        {project.model("images" + ending), 200, 100}};
+        if (binary)
+            for (const char* folder : {"images", "depth"})
+                files.push_back({fs::directory_iterator(project.path() / folder)->path()});
+        fresco::testing::check_damage(FRESCO_PLUGIN_FILE, "scan.colmap", project.path(), project.images,
+                                      project.folder.path() / "out", files, with_depth(project));
     }
 }

@@ -1,8 +1,7 @@
 #include "house.h"
 #include "house_cameras.h"
 
-#include "reader_run.h"
-#include "recording_checks.h"
+#include "reader_damage.h"
 
 #include <fresco/mesh_io.h>
 
@@ -206,32 +205,17 @@ TEST_CASE("a house that cannot be used is refused by name", "[scan.matterport3d]
     }
 }
 
-TEST_CASE("damage to a house gives an error or frames that can be used", "[scan.matterport3d]")
+TEST_CASE("damage to a house gives an error or what can be used", "[scan.matterport3d]")
 {
     const TinyHouse house;
-    TestRun run(1);
-    const auto parse = [&]
-    {
-        const auto cameras = matterport3d::parse_cameras(fresco::read_text_file(house.cameras()), house.cameras().string());
-        std::vector<fresco::recordings::RegisteredView> views;
-        for (const auto& listed : cameras.views)
-        {
-            fresco::recordings::RegisteredView view;
-            fresco::recordings::name_by_picture(view, fs::path("tiny") / listed.color);
-            view.color = house.path() / cameras.color_folder / listed.color;
-            view.depth = house.path() / cameras.depth_folder / listed.depth;
-            view.camera = matterport3d::camera_of(listed, 32, 24, matterport3d::ImageOrigin::bottom_left);
-            view.world_from_camera = listed.world_from_camera;
-            view.source = listed.source;
-            views.push_back(std::move(view));
-        }
-        return fresco::recordings::registered_frames(views, house.images, house.folder.path(), run);
-    };
-    const auto cameras = fresco::testing::damage_file(house.cameras(), [&](bool) { fresco::testing::check_usable(parse()); });
-    CHECK(cameras.cuts_refused == 200);
-    CHECK(cameras.flips_refused > 150);
-    const auto regions = fresco::testing::damage_file(
-        house.house(), [&](bool) { matterport3d::parse_regions(fresco::read_text_file(house.house()), house.house().string()); });
-    CHECK(regions.cuts_refused == 200);
-    CHECK(regions.flips_refused > 100);
+    const auto path = house.path();
+    const auto out = house.folder.path() / "out";
+    fresco::testing::check_damage(FRESCO_PLUGIN_FILE, "scan.matterport3d", path, house.images, out,
+                                  {{house.cameras(), 200, 150},
+                                   {path / "undistorted_color_images/03a8325e000001_i1_0.jpg"},
+                                   {path / "undistorted_depth_images/03a8325e000002_d1_0.png"},
+                                   {path / "house_segmentations/tiny.ply", 200, 100}});
+    fresco::testing::check_damage(FRESCO_PLUGIN_FILE, "scan.matterport3d", path, house.images, out,
+                                  {{house.house(), 200, 100}, {path / "region_segmentations/region1.ply", 200, 100}},
+                                  Value::Map{{"region", 1}});
 }

@@ -1,7 +1,6 @@
 #include "keyframes.h"
 
-#include "reader_run.h"
-#include "recording_checks.h"
+#include "reader_damage.h"
 
 #include <catch2/catch.hpp>
 
@@ -21,31 +20,11 @@ struct TinyCapture
     RawImages images;
     fresco::Frames frames = fresco::testing::tiny_recording(folder.path(), images);
 
-    TinyCapture() { write("corrected_"); }
+    TinyCapture() { fresco::testing::write_polycam(frames, path()); }
     fs::path path() const { return folder.path() / "capture"; }
     fs::path keyframes() const { return path() / "keyframes"; }
-    static std::string time(std::size_t i) { return std::to_string(998 + i); }
-    fs::path camera(std::size_t i) const { return keyframes() / "corrected_cameras" / (time(i) + ".json"); }
+    fs::path camera(std::size_t i) const { return keyframes() / "corrected_cameras" / (std::to_string(998 + i) + ".json"); }
 
-    void write(const std::string& prefix) const
-    {
-        fs::create_directories(keyframes() / (prefix + "cameras"));
-        for (std::size_t i = 0; i < frames.frames.size(); ++i)
-        {
-            const auto& frame = frames.frames[i];
-            const auto& k = frame.color.intrinsics;
-            Value camera = Value::Map{{"width", k.width}, {"height", k.height}, {"fx", k.fx},         {"fy", k.fy},
-                                      {"cx", k.cx},       {"cy", k.cy},         {"blur_score", 100.5}};
-            const auto m = fresco::testing::matrix_of(frame.color.world_from_camera);
-            for (std::size_t row = 0; row < 3; ++row)
-                for (std::size_t column = 0; column < 4; ++column)
-                    camera.set("t_" + std::to_string(row) + std::to_string(column),
-                               column == 1 || column == 2 ? -m[4 * row + column] : m[4 * row + column]);
-            fresco::write_file(keyframes() / (prefix + "cameras") / (time(i) + ".json"), fresco::to_json(camera));
-            fresco::testing::copy_picture(frame.color_picture.path, keyframes() / (prefix + "images") / (time(i) + ".jpg"));
-            fresco::testing::copy_picture(frame.depth_picture.path, keyframes() / "depth" / (time(i) + ".png"));
-        }
-    }
     fresco::testing::ReadScan read(TestRun& run, const Value& options = Value::Map{}) const
     {
         return fresco::testing::run_reader(FRESCO_PLUGIN_FILE, "scan.polycam", path(), images, folder.path() / "out", run,
@@ -83,7 +62,7 @@ TEST_CASE("without corrected cameras ARKit's are taken, with a warning", "[scan.
     const TinyCapture capture;
     CHECK_THAT(capture.error(Value::Map{{"poses", "recorded"}}),
                Contains("keyframes/cameras: there is no such folder; expected Polycam"));
-    capture.write("");
+    fresco::testing::write_polycam(capture.frames, capture.path(), "");
     fs::remove_all(capture.keyframes() / "corrected_images");
     TestRun run;
     CHECK(capture.read(run).frames->frames.size() == 3);
@@ -136,18 +115,16 @@ TEST_CASE("a capture that cannot be used is refused by name", "[scan.polycam]")
     }
 }
 
-TEST_CASE("damage to a camera gives an error or frames that can be used", "[scan.polycam]")
+TEST_CASE("damage to a capture gives an error or what can be used", "[scan.polycam]")
 {
     const TinyCapture capture;
-    TestRun run(1);
-    const auto parse = [&]
-    {
-        auto views = polycam::list_keyframes(capture.path(), polycam::keyframe_folders(capture.path(), false));
-        for (auto& view : views)
-            polycam::parse_camera(fresco::read_text_file(view.source), fs::path(view.source), view);
-        return fresco::recordings::registered_frames(views, capture.images, capture.folder.path(), run);
-    };
-    const auto counts = fresco::testing::damage_file(capture.camera(0), [&](bool) { fresco::testing::check_usable(parse()); });
-    CHECK(counts.cuts_refused == 200);
-    CHECK(counts.flips_refused > 150);
+    fresco::write_file(capture.path() / "mesh_info.json",
+                       R"({"alignmentTransform": [1, 0, 0, 0,  0, 0, 1, 0,  0, -1, 0, 0,  5, 0, 0, 1]})");
+    fresco::testing::check_damage(FRESCO_PLUGIN_FILE, "scan.polycam", capture.path(), capture.images,
+                                  capture.folder.path() / "out",
+                                  {{capture.camera(0), 200, 150},
+                                   {capture.path() / "mesh_info.json", 200, 150},
+                                   {capture.keyframes() / "corrected_images/999.jpg"},
+                                   {capture.keyframes() / "depth/1000.png"}},
+                                  Value::Map{{"world", "mesh"}});
 }

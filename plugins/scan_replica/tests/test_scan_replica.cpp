@@ -1,7 +1,6 @@
 #include "replica_scene.h"
 
-#include "reader_run.h"
-#include "recording_checks.h"
+#include "reader_damage.h"
 
 #include <fresco/error.h>
 #include <fresco/mesh_io.h>
@@ -137,24 +136,14 @@ TEST_CASE("a scene that cannot be used is refused by name", "[scan.replica]")
     }
 }
 
-TEST_CASE("damage to a scene gives an error or frames that can be used", "[scan.replica]")
+TEST_CASE("damage to a scene gives an error or what can be used", "[scan.replica]")
 {
     const TinyScene scene;
-    TestRun run(1);
-    const auto trajectory_file = scene.path() / "traj.txt";
-    const auto parse = [&]
-    {
-        return fresco::recordings::registered_frames(
-            replica::scene_views(replica::list_pictures(scene.path() / "results"),
-                                 replica::parse_trajectory(fresco::read_text_file(trajectory_file), trajectory_file.string()),
-                                 trajectory_file,
-                                 replica::parse_camera(fresco::read_text_file(scene.camera()), scene.camera().string()), 1),
-            scene.images, scene.folder.path(), run);
-    };
-    for (const auto& file : {trajectory_file, scene.camera()})
-    {
-        const auto counts = fresco::testing::damage_file(file, [&](bool) { fresco::testing::check_usable(parse()); });
-        CHECK(counts.cuts_refused == 200);
-        CHECK(counts.flips_refused > 150);
-    }
+    const auto results = scene.path() / "results";
+    fresco::testing::check_damage(FRESCO_PLUGIN_FILE, "scan.replica", scene.path(), scene.images, scene.folder.path() / "out",
+                                  {{scene.path() / "traj.txt", 200, 150},
+                                   {scene.camera(), 200, 150},
+                                   {results / "frame000001.jpg"},
+                                   {results / "depth000002.png"},
+                                   {scene.path().parent_path() / "room0_mesh.ply", 200, 100}});
 }

@@ -1,7 +1,6 @@
 #include "scene_frames.h"
 
-#include "reader_run.h"
-#include "recording_checks.h"
+#include "reader_damage.h"
 
 #include <fresco/error.h>
 #include <fresco/mesh_io.h>
@@ -289,34 +288,21 @@ TEST_CASE("a run can be stopped", "[scan.scannet]")
     CHECK_THROWS_AS(run_scan(scene.path(), fresco::Value::Map{}, run, result), fresco::Cancelled);
 }
 
-TEST_CASE("damage to a scene's text gives an error or frames that can be used", "[scan.scannet]")
+TEST_CASE("damage to a scene gives an error or what can be used", "[scan.scannet]")
 {
     const TinyScene scene;
-    TestRun run(1);
-    const auto parse = [&]
-    {
-        return scannet::scene_frames(scannet::list_views(scene.path(), 1),
-                                     scannet::read_scene_calibration(scene.path(), scannet::find_properties(scene.path())),
-                                     fresco::PixelCentre::integer, scene.images, run)
-            .frames;
-    };
-    const auto whole = parse();
-    for (const char* name : {"pose/10.txt", "intrinsic/intrinsic_color.txt", "intrinsic/extrinsic_depth.txt"})
-    {
-        const auto counts = fresco::testing::damage_file(scene.path() / name,
-                                                         [&](bool cut)
-                                                         {
-                                                             const auto frames = parse();
-                                                             fresco::testing::check_usable(frames);
-                                                             if (cut)
-                                                                 fresco::testing::check_subset(frames, whole);
-                                                         });
-        CHECK(counts.cuts_refused > 180);
-        CHECK(counts.flips_refused > 200);
-    }
-    fs::remove_all(scene.path() / "intrinsic");
-    const auto counts =
-        fresco::testing::damage_file(scene.path() / "scene0000_00.txt", [&](bool) { fresco::testing::check_usable(parse()); });
-    CHECK(counts.cuts_refused > 180);
-    CHECK(counts.flips_refused > 100);
+    const fresco::testing::TemporaryFolder out;
+    const auto path = scene.path();
+    fresco::testing::check_damage(FRESCO_PLUGIN_FILE, "scan.scannet", path, scene.images, out.path(),
+                                  {{path / "pose/10.txt", 180, 200},
+                                   {path / "intrinsic/intrinsic_color.txt", 180, 200},
+                                   {path / "intrinsic/intrinsic_depth.txt", 180, 200},
+                                   {path / "intrinsic/extrinsic_color.txt", 180, 200},
+                                   {path / "intrinsic/extrinsic_depth.txt", 180, 200},
+                                   {path / "color/10.jpg"},
+                                   {path / "depth/0.png"},
+                                   {path / "scene0000_00_vh_clean.ply", 200, 100}});
+    fs::remove_all(path / "intrinsic");
+    fresco::testing::check_damage(FRESCO_PLUGIN_FILE, "scan.scannet", path, scene.images, out.path(),
+                                  {{path / "scene0000_00.txt", 199, 100}});
 }

@@ -1,7 +1,6 @@
 #include "posed_frames.h"
 
-#include "reader_run.h"
-#include "recording_checks.h"
+#include "reader_damage.h"
 #include "shared_data.h"
 
 #include <fresco/error.h>
@@ -317,28 +316,17 @@ TEST_CASE("the kitchen has 125 frames of two cameras 2.6 cm apart", "[scan.seven
     }
 }
 
-TEST_CASE("damage to a scan's text gives an error or frames that can be used", "[scan.seven_scenes]")
+TEST_CASE("damage to a scan gives an error or what can be used", "[scan.seven_scenes]")
 {
     const TinyScan scan;
-    TestRun run(1);
-    const auto parse = [&]
-    {
-        return posed_frames(list_scan(scan.path(), {2}, 1),
-                            read_calibration(scan.path(), {{}, {}, {}, fresco::PixelCentre::half}), scan.images, run);
-    };
-    const auto whole = parse();
-    for (const char* name :
-         {"color-intrinsics.txt", "depth-intrinsics.txt", "color_from_depth.txt", "seq-02/frame-000010.pose.txt"})
-    {
-        const auto counts = fresco::testing::damage_file(scan.path() / name,
-                                                         [&](bool cut)
-                                                         {
-                                                             const auto frames = parse();
-                                                             fresco::testing::check_usable(frames);
-                                                             if (cut)
-                                                                 fresco::testing::check_subset(frames, whole);
-                                                         });
-        CHECK(counts.cuts_refused > 180);
-        CHECK(counts.flips_refused > 200);
-    }
+    const fresco::testing::TemporaryFolder out;
+    const auto path = scan.path();
+    fresco::testing::check_damage(FRESCO_PLUGIN_FILE, "scan.seven_scenes", path, scan.images, out.path(),
+                                  {{path / "color-intrinsics.txt", 180, 200},
+                                   {path / "depth-intrinsics.txt", 180, 200},
+                                   {path / "color_from_depth.txt", 180, 200},
+                                   {path / "seq-02/frame-000010.pose.txt", 180, 200},
+                                   {path / "seq-02/frame-000002.color.jpg"},
+                                   {path / "seq-10/frame-000010.depth.png"},
+                                   {path / "mesh.ply", 200, 100}});
 }

@@ -17,16 +17,20 @@ using fresco::Value;
 using fresco::recordings::JsonRecord;
 using fresco::recordings::RegisteredView;
 
-fresco::Intrinsics intrinsics_of(const JsonRecord& record)
+fresco::Intrinsics intrinsics_of(const Value& frame, const JsonRecord& record)
 {
     fresco::Intrinsics k;
     k.width = record.pixels("w");
     k.height = record.pixels("h");
+    // A frame's own angle goes before the file's focal lengths.
+    const JsonRecord own(frame, record.place());
+    const bool own_angle = own.find("fl_x") == nullptr && own.find("camera_angle_x") != nullptr;
+    const JsonRecord& focals = own_angle ? own : record;
     const auto focal = [&](const char* key, const char* angle, double fallback, int size)
     {
-        if (record.find(key) == nullptr && record.find(angle) != nullptr)
-            return size / (2 * std::tan(record.number(angle) / 2));
-        return fallback > 0 ? record.number(key, fallback) : record.number(key);
+        if (focals.find(key) == nullptr && focals.find(angle) != nullptr)
+            return size / (2 * std::tan(focals.number(angle) / 2));
+        return fallback > 0 ? focals.number(key, fallback) : focals.number(key);
     };
     k.fx = focal("fl_x", "camera_angle_x", 0, k.width);
     k.fy = focal("fl_y", "camera_angle_y", k.fx, k.height);
@@ -148,7 +152,7 @@ Transforms parse_transforms(std::string_view text, const fs::path& file, const R
             ++result.with_depth;
         }
         result.has_masks = result.has_masks || own.find("mask_path") != nullptr;
-        view.camera = intrinsics_of(record);
+        view.camera = intrinsics_of(own, record);
         view.lens = lens_of(record);
         view.world_from_camera = world(opencv_axes(record.transform("transform_matrix")), applied_scale);
         result.views.push_back(std::move(view));

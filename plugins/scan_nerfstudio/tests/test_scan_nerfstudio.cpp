@@ -1,13 +1,14 @@
 #include "transforms.h"
 
-#include "reader_run.h"
-#include "recording_checks.h"
+#include "reader_damage.h"
 
 #include <fresco/error.h>
 #include <fresco/stage.h>
 #include <fresco/testing.h>
 
 #include <catch2/catch.hpp>
+
+#include <cmath>
 
 namespace fs = std::filesystem;
 using Catch::Contains;
@@ -119,11 +120,15 @@ TEST_CASE("a frame's own values go before the file's", "[scan.nerfstudio]")
     const TinyScan scan(Value::Map{{"depth_unit_scale_factor", 0.002}});
     set_in_frame(scan, 1, "fl_x", 77);
     set_in_frame(scan, 1, "mask_path", "mask.png");
+    set_in_frame(scan, 2, "camera_angle_x", 2 * std::atan(0.5));
     TestRun run;
     const auto frames = read(scan, run);
     CHECK(frames.frames[0].color.intrinsics.fx == 30.5);
     CHECK(frames.frames[1].color.intrinsics.fx == 77);
     CHECK(frames.frames[1].depth.intrinsics.fx == 38.5);
+    // Half of 32 pixels at a tangent of 0.5; the angle stands for both directions.
+    CHECK(frames.frames[2].color.intrinsics.fx == Approx(32));
+    CHECK(frames.frames[2].color.intrinsics.fy == Approx(32));
     CHECK(frames.frames[1].depth_unit_m == 0.002);
     CHECK(std::count(run.messages.begin(), run.messages.end(),
                      "warning: the frames have masks (mask_path), which are not used") == 1);
@@ -258,19 +263,13 @@ TEST_CASE("the recorder's own world is asked for in vain where the file does not
     CHECK_NOTHROW(nerfstudio::parse_transforms(text, scan.file(), {nerfstudio::World::saved, 1, 0, {}}));
 }
 
-TEST_CASE("damage to transforms.json gives an error or frames that can be used", "[scan.nerfstudio]")
+TEST_CASE("damage to a recording gives an error or what can be used", "[scan.nerfstudio]")
 {
     const TinyScan scan(Value::Map{{"camera_model", "OPENCV"}, {"k1", 0}, {"applied_scale", 1.5}});
-    const auto counts = fresco::testing::damage_file(
-        scan.file(),
-        [&](bool)
-        {
-            TestRun run(1);
-            const auto parsed = nerfstudio::parse_transforms(fresco::read_text_file(scan.file()), scan.file(),
-                                                             {nerfstudio::World::original, 1, 0, {}});
-            fresco::testing::check_usable(
-                fresco::recordings::registered_frames(parsed.views, scan.images, scan.folder.path() / "out", run));
-        });
-    CHECK(counts.cuts_refused == 200);
-    CHECK(counts.flips_refused > 200);
+    const Value first = scan.json().at("frames").as_list().at(0);
+    fresco::testing::check_damage(FRESCO_PLUGIN_FILE, "scan.nerfstudio", scan.path(), scan.images, scan.folder.path() / "out",
+                                  {{scan.file(), 200, 200},
+                                   {scan.path() / first.at("file_path").as_string()},
+                                   {scan.path() / first.at("depth_file_path").as_string()}},
+                                  Value::Map{{"world", "original"}});
 }

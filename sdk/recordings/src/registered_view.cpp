@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <map>
 #include <set>
 #include <utility>
@@ -21,6 +22,8 @@ namespace
 namespace fs = std::filesystem;
 
 constexpr int jpeg_quality = 95;
+/// Recorders round the size of depth pictures.
+constexpr double shape_tolerance = 0.02;
 
 std::string file_name_safe(std::string text)
 {
@@ -49,11 +52,26 @@ void refuse_doubles(const std::vector<RegisteredView>& views)
 void refuse_missing_pictures(const std::vector<RegisteredView>& views)
 {
     std::vector<std::string> missing;
+    std::string source;
     for (const auto& view : views)
         for (const auto& file : {view.color, view.depth})
             if (std::error_code ignored; !file.empty() && !fs::is_regular_file(file, ignored))
+            {
+                if (missing.empty())
+                    source = view.source;
                 missing.push_back(file.string());
-    refuse_missing(missing, views.front().source + " lists them");
+            }
+    refuse_missing(missing, source + (missing.size() == 1 ? " lists it" : " lists the first"));
+}
+
+/// Throws unless a depth picture can show what the colour picture shows: it has the same shape, within a pixel.
+void check_shape(const fs::path& file, const ImageHeader& depth, const Intrinsics& color, const std::string& source)
+{
+    const double wide = static_cast<double>(depth.width) * color.height, high = static_cast<double>(color.width) * depth.height;
+    if (std::abs(wide - high) > shape_tolerance * high + std::max(color.width, color.height))
+        throw Error(file.string() + ": the depth picture is " + size_text(depth.width, depth.height) +
+                    ", the colour picture that " + source + " gives it is " + size_text(color.width, color.height) +
+                    ": of another shape it cannot have that camera's field of view; was one of them turned or cropped?");
 }
 
 PictureFile original(const fs::path& file)
@@ -89,6 +107,7 @@ class FrameMaker
         {
             const auto depth = images_.check(view.depth);
             check_depth_kind(view.depth, depth);
+            check_shape(view.depth, depth, view.camera, view.source);
             frame.depth.intrinsics = frame.color.intrinsics.scaled_to(depth.width, depth.height);
             frame.depth_picture = view.lens.distorts() ? undistort_depth(view, frame) : original(view.depth);
         }

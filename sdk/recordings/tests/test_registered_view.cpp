@@ -129,7 +129,7 @@ TEST_CASE("views that cannot be used are refused by name", "[recordings]")
         fs::remove(recording.views[1].color);
         fs::remove(recording.views[2].depth);
         CHECK_THAT(recording.error(), Contains("2 files are missing") && Contains("frame-000001.color.png") &&
-                                          Contains("frame-000002.depth.png") && Contains("list.txt:1 lists them"));
+                                          Contains("frame-000002.depth.png") && Contains("list.txt:2 lists the first"));
     }
     SECTION("a name twice")
     {
@@ -167,6 +167,15 @@ TEST_CASE("views that cannot be used are refused by name", "[recordings]")
     {
         fresco::write_file(recording.views[1].depth, recording.images.encode_png(fresco::Raster8(16, 12)));
         CHECK_THAT(recording.error(), Contains("frame-000001.depth.png: expected a depth picture"));
+    }
+    SECTION("depth of another shape")
+    {
+        fresco::write_file(recording.views[1].depth, recording.images.encode_png(fresco::Raster16(12, 16)));
+        CHECK_THAT(recording.error(), Contains("frame-000001.depth.png: the depth picture is 12x16, the colour picture that "
+                                               "list.txt:2 gives it is 32x24: of another shape"));
+        // A pixel is left to rounding.
+        fresco::write_file(recording.views[1].depth, recording.images.encode_png(fresco::Raster16(10, 7)));
+        CHECK(recording.error() == "no error");
     }
     SECTION("a cut picture")
     {

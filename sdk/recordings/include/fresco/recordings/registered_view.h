@@ -20,7 +20,7 @@ struct RegisteredView
     std::string name;      ///< File-name safe, unique in its sequence.
     long number = 0;
     std::filesystem::path color;
-    std::filesystem::path depth;  ///< Empty: none. Of any size, the camera's field of view.
+    std::filesystem::path depth;  ///< Empty: none. Of any size, the camera's shape and field of view.
     Intrinsics camera;            ///< Of the colour picture.
     Lens lens;
     RigidTransform world_from_camera;
@@ -43,8 +43,8 @@ void keep_every(std::vector<RegisteredView>& views, int every);
 /// files walked to the end. Others are undistorted into `folder`: <sequence>/<name>.color.jpg (quality 95) and .depth.png; each
 /// thread holds one picture. A view without depth gives a frame without; its depth camera is the colour camera.
 /// Throws MissingInput that names the pictures that are not there; Error naming the file or `source`: a picture that is cut or of
-/// another size than its camera, a depth picture that is not 16-bit grey, a colour picture that EXIF turns, a camera or pose
-/// that check_camera refuses, two views of one name.
+/// another size than its camera, a depth picture that is not 16-bit grey or of another shape, a colour picture that EXIF turns, a
+/// camera or pose that check_camera refuses, two views of one name.
 Frames registered_frames(const std::vector<RegisteredView>& views, const ImageIo& images, const std::filesystem::path& folder,
                          Progress& progress);
 

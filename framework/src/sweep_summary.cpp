@@ -215,6 +215,12 @@ SweepSummaryFiles write_sweep_summary(const SweepSummaryRequest& request)
 {
     const fs::path& out = request.run->out;
     SweepSummaryFiles files{out / "sweep.json", out / page_name, ""};
+    for (const Exporter::File& file : request.summary->files)
+        if (file.path == files.json || file.path == files.page)
+            return {{},
+                    {},
+                    "there is no summary of the combinations: the stage " + file.stage + " writes " +
+                        file.path.filename().string() + " itself"};
     std::error_code error;
     fs::create_directories(out, error);
     if (error)

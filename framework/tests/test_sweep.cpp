@@ -224,6 +224,22 @@ TEST_CASE("no two stages write one file, whichever way its folder came about")
     CHECK(place.read("out/large/f.txt") == "2.000000\n");
 }
 
+TEST_CASE("a stage's own sweep.json is kept")
+{
+    Workplace place;
+    place.write("sweep.yaml", "version: 1\nvars: {n: }\nmatrix: {n: [1, 2]}\nstages:\n"
+                              "  one:   {type: test.source, value: \"${n}\"}\n"
+                              "  other: {type: test.source, value: 7}\n"
+                              "  text:  {type: test.sink, input: one, path: f.txt}\n"
+                              "  plain: {type: test.sink, input: other, path: sweep.json}\n");
+    const Finished finished = place.run({"run", "sweep.yaml"});
+    CHECK(finished.code == 0);
+    CHECK(place.read("out/sweep.json") == "7.000000\n");
+    CHECK(contains(finished.err, "there is no summary of the combinations: the stage plain writes sweep.json itself"));
+    CHECK(contains(finished.out, "2 combinations: 2 done\n"));
+    CHECK_FALSE(fs::exists(place.file("out/sweep.html")));
+}
+
 TEST_CASE("what a matrix alone has is refused without one")
 {
     Workplace place;

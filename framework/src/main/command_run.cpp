@@ -132,7 +132,8 @@ void tell_combinations(const RunArguments& arguments, const LoadedPipeline& load
         return;
     fmt::print("\n{}", sweep_table(request.pipeline->sweep, outcomes));
     for (const auto& file : {files.json, files.page})
-        fmt::print("{}\n", short_path(file));
+        if (!file.empty())
+            fmt::print("{}\n", short_path(file));
 }
 
 /// What only a matrix has a meaning for; false where there is none.

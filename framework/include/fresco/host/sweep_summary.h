@@ -21,9 +21,9 @@ struct SweepSummaryRequest
 
 struct SweepSummaryFiles
 {
-    std::filesystem::path json;
+    std::filesystem::path json;  ///< Empty where a stage writes one of the two itself: theirs is kept.
     std::filesystem::path page;
-    std::string note;  ///< Why the page is not as it should be; empty: all is well.
+    std::string note;  ///< Why the page is not as it should be, or not there; empty: all is well.
 };
 
 /// Writes `sweep.json` and the page `sweep.html` into the run's folder of results, whole or not at all. The page is left as it is

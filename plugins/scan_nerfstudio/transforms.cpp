@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 namespace nerfstudio
 {
@@ -29,7 +30,12 @@ fresco::Intrinsics intrinsics_of(const Value& frame, const JsonRecord& record)
     const auto focal = [&](const char* key, const char* angle, double fallback, int size)
     {
         if (focals.find(key) == nullptr && focals.find(angle) != nullptr)
-            return size / (2 * std::tan(focals.number(angle) / 2));
+        {
+            const double radians = focals.number(angle);
+            if (!(radians > 0 && radians < std::numbers::pi))
+                focals.fail(angle, "must be an angle of view in radians, above 0 and below pi");
+            return size / (2 * std::tan(radians / 2));
+        }
         return fallback > 0 ? focals.number(key, fallback) : focals.number(key);
     };
     k.fx = focal("fl_x", "camera_angle_x", 0, k.width);

@@ -19,6 +19,8 @@ namespace
 namespace fs = std::filesystem;
 
 constexpr double farthest_m = 1e7;
+/// How many times its longer side a focal length or the principal point of a picture may be, or the other way.
+constexpr double most_sides = 1e6;
 
 /// The part of `path` below `base`, or nothing.
 std::optional<std::string> below(const fs::path& path, const fs::path& base)
@@ -174,8 +176,17 @@ void check_camera(const Camera& camera, std::string_view source)
         fail("camera of " + std::to_string(k.width) + "x" + std::to_string(k.height) + " pixels; 1 to 65536 are accepted");
     if (!std::isfinite(k.fx) || !std::isfinite(k.fy) || k.fx <= 0 || k.fy <= 0)
         fail("focal lengths must be positive numbers");
+    // Beyond, rays have no direction in the single precision of ray casters.
+    const double side = std::max(k.width, k.height);
+    for (const double focal : {k.fx, k.fy})
+        if (focal < side / most_sides || focal > side * most_sides)
+            fail("a focal length of " + to_json(focal) + " pixels for a picture of " + std::to_string(k.width) + "x" +
+                 std::to_string(k.height) + "; from a millionth to a million times its longer side are accepted");
     if (!std::isfinite(k.cx) || !std::isfinite(k.cy))
         fail("the principal point is not finite");
+    if (std::abs(k.cx) > side * most_sides || std::abs(k.cy) > side * most_sides)
+        fail("the principal point (" + to_json(k.cx) + ", " + to_json(k.cy) +
+             ") is more than a million times the picture's longer side away");
     const double error = camera.world_from_camera.rotation_error();
     if (error > 1e-2)
         fail(std::isinf(error) ? "the pose has an entry that is not finite, or its rotation mirrors"

@@ -200,6 +200,19 @@ TEST_CASE("a file that cannot be used is refused by name", "[scan.nerfstudio]")
         set_in_frame(scan, 1, "camera_model", "OPENCV_FISHEYE");
         CHECK_THAT(error_of(scan), Contains("transforms.json: frame 1: \"camera_model\" is OPENCV_FISHEYE; PINHOLE"));
     }
+    SECTION("an angle that is none")
+    {
+        for (const double degrees : {60.0, 0.0, -1.0})
+        {
+            set_in_frame(scan, 1, "camera_angle_x", degrees);
+            CHECK_THAT(error_of(scan), Contains("frame 1: \"camera_angle_x\" must be an angle of view in radians"));
+        }
+    }
+    SECTION("a focal length that is none")
+    {
+        set_in_frame(scan, 1, "fl_x", 1e-30);
+        CHECK_THAT(error_of(scan), Contains("transforms.json: frame 1: a focal length of 1e-30 pixels"));
+    }
     SECTION("a fourth coefficient")
     {
         set_in_frame(scan, 1, "k4", 0.1);

@@ -297,8 +297,18 @@ bool needs_codec(const Value& options)
 
 std::string cost_name(const PipelineStage& stage)
 {
-    const Value* run = stage.type->type == command_type_name ? stage.options.find("run") : nullptr;
-    return run == nullptr ? stage.type->type : stage.type->type + " " + to_json(*run);
+    std::string name = stage.type->type;
+    const Value* run = name == command_type_name ? stage.options.find("run") : nullptr;
+    if (run == nullptr)
+        return name;
+    // Further words are settings, which differ from one value of an axis to the next.
+    constexpr std::size_t telling_words = 3;
+    const Value::List& words = run->as_list();
+    for (std::size_t i = 0; i < std::min(telling_words, words.size()); ++i)
+        name += " " + words[i].as_string();
+    for (const auto& [file, path] : ports_of(stage.options, "files"))
+        name += " " + file;
+    return name;
 }
 
 Value check_texts(const OptionDeclaration& option, const YamlNode& node, const std::string& user, ProblemList& problems)

@@ -82,6 +82,10 @@ TEST_CASE("a program is a stage: it takes inputs, makes outputs, tells how far i
         return std::count(log.begin(), log.end(), "run");
     };
     CHECK(runs({}) == 0);
+    // What it takes is known of other settings, too.
+    const std::string other = place.run({"plan", "room.yaml", "--set", "by=3", "--set", "wait=0.2"}).out;
+    CHECK(contains(other, "more    run"));
+    CHECK(other.find('~', other.find("more    run")) > other.find("text    run"));
     CHECK(runs({"--set", "by=3"}) == 1);
     CHECK(place.read("out/sum.txt") == "8.000000\n");
     CHECK(runs({"--set", "more.version=2"}) == 1);

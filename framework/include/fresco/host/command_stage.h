@@ -18,7 +18,7 @@ inline constexpr std::string_view command_type_name = "command";
 /// Its description as a plugin's would be, without ports.
 TypeDescription command_type();
 
-/// What the costs of a stage are remembered by: its type, and of a command the words that it runs, too.
+/// What the costs of a stage are remembered by: its type, and of a command the program with its first words and files, too.
 std::string cost_name(const PipelineStage& stage);
 
 /// For the worker: gets its ports when it is configured.

@@ -240,6 +240,21 @@ TEST_CASE("hostile counts are refused before anything is allocated", "[scan.colm
     }
 }
 
+TEST_CASE("what the iPhone of ScanNet++ recorded is read from its three folders", "[scan.colmap]")
+{
+    const TinyProject project(false);
+    const auto iphone = project.folder.path() / "iphone";
+    fs::create_directories(iphone);
+    fs::rename(project.path() / "sparse/0", iphone / "colmap");
+    fs::rename(project.path() / "images", iphone / "rgb");
+    fs::rename(project.path() / "depth", iphone / "depth");
+    TestRun run;
+    const auto read = fresco::testing::run_reader(
+        FRESCO_PLUGIN_FILE, "scan.colmap", iphone / "colmap", project.images, project.folder.path() / "out", run,
+        Value::Map{{"pictures", (iphone / "rgb").string()}, {"depth", (iphone / "depth").string()}});
+    fresco::testing::check_same_recording(*read.frames, project.frames, project.images);
+}
+
 TEST_CASE("damage to a reconstruction gives an error or what can be used", "[scan.colmap]")
 {
     for (const bool binary : {false, true})

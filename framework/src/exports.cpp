@@ -108,7 +108,7 @@ std::optional<std::string> OutputOwners::claim(const fs::path& path, const std::
            " below --out: give one of them another " + option;
 }
 
-void Exporter::copy(const PipelineStage& stage, const std::string& object)
+void Exporter::copy(const PipelineStage& stage, const std::string& object, const std::function<bool()>& stop)
 {
     for (const auto& output : files_outputs(stage))
     {
@@ -127,6 +127,8 @@ void Exporter::copy(const PipelineStage& stage, const std::string& object)
         bool verified = false;
         for (const auto& name : listed->names)
         {
+            if (stop())
+                return;
             const fs::path to = (out_ / stage.place / name).lexically_normal();
             if (const auto collision = owners_.claim(fs::path(stage.place) / name, stage.name))
                 throw Error(to.string() + ": " + *collision);

@@ -124,7 +124,9 @@ const char* outcome_text(const ReportRequest& request, const Subject& subject)
     };
     if (any([](StageState state) { return state == StageState::failed; }))
         return "failed";
-    if (any([](StageState state) { return state == StageState::interrupted || state == StageState::blocked; }))
+    // Of a single pipeline also where all is stored: its files may not have been copied to their end.
+    if ((request.interrupted && request.run->pipeline->sweep.combinations.empty()) ||
+        any([](StageState state) { return state == StageState::interrupted || state == StageState::blocked; }))
         return request.interrupted ? "interrupted" : "not finished";
     return "done";
 }

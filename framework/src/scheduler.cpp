@@ -335,7 +335,12 @@ class Scheduler
         const std::size_t before = exporter_.files().size();
         try
         {
-            exporter_.copy(*node.stage, node.result->object);
+            exporter_.copy(*node.stage, node.result->object,
+                           [this]
+                           {
+                               take_stops();
+                               return stopping();
+                           });
             for (std::size_t i = before; i < exporter_.files().size(); ++i)
                 display_.exported(node.stage->name, exporter_.files()[i].path, exporter_.files()[i].written);
             return true;

@@ -193,6 +193,29 @@ stages:
     CHECK(fs::is_empty(place.file(".fresco/checkpoints")));
 }
 
+TEST_CASE("Copying thousands of files to --out is interrupted too, and the next run goes on with it")
+{
+    Workplace place;
+    place.write("room.yaml", R"(version: 1
+stages:
+  source: {type: test.source}
+  text:   {type: test.sink, input: source, copies: 400}
+)");
+    const auto copied = [&]
+    {
+        const fs::path folder = place.file("out/copies");
+        return fs::exists(folder) ? std::distance(fs::directory_iterator(folder), fs::directory_iterator()) : 0;
+    };
+    const auto run = place.start({"run", "room.yaml"});
+    Workplace::wait_until([&] { return fs::exists(place.file("out/copies/9.txt")); });
+    run->signal(SIGINT);
+    CHECK(run->wait().code == 75);
+    CHECK(copied() < 400);
+    CHECK(contains(place.read("out/report.html"), "room.yaml: <span class=\"bad\">interrupted"));
+    REQUIRE(place.run({"run", "room.yaml"}).code == 0);
+    CHECK(copied() == 400);
+}
+
 TEST_CASE("A stage that does not listen is ended all the same")
 {
     Workplace place;

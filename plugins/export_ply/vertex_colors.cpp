@@ -26,7 +26,7 @@ class Texels
     const std::uint8_t* at(Vec2d place) const
     {
         const auto texel = [this](double along)
-        { return std::clamp(static_cast<int>(std::floor(along)), 0, picture_.width - 1); };
+        { return static_cast<int>(std::clamp(std::floor(along), 0.0, picture_.width - 1.0)); };
         return &picture_.values[picture_.index(texel(place.x), texel(place.y))];
     }
 
@@ -63,7 +63,7 @@ void add_face(const Corners& corners, double area, const Texels& texels, const s
 {
     const double longest =
         std::max({length(corners[1] - corners[0]), length(corners[2] - corners[1]), length(corners[0] - corners[2])});
-    const int n = std::clamp(static_cast<int>(std::ceil(longest)), 1, most_steps);
+    const int n = static_cast<int>(std::clamp(std::ceil(longest), 1.0, double{most_steps}));
     const auto add = [&](double first, double second)
     {
         const std::array<double, 3> shares{1 - (first + second) / n, first / n, second / n};

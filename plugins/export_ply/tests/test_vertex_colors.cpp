@@ -67,6 +67,9 @@ TEST_CASE("faces without area give the texel at the corner, vertices without fac
     CHECK(colors[0] == Rgb8{0, 0, 0});
     CHECK(colors[1] == Rgb8{0, 99, 0});
     CHECK(colors[3] == Rgb8{128, 128, 128});
+    // A texcoord far outside is at the border that it is beyond.
+    textured.mesh.texcoords[1].x = 1e30F;
+    CHECK(vertex_colors(textured, run)[1] == Rgb8{0, 99, 0});
     run.cancel_after(1);
     CHECK_THROWS_AS(vertex_colors(textured, run), Cancelled);
 }

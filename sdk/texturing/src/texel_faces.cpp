@@ -60,7 +60,7 @@ struct Box
 
 Box bounding_box(const Corners& c, int size)
 {
-    const auto texel = [size](double at) { return std::clamp(static_cast<int>(std::floor(at)), 0, size - 1); };
+    const auto texel = [size](double at) { return static_cast<int>(std::clamp(std::floor(at), 0.0, size - 1.0)); };
     const auto [x0, x1] = std::minmax({c[0].x, c[1].x, c[2].x});
     const auto [y0, y1] = std::minmax({c[0].y, c[1].y, c[2].y});
     return {texel(x0), texel(x1), texel(y0), texel(y1)};
@@ -105,7 +105,7 @@ void adopt_small_charts(const Charts& charts, TexelFaces& result)
 std::size_t TexelFaces::at(Vec2f uv) const
 {
     const auto texel = [this](double along)
-    { return static_cast<std::size_t>(std::clamp(static_cast<int>(std::floor(along * size)), 0, size - 1)); };
+    { return static_cast<std::size_t>(std::clamp(std::floor(along * size), 0.0, size - 1.0)); };
     return texel(1 - double{uv.y}) * static_cast<std::size_t>(size) + texel(double{uv.x});
 }
 

@@ -1,16 +1,9 @@
+#include <fresco/copy_file.h>
 #include <fresco/error.h>
 #include <fresco/files.h>
 #include <fresco/host/exports.h>
 #include <fresco/host/fault.h>
 #include <fresco/host/publish.h>
-
-#include <cerrno>
-#include <charconv>
-#include <csignal>
-#include <cstring>
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 namespace fresco::host
 {
@@ -27,69 +20,14 @@ std::vector<std::string> files_outputs(const PipelineStage& stage)
     return names;
 }
 
-/// Removes the unfinished copies of a file that killed runs left: their names end in the number of a process that is gone.
-void remove_leftovers(const fs::path& folder, const std::string& prefix)
-{
-    std::error_code error;
-    for (const fs::directory_entry& entry : fs::directory_iterator(folder, error))
-    {
-        const std::string name = entry.path().filename().string();
-        pid_t process = 0;
-        if (!name.starts_with(prefix) ||
-            std::from_chars(name.data() + prefix.size(), name.data() + name.size(), process).ptr != name.data() + name.size())
-            continue;
-        if (process > 0 && kill(process, 0) != 0 && errno == ESRCH)
-            unlink(entry.path().c_str());
-    }
-}
-
-/// Copies whole or not at all.
 void copy_whole(const fs::path& from, const fs::path& to)
 {
     std::error_code error;
     fs::create_directories(to.parent_path(), error);
     if (error)
         throw Error(to.parent_path().string() + ": cannot make the folder: " + error.message() + "; give another one with --out");
-    const std::string prefix = "." + to.filename().string() + ".part-";
-    remove_leftovers(to.parent_path(), prefix);
-    const std::string temporary = (to.parent_path() / (prefix + std::to_string(getpid()))).string();
-    const FileDescriptor output(open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
-    if (!output.valid())
-        throw Error(to.string() + ": cannot be written: " + std::strerror(errno));
-    try
-    {
-        const FileDescriptor input(open(from.c_str(), O_RDONLY | O_CLOEXEC));
-        if (!input.valid())
-            throw Error(from.string() + ": cannot be opened: " + std::strerror(errno));
-        std::vector<char> buffer(std::size_t{1} << 20U);
-        for (;;)
-        {
-            const ssize_t count = read(input.get(), buffer.data(), buffer.size());
-            if (count < 0)
-                throw Error(from.string() + ": cannot be read: " + std::strerror(errno));
-            if (count == 0)
-                break;
-            for (ssize_t done = 0; done < count;)
-            {
-                const ssize_t written = write(output.get(), buffer.data() + done, static_cast<std::size_t>(count - done));
-                if (written < 0)
-                    throw Error(to.string() + ": cannot be written: " + std::strerror(errno));
-                done += written;
-            }
-        }
-        if (fsync(output.get()) != 0)
-            throw Error(to.string() + ": cannot be written: " + std::strerror(errno));
-        fault_point("export.written");
-        fs::rename(temporary, to, error);
-        if (error)
-            throw Error(to.string() + ": cannot be put in place: " + error.message());
-        sync_path(to.parent_path());
-    }
-    catch (...)
-    {
-        unlink(temporary.c_str());
-        throw;
-    }
+    copy_file(from, to, [] { fault_point("export.written"); });
+    sync_path(to.parent_path());
 }
 
 }  // namespace

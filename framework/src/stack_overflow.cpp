@@ -27,7 +27,8 @@ void take_fault(int number, siginfo_t* info, void*)
     const auto address = reinterpret_cast<std::uintptr_t>(info->si_addr);
     if (address >= lowest && address < highest)
         send_all(child_channel, told);
-    // Back to the instruction: it faults again, and the process dies as it would have. A signal that was sent does not come again.
+    // Back to the instruction: it faults again, and the process dies as it would have. A signal that was sent does not come
+    // again.
     signal(number, SIG_DFL);
     if (info->si_code <= 0)
         raise(number);

@@ -300,6 +300,8 @@ stages:
         place.environment["FRESCO_FAULT"] = "";
         REQUIRE(place.run({"run", "room.yaml"}).code == 0);
         CHECK(place.read("out/x.txt") == expected);
+        for (const auto& entry : fs::directory_iterator(place.file("out")))
+            CHECK(entry.path().extension() != ".tmp");
     }
 }
 

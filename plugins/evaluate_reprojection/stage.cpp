@@ -164,8 +164,8 @@ class EvaluateReprojection final : public Stage
         for (const auto& [key, value] : entry)
             run.report(gap.name + "_" + key, value);
         run.message(gap.name + ": " + std::to_string(all.kept) + " pairs " + std::to_string(gap.length) + " apart, " +
-                    std::to_string(all.dropped) + " dropped (too little in common), " +
-                    std::to_string(gap.without_target) + " frames without a target");
+                    std::to_string(all.dropped) + " dropped (too little in common), " + std::to_string(gap.without_target) +
+                    " frames without a target");
         if (all.kept == 0)
             run.warning("the " + gap.name + " range has no pair: its figures are undefined");
         else if (all.invalid)

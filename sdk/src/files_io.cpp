@@ -1,3 +1,4 @@
+#include <fresco/copy_file.h>
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/write_pieces.h>
@@ -5,11 +6,13 @@
 #include <atomic>
 #include <cerrno>
 #include <fcntl.h>
+#include <functional>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <system_error>
 #include <unistd.h>
 #include <utility>
+#include <vector>
 
 namespace fresco
 {
@@ -178,6 +181,28 @@ int open_temporary(const std::filesystem::path& file, std::filesystem::path& tem
     return output.release();
 }
 
+/// `file` with what `fill` writes to the descriptor that it is given.
+void write_whole(const std::filesystem::path& file, const std::function<void(int)>& fill,
+                 const std::function<void()>& written = {})
+{
+    std::filesystem::path temporary;
+    const Descriptor output(open_temporary(file, temporary));
+    try
+    {
+        fill(output.get());
+        make_durable(output.get(), file);
+        if (written)
+            written();
+        if (::rename(temporary.c_str(), file.c_str()) != 0)
+            throw Error(file.string() + ": cannot be written: " + cause());
+    }
+    catch (...)
+    {
+        ::unlink(temporary.c_str());
+        throw;
+    }
+}
+
 }  // namespace
 
 std::vector<std::byte> read_file(const std::filesystem::path& file, std::size_t limit_bytes)
@@ -198,21 +223,35 @@ void write_file(const std::filesystem::path& file, std::span<const std::byte> by
 
 void write_pieces(const std::filesystem::path& file, std::span<const std::span<const std::byte>> pieces)
 {
-    std::filesystem::path temporary;
-    const Descriptor output(open_temporary(file, temporary));
-    try
+    write_whole(file,
+                [&](int output)
+                {
+                    for (const auto bytes : pieces)
+                        write_all(output, bytes, file);
+                });
+}
+
+void copy_file(const std::filesystem::path& from, const std::filesystem::path& to, const std::function<void()>& written)
+{
+    const Descriptor input(::open(from.c_str(), O_RDONLY | O_CLOEXEC));
+    if (input.get() < 0)
+        throw Error(from.string() + ": cannot be opened: " + cause());
+    const auto fill = [&](int output)
     {
-        for (const auto bytes : pieces)
-            write_all(output.get(), bytes, file);
-        make_durable(output.get(), file);
-        if (::rename(temporary.c_str(), file.c_str()) != 0)
-            throw Error(file.string() + ": cannot be written: " + cause());
-    }
-    catch (...)
-    {
-        ::unlink(temporary.c_str());
-        throw;
-    }
+        std::vector<std::byte> buffer(std::size_t{1} << 20U);
+        for (;;)
+        {
+            const ssize_t count = ::read(input.get(), buffer.data(), buffer.size());
+            if (count < 0 && errno == EINTR)
+                continue;
+            if (count < 0)
+                throw Error(from.string() + ": cannot be read: " + cause());
+            if (count == 0)
+                return;
+            write_all(output, std::span(buffer).first(static_cast<std::size_t>(count)), to);
+        }
+    };
+    write_whole(to, fill, written);
 }
 
 void write_file(const std::filesystem::path& file, std::string_view text)

@@ -6,8 +6,8 @@
 #include <iostream>
 #include <string>
 
-/// The data that lies beside a development checkout (real scan, paintings, weights), or an empty path where it is missing; then the
-/// skipped test's name is printed and appended to the file $FRESCO_SKIP_LOG.
+/// The data that lies beside a development checkout (real scan, paintings, weights), or an empty path where it is missing; then
+/// the skipped test's name is printed and appended to the file $FRESCO_SKIP_LOG.
 inline std::filesystem::path shared_data(const std::string& relative, const std::string& test)
 {
     const auto file = std::filesystem::path(FRESCO_SOURCE_FOLDER) / ".." / "shared" / "data" / relative;

@@ -1,4 +1,5 @@
 #include <fresco/camera.h>
+#include <fresco/copy_file.h>
 #include <fresco/error.h>
 #include <fresco/files.h>
 #include <fresco/files_io.h>
@@ -193,6 +194,24 @@ TEST_CASE("Of several writers of one file one is last, and nothing is mixed or l
     REQUIRE_FALSE(text.empty());
     CHECK(text == std::string(static_cast<std::size_t>(1000 * (text[0] - 'a' + 1)), text[0]));
     CHECK(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 1);
+}
+
+TEST_CASE("A copy is whole or not at all, and is called out before it is in place")
+{
+    const fresco::testing::TemporaryFolder folder;
+    const auto from = folder.path() / "from";
+    const auto to = folder.path() / "to";
+    const std::string text = std::string(3'000'001, 'x') + "end";
+    fresco::write_file(from, text);
+    fresco::write_file(to, "before");
+    fresco::copy_file(from, to, [&] { CHECK(fresco::read_text_file(to) == "before"); });
+    CHECK(fresco::read_text_file(to) == text);
+    CHECK_THROWS_WITH(fresco::copy_file(from, to, [] { throw fresco::Error("no more"); }), Contains("no more"));
+    CHECK_THROWS_WITH(fresco::copy_file(folder.path() / "none", to), Contains("none: cannot be opened"));
+    CHECK_THROWS_WITH(fresco::copy_file(folder.path(), to), Contains("cannot be read"));
+    CHECK_THROWS_WITH(fresco::copy_file(from, folder.path() / "no" / "to"), Contains("no/to: cannot be written"));
+    CHECK(fresco::read_text_file(to) == text);
+    CHECK(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 2);
 }
 
 TEST_CASE("Missing and special files are named")

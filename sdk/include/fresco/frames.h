@@ -64,8 +64,9 @@ Raster16 load_depth_steps(const Frame& frame, const ImageIo* images);
 /// Depth in metres along the optical axis, 0 = none. Throws as load_depth_steps.
 RasterF load_depth(const Frame& frame, const ImageIo* images);
 
-/// Throws Error naming `source` unless the camera is usable: positive size and focal lengths, finite entries, a pose that turns
-/// (rotation_error <= 1e-2, determinant positive) and stays within 1e7 m of the world's origin along each axis.
+/// Throws Error naming `source` unless the camera is usable: positive size, focal lengths and centre within a factor of 1e6 of
+/// the longer side (so that rays keep a direction in single precision), finite entries, a pose that turns (rotation_error <=
+/// 1e-2, determinant positive) and stays within 1e7 m of the world's origin along each axis.
 void check_camera(const Camera& camera, std::string_view source);
 
 }  // namespace fresco

@@ -15,8 +15,8 @@ namespace fresco
 /// What a stage costs, for `fresco plan`, as formulas over its numeric options (a list: its length as `name_count` and the sum of
 /// its squares as `name_squares`), `frames`, `faces` (of its inputs), `height_squares` (the sum of the squares of the heights
 /// of its uv maps; 0 without), `cores`, `count(option, "glob")` (files below a folder
-/// option) and `bytes(option, "glob")`, with + - * / ( ) min max. A stage that makes frames, faces or uv maps says how many; an empty text
-/// passes on its inputs' figures.
+/// option) and `bytes(option, "glob")`, with + - * / ( ) min max. A stage that makes frames, faces or uv maps says how many; an
+/// empty text passes on its inputs' figures.
 struct Cost
 {
     std::string seconds = "0";

@@ -1,5 +1,5 @@
 #include "../../sdk/tests/raw_images.h"
-#include "command_forms.h"
+#include "worker/command_forms.h"
 
 #include <fresco/files.h>
 #include <fresco/files_io.h>

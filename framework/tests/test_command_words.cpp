@@ -1,4 +1,4 @@
-#include "command_words.h"
+#include "worker/command_words.h"
 
 #include <fresco/error.h>
 

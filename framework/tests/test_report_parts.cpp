@@ -1,10 +1,10 @@
 #include "../../sdk/tests/stored_png.h"
-#include "metric_curves.h"
-#include "report_charts.h"
-#include "report_figures.h"
-#include "report_graph.h"
-#include "report_media.h"
-#include "report_room.h"
+#include "display/metric_curves.h"
+#include "report/report_charts.h"
+#include "report/report_figures.h"
+#include "report/report_graph.h"
+#include "report/report_media.h"
+#include "report/report_room.h"
 
 #include <fresco/files_io.h>
 #include <fresco/testing.h>

@@ -1,5 +1,5 @@
-#include "../src/run_view.h"
-#include "../src/terminal_line.h"
+#include "display/run_view.h"
+#include "display/terminal_line.h"
 #include "program.h"
 
 #include <algorithm>

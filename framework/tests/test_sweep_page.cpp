@@ -1,5 +1,5 @@
-#include "../src/sweep_page.h"
 #include "program.h"
+#include "report/sweep_page.h"
 
 #include <fresco/host/sweep_summary.h>
 #include <fresco/html.h>

@@ -1,5 +1,5 @@
-#include "command_forms.h"
-#include "command_words.h"
+#include "worker/command_forms.h"
+#include "worker/command_words.h"
 
 #include <fresco/error.h>
 #include <fresco/host/pipeline_commands.h>

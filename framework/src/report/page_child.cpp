@@ -1,6 +1,6 @@
 #include "page_child.h"
 
-#include "worker_factory.h"
+#include "worker/worker_factory.h"
 
 #include <fresco/error.h>
 #include <fresco/files_io.h>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "metric_curves.h"
+#include "display/metric_curves.h"
 #include "worker_channel.h"
 
 #include <fresco/host/store.h>

@@ -108,7 +108,7 @@
                 side.set(0.6, 0.35, 0.72);
             side.normalize();
             side.addScaledVector(upwards, 0.9 - side.dot(upwards));
-            place(core.middle.clone().addScaledVector(side.normalize(), 0.85 * core.reach), core.middle);
+            place(core.middle.clone().addScaledVector(side.normalize(), core.reach), core.middle);
         };
         const resize = () => {
             const { width, height } = box.getBoundingClientRect();

@@ -150,9 +150,33 @@ TEST_CASE("Output that cannot be written is an error, a reader that goes away is
     // Files of the store do not become the closed standard output.
     CHECK(shell("fresco run room.yaml <&- >&- 2>&-") == 0);
     CHECK(shell("fresco store verify > out.txt") == 0);
-    CHECK(shell("fresco run room.yaml --out out.txt/below --quiet 2> err") == 1);
-    CHECK(contains(place.read("err"), "give another one with --out"));
     CHECK(shell("ulimit -f 0; fresco run room.yaml --set start=5 --quiet 2> /dev/null") == 1);
+}
+
+TEST_CASE("Where results cannot go is said before anything runs")
+{
+    Workplace place;
+    place.write("room.yaml", simple);
+    place.write("file.txt", "");
+    fs::create_symlink("nowhere", place.file("link"));
+    const auto refused = [&](const std::string& option, const std::string& folder)
+    {
+        const Finished run = place.run({"run", "room.yaml", option, folder});
+        CHECK(run.code == 2);
+        CHECK(contains(run.err, "error: " + option + ": "));
+        CHECK(contains(run.err, "give another one with " + option));
+        return run.err;
+    };
+    for (const char* option : {"--out", "--store"})
+    {
+        CHECK(contains(refused(option, "file.txt/below"), "file.txt is no folder"));
+        CHECK(contains(refused(option, "file.txt"), "file.txt is no folder"));
+        CHECK(contains(refused(option, "link/a"), "link is no folder"));
+        CHECK(contains(refused(option, "o\xff"), "is not UTF-8 text"));
+    }
+    CHECK_FALSE(fs::exists(place.file("out")));
+    CHECK_FALSE(fs::exists(place.file(".fresco/objects")));
+    CHECK(place.run({"run", "room.yaml", "--out", "o\xc3\xa4/b"}).code == 0);
 }
 
 TEST_CASE("No library is taken from the folder that the program is run in")

@@ -222,6 +222,9 @@ TEST_CASE("no two stages write one file, whichever way its folder came about")
     CHECK(finished.code == 1);
     CHECK(contains(finished.err, "would both write small/f.txt below --out: give one of them another path"));
     CHECK(place.read("out/large/f.txt") == "2.000000\n");
+    // What they agree on is no conflict.
+    CHECK(place.run({"run", "sweep.yaml", "--set", "other.value=1"}).code == 0);
+    CHECK(place.read("out/small/f.txt") == "1.000000\n");
 }
 
 TEST_CASE("a stage's own sweep.json is kept")

@@ -41,6 +41,8 @@ CheckpointFolder::Used CheckpointFolder::use_latest(const Use& use, const Warn& 
 
 bool CheckpointFolder::use_before(std::int64_t step, const Use& use, const Warn& warn) const
 {
+    // It may be of the way that led there.
+    std::filesystem::remove(interrupted());
     if (used(due(), step, use, warn))
         return true;
     // Else the bad state would take the place of the good one when the next checkpoint is due.

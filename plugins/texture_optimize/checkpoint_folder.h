@@ -10,8 +10,8 @@
 namespace fresco::optimize
 {
 
-/// The checkpoints of a run on disk: the last two that were due, and one of an interruption. Where a run goes back to depends on
-/// those that were due alone, so that an interruption changes nothing.
+/// The checkpoints of a run on disk: the last two that were due, and one of an interruption or kept for a kill. Where a run goes
+/// back to depends on those that were due alone, so that an interruption changes nothing.
 class CheckpointFolder
 {
   public:
@@ -31,7 +31,7 @@ class CheckpointFolder
     /// To go on: the interruption's, else the last one due. Each that cannot be used is named to `warn`.
     Used use_latest(const Use& use, const Warn& warn) const;
     /// To go back: the last one due before `step`, whose evaluation failed; those from `step` on are thrown away. The state of a
-    /// step is known to be good once the step was evaluated. False where none is left.
+    /// step is known to be good once the step was evaluated. The interruption's is thrown away. False where none is left.
     bool use_before(std::int64_t step, const Use& use, const Warn& warn) const;
 
     /// The one that was due before is kept as well; the interruption's is no longer needed.

@@ -8,6 +8,7 @@
 #include "preview.h"
 #include "schedule.h"
 #include "view_feed.h"
+#include "whole_steps.h"
 
 #include <fresco/error.h>
 #include <fresco/torch/lazy_tensor.h>
@@ -72,7 +73,8 @@ class Loop
           split_(split_views(used_views(source_, options.train_share, run), options.held_out_count)),
           schedule_(schedule_of(options, split_.trained)), checkpoints_(run.checkpoint_folder()),
           evaluator_(components.losses, space_, options.device, options.seed, !options.reference),
-          style_(style_sizes(inputs.style, options.style_rule, [&](const std::string& text) { run.message(text); }))
+          style_(style_sizes(inputs.style, options.style_rule, [&](const std::string& text) { run.message(text); })),
+          whole_steps_(run)
     {
     }
 
@@ -88,12 +90,12 @@ class Loop
         take_up();
         held_out_views_.emplace(source_, split_.held_out, components_.texture, options_.levels, options_.device, texture_there_);
         const auto start = std::chrono::steady_clock::now();
-        const std::int64_t first_step = step_;
+        first_step_ = step_;
         while (!walked())
         {
         }
         const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start - measuring_;
-        report(seconds.count(), step_ - first_step);
+        report(seconds.count(), step_ - first_step_);
         // Its state is not needed when the layers are copied.
         components_.rule.attach({});
         Texture texture = components_.texture.to_texture();
@@ -114,7 +116,7 @@ class Loop
         context.style.coarse = to_tensor(style_.coarse).to(options_.device);
         context.camera_samples = camera_samples(source_, split_.trained, options_.device);
         context.seed = options_.seed;
-        context.progress = &run_;
+        context.progress = &whole_steps_;
         prepare(components_.losses, context);
         for (const auto& [name, loss] : components_.losses)
             prepared_states_.emplace(name, loss->state());
@@ -230,7 +232,25 @@ class Loop
         {
             checkpoints_.write_due(state());
             due_step_ = step_;
+            kept_ = std::chrono::steady_clock::now();
         }
+        else
+            keep_for_a_kill();
+    }
+
+    /// Who is killed is not asked first: what is lost then is as many seconds of steps as the options say, or twenty times what
+    /// keeping them takes.
+    void keep_for_a_kill()
+    {
+        const auto begin = std::chrono::steady_clock::now();
+        const std::chrono::duration<double> least(options_.checkpoint_seconds);
+        if (options_.checkpoint_seconds <= 0 || step_ == first_step_ || step_ == kept_step_ || step_ == due_step_ ||
+            begin - kept_ < std::max(least, std::chrono::duration<double>(20 * keeping_)))
+            return;
+        checkpoints_.write_interrupted(state());
+        kept_step_ = step_;
+        kept_ = std::chrono::steady_clock::now();
+        keeping_ = kept_ - begin;
     }
 
     /// What is done here may be cancelled; then the next run goes on from before it.
@@ -264,8 +284,12 @@ class Loop
         if (split_.held_out.empty() || !due || (!held_out_.empty() && held_out_.back().step == step_))
             return;
         const auto begin = std::chrono::steady_clock::now();
-        may_be_interrupted([this]
-                           { held_out_.push_back(held_out_views_->measured(evaluator_, step_, components_.losses, run_)); });
+        may_be_interrupted(
+            [this]
+            {
+                const WholeSteps::Step view_by_view(whole_steps_);
+                held_out_.push_back(held_out_views_->measured(evaluator_, step_, components_.losses, run_));
+            });
         run_.metric("held_out_loss", held_out_.back().loss);
         const auto end = std::chrono::steady_clock::now();
         measuring_ += end - begin;
@@ -276,6 +300,7 @@ class Loop
     {
         const Evaluate evaluate = [&]
         { return evaluator_.evaluate(step_, scheduled, data, source_.name(scheduled.view), parameters().size()); };
+        const WholeSteps::Step whole(whole_steps_);
         const double loss =
             components_.rule.step(parameters(), evaluate, schedule_.rate(step_) * std::pow(0.5, rollbacks_), options_.lambda_r);
         last_summands_ = evaluator_.summands();
@@ -344,8 +369,13 @@ class Loop
     std::chrono::steady_clock::duration measuring_{};
     std::map<std::string, double> last_summands_;  ///< Of the losses, in the last step.
     bool texture_there_ = false;                   ///< On the run's device, which is not the CPU.
+    WholeSteps whole_steps_;
     std::int64_t step_ = 0;
+    std::int64_t first_step_ = 0;  ///< Of this process.
     std::int64_t rollbacks_ = 0;
+    std::chrono::steady_clock::time_point kept_ = std::chrono::steady_clock::now();
+    std::chrono::steady_clock::duration keeping_{};  ///< What the last time took.
+    std::int64_t kept_step_ = -1;
     std::int64_t due_step_ = -1;  ///< Of the last checkpoint that was due, as far as this process knows.
 };
 

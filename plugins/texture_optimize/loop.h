@@ -68,8 +68,9 @@ struct LoopOptions
     double stop_gain = 0;  ///< 0 = all steps are made.
     // How it is run
     bool reference = false;  ///< Whole frames, and the camera pictures in every step, are encoded: the same up to rounding.
-    std::int64_t checkpoint_steps = 200;  ///< 0 = only when interrupted. A run whose loss is not finite goes back to one.
-    std::int64_t preview_every = 0;       ///< 0 = never.
+    std::int64_t checkpoint_steps = 200;  ///< 0 = none. A run whose loss is not finite goes back to one.
+    double checkpoint_seconds = 0;   ///< Between states kept for a run that is killed; 0 = none are. Of no effect on results.
+    std::int64_t preview_every = 0;  ///< 0 = never.
 };
 
 /// Optimises a texture until every view, rendered with it, is what the losses want. Goes on from the checkpoint in

@@ -109,7 +109,14 @@ class TextureOptimize final : public fresco::Stage
                                               "VGG-19 weights for `losses: auto`; none: losses without a network"};
     // In the key: where a run goes back to after a loss that is not finite depends on it.
     fresco::Option<int> checkpoint_steps{this, "checkpoint_steps", 200, fresco::at_least(0),
-                                         "Steps between two checkpoints; 0: only when interrupted"};
+                                         "Steps between two checkpoints that a run may go back to; 0: none"};
+    fresco::Option<double> checkpoint_seconds{
+        this,
+        "checkpoint_seconds",
+        30,
+        fresco::range(0, 86400),
+        "Seconds of work that a killed run loses at most, or twenty times what keeping it takes; 0: what checkpoint_steps says",
+        fresco::not_in_key};
     fresco::Option<int> preview_every{
         this, "preview_every", 100, fresco::at_least(0), "Steps between two preview pictures; 0: none", fresco::not_in_key};
 
@@ -202,6 +209,7 @@ class TextureOptimize final : public fresco::Stage
         o.stop_gain = *stop_gain;
         o.reference = *execution == "reference";
         o.checkpoint_steps = *checkpoint_steps;
+        o.checkpoint_seconds = *checkpoint_seconds;
         o.preview_every = *preview_every;
         return o;
     }

@@ -1,8 +1,12 @@
+#include "../pipeline/yaml_text.h"
 #include "commands.h"
 
 #include <fresco/host/plugin_search.h>
 
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
+#include <unistd.h>
 
 namespace fresco::host
 {
@@ -11,6 +15,31 @@ namespace
 std::string empty_path_problem(const std::string& text)
 {
     return text.empty() ? "an empty text names no folder" : "";
+}
+
+/// Results name each other by their paths, in JSON.
+std::string name_problem(const std::string& option, const std::filesystem::path& folder)
+{
+    if (!first_bad_byte(folder.string()))
+        return "";
+    return option + ": the name of the folder " + folder.string() +
+           " is not UTF-8 text without control characters: rename it, or give another one with " + option;
+}
+
+/// Of a folder that is there, or of the one that it would be made in.
+std::string writing_problem(const std::string& option, const std::filesystem::path& folder)
+{
+    namespace fs = std::filesystem;
+    std::error_code error;
+    fs::path there = folder;
+    while (!fs::exists(fs::symlink_status(there, error)) && there.has_relative_path())
+        there = there.parent_path();
+    const std::string other = ": give another one with " + option;
+    if (!fs::is_directory(there, error))
+        return option + ": " + there.string() + " is no folder" + other;
+    if (access(there.c_str(), W_OK | X_OK) != 0)
+        return option + ": " + there.string() + " cannot be written: " + std::strerror(errno) + other;
+    return "";
 }
 }  // namespace
 
@@ -67,6 +96,15 @@ std::filesystem::path PlaceArguments::out_folder() const
 std::filesystem::path PlaceArguments::store_folder() const
 {
     return std::filesystem::absolute(store).lexically_normal();
+}
+
+std::string PlaceArguments::problem() const
+{
+    for (const auto& found : {name_problem("--store", store_folder()), name_problem("--out", out_folder()),
+                              writing_problem("--store", store_folder()), writing_problem("--out", out_folder())})
+        if (!found.empty())
+            return found;
+    return "";
 }
 
 std::unique_ptr<LoadedPipeline> load_and_report(const PipelineArguments& arguments)

@@ -182,6 +182,11 @@ int run(const RunArguments& arguments)
     }
     if (!fits_matrix(arguments, loaded->result.pipeline))
         return 2;
+    if (const std::string problem = arguments.places.problem(); !problem.empty())
+    {
+        fmt::print(stderr, "error: {}\n", problem);
+        return 2;
+    }
     RunRequest request;
     request.pipeline = &loaded->result.pipeline;
     request.store = arguments.places.store_folder();

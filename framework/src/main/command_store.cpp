@@ -133,7 +133,7 @@ void add_store_command(CLI::App& app, int& exit_code)
     add("ls", "List the results", list);
     add("verify", "Re-read every result and compare with its hashes; exit code 1 if one is damaged", verify)
         ->add_flag("--remove", arguments->remove, "Remove damaged results");
-    CLI::App* gc = add("gc", "Remove what no pipeline's last run used", tidy);
+    CLI::App* gc = add("gc", "Remove what no pipeline's last run used and is older than --keep-days", tidy);
     gc->add_option("--keep-days", arguments->keep_days, "Keep results and checkpoints younger than this")
         ->check(CLI::NonNegativeNumber)
         ->capture_default_str();

@@ -47,6 +47,8 @@ struct PlaceArguments
     void add_out_to(CLI::App& command);
     std::filesystem::path out_folder() const;
     std::filesystem::path store_folder() const;
+    /// Why a run could not keep or write its results there; empty where it could. Said before anything runs.
+    std::string problem() const;
 };
 
 /// A checked pipeline with the catalog that it points into.

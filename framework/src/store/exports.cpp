@@ -68,8 +68,7 @@ void Exporter::copy(const PipelineStage& stage, const std::string& object, const
             if (stop())
                 return;
             const fs::path to = (out_ / stage.place / name).lexically_normal();
-            if (const auto collision = owners_.claim(fs::path(stage.place) / name, stage.name))
-                throw Error(to.string() + ": " + *collision);
+            const auto collision = owners_.claim(fs::path(stage.place) / name, stage.name);
             const fs::path from = folder / name;
             bool same = false;
             try
@@ -81,6 +80,9 @@ void Exporter::copy(const PipelineStage& stage, const std::string& object, const
             {
                 same = false;
             }
+            // Two exports of one texture may well agree on its picture.
+            if (collision && !same)
+                throw Error(to.string() + ": " + *collision);
             if (!same)
             {
                 // All files at once: there may be thousands, and each look reads the manifest.

@@ -208,4 +208,33 @@ class FragileLoss final : public Loss
     }
 };
 
+/// Asks whether it shall stop in every evaluation, as losses that take long do, when something has changed in it already; and
+/// breaks at its `breaks_at`-th evaluation.
+class AskingLoss final : public Loss
+{
+  public:
+    explicit AskingLoss(int breaks_at) : breaks_at_(breaks_at) {}
+    LossNeeds needs() const override { return {{}, true}; }
+    void prepare(const PrepareContext& context) override
+    {
+        progress_ = context.progress;
+        evaluated_ = at::zeros({1}, at::kDouble);
+    }
+    std::vector<LossTerm> evaluate(Part& part) override
+    {
+        evaluated_ += 1;
+        progress_->check_cancelled();
+        if (--breaks_at_ == 0)
+            throw Error("broken");
+        return {{"", ordered_mean(part.image()) * evaluated_.item<double>()}};
+    }
+    TensorMap state() const override { return {{"evaluated", evaluated_.clone()}}; }
+    void restore(const TensorMap& state) override { evaluated_ = state.at("evaluated").clone(); }
+
+  private:
+    int breaks_at_;
+    const Progress* progress_ = nullptr;
+    at::Tensor evaluated_;
+};
+
 }  // namespace fakes

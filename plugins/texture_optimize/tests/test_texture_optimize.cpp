@@ -68,6 +68,8 @@ struct Studio
         factory.add("camera", [] { return std::make_shared<CameraLoss>(); });
         factory.add("mean", [] { return std::make_shared<MeanLoss>(); });
         factory.add("fragile", [] { return std::make_shared<FragileLoss>(); });
+        factory.add("asking", [] { return std::make_shared<AskingLoss>(0); });
+        factory.add("breaking", [] { return std::make_shared<AskingLoss>(9); });
         factory.add("exploding", [] { return std::make_shared<ExplodingLoss>(); });
         const auto object = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "texture.optimize");
         auto* stage = dynamic_cast<Stage*>(object.get());
@@ -216,6 +218,52 @@ TEST_CASE("a run that is cancelled, or killed, goes on to the same bytes")
         CHECK_THROWS_AS(studio.paint(killed, options), Cancelled);
         CHECK((bytes_in(studio.paint(killed, options)) == expected));
     }
+}
+
+TEST_CASE("a loss that asks within a step loses nothing when the run is cancelled")
+{
+    Studio studio;
+    const auto options = Studio::options(Value::Map{{"it", Value::Map{{"type", "asking"}}}}, {{"max_steps", 9}});
+    testing::TestRun whole;
+    const auto expected = bytes_in(studio.paint(whole, options));
+    int gone_on = 0;
+    for (int calls = 1; calls < 24; ++calls)
+    {
+        CAPTURE(calls);
+        testing::TestRun interrupted;
+        interrupted.cancel_after(calls);
+        try
+        {
+            studio.paint(interrupted, options);
+        }
+        catch (const Cancelled&)
+        {
+        }
+        const std::size_t steps = interrupted.metrics["loss"].size();
+        interrupted.cancel_after(1000);
+        CHECK((bytes_in(studio.paint(interrupted, options)) == expected));
+        CHECK((steps == 9 || interrupted.metrics["loss"].size() == 9));
+        gone_on += steps > 0 && steps < 9;
+    }
+    CHECK(gone_on >= 8);
+}
+
+TEST_CASE("what a run that ends without warning would lose is kept from time to time")
+{
+    Studio studio;
+    auto options = Studio::options(Value::Map{{"it", Value::Map{{"type", "breaking"}}}},
+                                   {{"max_steps", 12}, {"checkpoint_steps", 0}, {"checkpoint_seconds", 0.0}});
+    testing::TestRun nothing;
+    CHECK_THROWS_WITH(studio.paint(nothing, options), Catch::Contains("broken"));
+    CHECK(std::filesystem::is_empty(nothing.checkpoint_folder()));
+
+    options.set("checkpoint_seconds", 1e-9);
+    testing::TestRun killed;
+    CHECK_THROWS_WITH(studio.paint(killed, options), Catch::Contains("broken"));
+    const auto kept = fresco::optimize::Checkpoint::read(killed.checkpoint_folder() / "interrupted.safetensors");
+    REQUIRE(kept);
+    CHECK(kept->step >= 1);
+    CHECK(kept->step < 9);
 }
 
 TEST_CASE("a damaged checkpoint is named and the run begins anew")

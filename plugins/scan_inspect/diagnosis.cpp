@@ -191,8 +191,9 @@ class Judge
             }
         };
         best = ratios(result_.convention, 1, rough_stride).loss(result_.depth_scale);
-        for (int step = -12; step <= 12; ++step)
-            try_focal(std::exp(0.025 * step));
+        constexpr int steps = 12;
+        for (int step = -steps; step <= steps; ++step)
+            try_focal(std::exp(depth_focal_reach * step / steps));
         const double middle = result_.depth_focal_scale;
         for (int step = -4; step <= 4; ++step)
             try_focal(middle * std::exp(0.005 * step));

@@ -39,6 +39,9 @@ struct Agreement
     double edge_response = 0;  ///< See edge_response().
 };
 
+/// Of the depth camera, as color_focal_reach.
+inline constexpr double depth_focal_reach = 0.3;
+
 struct Diagnosis
 {
     Agreement recorded;

@@ -273,7 +273,7 @@ CameraChange best_change(const std::vector<OutlinedFrame>& frames, const Convent
                 best = bests[i];
             }
     };
-    search(0.24, 0.03, 0.04, 0.01);
+    search(color_focal_reach, 0.03, 0.04, 0.01);
     search(0.03, 0.01, 0.008, 0.004);
     return best;
 }

@@ -36,6 +36,9 @@ struct OutlinedFrame
 /// Fills `outline` with at most 400 points of the mesh's outline that the camera, as `convention` has its pose, sees.
 void find_outline(const raycast::Scene& scene, const Convention& convention, OutlinedFrame& frame, const Progress& progress);
 
+/// A focal length is looked for up to this natural logarithm of its factor, and a little beyond by finer steps.
+inline constexpr double color_focal_reach = 0.24;
+
 /// How a colour camera may be off.
 struct CameraChange
 {

@@ -56,6 +56,15 @@ std::string how_far_off(double mending_factor)
     return percent(std::abs(off)) + (off > 0 ? " too large" : " too small");
 }
 
+/// With what to do: the factor, where it was found within `reach` and not at the end of what was looked through.
+std::string how_to_mend(double factor, double reach)
+{
+    constexpr double hair = 1e-6;
+    if (std::abs(std::log(factor)) < reach - hair)
+        return how_far_off(factor) + ": multiply it by " + number(factor);
+    return how_far_off(factor) + " or more: is it of pictures of another size?";
+}
+
 }  // namespace
 
 std::string percent(double share)
@@ -143,8 +152,7 @@ void tell_cameras(const Diagnosis& diagnosis, bool one_camera, std::vector<Findi
                             "they are registered to colour, give them its intrinsics and pose"});
     if (depth_off && color_off && std::abs(std::log(depth / color.focal_scale)) < alike_focals)
     {
-        findings.push_back(
-            {"focal_length", "the focal length of both cameras is " + how_far_off(depth) + ": multiply it by " + number(depth)});
+        findings.push_back({"focal_length", "the focal length of both cameras is " + how_to_mend(depth, color_focal_reach)});
         return;
     }
     if (depth_off && one_camera && !color_off)
@@ -153,8 +161,8 @@ void tell_cameras(const Diagnosis& diagnosis, bool one_camera, std::vector<Findi
                                       "pictures alone; the depth camera's focal length is " +
                                           number(depth) + " times as large"});
     else if (depth_off)
-        findings.push_back({"depth_focal_length", "the focal length of the depth camera is " + how_far_off(depth) +
-                                                      ": multiply it by " + number(depth)});
+        findings.push_back(
+            {"depth_focal_length", "the focal length of the depth camera is " + how_to_mend(depth, depth_focal_reach)});
     if (!color_off)
         return;
     const bool focal_off = std::abs(std::log(color.focal_scale)) > 0.025;
@@ -164,8 +172,8 @@ void tell_cameras(const Diagnosis& diagnosis, bool one_camera, std::vector<Findi
                                       "pictures alone; the colour camera's focal length is about " +
                                           number(color.focal_scale) + " times as large"});
     else if (focal_off)
-        findings.push_back({"color_focal_length", "the focal length of the colour camera is " + how_far_off(color.focal_scale) +
-                                                      ": multiply it by " + number(color.focal_scale)});
+        findings.push_back({"color_focal_length",
+                            "the focal length of the colour camera is " + how_to_mend(color.focal_scale, color_focal_reach)});
     else
         findings.push_back({"color_shift", "the colour pictures lie beside the mesh: their principal point is off by about (" +
                                                number(100 * color.shift_x) + ", " + number(100 * color.shift_y) +

@@ -203,3 +203,22 @@ TEST_CASE("the picture shows outline, depths and their difference", "[scan.inspe
     CHECK(color(difference + 5, 4 + 5) == Rgb8{90, 90, 100});
     CHECK(color(28, 4) == Rgb8{255, 255, 255});
 }
+
+TEST_CASE("a focal length at the end of what was looked through is no advice")
+{
+    const auto told = [](double depth, double color)
+    {
+        Diagnosis diagnosis;
+        diagnosis.depth_focal_scale = depth;
+        diagnosis.color_change.focal_scale = color;
+        std::vector<Finding> findings;
+        tell_cameras(diagnosis, false, findings);
+        REQUIRE(findings.size() == 1);
+        return findings.front().text;
+    };
+    CHECK_THAT(told(1, 0.8), Catch::Contains("25 % too large: multiply it by 0.8"));
+    CHECK_THAT(told(1, 0.763), Catch::Contains("31 % too large or more: is it of pictures of another size?"));
+    CHECK_THAT(told(1.35, 1), Catch::Contains("26 % too small or more"));
+    CHECK_THAT(told(1.25, 1), Catch::Contains("20 % too small: multiply it by 1.25"));
+    CHECK_THAT(told(0.78, 0.78), Catch::Contains("both cameras") && Catch::Contains("or more"));
+}

@@ -131,6 +131,9 @@ TEST_CASE("Values of the wrong type are named with what is accepted and what was
     CHECK_THAT(height("15"), Contains("15 is too small"));
     CHECK_THAT(height("16, 4096"), !Contains("heights_px"));
     CHECK_THAT(problem_of("a: {title: x}"), Contains("3:3: error: stage 'a': there is no 'type'"));
+    CHECK_THAT(problem_of("a: {typ: mesh.pass}"), Contains("there is no 'type' (is 'typ' meant to be it?)"));
+    CHECK_THAT(problem_of("s: {type: scan.folder, path: .}\n  u: {type: uvmaps.raycast, input: s}"),
+               Contains("can be meant in several ways: name the ports: {frames: s.frames, mesh: s.mesh}"));
     CHECK_THAT(problem_of("a: {type: 5}"), Contains("a type such as 'mesh.decimate' is needed, got 5"));
     CHECK_THAT(problem_of("a: [1]"), Contains("stage 'a' must be a map"));
     CHECK_THAT(problem_of("a: {type: loss.gram}"),

@@ -112,7 +112,11 @@ std::optional<std::string> type_named_by(const YamlNode& config, const std::stri
     const YamlNode::Entry* entry = config.is_map() ? config.find("type") : nullptr;
     if (config.is_map() && !entry)
     {
-        report(config, "there is no 'type'");
+        std::string meant;
+        for (const YamlNode::Entry& other : config.entries)
+            if (meant.empty() && !nearest(other.key, {"type"}).empty())
+                meant = " (is '" + other.key + "' meant to be it?)";
+        report(config, "there is no 'type'" + meant);
         return std::nullopt;
     }
     const YamlNode& named = entry ? entry->value : config;

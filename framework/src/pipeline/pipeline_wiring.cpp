@@ -2,6 +2,7 @@
 #include <fresco/host/suggest.h>
 
 #include <algorithm>
+#include <set>
 
 namespace fresco::host
 {
@@ -207,11 +208,17 @@ void Wiring::wire_stage(StageDraft& stage, const Ports& inputs, const YamlNode& 
         problems_.add(node.position(), stage.title() + takes + ", but " + makes);
         return;
     }
+    // Several inputs that each fit one output are all meant to be named; else one of several ways is.
+    std::set<const PortDeclaration*> wanted;
+    for (const auto& pair : pairs)
+        wanted.insert(pair.second);
+    const bool all = wanted.size() == pairs.size();
     std::vector<std::string> ways;
     for (const auto& [output, input] : pairs)
-        ways.push_back("{" + input->name + ": " + from.name + "." + output->name + "}");
+        ways.push_back((all ? "" : "{") + input->name + ": " + from.name + "." + output->name + (all ? "" : "}"));
+    const std::string named = all ? "{" + join(ways, ", ") + "}" : join(ways, " or ");
     problems_.add(node.position(), stage.title() + ": '" + node.text + "' can be meant in several ways: name the port" +
-                                       (inputs.size() == 1 ? ": " : "s: ") + join(ways, " or "));
+                                       (inputs.size() == 1 ? ": " : "s: ") + named);
 }
 
 std::vector<std::pair<KnownType, const PortDeclaration*>> Wiring::readers_for(const Ports& inputs, const std::string& extension,

@@ -103,7 +103,7 @@ TEST_CASE("Exit codes")
     CHECK(place.run({"schema"}).code == 0);
     CHECK(place.run({"doctor", "--json"}).code == 0);
     place.write("notastore", "text");
-    CHECK(place.run({"run", "room.yaml", "--store", "notastore"}).code == 1);
+    CHECK(place.run({"run", "room.yaml", "--store", "notastore"}).code == 2);
 }
 
 TEST_CASE("What the command line names must be there, and the nearest name is given")

@@ -68,17 +68,6 @@ class RenderFlythrough final : public Stage
                 .faces = {}};
     }
 
-    void check_inputs() const
-    {
-        check_mesh(mesh->mesh, "the mesh on port 'mesh'");
-        if (mesh->mesh.texcoords.empty())
-            throw Error("the mesh on port 'mesh' has no texcoords: render what texture.bake made");
-        if (frames->frames.empty())
-            throw Error("port 'frames' brings no frames: check the scan's path and the stages that drop frames");
-        for (const Frame& frame : frames->frames)
-            check_camera(frame.color, "the colour camera of " + frame.sequence + "/" + frame.name);
-    }
-
     /// Of the first frame's camera, in even numbers of pixels, which video codecs want.
     Intrinsics intrinsics() const
     {
@@ -124,7 +113,7 @@ class RenderFlythrough final : public Stage
 
     void run(RunContext& run) override
     {
-        check_inputs();
+        raycast::check_showable(*mesh, *frames);
         const Intrinsics size = intrinsics();
         const raycast::ViewRenderer renderer(*mesh, {.samples_per_side = *samples, .mip_maps = true});
         const std::vector<RigidTransform> way = poses(size, renderer, run);

@@ -43,20 +43,10 @@ class RenderViews final : public Stage
 
     Camera camera_of(const Frame& frame) const
     {
-        check_camera(frame.color, "the colour camera of " + frame.sequence + "/" + frame.name);
         Camera camera = frame.color;
         if (*height_px > 0)
             camera.intrinsics = camera.intrinsics.scaled_to(camera.intrinsics.width_at(*height_px), *height_px);
         return camera;
-    }
-
-    void check_inputs() const
-    {
-        check_mesh(mesh->mesh, "the mesh on port 'mesh'");
-        if (mesh->mesh.texcoords.empty())
-            throw Error("the mesh on port 'mesh' has no texcoords: render what texture.bake made");
-        if (frames->frames.empty())
-            throw Error("port 'frames' brings no frames: check the scan's path and the stages that drop frames");
     }
 
     std::vector<const Frame*> chosen() const
@@ -76,7 +66,7 @@ class RenderViews final : public Stage
 
     void run(RunContext& run) override
     {
-        check_inputs();
+        raycast::check_showable(*mesh, *frames);
         const std::vector<const Frame*> list = chosen();
         const raycast::ViewRenderer renderer(*mesh, {.samples_per_side = *samples, .mip_maps = *filter == "trilinear"});
         std::filesystem::create_directories(views.folder().path / folder->path);

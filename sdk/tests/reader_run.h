@@ -98,4 +98,16 @@ std::string error_text(const Work& work)
     return "no error";
 }
 
+/// The same of `read(run)`, which reads a recording.
+template <class Read>
+std::string reading_error(const Read& read)
+{
+    return error_text(
+        [&]
+        {
+            TestRun run;
+            read(run);
+        });
+}
+
 }  // namespace fresco::testing

@@ -1,16 +1,7 @@
 #!/usr/bin/env bash
 # run.sh FRESCO SOURCE: the examples of programs as stages, at a small size; what they made is read with NumPy.
-set -euo pipefail
+source "$(dirname "$0")/../program_test.sh"
 fresco=$1 source=$2
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
-export XDG_CACHE_HOME=$work/cache XDG_DATA_HOME=$work/data
-unset FRESCO_PLUGIN_PATH FRESCO_FAULT
-fail() { echo "commands: $*" >&2; exit 1; }
-skip() {
-    echo "SKIPPED $*"
-    [ -z "${FRESCO_SKIP_LOG:-}" ] || echo "$*" >>"$FRESCO_SKIP_LOG"
-}
 
 cp -r "$source/sdk/examples/commands" "$work/examples"
 cd "$work"

@@ -1,12 +1,7 @@
 #!/usr/bin/env bash
 # run.sh BUILD SOURCE: one machine has the scan and a codec, the other the dataset, NPY and no codec at all.
-set -euo pipefail
+source "$(dirname "$0")/../program_test.sh"
 build=$1 source=$2
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
-export XDG_CACHE_HOME=$work/cache XDG_DATA_HOME=$work/data
-unset FRESCO_PLUGIN_PATH FRESCO_FAULT
-fail() { echo "dataset: $*" >&2; exit 1; }
 
 options='size_px: 128, epochs: 1, repeats_count: 2, max_steps: 8, depth_levels: true, theta_d_m: 0.6, level_depth: sensor_or_lowest,
          angle_limit_deg: 60, preview_every: 0'
@@ -62,8 +57,7 @@ for python in /usr/bin/python3 python3; do
     fi
 done
 if [ -z "$read" ]; then
-    echo "SKIPPED the dataset read with NumPy: no python3 with numpy is at hand"
-    [ -z "${FRESCO_SKIP_LOG:-}" ] || echo "the dataset read with NumPy: no python3 with numpy is at hand" >>"$FRESCO_SKIP_LOG"
+    skip "the dataset read with NumPy: no python3 with numpy is at hand"
 fi
 
 # Nothing is run again, and a damaged dataset does not hurt what was read from it …

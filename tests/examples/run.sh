@@ -1,11 +1,7 @@
 #!/usr/bin/env bash
 # run.sh CMAKE BUILD SOURCE torch|plain: install to a fresh prefix, build every example against it, run a pipeline with them.
-set -euo pipefail
+source "$(dirname "$0")/../program_test.sh"
 cmake=$1 build=$2 source=$3 torch=$4
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
-export XDG_CACHE_HOME=$work/cache XDG_DATA_HOME=$work/data
-unset FRESCO_PLUGIN_PATH
 
 "$cmake" --install "$build" --prefix "$work/prefix" >/dev/null
 examples=(mirror_stage point_cloud)

@@ -1,12 +1,7 @@
 #!/usr/bin/env bash
 # run.sh FRESCO SOURCE COMPRESSION: COMPRESSION is meshopt, or none where export.gltf is built without.
-set -euo pipefail
+source "$(dirname "$0")/../program_test.sh"
 fresco=$1 source=$2 compression=$3
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
-export XDG_CACHE_HOME=$work/cache XDG_DATA_HOME=$work/data
-unset FRESCO_PLUGIN_PATH FRESCO_FAULT
-fail() { echo "exports: $*" >&2; exit 1; }
 
 cat >"$work/room.yaml" <<YAML
 version: 1
@@ -40,6 +35,5 @@ if command -v blender >/dev/null; then
         { cat "$work/blender.log"; fail "Blender does not read what was written"; }
     grep '^read ' "$work/blender.log"
 else
-    echo "SKIPPED the exports read by Blender: there is no blender"
-    [ -z "${FRESCO_SKIP_LOG:-}" ] || echo "the exports read by Blender: there is no blender" >>"$FRESCO_SKIP_LOG"
+    skip "the exports read by Blender: there is no blender"
 fi

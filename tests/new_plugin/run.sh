@@ -1,11 +1,7 @@
 #!/usr/bin/env bash
 # run.sh CMAKE BUILD torch|plain: install to a fresh prefix; then begin a plugin of each kind, build, test, describe and run it.
-set -euo pipefail
+source "$(dirname "$0")/../program_test.sh"
 cmake=$1 build=$2 torch=$3
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
-export XDG_CACHE_HOME=$work/cache XDG_DATA_HOME=$work/data
-unset FRESCO_PLUGIN_PATH
 
 "$cmake" --install "$build" --prefix "$work/prefix" >/dev/null
 fresco=$work/prefix/bin/fresco

@@ -1,9 +1,7 @@
 #!/usr/bin/env bash
 # run.sh WRITE_UV_MAPS SOURCE: the NumPy reader of packed uv maps against the SDK's own.
-set -euo pipefail
+source "$(dirname "$0")/../program_test.sh"
 write_uv_maps=$1 source=$2
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
 "$write_uv_maps" "$work"
 for python in /usr/bin/python3 python3; do
     if "$python" -c 'import numpy, zstandard' 2>/dev/null; then
@@ -11,5 +9,4 @@ for python in /usr/bin/python3 python3; do
         exit
     fi
 done
-echo "SKIPPED packed uv maps read with NumPy: no python3 with numpy and zstandard is at hand"
-[ -z "${FRESCO_SKIP_LOG:-}" ] || echo "packed uv maps read with NumPy: no python3 with numpy and zstandard is at hand" >>"$FRESCO_SKIP_LOG"
+skip "packed uv maps read with NumPy: no python3 with numpy and zstandard is at hand"

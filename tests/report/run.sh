@@ -1,12 +1,7 @@
 #!/usr/bin/env bash
 # run.sh FRESCO SOURCE: a generated room's run, and its report in Chromium.
-set -euo pipefail
+source "$(dirname "$0")/../program_test.sh"
 fresco=$1 source=$2
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
-export XDG_CACHE_HOME=$work/cache XDG_DATA_HOME=$work/data
-unset FRESCO_PLUGIN_PATH FRESCO_FAULT
-fail() { echo "report: $*" >&2; exit 1; }
 
 run() { "$fresco" run "$source/room.yaml" --store "$work/store" --out "$work/out" --cores 2 "$@"; }
 run >"$work/first.log" 2>&1 || { cat "$work/first.log"; exit 1; }
@@ -23,8 +18,7 @@ echo "a run with nothing to do: $((($(date +%s%N) - begin) / 1000000)) ms"
 
 chromium=$(command -v chromium || command -v chromium-browser || command -v google-chrome || true)
 if [ -z "$chromium" ] || ! command -v node >/dev/null; then
-    echo "SKIPPED the run's report in a browser: chromium or node is not at hand"
-    [ -z "${FRESCO_SKIP_LOG:-}" ] || echo "the run's report in a browser: chromium or node is not at hand" >>"$FRESCO_SKIP_LOG"
+    skip "the run's report in a browser: chromium or node is not at hand"
     exit 0
 fi
 timeout 200 node "$source/look.mjs" "$chromium" "$page" ${FRESCO_REPORT_SHOTS:+"$FRESCO_REPORT_SHOTS"}

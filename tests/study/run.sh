@@ -1,17 +1,11 @@
 #!/usr/bin/env bash
 # run.sh FRESCO SOURCE: a page is made, people take part in it with Chromium, and their files are read.
-set -euo pipefail
+source "$(dirname "$0")/../program_test.sh"
 fresco=$1 source=$2
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
-export XDG_CACHE_HOME=$work/cache XDG_DATA_HOME=$work/data
-unset FRESCO_PLUGIN_PATH FRESCO_FAULT
-fail() { echo "study: $*" >&2; exit 1; }
 
 chromium=$(command -v chromium || command -v chromium-browser || command -v google-chrome || true)
 if [ -z "$chromium" ] || ! command -v node >/dev/null; then
-    echo "SKIPPED the user study's page in a browser: chromium or node is not at hand"
-    [ -z "${FRESCO_SKIP_LOG:-}" ] || echo "the user study's page in a browser: chromium or node is not at hand" >>"$FRESCO_SKIP_LOG"
+    skip "the user study's page in a browser: chromium or node is not at hand"
     exit 0
 fi
 

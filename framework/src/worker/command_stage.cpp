@@ -5,6 +5,7 @@
 #include <fresco/hash.h>
 #include <fresco/host/command_stage.h>
 #include <fresco/host/process.h>
+#include <fresco/host/process_tree.h>
 #include <fresco/host/worker.h>
 #include <fresco/stage.h>
 

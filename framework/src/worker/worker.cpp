@@ -7,6 +7,7 @@
 #include <fresco/host/fault.h>
 #include <fresco/host/machine.h>
 #include <fresco/host/process.h>
+#include <fresco/host/process_tree.h>
 #include <fresco/host/progress_display.h>
 #include <fresco/host/publish.h>
 #include <fresco/host/worker.h>

@@ -52,12 +52,7 @@ Value with_depth(const TinyProject& project)
 
 std::string error_of(const TinyProject& project, const Value& options = Value::Map{})
 {
-    return fresco::testing::error_text(
-        [&]
-        {
-            TestRun run;
-            read(project, run, options);
-        });
+    return fresco::testing::reading_error([&](TestRun& run) { read(project, run, options); });
 }
 
 }  // namespace

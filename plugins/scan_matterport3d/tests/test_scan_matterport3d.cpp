@@ -60,12 +60,7 @@ fresco::testing::ReadScan read(const TinyHouse& house, TestRun& run, const Value
 
 std::string error_of(const TinyHouse& house, const Value& options = Value::Map{})
 {
-    return fresco::testing::error_text(
-        [&]
-        {
-            TestRun run;
-            read(house, run, options);
-        });
+    return fresco::testing::reading_error([&](TestRun& run) { read(house, run, options); });
 }
 
 }  // namespace

@@ -42,12 +42,7 @@ fresco::Frames read(const TinyScan& scan, TestRun& run, const Value& options = V
 
 std::string error_of(const TinyScan& scan, const Value& options = Value::Map{})
 {
-    return fresco::testing::error_text(
-        [&]
-        {
-            TestRun run;
-            read(scan, run, options);
-        });
+    return fresco::testing::reading_error([&](TestRun& run) { read(scan, run, options); });
 }
 
 /// The value of `key` in one frame replaced.

@@ -32,12 +32,7 @@ struct TinyCapture
     }
     std::string error(const Value& options = Value::Map{}) const
     {
-        return fresco::testing::error_text(
-            [&]
-            {
-                TestRun run;
-                read(run, options);
-            });
+        return fresco::testing::reading_error([&](TestRun& run) { read(run, options); });
     }
 };
 

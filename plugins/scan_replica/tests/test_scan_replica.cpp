@@ -46,12 +46,7 @@ fresco::testing::ReadScan read(const TinyScene& scene, TestRun& run, const Value
 
 std::string error_of(const TinyScene& scene, const Value& options = Value::Map{})
 {
-    return fresco::testing::error_text(
-        [&]
-        {
-            TestRun run;
-            read(scene, run, options);
-        });
+    return fresco::testing::reading_error([&](TestRun& run) { read(scene, run, options); });
 }
 
 }  // namespace

@@ -66,12 +66,7 @@ fresco::Frames read(const TinyRecording& recording, TestRun& run, const Value& o
 
 std::string error_of(const TinyRecording& recording)
 {
-    return fresco::testing::error_text(
-        [&]
-        {
-            TestRun run;
-            read(recording, run);
-        });
+    return fresco::testing::reading_error([&](TestRun& run) { read(recording, run); });
 }
 
 void lose(std::vector<double>& pose)

@@ -51,12 +51,7 @@ fresco::Frames read(const TinyRecording& recording, TestRun& run, Value options 
 
 std::string error_of(const TinyRecording& recording, const Value& options = Value::Map{})
 {
-    return fresco::testing::error_text(
-        [&]
-        {
-            TestRun run;
-            read(recording, run, options);
-        });
+    return fresco::testing::reading_error([&](TestRun& run) { read(recording, run, options); });
 }
 
 }  // namespace

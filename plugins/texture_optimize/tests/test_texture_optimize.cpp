@@ -1,12 +1,6 @@
-#include "checkpoint.h"
-#include "fakes.h"
-
-#include <catch2/catch.hpp>
+#include "studio.h"
 
 #include <fresco/error.h>
-#include <fresco/files_io.h>
-#include <fresco/stage.h>
-#include <fresco/texture.h>
 
 #include <ATen/Parallel.h>
 #include <ATen/ops/full.h>
@@ -17,81 +11,6 @@ using namespace fakes;
 
 namespace
 {
-
-std::shared_ptr<Component> from_plugin(const char* file, const char* type)
-{
-    auto object = testing::make_from_plugin(file, type);
-    auto* component = dynamic_cast<Component*>(object.get());
-    REQUIRE(component != nullptr);
-    object.release();
-    return std::shared_ptr<Component>(component);
-}
-
-Raster8 style_picture()
-{
-    Raster8 picture(96, 72, 3);
-    for (std::size_t i = 0; i < picture.values.size(); ++i)
-        picture.values[i] = static_cast<std::uint8_t>(40 + (i * 37) % 150);
-    return picture;
-}
-
-struct Studio
-{
-    testing::TemporaryFolder folder;
-    Wall wall;
-    int runs = 0;
-
-    explicit Studio(std::size_t views = 6, const std::vector<int>& heights = {30}) : wall(folder.path() / "wall", views, heights)
-    {
-    }
-
-    static Value options(const Value& losses, Value::Map more)
-    {
-        Value options = Value::Map{{"size_px", 64},
-                                   {"repeats_count", 3},
-                                   {"device", "cpu"},
-                                   {"losses", losses},
-                                   {"texture", Value::Map{{"type", "texture.laplacian"}}},
-                                   {"optimiser", Value::Map{{"type", "optimiser.adam"}, {"mode", "visible"}, {"beta2", 0.99}}}};
-        for (auto& [name, value] : more)
-            options.set(name, value);
-        return options;
-    }
-
-    /// Runs the built plugin; the texture's folder.
-    std::filesystem::path paint(testing::TestRun& run, const Value& options, const std::shared_ptr<Texture>& start = nullptr)
-    {
-        testing::TestFactory factory;
-        factory.add("texture.laplacian", [] { return from_plugin(FRESCO_PLUGIN_texture_laplacian, "texture.laplacian"); });
-        factory.add("optimiser.adam", [] { return from_plugin(FRESCO_PLUGIN_optimiser_adam, "optimiser.adam"); });
-        factory.add("features.half", [] { return std::make_shared<HalfNetwork>(); });
-        factory.add("camera", [] { return std::make_shared<CameraLoss>(); });
-        factory.add("mean", [] { return std::make_shared<MeanLoss>(); });
-        factory.add("fragile", [] { return std::make_shared<FragileLoss>(); });
-        factory.add("asking", [] { return std::make_shared<AskingLoss>(0); });
-        factory.add("breaking", [] { return std::make_shared<AskingLoss>(9); });
-        factory.add("exploding", [] { return std::make_shared<ExplodingLoss>(); });
-        const auto object = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "texture.optimize");
-        auto* stage = dynamic_cast<Stage*>(object.get());
-        REQUIRE(stage != nullptr);
-        const auto out = folder.path() / ("run" + std::to_string(runs++));
-        std::map<std::string, std::shared_ptr<const Artifact>> inputs{{"uvmaps", wall.maps},
-                                                                      {"frames", std::make_shared<Frames>(wall.frames)},
-                                                                      {"style", std::make_shared<Image>(style_picture())}};
-        if (start)
-            inputs["start"] = start;
-        testing::run_stage(*stage, options, inputs, out, run, factory);
-        return out / "texture";
-    }
-};
-
-std::vector<std::vector<std::byte>> bytes_in(const std::filesystem::path& texture)
-{
-    std::vector<std::vector<std::byte>> result;
-    for (const char* name : {"layer_0.npy", "layer_1.npy", "layer_2.npy", "layer_3.npy", "seen.npy", "texture.json"})
-        result.push_back(read_file(texture / name));
-    return result;
-}
 
 std::array<float, 3> looked_up(const Texture& texture, double u, double v)
 {
@@ -105,10 +24,6 @@ std::array<float, 3> looked_up(const Texture& texture, double u, double v)
     }
     return sum;
 }
-
-const Value camera_loss = Value::Map{{"camera", Value::Map{{"type", "camera"}}}};
-const Value mean_losses = Value::Map{{"a", Value::Map{{"type", "mean"}, {"features", Value::Map{{"type", "features.half"}}}}},
-                                     {"b", Value::Map{{"type", "camera"}, {"weight", 0.3}}}};
 
 }  // namespace
 
@@ -190,166 +105,6 @@ TEST_CASE("the texture's bytes do not depend on threads, levels together, and do
     auto other = options;
     other.set("seed", 5);
     CHECK((bytes_in(studio.paint(run, other)) != results[0]));
-}
-
-TEST_CASE("a run that is cancelled, or killed, goes on to the same bytes")
-{
-    Studio studio;
-    for (const char* mode : {"visible", "dense"})
-    {
-        auto options = Studio::options(mean_losses, {{"epochs", 2}, {"lambda_r", 0.01}, {"checkpoint_steps", 0}});
-        options.set("optimiser", Value::Map{{"type", "optimiser.adam"}, {"mode", mode}});
-        testing::TestRun whole;
-        const auto expected = bytes_in(studio.paint(whole, options));
-
-        testing::TestRun interrupted;
-        interrupted.cancel_after(3 + 14);  // 3 batches of views, then in the middle of a visit
-        CHECK_THROWS_AS(studio.paint(interrupted, options), Cancelled);
-        CHECK(interrupted.metrics.at("loss").size() == 13);
-        CHECK((bytes_in(studio.paint(interrupted, options)) == expected));
-        CHECK(interrupted.metrics.at("loss").size() == 36);
-        REQUIRE_FALSE(interrupted.messages.empty());
-        CHECK(interrupted.messages.back() == "going on after step 13 of 36");
-
-        // With periodic checkpoints too.
-        options.set("checkpoint_steps", 10);
-        testing::TestRun killed;
-        killed.cancel_after(3 + 21);
-        CHECK_THROWS_AS(studio.paint(killed, options), Cancelled);
-        CHECK((bytes_in(studio.paint(killed, options)) == expected));
-    }
-}
-
-TEST_CASE("a loss that asks within a step loses nothing when the run is cancelled")
-{
-    Studio studio;
-    const auto options = Studio::options(Value::Map{{"it", Value::Map{{"type", "asking"}}}}, {{"max_steps", 9}});
-    testing::TestRun whole;
-    const auto expected = bytes_in(studio.paint(whole, options));
-    int gone_on = 0;
-    for (int calls = 1; calls < 24; ++calls)
-    {
-        CAPTURE(calls);
-        testing::TestRun interrupted;
-        interrupted.cancel_after(calls);
-        try
-        {
-            studio.paint(interrupted, options);
-        }
-        catch (const Cancelled&)
-        {
-        }
-        const std::size_t steps = interrupted.metrics["loss"].size();
-        interrupted.cancel_after(1000);
-        CHECK((bytes_in(studio.paint(interrupted, options)) == expected));
-        CHECK((steps == 9 || interrupted.metrics["loss"].size() == 9));
-        gone_on += steps > 0 && steps < 9;
-    }
-    CHECK(gone_on >= 8);
-}
-
-TEST_CASE("what a run that ends without warning would lose is kept from time to time")
-{
-    Studio studio;
-    auto options = Studio::options(Value::Map{{"it", Value::Map{{"type", "breaking"}}}},
-                                   {{"max_steps", 12}, {"checkpoint_steps", 0}, {"checkpoint_seconds", 0.0}});
-    testing::TestRun nothing;
-    CHECK_THROWS_WITH(studio.paint(nothing, options), Catch::Contains("broken"));
-    CHECK(std::filesystem::is_empty(nothing.checkpoint_folder()));
-
-    options.set("checkpoint_seconds", 1e-9);
-    testing::TestRun killed;
-    CHECK_THROWS_WITH(studio.paint(killed, options), Catch::Contains("broken"));
-    const auto kept = fresco::optimize::Checkpoint::read(killed.checkpoint_folder() / "interrupted.safetensors");
-    REQUIRE(kept);
-    CHECK(kept->step >= 1);
-    CHECK(kept->step < 9);
-}
-
-TEST_CASE("a damaged checkpoint is named and the run begins anew")
-{
-    Studio studio;
-    const auto options = Studio::options(mean_losses, {{"epochs", 1}});
-    testing::TestRun whole;
-    const auto expected = bytes_in(studio.paint(whole, options));
-    testing::TestRun run;
-    write_file(run.checkpoint_folder() / "checkpoint.safetensors", "nonsense");
-    CHECK((bytes_in(studio.paint(run, options)) == expected));
-    CHECK(std::any_of(run.messages.begin(), run.messages.end(),
-                      [](const std::string& m) { return m.find("warning: the checkpoint cannot be used") == 0; }));
-}
-
-TEST_CASE("where a loss is not finite the run goes back and halves the rate, and ends with the same bytes when interrupted then")
-{
-    Studio studio;
-    const Value fragile = Value::Map{{"glass", Value::Map{{"type", "fragile"}}}};
-    // Each of four layers moves by the rate, from 0.45 on: past 0.9 after three steps of 0.04, not after two of them and one of
-    // 0.02.
-    const auto options = [&](double rate)
-    {
-        return Studio::options(
-            fragile, {{"rate", rate}, {"max_steps", 4}, {"decay_start", 1.0}, {"init", "color"}, {"checkpoint_steps", 2}});
-    };
-    testing::TestRun run;
-    const auto expected = bytes_in(studio.paint(run, options(0.04)));
-    CHECK(run.reported.at("rollbacks").as_int() == 1);
-    // Steps 1 to 3, then steps 3 and 4 again from the checkpoint after step 2.
-    CHECK(run.metrics.at("loss").size() == 5);
-    testing::TestRun never;
-    const auto slow = bytes_in(studio.paint(never, options(0.02)));
-    CHECK(never.reported.find("rollbacks") == nullptr);
-    CHECK((slow != expected));
-
-    int interruptions = 0;
-    for (int calls = 1; calls < 12; ++calls)
-    {
-        CAPTURE(calls);
-        testing::TestRun interrupted;
-        interrupted.cancel_after(calls);
-        try
-        {
-            studio.paint(interrupted, options(0.04));
-        }
-        catch (const Cancelled&)
-        {
-            ++interruptions;
-        }
-        interrupted.cancel_after(1000);
-        CHECK((bytes_in(studio.paint(interrupted, options(0.04))) == expected));
-    }
-    CHECK(interruptions >= 6);
-
-    testing::TestRun hopeless;
-    CHECK_THROWS_WITH(studio.paint(hopeless, options(10)),
-                      Catch::Contains("glass") && Catch::Contains("3 times") && Catch::Contains("checkpoint"));
-}
-
-TEST_CASE("a state that is bad when its checkpoint is due is thrown away, and the good one before it kept")
-{
-    Studio studio;
-    const Value fragile = Value::Map{{"glass", Value::Map{{"type", "fragile"}}}};
-    // 0.45 at first, four layers: past 0.9 after four steps of 0.03, which is when a checkpoint is due. From the one after step 2
-    // on at half the rate it is not; two checkpoints later it is again, so that the run goes back twice.
-    const auto options = Studio::options(
-        fragile, {{"rate", 0.03}, {"max_steps", 7}, {"decay_start", 1.0}, {"init", "color"}, {"checkpoint_steps", 2}});
-    testing::TestRun run;
-    const auto expected = bytes_in(studio.paint(run, options));
-    CHECK(run.reported.at("rollbacks").as_int() >= 2);
-    for (int calls = 1; calls < 20; ++calls)
-    {
-        CAPTURE(calls);
-        testing::TestRun interrupted;
-        interrupted.cancel_after(calls);
-        try
-        {
-            studio.paint(interrupted, options);
-        }
-        catch (const Cancelled&)
-        {
-        }
-        interrupted.cancel_after(1000);
-        CHECK((bytes_in(studio.paint(interrupted, options)) == expected));
-    }
 }
 
 TEST_CASE("errors name what is wrong")

@@ -1,3 +1,4 @@
+#include <fresco/error.h>
 #include <fresco/parallel.h>
 #include <fresco/raycast/surface.h>
 #include <fresco/raycast/view_renderer.h>
@@ -5,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <string>
 #include <vector>
 
 namespace fresco::raycast
@@ -18,6 +20,17 @@ std::uint8_t rounded(double v)
     return static_cast<std::uint8_t>(std::clamp(v + 0.5, 0.0, 255.0));
 }
 }  // namespace
+
+void check_showable(const TexturedMesh& mesh, const Frames& frames)
+{
+    check_mesh(mesh.mesh, "the mesh on port 'mesh'");
+    if (mesh.mesh.texcoords.empty())
+        throw Error("the mesh on port 'mesh' has no texcoords: render what texture.bake made");
+    if (frames.frames.empty())
+        throw Error("port 'frames' brings no frames: check the scan's path and the stages that drop frames");
+    for (const Frame& frame : frames.frames)
+        check_camera(frame.color, "the colour camera of " + frame.sequence + "/" + frame.name);
+}
 
 ViewRenderer::ViewRenderer(const TexturedMesh& mesh, const RenderOptions& options)
     : options_(options), scene_(mesh.mesh), texture_(mesh.image.pixels, options.mip_maps)

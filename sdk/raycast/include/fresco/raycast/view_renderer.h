@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fresco/camera.h>
+#include <fresco/frames.h>
 #include <fresco/progress.h>
 #include <fresco/raycast/mip_maps.h>
 #include <fresco/raycast/scene.h>
@@ -16,6 +17,10 @@ struct RenderOptions
     int samples_per_side = 2;  ///< Rays per pixel: its square.
     bool mip_maps = true;      ///< Look up the picture at the size that one ray's spacing calls for.
 };
+
+/// Throws Error unless a stage with these on its ports `mesh` and `frames` can show the mesh as the frames' colour cameras do: a
+/// valid mesh with texcoords, and frames whose colour cameras are usable.
+void check_showable(const TexturedMesh& mesh, const Frames& frames);
 
 /// Draws a textured mesh as cameras see it.
 class ViewRenderer

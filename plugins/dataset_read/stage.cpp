@@ -69,7 +69,7 @@ class DatasetRead final : public Stage
         return {};
     }
 
-    void read_views(const dataset::Manifest& manifest, RunContext& run)
+    void read_views(const dataset::Manifest& manifest, const std::string& atlas, RunContext& run)
     {
         const ViewFolders folders{path->path, uvmaps.folder(), frames.folder().path};
         Frames read;
@@ -86,6 +86,7 @@ class DatasetRead final : public Stage
                          }
                      });
         UvMaps maps;
+        maps.atlas = atlas;
         maps.heights_px = manifest.heights_px;
         for (const dataset::View& view : manifest.views)
             maps.views.push_back({view.sequence, view.frame, view.color, view.valid_pixels});
@@ -110,9 +111,11 @@ class DatasetRead final : public Stage
     {
         const dataset::Manifest found = manifest(run);
         check_others(found, run);
-        mesh = checked_mesh(found);
+        Mesh atlas = checked_mesh(found);
+        const std::string id = atlas_id(atlas);
+        mesh = std::move(atlas);
         style = style_picture(found, run);
-        read_views(found, run);
+        read_views(found, id, run);
         run.report("views", found.views.size());
         run.report("heights_px", Value::List(found.heights_px.begin(), found.heights_px.end()));
         run.report("files", found.files.size());

@@ -1,10 +1,9 @@
 #include "bake.h"
 
-#include "collapse.h"
-#include "surface_fill.h"
-
 #include <fresco/texturing/charts.h>
+#include <fresco/texturing/collapse.h>
 #include <fresco/texturing/gutter.h>
+#include <fresco/texturing/surface_fill.h>
 #include <fresco/texturing/texel_faces.h>
 
 #include <algorithm>

@@ -45,6 +45,7 @@ class TextureBake final : public Stage
         check_mesh(*mesh, "the mesh on port 'mesh'");
         if (mesh->texcoords.empty())
             throw Error("the mesh on port 'mesh' has no texcoords: wire the atlas.* stage that the uv maps were made with");
+        check_atlas(texture->atlas, *mesh, "the texture on port 'texture'");
         BakeCounts counts;
         TexturedMesh result;
         result.image = Image(bake(*texture, *mesh, bake_options(), counts, run));

@@ -108,6 +108,7 @@ class TextureFromFrames final : public Stage
         auto made = from_frames::frames_texture(views.size(), read, rules(), run);
         tell(made, run);
         Texture result;
+        result.atlas = uvmaps->atlas;
         result.layers.push_back(std::move(made.picture));
         result.seen = std::move(made.seen);
         texture = std::move(result);

@@ -142,9 +142,15 @@ class TextureOptimize final : public fresco::Stage
             throw fresco::Error("option \"stop_gain\": it is about the loss on held-out views; set held_out_count too");
         const auto options = loop_options();
         run.report("device", options.device.is_cuda() ? "cuda" : "cpu");
-        texture = fresco::optimize::optimised_texture(
+        if (start.has_value() && !start->atlas.empty() && !uvmaps->atlas.empty() && start->atlas != uvmaps->atlas)
+            throw fresco::Error(
+                "the texture on port 'start' was made for another atlas than the uv maps on port 'uvmaps': wire a "
+                "texture of the same atlas");
+        fresco::Texture result = fresco::optimize::optimised_texture(
             {*uvmaps, *frames, style->pixels, start.has_value() ? &*start : nullptr},
             {*losses, *representation, *optimiser, images.has_value() ? images.get().get() : nullptr}, options, run);
+        result.atlas = uvmaps->atlas;
+        texture = std::move(result);
     }
 
     fresco::Cost cost() const override

@@ -117,6 +117,11 @@ void write_raster(const std::filesystem::path& file, const Raster8& raster)
     write_any(file, raster);
 }
 
+void write_raster(const std::filesystem::path& file, const Raster16& raster)
+{
+    write_any(file, raster);
+}
+
 void write_raster(const std::filesystem::path& file, const RasterF& raster)
 {
     write_any(file, raster);

@@ -23,6 +23,7 @@ Value read_json_file(const std::filesystem::path& file);
 
 /// H x W (one channel) or H x W x C.
 void write_raster(const std::filesystem::path& file, const Raster8& raster);
+void write_raster(const std::filesystem::path& file, const Raster16& raster);
 void write_raster(const std::filesystem::path& file, const RasterF& raster);
 /// Throws Error naming the file if it is of another type or number of channels. `channels` 0: any from 1 to 4.
 Raster8 read_raster8(const std::filesystem::path& file, int channels);

@@ -5,10 +5,12 @@
 
 #include <fresco/error.h>
 #include <fresco/files_io.h>
+#include <fresco/hash.h>
 
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <span>
 #include <string>
 
 namespace fresco
@@ -79,6 +81,19 @@ std::vector<Vec3f> face_normals(const Mesh& mesh)
     for (const Triangle& triangle : mesh.triangles)
         normals.push_back(vec_cast<float>(normalized(area_normal(mesh, triangle))));
     return normals;
+}
+
+std::string atlas_id(const Mesh& mesh)
+{
+    return content_hash(content_hash(std::as_bytes(std::span(mesh.triangles))) +
+                        content_hash(std::as_bytes(std::span(mesh.texcoords))));
+}
+
+void check_atlas(const std::string& id, const Mesh& mesh, std::string_view source)
+{
+    if (!id.empty() && id != atlas_id(mesh))
+        throw Error(std::string(source) + " was made for another atlas than the mesh on port 'mesh': wire the atlas.* stage that "
+                                          "its uv maps were made with");
 }
 
 std::vector<Vec3f> vertex_normals(const Mesh& mesh)

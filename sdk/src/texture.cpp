@@ -16,7 +16,7 @@ TexturedMesh::~TexturedMesh() = default;
 void Texture::save(const ArtifactFolder& folder) const
 {
     write_file(folder.path / "texture.json",
-               to_json(Value::Map{{"values", values}, {"layers", layers.size()}, {"size_px", size_px()}}, 1));
+               to_json(Value::Map{{"values", values}, {"atlas", atlas}, {"layers", layers.size()}, {"size_px", size_px()}}, 1));
     for (std::size_t i = 0; i < layers.size(); ++i)
         detail::write_raster(folder.path / ("layer_" + std::to_string(i) + ".npy"), layers[i]);
     detail::write_raster(folder.path / "seen.npy", seen);
@@ -28,6 +28,7 @@ std::shared_ptr<Texture> Texture::load(const ArtifactFolder& folder)
     const Value root = detail::read_json_file(file);
     auto texture = std::make_shared<Texture>();
     texture->values = root.at("values").as_string();
+    texture->atlas = root.at("atlas").as_string();
     const std::int64_t layers = root.at("layers").as_int();
     const std::int64_t size = root.at("size_px").as_int();
     if (layers < 1 || layers > 16 || size < 1)

@@ -46,9 +46,10 @@ void UvMaps::save(const ArtifactFolder& folder) const
                                      {"frame", view.frame},
                                      {"camera", detail::to_value(view.camera)},
                                      {"valid_pixels", Value::List(view.valid_pixels.begin(), view.valid_pixels.end())}});
-    write_file(
-        folder.path / "uvmaps.json",
-        to_json(Value::Map{{"heights_px", Value::List(heights_px.begin(), heights_px.end())}, {"views", std::move(list)}}, 1));
+    write_file(folder.path / "uvmaps.json", to_json(Value::Map{{"atlas", atlas},
+                                                               {"heights_px", Value::List(heights_px.begin(), heights_px.end())},
+                                                               {"views", std::move(list)}},
+                                                    1));
 }
 
 std::shared_ptr<UvMaps> UvMaps::load(const ArtifactFolder& folder)
@@ -57,6 +58,7 @@ std::shared_ptr<UvMaps> UvMaps::load(const ArtifactFolder& folder)
     const Value root = detail::read_json_file(file);
     auto result = std::make_shared<UvMaps>();
     result->folder_ = folder.path;
+    result->atlas = root.at("atlas").as_string();
     for (const Value& height : root.at("heights_px").as_list())
         result->heights_px.push_back(static_cast<int>(height.as_int()));
     for (const Value& value : root.at("views").as_list())

@@ -1,4 +1,4 @@
-#include "bake_scene.h"
+#include "two_chart_wall.h"
 
 #include <fresco/testing.h>
 

@@ -5,6 +5,8 @@
 
 #include <array>
 #include <cstdint>
+#include <string>
+#include <string_view>
 #include <vector>
 
 namespace fresco
@@ -39,6 +41,13 @@ struct Mesh : Artifact
 /// Throws Error naming `source` and the first offence: no faces, an index out of range, a position that is not finite, arrays
 /// whose sizes do not match, a texcoord that is not finite.
 void check_mesh(const Mesh& mesh, std::string_view source);
+
+/// What tells one atlas from another: a hash of the triangles and texcoords, 32 hexadecimal digits. Textures and uv maps carry
+/// it, so that a stage can refuse a texture that was made for another atlas.
+std::string atlas_id(const Mesh& mesh);
+/// Throws Error unless `id`, of what `source` names ("the texture on port 'start'"), is the mesh's atlas_id. An empty id is
+/// unknown and passes.
+void check_atlas(const std::string& id, const Mesh& mesh, std::string_view source);
 
 /// F normals by the right-hand rule, unit length; zero for degenerate faces.
 std::vector<Vec3f> face_normals(const Mesh& mesh);

@@ -10,18 +10,19 @@
 namespace fresco
 {
 
-/// An optimised texture before baking. Layers are square, 3 channels, row 0 at the top (v = 1); the value at uv is the sum over
+/// A texture before baking. Layers are square, 3 channels, row 0 at the top (v = 1); the value at uv is the sum over
 /// layers of a bilinear lookup with texel centres at +0.5, clamped at the borders.
 /// On disk: `texture.json` and `layer_<i>.npy` (float32 S_i x S_i x 3), `seen.npy` (uint8 S x S).
 struct Texture : Artifact
 {
     static constexpr std::string_view artifact_name = "texture";
-    static constexpr int artifact_version = 1;
+    static constexpr int artifact_version = 2;
 
     /// What the values mean: "display" = RGB in [0,1]; "network" = BGR in 0..255 minus (103.939, 116.779, 123.68).
     std::string values = "display";
+    std::string atlas;            ///< The atlas_id of the mesh it was made for; empty: unknown.
     std::vector<RasterF> layers;  ///< Finest first; layer i has size S / 2^i.
-    Raster8 seen;                 ///< S x S: 1 where some frame saw the texel.
+    Raster8 seen;                 ///< S x S: 1 where the values are known: some frame saw the texel, or it was painted.
 
     ~Texture() override;
     Texture() = default;

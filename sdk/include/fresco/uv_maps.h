@@ -24,13 +24,14 @@ struct UvMap
 };
 
 /// The uv maps of many frames at several heights. Only the index is in memory; load() reads one map.
-/// On disk: `uvmaps.json` (frame names, cameras, heights, counts) and, for view i (six digits) and height h, `<i>_<h>.uvmap`, one
-/// packed map (packed_uv_map.h; sdk/docs/uv_maps.md says what each byte is, sdk/docs/read_uv_maps.py reads it with NumPy).
+/// On disk: `uvmaps.json` (frame names, cameras, heights, counts, atlas) and, for view i (six digits) and height h,
+/// `<i>_<h>.uvmap`, one packed map (packed_uv_map.h; sdk/docs/uv_maps.md says what each byte is, sdk/docs/read_uv_maps.py reads
+/// it with NumPy).
 class UvMaps : public Artifact
 {
   public:
     static constexpr std::string_view artifact_name = "uv_maps";
-    static constexpr int artifact_version = 2;
+    static constexpr int artifact_version = 3;
 
     struct View
     {
@@ -40,6 +41,7 @@ class UvMaps : public Artifact
         std::vector<std::int64_t> valid_pixels;  ///< Per height.
     };
 
+    std::string atlas;            ///< The mesh's atlas_id; empty: unknown.
     std::vector<int> heights_px;  ///< Ascending.
     std::vector<View> views;
 

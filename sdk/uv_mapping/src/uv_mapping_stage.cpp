@@ -128,6 +128,7 @@ void UvMappingStage::run(RunContext& run)
     const KeptPieces kept(run.checkpoint_folder());
 
     UvMaps result;
+    result.atlas = atlas_id(*mesh_);
     result.heights_px = heights;
     Tally tally;
     std::size_t found = 0;

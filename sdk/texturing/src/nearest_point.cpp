@@ -6,7 +6,8 @@
 #include <tuple>
 #include <utility>
 
-using namespace fresco;
+namespace fresco::texturing
+{
 
 namespace
 {
@@ -71,3 +72,5 @@ std::size_t NearestPoint::find(Vec3f query) const
     search(query, 0, order_.size(), 0, best);
     return best.point;
 }
+
+}  // namespace fresco::texturing

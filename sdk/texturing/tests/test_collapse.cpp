@@ -1,13 +1,13 @@
-#include "collapse.h"
-
 #include <fresco/error.h>
 #include <fresco/testing.h>
+#include <fresco/texturing/collapse.h>
 
 #include <catch2/catch.hpp>
 
 #include <limits>
 
 using namespace fresco;
+using namespace fresco::texturing;
 
 namespace
 {

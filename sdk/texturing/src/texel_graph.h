@@ -9,17 +9,20 @@
 #include <span>
 #include <vector>
 
+namespace fresco::texturing
+{
+
 /// One level of the fill: nodes on the surface (texels, or groups of texels of one chart) and links between neighbours, also
 /// across seams. Only free nodes have links; a link named twice counts twice.
 struct TexelGraph
 {
-    static constexpr std::uint32_t none = fresco::texturing::TexelFaces::none;
+    static constexpr std::uint32_t none = TexelFaces::none;
 
     int size = 0;                           ///< Of the level's grid: S / 2^level, rounded up.
     std::vector<std::uint32_t> place;       ///< N: y * size + x.
     std::vector<std::uint32_t> chart;       ///< N
     std::vector<std::uint8_t> fixed;        ///< N: 1 = the colour is known.
-    std::vector<fresco::Vec3f> color;       ///< N
+    std::vector<Vec3f> color;               ///< N
     std::vector<std::size_t> first_link;    ///< N + 1
     std::vector<std::uint32_t> links;       ///< Node numbers.
     std::vector<std::uint32_t> parent;      ///< N: the node of the next coarser level; empty in the coarsest.
@@ -34,11 +37,13 @@ struct TexelGraph
 
 /// The finest level: the covered texels that were not seen (free), and the seen ones beside them (fixed, with their colour).
 /// `seen`: S x S; `rgb`: S x S x 3.
-TexelGraph texel_graph(const fresco::texturing::Charts& charts, const fresco::texturing::TexelFaces& faces,
-                       std::span<const std::uint8_t> seen, std::span<const float> rgb);
+TexelGraph texel_graph(const Charts& charts, const TexelFaces& faces, std::span<const std::uint8_t> seen,
+                       std::span<const float> rgb);
 
 /// Groups of 2 x 2 places of one chart; sets finer.parent. A group with a fixed node is fixed, at the mean of these.
 TexelGraph coarser_graph(TexelGraph& finer);
 
 /// N: 1 for free nodes from which no chain of links leads to a fixed one.
 std::vector<std::uint8_t> orphans(const TexelGraph& graph);
+
+}  // namespace fresco::texturing

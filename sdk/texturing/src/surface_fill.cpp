@@ -1,4 +1,4 @@
-#include "surface_fill.h"
+#include <fresco/texturing/surface_fill.h>
 
 #include "nearest_point.h"
 #include "texel_graph.h"
@@ -7,8 +7,8 @@
 
 #include <algorithm>
 
-using namespace fresco;
-using namespace fresco::texturing;
+namespace fresco::texturing
+{
 
 namespace
 {
@@ -168,3 +168,5 @@ std::size_t fill_unseen(const Mesh& mesh, const Charts& charts, const TexelFaces
         }
     return filled;
 }
+
+}  // namespace fresco::texturing

@@ -1,4 +1,4 @@
-#include "collapse.h"
+#include <fresco/texturing/collapse.h>
 
 #include <fresco/error.h>
 #include <fresco/parallel.h>
@@ -9,7 +9,8 @@
 #include <string>
 #include <vector>
 
-using namespace fresco;
+namespace fresco::texturing
+{
 
 namespace
 {
@@ -116,3 +117,5 @@ RasterF collapse(const Texture& texture, const Progress& progress)
                  });
     return result;
 }
+
+}  // namespace fresco::texturing

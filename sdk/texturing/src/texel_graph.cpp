@@ -1,12 +1,12 @@
 #include "texel_graph.h"
 
-#include "seam_links.h"
+#include <fresco/texturing/seam_links.h>
 
 #include <algorithm>
 #include <array>
 
-using namespace fresco;
-using namespace fresco::texturing;
+namespace fresco::texturing
+{
 
 namespace
 {
@@ -205,3 +205,5 @@ std::vector<std::uint8_t> orphans(const TexelGraph& graph)
     }
     return orphan;
 }
+
+}  // namespace fresco::texturing

@@ -8,6 +8,10 @@
 #include <utility>
 #include <vector>
 
+namespace fresco::texturing
+{
+
 /// Pairs of texels that meet across a seam, each in both directions, sorted and unique.
-std::vector<std::pair<std::uint32_t, std::uint32_t>> seam_links(const fresco::texturing::Charts& charts,
-                                                                const fresco::texturing::TexelFaces& faces);
+std::vector<std::pair<std::uint32_t, std::uint32_t>> seam_links(const Charts& charts, const TexelFaces& faces);
+
+}  // namespace fresco::texturing

@@ -1,7 +1,7 @@
-#include "bake_scene.h"
-#include "seam_links.h"
+#include "two_chart_wall.h"
 
 #include <fresco/testing.h>
+#include <fresco/texturing/seam_links.h>
 
 #include <catch2/catch.hpp>
 

@@ -1,10 +1,10 @@
-#include "seam_links.h"
+#include <fresco/texturing/seam_links.h>
 
 #include <algorithm>
 #include <cmath>
 
-using namespace fresco;
-using namespace fresco::texturing;
+namespace fresco::texturing
+{
 
 namespace
 {
@@ -40,3 +40,5 @@ std::vector<std::pair<std::uint32_t, std::uint32_t>> seam_links(const Charts& ch
     links.erase(std::unique(links.begin(), links.end()), links.end());
     return links;
 }
+
+}  // namespace fresco::texturing

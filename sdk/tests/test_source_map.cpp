@@ -1,0 +1,76 @@
+#include <catch2/catch.hpp>
+
+#include <fresco/error.h>
+#include <fresco/files_io.h>
+#include <fresco/mesh.h>
+#include <fresco/source_map.h>
+#include <fresco/testing.h>
+
+#include <cmath>
+
+using namespace fresco;
+
+namespace
+{
+SourceMap small_map()
+{
+    SourceMap map;
+    map.atlas = "0123";
+    map.picture_width = 4000;
+    map.picture_height = 3000;
+    map.pixels_per_texel = 2.5F;
+    map.places = Raster16(4, 4, 3, SourceMap::none);
+    map.set_place(1, 2, {{3999.5F, 0.5F}, -0.5F});
+    map.set_place(3, 3, {{1234.25F, 2999.9F}, 3.0F});
+    return map;
+}
+}  // namespace
+
+TEST_CASE("places come back to a sixteenth of a pixel, also from disk")
+{
+    const testing::TemporaryFolder folder;
+    small_map().save({folder.path(), {}});
+    const auto loaded = SourceMap::load({folder.path(), {}});
+    CHECK(loaded->atlas == "0123");
+    CHECK(loaded->pixels_per_texel == 2.5F);
+    CHECK_FALSE(loaded->place(0, 0).has_value());
+    const auto place = loaded->place(1, 2);
+    REQUIRE(place.has_value());
+    CHECK(std::abs(place->at.x - 3999.5F) < 1 / 16.0F);
+    CHECK(std::abs(place->at.y - 0.5F) < 1 / 16.0F);
+    CHECK(std::abs(std::cos(place->angle) - std::cos(-0.5F)) < 1e-3F);
+    CHECK(std::abs(std::sin(place->angle) - std::sin(-0.5F)) < 1e-3F);
+    CHECK(std::abs(loaded->place(3, 3)->at.y - 2999.9F) < 1 / 16.0F);
+}
+
+TEST_CASE("a map that is not square or has no picture is refused by name")
+{
+    const testing::TemporaryFolder folder;
+    SourceMap map = small_map();
+    map.places = Raster16(4, 3, 3, SourceMap::none);
+    map.save({folder.path(), {}});
+    CHECK_THROWS_WITH(SourceMap::load({folder.path(), {}}), Catch::Contains("places.npy") && Catch::Contains("square"));
+    map = small_map();
+    map.picture_width = 0;
+    map.save({folder.path(), {}});
+    CHECK_THROWS_WITH(SourceMap::load({folder.path(), {}}), Catch::Contains("source_map.json") && Catch::Contains("positive"));
+}
+
+TEST_CASE("an atlas is known by its triangles and texcoords, and an unknown one passes")
+{
+    Mesh mesh;
+    mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    mesh.triangles = {{0, 1, 2}};
+    mesh.texcoords = {{0, 0}, {1, 0}, {0, 1}};
+    const std::string id = atlas_id(mesh);
+    CHECK(id.size() == 32);
+    Mesh moved = mesh;
+    moved.positions[0].z = 1;
+    CHECK(atlas_id(moved) == id);
+    Mesh other = mesh;
+    other.texcoords[0].x = 0.5F;
+    CHECK_NOTHROW(check_atlas(id, mesh, "the texture on port 'start'"));
+    CHECK_NOTHROW(check_atlas("", other, "the texture on port 'start'"));
+    CHECK_THROWS_WITH(check_atlas(id, other, "the texture on port 'start'"),
+                      Catch::Contains("port 'start' was made for another atlas"));
+}

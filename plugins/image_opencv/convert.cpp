@@ -1,5 +1,6 @@
 #include "convert.h"
 
+#include <algorithm>
 #include <limits>
 #include <utility>
 
@@ -46,6 +47,19 @@ fresco::Raster8 to_rgb(const fresco::Raster8& picture, std::optional<std::uint16
 fresco::Raster8 to_rgb(const fresco::Raster16& picture, std::optional<std::uint16_t> transparent_grey)
 {
     return to_rgb_of(picture, transparent_grey);
+}
+
+fresco::Raster8 to_rgba(const fresco::Raster8& picture)
+{
+    return picture;
+}
+
+fresco::Raster8 to_rgba(const fresco::Raster16& picture)
+{
+    fresco::Raster8 result(picture.width, picture.height, picture.channels);
+    std::transform(picture.values.begin(), picture.values.end(), result.values.begin(),
+                   [](std::uint16_t v) { return static_cast<std::uint8_t>((v + 128U) / 257U); });
+    return result;
 }
 
 fresco::Raster8 oriented(fresco::Raster8 picture, int orientation)

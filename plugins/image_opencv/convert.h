@@ -14,6 +14,10 @@ namespace image_opencv
 fresco::Raster8 to_rgb(const fresco::Raster8& picture, std::optional<std::uint16_t> transparent_grey = std::nullopt);
 fresco::Raster8 to_rgb(const fresco::Raster16& picture, std::optional<std::uint16_t> transparent_grey = std::nullopt);
 
+/// 8-bit RGBA of a picture of 4 channels, straight alpha. 16 bits: 65535 becomes 255, rounded.
+fresco::Raster8 to_rgba(const fresco::Raster8& picture);
+fresco::Raster8 to_rgba(const fresco::Raster16& picture);
+
 /// The picture as it is to be shown, for an EXIF orientation of 1..8 (EXIF 2.32, section 4.6.4): 5 to 8 swap width and height.
 fresco::Raster8 oriented(fresco::Raster8 picture, int orientation);
 

@@ -44,6 +44,14 @@ class OpenCvImages final : public fresco::ImageIo
         return oriented(std::visit(convert, picture), info.orientation);
     }
 
+    fresco::Raster8 read_with_alpha(const std::filesystem::path& file) const override
+    {
+        const auto [info, picture] = read(file);
+        const auto convert = [key = decoded_key(info)](const auto& raster)
+        { return raster.channels == 4 ? to_rgba(raster) : to_rgb(raster, key); };
+        return oriented(std::visit(convert, picture), info.orientation);
+    }
+
     fresco::Raster16 read_depth(const std::filesystem::path& file) const override
     {
         auto [info, picture] = read(file);

@@ -13,6 +13,11 @@ ImageHeader ImageIo::check(const std::filesystem::path& file) const
 {
     return header(file);
 }
+
+Raster8 ImageIo::read_with_alpha(const std::filesystem::path& file) const
+{
+    return read_rgb(file);
+}
 FileReader::~FileReader() = default;
 Stage::~Stage() = default;
 

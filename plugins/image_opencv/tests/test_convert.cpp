@@ -45,6 +45,13 @@ TEST_CASE("Convert: grey is repeated, RGB stays, 16 bits are divided by 257")
     CHECK(to_rgb(row<std::uint16_t>(4, {65535, 65535, 65535, 65535})).values == std::vector<std::uint8_t>{255, 255, 255});
 }
 
+TEST_CASE("Convert: alpha that is kept leaves colors as they are")
+{
+    const auto bytes = row<std::uint8_t>(4, {1, 2, 3, 0, 4, 5, 6, 128});
+    CHECK(to_rgba(bytes) == bytes);
+    CHECK(to_rgba(row<std::uint16_t>(4, {0, 65535, 129, 128})).values == std::vector<std::uint8_t>{0, 255, 1, 0});
+}
+
 TEST_CASE("Convert: a grey colour key becomes white")
 {
     CHECK(to_rgb(row<std::uint8_t>(1, {7, 9}), 7).values == std::vector<std::uint8_t>{255, 255, 255, 9, 9, 9});

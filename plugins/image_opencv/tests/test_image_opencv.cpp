@@ -283,6 +283,8 @@ TEST_CASE("image.opencv: PNG gives the same pixels back, the same pixels the sam
     Raster8 transparent(1, 1, 4);
     transparent.values = {100, 0, 255, 51};
     CHECK(codec.rgb(codec.images->encode_png(transparent)) == Values{224, 204, 255});
+    CHECK(codec.images->read_with_alpha(codec.write(codec.images->encode_png(transparent))) == transparent);
+    CHECK(codec.images->read_with_alpha(codec.write(codec.images->encode_png(pattern(3, 2, 3)))) == pattern(3, 2, 3));
     Raster16 deep(1, 1, 3);
     deep.values = {257, 514, 65535};
     CHECK(codec.rgb(codec.images->encode_png(deep)) == Values{1, 2, 255});

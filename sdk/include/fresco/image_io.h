@@ -42,6 +42,9 @@ class ImageIo : public Component
     virtual std::vector<std::byte> encode_png(const Raster16& image) const = 0;
     /// JPEG of 1 or 3 channels, quality 1..100.
     virtual std::vector<std::byte> encode_jpeg(const Raster8& image, int quality) const = 0;
+    /// As read_rgb, but a picture with an alpha channel keeps it: 4 channels, straight alpha, nothing composited. The default
+    /// calls read_rgb.
+    virtual Raster8 read_with_alpha(const std::filesystem::path& file) const;
 };
 
 }  // namespace fresco

@@ -48,14 +48,31 @@ std::map<std::string, fs::path> by_stem(const std::vector<fs::path>& files, Exte
     return result;
 }
 
+std::map<std::string, fs::path> named_pictures(const Files* views, const fs::path& folder, RunContext& run, Extensions extensions)
+{
+    if ((views != nullptr) != folder.empty())
+        throw Error("give either port 'views' (what render.views made) or option 'folder' (pictures made elsewhere)");
+    return by_stem(views != nullptr ? listed(*views) : listed(folder, extensions, run), extensions);
+}
+
 }  // namespace
+
+std::vector<fs::path> pictures_of(const Files* views, const fs::path& folder, RunContext& run, Extensions extensions)
+{
+    std::vector<fs::path> result;
+    for (const auto& [name, file] : named_pictures(views, folder, run, extensions))
+    {
+        if (views == nullptr)
+            run.reads_file(file);
+        result.push_back(file);
+    }
+    return result;
+}
 
 std::vector<PosedPicture> posed_pictures(const Frames& frames, const Files* views, const fs::path& folder, RunContext& run,
                                          Extensions extensions)
 {
-    if ((views != nullptr) != folder.empty())
-        throw Error("give either port 'views' (what render.views made) or option 'folder' (pictures made elsewhere)");
-    const auto pictures = by_stem(views != nullptr ? listed(*views) : listed(folder, extensions, run), extensions);
+    const auto pictures = named_pictures(views, folder, run, extensions);
     std::vector<PosedPicture> result;
     std::set<std::string> names;
     for (std::size_t i = 0; i < frames.frames.size(); ++i)

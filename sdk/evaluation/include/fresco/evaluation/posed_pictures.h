@@ -27,6 +27,12 @@ struct PosedPicture
 inline constexpr std::array<std::string_view, 3> picture_extensions{".png", ".jpg", ".jpeg"};
 inline constexpr std::array<std::string_view, 4> picture_or_npy{".png", ".jpg", ".jpeg", ".npy"};
 
+/// The pictures of `views` (what render.views made) where it is not null, else of `folder`, which is then noted as read; those
+/// that end in one of `extensions`, in the order of their names without folder and extension. Throws Error if both or neither are
+/// given, or two share a name.
+std::vector<std::filesystem::path> pictures_of(const Files* views, const std::filesystem::path& folder, RunContext& run,
+                                               std::span<const std::string_view> extensions = picture_extensions);
+
 /// The pictures of frames, by file name (<sequence>_<frame>, ending in one of `extensions`), in the order of the frames: of
 /// `views` (what render.views made) where it is not null, else of `folder`, which is then noted as read. Frames without a picture
 /// are left out, files without a frame too. Throws Error if both or neither are given, two files or two frames share a name, or

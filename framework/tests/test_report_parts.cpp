@@ -23,12 +23,19 @@ using namespace fresco::host;
 
 TEST_CASE("figures are told in words, with what was before beside what is now")
 {
-    const Value report = Value::Map{{"faces_before", 813175},    {"area_m2_before", 2.0},
-                                    {"faces_after", 499995},     {"area_m2_after", 8.0},
-                                    {"used_share", 0.3188},      {"texels_per_cm", 1.09},
-                                    {"largest_angle_deg", 70},   {"bytes", 9071468},
-                                    {"list", Value::List{1, 2}}, {"losses", Value::Map{{"style", 1.5}, {"content", Value()}}},
-                                    {"below_after", 3},          {"judged_frames", Value::Map{{"least", 150}}}};
+    const Value report = Value::Map{{"faces_before", 813175},
+                                    {"area_m2_before", 2.0},
+                                    {"faces_after", 499995},
+                                    {"area_m2_after", 8.0},
+                                    {"used_share", 0.3188},
+                                    {"texels_per_cm", 1.09},
+                                    {"largest_angle_deg", 70},
+                                    {"bytes", 9071468},
+                                    {"list", Value::List{1, 2}},
+                                    {"losses", Value::Map{{"style", 1.5}, {"content", Value()}}},
+                                    {"below_after", 3},
+                                    {"judged_frames", Value::Map{{"least", 150}}},
+                                    {"table", Value::Map{{"columns", Value::List{"a"}}}}};
     std::vector<std::string> lines;
     for (const ReportFigure& figure : report_figures(report))
         lines.push_back(figure.label + "|" + figure.before + "|" + figure.value + "|" + figure.change);
@@ -42,6 +49,17 @@ TEST_CASE("figures are told in words, with what was before beside what is now")
     CHECK(figure_text(0.000123456) == "0.0001235");
     CHECK(bytes_text(999) == "999 bytes");
     CHECK(bytes_text(12'345'678) == "12.3 MB");
+}
+
+TEST_CASE("a stage's table is shown row by row")
+{
+    const auto table = [](const char* text) { return report_table(Value::Map{{"table", parse_json(text)}}); };
+    CHECK(table(R"({"columns": ["figure", "mean"], "rows": [["a < b", 0.25], ["c", null]]})") ==
+          "<div class=\"scroll\"><table><tr><th>figure</th><th>mean</th></tr>\n"
+          "<tr><td>a &lt; b</td><td class=\"number\">0.25</td></tr>\n<tr><td>c</td><td></td></tr>\n</table></div>\n");
+    for (const char* none : {"7", "{}", R"({"columns": ["a"], "rows": []})", R"({"columns": 1, "rows": [[2]]})"})
+        CHECK(table(none).empty());
+    CHECK(report_table(Value()).empty());
 }
 
 TEST_CASE("stages are drawn behind what they wait for, and no two in one place")

@@ -1,6 +1,7 @@
 #include "report_figures.h"
 
 #include <fresco/host/progress_display.h>
+#include <fresco/html.h>
 
 #include <algorithm>
 #include <array>
@@ -135,6 +136,18 @@ void collect(std::string_view prefix, const Value& report, std::vector<ReportFig
     }
 }
 
+/// A row of a table: texts as they are, numbers as in figures.
+std::string cells(std::string_view element, const Value& row)
+{
+    std::string text;
+    for (const Value& value : row.as_list())
+    {
+        const std::string shown = value.is_number() ? figure_text(value) : value.is_string() ? value.as_string() : "";
+        text += fmt::format("<{0}{1}>{2}</{0}>", element, value.is_number() ? " class=\"number\"" : "", html_escaped(shown));
+    }
+    return text;
+}
+
 }  // namespace
 
 std::string figure_text(const Value& number)
@@ -151,15 +164,29 @@ std::string bytes_text(double bytes)
     return bytes < 1e9 ? fmt::format("{:.1f} MB", bytes / 1e6) : fmt::format("{:.1f} GB", bytes / 1e9);
 }
 
+std::string report_table(const Value& report)
+{
+    const Value* table = report.find("table");
+    const Value* columns = table != nullptr ? table->find("columns") : nullptr;
+    const Value* rows = table != nullptr ? table->find("rows") : nullptr;
+    if (columns == nullptr || rows == nullptr || !columns->is_list() || !rows->is_list() || rows->as_list().empty())
+        return "";
+    std::string text = "<div class=\"scroll\"><table><tr>" + cells("th", *columns) + "</tr>\n";
+    for (const Value& row : rows->as_list())
+        if (row.is_list())
+            text += "<tr>" + cells("td", row) + "</tr>\n";
+    return text + "</table></div>\n";
+}
+
 std::vector<ReportFigure> report_figures(const Value& report)
 {
     std::vector<ReportFigure> figures;
     if (!report.is_map())
         return figures;
-    // Maps of judged frames and the like are drawn, not listed.
+    // Judged frames and tables are shown on their own, not listed.
     Value::Map plain;
     for (const auto& [name, value] : report.as_map())
-        if (name != "judged_frames")
+        if (name != "judged_frames" && name != "table")
             plain.emplace_back(name, value);
     collect("", Value(std::move(plain)), figures);
     return figures;

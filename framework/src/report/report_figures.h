@@ -18,9 +18,13 @@ struct ReportFigure
     std::string change;  ///< "−38.5 %", where there is one before and the change is a number.
 };
 
-/// The numbers, texts and truth values of a report, maps of them included; lists are passed over. `X_before` and `X_after` become
-/// one figure. The unit is read off the name: _share, _m, _m2, _cm, _px, _deg, _mb, _s, bytes, seconds.
+/// The numbers, texts and truth values of a report, maps of them included; lists and the "table" are passed over. `X_before` and
+/// `X_after` become one figure. The unit is read off the name: _share, _m, _m2, _cm, _px, _deg, _mb, _s, bytes, seconds.
 std::vector<ReportFigure> report_figures(const Value& report);
+
+/// What a stage reports as "table" — {columns: [name, …], rows: [[text or number, …], …]} — as an HTML table; nothing without
+/// rows.
+std::string report_table(const Value& report);
 
 /// With thin spaces between thousands, or four significant digits.
 std::string figure_text(const Value& number);

@@ -194,7 +194,7 @@ std::string stages_section(const ReportModel& model)
                             "<p class=\"soft\">{}</p>\n",
                             i, html_escaped(stage.name), html_escaped(stage.type), html_escaped(cost_text(stage)),
                             html_escaped(stage.help));
-        text += messages_list(stage.messages) + figures_list(stage.report) + options_list(stage.options) + "</article>\n";
+        text += messages_list(stage.messages) + report_table(stage.report) + figures_list(stage.report) + options_list(stage.options) + "</article>\n";
     }
     return text + "</section>\n";
 }

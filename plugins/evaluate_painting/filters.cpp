@@ -1,0 +1,125 @@
+#include "filters.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+using namespace fresco;
+
+namespace
+{
+/// An index beyond [0, size), mirrored at the first and last.
+int mirrored(int i, int size)
+{
+    if (size == 1)
+        return 0;
+    while (i < 0 || i >= size)
+        i = i < 0 ? -i : 2 * (size - 1) - i;
+    return i;
+}
+
+/// Weights at -radius … radius.
+std::vector<float> gaussian(double sigma)
+{
+    // An odd number of weights next to 8 sigma, as OpenCV takes it for floating point.
+    const int count = static_cast<int>(std::lround(8 * sigma + 1)) | 1;
+    std::vector<double> weights;
+    double sum = 0;
+    for (int i = 0; i < count; ++i)
+    {
+        const double at = i - (count - 1) / 2.0;
+        weights.push_back(std::exp(-at * at / (2 * sigma * sigma)));
+        sum += weights.back();
+    }
+    std::vector<float> result(weights.size());
+    std::ranges::transform(weights, result.begin(), [&](double weight) { return static_cast<float>(weight / sum); });
+    return result;
+}
+
+/// Adds `weight` times `count` values.
+void add(float* to, const float* from, float weight, std::size_t count)
+{
+    for (std::size_t i = 0; i < count; ++i)
+        to[i] += weight * from[i];
+}
+
+RasterF along_x(const RasterF& picture, const std::vector<float>& kernel)
+{
+    const int radius = static_cast<int>(kernel.size() / 2);
+    const auto channels = static_cast<std::size_t>(picture.channels);
+    const std::size_t row_values = static_cast<std::size_t>(picture.width) * channels;
+    std::vector<float> padded(row_values + 2 * static_cast<std::size_t>(radius) * channels);
+    RasterF result(picture.width, picture.height, picture.channels);
+    for (int y = 0; y < picture.height; ++y)
+    {
+        for (int x = -radius; x < picture.width + radius; ++x)
+            std::copy_n(&picture.values[picture.index(mirrored(x, picture.width), y)], channels,
+                        &padded[static_cast<std::size_t>(x + radius) * channels]);
+        for (std::size_t k = 0; k < kernel.size(); ++k)
+            add(&result.at(0, y), &padded[k * channels], kernel[k], row_values);
+    }
+    return result;
+}
+
+RasterF along_y(const RasterF& picture, const std::vector<float>& kernel)
+{
+    const int radius = static_cast<int>(kernel.size() / 2);
+    const std::size_t row_values = static_cast<std::size_t>(picture.width) * static_cast<std::size_t>(picture.channels);
+    RasterF result(picture.width, picture.height, picture.channels);
+    for (int y = 0; y < picture.height; ++y)
+    {
+        int from = y - radius;
+        for (const float weight : kernel)
+            add(&result.at(0, y), &picture.at(0, mirrored(from++, picture.height)), weight, row_values);
+    }
+    return result;
+}
+
+/// The least of `count` values `stride` apart and their neighbors up to `radius` away.
+void erode_line(const std::uint8_t* from, std::uint8_t* to, int count, std::size_t stride, int radius)
+{
+    int clear = -radius - 1;  // The last place without a value.
+    for (int i = 0; i < std::min(radius, count); ++i)
+        if (from[static_cast<std::size_t>(i) * stride] == 0)
+            clear = i;
+    for (int i = 0; i < count; ++i)
+    {
+        if (i + radius < count && from[static_cast<std::size_t>(i + radius) * stride] == 0)
+            clear = i + radius;
+        to[static_cast<std::size_t>(i) * stride] = clear >= i - radius ? 0 : 1;
+    }
+}
+}  // namespace
+
+RasterF blurred(const RasterF& picture, double sigma_px)
+{
+    const std::vector<float> kernel = gaussian(sigma_px);
+    return along_y(along_x(picture, kernel), kernel);
+}
+
+Gradient sobel(const RasterF& plane)
+{
+    const std::vector<float> slope{-1, 0, 1};
+    const std::vector<float> smooth{1, 2, 1};
+    return {along_y(along_x(plane, slope), smooth), along_y(along_x(plane, smooth), slope)};
+}
+
+Raster8 eroded(const Raster8& mask, int radius_px)
+{
+    Raster8 rows(mask.width, mask.height);
+    for (int y = 0; y < mask.height; ++y)
+        erode_line(&mask.at(0, y), &rows.at(0, y), mask.width, 1, radius_px);
+    Raster8 result(mask.width, mask.height);
+    for (int x = 0; x < mask.width; ++x)
+        erode_line(&rows.at(x, 0), &result.at(x, 0), mask.height, static_cast<std::size_t>(mask.width), radius_px);
+    return result;
+}
+
+RasterF channel(const RasterF& picture, int index)
+{
+    RasterF result(picture.width, picture.height);
+    for (std::size_t i = 0; i < result.values.size(); ++i)
+        result.values[i] = picture.values[i * static_cast<std::size_t>(picture.channels) + static_cast<std::size_t>(index)];
+    return result;
+}

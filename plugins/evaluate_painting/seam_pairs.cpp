@@ -1,0 +1,255 @@
+#include "seam_pairs.h"
+
+#include <fresco/error.h>
+#include <fresco/random.h>
+#include <fresco/texturing/charts.h>
+#include <fresco/texturing/texel_faces.h>
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <numbers>
+#include <optional>
+#include <utility>
+
+using namespace fresco;
+using namespace fresco::texturing;
+
+namespace
+{
+constexpr int inside_count = 200'000;
+constexpr double crease_cosine = 0.86602540378443865;  // 30 degrees
+constexpr double near_texels = 2.5;  // A point one texel away lies in a texel whose center may be almost another one away.
+constexpr double most_heights = 16;  // Beyond, a narrow face's slope of uv is mostly rounding.
+constexpr double crease_texels = 4;
+constexpr std::size_t faces_per_check = 4096;
+
+/// A face in space and in the atlas.
+struct Face
+{
+    std::array<Vec3d, 3> at;
+    std::array<Vec2d, 3> uv;
+
+    Face(const Mesh& mesh, std::uint32_t face)
+    {
+        for (std::size_t i = 0; i < 3; ++i)
+        {
+            at[i] = vec_cast<double>(mesh.positions[mesh.triangles[face][i]]);
+            const Vec2f texcoord = mesh.texcoords[3 * std::size_t{face} + i];
+            uv[i] = {double{texcoord.x}, double{texcoord.y}};
+        }
+    }
+    double area() const { return length(cross(at[1] - at[0], at[2] - at[0])) / 2; }
+    double uv_area() const { return std::abs(cross(uv[1] - uv[0], uv[2] - uv[0])) / 2; }
+};
+
+Vec2f to_float(Vec2d v)
+{
+    return {static_cast<float>(v.x), static_cast<float>(v.y)};
+}
+
+template <class V>
+V between(V a, V b, double share)
+{
+    return a * (1 - share) + b * share;
+}
+
+/// One side of a seam: its ends in space and in the atlas, and how uv changes per meter away from it.
+struct SeamSide
+{
+    std::array<Vec3d, 2> at;
+    std::array<Vec2d, 2> uv;
+    Vec2d uv_per_m;
+    double height_m = 0;
+};
+
+/// Nothing for a face without height above the seam, or that is not the seam's.
+std::optional<SeamSide> seam_side(const Mesh& mesh, std::uint32_t face_index, const std::array<Vec2f, 2>& ends)
+{
+    const Face face(mesh, face_index);
+    for (std::size_t i = 0; i < 3; ++i)
+        for (const auto& [j, k] : {std::pair{(i + 1) % 3, (i + 2) % 3}, std::pair{(i + 2) % 3, (i + 1) % 3}})
+        {
+            if (to_float(face.uv[i]) != ends[0] || to_float(face.uv[j]) != ends[1])
+                continue;
+            const Vec3d along = face.at[j] - face.at[i];
+            const double length_squared = dot(along, along);
+            if (length_squared <= 0)
+                continue;
+            const double foot = dot(face.at[k] - face.at[i], along) / length_squared;
+            const double height = length(face.at[k] - between(face.at[i], face.at[j], foot));
+            if (height <= 0)
+                continue;
+            return SeamSide{{face.at[i], face.at[j]},
+                            {face.uv[i], face.uv[j]},
+                            (face.uv[k] - between(face.uv[i], face.uv[j], foot)) * (1 / height),
+                            height};
+        }
+    return std::nullopt;
+}
+
+class PairFinder
+{
+  public:
+    PairFinder(const Mesh& mesh, int size_px, const Progress& progress)
+        : mesh_(mesh), progress_(progress), charts_(find_charts(mesh)), normals_(face_normals(mesh)),
+          texels_(find_texel_faces(mesh, charts_, size_px, progress))
+    {
+        double uv_area = 0;
+        for (std::uint32_t face = 0; face < mesh.triangles.size(); ++face)
+        {
+            area_ += Face(mesh, face).area();
+            uv_area += Face(mesh, face).uv_area();
+        }
+        if (!(area_ > 0) || !(uv_area > 0))
+            throw Error(std::string("the mesh on port 'textured_mesh' has no area ") + (area_ > 0 ? "in its atlas" : "in space") +
+                        ": its seams cannot be measured");
+        step_m_ = std::sqrt(area_ / uv_area) / size_px;
+    }
+
+    double step_m() const { return step_m_; }
+
+    std::vector<TexcoordPair> across() const
+    {
+        std::vector<TexcoordPair> pairs;
+        double next = step_m_ / 2;  // Along the seam that begins, from its first end.
+        for (std::size_t i = 0; i < charts_.seams.size(); ++i)
+        {
+            if (i % faces_per_check == 0)
+                progress_.check_cancelled();
+            const Seam& seam = charts_.seams[i];
+            const auto first = seam_side(mesh_, seam.first_face, seam.first);
+            const auto second = seam_side(mesh_, seam.second_face, seam.second);
+            if (!first || !second)
+                continue;
+            const double seam_m = length(first->at[1] - first->at[0]);
+            while (next < seam_m)
+            {
+                add_across(seam, *first, *second, next / seam_m, pairs);
+                next += step_m_;
+            }
+            next -= seam_m;
+        }
+        return pairs;
+    }
+
+    std::vector<TexcoordPair> inside() const
+    {
+        std::vector<TexcoordPair> pairs;
+        Random random(1);
+        const double spacing = area_ / inside_count;
+        double next = spacing / 2;  // Area to pass until the next pair.
+        for (std::uint32_t index = 0; index < mesh_.triangles.size(); ++index)
+        {
+            if (index % faces_per_check == 0)
+                progress_.check_cancelled();
+            const Face face(mesh_, index);
+            while (next < face.area())
+            {
+                add_inside(index, face, random, pairs);
+                next += spacing;
+            }
+            next -= face.area();
+        }
+        return pairs;
+    }
+
+  private:
+    /// One way from the middle of a pair over its chart.
+    struct Way
+    {
+        std::uint32_t chart = 0;
+        Vec2d from;
+        Vec2d uv_per_m;
+    };
+
+    /// The face so many texels along the way, where it belongs to the chart and is near the middle.
+    std::optional<std::uint32_t> face_at(const Way& way, double texels, Vec3d middle) const
+    {
+        const Vec2d uv = place(way, texels);
+        if (!(uv.x >= 0 && uv.x <= 1 && uv.y >= 0 && uv.y <= 1))
+            return std::nullopt;
+        const std::size_t texel = texels_.at(to_float(uv));
+        if (!texels_.covered(texel) || charts_.of_face[texels_.face[texel]] != way.chart)
+            return std::nullopt;
+        if (length(vec_cast<double>(texel_position(mesh_, texels_, texel)) - middle) > (texels + near_texels) * step_m_)
+            return std::nullopt;
+        return texels_.face[texel];
+    }
+
+    Vec2d place(const Way& way, double texels) const { return way.from + way.uv_per_m * (texels * step_m_); }
+
+    bool is_crease(std::optional<std::uint32_t> a, std::optional<std::uint32_t> b) const
+    {
+        return a && b && dot(vec_cast<double>(normals_[*a]), vec_cast<double>(normals_[*b])) <= crease_cosine;
+    }
+
+    void add(const Way& first, const Way& second, Vec3d middle, std::vector<TexcoordPair>& pairs) const
+    {
+        const auto face_1 = face_at(first, 1, middle);
+        const auto face_2 = face_at(second, 1, middle);
+        if (!face_1 || !face_2 || is_crease(face_1, face_2))
+            return;
+        // A corner may be rounded: faces farther away tell.
+        const auto far_1 = face_at(first, crease_texels, middle);
+        const auto far_2 = face_at(second, crease_texels, middle);
+        if (is_crease(far_1, far_2) || is_crease(face_1, far_2) || is_crease(far_1, face_2))
+            return;
+        pairs.push_back({to_float(place(first, 1)), to_float(place(second, 1))});
+    }
+
+    void add_across(const Seam& seam, const SeamSide& first, const SeamSide& second, double share,
+                    std::vector<TexcoordPair>& pairs) const
+    {
+        if (std::min(first.height_m, second.height_m) * most_heights < step_m_)
+            return;
+        add({charts_.of_face[seam.first_face], between(first.uv[0], first.uv[1], share), first.uv_per_m},
+            {charts_.of_face[seam.second_face], between(second.uv[0], second.uv[1], share), second.uv_per_m},
+            between(first.at[0], first.at[1], share), pairs);
+    }
+
+    void add_inside(std::uint32_t index, const Face& face, Random& random, std::vector<TexcoordPair>& pairs) const
+    {
+        // Drawn for every pair, so that one that is left out does not change the others.
+        double s = random.uniform();
+        double t = random.uniform();
+        const double angle = 2 * std::numbers::pi * random.uniform();
+        if (s + t > 1)
+        {
+            s = 1 - s;
+            t = 1 - t;
+        }
+        const Vec3d side_1 = face.at[1] - face.at[0];
+        const Vec3d side_2 = face.at[2] - face.at[0];
+        const Vec3d along = normalized(side_1);
+        const double width = length(side_1);
+        const double height = length(side_2 - along * dot(side_2, along));
+        if (height * most_heights < step_m_ || width * most_heights < step_m_)
+            return;
+        // A meter along side 1 and upright to it, as shares of both sides.
+        const double share_2 = std::sin(angle) / height;
+        const double share_1 = (std::cos(angle) - share_2 * dot(side_2, along)) / width;
+        const Vec2d uv_side_1 = face.uv[1] - face.uv[0];
+        const Vec2d uv_side_2 = face.uv[2] - face.uv[0];
+        const Vec2d middle = face.uv[0] + uv_side_1 * s + uv_side_2 * t;
+        const Vec2d uv_per_m = uv_side_1 * share_1 + uv_side_2 * share_2;
+        const std::uint32_t chart = charts_.of_face[index];
+        add({chart, middle, uv_per_m * -1}, {chart, middle, uv_per_m}, face.at[0] + side_1 * s + side_2 * t, pairs);
+    }
+
+    const Mesh& mesh_;
+    const Progress& progress_;
+    Charts charts_;
+    std::vector<Vec3f> normals_;
+    TexelFaces texels_;
+    double area_ = 0;
+    double step_m_ = 0;  ///< Side of a texel.
+};
+}  // namespace
+
+SeamPairs find_seam_pairs(const Mesh& mesh, int size_px, const Progress& progress)
+{
+    const PairFinder finder(mesh, size_px, progress);
+    return {2 * finder.step_m(), finder.across(), finder.inside()};
+}

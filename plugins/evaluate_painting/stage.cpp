@@ -1,0 +1,301 @@
+#include "edges.h"
+#include "figure_table.h"
+#include "seams.h"
+#include "source_use.h"
+#include "view_figures.h"
+
+#include <fresco/evaluation/posed_pictures.h>
+#include <fresco/evaluation/statistics.h>
+#include <fresco/files_io.h>
+#include <fresco/image_io.h>
+#include <fresco/parallel.h>
+#include <fresco/source_map.h>
+#include <fresco/stage.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+using namespace fresco;
+
+namespace
+{
+constexpr std::size_t least_pixels = 5000;
+constexpr double undefined = std::numeric_limits<double>::quiet_NaN();
+
+/// A picture to judge.
+struct View
+{
+    std::string name;
+    std::filesystem::path file;
+    const Frame* frame = nullptr;  ///< The frame that it is seen from; null where port 'frames' is not wired.
+};
+
+/// The figures of a view, NaN where they were not measured.
+struct Judged
+{
+    bool skipped = false;
+    double off_palette = undefined;
+    double coherence = undefined;
+    double chroma_noise = undefined;
+    double strokes = undefined;
+    double edges = undefined;
+};
+
+struct ViewFigure
+{
+    const char* name;
+    double Judged::*member;
+    Wanted wanted;
+};
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr std::array view_figures_wanted{
+    ViewFigure{"off_palette", &Judged::off_palette, {-infinity, 0.005}}, ViewFigure{"coherence", &Judged::coherence, {0.8, 1.2}},
+    ViewFigure{"chroma_noise", &Judged::chroma_noise, {0.6, 1.6}}, ViewFigure{"strokes", &Judged::strokes, {0.65, infinity}},
+    ViewFigure{"edges", &Judged::edges, {0.5, infinity}}};
+constexpr Wanted seams_wanted{0.8, 1.25};
+constexpr Wanted picture_used_wanted{0.4, infinity};
+constexpr Wanted largest_share_wanted{-infinity, 0.05};
+
+class EvaluatePainting final : public Stage
+{
+    Input<Files> views{this, "views", optional, "Pictures to judge, as render.views makes them: RGBA, <sequence>_<frame>.png"};
+    Input<Frames> frames{this, "frames", optional, "The frames the pictures are seen from; their color pictures give 'edges'"};
+    Input<Image> style{this, "style", optional, "The picture that the room is painted after"};
+    Input<TexturedMesh> textured_mesh{this, "textured_mesh", optional, "The painted mesh; gives the seams"};
+    Input<Texture> start{this, "start", optional, "The texture that the painting began from, of the same atlas, in any size"};
+    Input<SourceMap> source{this, "source", optional, "Where in the picture each texel comes from"};
+    Output<Files> figures{this, "figures", "All figures, and those of every view, as JSON"};
+    Option<InputFolder> folder{this, "folder", InputFolder{},
+                               "Folder of pictures made elsewhere (<sequence>_<frame>.png or .jpg), in place of port 'views'"};
+    Option<int> every{this, "every", 1, range(1, 1'000'000), "Judge every n-th picture only"};
+    Option<OutputName> path{this, "path", OutputName{"painting.json"}, "Name of the JSON file, below --out"};
+    Slot<ImageIo> images{this, "images", "image.opencv", "Reads the pictures"};
+
+    Cost cost() const override
+    {
+        return {
+            .seconds = "2 + frames * 0.5 / cores", .memory_mb = "400 + faces * 0.0004 + 80 * cores", .frames = {}, .faces = {}};
+    }
+
+    void check_inputs() const
+    {
+        const bool has_views = views.has_value() || !folder->empty();
+        if (!has_views && (style.has_value() || frames.has_value()))
+            throw Error(std::string("port '") + (style.has_value() ? "style" : "frames") +
+                        "' is compared with views: wire 'views' to what render.views made, or set 'folder'");
+        if (!has_views && !textured_mesh.has_value() && !source.has_value())
+            throw Error("there is nothing to measure: wire 'views' (or set 'folder') with 'style' or 'frames', or wire "
+                        "'textured_mesh' or 'source'");
+        if (has_views && !style.has_value() && !frames.has_value())
+            throw Error("views are compared with the picture on port 'style' and with the camera pictures of port 'frames': wire "
+                        "one of them or both");
+        if (start.has_value() && !textured_mesh.has_value())
+            throw Error("the texture on port 'start' is compared with the painted mesh: wire 'textured_mesh' to what "
+                        "texture.bake made");
+        if (textured_mesh.has_value())
+            check_textured_mesh();
+    }
+
+    void check_textured_mesh() const
+    {
+        check_mesh(textured_mesh->mesh, "the mesh on port 'textured_mesh'");
+        if (textured_mesh->mesh.texcoords.empty())
+            throw Error("the mesh on port 'textured_mesh' has no texcoords: wire what texture.bake made");
+        const Raster8& picture = textured_mesh->image.pixels;
+        if (picture.empty() || picture.width != picture.height || picture.channels != 3)
+            throw Error("the picture on port 'textured_mesh' is " + std::to_string(picture.width) + " x " +
+                        std::to_string(picture.height) + " with " + std::to_string(picture.channels) +
+                        " channels; expected a square RGB picture, as texture.bake makes it");
+        if (start.has_value())
+            check_atlas(start->atlas, textured_mesh->mesh, "the texture on port 'start'");
+        if (source.has_value())
+            check_atlas(source->atlas, textured_mesh->mesh, "the map on port 'source'");
+    }
+
+    std::vector<View> wanted_views(RunContext& run) const
+    {
+        std::vector<View> all;
+        const Files* const files = views.has_value() ? &*views : nullptr;
+        if (frames.has_value())
+            for (const auto& posed : evaluation::posed_pictures(*frames, files, folder->path, run))
+            {
+                const Frame& frame = frames->frames[posed.frame];
+                all.push_back({frame.sequence + "_" + frame.name, posed.file, &frame});
+            }
+        else
+            for (const auto& file : evaluation::pictures_of(files, folder->path, run))
+                all.push_back({file.stem().string(), file, nullptr});
+        if (all.empty())
+            throw Error(std::string("there are no pictures ") +
+                        (files != nullptr ? "on port 'views'" : "in " + folder->path.string()) + ": expected .png or .jpg files");
+        std::erase_if(all, [&, i = 0](const View&) mutable { return i++ % *every != 0; });
+        return all;
+    }
+
+    Judged judge(const View& view, const StylePicture* style_picture) const
+    {
+        const Raster8 picture = images->read_with_alpha(view.file);
+        if (view.frame != nullptr)
+            evaluation::camera_of_picture(*view.frame, picture.width, picture.height, view.file);
+        const Raster8 covered = covered_pixels(picture);
+        const JudgedPixels pixels = judged_pixels(covered);
+        Judged judged;
+        judged.skipped = pixels.count < least_pixels;
+        if (judged.skipped)
+            return judged;
+        if (style_picture != nullptr)
+        {
+            const ViewFigures found = view_figures(picture, pixels, *style_picture);
+            judged.off_palette = found.off_palette;
+            judged.coherence = found.coherence;
+            judged.chroma_noise = found.chroma_noise;
+            judged.strokes = found.strokes;
+        }
+        if (view.frame != nullptr && !view.frame->color_picture.empty())
+            judged.edges = edge_correlation(picture, covered, load_color(*view.frame, &*images));
+        return judged;
+    }
+
+    std::vector<Judged> judge_all(const std::vector<View>& all, RunContext& run) const
+    {
+        std::unique_ptr<StylePicture> style_picture;
+        if (style.has_value())
+            style_picture = std::make_unique<StylePicture>(style->pixels);
+        if (style_picture && !style_picture->has_chroma())
+            run.warning("the picture on port 'style' is gray: chroma_noise is not measured");
+        std::vector<Judged> judged(all.size());
+        std::atomic<std::size_t> done{0};
+        parallel_for(all.size(), 1, run.threads(),
+                     [&](std::size_t begin, std::size_t end)
+                     {
+                         for (std::size_t i = begin; i < end; ++i)
+                         {
+                             run.check_cancelled();
+                             judged[i] = judge(all[i], style_picture.get());
+                             run.progress(static_cast<double>(++done), static_cast<double>(all.size()), "views");
+                         }
+                     });
+        return judged;
+    }
+
+    /// Adds the figures over views, and tells of every view in `result`.
+    void measure_views(std::vector<Figure>& found, Value::Map& result, RunContext& run) const
+    {
+        const std::vector<View> all = wanted_views(run);
+        const std::vector<Judged> judged = judge_all(all, run);
+        const auto skipped = static_cast<std::size_t>(std::ranges::count_if(judged, &Judged::skipped));
+        if (skipped == all.size())
+            throw Error("none of the " + std::to_string(all.size()) + " views shows enough of the room: each needs at least " +
+                        std::to_string(least_pixels) + " pixels that are 6 px away from uncovered ones; render larger views");
+        std::vector<std::string> names;
+        Value::List list;
+        for (std::size_t i = 0; i < all.size(); ++i)
+        {
+            names.push_back(all[i].name);
+            Value::Map entry{{"view", all[i].name}};
+            if (judged[i].skipped)
+                entry.emplace_back("skipped", true);
+            for (const ViewFigure& figure : view_figures_wanted)
+                if (std::isfinite(judged[i].*figure.member))
+                    entry.emplace_back(figure.name, judged[i].*figure.member);
+            list.push_back(std::move(entry));
+        }
+        for (const ViewFigure& figure : view_figures_wanted)
+        {
+            std::vector<double> values(judged.size());
+            std::ranges::transform(judged, values.begin(), figure.member);
+            if (auto over = over_views(figure.name, figure.wanted, values, names))
+                found.push_back(std::move(*over));
+        }
+        run.report("views", all.size() - skipped);
+        run.report("views_skipped", skipped);
+        if (skipped > 0)
+            run.message(std::to_string(skipped) + " of " + std::to_string(all.size()) + " views skipped: too few covered pixels");
+        result.emplace_back("views", all.size() - skipped);
+        result.emplace_back("views_skipped", skipped);
+        result.emplace_back("view_figures", std::move(list));
+    }
+
+    void measure_seams(std::vector<Figure>& found, Value::Map& result, RunContext& run) const
+    {
+        const Raster8& picture = textured_mesh->image.pixels;
+        // Pairs must be as far apart as the coarser of the two pictures can tell.
+        const int size = start.has_value() ? std::min(picture.width, start->size_px()) : picture.width;
+        const SeamPairs pairs = find_seam_pairs(textured_mesh->mesh, size, run);
+        const SeamFigures painted = seam_figures(pairs, picture, run);
+        const auto tell = [&](const std::string& prefix, const SeamFigures& seams)
+        {
+            const Value ratio = evaluation::number_or_null(seams.ratio());
+            run.report(prefix + "seam_ratio", ratio);
+            result.emplace_back(prefix + "seam_ratio", ratio);
+            result.emplace_back(prefix + "seam_difference", evaluation::number_or_null(seams.across));
+            result.emplace_back(prefix + "inside_difference", evaluation::number_or_null(seams.inside));
+            result.emplace_back(prefix + "seam_pairs", seams.across_count);
+            result.emplace_back(prefix + "inside_pairs", seams.inside_count);
+        };
+        result.emplace_back("seam_distance_m", pairs.distance_m);
+        tell("", painted);
+        if (painted.across_count == 0)
+        {
+            run.message("the atlas has no seams but creases: there is nothing to see of them");
+            return;
+        }
+        if (!start.has_value())
+        {
+            run.message("seam_ratio " + digits(painted.ratio()) +
+                        ": wire 'start' to compare it with the texture before painting");
+            return;
+        }
+        const SeamFigures before = seam_figures(pairs, *start, run);
+        tell("start_", before);
+        if (const double seams = painted.ratio() / before.ratio(); std::isfinite(seams))
+            found.push_back({"seams", seams, std::nullopt, seams_wanted});
+        else
+            run.warning("the texture on port 'start' or the painting has one color around its seams: 'seams' is not defined");
+    }
+
+    void measure_source(std::vector<Figure>& found, Value::Map& result) const
+    {
+        const SourceUse use = source_use(*source);
+        found.push_back({"picture_used", use.picture_used, std::nullopt, picture_used_wanted});
+        found.push_back({"largest_share", use.largest_share, std::nullopt, largest_share_wanted});
+        result.emplace_back("texels_from_picture", use.texels);
+    }
+
+    void run(RunContext& run) override
+    {
+        check_inputs();
+        std::vector<Figure> found;
+        Value::Map result;
+        if (views.has_value() || !folder->empty())
+            measure_views(found, result, run);
+        if (textured_mesh.has_value())
+            measure_seams(found, result, run);
+        if (source.has_value())
+            measure_source(found, result);
+
+        result.insert(result.begin(), {"figures", figures_value(found)});
+        for (const Figure& figure : found)
+            run.report(figure.name, figure.value);
+        if (!found.empty())
+        {
+            run.report("table", table(found));
+            run.message(values_line(found));
+            run.message(ranges_line(found));
+        }
+        Files made;
+        made.names = {path->path};
+        std::filesystem::create_directories((figures.folder().path / path->path).parent_path());
+        write_file(figures.folder().path / path->path, to_json(result, 1) + "\n");
+        figures = std::move(made);
+    }
+};
+}  // namespace
+
+FRESCO_STAGE("evaluate.painting", EvaluatePainting, "Measures whether a painted room looks painted after its picture")

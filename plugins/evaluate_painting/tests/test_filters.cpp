@@ -1,0 +1,84 @@
+#include "filters.h"
+
+#include <fresco/random.h>
+
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+using namespace fresco;
+
+TEST_CASE("a blur keeps the sum, has its sigma and leaves what is flat or repeats at the border")
+{
+    RasterF point(61, 61);
+    point.at(30, 30) = 1;
+    const RasterF spread = blurred(point, 3);
+    CHECK(std::accumulate(spread.values.begin(), spread.values.end(), 0.0) == Approx(1).epsilon(1e-5));
+    double variance = 0;
+    for (int x = 0; x < 61; ++x)
+        for (int y = 0; y < 61; ++y)
+            variance += double{spread.at(x, y)} * (x - 30) * (x - 30);
+    CHECK(variance == Approx(9).epsilon(0.01));
+    CHECK(spread.at(30, 30 - 12) > 0);
+    CHECK(spread.at(30, 30 - 13) == 0);
+
+    for (const float v : blurred(RasterF(5, 3, 3, 0.25F), 4).values)
+        CHECK(v == Approx(0.25));
+    // The first pixel is not repeated: 1 beside 0 is 0 1 0 beyond the border.
+    RasterF edge(2, 1);
+    edge.at(0, 0) = 1;
+    const double near = std::exp(-0.5);
+    const double far = std::exp(-2.0);
+    const double farther = std::exp(-4.5);
+    const double farthest = std::exp(-8.0);
+    CHECK(blurred(edge, 1).at(0, 0) ==
+          Approx((1 + 2 * far + 2 * farthest) / (1 + 2 * (near + far + farther + farthest))).epsilon(1e-6));
+}
+
+TEST_CASE("the channels of a picture are blurred on their own")
+{
+    Random random(1);
+    RasterF picture(9, 7, 3);
+    for (float& v : picture.values)
+        v = static_cast<float>(random.uniform());
+    const RasterF all = blurred(picture, 1);
+    for (int c = 0; c < 3; ++c)
+        CHECK(channel(all, c) == blurred(channel(picture, c), 1));
+}
+
+TEST_CASE("the gradient of a slope is eight times its steps")
+{
+    RasterF slope(6, 5);
+    for (int y = 0; y < 5; ++y)
+        for (int x = 0; x < 6; ++x)
+            slope.at(x, y) = static_cast<float>(2 * x - 3 * y);
+    const Gradient g = sobel(slope);
+    CHECK(g.x.at(3, 2) == 16);
+    CHECK(g.y.at(3, 2) == -24);
+    CHECK(g.x.at(0, 2) == 0);
+    CHECK(g.y.at(3, 4) == 0);
+    CHECK(g.y.at(0, 2) == -24);
+}
+
+TEST_CASE("erosion keeps what is set all around")
+{
+    Random random(2);
+    Raster8 mask(23, 17);
+    for (std::uint8_t& v : mask.values)
+        v = random.uniform() < 0.97 ? 1 : 0;
+    for (const int radius : {1, 2, 6, 30})
+    {
+        const Raster8 found = eroded(mask, radius);
+        for (int y = 0; y < mask.height; ++y)
+            for (int x = 0; x < mask.width; ++x)
+            {
+                std::uint8_t expected = 1;
+                for (int ny = std::max(0, y - radius); ny <= std::min(mask.height - 1, y + radius); ++ny)
+                    for (int nx = std::max(0, x - radius); nx <= std::min(mask.width - 1, x + radius); ++nx)
+                        expected = std::min(expected, mask.at(nx, ny));
+                REQUIRE(found.at(x, y) == expected);
+            }
+    }
+}

@@ -10,12 +10,13 @@
  *   4  Slot that is optional though it has a default; Part::fine_among_selected
  *   5  Part::fine_among_selected gives numbers; TextureRepresentation::move_to, OptimiserRule::runs_on;
  *      UvMaps::write_map with uv_bits
+ *   6  Texture::atlas, UvMaps::atlas, ImageIo::read_with_alpha
  */
 #include <stddef.h>
 #include <stdint.h>
 
 #define FRESCO_MAGIC 0x46524553u /* "FRES" */
-#define FRESCO_ABI 5u
+#define FRESCO_ABI 6u
 
 #ifdef __cplusplus
 extern "C"

@@ -10,6 +10,9 @@
 namespace fresco::texturing
 {
 
+/// V: the lowest index of the vertices at the same position.
+std::vector<std::uint32_t> welded_vertices(const Mesh& mesh);
+
 /// An edge of the surface along which the atlas is cut: the same two points in the texcoords of the faces on both sides.
 struct Seam
 {

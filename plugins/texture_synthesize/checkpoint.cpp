@@ -1,0 +1,80 @@
+#include "checkpoint.h"
+
+#include <fresco/error.h>
+#include <fresco/files_io.h>
+#include <fresco/hash.h>
+
+#include <array>
+#include <cstring>
+#include <span>
+#include <string>
+
+namespace fresco::synthesize
+{
+namespace
+{
+
+static_assert(sizeof(Vec3f) == 12 && sizeof(Match) == 12);
+
+/// What the file begins with, after the checksum of all that follows. Little-endian, as the rest.
+struct Header
+{
+    std::int64_t level = 0;
+    std::int64_t rounds = 0;
+    std::uint64_t colors = 0;
+    std::uint64_t matches = 0;
+};
+
+constexpr std::size_t hash_digits = 32;
+
+}  // namespace
+
+void write_checkpoint(const std::filesystem::path& file, const Checkpoint& checkpoint)
+{
+    const Header header{checkpoint.level, checkpoint.rounds, checkpoint.colors.size(), checkpoint.matches.size()};
+    const std::size_t colors_bytes = checkpoint.colors.size() * sizeof(Vec3f);
+    const std::size_t matches_bytes = checkpoint.matches.size() * sizeof(Match);
+    std::vector<std::byte> bytes(hash_digits + sizeof header + colors_bytes + matches_bytes);
+    std::byte* at = bytes.data() + hash_digits;
+    const auto put = [&at](const void* from, std::size_t count)
+    {
+        if (count > 0)
+            std::memcpy(at, from, count);
+        at += count;
+    };
+    put(&header, sizeof header);
+    put(checkpoint.colors.data(), colors_bytes);
+    put(checkpoint.matches.data(), matches_bytes);
+    const std::string hash = content_hash(std::span(bytes).subspan(hash_digits));
+    std::memcpy(bytes.data(), hash.data(), hash_digits);
+    write_file(file, bytes);
+}
+
+std::optional<Checkpoint> read_checkpoint(const std::filesystem::path& file)
+{
+    if (!std::filesystem::exists(file))
+        return std::nullopt;
+    const std::vector<std::byte> bytes = read_file(file);
+    const Error damaged(file.string() + ": damaged");
+    Header header;
+    if (bytes.size() < hash_digits + sizeof header || content_hash(std::span(bytes).subspan(hash_digits)) !=
+                                                          std::string(reinterpret_cast<const char*>(bytes.data()), hash_digits))
+        throw damaged;
+    const std::byte* at = bytes.data() + hash_digits;
+    std::memcpy(&header, at, sizeof header);
+    at += sizeof header;
+    const std::size_t rest = bytes.size() - hash_digits - sizeof header;
+    if (header.colors > rest / sizeof(Vec3f) || header.matches > rest / sizeof(Match) ||
+        header.colors * sizeof(Vec3f) + header.matches * sizeof(Match) != rest)
+        throw damaged;
+    Checkpoint result{static_cast<int>(header.level), static_cast<int>(header.rounds), {}, {}};
+    result.colors.resize(header.colors);
+    result.matches.resize(header.matches);
+    if (header.colors > 0)
+        std::memcpy(result.colors.data(), at, header.colors * sizeof(Vec3f));
+    if (header.matches > 0)
+        std::memcpy(result.matches.data(), at + header.colors * sizeof(Vec3f), header.matches * sizeof(Match));
+    return result;
+}
+
+}  // namespace fresco::synthesize

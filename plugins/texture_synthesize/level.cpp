@@ -1,0 +1,127 @@
+#include "level.h"
+
+#include "variety.h"
+
+#include <fresco/error.h>
+#include <fresco/lab.h>
+#include <fresco/parallel.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+namespace fresco::synthesize
+{
+namespace
+{
+
+constexpr std::size_t texels_per_piece = 1U << 14U;
+constexpr double texels_per_wave = 4;  // Of the noise that the start gets.
+
+/// The texcoord of a texel's center.
+Vec2f texcoord_of(const SurfaceGrid& grid, std::uint32_t chart, const SurfaceGrid::Texel& texel)
+{
+    const SurfaceGrid::Sheet& sheet = grid.sheet(chart);
+    const std::size_t place = texel.cell - sheet.first_cell;
+    const auto width = static_cast<std::size_t>(sheet.width);
+    return {static_cast<float>((static_cast<double>(place % width) - 0.5) / sheet.cells_per_uv + sheet.uv_low.x),
+            static_cast<float>((static_cast<double>(place / width) - 0.5) / sheet.cells_per_uv + sheet.uv_low.y)};
+}
+
+template <class Work>
+void for_each_texel(const SurfaceGrid& grid, const Progress& progress, const Work& work)
+{
+    parallel_for(grid.texels().size(), texels_per_piece, progress.threads(),
+                 [&](std::size_t begin, std::size_t end)
+                 {
+                     progress.check_cancelled();
+                     for (std::size_t t = begin; t < end; ++t)
+                         work(t);
+                 });
+}
+
+}  // namespace
+
+Level::Level(const Task& task, double spacing_m, double scale, const LevelOptions& options, const Progress& progress)
+    : task_(task), options_(options), grid_(task.surface, spacing_m, progress),
+      patches_(task.surface, grid_, task.upright, options.side, options.stride, progress),
+      picture_(task.picture, scale, options.side, progress), start_(grid_.texels().size())
+{
+    for_each_texel(grid_, progress,
+                   [&](std::size_t t)
+                   {
+                       const SurfaceGrid::Texel& texel = grid_.texels()[t];
+                       const std::uint32_t chart = task_.surface.charts.of_face[texel.face];
+                       start_[t] = lab_from_rgb(
+                           task_.start(chart, texcoord_of(grid_, chart, texel), 1 / grid_.sheet(chart).cells_per_uv));
+                   });
+}
+
+std::uint32_t Level::texel_near(std::uint32_t chart, Vec2f uv) const
+{
+    const SurfaceGrid::Sheet& sheet = grid_.sheet(chart);
+    const Vec2d at = grid_.place(chart, uv);
+    const auto cell = [](double along, int count)
+    { return static_cast<std::size_t>(std::clamp(static_cast<int>(std::floor(along)), 0, count - 1)); };
+    return grid_.texel_at(sheet.first_cell + cell(at.y, sheet.height) * static_cast<std::size_t>(sheet.width) +
+                          cell(at.x, sheet.width));
+}
+
+void Level::begin(const Level* coarser, const Progress& progress)
+{
+    colors_ = start_;
+    if (coarser == nullptr)
+    {
+        const auto waves = static_cast<float>(1 / (texels_per_wave * grid_.spacing_m()));
+        const auto amount = 2 * static_cast<float>(options_.unrest);
+        for_each_texel(grid_, progress,
+                       [&](std::size_t t)
+                       {
+                           const Vec3f at = grid_.texels()[t].position * waves;
+                           const auto noise = [&](std::uint32_t field)
+                           { return amount * smooth_noise(at, options_.search.seed + field); };
+                           colors_[t] += Vec3f{noise(1), noise(2) / 2, noise(3) / 2};
+                       });
+        return;
+    }
+    const auto ratio = static_cast<float>(picture_.scale() / coarser->picture().scale());
+    for_each_texel(grid_, progress,
+                   [&](std::size_t t)
+                   {
+                       const SurfaceGrid::Texel& texel = grid_.texels()[t];
+                       const std::uint32_t chart = task_.surface.charts.of_face[texel.face];
+                       const auto color = [&](Vec2f at) {
+                           return picture_.color({(at.x + 0.5F) * ratio - 0.5F, (at.y + 0.5F) * ratio - 0.5F});
+                       };
+                       colors_[t] = coarser->vote_at(chart, texcoord_of(grid_, chart, texel), texel.position, 0, color).color;
+                   });
+}
+
+void Level::resume(std::vector<Vec3f> colors, std::vector<Match> matches)
+{
+    if (colors.size() != start_.size() || matches.size() != patches_.count())
+        throw Error("it has " + std::to_string(colors.size()) + " texels and " + std::to_string(matches.size()) +
+                    " patches; the surface has " + std::to_string(start_.size()) + " and " + std::to_string(patches_.count()));
+    colors_ = std::move(colors);
+    matches_ = std::move(matches);
+    for (Match& match : matches_)
+        match.at = picture_.inside(match.at);
+}
+
+void Level::paint_round(const Progress& progress)
+{
+    const auto g = static_cast<float>(options_.faithfulness);
+    std::vector<Vec3f> wanted(colors_.size());
+    for_each_texel(grid_, progress, [&](std::size_t t) { wanted[t] = colors_[t] * (1 - g) + start_[t] * g; });
+    matches_ = search(patches_, grid_, wanted, picture_, options_.search, matches_, progress);
+    for_each_texel(grid_, progress,
+                   [&](std::size_t t)
+                   {
+                       colors_[t] = vote(
+                                        patches_.covers(t), matches_, options_.side, 0, [](std::uint32_t) { return Vec2f{}; },
+                                        [&](Vec2f at) { return picture_.color(at); })
+                                        .color;
+                   });
+}
+
+}  // namespace fresco::synthesize

@@ -1,0 +1,139 @@
+#include "paint.h"
+
+#include <fresco/parallel.h>
+#include <fresco/texturing/texel_faces.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace fresco::synthesize
+{
+namespace
+{
+
+constexpr std::size_t rows_per_piece = 16;
+
+/// RGB in [0,1] of an 8-bit picture at a place, bilinear, pixel centers at whole numbers.
+Vec3f color_at(const Raster8& rgb, Vec2f at)
+{
+    const float x = std::clamp(at.x, 0.0F, static_cast<float>(rgb.width - 1));
+    const float y = std::clamp(at.y, 0.0F, static_cast<float>(rgb.height - 1));
+    const int x0 = static_cast<int>(x);
+    const int y0 = static_cast<int>(y);
+    const int x1 = std::min(x0 + 1, rgb.width - 1);
+    const int y1 = std::min(y0 + 1, rgb.height - 1);
+    const float fx = x - static_cast<float>(x0);
+    const float fy = y - static_cast<float>(y0);
+    const auto value = [&rgb](int column, int row)
+    {
+        const std::uint8_t* v = &rgb.at(column, row);
+        return Vec3f{static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
+    };
+    const Vec3f top = value(x0, y0) * (1 - fx) + value(x1, y0) * fx;
+    const Vec3f bottom = value(x0, y1) * (1 - fx) + value(x1, y1) * fx;
+    return (top * (1 - fy) + bottom * fy) * (1 / 255.0F);
+}
+
+/// Which way u runs over a face, in meters per texcoord.
+Vec3f along_u(const Mesh& mesh, std::uint32_t face)
+{
+    const Vec2f* uv = &mesh.texcoords[3 * std::size_t{face}];
+    const Triangle& t = mesh.triangles[face];
+    const Vec2f a = uv[1] - uv[0];
+    const Vec2f b = uv[2] - uv[0];
+    const float area = cross(a, b);
+    if (area == 0)
+        return {};
+    return ((mesh.positions[t[1]] - mesh.positions[t[0]]) * b.y - (mesh.positions[t[2]] - mesh.positions[t[0]]) * a.y) *
+           (1 / area);
+}
+
+}  // namespace
+
+Painting paint(const Task& task, const Level& level, int size_px, float heaviest_share, Progress& progress)
+{
+    const Mesh& mesh = task.surface.mesh;
+    const texturing::TexelFaces faces = texturing::find_texel_faces(mesh, task.surface.charts, size_px, progress);
+    double uv_per_m = 0;
+    double weight = 0;
+    for (std::uint32_t c = 0; c < task.surface.charts.count; ++c)
+        if (level.grid().has_sheet(c))
+        {
+            const SurfaceGrid::Sheet& sheet = level.grid().sheet(c);
+            const double cells = static_cast<double>(sheet.width) * sheet.height;
+            uv_per_m += cells * task.surface.uv_per_m[c];
+            weight += cells;
+        }
+    uv_per_m /= weight;
+    const double texel_m = 1 / (uv_per_m * size_px);
+
+    // Of the style picture: its pixels along a texel, and how much it is made smaller for that.
+    const double pixels_per_texel = texel_m / level.grid().spacing_m() / level.picture().scale();
+    const double scale = std::min(1.0, 1 / pixels_per_texel);
+    const Raster8 picture = resized(task.picture, std::max(1, static_cast<int>(std::lround(task.picture.width * scale))),
+                                    std::max(1, static_cast<int>(std::lround(task.picture.height * scale))));
+    const RasterF& searched = level.picture().lab();
+    const Vec2f to_picture{static_cast<float>(picture.width) / static_cast<float>(searched.width),
+                           static_cast<float>(picture.height) / static_cast<float>(searched.height)};
+
+    Painting result;
+    const std::string atlas = atlas_id(mesh);
+    result.texture.atlas = atlas;
+    result.texture.layers.emplace_back(size_px, size_px, 3);
+    result.texture.seen = Raster8(size_px, size_px);
+    result.source.atlas = atlas;
+    result.source.picture_width = task.picture.width;
+    result.source.picture_height = task.picture.height;
+    result.source.pixels_per_texel = static_cast<float>(pixels_per_texel);
+    result.source.places = Raster16(size_px, size_px, 3, SourceMap::none);
+
+    const auto paint_texel = [&](int x, int y)
+    {
+        const std::size_t texel = static_cast<std::size_t>(y) * static_cast<std::size_t>(size_px) + static_cast<std::size_t>(x);
+        if (!faces.covered(texel))
+            return;
+        const std::uint32_t face = faces.face[texel];
+        const std::uint32_t chart = task.surface.charts.of_face[face];
+        if (!level.grid().has_sheet(chart))
+            return;
+        const Vec2f uv{(static_cast<float>(x) + 0.5F) / static_cast<float>(size_px),
+                       1 - (static_cast<float>(y) + 0.5F) / static_cast<float>(size_px)};
+        const Vote vote = level.vote_at(
+            chart, uv, texturing::texel_position(mesh, faces, texel), heaviest_share,
+            [&](Vec2f at) {
+                return color_at(picture, {(at.x + 0.5F) * to_picture.x - 0.5F, (at.y + 0.5F) * to_picture.y - 0.5F});
+            });
+        float* out = &result.texture.layers[0].at(x, y);
+        out[0] = vote.color.x;
+        out[1] = vote.color.y;
+        out[2] = vote.color.z;
+        result.texture.seen.at(x, y) = 1;
+        const Frame& frame = level.patches()[vote.heaviest.patch].frame;
+        const Vec3f right = along_u(mesh, face);
+        const Vec2f at = level.matches()[vote.heaviest.patch].at + vote.heaviest_offset;
+        result.source.set_place(x, y,
+                                {{(at.x + 0.5F) * static_cast<float>(task.picture.width) / static_cast<float>(searched.width),
+                                  (at.y + 0.5F) * static_cast<float>(task.picture.height) / static_cast<float>(searched.height)},
+                                 std::atan2(dot(right, frame.down), dot(right, frame.right))});
+    };
+    std::size_t rows_done = 0;
+    constexpr int rows_per_step = 256;
+    for (int first = 0; first < size_px; first += rows_per_step)
+    {
+        const int rows = std::min(rows_per_step, size_px - first);
+        parallel_for(static_cast<std::size_t>(rows), rows_per_piece, progress.threads(),
+                     [&](std::size_t begin, std::size_t end)
+                     {
+                         progress.check_cancelled();
+                         for (std::size_t y = begin; y < end; ++y)
+                             for (int x = 0; x < size_px; ++x)
+                                 paint_texel(x, first + static_cast<int>(y));
+                     });
+        rows_done += static_cast<std::size_t>(rows);
+        progress.progress(static_cast<double>(rows_done), size_px, "rows");
+    }
+    return result;
+}
+
+}  // namespace fresco::synthesize

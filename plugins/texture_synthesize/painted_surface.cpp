@@ -1,0 +1,164 @@
+#include "painted_surface.h"
+
+#include <fresco/geometry/charts.h>
+
+#include <array>
+#include <cmath>
+
+namespace fresco::synthesize
+{
+namespace
+{
+
+/// The same surface with one vertex per position, so that faces on both sides of a seam are neighbors.
+Mesh welded(const Mesh& mesh)
+{
+    const std::vector<std::uint32_t> vertex = texturing::welded_vertices(mesh);
+    Mesh result;
+    result.positions = mesh.positions;
+    result.triangles = mesh.triangles;
+    for (Triangle& triangle : result.triangles)
+        for (std::uint32_t& corner : triangle)
+            corner = vertex[corner];
+    return result;
+}
+
+double texcoord_area(const Mesh& mesh, std::size_t face)
+{
+    const Vec2f* uv = &mesh.texcoords[3 * face];
+    const Vec2d a{double{uv[1].x} - uv[0].x, double{uv[1].y} - uv[0].y};
+    const Vec2d b{double{uv[2].x} - uv[0].x, double{uv[2].y} - uv[0].y};
+    return std::abs(cross(a, b)) / 2;
+}
+
+/// Per axis, how much of the surface faces along it (within about 25 degrees), either way.
+double facing(const PaintedSurface& surface, const std::vector<double>& areas, Vec3f axis)
+{
+    double sum = 0;
+    for (std::size_t f = 0; f < areas.size(); ++f)
+    {
+        const double along = std::abs(dot(surface.normals[f], axis));
+        sum += areas[f] * std::pow(along, 16);
+    }
+    return sum;
+}
+
+Vec3f any_perpendicular(Vec3f axis)
+{
+    const Vec3f other = std::abs(axis.x) < 0.7F ? Vec3f{1, 0, 0} : Vec3f{0, 1, 0};
+    return normalized(cross(axis, other));
+}
+
+/// Of the directions around `axis`, the one that most of the surface faces along, to a degree.
+Vec3f ahead_of(const PaintedSurface& surface, const std::vector<double>& areas, Vec3f axis)
+{
+    // A fourfold angle: walls at right angles point the same way.
+    const Vec3f x = any_perpendicular(axis);
+    const Vec3f y = cross(axis, x);
+    Vec2d sum;
+    for (std::size_t f = 0; f < areas.size(); ++f)
+    {
+        const Vec2d flat{dot(surface.normals[f], x), dot(surface.normals[f], y)};
+        const double horizontal = length(flat);
+        if (horizontal < 0.9)
+            continue;
+        const double angle = 4 * std::atan2(flat.y, flat.x);
+        sum = sum + Vec2d{std::cos(angle), std::sin(angle)} * areas[f];
+    }
+    const double angle = dot(sum, sum) > 0 ? std::atan2(sum.y, sum.x) / 4 : 0.0;
+    const Vec3f one = x * static_cast<float>(std::cos(angle)) + y * static_cast<float>(std::sin(angle));
+    const Vec3f other = cross(axis, one);
+    return facing(surface, areas, other) > facing(surface, areas, one) ? other : one;
+}
+
+std::vector<double> face_areas(const Mesh& mesh)
+{
+    std::vector<double> areas(mesh.triangles.size());
+    for (std::size_t f = 0; f < areas.size(); ++f)
+        areas[f] = length(geometry::area_vector(mesh, f)) / 2;
+    return areas;
+}
+
+/// The direction along which most of the surface faces: of a ball of candidates the best, refined by the mean around it.
+Vec3f main_direction(const PaintedSurface& surface, const std::vector<double>& areas)
+{
+    Vec3f best{0, 0, 1};
+    double most = -1;
+    constexpr int count = 200;
+    for (int i = 0; i < count; ++i)
+    {
+        // Half a sphere in a golden spiral.
+        const float z = 1 - (static_cast<float>(i) + 0.5F) / count;
+        const float radius = std::sqrt(1 - z * z);
+        const float angle = static_cast<float>(i) * 2.399963F;
+        const Vec3f axis{radius * std::cos(angle), radius * std::sin(angle), z};
+        if (const double along = facing(surface, areas, axis); along > most)
+        {
+            most = along;
+            best = axis;
+        }
+    }
+    for (int round = 0; round < 5; ++round)
+    {
+        Vec3d sum;
+        for (std::size_t f = 0; f < areas.size(); ++f)
+        {
+            const float along = dot(surface.normals[f], best);
+            if (std::abs(along) > 0.9F)
+                sum += vec_cast<double>(surface.normals[f]) * (along > 0 ? areas[f] : -areas[f]);
+        }
+        if (dot(sum, sum) > 0)
+            best = vec_cast<float>(normalized(sum));
+    }
+    return best;
+}
+
+/// The same line, pointing along the coordinate axis that it is nearest to, so that it does not depend on chance.
+Vec3f positive(Vec3f axis)
+{
+    const std::array<float, 3> c{axis.x, axis.y, axis.z};
+    std::size_t main = 0;
+    for (std::size_t i = 1; i < 3; ++i)
+        if (std::abs(c[i]) > std::abs(c[main]))
+            main = i;
+    return c[main] < 0 ? -axis : axis;
+}
+
+}  // namespace
+
+PaintedSurface::PaintedSurface(const Mesh& of, const Progress& progress) : mesh(of), charts(texturing::find_charts(of))
+{
+    const Mesh joined = welded(of);
+    const geometry::Surface surface(joined);
+    neighbors = surface.neighbours;
+    for (const Vec3d normal : geometry::smoothed_normals(surface, progress))
+        normals.push_back(vec_cast<float>(normal));
+
+    std::vector<double> area(charts.count, 0.0);
+    std::vector<double> uv_area(charts.count, 0.0);
+    for (std::size_t f = 0; f < surface.areas.size(); ++f)
+    {
+        area[charts.of_face[f]] += surface.areas[f];
+        uv_area[charts.of_face[f]] += texcoord_area(of, f);
+    }
+    for (std::size_t c = 0; c < area.size(); ++c)
+        uv_per_m.push_back(area[c] > 0 ? std::sqrt(uv_area[c] / area[c]) : 0.0);
+}
+
+Upright upright(const PaintedSurface& surface, const std::optional<Vec3f>& up)
+{
+    const std::vector<double> areas = face_areas(surface.mesh);
+    const Vec3f axis = up ? normalized(*up) : positive(main_direction(surface, areas));
+    return {axis, positive(ahead_of(surface, areas, axis))};
+}
+
+Frame frame_at(Vec3f normal, const Upright& upright)
+{
+    constexpr float level = 0.70710678F;
+    const Vec3f top = std::abs(dot(normal, upright.up)) > level ? upright.ahead : upright.up;
+    const Vec3f along = top - normal * dot(top, normal);
+    const Vec3f up = dot(along, along) > 1e-12F ? normalized(along) : any_perpendicular(normal);
+    return {cross(up, normal), -up, normal};
+}
+
+}  // namespace fresco::synthesize

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <fresco/geometry/topology.h>
+#include <fresco/mesh.h>
+#include <fresco/progress.h>
+#include <fresco/texturing/charts.h>
+
+#include <optional>
+#include <vector>
+
+namespace fresco::synthesize
+{
+
+/// Directions of a picture that lies on a surface: `right` and `down` as its x and y, `out` toward the viewer. Orthonormal.
+struct Frame
+{
+    Vec3f right, down, out;
+};
+
+/// Upward, and a horizontal direction that stands for it where the surface is level. Orthonormal.
+struct Upright
+{
+    Vec3f up, ahead;
+};
+
+/// A mesh with an atlas and what laying patches on it asks for. Refers to the mesh, which must outlive it.
+struct PaintedSurface
+{
+    const Mesh& mesh;
+    texturing::Charts charts;
+    std::vector<double> uv_per_m;    ///< Per chart: texcoords along a meter, from the areas; 0 where it has none.
+    geometry::Neighbours neighbors;  ///< F x 3, also across the atlas's seams and between vertices at one position.
+    std::vector<Vec3f> normals;      ///< F, unit, smoothed over about ten rings (edges excepted); zero without area.
+
+    /// The mesh must have passed check_mesh and have texcoords. Throws Cancelled.
+    PaintedSurface(const Mesh& of, const Progress& progress);
+};
+
+/// Which way is up. With `up`: that direction; `ahead` is then the horizontal direction that most of the surface faces along.
+/// Without: of the three perpendicular directions that most of the surface faces along, the one with most of it.
+/// From the area-weighted normals; the same for any order of the faces up to rounding.
+Upright upright(const PaintedSurface& surface, const std::optional<Vec3f>& up);
+
+/// How a picture hangs there: its top is up on walls and slopes, and points ahead on what is within 45 degrees of level.
+Frame frame_at(Vec3f normal, const Upright& upright);
+
+}  // namespace fresco::synthesize

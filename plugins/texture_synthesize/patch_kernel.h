@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace fresco::synthesize
+{
+
+/// The inner loops of the search for one kind of processor.
+struct PatchKernel
+{
+    const char* name;
+    std::size_t rows;     ///< Of queries at once.
+    std::size_t columns;  ///< Keys of a panel.
+
+    /// Products of `rows` queries (`inner` values each, one after another) with a panel of keys (inner x columns), compared with
+    /// the least that was found for each query and column: where one is less it takes its place, with the panel's number.
+    /// `least`, `where`: rows x columns.
+    void (*compare)(const float* queries, const float* panel, std::size_t inner, std::int32_t number, float* least,
+                    std::int32_t* where);
+
+    /// Sum of squared differences of `rows` rows of `length` values; b's rows are `b_stride` apart, a's lie one after another.
+    float (*squared_distance)(const float* a, const float* b, std::size_t b_stride, std::size_t rows, std::size_t length);
+};
+
+/// For any processor, and for x86-64 ones with AVX2 and FMA, and with AVX-512; null where the compiler cannot make them.
+const PatchKernel* base_patch_kernel();
+const PatchKernel* avx2_patch_kernel();
+const PatchKernel* avx512_patch_kernel();
+
+}  // namespace fresco::synthesize

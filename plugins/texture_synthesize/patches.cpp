@@ -1,0 +1,342 @@
+#include "patches.h"
+
+#include <fresco/parallel.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <limits>
+
+namespace fresco::synthesize
+{
+namespace
+{
+
+constexpr float reach_cosine = 0.64278761F;  // 50 degrees
+constexpr std::size_t patches_per_piece = 512;
+
+struct Bounds
+{
+    float x0, x1, y0, y1;
+};
+
+Bounds bounds(const std::array<Vec2f, 3>& c)
+{
+    const auto [x0, x1] = std::minmax({c[0].x, c[1].x, c[2].x});
+    const auto [y0, y1] = std::minmax({c[0].y, c[1].y, c[2].y});
+    return {x0, x1, y0, y1};
+}
+
+}  // namespace
+
+/// Finds what lies under patches, one after another, on one thread.
+class Patches::Walker
+{
+  public:
+    Walker(const PaintedSurface& surface, const SurfaceGrid& grid, int side)
+        : surface_(surface), grid_(grid), side_(side), half_(static_cast<float>(side) / 2),
+          scale_(static_cast<float>(1 / grid.spacing_m())), visited_(surface.mesh.triangles.size(), 0),
+          found_(static_cast<std::size_t>(side) * static_cast<std::size_t>(side))
+    {
+    }
+
+    /// Calls visit(texel, x, y) for each texel under the patch, x and y in texels from its center. Fills `points` unless null.
+    template <class Visit>
+    void walk(const Patch& patch, Point* points, const Visit& visit)
+    {
+        ++stamp_;
+        std::fill(found_.begin(), found_.end(), std::uint8_t{0});
+        const std::uint32_t start = grid_.texels()[patch.texel].face;
+        queue_.assign(1, start);
+        visited_[start] = stamp_;
+        bool own = false;
+        const auto visit_texel = [&](std::uint32_t texel, float x, float y)
+        {
+            own = own || texel == patch.texel;
+            visit(texel, x, y);
+        };
+        for (std::size_t next = 0; next < queue_.size(); ++next)
+        {
+            const std::uint32_t face = queue_[next];
+            std::array<Vec2f, 3> corners;
+            for (std::size_t i = 0; i < 3; ++i)
+                corners[i] = project(patch, surface_.mesh.positions[surface_.mesh.triangles[face][i]]);
+            const Bounds box = bounds(corners);
+            if (box.x0 > half_ || box.x1 < -half_ || box.y0 > half_ || box.y1 < -half_)
+                continue;
+            visit_texels(patch, face, corners, visit_texel);
+            if (points != nullptr)
+                visit_points(face, corners, box, points);
+            for (const std::uint32_t other : surface_.neighbors[face])
+                if (other != geometry::none && visited_[other] != stamp_ &&
+                    dot(surface_.normals[other], patch.frame.out) >= reach_cosine)
+                {
+                    visited_[other] = stamp_;
+                    queue_.push_back(other);
+                }
+        }
+        // Of a chart that holds no cell's center.
+        if (!own)
+            visit(patch.texel, 0.0F, 0.0F);
+        if (points != nullptr)
+            extend(patch, points);
+    }
+
+  private:
+    Vec2f project(const Patch& patch, Vec3f point) const
+    {
+        const Vec3f away = point - patch.center;
+        return {dot(away, patch.frame.right) * scale_, dot(away, patch.frame.down) * scale_};
+    }
+
+    template <class Visit>
+    void visit_texels(const Patch& patch, std::uint32_t face, const std::array<Vec2f, 3>& corners, const Visit& visit)
+    {
+        const std::uint32_t chart = surface_.charts.of_face[face];
+        if (!grid_.has_sheet(chart))
+            return;
+        std::array<Vec2d, 3> c;
+        for (std::size_t i = 0; i < 3; ++i)
+            c[i] = grid_.place(chart, surface_.mesh.texcoords[3 * std::size_t{face} + i]);
+        Vec2d low{std::min({c[0].x, c[1].x, c[2].x}), std::min({c[0].y, c[1].y, c[2].y})};
+        Vec2d high{std::max({c[0].x, c[1].x, c[2].x}), std::max({c[0].y, c[1].y, c[2].y})};
+        clip(corners, c, low, high);
+        const SurfaceGrid::Sheet& sheet = grid_.sheet(chart);
+        const auto cell = [](double at, int count) { return std::clamp(static_cast<int>(std::floor(at)), 0, count - 1); };
+        for (int y = cell(low.y, sheet.height); y <= cell(high.y, sheet.height); ++y)
+            for (int x = cell(low.x, sheet.width); x <= cell(high.x, sheet.width); ++x)
+            {
+                const std::size_t at = sheet.first_cell + static_cast<std::size_t>(y) * static_cast<std::size_t>(sheet.width) +
+                                       static_cast<std::size_t>(x);
+                const std::uint32_t texel = grid_.texel_at(at);
+                if (grid_.texels()[texel].cell != at || grid_.texels()[texel].face != face)
+                    continue;
+                const Vec2f p = project(patch, grid_.texels()[texel].position);
+                if (std::abs(p.x) <= half_ && std::abs(p.y) <= half_)
+                    visit(texel, p.x, p.y);
+            }
+    }
+
+    /// Shrinks a box of cells to what can lie under the patch, where the face is larger than that.
+    void clip(const std::array<Vec2f, 3>& corners, const std::array<Vec2d, 3>& cells, Vec2d& low, Vec2d& high) const
+    {
+        const double side = side_;
+        if (high.x - low.x <= 2 * side && high.y - low.y <= 2 * side)
+            return;
+        const Vec2d a{double{corners[1].x} - corners[0].x, double{corners[1].y} - corners[0].y};
+        const Vec2d b{double{corners[2].x} - corners[0].x, double{corners[2].y} - corners[0].y};
+        const double area = cross(a, b);
+        if (std::abs(area) < 1e-9)
+            return;
+        const Vec2d ca = cells[1] - cells[0];
+        const Vec2d cb = cells[2] - cells[0];
+        Vec2d box_low{1e30, 1e30};
+        Vec2d box_high{-1e30, -1e30};
+        for (const double x : {-0.5, 0.5})
+            for (const double y : {-0.5, 0.5})
+            {
+                const Vec2d p{x * side - corners[0].x, y * side - corners[0].y};
+                const double wa = cross(p, b) / area;
+                const double wb = cross(a, p) / area;
+                const Vec2d at = cells[0] + ca * wa + cb * wb;
+                box_low = {std::min(box_low.x, at.x), std::min(box_low.y, at.y)};
+                box_high = {std::max(box_high.x, at.x), std::max(box_high.y, at.y)};
+            }
+        low = {std::max(low.x, box_low.x), std::max(low.y, box_low.y)};
+        high = {std::min(high.x, box_high.x), std::min(high.y, box_high.y)};
+    }
+
+    void visit_points(std::uint32_t face, const std::array<Vec2f, 3>& c, const Bounds& box, Point* points)
+    {
+        const std::uint32_t chart = surface_.charts.of_face[face];
+        const float area = cross(c[1] - c[0], c[2] - c[0]);
+        if (!grid_.has_sheet(chart) || std::abs(area) < 1e-9F)
+            return;
+        const float middle = static_cast<float>(side_ - 1) / 2;
+        const auto first = [&](float low) { return std::max(0, static_cast<int>(std::ceil(low + middle - 1e-3F))); };
+        const auto last = [&](float high) { return std::min(side_ - 1, static_cast<int>(std::floor(high + middle + 1e-3F))); };
+        for (int j = first(box.y0); j <= last(box.y1); ++j)
+            for (int i = first(box.x0); i <= last(box.x1); ++i)
+            {
+                const auto at = static_cast<std::size_t>(j * side_ + i);
+                const Vec2f p{static_cast<float>(i) - middle, static_cast<float>(j) - middle};
+                const float w0 = cross(c[1] - p, c[2] - p) / area;
+                const float w1 = cross(c[2] - p, c[0] - p) / area;
+                const float w2 = 1 - w0 - w1;
+                constexpr float outside = -1e-4F;
+                if (found_[at] != 0 || w0 < outside || w1 < outside || w2 < outside)
+                    continue;
+                found_[at] = 1;
+                const Vec2f* uv = &surface_.mesh.texcoords[3 * std::size_t{face}];
+                points[at] = point(chart, uv[0] * w0 + uv[1] * w1 + uv[2] * w2);
+            }
+    }
+
+    Point point(std::uint32_t chart, Vec2f uv) const
+    {
+        const SurfaceGrid::Sheet& sheet = grid_.sheet(chart);
+        const Vec2d at = grid_.place(chart, uv);
+        const double x = std::clamp(at.x - 0.5, 0.0, sheet.width - 1.004);
+        const double y = std::clamp(at.y - 0.5, 0.0, sheet.height - 1.004);
+        const auto column = static_cast<std::size_t>(x);
+        const auto row = static_cast<std::size_t>(y);
+        return {static_cast<std::uint32_t>(sheet.first_cell + row * static_cast<std::size_t>(sheet.width) + column),
+                static_cast<std::uint16_t>(sheet.width), static_cast<std::uint8_t>((x - static_cast<double>(column)) * 256),
+                static_cast<std::uint8_t>((y - static_cast<double>(row)) * 256)};
+    }
+
+    /// Points off the surface become the nearest ones on it.
+    void extend(const Patch& patch, Point* points)
+    {
+        const auto missing = [](std::uint8_t found) { return found == 0; };
+        if (std::none_of(found_.begin(), found_.end(), missing))
+            return;
+        if (std::all_of(found_.begin(), found_.end(), missing))
+        {
+            const SurfaceGrid::Texel& texel = grid_.texels()[patch.texel];
+            const SurfaceGrid::Sheet& sheet = grid_.sheet(surface_.charts.of_face[texel.face]);
+            std::fill(points, points + found_.size(), Point{texel.cell, static_cast<std::uint16_t>(sheet.width), 0, 0});
+            return;
+        }
+        for (int j = 0; j < side_; ++j)
+            for (int i = 0; i < side_; ++i)
+            {
+                const auto at = static_cast<std::size_t>(j * side_ + i);
+                if (found_[at] == 0)
+                    points[at] = points[nearest_found(i, j)];
+            }
+    }
+
+    std::size_t nearest_found(int i, int j) const
+    {
+        int least = std::numeric_limits<int>::max();
+        std::size_t best = 0;
+        for (int y = 0; y < side_; ++y)
+            for (int x = 0; x < side_; ++x)
+            {
+                const auto at = static_cast<std::size_t>(y * side_ + x);
+                const int squared = (x - i) * (x - i) + (y - j) * (y - j);
+                if (found_[at] != 0 && squared < least)
+                {
+                    least = squared;
+                    best = at;
+                }
+            }
+        return best;
+    }
+
+    const PaintedSurface& surface_;
+    const SurfaceGrid& grid_;
+    int side_;
+    float half_;
+    float scale_;
+    std::uint32_t stamp_ = 0;
+    std::vector<std::uint32_t> visited_;  ///< Per face: the stamp of the last walk that came there.
+    std::vector<std::uint8_t> found_;
+    std::vector<std::uint32_t> queue_;
+};
+
+Patches::Patches(const PaintedSurface& surface, const SurfaceGrid& grid, const Upright& upright, int side, int stride,
+                 const Progress& progress)
+    : side_(side)
+{
+    const auto& texels = grid.texels();
+    const auto patch_at = [&](std::uint32_t texel) {
+        return Patch{texels[texel].position, frame_at(surface.normals[texels[texel].face], upright), texel};
+    };
+
+    for (std::uint32_t texel = 0; texel < texels.size(); ++texel)
+    {
+        const std::uint32_t chart = surface.charts.of_face[texels[texel].face];
+        const SurfaceGrid::Sheet& sheet = grid.sheet(chart);
+        const auto place = static_cast<int>(texels[texel].cell - sheet.first_cell);
+        if (place % sheet.width % stride == 0 && place / sheet.width % stride == 0)
+            patches_.push_back(patch_at(texel));
+    }
+
+    std::vector<std::atomic<std::uint32_t>> covers(texels.size());
+    std::vector<std::atomic<std::uint8_t>> near_center(texels.size());
+    const auto reach = static_cast<float>(stride);
+    const auto count_cover = [&](std::uint32_t texel, float x, float y)
+    {
+        covers[texel].fetch_add(1, std::memory_order_relaxed);
+        if (std::abs(x) <= reach && std::abs(y) <= reach)
+            near_center[texel].store(1, std::memory_order_relaxed);
+    };
+    points_.resize(patches_.size() * points_per_patch());
+    parallel_for(patches_.size(), patches_per_piece * 16, progress.threads(),
+                 [&](std::size_t begin, std::size_t end)
+                 {
+                     Walker walker(surface, grid, side);
+                     for (std::size_t i = begin; i < end; ++i)
+                     {
+                         if (i % patches_per_piece == 0)
+                             progress.check_cancelled();
+                         walker.walk(patches_[i], &points_[i * points_per_patch()], count_cover);
+                     }
+                 });
+
+    // One after another: each shows which texels are still bare.
+    Walker walker(surface, grid, side);
+    for (std::uint32_t texel = 0; texel < texels.size(); ++texel)
+    {
+        if (near_center[texel].load(std::memory_order_relaxed) != 0)
+            continue;
+        if (patches_.size() % patches_per_piece == 0)
+            progress.check_cancelled();
+        patches_.push_back(patch_at(texel));
+        points_.resize(patches_.size() * points_per_patch());
+        walker.walk(patches_.back(), &points_[(patches_.size() - 1) * points_per_patch()], count_cover);
+    }
+
+    first_cover_.assign(texels.size() + 1, 0);
+    for (std::size_t t = 0; t < texels.size(); ++t)
+        first_cover_[t + 1] = first_cover_[t] + covers[t].load(std::memory_order_relaxed);
+    covers_.resize(first_cover_.back());
+    for (auto& cover : covers)
+        cover.store(0, std::memory_order_relaxed);
+    parallel_for(patches_.size(), patches_per_piece * 16, progress.threads(),
+                 [&](std::size_t begin, std::size_t end)
+                 {
+                     Walker again(surface, grid, side);
+                     for (std::size_t i = begin; i < end; ++i)
+                     {
+                         if (i % patches_per_piece == 0)
+                             progress.check_cancelled();
+                         const auto put = [&](std::uint32_t texel, float x, float y)
+                         {
+                             const std::size_t place = covers[texel].fetch_add(1, std::memory_order_relaxed);
+                             covers_[first_cover_[texel] + place] = {static_cast<std::uint32_t>(i),
+                                                                     static_cast<std::int16_t>(std::lround(x * Cover::unit)),
+                                                                     static_cast<std::int16_t>(std::lround(y * Cover::unit))};
+                         };
+                         again.walk(patches_[i], nullptr, put);
+                     }
+                 });
+    parallel_for(texels.size(), 1U << 14U, progress.threads(),
+                 [&](std::size_t begin, std::size_t end)
+                 {
+                     for (std::size_t t = begin; t < end; ++t)
+                         std::sort(covers_.begin() + static_cast<std::ptrdiff_t>(first_cover_[t]),
+                                   covers_.begin() + static_cast<std::ptrdiff_t>(first_cover_[t + 1]),
+                                   [](const Cover& a, const Cover& b) { return a.patch < b.patch; });
+                 });
+}
+
+void Patches::sample(const SurfaceGrid& grid, std::span<const Vec3f> values, std::size_t patch, Vec3f* out) const
+{
+    const Point* point = &points_[patch * points_per_patch()];
+    for (std::size_t i = 0; i < points_per_patch(); ++i, ++point)
+    {
+        const float x = static_cast<float>(point->across) / 256;
+        const float y = static_cast<float>(point->along) / 256;
+        const std::size_t cell = point->cell;
+        const Vec3f top = values[grid.texel_at(cell)] * (1 - x) + values[grid.texel_at(cell + 1)] * x;
+        const Vec3f bottom =
+            values[grid.texel_at(cell + point->width)] * (1 - x) + values[grid.texel_at(cell + point->width + 1)] * x;
+        out[i] = top * (1 - y) + bottom * y;
+    }
+}
+
+}  // namespace fresco::synthesize

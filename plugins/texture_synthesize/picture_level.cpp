@@ -1,0 +1,157 @@
+#include "picture_level.h"
+
+#include <fresco/error.h>
+#include <fresco/lab.h>
+#include <fresco/matrix_multiply.h>
+
+#include <Eigen/Eigenvalues>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+namespace fresco::synthesize
+{
+namespace
+{
+
+constexpr double least_key_step = 2;
+constexpr double least_variance = 1e-3;  // L*a*b*: of a patch's first component, in a picture that has any contrast.
+
+int count_along(int pixels, int side, double step)
+{
+    return 1 + static_cast<int>((pixels - side) / step);
+}
+
+}  // namespace
+
+PictureLevel::PictureLevel(const Raster8& rgb, double scale, int side, const Progress& progress) : scale_(scale), side_(side)
+{
+    const int width = std::max(1, static_cast<int>(std::lround(rgb.width * scale)));
+    const int height = std::max(1, static_cast<int>(std::lround(rgb.height * scale)));
+    if (width < side || height < side)
+        throw Error("the style picture is " + std::to_string(rgb.width) + "x" + std::to_string(rgb.height) + " pixels, " +
+                    std::to_string(width) + "x" + std::to_string(height) +
+                    " where its strokes are searched: smaller than one patch of " + std::to_string(side) +
+                    " pixels; use a larger picture");
+    lab_ = lab_picture(resized(rgb, width, height));
+    key_step_ = least_key_step;
+    while (static_cast<std::size_t>(count_along(width, side, key_step_)) *
+               static_cast<std::size_t>(count_along(height, side, key_step_)) >
+           most_keys)
+        key_step_ += 0.125;
+    columns_ = count_along(width, side, key_step_);
+    rows_ = count_along(height, side, key_step_);
+    make_basis(progress);
+}
+
+void PictureLevel::make_basis(const Progress& progress)
+{
+    const std::size_t count = key_count();
+    const std::size_t values = values_per_patch();
+    const auto row_values = static_cast<std::size_t>(3 * side_);
+    std::vector<float> patches(count * values);
+    std::vector<double> sum(values, 0.0);
+    for (std::size_t i = 0; i < count; ++i)
+    {
+        const Vec2f at = key(i);
+        const float* row = patch(static_cast<int>(at.x), static_cast<int>(at.y));
+        float* out = &patches[i * values];
+        for (int y = 0; y < side_; ++y, row += 3 * lab_.width, out += row_values)
+            std::copy(row, row + row_values, out);
+        for (std::size_t v = 0; v < values; ++v)
+            sum[v] += static_cast<double>(patches[i * values + v]);
+    }
+    mean_.resize(values);
+    for (std::size_t v = 0; v < values; ++v)
+        mean_[v] = static_cast<float>(sum[v] / static_cast<double>(count));
+
+    std::vector<float> centered = patches;
+    for (std::size_t i = 0; i < centered.size(); ++i)
+        centered[i] -= mean_[i % values];
+    std::vector<float> products(values * values);
+    const auto stride = static_cast<std::ptrdiff_t>(values);
+    multiply_matrices({centered.data(), values, count, 1, stride}, {centered.data(), count, values, stride, 1}, products.data(),
+                      progress.threads());
+    Eigen::MatrixXd covariance(values, values);
+    for (std::size_t i = 0; i < values; ++i)
+        for (std::size_t j = 0; j < values; ++j)
+            covariance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =
+                (static_cast<double>(products[i * values + j]) + static_cast<double>(products[j * values + i])) /
+                (2 * static_cast<double>(count));
+    progress.check_cancelled();
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(covariance);
+    const auto last = static_cast<Eigen::Index>(values) - 1;
+    if (solver.eigenvalues()(last) < least_variance)
+        throw Error("the style picture is of one color: use a picture with brush strokes or other patterns");
+    features_ = std::min(values, most_features);
+    basis_.resize(values * features_);
+    for (std::size_t f = 0; f < features_; ++f)
+        for (std::size_t v = 0; v < values; ++v)
+            basis_[v * features_ + f] =
+                static_cast<float>(solver.eigenvectors()(static_cast<Eigen::Index>(v), last - static_cast<Eigen::Index>(f)));
+    key_features_.resize(count * features_);
+    project(patches.data(), count, key_features_.data());
+}
+
+Vec2f PictureLevel::key(std::size_t number) const
+{
+    const auto columns = static_cast<std::size_t>(columns_);
+    const int half = side_ / 2;
+    return {static_cast<float>(half + std::lround(static_cast<double>(number % columns) * key_step_)),
+            static_cast<float>(half + std::lround(static_cast<double>(number / columns) * key_step_))};
+}
+
+std::size_t PictureLevel::key_near(Vec2f at) const
+{
+    const auto index = [this](float along, int count)
+    {
+        return static_cast<std::size_t>(
+            std::clamp(static_cast<int>(std::lround((along - static_cast<float>(side_ / 2)) / key_step_)), 0, count - 1));
+    };
+    return index(at.y, rows_) * static_cast<std::size_t>(columns_) + index(at.x, columns_);
+}
+
+int PictureLevel::key_reach() const
+{
+    return static_cast<int>(std::ceil(key_step_ / 2));
+}
+
+void PictureLevel::project(const float* patches, std::size_t rows, float* features) const
+{
+    const std::size_t values = values_per_patch();
+    std::vector<float> centered(patches, patches + rows * values);
+    for (std::size_t row = 0; row < rows; ++row)
+        for (std::size_t v = 0; v < values; ++v)
+            centered[row * values + v] -= mean_[v];
+    const auto stride = static_cast<std::ptrdiff_t>(values);
+    multiply_matrices({centered.data(), rows, values, stride, 1},
+                      {basis_.data(), values, features_, static_cast<std::ptrdiff_t>(features_), 1}, features, 1);
+}
+
+Vec2f PictureLevel::inside(Vec2f at) const
+{
+    const auto half = static_cast<float>(side_ / 2);
+    return {std::clamp(at.x, half, static_cast<float>(lab_.width - 1) - half),
+            std::clamp(at.y, half, static_cast<float>(lab_.height - 1) - half)};
+}
+
+Vec3f PictureLevel::color(Vec2f at) const
+{
+    const float x = std::clamp(at.x, 0.0F, static_cast<float>(lab_.width - 1));
+    const float y = std::clamp(at.y, 0.0F, static_cast<float>(lab_.height - 1));
+    const int x0 = static_cast<int>(x);
+    const int y0 = static_cast<int>(y);
+    const int x1 = std::min(x0 + 1, lab_.width - 1);
+    const int y1 = std::min(y0 + 1, lab_.height - 1);
+    const float fx = x - static_cast<float>(x0);
+    const float fy = y - static_cast<float>(y0);
+    const auto value = [this](int column, int row)
+    {
+        const float* v = &lab_.at(column, row);
+        return Vec3f{v[0], v[1], v[2]};
+    };
+    return (value(x0, y0) * (1 - fx) + value(x1, y0) * fx) * (1 - fy) + (value(x0, y1) * (1 - fx) + value(x1, y1) * fx) * fy;
+}
+
+}  // namespace fresco::synthesize

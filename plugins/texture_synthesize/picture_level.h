@@ -1,0 +1,65 @@
+#pragma once
+
+#include <fresco/image.h>
+#include <fresco/math.h>
+#include <fresco/progress.h>
+
+#include <cstddef>
+#include <vector>
+
+namespace fresco::synthesize
+{
+
+/// The style picture at one size, and the patches of it that are looked for. Positions are in its pixels, with pixel centers at
+/// whole numbers.
+class PictureLevel
+{
+  public:
+    static constexpr std::size_t most_keys = 12000;
+    static constexpr std::size_t most_features = 48;
+
+    /// `scale`: this picture's pixels along a pixel of `rgb`. `side`: of a patch, odd. Keys are patches on a regular grid, every
+    /// second pixel or as many as most_keys allows. Throws Error for a picture smaller than a patch, or without any contrast.
+    PictureLevel(const Raster8& rgb, double scale, int side, const Progress& progress);
+
+    double scale() const { return scale_; }
+    int side() const { return side_; }
+    const RasterF& lab() const { return lab_; }
+    std::size_t values_per_patch() const { return 3 * static_cast<std::size_t>(side_) * static_cast<std::size_t>(side_); }
+
+    std::size_t key_count() const { return static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_); }
+    Vec2f key(std::size_t number) const;
+    /// The key nearest to a position.
+    std::size_t key_near(Vec2f at) const;
+    /// Half of the way from one key to the next, in whole pixels.
+    int key_reach() const;
+
+    /// Principal components of the keys: what a patch's values (L*a*b*, side² x 3) come to, `rows` patches one after another.
+    std::size_t feature_count() const { return features_; }
+    void project(const float* patches, std::size_t rows, float* features) const;
+    /// K x feature_count().
+    const std::vector<float>& key_features() const { return key_features_; }
+
+    /// The nearest position at which a whole patch lies in the picture.
+    Vec2f inside(Vec2f at) const;
+    /// The picture at any place, bilinear, clamped at its border.
+    Vec3f color(Vec2f at) const;
+    /// The values of the patch around a whole pixel begin here; rows are lab().width * 3 apart.
+    const float* patch(int x, int y) const { return &lab_.at(x - side_ / 2, y - side_ / 2); }
+
+  private:
+    void make_basis(const Progress& progress);
+
+    double scale_;
+    int side_;
+    RasterF lab_;
+    int columns_ = 0;
+    int rows_ = 0;
+    double key_step_ = 1;
+    std::size_t features_ = 0;
+    std::vector<float> mean_;   ///< values_per_patch()
+    std::vector<float> basis_;  ///< values_per_patch() x feature_count()
+    std::vector<float> key_features_;
+};
+
+}  // namespace fresco::synthesize

@@ -1,0 +1,203 @@
+#include "search.h"
+
+#include "key_weights.h"
+#include "nearest_keys.h"
+#include "variety.h"
+
+#include <fresco/parallel.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace fresco::synthesize
+{
+namespace
+{
+
+constexpr std::size_t patches_per_piece = 192;
+constexpr std::size_t sampled_queries = 6000;  // That say how well each key is served.
+constexpr int coherence_passes = 2;
+/// A place that continues a neighbor's may differ by this much more than the best one: (d + tolerance) * factor.
+constexpr float coherence_factor = 2;
+constexpr float coherence_tolerance = 15;  // L*a*b*² per value
+
+class Search
+{
+  public:
+    Search(const Patches& patches, const SurfaceGrid& grid, std::span<const Vec3f> wanted, const PictureLevel& picture,
+           const SearchOptions& options, const Progress& progress)
+        : patches_(patches), grid_(grid), wanted_(wanted), picture_(picture), progress_(progress),
+          variety_(patches, grid, picture, options.variety, options.seed, progress), lift_(static_cast<float>(options.lift)),
+          values_(picture.values_per_patch())
+    {
+    }
+
+    std::vector<Match> run(double completeness, std::span<const Match> before)
+    {
+        weights_ = completeness_weights(picture_, sampled_features(), completeness, progress_);
+        weigh_crowds(picture_, before, weights_);
+        std::vector<Match> matches = best_keys();
+        for (int pass = 0; pass < coherence_passes; ++pass)
+            matches = continued(matches);
+        return matches;
+    }
+
+  private:
+    template <class Work>
+    void in_pieces(std::size_t count, const Work& work) const
+    {
+        parallel_for(count, patches_per_piece, progress_.threads(),
+                     [&](std::size_t begin, std::size_t end)
+                     {
+                         progress_.check_cancelled();
+                         work(begin, end);
+                     });
+    }
+
+    void sample(std::size_t patch, std::vector<Vec3f>& out, std::size_t place) const
+    {
+        patches_.sample(grid_, wanted_, patch, &out[place * (values_ / 3)]);
+    }
+    const float* values(const std::vector<Vec3f>& samples, std::size_t place) const { return &samples[place * (values_ / 3)].x; }
+
+    /// Of patches that are evenly spread.
+    std::vector<float> sampled_features() const
+    {
+        const std::size_t step = std::max<std::size_t>(1, patches_.count() / sampled_queries);
+        const std::size_t count = (patches_.count() + step - 1) / step;
+        std::vector<float> features(count * picture_.feature_count());
+        in_pieces(count,
+                  [&](std::size_t begin, std::size_t end)
+                  {
+                      std::vector<Vec3f> samples((end - begin) * values_ / 3);
+                      for (std::size_t i = begin; i < end; ++i)
+                          sample(i * step, samples, i - begin);
+                      picture_.project(values(samples, 0), end - begin, &features[begin * picture_.feature_count()]);
+                  });
+        return features;
+    }
+
+    std::vector<Match> best_keys() const
+    {
+        const FeatureSizes sizes{picture_.feature_count(), Variety::fields};
+        // Preferences are means over a patch's values, distances are sums.
+        const auto scale = static_cast<float>(values_);
+        const auto joined = [&](const float* squared, const float* plain, float factor, float* out)
+        {
+            std::copy_n(squared, sizes.squared, out);
+            std::transform(plain, plain + sizes.plain, out + sizes.squared, [factor](float v) { return factor * v; });
+        };
+        std::vector<float> key_features(picture_.key_count() * sizes.all());
+        for (std::size_t k = 0; k < picture_.key_count(); ++k)
+            joined(&picture_.key_features()[k * sizes.squared], variety_.of_key(k), 1, &key_features[k * sizes.all()]);
+        const NearestKeys keys(key_features, sizes, weights_, lift_ * scale, patch_kernel());
+
+        std::vector<Match> matches(patches_.count());
+        in_pieces(matches.size(),
+                  [&](std::size_t begin, std::size_t end)
+                  {
+                      std::vector<Vec3f> samples((end - begin) * values_ / 3);
+                      std::vector<float> projected((end - begin) * sizes.squared);
+                      std::vector<float> features((end - begin) * sizes.all());
+                      std::vector<Nearest> nearest(end - begin);
+                      for (std::size_t i = begin; i < end; ++i)
+                          sample(i, samples, i - begin);
+                      picture_.project(values(samples, 0), end - begin, projected.data());
+                      for (std::size_t i = begin; i < end; ++i)
+                          joined(&projected[(i - begin) * sizes.squared], variety_.of_patch(i), scale,
+                                 &features[(i - begin) * sizes.all()]);
+                      keys.find(features.data(), end - begin, nearest.data());
+                      for (std::size_t i = begin; i < end; ++i)
+                          matches[i] = refined(values(samples, i - begin), picture_.key(nearest[i - begin].key));
+                  });
+        return matches;
+    }
+
+    float distance(const float* patch, Vec2f at) const
+    {
+        const int x = static_cast<int>(std::lround(at.x));
+        const int y = static_cast<int>(std::lround(at.y));
+        const auto side = static_cast<std::size_t>(picture_.side());
+        const float sum = patch_kernel().squared_distance(patch, picture_.patch(x, y),
+                                                          3 * static_cast<std::size_t>(picture_.lab().width), side, 3 * side);
+        return sum / static_cast<float>(values_);
+    }
+
+    float score(std::size_t patch, float distance, Vec2f at) const
+    {
+        const std::size_t key = picture_.key_near(at);
+        return std::max(distance + variety_.preference(patch, key) + lift_, 0.0F) * weights_[key];
+    }
+
+    /// The best whole position between a key and the next ones.
+    Match refined(const float* patch, Vec2f key) const
+    {
+        Match best{key, distance(patch, key)};
+        const int reach = picture_.key_reach();
+        for (int y = -reach; y <= reach; ++y)
+            for (int x = -reach; x <= reach; ++x)
+            {
+                const Vec2f at = picture_.inside(key + Vec2f{static_cast<float>(x), static_cast<float>(y)});
+                if (const float away = distance(patch, at); away < best.distance)
+                    best = {at, away};
+            }
+        return best;
+    }
+
+    /// Every patch tries the places that continue those of the patches over its center.
+    std::vector<Match> continued(const std::vector<Match>& matches) const
+    {
+        std::vector<Match> result(matches.size());
+        in_pieces(matches.size(),
+                  [&](std::size_t begin, std::size_t end)
+                  {
+                      std::vector<Vec3f> samples(values_ / 3);
+                      for (std::size_t i = begin; i < end; ++i)
+                      {
+                          sample(i, samples, 0);
+                          result[i] = continued(values(samples, 0), i, matches);
+                      }
+                  });
+        return result;
+    }
+
+    Match continued(const float* patch_values, std::size_t patch, const std::vector<Match>& matches) const
+    {
+        Match best = matches[patch];
+        float least = score(patch, best.distance + coherence_tolerance, best.at) * coherence_factor;
+        for (const Cover& cover : patches_.covers(patches_[patch].texel))
+        {
+            if (cover.patch == patch)
+                continue;
+            const Vec2f at = picture_.inside(matches[cover.patch].at + cover.offset());
+            const float away = distance(patch_values, at);
+            if (const float found = score(patch, away, at); found < least)
+            {
+                least = found;
+                best = {at, away};
+            }
+        }
+        return best;
+    }
+
+    const Patches& patches_;
+    const SurfaceGrid& grid_;
+    std::span<const Vec3f> wanted_;
+    const PictureLevel& picture_;
+    const Progress& progress_;
+    Variety variety_;
+    float lift_;
+    std::size_t values_;
+    std::vector<float> weights_;
+};
+
+}  // namespace
+
+std::vector<Match> search(const Patches& patches, const SurfaceGrid& grid, std::span<const Vec3f> wanted,
+                          const PictureLevel& picture, const SearchOptions& options, std::span<const Match> before,
+                          const Progress& progress)
+{
+    return Search(patches, grid, wanted, picture, options, progress).run(options.completeness, before);
+}
+
+}  // namespace fresco::synthesize

@@ -1,0 +1,117 @@
+#include "start_picture.h"
+#include "synthesis.h"
+
+#include <fresco/frames.h>
+#include <fresco/stage.h>
+#include <fresco/texture.h>
+
+#include <cmath>
+#include <optional>
+#include <string>
+
+using namespace fresco;
+
+namespace
+{
+class TextureSynthesize final : public Stage
+{
+    Input<Mesh> mesh{this, "mesh", "The mesh with its atlas"};
+    Input<Texture> start{this, "start", "What to paint over: a photographic texture, or any other of the same atlas"};
+    Input<Image> style{this, "style", "The picture whose brush strokes are copied"};
+    Input<Frames> frames{this, "frames", optional, "Frames whose cameras tell which way is up"};
+    Output<Texture> texture{this, "texture", "The painted texture"};
+    Output<SourceMap> source{this, "source", "Where in the picture each texel comes from"};
+
+    Option<int> size_px{this, "size_px", 2048, range(16, 16384), "Texels a side of the texture"};
+    Option<double> stroke_cm{this, "stroke_cm", 3.5, range(0.1, 1000), "How wide the picture's brush strokes are on the surface"};
+    Option<double> painterly{this, "painterly", 0.5, range(0, 1),
+                             "0: keep what the start shows; 1: let the picture's own motifs take over"};
+    Option<bool> recolor{this, "recolor", true, "Give the start the picture's colors first; false: it has them already"};
+    Option<double> completeness{this, "completeness", 2.0, range(0.01, 1000),
+                                "The smaller, the more evenly all parts of the picture are used"};
+    Option<std::vector<double>> up{this, "up", std::vector<double>{},
+                                   "Upward direction [x, y, z]; empty: by the frames' cameras, or else by the mesh"};
+    Option<int> patch_px{this, "patch_px", 11, range(5, 31), "Texels along a copied patch, odd; strokes are 8 wide there"};
+    Option<int> levels_count{this, "levels_count", 2, range(1, 4), "Scales to paint at, each half as fine as the next"};
+    Option<int> rounds_count{this, "rounds_count", 6, range(1, 100), "Rounds of search and vote at each scale"};
+    Option<int> seed{this, "seed", 0, range(0, 2147483647), "Another seed is another painting"};
+    Option<double> checkpoint_seconds{
+        this,      "checkpoint_seconds", 10.0, at_least(0), "Seconds of work that a killed run loses at most; 0: no checkpoints",
+        not_in_key};
+    Option<double> preview_seconds{
+        this, "preview_seconds", 5.0, at_least(0), "Seconds between previews; 0: after each round", not_in_key};
+    Slot<ImageIo> images{this, "images", "image.opencv", optional, "Writes previews; none: no previews"};
+
+    Cost cost() const override
+    {
+        return {.seconds = "2 + size_px * size_px * 1e-5 / cores",
+                .memory_mb = "200 + size_px * size_px * 0.00015",
+                .disk_mb = "size_px * size_px * 0.000019"};
+    }
+
+    std::optional<Vec3f> given_up() const
+    {
+        if (!up->empty())
+        {
+            if (up->size() != 3)
+                throw Error("option \"up\" has " + std::to_string(up->size()) + " numbers; expected [x, y, z]");
+            const Vec3d direction{(*up)[0], (*up)[1], (*up)[2]};
+            if (!(length(direction) > 1e-6))
+                throw Error("option \"up\" is [0, 0, 0]; expected a direction such as [0, 0, 1]");
+            return vec_cast<float>(normalized(direction));
+        }
+        if (!frames.has_value())
+            return std::nullopt;
+        Vec3d sum;
+        for (const Frame& frame : frames->frames)
+            sum += frame.color.world_from_camera.direction({0, -1, 0});
+        // Cameras that look every way up say nothing.
+        return length(sum) > 0.3 * static_cast<double>(frames->frames.size()) ? std::optional(vec_cast<float>(normalized(sum)))
+                                                                              : std::nullopt;
+    }
+
+    void check() const
+    {
+        check_mesh(*mesh, "the mesh on port 'mesh'");
+        if (mesh->texcoords.empty())
+            throw Error("the mesh on port 'mesh' has no texcoords: wire the atlas.* stage that the start was made with");
+        check_atlas(start->atlas, *mesh, "the texture on port 'start'");
+        if (style->pixels.channels != 3)
+            throw Error("the style picture has " + std::to_string(style->pixels.channels) + " channels; expected RGB");
+        if (*patch_px % 2 == 0)
+            throw Error("option \"patch_px\" is " + std::to_string(*patch_px) + "; expected an odd number");
+    }
+
+    void run(RunContext& run) override
+    {
+        check();
+        const synthesize::PaintedSurface surface(*mesh, run);
+        const synthesize::Upright upright = synthesize::upright(surface, given_up());
+        synthesize::StartPicture picture(surface, *start, run);
+        if (*recolor)
+            picture.recolor(style->pixels);
+        run.report("up", Value::List{double{upright.up.x}, double{upright.up.y}, double{upright.up.z}});
+        run.report("unseen_share", 1 - static_cast<double>(picture.known_texels()) / static_cast<double>(picture.chart_texels()));
+        synthesize::SynthesisOptions options;
+        options.size_px = *size_px;
+        options.stroke_m = *stroke_cm / 100;
+        options.painterly = *painterly;
+        options.completeness = *completeness;
+        options.patch_px = *patch_px;
+        options.levels = *levels_count;
+        options.rounds = *rounds_count;
+        options.seed = static_cast<std::uint32_t>(*seed);
+        options.checkpoint_s = *checkpoint_seconds;
+        options.preview_s = *preview_seconds;
+        const synthesize::Task task{surface, upright, style->pixels, [&](std::uint32_t chart, Vec2f uv, double footprint) {
+                                        return picture.at(chart, uv, footprint);
+                                    }};
+        synthesize::Painting painting =
+            synthesize::synthesize(task, options, images.has_value() ? images.get().get() : nullptr, run);
+        texture = std::move(painting.texture);
+        source = std::move(painting.source);
+    }
+};
+}  // namespace
+
+FRESCO_STAGE("texture.synthesize", TextureSynthesize, "Paints a surface with the brush strokes of a picture, without a network")

@@ -1,0 +1,142 @@
+#include "stroke_width.h"
+
+#include <fresco/lab.h>
+#include <fresco/parallel.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+namespace fresco::synthesize
+{
+namespace
+{
+
+constexpr int longest_side = 768;  // Measured at most at this size: strokes have a few pixels then.
+constexpr int directions = 16;
+constexpr double broad_share = 1.0 / 24;  // Of the shorter side: sigma of what counts as background.
+
+/// Gaussian blur, borders repeated.
+RasterF blurred(const RasterF& grey, double sigma)
+{
+    const int radius = std::max(1, static_cast<int>(std::ceil(3 * sigma)));
+    std::vector<double> weights;
+    double total = 0;
+    for (int i = -radius; i <= radius; ++i)
+        total += weights.emplace_back(std::exp(-i * i / (2 * sigma * sigma)));
+    RasterF across(grey.width, grey.height);
+    RasterF result(grey.width, grey.height);
+    for (int y = 0; y < grey.height; ++y)
+        for (int x = 0; x < grey.width; ++x)
+        {
+            double sum = 0;
+            for (int i = -radius; i <= radius; ++i)
+                sum += weights[static_cast<std::size_t>(i + radius)] * grey.at(std::clamp(x + i, 0, grey.width - 1), y);
+            across.at(x, y) = static_cast<float>(sum / total);
+        }
+    for (int y = 0; y < grey.height; ++y)
+        for (int x = 0; x < grey.width; ++x)
+        {
+            double sum = 0;
+            for (int i = -radius; i <= radius; ++i)
+                sum += weights[static_cast<std::size_t>(i + radius)] * across.at(x, std::clamp(y + i, 0, grey.height - 1));
+            result.at(x, y) = static_cast<float>(sum / total);
+        }
+    return result;
+}
+
+/// Luminance less its broad part, of mean 0.
+RasterF detail(const Raster8& rgb)
+{
+    const double scale = std::min(1.0, static_cast<double>(longest_side) / std::max(rgb.width, rgb.height));
+    const RasterF lab = lab_picture(resized(rgb, std::max(1, static_cast<int>(std::lround(rgb.width * scale))),
+                                            std::max(1, static_cast<int>(std::lround(rgb.height * scale)))));
+    RasterF grey(lab.width, lab.height);
+    for (std::size_t i = 0; i < grey.values.size(); ++i)
+        grey.values[i] = lab.values[3 * i];
+    const RasterF broad = blurred(grey, std::max(1.0, broad_share * std::min(grey.width, grey.height)));
+    double mean = 0;
+    for (std::size_t i = 0; i < grey.values.size(); ++i)
+        mean += static_cast<double>(grey.values[i] -= broad.values[i]);
+    mean /= static_cast<double>(grey.values.size());
+    for (float& v : grey.values)
+        v -= static_cast<float>(mean);
+    return grey;
+}
+
+/// Mean product of a picture with itself moved by (dx, dy), dy >= 0.
+double correlation(const RasterF& grey, int dx, int dy)
+{
+    double sum = 0;
+    std::size_t count = 0;
+    const int x0 = std::max(0, -dx);
+    const int x1 = std::min(grey.width, grey.width - dx);
+    for (int y = 0; y + dy < grey.height; ++y)
+    {
+        const float* a = &grey.values[grey.index(0, y)];
+        const float* b = &grey.values[grey.index(0, y + dy)] + dx;
+        float row = 0;
+        for (int x = x0; x < x1; ++x)
+            row += a[x] * b[x];
+        sum += static_cast<double>(row);
+        count += static_cast<std::size_t>(std::max(x1 - x0, 0));
+    }
+    return count > 0 ? sum / static_cast<double>(count) : 0;
+}
+
+}  // namespace
+
+double stroke_width_px(const Raster8& rgb, const Progress& progress)
+{
+    const RasterF grey = detail(rgb);
+    const int reach = std::clamp(std::min(grey.width, grey.height) / 10, 2, 48);
+    const int columns = 2 * reach + 1;
+    // dy from 0 on; the other half is its mirror image.
+    std::vector<double> correlations(static_cast<std::size_t>(columns) * static_cast<std::size_t>(reach + 1));
+    parallel_for(correlations.size(), 32, progress.threads(),
+                 [&](std::size_t begin, std::size_t end)
+                 {
+                     progress.check_cancelled();
+                     for (std::size_t i = begin; i < end; ++i)
+                         correlations[i] =
+                             correlation(grey, static_cast<int>(i) % columns - reach, static_cast<int>(i) / columns);
+                 });
+    const auto at = [&](int x, int y)
+    {
+        if (y < 0)
+        {
+            x = -x;
+            y = -y;
+        }
+        return correlations[static_cast<std::size_t>(y * columns + x + reach)];
+    };
+    const double half = at(0, 0) / 2;
+    double least = reach;
+    for (int d = 0; d < directions && half > 0; ++d)
+    {
+        const double angle = std::numbers::pi * d / directions;
+        double before = at(0, 0);
+        for (double r = 0.125; r < reach - 1; r += 0.125)
+        {
+            const double x = r * std::cos(angle);
+            const double y = r * std::sin(angle);
+            const int x0 = static_cast<int>(std::floor(x));
+            const int y0 = static_cast<int>(std::floor(y));
+            const double fx = x - x0;
+            const double fy = y - y0;
+            const double value = (at(x0, y0) * (1 - fx) + at(x0 + 1, y0) * fx) * (1 - fy) +
+                                 (at(x0, y0 + 1) * (1 - fx) + at(x0 + 1, y0 + 1) * fx) * fy;
+            if (value <= half)
+            {
+                least = std::min(least, r - 0.125 * (half - value) / (before - value));
+                break;
+            }
+            before = value;
+        }
+    }
+    const double enlarged = static_cast<double>(rgb.width) / grey.width;
+    return std::max(2.0, 1.5 * 2 * least * enlarged);
+}
+
+}  // namespace fresco::synthesize

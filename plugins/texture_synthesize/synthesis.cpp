@@ -1,0 +1,195 @@
+#include "synthesis.h"
+
+#include "checkpoint.h"
+#include "stroke_width.h"
+
+#include <fresco/error.h>
+#include <fresco/files_io.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <memory>
+#include <string>
+
+namespace fresco::synthesize
+{
+namespace
+{
+
+constexpr double stroke_texels = 8;   // In the finest level.
+constexpr double finest_texel = 0.6;  // Levels with texels smaller than this share of the texture's are left out …
+constexpr double narrowest = 0.35;    // … and with the coarsest at less than this, strokes are too narrow for the texture.
+constexpr int coarse_stride = 3;
+constexpr int fine_stride = 4;
+constexpr float heaviest_share = 0.5F;  // Keeps bristles.
+constexpr int preview_px = 512;
+
+/// The side of a texel on the surface, by the area of the charts.
+double texel_m(const PaintedSurface& surface, int size_px)
+{
+    double area = 0;
+    double uv_area = 0;
+    for (std::size_t f = 0; f < surface.mesh.triangles.size(); ++f)
+    {
+        const double uv_per_m = surface.uv_per_m[surface.charts.of_face[f]];
+        const double a = length(geometry::area_vector(surface.mesh, f));
+        area += a;
+        uv_area += a * uv_per_m * uv_per_m;
+    }
+    if (!(uv_area > 0))
+        throw Error("the charts of the mesh on port 'mesh' have no area: wire an atlas.* stage");
+    return std::sqrt(area / uv_area) / size_px;
+}
+
+class Synthesis
+{
+  public:
+    Synthesis(const Task& task, const SynthesisOptions& options, const ImageIo* images, RunContext& run)
+        : task_(task), options_(options), images_(images), run_(run), stroke_px_(stroke_width_px(task.picture, run)),
+          texel_m_(texel_m(task.surface, options.size_px)), file_(run.checkpoint_folder() / "round.bin")
+    {
+    }
+
+    Painting make()
+    {
+        const int finest = finest_level();
+        std::optional<Checkpoint> found = earlier();
+        std::unique_ptr<Level> level;
+        for (int number = found ? found->level : options_.levels - 1; number >= finest; --number)
+        {
+            auto next = std::make_unique<Level>(task_, spacing_m(number), scale(number), level_options(number), run_);
+            int done = 0;
+            if (found)
+            {
+                next->resume(std::move(found->colors), std::move(found->matches));
+                done = found->rounds;
+                run_.message("going on after round " + std::to_string(done) + " of an interrupted run");
+                found.reset();
+            }
+            else
+                next->begin(level.get(), run_);
+            level = std::move(next);
+            paint_rounds(*level, number, done, finest);
+        }
+        report(*level, finest);
+        return paint(task_, *level, options_.size_px, heaviest_share, run_);
+    }
+
+  private:
+    using Clock = std::chrono::steady_clock;
+
+    double spacing_m(int level) const { return options_.stroke_m / stroke_texels * std::exp2(level); }
+    double scale(int level) const { return stroke_texels / stroke_px_ / std::exp2(level); }
+
+    int finest_level() const
+    {
+        const int coarsest = options_.levels - 1;
+        if (spacing_m(coarsest) < narrowest * texel_m_)
+            throw Error("strokes of " + std::to_string(options_.stroke_m * 100) + " cm are too narrow for texels of " +
+                        std::to_string(texel_m_ * 1000) + " mm: use a larger stroke_cm or size_px");
+        int level = coarsest;
+        while (level > 0 && spacing_m(level - 1) >= finest_texel * texel_m_)
+            --level;
+        return level;
+    }
+
+    LevelOptions level_options(int level) const
+    {
+        const double freedom = 2 * options_.painterly;
+        LevelOptions o;
+        o.side = options_.patch_px;
+        o.stride = level > 0 ? coarse_stride : fine_stride;
+        o.faithfulness = 0.5 * std::pow(0.3, options_.painterly);
+        o.unrest *= freedom;
+        o.search.completeness = options_.completeness;
+        o.search.variety *= freedom;
+        o.search.lift *= freedom;
+        o.search.seed = options_.seed;
+        return o;
+    }
+
+    std::optional<Checkpoint> earlier() const
+    {
+        try
+        {
+            auto found = read_checkpoint(file_);
+            if (found && (found->level < 0 || found->level >= options_.levels || found->rounds > options_.rounds))
+                return std::nullopt;
+            return found;
+        }
+        catch (const Error& error)
+        {
+            run_.warning(std::string("the checkpoint cannot be used: ") + error.what());
+            return std::nullopt;
+        }
+    }
+
+    void paint_rounds(Level& level, int number, int done, int finest)
+    {
+        const int rounds_in_all = (options_.levels - finest) * options_.rounds;
+        for (int round = done; round < options_.rounds; ++round)
+        {
+            run_.progress((options_.levels - 1 - number) * options_.rounds + round, rounds_in_all, "rounds");
+            level.paint_round(run_);
+            double sum = 0;
+            for (const Match& match : level.matches())
+                sum += static_cast<double>(match.distance);
+            run_.metric("distance", sum / static_cast<double>(level.matches().size()));
+            const auto now = Clock::now();
+            const auto since = [now](Clock::time_point then) { return std::chrono::duration<double>(now - then).count(); };
+            if (options_.checkpoint_s > 0 && since(saved_) >= options_.checkpoint_s)
+            {
+                write_checkpoint(file_, {number, round + 1, level.colors(), level.matches()});
+                saved_ = Clock::now();
+            }
+            if (images_ != nullptr && since(shown_) >= options_.preview_s)
+            {
+                show(level);
+                shown_ = Clock::now();
+            }
+        }
+    }
+
+    void show(const Level& level) const
+    {
+        const Painting small = paint(task_, level, std::min(preview_px, options_.size_px), heaviest_share, run_);
+        const RasterF& layer = small.texture.layers.front();
+        Raster8 picture(layer.width, layer.height, 3);
+        std::transform(layer.values.begin(), layer.values.end(), picture.values.begin(),
+                       [](float v) { return static_cast<std::uint8_t>(std::clamp(v, 0.0F, 1.0F) * 255 + 0.5F); });
+        write_file(run_.preview_folder() / "texture.png", images_->encode_png(picture));
+    }
+
+    void report(const Level& level, int finest) const
+    {
+        const double pixel_cm = 100 * options_.stroke_m / stroke_px_;
+        run_.report("stroke_px", stroke_px_);
+        run_.report("picture_width_cm", pixel_cm * task_.picture.width);
+        run_.report("picture_height_cm", pixel_cm * task_.picture.height);
+        run_.report("texel_mm", 1000 * texel_m_);
+        run_.report("searched_texel_mm", 1000 * spacing_m(finest));
+        run_.report("searched_texels", level.grid().texels().size());
+        run_.report("patches", level.patches().count());
+        run_.report("keys", level.picture().key_count());
+    }
+
+    const Task& task_;
+    const SynthesisOptions& options_;
+    const ImageIo* images_;
+    RunContext& run_;
+    double stroke_px_;
+    double texel_m_;
+    std::filesystem::path file_;
+    Clock::time_point saved_ = Clock::now();
+    Clock::time_point shown_ = Clock::now();
+};
+
+}  // namespace
+
+Painting synthesize(const Task& task, const SynthesisOptions& options, const ImageIo* images, RunContext& run)
+{
+    return Synthesis(task, options, images, run).make();
+}
+
+}  // namespace fresco::synthesize

@@ -1,0 +1,33 @@
+#pragma once
+
+#include "paint.h"
+
+#include <fresco/image_io.h>
+#include <fresco/run_context.h>
+
+#include <cstdint>
+
+namespace fresco::synthesize
+{
+
+struct SynthesisOptions
+{
+    int size_px = 2048;       ///< Texels a side of the texture.
+    double stroke_m = 0.035;  ///< How wide the picture's strokes are on the surface.
+    double painterly = 0.5;   ///< 0 … 1
+    double completeness = 2;  ///< See SearchOptions.
+    int patch_px = 11;        ///< Points along a patch, odd.
+    int levels = 2;           ///< Each half as fine as the next.
+    int rounds = 6;           ///< Per level.
+    std::uint32_t seed = 0;
+    double checkpoint_s = 10;  ///< Seconds of work that a killed run loses at most; 0: no checkpoints.
+    double preview_s = 5;      ///< Seconds between previews.
+};
+
+/// Paints a surface from coarse to fine: levels whose strokes are 8 texels wide and half as many, and then the texture. Levels
+/// finer than the texture are left out, so that a smaller texture is the same painting, stopped early. Goes on from a checkpoint
+/// of an interrupted run, with the same result. `images`: writes previews; may be null. Throws Error if the strokes would be
+/// narrower than about a texel, Cancelled.
+Painting synthesize(const Task& task, const SynthesisOptions& options, const ImageIo* images, RunContext& run);
+
+}  // namespace fresco::synthesize

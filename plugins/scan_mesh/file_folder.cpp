@@ -43,7 +43,7 @@ fs::path FileFolder::find(std::string_view name, std::string_view place, std::st
     const bool leaves = std::ranges::find(relative, fs::path("..")) != relative.end();
     if (relative.is_absolute() || leaves || has_scheme(name))
         throw fresco::Error(begin + "leads out of the model's folder; put the file beside the model and give its name only");
-    const fs::path file = folder_ / relative;
+    fs::path file = folder_ / relative;
     std::error_code error;
     if (!fs::is_regular_file(file, error))
         throw fresco::MissingInput(begin + "is not in " + folder_.string() + "; put it there" + std::string(way_out));

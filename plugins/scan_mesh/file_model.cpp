@@ -77,7 +77,7 @@ class MaterialReader
     void read_ply()
     {
         if (!named_.files.empty() && model_.mesh.texcoords.empty())
-            model_.warnings.push_back("the file names a picture but has no texture coordinates: the picture is not used");
+            model_.warnings.emplace_back("the file names a picture but has no texture coordinates: the picture is not used");
         if (named_.files.size() > 1 && named_.of_face.empty())
             model_.warnings.push_back("the file names " + std::to_string(named_.files.size()) +
                                       " pictures but has no face property texnumber: the first is used");

@@ -188,9 +188,9 @@ class BufferSource
                 throw Error(entry("buffers", result.size()) + "byteLength is " + std::to_string(length));
             uris_.push_back(uri == nullptr ? "" : uri->as_string());
             lengths_.push_back(static_cast<std::size_t>(length));
-            Value::Map plain{{"byteLength", length}};
-            plain.emplace_back("uri",
-                               is_data_uri(uris_.back()) ? uris_.back() : std::string(prefix) + std::to_string(result.size()));
+            std::string asked(prefix);
+            asked += std::to_string(result.size());
+            Value::Map plain{{"byteLength", length}, {"uri", is_data_uri(uris_.back()) ? uris_.back() : asked}};
             result.emplace_back(std::move(plain));
         }
         return result;

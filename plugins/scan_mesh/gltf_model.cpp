@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <ranges>
 #include <set>
 #include <tuple>
 #include <utility>
@@ -65,7 +66,7 @@ Affine place_of(const tinygltf::Node& node)
     {
         for (int row = 0; row < 3; ++row)
             for (int column = 0; column < 3; ++column)
-                place.linear(row, column) = node.matrix[static_cast<std::size_t>(4 * column + row)];
+                place.linear(row, column) = node.matrix[4 * static_cast<std::size_t>(column) + static_cast<std::size_t>(row)];
         place.origin = {node.matrix[12], node.matrix[13], node.matrix[14]};
         if (node.matrix[3] != 0 || node.matrix[7] != 0 || node.matrix[11] != 0 || node.matrix[15] != 1)
             throw Error("matrix: expected 0, 0, 0, 1 in the last row");
@@ -114,8 +115,8 @@ class SceneReader
         std::vector<std::pair<int, Affine>> open;
         const auto push = [&](const std::vector<int>& children, const Affine& parent)
         {
-            for (auto child = children.rbegin(); child != children.rend(); ++child)
-                open.emplace_back(*child, parent);
+            for (const int child : std::views::reverse(children))
+                open.emplace_back(child, parent);
         };
         push(roots(), {});
         std::vector<std::pair<std::size_t, Affine>> placed;

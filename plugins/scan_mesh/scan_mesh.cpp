@@ -29,7 +29,8 @@ class ScanMesh final : public fresco::Stage
         "16 numbers, row by row: the world from the file, rigid, in meters, after unit_m and axes; empty: none"};
     fresco::Option<std::string> materials{this, "materials", "read", fresco::one_of({"read", "skip"}),
                                           "skip: do not look for the materials and pictures that the file names"};
-    fresco::Slot<fresco::ImageIo> images{this, "images", "image.opencv", "Checks the pictures of a model"};
+    fresco::Slot<fresco::ImageIo> images{this, "images", "image.opencv", fresco::optional,
+                                         "Checks the pictures of a model; none: they are taken on trust"};
 
     fresco::Output<fresco::Mesh> mesh{this, "mesh", "The surface in the world"};
     fresco::Output<fresco::Model> model{this, "model", "The same surface with its materials and pictures"};
@@ -64,12 +65,13 @@ class ScanMesh final : public fresco::Stage
     {
         const auto bytes = picture.file.empty() ? picture.bytes : fresco::read_file(picture.file);
         const bool is_png = !bytes.empty() && bytes.front() == std::byte{0x89};
-        const std::string name = "picture_" + std::to_string(number) + (is_png ? ".png" : ".jpg");
+        std::string name = "picture_" + std::to_string(number) + (is_png ? ".png" : ".jpg");
         const auto file = model.folder().path / name;
         fresco::write_file(file, bytes);
         try
         {
-            fresco::check_not_turned(file, images->check(file), "a model");
+            if (images.has_value())
+                fresco::check_not_turned(file, images->check(file), "a model");
         }
         catch (const fresco::Error& error)
         {

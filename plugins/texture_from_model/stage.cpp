@@ -86,8 +86,8 @@ class TextureFromModel final : public Stage
             if (pixels_per_uv < 0)
                 continue;
             result[i] = images->read_rgb(model->loaded_from / model->pictures[i]);
-            double pixels = pixels_per_uv * std::sqrt(double{1} * result[i].width * result[i].height);
-            for (; pixels > most_pixels_per_texel; pixels /= 2)
+            const double pixels = pixels_per_uv * std::sqrt(double{1} * result[i].width * result[i].height);
+            for (int power = 1; pixels / power > most_pixels_per_texel && power <= result[i].width; power *= 2)
                 result[i] = halved(result[i]);
         }
         return result;

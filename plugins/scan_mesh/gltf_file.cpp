@@ -119,23 +119,24 @@ void check_version(const Value& document)
         throw Error("asset.version is " + version->as_string() + "; expected 2.0: export the model again as glTF 2.0");
 }
 
+[[noreturn]] void refuse_extension(const std::string& name)
+{
+    std::string way_out = "export the model without it";
+    if (name == "KHR_draco_mesh_compression" || name == "EXT_meshopt_compression")
+        way_out = "export the model without compression";
+    else if (name == "KHR_texture_basisu" || name == "EXT_texture_webp" || name == "EXT_texture_avif")
+        way_out = "export the model with PNG or JPEG pictures";
+    throw Error("extensionsRequired: the file needs " + name + ", which is not supported; " + way_out);
+}
+
 void check_extensions(const Value& document)
 {
     const Value* const required = document.find("extensionsRequired");
     if (required == nullptr)
         return;
-    for (const Value& value : required->as_list())
-    {
-        const std::string& name = value.as_string();
-        if (std::ranges::find(known_extensions, name) != known_extensions.end())
-            continue;
-        std::string way_out = "export the model without it";
-        if (name == "KHR_draco_mesh_compression" || name == "EXT_meshopt_compression")
-            way_out = "export the model without compression (\"gltf-transform copy\" with its decoders, or Blender for Draco)";
-        else if (name == "KHR_texture_basisu" || name == "EXT_texture_webp" || name == "EXT_texture_avif")
-            way_out = "export the model with PNG or JPEG pictures";
-        throw Error("extensionsRequired: the file needs " + name + ", which is not supported; " + way_out);
-    }
+    for (const Value& name : required->as_list())
+        if (std::ranges::find(known_extensions, name.as_string()) == known_extensions.end())
+            refuse_extension(name.as_string());
 }
 
 const Value::List& list_of(const Value& document, std::string_view key)
@@ -155,7 +156,7 @@ std::vector<GltfImage> images_of(const Value& document)
         {
             const std::int64_t number = view->as_int();
             if (number < 0 || number > std::numeric_limits<int>::max())
-                throw Error(entry("images", images.size()) + "bufferView " + std::to_string(number));
+                throw Error(entry("images", images.size()) + "bufferView is not an index");
             image.buffer_view = static_cast<int>(number);
         }
         if (const Value* const uri = value.find("uri"))

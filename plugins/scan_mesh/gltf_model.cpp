@@ -8,7 +8,6 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <ranges>
 #include <set>
 #include <tuple>
 #include <utility>
@@ -115,7 +114,7 @@ class SceneReader
         std::vector<std::pair<int, Affine>> open;
         const auto push = [&](const std::vector<int>& children, const Affine& parent)
         {
-            for (const int child : std::views::reverse(children))
+            for (const int child : std::vector<int>(children.rbegin(), children.rend()))
                 open.emplace_back(child, parent);
         };
         push(roots(), {});

@@ -42,7 +42,9 @@ void check_triangles(const std::vector<std::uint32_t>& found, const std::vector<
 
 GlbErrors check_glb(const GlbModel& model, const WeldedMesh& mesh, const std::vector<std::byte>& image, const GlbOptions& options)
 {
-    expect(model.image == image && model.image_type == options.image_type, "the picture is another");
+    expect(model.image == image && (image.empty() || model.image_type == options.image_type), "the picture is another");
+    expect(model.colors == mesh.colors, "the vertex colors are others");
+    expect(model.texcoords.size() == mesh.texcoords.size(), "another number of texcoords");
     expect(model.positions.size() == mesh.positions.size(), "another number of vertices");
     expect(model.normals.empty() == (options.material == GltfMaterial::unlit), "normals are with unlit or missing with pbr");
     check_triangles(model.indices, mesh.indices, options.compress);
@@ -61,6 +63,8 @@ GlbErrors check_glb(const GlbModel& model, const WeldedMesh& mesh, const std::ve
         errors.position_m = std::max(errors.position_m, position);
         if (!model.normals.empty())
             expect(largest(model.normals[i] - vec_cast<double>(mesh.normals[i])) <= normal_limit, vertex + " has another normal");
+        if (mesh.texcoords.empty())
+            continue;
         const Vec2f uv = mesh.texcoords[i];
         // The float that 1 - v is, where floats are written.
         const double v = options.quantize ? 1 - double{uv.y} : double{1 - uv.y};

@@ -5,6 +5,7 @@
 #include "quantised_mesh.h"
 
 #include <fresco/error.h>
+#include <fresco/texturing/linear_light.h>
 #include <fresco/value.h>
 
 #include <algorithm>
@@ -168,6 +169,21 @@ Value bounds_of(const std::vector<Row>& rows, const auto& component)
     return Value::Map{{"min", list_of(low)}, {"max", list_of(high)}};
 }
 
+/// Linear light in 16 bits, from which every step of sRGB comes back.
+void add_colors(Buffers& buffers, const WeldedMesh& mesh, Value::Map& attributes)
+{
+    if (mesh.colors.empty())
+        return;
+    std::vector<std::array<std::uint16_t, 4>> rows;
+    for (const Rgb8& color : mesh.colors)
+    {
+        const auto light = [](std::uint8_t step)
+        { return static_cast<std::uint16_t>(std::lround(texturing::to_linear(step) * 65535)); };
+        rows.push_back({light(color[0]), light(color[1]), light(color[2]), 65535});
+    }
+    attributes.emplace_back("COLOR_0", buffers.add_rows(std::as_bytes(std::span(rows)), {gltf::uint16, "VEC4", 8, true}));
+}
+
 Value::Map add_plain(Buffers& buffers, const WeldedMesh& mesh, bool has_normals)
 {
     const auto rows = [](const auto& values) { return std::as_bytes(std::span(values)); };
@@ -179,7 +195,8 @@ Value::Map add_plain(Buffers& buffers, const WeldedMesh& mesh, bool has_normals)
     std::vector<Vec2f> flipped = mesh.texcoords;
     for (Vec2f& uv : flipped)
         uv.y = 1 - uv.y;
-    attributes.emplace_back("TEXCOORD_0", buffers.add_rows(rows(flipped), {gltf::float32, "VEC2", sizeof(Vec2f), false}));
+    if (!flipped.empty())
+        attributes.emplace_back("TEXCOORD_0", buffers.add_rows(rows(flipped), {gltf::float32, "VEC2", sizeof(Vec2f), false}));
     return attributes;
 }
 
@@ -191,7 +208,8 @@ Value::Map add_quantised(Buffers& buffers, const QuantisedMesh& mesh, bool has_n
                                                         bounds_of<int>(mesh.positions, axis))}};
     if (has_normals)
         attributes.emplace_back("NORMAL", buffers.add_rows(rows(mesh.normals), {gltf::int8, "VEC3", 4, true}));
-    attributes.emplace_back("TEXCOORD_0", buffers.add_rows(rows(mesh.texcoords), {gltf::uint16, "VEC2", 4, true}));
+    if (!mesh.texcoords.empty())
+        attributes.emplace_back("TEXCOORD_0", buffers.add_rows(rows(mesh.texcoords), {gltf::uint16, "VEC2", 4, true}));
     return attributes;
 }
 
@@ -219,15 +237,19 @@ Value::List nodes_of(GltfUp up, const QuantisedMesh* quantised)
     return {Value::Map{{"name", "upright"}, {"rotation", rotation}, {"children", Value::List{1}}}, shown};
 }
 
-void add_material(Value& document, std::size_t picture_view, const GlbOptions& options)
+void add_material(Value& document, bool has_picture, const GlbOptions& options)
 {
-    Value material =
-        Value::Map{{"name", "texture"},
-                   {"pbrMetallicRoughness",
-                    Value::Map{{"baseColorTexture", Value::Map{{"index", 0}}}, {"metallicFactor", 0}, {"roughnessFactor", 1}}}};
+    Value pbr = Value::Map{{"metallicFactor", 0}, {"roughnessFactor", 1}};
+    if (has_picture)
+        pbr.set("baseColorTexture", Value::Map{{"index", 0}});
+    Value material = Value::Map{{"name", "texture"}, {"pbrMetallicRoughness", std::move(pbr)}};
     if (options.material == GltfMaterial::unlit)
         material.set("extensions", Value::Map{{gltf::unlit, Value::Map{}}});
     document.set("materials", Value::List{material});
+}
+
+void add_texture(Value& document, std::size_t picture_view, const GlbOptions& options)
+{
     document.set("textures", Value::List{Value::Map{{"sampler", 0}, {"source", 0}}});
     document.set("images", Value::List{Value::Map{{"bufferView", picture_view}, {"mimeType", options.image_type}}});
     document.set("samplers", Value::List{Value::Map{{"magFilter", gltf::linear},
@@ -274,7 +296,7 @@ std::vector<std::byte> assembled(const Value& document, const std::vector<std::b
 
 std::vector<std::byte> make_glb(const WeldedMesh& mesh, const std::vector<std::byte>& image, const GlbOptions& options)
 {
-    const std::size_t bytes = mesh.indices.size() * 4 + mesh.positions.size() * 32 + image.size();
+    const std::size_t bytes = mesh.indices.size() * 4 + mesh.positions.size() * 40 + image.size();
     if (bytes > largest_file)
         throw Error("the mesh and its picture take " + std::to_string(bytes >> 20U) +
                     " MiB, a GLB file holds at most 4096: decimate the mesh or set max_texture_px");
@@ -283,6 +305,7 @@ std::vector<std::byte> make_glb(const WeldedMesh& mesh, const std::vector<std::b
     Buffers buffers(options.compress);
     const std::size_t indices = buffers.add_indices(mesh.indices, mesh.positions.size());
     Value::Map attributes = options.quantize ? add_quantised(buffers, steps, has_normals) : add_plain(buffers, mesh, has_normals);
+    add_colors(buffers, mesh, attributes);
     const Value primitive =
         Value::Map{{"attributes", std::move(attributes)}, {"indices", indices}, {"material", 0}, {"mode", gltf::triangles}};
 
@@ -292,7 +315,9 @@ std::vector<std::byte> make_glb(const WeldedMesh& mesh, const std::vector<std::b
     document.set("scenes", Value::List{Value::Map{{"nodes", Value::List{0}}}});
     document.set("nodes", nodes_of(options.up, options.quantize ? &steps : nullptr));
     document.set("meshes", Value::List{Value::Map{{"name", "room"}, {"primitives", Value::List{primitive}}}});
-    add_material(document, buffers.add_picture(image), options);
+    add_material(document, !image.empty(), options);
+    if (!image.empty())
+        add_texture(document, buffers.add_picture(image), options);
     const std::vector<std::byte> binary = buffers.finish(document);
     return assembled(document, binary);
 }

@@ -29,8 +29,8 @@ struct GlbOptions
     bool compress = false;                 ///< EXT_meshopt_compression; the mesh should be in the order of order_for_compression.
 };
 
-/// A binary glTF 2.0 file of one mesh with one picture. glTF's v runs downwards: 1 - v is written. Indices take 16 bits where
-/// these suffice. Throws Error where the file would exceed glTF's 4 GiB, for texcoords that `quantize` cannot hold, and for
-/// `compress` where can_compress() is false.
+/// A binary glTF 2.0 file of one mesh, with one picture unless `image` is empty. glTF's v runs downwards: 1 - v is written.
+/// Indices take 16 bits where these suffice. Throws Error where the file would exceed glTF's 4 GiB, for texcoords that `quantize`
+/// cannot hold, and for `compress` where can_compress() is false.
 std::vector<std::byte> make_glb(const fresco::texturing::WeldedMesh& mesh, const std::vector<std::byte>& image,
                                 const GlbOptions& options);

@@ -28,6 +28,8 @@ std::vector<std::byte> first_bytes(const std::vector<unsigned char>& bytes, std:
 template <class T>
 void reorder(std::vector<T>& values, const std::vector<unsigned>& remap)
 {
+    if (values.empty())
+        return;
     std::vector<T> result(values.size());
     meshopt_remapVertexBuffer(result.data(), values.data(), values.size(), sizeof(T), remap.data());
     values = std::move(result);
@@ -50,6 +52,7 @@ void order_for_compression(WeldedMesh& mesh)
     reorder(mesh.positions, remap);
     reorder(mesh.normals, remap);
     reorder(mesh.texcoords, remap);
+    reorder(mesh.colors, remap);
 }
 
 std::vector<std::byte> compressed_rows(std::span<const std::byte> rows, std::size_t stride)

@@ -4,6 +4,7 @@
 #include "gltf_names.h"
 
 #include <fresco/error.h>
+#include <fresco/texturing/linear_light.h>
 #include <fresco/value.h>
 
 #include <algorithm>
@@ -152,7 +153,7 @@ class Document
     {
         const Value& accessor = element(root_.at("accessors"), accessor_index, "accessors");
         const std::string place = "accessors[" + std::to_string(accessor_index) + "]: ";
-        const std::map<std::string, std::size_t> types{{"SCALAR", 1}, {"VEC2", 2}, {"VEC3", 3}};
+        const std::map<std::string, std::size_t> types{{"SCALAR", 1}, {"VEC2", 2}, {"VEC3", 3}, {"VEC4", 4}};
         const auto type = types.find(accessor.at("type").as_string());
         expect(type != types.end() && type->second == components, place + "type: another number of components was expected");
         Rows result;
@@ -175,9 +176,12 @@ class Document
         return result;
     }
 
-    /// Image 0: its type and its bytes.
+    /// Image 0: its type and its bytes; nothing where there is none.
     std::pair<std::string, std::vector<std::byte>> picture() const
     {
+        check_material();
+        if (root_.find("images") == nullptr)
+            return {};
         const Value& image = element(root_.at("images"), 0, "images");
         const std::size_t view = index_of(image.at("bufferView"));
         auto bytes = bytes_of_view(element(root_.at("bufferViews"), view, "bufferViews"), view);
@@ -186,7 +190,6 @@ class Document
         expect(type == "image/png" || type == "image/jpeg", "images[0]: mimeType: image/png or image/jpeg was expected");
         expect(bytes.size() > signature.size() && std::memcmp(bytes.data(), signature.data(), signature.size()) == 0,
                "images[0]: the bytes do not begin as " + type);
-        check_material();
         return {type, std::move(bytes)};
     }
 
@@ -229,9 +232,13 @@ class Document
     void check_material() const
     {
         const Value& material = element(root_.at("materials"), index_of(primitive().at("material")), "materials");
-        const Value& texture = material.at("pbrMetallicRoughness").at("baseColorTexture");
-        const Value& found = element(root_.at("textures"), index_of(texture.at("index")), "textures");
-        expect(index_of(found.at("source")) == 0, "textures: the picture is not used");
+        const Value* const texture = material.at("pbrMetallicRoughness").find("baseColorTexture");
+        expect((texture != nullptr) == (root_.find("images") != nullptr), "materials: the picture is not used");
+        if (texture != nullptr)
+        {
+            const Value& found = element(root_.at("textures"), index_of(texture->at("index")), "textures");
+            expect(index_of(found.at("source")) == 0, "textures: the picture is not used");
+        }
         const Value* const extensions = material.find("extensions");
         const bool is_unlit = extensions != nullptr && extensions->find(gltf::unlit) != nullptr;
         expect(is_unlit == names("extensionsUsed").contains(gltf::unlit), "extensionsUsed: unlit and the material do not agree");
@@ -341,9 +348,24 @@ void read_normals(const Document& document, const Value& attributes, GlbModel& m
         expect(std::abs(length(model.normals[i]) - 1) <= unit_tolerance, "NORMAL: " + std::to_string(i) + " has not unit length");
 }
 
+void read_colors(const Document& document, const Value& attributes, GlbModel& model)
+{
+    const Value* const accessor = attributes.find("COLOR_0");
+    if (accessor == nullptr)
+        return;
+    const Rows rows = document.rows(index_of(*accessor), 4);
+    expect(rows.count == model.positions.size() && rows.normalized, "COLOR_0: one for each position was expected, normalized");
+    for (std::size_t i = 0; i < rows.count; ++i)
+        model.colors.push_back({texturing::from_linear(rows.at(i, 0)), texturing::from_linear(rows.at(i, 1)),
+                                texturing::from_linear(rows.at(i, 2))});
+}
+
 void read_texcoords(const Document& document, const Value& attributes, GlbModel& model)
 {
-    const Rows rows = document.rows(index_of(attributes.at("TEXCOORD_0")), 2);
+    const Value* const accessor = attributes.find("TEXCOORD_0");
+    if (accessor == nullptr)
+        return;
+    const Rows rows = document.rows(index_of(*accessor), 2);
     expect(rows.count == model.positions.size(), "TEXCOORD_0: one for each position was expected");
     for (std::size_t i = 0; i < rows.count; ++i)
     {
@@ -380,6 +402,7 @@ GlbModel read_glb(std::span<const std::byte> file, std::string_view source)
         read_positions(document, attributes, model);
         read_normals(document, attributes, model);
         read_texcoords(document, attributes, model);
+        read_colors(document, attributes, model);
         read_indices(document, model);
         std::tie(model.image_type, model.image) = document.picture();
         return model;

@@ -4,6 +4,7 @@
 #include <fresco/stage.h>
 #include <fresco/texture.h>
 #include <fresco/texturing/exported_file.h>
+#include <fresco/texturing/exported_mesh.h>
 #include <fresco/texturing/exported_picture.h>
 #include <fresco/texturing/smaller_picture.h>
 
@@ -11,6 +12,7 @@
 #include "compression.h"
 
 #include <string>
+#include <vector>
 
 using namespace fresco;
 using namespace fresco::texturing;
@@ -19,7 +21,7 @@ namespace
 {
 class ExportGltf final : public Stage
 {
-    Input<TexturedMesh> mesh{this, "mesh", "The mesh with its picture, as texture.bake makes it"};
+    ExportedMesh exported{this};
     Output<Files> files{this, "files", "One .glb file"};
     Option<OutputName> path{this, "path", OutputName{"room.glb"}, "Where to write, below --out; ends in .glb"};
     Option<std::string> material{
@@ -50,7 +52,9 @@ class ExportGltf final : public Stage
     GlbOptions glb_options() const
     {
         GlbOptions options;
-        options.material = *material == "pbr" ? GltfMaterial::pbr : GltfMaterial::unlit;
+        // Without any color an unlit shape would be white all over.
+        const bool has_colors = exported.has_picture() || !exported.mesh().colors.empty();
+        options.material = *material == "pbr" || !has_colors ? GltfMaterial::pbr : GltfMaterial::unlit;
         options.up = *up == "z" ? GltfUp::z : *up == "-y" ? GltfUp::minus_y : GltfUp::keep;
         options.image_type = *image_format == "jpeg" ? "image/jpeg" : "image/png";
         options.quantize = *quantize;
@@ -60,7 +64,7 @@ class ExportGltf final : public Stage
 
     void check_inputs() const
     {
-        check_textured_mesh(*mesh, "the mesh on port 'mesh'");
+        exported.check();
         if (!path->path.ends_with(".glb"))
             throw Error("path \"" + path->path + "\" does not end in .glb");
     }
@@ -69,11 +73,17 @@ class ExportGltf final : public Stage
     {
         check_inputs();
         const GlbOptions options = glb_options();
-        const Raster8 pixels = smaller_picture(*mesh, *max_texture_px, run);
         const char* const extension = *image_format == "jpeg" ? ".jpg" : ".png";
-        const auto encoded = encoded_picture(pixels, extension, *jpeg_quality, *images);
-        run.check_cancelled();
-        WeldedMesh welded = weld(mesh->mesh);
+        Raster8 pixels;
+        std::vector<std::byte> encoded;
+        if (exported.has_picture())
+        {
+            pixels = smaller_picture(exported.textured(), *max_texture_px, run);
+            encoded = encoded_picture(pixels, extension, *jpeg_quality, *images);
+            run.check_cancelled();
+        }
+        // The colors of a mesh with a picture would darken it.
+        WeldedMesh welded = weld(exported.mesh(), !exported.has_picture());
         if (options.compress)
             order_for_compression(welded);
         run.check_cancelled();
@@ -85,9 +95,12 @@ class ExportGltf final : public Stage
         const auto written = read_file(file);
         const GlbModel model = read_glb(written, path->path);
         const GlbErrors errors = check_glb(model, welded, encoded, options);
-        const auto picture = run.scratch_folder() / (std::string("picture") + extension);
-        write_file(picture, model.image);
-        check_picture_file(picture, pixels, *images);
+        if (exported.has_picture())
+        {
+            const auto picture = run.scratch_folder() / (std::string("picture") + extension);
+            write_file(picture, model.image);
+            check_picture_file(picture, pixels, *images);
+        }
         tell(run, written.size(), model, pixels.width, errors);
         Files result;
         result.names = {path->path};
@@ -96,9 +109,10 @@ class ExportGltf final : public Stage
 
     void tell(RunContext& run, std::size_t bytes, const GlbModel& model, int texture_px, const GlbErrors& errors) const
     {
+        const std::string side = std::to_string(texture_px);
+        const std::string picture = ", picture of " + side + " x " + side + " in " + file_size(model.image.size());
         run.message(valid_line(path->path, bytes,
-                               grouped(model.indices.size() / 3) + " triangles, picture of " + std::to_string(texture_px) +
-                                   " x " + std::to_string(texture_px) + " in " + file_size(model.image.size())));
+                               grouped(model.indices.size() / 3) + " triangles" + (exported.has_picture() ? picture : "")));
         run.report("triangles", model.indices.size() / 3);
         run.report("vertices", model.positions.size());
         run.report("texture_px", texture_px);
@@ -110,4 +124,4 @@ class ExportGltf final : public Stage
 };
 }  // namespace
 
-FRESCO_STAGE("export.gltf", ExportGltf, "Writes a textured mesh as binary glTF 2.0 (GLB)")
+FRESCO_STAGE("export.gltf", ExportGltf, "Writes a mesh with or without its picture as binary glTF 2.0 (GLB)")

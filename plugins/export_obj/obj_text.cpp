@@ -53,15 +53,24 @@ std::string obj_text(const Mesh& mesh, std::string_view material_file, std::stri
 {
     std::vector<Vec2f> unique;
     const std::vector<std::uint32_t> number = number_texcoords(mesh.texcoords, unique);
-    std::string text = "mtllib " + std::string(material_file) + "\no room\n";
-    for (const Vec3f p : mesh.positions)
+    const bool has_material = !material_file.empty();
+    const bool has_colors = !has_material && !mesh.colors.empty();
+    std::string text = has_material ? "mtllib " + std::string(material_file) + "\n" : "";
+    text += "o room\n";
+    for (std::size_t v = 0; v < mesh.positions.size(); ++v)
     {
+        const Vec3f p = mesh.positions[v];
         text += "v ";
         append(text, p.x);
         text += ' ';
         append(text, p.y);
         text += ' ';
         append(text, p.z);
+        for (std::size_t c = 0; c < 3 && has_colors; ++c)
+        {
+            text += ' ';
+            append(text, static_cast<float>(mesh.colors[v][c]) / 255);
+        }
         text += '\n';
     }
     for (const Vec2f uv : unique)
@@ -72,7 +81,8 @@ std::string obj_text(const Mesh& mesh, std::string_view material_file, std::stri
         append(text, uv.y);
         text += '\n';
     }
-    text += "usemtl " + std::string(material) + '\n';
+    if (has_material)
+        text += "usemtl " + std::string(material) + '\n';
     for (std::size_t face = 0; face < mesh.triangles.size(); ++face)
     {
         text += 'f';
@@ -80,6 +90,8 @@ std::string obj_text(const Mesh& mesh, std::string_view material_file, std::stri
         {
             text += ' ';
             append(text, mesh.triangles[face][i] + std::uint64_t{1});
+            if (number.empty())
+                continue;
             text += '/';
             append(text, number[3 * face + i] + std::uint64_t{1});
         }

@@ -5,8 +5,9 @@
 #include <string>
 #include <string_view>
 
-/// Wavefront OBJ text of a mesh with texcoords: v, vt (equal ones once, numbered by first use), f v/vt in the mesh's order.
-/// Numbers read back exactly. The mesh must have passed check_mesh.
+/// Wavefront OBJ text of a mesh: v (with the vertex colors where there is no material), vt (equal ones once, numbered by first
+/// use), f in the mesh's order. Numbers read back exactly. `material_file` is empty for a mesh without a picture. The mesh must
+/// have passed check_mesh.
 std::string obj_text(const fresco::Mesh& mesh, std::string_view material_file, std::string_view material);
 
 /// Its material file: a white material that shows the picture unlit.

@@ -4,6 +4,7 @@
 #include <fresco/stage.h>
 #include <fresco/texture.h>
 #include <fresco/texturing/exported_file.h>
+#include <fresco/texturing/exported_mesh.h>
 #include <fresco/texturing/exported_picture.h>
 
 #include "obj_text.h"
@@ -18,7 +19,7 @@ namespace
 {
 class ExportObj final : public Stage
 {
-    Input<TexturedMesh> mesh{this, "mesh", "The mesh with its picture, as texture.bake makes it"};
+    ExportedMesh exported{this};
     Output<Files> files{this, "files", "An .obj file, and a .mtl and the picture of the same name beside it"};
     Option<OutputName> path{this, "path", OutputName{"room.obj"}, "Where to write, below --out; ends in .obj, without spaces"};
     PictureOptions picture{this};
@@ -34,31 +35,36 @@ class ExportObj final : public Stage
 
     void run(RunContext& run) override
     {
-        check_textured_mesh(*mesh, "the mesh on port 'mesh'");
+        exported.check();
         check_path_for_names(path->path, ".obj");
         const auto folder = files.folder().path;
         const auto file = folder / path->path;
         std::filesystem::create_directories(file.parent_path());
         const auto name_of = [](const std::string& name) { return std::filesystem::path(name).filename().string(); };
 
-        const std::string image = picture.write(*mesh, folder, path->path, run);
-        const std::string mtl = std::filesystem::path(path->path).replace_extension(".mtl").generic_string();
-        write_file(folder / mtl, mtl_text("texture", name_of(image)));
-        write_file(file, obj_text(mesh->mesh, name_of(mtl), "texture"));
+        Mesh meant = exported.mesh();
+        Files result;
+        result.names = {path->path};
+        std::string mtl;
+        if (exported.has_picture())
+        {
+            meant.colors.clear();
+            const std::string image = picture.write(exported.textured(), folder, path->path, run);
+            mtl = std::filesystem::path(path->path).replace_extension(".mtl").generic_string();
+            write_file(folder / mtl, mtl_text("texture", name_of(image)));
+            result.names.insert(result.names.end(), {mtl, image});
+        }
+        write_file(file, obj_text(meant, name_of(mtl), "texture"));
         run.check_cancelled();
-        Mesh meant = mesh->mesh;
-        meant.colors.clear();
         check_written_mesh(read_mesh(file), meant);
 
         const std::size_t bytes = std::filesystem::file_size(file);
         run.message(valid_line(path->path, bytes, grouped(meant.triangles.size()) + " triangles"));
         run.report("triangles", meant.triangles.size());
         run.report("bytes", bytes);
-        Files result;
-        result.names = {path->path, mtl, image};
         files = std::move(result);
     }
 };
 }  // namespace
 
-FRESCO_STAGE("export.obj", ExportObj, "Writes a textured mesh as Wavefront OBJ with MTL and picture")
+FRESCO_STAGE("export.obj", ExportObj, "Writes a mesh as Wavefront OBJ, with MTL and picture if it has one")

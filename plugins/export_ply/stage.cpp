@@ -4,12 +4,14 @@
 #include <fresco/stage.h>
 #include <fresco/texture.h>
 #include <fresco/texturing/exported_file.h>
+#include <fresco/texturing/exported_mesh.h>
 #include <fresco/texturing/exported_picture.h>
 #include <fresco/texturing/textured_ply.h>
 
 #include "vertex_colors.h"
 
 #include <string>
+#include <vector>
 
 using namespace fresco;
 using namespace fresco::texturing;
@@ -18,7 +20,7 @@ namespace
 {
 class ExportPly final : public Stage
 {
-    Input<TexturedMesh> mesh{this, "mesh", "The mesh with its picture, as texture.bake makes it"};
+    ExportedMesh exported{this};
     Output<Files> files{this, "files", "A .ply file, and the picture of the same name beside it"};
     Option<OutputName> path{this, "path", OutputName{"room.ply"}, "Where to write, below --out; ends in .ply, without spaces"};
     Option<std::string> texcoords{
@@ -38,24 +40,33 @@ class ExportPly final : public Stage
 
     PlyTexcoords place() const
     {
+        if (exported.mesh().texcoords.empty())
+            return PlyTexcoords::none;
         return *texcoords == "vertex" ? PlyTexcoords::vertex : *texcoords == "face" ? PlyTexcoords::face : PlyTexcoords::none;
+    }
+
+    std::vector<Rgb8> colors_to_write(RunContext& run) const
+    {
+        if (!exported.has_picture())
+            return exported.mesh().colors;
+        return *colors ? vertex_colors(exported.textured(), run) : std::vector<Rgb8>{};
     }
 
     void run(RunContext& run) override
     {
-        check_textured_mesh(*mesh, "the mesh on port 'mesh'");
+        exported.check();
         check_path_for_names(path->path, ".ply");
         const auto folder = files.folder().path;
         std::filesystem::create_directories((folder / path->path).parent_path());
         Files result;
         result.names = {path->path};
         std::string picture_name;
-        if (place() != PlyTexcoords::none)
+        if (place() != PlyTexcoords::none && exported.has_picture())
         {
-            result.names.push_back(picture.write(*mesh, folder, path->path, run));
+            result.names.push_back(picture.write(exported.textured(), folder, path->path, run));
             picture_name = std::filesystem::path(result.names.back()).filename().string();
         }
-        const Mesh meant = arranged(mesh->mesh, *colors ? vertex_colors(*mesh, run) : std::vector<Rgb8>{}, place());
+        const Mesh meant = arranged(exported.mesh(), colors_to_write(run), place());
         run.check_cancelled();
         const auto file = folder / path->path;
         write_file(file, textured_ply(meant, place(), picture_name));
@@ -71,4 +82,4 @@ class ExportPly final : public Stage
 };
 }  // namespace
 
-FRESCO_STAGE("export.ply", ExportPly, "Writes a textured mesh as binary PLY with its picture, or with vertex colours")
+FRESCO_STAGE("export.ply", ExportPly, "Writes a mesh as binary PLY, with its picture or with vertex colors")

@@ -1,7 +1,11 @@
+#include "file_model.h"
+#include "joined_vertices.h"
 #include "mesh_axes.h"
 
+#include <fresco/files_io.h>
+#include <fresco/image_io.h>
 #include <fresco/matrix_text.h>
-#include <fresco/mesh_io.h>
+#include <fresco/recording.h>
 #include <fresco/stage.h>
 
 #include <algorithm>
@@ -16,34 +20,84 @@ constexpr double largest_room_m = 300;
 
 class ScanMesh final : public fresco::Stage
 {
-    fresco::Option<fresco::InputFile> path{this, "path", fresco::required, "Mesh, PLY or OBJ"};
-    fresco::Option<double> unit_m{this, "unit_m", 1.0, fresco::range(1e-6, 1e6), "Metres per unit of the file"};
+    fresco::Option<fresco::InputFile> path{this, "path", fresco::required, "Mesh or model: PLY, OBJ, GLB or glTF"};
+    fresco::Option<double> unit_m{this, "unit_m", 1.0, fresco::range(1e-6, 1e6), "Meters per unit of the file"};
     fresco::Option<std::string> axes{this, "axes", "x y z",
                                      "Axes of the file that become x, y and z of the world; \"x -z y\" sets y-up meshes upright"};
     fresco::Option<std::vector<double>> transform{
         this, "transform", std::vector<double>{},
-        "16 numbers, row by row: the world from the file, rigid, in metres, after unit_m and axes; empty: none"};
+        "16 numbers, row by row: the world from the file, rigid, in meters, after unit_m and axes; empty: none"};
+    fresco::Option<std::string> materials{this, "materials", "read", fresco::one_of({"read", "skip"}),
+                                          "skip: do not look for the materials and pictures that the file names"};
+    fresco::Slot<fresco::ImageIo> images{this, "images", "image.opencv", fresco::optional,
+                                         "Checks the pictures of a model; none: they are taken on trust"};
 
     fresco::Output<fresco::Mesh> mesh{this, "mesh", "The surface in the world"};
+    fresco::Output<fresco::Model> model{this, "model", "The same surface with its materials and pictures"};
 
     void run(fresco::RunContext& run) override
     {
         const auto rotation = scan_mesh::axes_rotation(*axes);
         const auto world_from_file =
             transform->empty() ? fresco::RigidTransform{} : fresco::rigid_transform(*transform, "option transform");
-        fresco::MeshReadReport read;
-        auto surface = fresco::read_mesh(path->path, {}, &read);
+        auto read = scan_mesh::read_file_model(path->path, *materials == "read");
+        for (const auto& file : read.files_read)
+            run.reads_file(file);
+        for (const std::string& warning : read.warnings)
+            run.warning(path->path.filename().string() + ": " + warning);
+        fresco::Mesh& surface = read.mesh;
         scan_mesh::move_mesh(surface, *unit_m, rotation, world_from_file);
+        run.report("vertices_joined", read.split_vertices ? scan_mesh::join_vertices(surface) : 0);
 
-        const auto extent = scan_mesh::extent_of(surface);
-        warn_of_unit(std::max({extent.x, extent.y, extent.z}), run);
-        run.report("faces", surface.triangles.size());
-        run.report("extent_m", fresco::Value::List{extent.x, extent.y, extent.z});
-        run.report("polygons_split", read.polygons_split);
-        run.report("degenerate_dropped", read.degenerate_dropped);
-        run.message(std::to_string(surface.triangles.size()) + " faces, " + metres(extent.x) + " x " + metres(extent.y) + " x " +
-                    metres(extent.z) + " m");
+        fresco::Model textured;
+        for (const auto& picture : read.pictures)
+            textured.pictures.push_back(store(picture, textured.pictures.size()));
+        textured.mesh = surface;
+        textured.materials = std::move(read.materials);
+        textured.material_of_face = std::move(read.material_of_face);
+        tell(read, textured, run);
+        model = std::move(textured);
         mesh = std::move(surface);
+    }
+
+    /// Checks a picture and copies it into the model's folder. Returns its name there.
+    std::string store(const scan_mesh::FilePicture& picture, std::size_t number) const
+    {
+        const auto bytes = picture.file.empty() ? picture.bytes : fresco::read_file(picture.file);
+        const bool is_png = !bytes.empty() && bytes.front() == std::byte{0x89};
+        std::string name = "picture_" + std::to_string(number) + (is_png ? ".png" : ".jpg");
+        const auto file = model.folder().path / name;
+        fresco::write_file(file, bytes);
+        try
+        {
+            if (images.has_value())
+                fresco::check_not_turned(file, images->check(file), "a model");
+        }
+        catch (const fresco::Error& error)
+        {
+            throw fresco::Error(picture.name + ": " + error.what());
+        }
+        return name;
+    }
+
+    static void tell(const scan_mesh::FileModel& read, const fresco::Model& made, fresco::RunContext& run)
+    {
+        const auto extent = scan_mesh::extent_of(made.mesh);
+        warn_of_unit(std::max({extent.x, extent.y, extent.z}), run);
+        run.report("faces", made.mesh.triangles.size());
+        run.report("extent_m", fresco::Value::List{extent.x, extent.y, extent.z});
+        run.report("polygons_split", read.report.polygons_split);
+        run.report("degenerate_dropped", read.report.degenerate_dropped);
+        run.report("materials", made.materials.size());
+        run.report("pictures", made.pictures.size());
+        const std::string pictures = made.pictures.empty() ? "" : ", " + counted(made.pictures.size(), "picture");
+        run.message(std::to_string(made.mesh.triangles.size()) + " faces, " + metres(extent.x) + " x " + metres(extent.y) +
+                    " x " + metres(extent.z) + " m" + pictures);
+    }
+
+    static std::string counted(std::size_t count, const std::string& what)
+    {
+        return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
     }
 
     static std::string metres(double length) { return fresco::to_json(std::round(length * 100) / 100); }
@@ -51,18 +105,18 @@ class ScanMesh final : public fresco::Stage
     static void warn_of_unit(double longest, fresco::RunContext& run)
     {
         if (longest > largest_room_m)
-            run.warning("the mesh is " + metres(longest) + " m long; if the file is in millimetres, give unit_m: 0.001");
+            run.warning("the mesh is " + metres(longest) + " m long; if the file is in millimeters, set unit_m: 0.001");
         else if (longest < smallest_room_m)
             run.warning("the mesh is only " + fresco::to_json(std::round(longest * 1e4) / 1e4) +
-                        " m long; give unit_m, the metres per unit of the file");
+                        " m long; set unit_m, the meters per unit of the file");
     }
 
     fresco::Cost cost() const override
     {
-        return {.seconds = "1", .memory_mb = "50 + faces * 100 / 1e6", .disk_mb = "faces * 21 / 1e6", .faces = "1e6"};
+        return {.seconds = "1", .memory_mb = "50 + faces * 300 / 1e6", .disk_mb = "10 + faces * 70 / 1e6", .faces = "1e6"};
     }
 };
 
 }  // namespace
 
-FRESCO_STAGE("scan.mesh", ScanMesh, "A mesh from a file, brought into the world and the unit of the frames")
+FRESCO_STAGE("scan.mesh", ScanMesh, "A mesh or textured model from a file, brought into the world and its unit")

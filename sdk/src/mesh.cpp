@@ -32,6 +32,17 @@ Vec3d area_normal(const Mesh& mesh, const Triangle& triangle)
     return cross(b - a, c - a);
 }
 
+/// By its extension; throws Error unless it is .ply or .obj.
+bool is_ply_file(const std::filesystem::path& file)
+{
+    std::string extension = file.extension().string();
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+    if (extension != ".ply" && extension != ".obj")
+        throw Error(file.string() + ": unknown extension; a mesh is read from a .ply or .obj file");
+    return extension == ".ply";
+}
+
 }  // namespace
 
 Mesh::~Mesh() = default;
@@ -112,14 +123,17 @@ std::vector<Vec3f> vertex_normals(const Mesh& mesh)
 
 Mesh read_mesh(const std::filesystem::path& file, const MeshLimits& limits, MeshReadReport* report)
 {
-    std::string extension = file.extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(),
-                   [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
-    if (extension != ".ply" && extension != ".obj")
-        throw Error(file.string() + ": unknown extension; a mesh is read from a .ply or .obj file");
+    const bool is_ply = is_ply_file(file);
     const auto bytes = read_file(file);
-    return extension == ".ply" ? parse_ply(bytes, file.string(), limits, report)
-                               : parse_obj(bytes, file.string(), limits, report);
+    return is_ply ? parse_ply(bytes, file.string(), limits, report) : parse_obj(bytes, file.string(), limits, report);
+}
+
+Mesh read_mesh(const std::filesystem::path& file, const MeshLimits& limits, MeshReadReport* report, MeshMaterials& materials)
+{
+    const bool is_ply = is_ply_file(file);
+    const auto bytes = read_file(file);
+    return is_ply ? parse_ply(bytes, file.string(), limits, report, materials)
+                  : parse_obj(bytes, file.string(), limits, report, materials);
 }
 
 }  // namespace fresco

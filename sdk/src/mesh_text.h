@@ -2,6 +2,7 @@
 
 #include <fresco/error.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstddef>
@@ -87,6 +88,13 @@ class Words
         return word;
     }
     std::size_t characters_left() const { return rest_.size(); }
+    /// What is left of the line, without the blanks around it: a name that may hold spaces.
+    std::string rest() const
+    {
+        constexpr std::string_view blanks = " \t";
+        const std::size_t begin = std::min(rest_.find_first_not_of(blanks), rest_.size());
+        return std::string(rest_.substr(begin, rest_.find_last_not_of(blanks) + 1 - begin));
+    }
 
   private:
     static bool is_space(char c) { return c == ' ' || c == '\t'; }

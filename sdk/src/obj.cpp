@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <optional>
+#include <map>
 #include <string>
 #include <utility>
 
@@ -31,9 +31,11 @@ struct Reference
 class ObjReader
 {
   public:
-    ObjReader(std::span<const std::byte> bytes, std::string_view source, const MeshLimits& limits, MeshReadReport& report)
+    /// `materials`: where names go; null if the caller wants none.
+    ObjReader(std::span<const std::byte> bytes, std::string_view source, const MeshLimits& limits, MeshReadReport& report,
+              MeshMaterials* materials)
         : lines_(as_text(bytes), source), max_vertices_(std::min<std::size_t>(limits.max_vertices, UINT32_MAX)),
-          max_faces_(limits.max_faces), fan_(report, DegenerateFaces::drop)
+          max_faces_(limits.max_faces), fan_(report, DegenerateFaces::drop), materials_(materials)
     {
     }
 
@@ -80,8 +82,26 @@ class ObjReader
             normal();
         else if (keyword == "f")
             face();
+        else if (materials_ != nullptr && keyword == "mtllib")
+            materials_->files.push_back({rest_of(line, keyword), lines_.number()});
+        else if (materials_ != nullptr && keyword == "usemtl")
+            use_material(rest_of(line, keyword));
         else if (std::find(skipped_statements.begin(), skipped_statements.end(), keyword) == skipped_statements.end())
             lines_.fail("unknown statement " + in_quotes(keyword) + "; expected v, vt, vn, f, g, o, s, usemtl or mtllib");
+    }
+
+    /// A name: the line after its keyword, which may hold spaces and '#'.
+    static std::string rest_of(std::string_view line, std::string_view keyword)
+    {
+        return Words(line.substr(static_cast<std::size_t>(keyword.data() - line.data()) + keyword.size())).rest();
+    }
+
+    void use_material(const std::string& name)
+    {
+        const auto [found, is_new] = material_numbers_.try_emplace(name, static_cast<std::uint32_t>(materials_->names.size()));
+        if (is_new)
+            materials_->names.push_back({name, lines_.number()});
+        material_ = found->second;
     }
 
     /// The numbers up to the end of the line, at most `most`.
@@ -188,9 +208,9 @@ class ObjReader
         if (corners_.size() < 3)
             lines_.fail("a face of " + std::to_string(corners_.size()) + " corners; expected 3 or more");
         const bool textured = !corner_texcoords_.empty();
-        if (!textured_.has_value())
-            textured_ = textured;
-        if (*textured_ != textured)
+        some_textured_ = some_textured_ || textured;
+        some_bare_ = some_bare_ || !textured;
+        if (some_textured_ && some_bare_ && materials_ == nullptr)
             lines_.fail("some faces have texture coordinates and some have none; expected all or none");
         fan_.split(corners_,
                    [&](std::size_t a, std::size_t b, std::size_t c)
@@ -198,6 +218,11 @@ class ObjReader
                        mesh_.triangles.push_back({corners_[a], corners_[b], corners_[c]});
                        if (textured)
                            triangle_texcoords_.push_back({corner_texcoords_[a], corner_texcoords_[b], corner_texcoords_[c]});
+                       if (materials_ != nullptr)
+                       {
+                           materials_->of_face.push_back(material_);
+                           materials_->has_texcoords.push_back(textured ? 1 : 0);
+                       }
                    });
         if (mesh_.triangles.size() > max_faces_)
             lines_.fail("more than " + std::to_string(max_faces_) + " triangles, the limit");
@@ -219,10 +244,21 @@ class ObjReader
 
     void spread_texcoords()
     {
-        mesh_.texcoords.reserve(triangle_texcoords_.size() * 3);
-        for (const Triangle& triangle : triangle_texcoords_)
-            for (const std::uint32_t corner : triangle)
+        const bool mixed = some_textured_ && some_bare_;
+        mesh_.texcoords.reserve(some_textured_ ? mesh_.triangles.size() * 3 : 0);
+        auto next = triangle_texcoords_.begin();
+        for (std::size_t face = 0; face < mesh_.triangles.size() && some_textured_; ++face)
+        {
+            if (mixed && materials_->has_texcoords[face] == 0)
+            {
+                mesh_.texcoords.insert(mesh_.texcoords.end(), 3, Vec2f{});
+                continue;
+            }
+            for (const std::uint32_t corner : *next++)
                 mesh_.texcoords.push_back(texcoords_[corner]);
+        }
+        if (materials_ != nullptr && !mixed)
+            materials_->has_texcoords.clear();
     }
 
     Lines lines_;
@@ -234,7 +270,11 @@ class ObjReader
     std::vector<Vec2f> texcoords_;
     std::vector<Triangle> triangle_texcoords_;  ///< Indices into texcoords_.
     std::size_t normal_count_ = 0;
-    std::optional<bool> textured_;
+    bool some_textured_ = false;
+    bool some_bare_ = false;
+    MeshMaterials* materials_;
+    std::map<std::string, std::uint32_t> material_numbers_;
+    std::uint32_t material_ = MeshMaterials::none;
     Reference used_vertices_;
     Reference used_texcoords_;
     Reference used_normals_;
@@ -243,15 +283,28 @@ class ObjReader
     int form_ = 0;
 };
 
+Mesh read_obj(std::span<const std::byte> bytes, std::string_view source, const MeshLimits& limits, MeshReadReport* report,
+              MeshMaterials* materials)
+{
+    MeshReadReport counted;
+    Mesh mesh = ObjReader(bytes, source, limits, counted, materials).read();
+    if (report != nullptr)
+        *report = counted;
+    return mesh;
+}
+
 }  // namespace
 
 Mesh parse_obj(std::span<const std::byte> bytes, std::string_view source, const MeshLimits& limits, MeshReadReport* report)
 {
-    MeshReadReport counted;
-    Mesh mesh = ObjReader(bytes, source, limits, counted).read();
-    if (report != nullptr)
-        *report = counted;
-    return mesh;
+    return read_obj(bytes, source, limits, report, nullptr);
+}
+
+Mesh parse_obj(std::span<const std::byte> bytes, std::string_view source, const MeshLimits& limits, MeshReadReport* report,
+               MeshMaterials& materials)
+{
+    materials = {};
+    return read_obj(bytes, source, limits, report, &materials);
 }
 
 }  // namespace fresco

@@ -43,6 +43,7 @@ struct Layout
     const PlyProperty* indices = nullptr;
     const PlyProperty* texcoord = nullptr;
     const PlyProperty* chart = nullptr;
+    const PlyProperty* picture = nullptr;  ///< The face property `texnumber`, if the caller wants it.
     bool has_colors = false;
     bool has_vertex_texcoords = false;
 };
@@ -140,6 +141,8 @@ class LayoutReader
                     fail("the face property 'chart' must be of an integer type");
                 layout_.chart = &property;
             }
+            else if (property.name == "texnumber" && !property.is_list && is_integer(property.type))
+                layout_.picture = &property;
         }
         if (layout_.indices == nullptr)
             fail("element 'face' has no list vertex_indices");
@@ -154,8 +157,10 @@ template <class Cursor>
 class BodyReader
 {
   public:
-    BodyReader(Cursor cursor, const PlyHeader& header, const Layout& layout, std::size_t max_triangles, TriangleFan fan)
-        : cursor_(std::move(cursor)), header_(header), layout_(layout), max_triangles_(max_triangles), fan_(fan)
+    BodyReader(Cursor cursor, const PlyHeader& header, const Layout& layout, std::size_t max_triangles, TriangleFan fan,
+               MeshMaterials* materials)
+        : cursor_(std::move(cursor)), header_(header), layout_(layout), max_triangles_(max_triangles), fan_(fan),
+          materials_(materials)
     {
     }
 
@@ -244,6 +249,8 @@ class BodyReader
                     texcoords();
                 else if (&property == layout_.chart)
                     chart = read_chart();
+                else if (&property == layout_.picture)
+                    picture_ = read_picture();
                 else
                     cursor_.skip(property);
             }
@@ -290,6 +297,16 @@ class BodyReader
         return static_cast<std::uint32_t>(chart);
     }
 
+    /// -1 stands for none.
+    std::uint32_t read_picture()
+    {
+        const std::int64_t number = cursor_.integer(layout_.picture->type);
+        if (number >= static_cast<std::int64_t>(header_.pictures.size()) && materials_ != nullptr)
+            cursor_.fail("texnumber " + std::to_string(number) + ", but the header names " +
+                         std::to_string(header_.pictures.size()) + " pictures ('comment TextureFile NAME')");
+        return number < 0 ? MeshMaterials::none : static_cast<std::uint32_t>(number);
+    }
+
     void add_face(std::uint32_t chart)
     {
         const bool textured = layout_.texcoord != nullptr;
@@ -305,6 +322,8 @@ class BodyReader
                                mesh_.texcoords.push_back(corner_texcoords_[corner]);
                        if (layout_.chart != nullptr)
                            mesh_.charts.push_back(chart);
+                       if (layout_.picture != nullptr && materials_ != nullptr)
+                           materials_->of_face.push_back(picture_);
                    });
         if (mesh_.triangles.size() > max_triangles_)
             cursor_.fail("more than " + std::to_string(max_triangles_) + " triangles, the limit");
@@ -327,6 +346,8 @@ class BodyReader
     std::vector<Vec2f> vertex_texcoords_;
     std::vector<std::uint32_t> corners_;
     std::vector<Vec2f> corner_texcoords_;
+    MeshMaterials* materials_;
+    std::uint32_t picture_ = MeshMaterials::none;
 };
 
 void check_limits(const Layout& layout, const MeshLimits& limits, std::string_view source)
@@ -346,7 +367,7 @@ void check_limits(const Layout& layout, const MeshLimits& limits, std::string_vi
 }  // namespace
 
 Mesh detail::parse_ply_faces(std::span<const std::byte> bytes, std::string_view source, const MeshLimits& limits,
-                             MeshReadReport* report, DegenerateFaces degenerate)
+                             MeshReadReport* report, DegenerateFaces degenerate, MeshMaterials* materials)
 {
     const PlyHeader header = parse_ply_header(bytes, source);
     const Layout layout = LayoutReader(header, source).read();
@@ -354,7 +375,8 @@ Mesh detail::parse_ply_faces(std::span<const std::byte> bytes, std::string_view 
 
     MeshReadReport counted;
     const TriangleFan fan(counted, degenerate);
-    const auto read = [&](auto cursor) { return BodyReader(std::move(cursor), header, layout, limits.max_faces, fan).read(); };
+    const auto read = [&](auto cursor)
+    { return BodyReader(std::move(cursor), header, layout, limits.max_faces, fan, materials).read(); };
     constexpr bool machine_is_little = std::endian::native == std::endian::little;
     Mesh mesh;
     if (header.format == PlyFormat::ascii)
@@ -368,12 +390,21 @@ Mesh detail::parse_ply_faces(std::span<const std::byte> bytes, std::string_view 
         throw Error(std::string(source) + ": every face names a vertex twice; no triangle is left");
     if (report != nullptr)
         *report = counted;
+    if (materials != nullptr)
+        materials->files = header.pictures;
     return mesh;
 }
 
 Mesh parse_ply(std::span<const std::byte> bytes, std::string_view source, const MeshLimits& limits, MeshReadReport* report)
 {
     return detail::parse_ply_faces(bytes, source, limits, report, detail::DegenerateFaces::drop);
+}
+
+Mesh parse_ply(std::span<const std::byte> bytes, std::string_view source, const MeshLimits& limits, MeshReadReport* report,
+               MeshMaterials& materials)
+{
+    materials = {};
+    return detail::parse_ply_faces(bytes, source, limits, report, detail::DegenerateFaces::drop, &materials);
 }
 
 }  // namespace fresco

@@ -76,6 +76,8 @@ class HeaderReader
             const std::string_view word = words_.next();
             if (word != "comment" && word != "obj_info")
                 return word;
+            if (words_.next() == "TextureFile")
+                header_.pictures.push_back({words_.rest(), lines_.number()});
         }
         lines_.fail("the file ends before 'end_header': it is cut; copy or export it again");
     }

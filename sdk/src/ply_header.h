@@ -1,5 +1,7 @@
 #pragma once
 
+#include <fresco/mesh_io.h>
+
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -60,8 +62,9 @@ struct PlyHeader
 {
     PlyFormat format = PlyFormat::ascii;
     std::vector<PlyElement> elements;
-    std::size_t lines = 0;        ///< Lines of the header.
-    std::size_t body_offset = 0;  ///< Bytes of the header.
+    std::vector<MeshFileName> pictures;  ///< Of each `comment TextureFile NAME`.
+    std::size_t lines = 0;               ///< Lines of the header.
+    std::size_t body_offset = 0;         ///< Bytes of the header.
 };
 
 /// Reads the header and checks that the counts it declares fit into the bytes that follow: nothing has to be allocated on a

@@ -159,3 +159,46 @@ TEST_CASE("OBJ: limits are kept", "[obj]")
     CHECK_THROWS_WITH(parse(text, nullptr, {.max_vertices = 3, .max_faces = 2}), Contains("more than 3 vertices"));
     CHECK_THROWS_WITH(parse(text, nullptr, {.max_vertices = 4, .max_faces = 1}), Contains("more than 1 triangles"));
 }
+
+TEST_CASE("OBJ: materials are named with their lines, and some faces may have no texture coordinates", "[obj]")
+{
+    const std::string text = square + uvs +
+                             "mtllib the room.mtl\nf 1 2 3\nusemtl wall #2\nf 1/1 2/2 3/3 4/4\nusemtl floor\nf 1/1 3/3 4/4\n"
+                             "usemtl  wall #2 \nf 1 3 4\nf 1 1 3\n";
+    MeshMaterials materials;
+    MeshReadReport report;
+    const Mesh mesh = parse_obj(bytes_of(text), "room.obj", {}, &report, materials);
+    REQUIRE(mesh.triangles.size() == 5);
+    REQUIRE(materials.files.size() == 1);
+    CHECK(materials.files[0].name == "the room.mtl");
+    CHECK(materials.files[0].line == 9);
+    REQUIRE(materials.names.size() == 2);
+    CHECK(materials.names[0].name == "wall #2");
+    CHECK(materials.names[0].line == 11);
+    CHECK(materials.names[1].name == "floor");
+    CHECK(materials.of_face == std::vector<std::uint32_t>{MeshMaterials::none, 0, 0, 1, 0});
+    CHECK(materials.has_texcoords == std::vector<std::uint8_t>{0, 1, 1, 1, 0});
+    CHECK(mesh.texcoords == std::vector<Vec2f>{{0, 0},
+                                               {0, 0},
+                                               {0, 0},
+                                               {0, 0},
+                                               {1, 0},
+                                               {1, 1},
+                                               {0, 0},
+                                               {1, 1},
+                                               {0, 1},
+                                               {0, 0},
+                                               {1, 1},
+                                               {0, 1},
+                                               {0, 0},
+                                               {0, 0},
+                                               {0, 0}});
+    CHECK(report.degenerate_dropped == 1);
+    CHECK_THROWS_WITH(parse(text), Contains("room.obj:12: ") && Contains("all or none"));
+
+    CHECK(parse_obj(bytes_of(square + "f 1 2 3\n"), "room.obj", {}, nullptr, materials).texcoords.empty());
+    CHECK(materials.files.empty());
+    CHECK(materials.has_texcoords.empty());
+    CHECK(parse_obj(bytes_of(square + uvs + "f 1/1 2/2 3/3\n"), "room.obj", {}, nullptr, materials).texcoords.size() == 3);
+    CHECK(materials.has_texcoords.empty());
+}

@@ -290,3 +290,37 @@ TEST_CASE("PLY: a real scan", "[ply]")
     CHECK(mesh.colors.size() == mesh.positions.size());
     CHECK(same_mesh(parse_ply(to_ply(mesh), "again"), mesh));
 }
+
+TEST_CASE("PLY: pictures are named with their lines, and faces choose one by texnumber", "[ply]")
+{
+    for (const auto encoding : all_encodings)
+    {
+        PlyText ply(encoding);
+        ply.line("comment TextureFile the floor.png").line("comment TextureFile wall.jpg").line("element vertex 3");
+        ply.line("property float x").line("property float y").line("property float z");
+        ply.line("element face 3").line("property list uchar int vertex_indices").line("property list uchar float texcoord");
+        ply.line("property int texnumber").line("end_header");
+        for (const auto& p : {Vec3f{0, 0, 0}, Vec3f{1, 0, 0}, Vec3f{0, 1, 0}})
+            ply.values("float", {double{p.x}, double{p.y}, double{p.z}}).end_row();
+        for (const double number : {1.0, 0.0, -1.0})
+            ply.value("uchar", 3)
+                .values("int", {0, 1, 2})
+                .value("uchar", 6)
+                .values("float", {0, 0, 1, 0, 2, 1})
+                .value("int", number)
+                .end_row();
+        MeshMaterials materials;
+        const Mesh mesh = parse_ply(bytes_of(ply.text), "room.ply", {}, nullptr, materials);
+        REQUIRE(materials.files.size() == 2);
+        CHECK(materials.files[0].name == "the floor.png");
+        CHECK(materials.files[0].line == 3);
+        CHECK(materials.files[1].name == "wall.jpg");
+        CHECK(materials.of_face == std::vector<std::uint32_t>{1, 0, MeshMaterials::none});
+        CHECK(mesh.texcoords[2] == Vec2f{2, 1});
+        std::string other = ply.text;
+        other.replace(other.find("comment TextureFile wall.jpg"), 20, "comment SomeOtherTag");
+        CHECK_THROWS_WITH(parse_ply(bytes_of(other), "room.ply", {}, nullptr, materials),
+                          Contains("texnumber 1, but the header names 1 pictures"));
+        CHECK(parse_ply(bytes_of(other), "room.ply").triangles.size() == 3);
+    }
+}

@@ -17,6 +17,8 @@ stages:
   small_lit: {type: export.gltf, input: bake, path: small_lit.glb, quantize: true, material: pbr, up: z}
   packed: {type: export.gltf, input: bake, path: packed.glb, quantize: true, material: pbr, compression: $compression}
   packed_floats: {type: export.gltf, input: bake, path: packed_floats.glb, compression: $compression}
+  bare: {type: export.gltf, input: atlas, path: bare.glb}
+  bare_small: {type: export.gltf, input: scan.mesh, path: bare_small.glb, quantize: true, material: pbr, up: z, compression: $compression}
   obj: {type: export.obj, input: bake, path: obj/room.obj}
   ply: {type: export.ply, input: bake, path: vertex.ply, colors: true}
   ply_faces: {type: export.ply, input: bake, path: face.ply, texcoords: face, image_format: jpeg}
@@ -24,7 +26,7 @@ stages:
 YAML
 "$fresco" run "$work/room.yaml" --store "$work/store" --out "$work/out" 2>&1 | tee "$work/log"
 lines=$(grep -c ', valid$' "$work/log") || true
-[ "$lines" -eq 13 ] || fail "$lines files were said to be valid, not 13"
+[ "$lines" -eq 15 ] || fail "$lines files were said to be valid, not 15"
 ls -l "$work/out" "$work/out/obj"
 
 cp "$source"/tests/gltf_validator/* "$work/"

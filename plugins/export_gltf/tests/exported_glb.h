@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include <cstring>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -82,7 +83,9 @@ struct Exported
     std::vector<std::string> messages;
 };
 
-inline Exported exported(const fresco::Value& options, const fresco::TexturedMesh& textured = square())
+using Inputs = std::map<std::string, std::shared_ptr<const fresco::Artifact>>;
+
+inline Exported exported_from(const fresco::Value& options, const Inputs& inputs)
 {
     const auto made = fresco::testing::make_from_plugin(FRESCO_PLUGIN_FILE, "export.gltf");
     fresco::testing::TemporaryFolder folder;
@@ -91,8 +94,12 @@ inline Exported exported(const fresco::Value& options, const fresco::TexturedMes
     factory.add("image.opencv", [] { return std::make_shared<stored_png::Codec>(); });
     fresco::Value all = options;
     all.set("images", fresco::Value::Map{{"type", "image.opencv"}});
-    fresco::testing::run_stage(dynamic_cast<fresco::Stage&>(*made), all,
-                               {{"mesh", std::make_shared<fresco::TexturedMesh>(textured)}}, folder.path(), run, factory);
+    fresco::testing::run_stage(dynamic_cast<fresco::Stage&>(*made), all, inputs, folder.path(), run, factory);
     const auto files = fresco::Files::load({folder.path() / "files", folder.path()});
     return {fresco::read_file(folder.path() / "files" / files->names.at(0)), files->names, run.reported, run.messages};
+}
+
+inline Exported exported(const fresco::Value& options, const fresco::TexturedMesh& textured = square())
+{
+    return exported_from(options, {{"textured_mesh", std::make_shared<fresco::TexturedMesh>(textured)}});
 }

@@ -94,6 +94,6 @@ TEST_CASE("what cannot be exported is refused")
     CHECK_THROWS_WITH(exported(Value::Map{{"path", "room.gltf"}}), Catch::Contains("does not end in .glb"));
     TexturedMesh bare = square();
     bare.mesh.texcoords.clear();
-    CHECK_THROWS_WITH(exported(Value::Map{}, bare), Catch::Contains("the mesh on port 'mesh' has no texcoords"));
+    CHECK_THROWS_WITH(exported(Value::Map{}, bare), Catch::Contains("the mesh on port 'textured_mesh' has no texcoords"));
     CHECK(exported(Value::Map{{"path", "deep/er/a b.glb"}}).names.at(0) == "deep/er/a b.glb");
 }

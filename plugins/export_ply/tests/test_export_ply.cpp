@@ -46,7 +46,7 @@ std::unique_ptr<Exported> exported(const Value& options, const TexturedMesh& tex
     factory.add("image.opencv", [] { return std::make_shared<stored_png::Codec>(); });
     Value all = options;
     all.set("images", Value::Map{{"type", "image.opencv"}});
-    testing::run_stage(dynamic_cast<Stage&>(*made), all, {{"mesh", std::make_shared<TexturedMesh>(textured)}},
+    testing::run_stage(dynamic_cast<Stage&>(*made), all, {{"textured_mesh", std::make_shared<TexturedMesh>(textured)}},
                        result->folder.path(), result->run, factory);
     result->names = Files::load({result->folder.path() / "files", result->folder.path()})->names;
     return result;
@@ -134,4 +134,38 @@ TEST_CASE("what cannot be exported is refused")
     TexturedMesh bare = two_squares();
     bare.mesh.texcoords.clear();
     CHECK_THROWS_WITH(exported(Value::Map{}, bare), Contains("no texcoords"));
+}
+
+TEST_CASE("a mesh without a picture is one file with its vertex colors, and with texcoords where it has them")
+{
+    Mesh mesh = two_squares().mesh;
+    mesh.triangles.pop_back();
+    mesh.texcoords.resize(12);
+    mesh.colors = {{1, 2, 3}, {4, 5, 6}, {7, 8, 9}, {10, 11, 12}, {13, 14, 15}, {16, 17, 18}};
+    for (const char* texcoords : {"vertex", "face", "none", ""})
+    {
+        Value options = Value::Map{{"texcoords", *texcoords == 0 ? "vertex" : texcoords}};
+        if (*texcoords == 0)
+            mesh.texcoords.clear();
+        testing::TemporaryFolder folder;
+        testing::TestRun run;
+        testing::TestFactory factory;
+        const auto made = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "export.ply");
+        testing::run_stage(dynamic_cast<Stage&>(*made), options, {{"mesh", std::make_shared<Mesh>(mesh)}}, folder.path(), run,
+                           factory);
+        CHECK(Files::load({folder.path() / "files", folder.path()})->names == std::vector<std::string>{"room.ply"});
+        const Mesh read = read_mesh(folder.path() / "files/room.ply");
+        CHECK(read.triangles.size() == 4);
+        CHECK(read.texcoords.empty() == (*texcoords == 0 || std::string(texcoords) == "none"));
+        // Split along the seam between the squares where vertices carry the texcoords.
+        CHECK(read.positions.size() == (std::string(texcoords) == "vertex" ? 8 : 6));
+        for (std::size_t corner = 0; corner < 12; ++corner)
+        {
+            const auto v = read.triangles[corner / 3][corner % 3];
+            const auto w = mesh.triangles[corner / 3][corner % 3];
+            CHECK(read.colors[v] == mesh.colors[w]);
+            CHECK(read.positions[v] == mesh.positions[w]);
+        }
+        CHECK(header_of(folder.path() / "files/room.ply").find("TextureFile") == std::string::npos);
+    }
 }

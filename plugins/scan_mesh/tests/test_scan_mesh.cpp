@@ -58,7 +58,7 @@ TEST_CASE("a mesh is brought into the world: unit, axes, transform", "[scan.mesh
     CHECK(run.reported.at("extent_m").as_list().at(0).as_double() == Approx(3));
     CHECK(run.messages == std::vector<std::string>{"1 faces, 3.0 x 1.0 x 2.0 m"});
     CHECK(read(file, run, Value::Map{}).positions[1] == fresco::Vec3f{1000, 2000, 3000});
-    CHECK_THAT(run.messages.at(1), Contains("warning: the mesh is 3000.0 m long; if the file is in millimetres"));
+    CHECK_THAT(run.messages.at(1), Contains("warning: the mesh is 3000.0 m long; if the file is in millimeters"));
     read(file, run, Value::Map{{"unit_m", 1e-5}});
     CHECK_THAT(run.messages.at(3), Contains("warning: the mesh is only 0.03"));
 }

@@ -3,9 +3,13 @@
 #include <fresco/mesh.h>
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <span>
+#include <string>
 #include <string_view>
+#include <vector>
 
 namespace fresco
 {
@@ -24,6 +28,26 @@ struct MeshReadReport
     std::size_t degenerate_dropped = 0;  ///< Triangles that name a vertex twice.
 };
 
+/// A name that a mesh file gives, and its line.
+struct MeshFileName
+{
+    std::string name;
+    std::size_t line = 0;
+};
+
+/// What a mesh file says about materials: names only, nothing is opened.
+struct MeshMaterials
+{
+    static constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
+
+    std::vector<MeshFileName> files;  ///< OBJ: the text after each `mtllib`; PLY: the picture after each `comment TextureFile`.
+    std::vector<MeshFileName> names;  ///< OBJ: the materials by first use; PLY: empty.
+    /// F or empty; `none` for faces without. OBJ: index into names; PLY: the face property `texnumber`, an index into files.
+    std::vector<std::uint32_t> of_face;
+    std::vector<std::uint8_t>
+        has_texcoords;  ///< F, if only some faces have texcoords, those of the others being (0, 0); else empty.
+};
+
 /// Strict PLY reader: ASCII, binary of both byte orders, float and double coordinates, any integer index and count type, vertex
 /// colours (uchar red/green/blue), corner texcoords (face list `texcoord`) or vertex ones (s,t / u,v / texture_u,texture_v), face
 /// `chart`; unknown elements and properties are skipped. Throws Error naming `source`, the line (header, ASCII) or byte offset
@@ -31,14 +55,21 @@ struct MeshReadReport
 /// indices out of range, coordinates that are not finite, 0 faces are errors.
 Mesh parse_ply(std::span<const std::byte> bytes, std::string_view source, const MeshLimits& limits = {},
                MeshReadReport* report = nullptr);
+/// With what the file says about pictures.
+Mesh parse_ply(std::span<const std::byte> bytes, std::string_view source, const MeshLimits& limits, MeshReadReport* report,
+               MeshMaterials& materials);
 
 /// Strict Wavefront OBJ reader: v (with optional colour), vt, vn, f with all index forms (negative too); groups, materials and
 /// smoothing are skipped. Errors as above, by line. A file that does not end in a newline is taken as cut and refused.
 Mesh parse_obj(std::span<const std::byte> bytes, std::string_view source, const MeshLimits& limits = {},
                MeshReadReport* report = nullptr);
+/// With what the file says about materials. Texture coordinates may be missing on some faces.
+Mesh parse_obj(std::span<const std::byte> bytes, std::string_view source, const MeshLimits& limits, MeshReadReport* report,
+               MeshMaterials& materials);
 
 /// By extension (.ply, .obj). Throws MissingInput if the file cannot be read.
 Mesh read_mesh(const std::filesystem::path& file, const MeshLimits& limits = {}, MeshReadReport* report = nullptr);
+Mesh read_mesh(const std::filesystem::path& file, const MeshLimits& limits, MeshReadReport* report, MeshMaterials& materials);
 
 /// Binary little-endian PLY of everything the mesh holds; parse_ply gives the same mesh back, bit by bit, but for faces that name
 /// a vertex twice (Mesh::load keeps those). Throws Error for what check_mesh refuses and for numbers beyond PLY's int.

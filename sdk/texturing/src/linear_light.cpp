@@ -39,4 +39,10 @@ std::uint8_t from_linear(double light)
     return static_cast<std::uint8_t>(std::ranges::upper_bound(borders, light) - borders.begin());
 }
 
+double displayed(double light)
+{
+    const double inside = std::clamp(light, 0.0, 1.0);
+    return inside <= 0.0031308 ? 12.92 * inside : 1.055 * std::pow(inside, 1 / 2.4) - 0.055;
+}
+
 }  // namespace fresco::texturing

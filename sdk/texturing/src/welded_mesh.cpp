@@ -70,23 +70,29 @@ std::vector<Vec3f> position_normals(const Mesh& mesh, const std::vector<std::uin
 }
 }  // namespace
 
-WeldedMesh weld(const Mesh& mesh)
+WeldedMesh weld(const Mesh& mesh, bool with_colors)
 {
     const std::vector<std::uint32_t> numbers = position_numbers(mesh);
     const std::vector<Vec3f> normals = position_normals(mesh, numbers);
-    Numbering<5> numbering(mesh.positions.size());
+    Numbering<6> numbering(mesh.positions.size());
+    const bool keeps_colors = with_colors && !mesh.colors.empty();
     WeldedMesh welded;
     welded.indices.reserve(mesh.triangles.size() * 3);
     for (std::size_t corner = 0; corner < mesh.triangles.size() * 3; ++corner)
     {
         const std::uint32_t vertex = mesh.triangles[corner / 3][corner % 3];
         const Vec3f p = mesh.positions[vertex];
-        const Vec2f uv = mesh.texcoords[corner];
-        const std::uint32_t index = numbering.number({p.x, p.y, p.z, uv.x, uv.y});
+        const Vec2f uv = mesh.texcoords.empty() ? Vec2f{} : mesh.texcoords[corner];
+        const Rgb8 color = keeps_colors ? mesh.colors[vertex] : Rgb8{};
+        const auto color_number = static_cast<float>(color[0] << 16U | color[1] << 8U | color[2]);
+        const std::uint32_t index = numbering.number({p.x, p.y, p.z, uv.x, uv.y, color_number});
         if (index == welded.positions.size())
         {
             welded.positions.push_back(p);
-            welded.texcoords.push_back(uv);
+            if (!mesh.texcoords.empty())
+                welded.texcoords.push_back(uv);
+            if (keeps_colors)
+                welded.colors.push_back(color);
             welded.normals.push_back(normals[numbers[vertex]]);
         }
         welded.indices.push_back(index);

@@ -171,3 +171,11 @@ TEST_CASE("a mesh that was read again is compared to the last bit, but for faces
                    }),
                Catch::Contains("more triangles"));
 }
+
+TEST_CASE("linear light is displayed as the step that it came from")
+{
+    for (int step = 0; step < 256; ++step)
+        CHECK(255 * fresco::texturing::displayed(fresco::texturing::to_linear(static_cast<std::uint8_t>(step))) == Approx(step));
+    CHECK(fresco::texturing::displayed(-1) == 0);
+    CHECK(fresco::texturing::displayed(2) == Approx(1));
+}

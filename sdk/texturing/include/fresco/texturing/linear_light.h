@@ -9,5 +9,7 @@ namespace fresco::texturing
 double to_linear(std::uint8_t step);
 /// The sRGB step nearest to a linear light, by the curve's value; beyond [0,1] the first or last.
 std::uint8_t from_linear(double light);
+/// The sRGB value of a linear light, both in [0,1]; beyond them the nearest.
+double displayed(double light);
 
 }  // namespace fresco::texturing

@@ -1,0 +1,201 @@
+#include "gltf_materials.h"
+
+#include <fresco/error.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <string_view>
+
+namespace scan_mesh
+{
+
+using fresco::Error;
+
+namespace
+{
+
+/// The numbers of an extension's entry; `otherwise` if there is none.
+template <std::size_t N>
+std::array<double, N> numbers_or(const tinygltf::Value& extension, const std::string& key, std::array<double, N> otherwise,
+                                 const std::string& place)
+{
+    if (!extension.Has(key))
+        return otherwise;
+    const auto& list = extension.Get(key);
+    if (!list.IsArray() || list.ArrayLen() < N)
+        throw Error(place + key + ": expected " + std::to_string(N) + " numbers");
+    std::array<double, N> result;
+    for (std::size_t i = 0; i < N; ++i)
+    {
+        result[i] = list.Get(static_cast<int>(i)).IsNumber() ? list.Get(static_cast<int>(i)).GetNumberAsDouble() : NAN;
+        if (!std::isfinite(result[i]))
+            throw Error(place + key + ": expected finite numbers");
+    }
+    return result;
+}
+
+int integer_or(const tinygltf::Value& map, const std::string& key, int otherwise)
+{
+    return map.Has(key) && map.Get(key).IsInt() ? map.Get(key).GetNumberAsInt() : otherwise;
+}
+
+fresco::Vec3f color_of(const double* factor)
+{
+    const auto light = [](double v) { return std::isfinite(v) ? static_cast<float>(std::clamp(v, 0.0, 1.0)) : 1.0F; };
+    return {light(factor[0]), light(factor[1]), light(factor[2])};
+}
+
+fresco::Wrap wrap_of(int mode, const std::string& place)
+{
+    switch (mode)
+    {
+    case TINYGLTF_TEXTURE_WRAP_REPEAT:
+        return fresco::Wrap::repeat;
+    case TINYGLTF_TEXTURE_WRAP_MIRRORED_REPEAT:
+        return fresco::Wrap::mirror;
+    case TINYGLTF_TEXTURE_WRAP_CLAMP_TO_EDGE:
+        return fresco::Wrap::clamp;
+    default:
+        throw Error(place + "wrap mode " + std::to_string(mode) + "; expected 10497, 33071 or 33648");
+    }
+}
+
+/// uv' = T R S uv, as the extension's text has it.
+std::array<double, 6> transform_of(const tinygltf::Value& extension, const std::string& place)
+{
+    const auto offset = numbers_or<2>(extension, "offset", {0, 0}, place);
+    const auto scale = numbers_or<2>(extension, "scale", {1, 1}, place);
+    const double angle = extension.Has("rotation") ? extension.Get("rotation").GetNumberAsDouble() : 0;
+    const double c = std::cos(angle);
+    const double s = std::sin(angle);
+    if (!std::isfinite(c))
+        throw Error(place + "rotation: expected a finite number");
+    return {c * scale[0], s * scale[1], offset[0], -s * scale[0], c * scale[1], offset[1]};
+}
+
+/// A reference to a texture, from the core material or from an extension.
+struct TextureUse
+{
+    int texture = -1;
+    int texcoord_set = 0;
+    const tinygltf::Value* transform = nullptr;
+};
+
+void take_texture(const GltfFile& gltf, const TextureUse& use, const std::string& place, GltfLook& look)
+{
+    const auto& model = gltf.model;
+    if (use.texture < 0 || static_cast<std::size_t>(use.texture) >= model.textures.size())
+        throw Error(place + "texture " + std::to_string(use.texture) + " of " + std::to_string(model.textures.size()));
+    const auto& texture = model.textures[static_cast<std::size_t>(use.texture)];
+    const std::string texture_place = entry("textures", static_cast<std::size_t>(use.texture));
+    if (texture.source < 0 || static_cast<std::size_t>(texture.source) >= gltf.images.size())
+        throw Error(texture_place + "image " + std::to_string(texture.source) + " of " + std::to_string(gltf.images.size()) +
+                    "; export the model with PNG or JPEG pictures");
+    look.image = texture.source;
+    look.texcoord_set = use.texcoord_set;
+    if (texture.sampler >= 0)
+    {
+        if (static_cast<std::size_t>(texture.sampler) >= model.samplers.size())
+            throw Error(texture_place + "sampler " + std::to_string(texture.sampler) + " of " +
+                        std::to_string(model.samplers.size()));
+        const auto& sampler = model.samplers[static_cast<std::size_t>(texture.sampler)];
+        look.material.wrap_u = wrap_of(sampler.wrapS, texture_place);
+        look.material.wrap_v = wrap_of(sampler.wrapT, texture_place);
+    }
+    if (use.transform != nullptr)
+    {
+        look.picture_from_uv = transform_of(*use.transform, place + "KHR_texture_transform: ");
+        look.texcoord_set = integer_or(*use.transform, "texCoord", look.texcoord_set);
+    }
+}
+
+const tinygltf::Value* find(const tinygltf::ExtensionMap& extensions, const char* name)
+{
+    const auto found = extensions.find(name);
+    return found == extensions.end() || !found->second.IsObject() ? nullptr : &found->second;
+}
+
+/// The older form of a material, which Sketchfab and others export.
+void take_specular_glossiness(const GltfFile& gltf, const tinygltf::Value& extension, const std::string& place,
+                              bool with_pictures, GltfLook& look)
+{
+    look.material.color = color_of(numbers_or<3>(extension, "diffuseFactor", {1, 1, 1}, place).data());
+    if (!with_pictures || !extension.Has("diffuseTexture"))
+        return;
+    const auto& info = extension.Get("diffuseTexture");
+    TextureUse use{integer_or(info, "index", -1), integer_or(info, "texCoord", 0), nullptr};
+    if (info.Has("extensions") && info.Get("extensions").Has("KHR_texture_transform"))
+        use.transform = &info.Get("extensions").Get("KHR_texture_transform");
+    take_texture(gltf, use, place, look);
+}
+
+bool begins_with(std::span<const std::byte> bytes, std::string_view signature)
+{
+    return bytes.size() > signature.size() && std::memcmp(bytes.data(), signature.data(), signature.size()) == 0;
+}
+
+}  // namespace
+
+GltfLook look_of(const GltfFile& gltf, int material, bool with_pictures)
+{
+    GltfLook look;
+    if (material == -1)
+        return look;
+    if (material < 0 || static_cast<std::size_t>(material) >= gltf.model.materials.size())
+        throw Error("material " + std::to_string(material) + " of " + std::to_string(gltf.model.materials.size()));
+    const auto number = static_cast<std::size_t>(material);
+    const auto& source = gltf.model.materials[number];
+    const std::string place = entry("materials", number);
+    look.material.name = source.name;
+    if (const auto* const older = find(source.extensions, "KHR_materials_pbrSpecularGlossiness"))
+    {
+        take_specular_glossiness(gltf, *older, place, with_pictures, look);
+        return look;
+    }
+    const auto& pbr = source.pbrMetallicRoughness;
+    look.material.color = color_of(pbr.baseColorFactor.data());
+    if (with_pictures && pbr.baseColorTexture.index != -1)
+        take_texture(gltf,
+                     {pbr.baseColorTexture.index, pbr.baseColorTexture.texCoord,
+                      find(pbr.baseColorTexture.extensions, "KHR_texture_transform")},
+                     place, look);
+    return look;
+}
+
+int GltfPictures::number_of(int image)
+{
+    const auto [found, is_new] = numbers_.try_emplace(image, static_cast<int>(model_.pictures.size()));
+    if (is_new)
+        model_.pictures.push_back(picture(static_cast<std::size_t>(image)));
+    return found->second;
+}
+
+FilePicture GltfPictures::picture(std::size_t image) const
+{
+    const GltfImage& source = gltf_.images[image];
+    const std::string place = entry("images", image);
+    FilePicture result{file_.string() + ": image " + std::to_string(image), {}, {}};
+    if (source.buffer_view >= 0)
+    {
+        if (static_cast<std::size_t>(source.buffer_view) >= gltf_.model.bufferViews.size())
+            throw Error(place + "bufferView " + std::to_string(source.buffer_view) + " of " +
+                        std::to_string(gltf_.model.bufferViews.size()));
+        const auto bytes = std::as_bytes(view_bytes(gltf_.model, static_cast<std::size_t>(source.buffer_view)));
+        result.bytes.assign(bytes.begin(), bytes.end());
+    }
+    else if (is_data_uri(source.uri))
+        result.bytes = data_uri_bytes(source.uri, place);
+    else
+    {
+        result.file = folder_.find(decoded_uri(source.uri), place + "uri", shape_only);
+        result.name = result.file.string();
+        model_.files_read.push_back(result.file);
+        return result;
+    }
+    if (!begins_with(result.bytes, "\x89PNG") && !begins_with(result.bytes, "\xFF\xD8\xFF"))
+        throw Error(place + "neither PNG nor JPEG; export the model with PNG or JPEG pictures");
+    return result;
+}
+
+}  // namespace scan_mesh

@@ -1,0 +1,52 @@
+#pragma once
+
+#include "file_folder.h"
+#include "file_model.h"
+#include "gltf_file.h"
+
+#include <fresco/math.h>
+#include <fresco/model.h>
+
+#include <array>
+#include <map>
+#include <string>
+
+namespace scan_mesh
+{
+
+/// How a material of a glTF file takes its picture.
+struct GltfLook
+{
+    fresco::ModelMaterial material;
+    int image = -1;  ///< -1: none.
+    int texcoord_set = 0;
+    std::array<double, 6> picture_from_uv{1, 0, 0, 0, 1, 0};  ///< Rows of a 2 x 3 matrix (KHR_texture_transform).
+};
+
+/// The color and picture of a material; white for -1. Without a picture where pictures are not wanted. Throws Error naming the
+/// material or texture for numbers and indices that are wrong.
+GltfLook look_of(const GltfFile& gltf, int material, bool with_pictures);
+
+/// Adds pictures to a model, each image of the file once.
+class GltfPictures
+{
+  public:
+    GltfPictures(const GltfFile& gltf, const std::filesystem::path& file, FileModel& model)
+        : gltf_(gltf), file_(file), folder_(file), model_(model)
+    {
+    }
+
+    /// The index in FileModel::pictures. Throws MissingInput, Error.
+    int number_of(int image);
+
+  private:
+    FilePicture picture(std::size_t image) const;
+
+    const GltfFile& gltf_;
+    const std::filesystem::path& file_;
+    FileFolder folder_;
+    FileModel& model_;
+    std::map<int, int> numbers_;
+};
+
+}  // namespace scan_mesh

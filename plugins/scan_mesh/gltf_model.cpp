@@ -1,0 +1,349 @@
+#include "file_model.h"
+#include "gltf_accessors.h"
+#include "gltf_materials.h"
+
+#include <fresco/error.h>
+#include <fresco/texturing/linear_light.h>
+
+#include <array>
+#include <cmath>
+#include <map>
+#include <set>
+#include <tuple>
+#include <utility>
+
+namespace scan_mesh
+{
+
+namespace fs = std::filesystem;
+using fresco::Error;
+using fresco::Vec3d;
+
+namespace
+{
+
+/// A node's place: world = linear * p + origin.
+struct Affine
+{
+    fresco::Mat3 linear;
+    Vec3d origin;
+};
+
+Affine operator*(const Affine& a, const Affine& b)
+{
+    return {a.linear * b.linear, a.linear * b.origin + a.origin};
+}
+
+fresco::Mat3 rotation_of(const std::vector<double>& q)
+{
+    const double norm = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    if (!(norm > 0.5) || !(norm < 2))
+        throw Error("rotation: expected a quaternion of length 1");
+    const double x = q[0] / norm;
+    const double y = q[1] / norm;
+    const double z = q[2] / norm;
+    const double w = q[3] / norm;
+    fresco::Mat3 r;
+    r.m = {1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w), 2 * (x * y + z * w),    1 - 2 * (x * x + z * z),
+           2 * (y * z - x * w),     2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)};
+    return r;
+}
+
+Affine place_of(const tinygltf::Node& node)
+{
+    const auto check = [](const std::vector<double>& values, std::size_t expected, const char* what)
+    {
+        bool good = values.empty() || values.size() == expected;
+        for (const double value : values)
+            good = good && std::isfinite(value);
+        if (!good)
+            throw Error(std::string(what) + ": expected " + std::to_string(expected) + " finite numbers");
+        return !values.empty();
+    };
+    Affine place;
+    if (check(node.matrix, 16, "matrix"))
+    {
+        for (int row = 0; row < 3; ++row)
+            for (int column = 0; column < 3; ++column)
+                place.linear(row, column) = node.matrix[4 * static_cast<std::size_t>(column) + static_cast<std::size_t>(row)];
+        place.origin = {node.matrix[12], node.matrix[13], node.matrix[14]};
+        if (node.matrix[3] != 0 || node.matrix[7] != 0 || node.matrix[11] != 0 || node.matrix[15] != 1)
+            throw Error("matrix: expected 0, 0, 0, 1 in the last row");
+        return place;
+    }
+    if (check(node.rotation, 4, "rotation"))
+        place.linear = rotation_of(node.rotation);
+    if (check(node.scale, 3, "scale"))
+        for (int row = 0; row < 3; ++row)
+            for (int column = 0; column < 3; ++column)
+                place.linear(row, column) *= node.scale[static_cast<std::size_t>(column)];
+    if (check(node.translation, 3, "translation"))
+        place.origin = {node.translation[0], node.translation[1], node.translation[2]};
+    return place;
+}
+
+class SceneReader
+{
+  public:
+    SceneReader(const GltfFile& gltf, const fs::path& file, bool with_materials, FileModel& model)
+        : gltf_(gltf), with_materials_(with_materials), model_(model), pictures_(gltf, file, model)
+    {
+    }
+
+    void read()
+    {
+        for (const auto& [node, place] : placed_nodes())
+            if (gltf_.model.nodes[node].mesh >= 0)
+                add_mesh(node, place);
+        if (model_.mesh.triangles.empty())
+            throw Error("the scene has no triangles" +
+                        std::string(skipped_ > 0 ? ", only points and lines; export it as a triangle mesh" : ""));
+        warn();
+        if (!has_colors_)
+            model_.mesh.colors.clear();
+        if (!has_texcoords_)
+            model_.mesh.texcoords.clear();
+    }
+
+  private:
+    /// Nodes of the scene, each once, in the order of the file's tree.
+    std::vector<std::pair<std::size_t, Affine>> placed_nodes() const
+    {
+        const auto& nodes = gltf_.model.nodes;
+        std::set<std::size_t> seen;
+        std::vector<std::pair<int, Affine>> open;
+        const auto push = [&](const std::vector<int>& children, const Affine& parent)
+        {
+            for (const int child : std::vector<int>(children.rbegin(), children.rend()))
+                open.emplace_back(child, parent);
+        };
+        push(roots(), {});
+        std::vector<std::pair<std::size_t, Affine>> placed;
+        while (!open.empty())
+        {
+            const auto [number, parent] = open.back();
+            open.pop_back();
+            if (number < 0 || static_cast<std::size_t>(number) >= nodes.size())
+                throw Error("node " + std::to_string(number) + " of " + std::to_string(nodes.size()));
+            const auto node = static_cast<std::size_t>(number);
+            if (!seen.insert(node).second)
+                throw Error(entry("nodes", node) + "it stands in the tree twice");
+            try
+            {
+                placed.emplace_back(node, parent * place_of(nodes[node]));
+            }
+            catch (const Error& error)
+            {
+                throw Error(entry("nodes", node) + error.what());
+            }
+            push(nodes[node].children, placed.back().second);
+        }
+        return placed;
+    }
+
+    /// The nodes of the scene; without scenes those that are nobody's children.
+    std::vector<int> roots() const
+    {
+        const auto& scenes = gltf_.model.scenes;
+        if (!scenes.empty())
+        {
+            const auto scene = static_cast<std::size_t>(std::max(gltf_.model.defaultScene, 0));
+            if (scene >= scenes.size())
+                throw Error("scene " + std::to_string(scene) + " of " + std::to_string(scenes.size()));
+            return scenes[scene].nodes;
+        }
+        std::set<int> children;
+        for (const auto& node : gltf_.model.nodes)
+            children.insert(node.children.begin(), node.children.end());
+        std::vector<int> result;
+        for (int node = 0; node < static_cast<int>(gltf_.model.nodes.size()); ++node)
+            if (!children.contains(node))
+                result.push_back(node);
+        return result;
+    }
+
+    void add_mesh(std::size_t node, const Affine& place)
+    {
+        const auto mesh = static_cast<std::size_t>(gltf_.model.nodes[node].mesh);
+        if (mesh >= gltf_.model.meshes.size())
+            throw Error(entry("nodes", node) + "mesh " + std::to_string(mesh) + " of " +
+                        std::to_string(gltf_.model.meshes.size()));
+        is_posed_ = is_posed_ || gltf_.model.nodes[node].skin >= 0;
+        const auto& primitives = gltf_.model.meshes[mesh].primitives;
+        for (std::size_t i = 0; i < primitives.size(); ++i)
+            try
+            {
+                add_primitive(primitives[i], place);
+            }
+            catch (const fresco::MissingInput&)
+            {
+                throw;
+            }
+            catch (const Error& error)
+            {
+                throw Error(entry("meshes", mesh) + entry("primitives", i) + error.what());
+            }
+    }
+
+    void add_primitive(const tinygltf::Primitive& primitive, const Affine& place)
+    {
+        const auto attribute = [&](const std::string& name)
+        {
+            const auto found = primitive.attributes.find(name);
+            return found == primitive.attributes.end() ? -1 : found->second;
+        };
+        is_posed_ = is_posed_ || !primitive.targets.empty();
+        const AccessorRows positions = accessor_rows(gltf_.model, attribute("POSITION"), 3, 3);
+        const auto corners = triangle_indices(gltf_.model, primitive.indices, primitive.mode, positions.count);
+        if (corners.empty())
+        {
+            ++skipped_;
+            return;
+        }
+        const fresco::MeshLimits limits;
+        if (model_.mesh.positions.size() + positions.count > limits.max_vertices ||
+            model_.mesh.triangles.size() + corners.size() / 3 > limits.max_faces)
+            throw Error("more than " + std::to_string(limits.max_vertices) + " vertices or " + std::to_string(limits.max_faces) +
+                        " triangles, the limit");
+        const auto first = static_cast<std::uint32_t>(model_.mesh.positions.size());
+        add_positions(positions, place);
+        const bool colored = attribute("COLOR_0") != -1;
+        add_colors(colored ? accessor_rows(gltf_.model, attribute("COLOR_0"), 3, 4) : AccessorRows{}, positions.count);
+
+        const GltfLook& look = looks_.try_emplace(primitive.material, looked(primitive.material)).first->second;
+        const int texcoords = attribute("TEXCOORD_" + std::to_string(look.texcoord_set));
+        const std::uint32_t material = material_number(primitive.material, look, texcoords != -1, colored);
+        const AccessorRows uv = texcoords != -1 ? accessor_rows(gltf_.model, texcoords, 2, 2) : AccessorRows{};
+        if (texcoords != -1 && uv.count != positions.count)
+            throw Error("texture coordinates of " + std::to_string(uv.count) + " vertices; expected " +
+                        std::to_string(positions.count));
+        has_texcoords_ = has_texcoords_ || texcoords != -1;
+        const bool mirrored = fresco::determinant(place.linear) < 0;
+        for (std::size_t i = 0; i < corners.size(); i += 3)
+        {
+            std::array<std::uint32_t, 3> t{corners[i], corners[i + 1], corners[i + 2]};
+            if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0])
+            {
+                ++model_.report.degenerate_dropped;
+                continue;
+            }
+            if (mirrored)
+                std::swap(t[1], t[2]);
+            model_.mesh.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+            model_.material_of_face.push_back(material);
+            for (const std::uint32_t vertex : t)
+                model_.mesh.texcoords.push_back(texcoords == -1 ? fresco::Vec2f{} : texcoord(uv, vertex, look));
+        }
+    }
+
+    GltfLook looked(int material) const { return look_of(gltf_, material, with_materials_); }
+
+    void add_positions(const AccessorRows& rows, const Affine& place)
+    {
+        for (std::size_t i = 0; i < rows.count; ++i)
+        {
+            const Vec3d p = place.linear * Vec3d{rows.at(i, 0), rows.at(i, 1), rows.at(i, 2)} + place.origin;
+            model_.mesh.positions.push_back(fresco::vec_cast<float>(p));
+            const auto& stored = model_.mesh.positions.back();
+            if (!std::isfinite(stored.x) || !std::isfinite(stored.y) || !std::isfinite(stored.z))
+                throw Error("the position of vertex " + std::to_string(i) + " is not finite");
+        }
+    }
+
+    /// COLOR_0 is linear light; vertices without are white.
+    void add_colors(const AccessorRows& rows, std::size_t count)
+    {
+        if (rows.first != nullptr && rows.count != count)
+            throw Error("colors of " + std::to_string(rows.count) + " vertices; expected " + std::to_string(count));
+        has_colors_ = has_colors_ || rows.first != nullptr;
+        for (std::size_t i = 0; i < count; ++i)
+        {
+            fresco::Rgb8 color{255, 255, 255};
+            for (std::size_t c = 0; c < 3 && rows.first != nullptr; ++c)
+            {
+                const double light = rows.at(i, c);
+                if (!std::isfinite(light))
+                    throw Error("the color of vertex " + std::to_string(i) + " is not finite");
+                color[c] = fresco::texturing::from_linear(light);
+            }
+            model_.mesh.colors.push_back(color);
+        }
+    }
+
+    /// glTF's origin is the upper left.
+    static fresco::Vec2f texcoord(const AccessorRows& rows, std::size_t vertex, const GltfLook& look)
+    {
+        const double u = rows.at(vertex, 0);
+        const double v = rows.at(vertex, 1);
+        const auto& m = look.picture_from_uv;
+        const fresco::Vec2f result{static_cast<float>(m[0] * u + m[1] * v + m[2]),
+                                   static_cast<float>(1 - (m[3] * u + m[4] * v + m[5]))};
+        if (!std::isfinite(result.x) || !std::isfinite(result.y))
+            throw Error("the texture coordinate of vertex " + std::to_string(vertex) + " is not finite");
+        return result;
+    }
+
+    std::uint32_t material_number(int number, const GltfLook& look, bool has_texcoords, bool has_colors)
+    {
+        const bool has_picture = look.image != -1 && has_texcoords;
+        without_texcoords_ = without_texcoords_ || (look.image != -1 && !has_texcoords);
+        const auto [found, is_new] =
+            materials_.try_emplace({number, has_picture, has_colors}, static_cast<std::uint32_t>(model_.materials.size()));
+        if (is_new)
+        {
+            fresco::ModelMaterial material = look.material;
+            material.vertex_colors = has_colors;
+            if (has_picture)
+                material.picture = pictures_.number_of(look.image);
+            model_.materials.push_back(std::move(material));
+        }
+        return found->second;
+    }
+
+    void warn()
+    {
+        if (is_posed_)
+            model_.warnings.emplace_back("skins and morph targets are not applied: the shape is the one without them");
+        if (skipped_ > 0)
+            model_.warnings.push_back(std::to_string(skipped_) + " primitives of points or lines are left out");
+        if (without_texcoords_)
+            model_.warnings.emplace_back("some meshes have a picture but no texture coordinates: they take the material's color");
+    }
+
+    const GltfFile& gltf_;
+    bool with_materials_;
+    FileModel& model_;
+    GltfPictures pictures_;
+    std::map<int, GltfLook> looks_;
+    std::map<std::tuple<int, bool, bool>, std::uint32_t> materials_;
+    std::size_t skipped_ = 0;
+    bool has_colors_ = false;
+    bool has_texcoords_ = false;
+    bool is_posed_ = false;
+    bool without_texcoords_ = false;
+};
+
+}  // namespace
+
+FileModel read_gltf_model(const fs::path& file, bool with_materials)
+{
+    FileModel model;
+    model.split_vertices = true;
+    try
+    {
+        const GltfFile gltf = load_gltf(file, model.files_read);
+        SceneReader(gltf, file, with_materials, model).read();
+    }
+    catch (const fresco::MissingInput& error)
+    {
+        const std::string what = error.what();
+        throw fresco::MissingInput(what.starts_with(file.string()) ? what : file.string() + ": " + what);
+    }
+    catch (const Error& error)
+    {
+        throw Error(file.string() + ": " + error.what());
+    }
+    return model;
+}
+
+}  // namespace scan_mesh

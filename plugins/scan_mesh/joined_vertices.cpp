@@ -1,0 +1,97 @@
+#include "joined_vertices.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <numeric>
+#include <tuple>
+#include <vector>
+
+namespace scan_mesh
+{
+
+namespace
+{
+
+using fresco::Triangle;
+
+/// V: the first vertex at the same position with the same color. -0 counts as 0.
+std::vector<std::uint32_t> first_vertices(const fresco::Mesh& mesh)
+{
+    const auto key = [&](std::uint32_t v)
+    {
+        const fresco::Vec3f p = mesh.positions[v];
+        return std::tuple(p.x, p.y, p.z, mesh.colors.empty() ? fresco::Rgb8{} : mesh.colors[v]);
+    };
+    std::vector<std::uint32_t> order(mesh.positions.size());
+    std::iota(order.begin(), order.end(), 0U);
+    std::ranges::sort(order, [&](std::uint32_t a, std::uint32_t b)
+                      { return std::tuple_cat(key(a), std::tuple(a)) < std::tuple_cat(key(b), std::tuple(b)); });
+    std::vector<std::uint32_t> first(order.size());
+    for (std::size_t i = 0; i < order.size(); ++i)
+        first[order[i]] = i > 0 && key(order[i]) == key(order[i - 1]) ? first[order[i - 1]] : order[i];
+    return first;
+}
+
+/// F: whether a face repeats one before it, whatever its side, or names a vertex twice.
+std::vector<std::uint8_t> repeated_faces(const std::vector<Triangle>& triangles)
+{
+    std::vector<Triangle> sorted = triangles;
+    for (Triangle& t : sorted)
+        std::ranges::sort(t);
+    std::vector<std::uint32_t> order(triangles.size());
+    std::iota(order.begin(), order.end(), 0U);
+    std::ranges::sort(order, [&](std::uint32_t a, std::uint32_t b) { return std::tie(sorted[a], a) < std::tie(sorted[b], b); });
+    std::vector<std::uint8_t> repeated(triangles.size(), 0);
+    for (std::size_t i = 0; i < order.size(); ++i)
+    {
+        const Triangle& t = sorted[order[i]];
+        repeated[order[i]] = t[0] == t[1] || t[1] == t[2] || (i > 0 && t == sorted[order[i - 1]]);
+    }
+    return repeated;
+}
+
+}  // namespace
+
+std::size_t join_vertices(fresco::Mesh& mesh)
+{
+    const auto first = first_vertices(mesh);
+    std::vector<Triangle> joined = mesh.triangles;
+    for (Triangle& t : joined)
+        for (std::uint32_t& v : t)
+            v = first[v];
+    const auto repeated = repeated_faces(joined);
+    for (std::size_t face = 0; face < joined.size(); ++face)
+        if (repeated[face] != 0)
+            joined[face] = mesh.triangles[face];
+    mesh.triangles = std::move(joined);
+
+    std::vector<std::uint8_t> used(mesh.positions.size(), 0);
+    for (const Triangle& t : mesh.triangles)
+        for (const std::uint32_t v : t)
+            used[v] = 1;
+    // Vertices without faces stay where nothing is joined with them.
+    std::vector<std::uint32_t> number(mesh.positions.size());
+    std::uint32_t count = 0;
+    for (std::uint32_t v = 0; v < number.size(); ++v)
+    {
+        if (used[v] == 0 && first[v] != v)
+            continue;
+        number[v] = count;
+        mesh.positions[count] = mesh.positions[v];
+        if (!mesh.colors.empty())
+            mesh.colors[count] = mesh.colors[v];
+        ++count;
+    }
+    const std::size_t removed = mesh.positions.size() - count;
+    mesh.positions.resize(count);
+    if (!mesh.colors.empty())
+        mesh.colors.resize(count);
+    for (Triangle& t : mesh.triangles)
+        for (std::uint32_t& v : t)
+            v = number[v];
+    return removed;
+}
+
+}  // namespace scan_mesh

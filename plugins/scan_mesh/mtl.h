@@ -1,0 +1,30 @@
+#pragma once
+
+#include <fresco/math.h>
+
+#include <array>
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace scan_mesh
+{
+
+/// A material of an MTL file: its color and its picture.
+struct MtlMaterial
+{
+    std::string name;
+    std::array<double, 3> color{1, 1, 1};  ///< Kd as written: displayed RGB.
+    std::string picture;                   ///< The file name of map_Kd; empty: none.
+    std::size_t picture_line = 0;
+    fresco::Vec2d scale{1, 1};  ///< uv of the picture = scale * uv + offset.
+    fresco::Vec2d offset;
+    bool clamp = false;
+};
+
+/// Reads newmtl, Kd and map_Kd with its options -s, -o and -clamp; other statements and options are skipped. Throws Error naming
+/// `source` and the line for a color or an option that is wrong and for a statement before the first newmtl.
+std::vector<MtlMaterial> parse_mtl(std::string_view text, std::string_view source);
+
+}  // namespace scan_mesh

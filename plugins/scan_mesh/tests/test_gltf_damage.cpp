@@ -1,0 +1,231 @@
+#include "file_model.h"
+
+#include "model_samples.h"
+#include "recording_checks.h"
+
+#include <fresco/error.h>
+#include <fresco/testing.h>
+
+#include <catch2/catch.hpp>
+
+using namespace fresco;
+using namespace model_samples;
+using Catch::Matchers::Contains;
+
+namespace
+{
+
+/// Reads a model; what comes back can be used.
+void read_usable(const std::filesystem::path& file)
+{
+    auto read = scan_mesh::read_file_model(file, true);
+    Model model;
+    model.mesh = std::move(read.mesh);
+    model.materials = std::move(read.materials);
+    model.material_of_face = std::move(read.material_of_face);
+    for (const auto& picture : read.pictures)
+        model.pictures.push_back(picture.name);
+    check_model(model, "the model");
+}
+
+class Damaged
+{
+  public:
+    /// The message about a triangle's GLB after a change to its parts.
+    template <class F>
+    std::string error_of(const F& change) const
+    {
+        TriangleSample triangle;
+        change(triangle);
+        return error_of_file(triangle.finished().glb());
+    }
+    std::string error_of_file(const std::vector<std::byte>& glb) const
+    {
+        const auto file = folder_.path() / "a.glb";
+        write_file(file, glb);
+        try
+        {
+            read_usable(file);
+        }
+        catch (const Error& error)
+        {
+            return error.what();
+        }
+        return "";
+    }
+
+  private:
+    testing::TemporaryFolder folder_;
+};
+
+}  // namespace
+
+TEST_CASE("glTF: what is not supported is refused by name, with a way out", "[scan.mesh]")
+{
+    const Damaged damaged;
+    const auto needing = [&](const char* extension)
+    { return damaged.error_of([&](TriangleSample& t) { t.sample.rest.set("extensionsRequired", Value::List{extension}); }); };
+    CHECK(needing("KHR_materials_unlit").empty());
+    CHECK_THAT(needing("KHR_draco_mesh_compression"),
+               Contains("a.glb: extensionsRequired: the file needs KHR_draco_mesh_compression") &&
+                   Contains("without compression"));
+    CHECK_THAT(needing("EXT_meshopt_compression"), Contains("EXT_meshopt_compression") && Contains("without compression"));
+    CHECK_THAT(needing("KHR_texture_basisu"), Contains("KHR_texture_basisu") && Contains("PNG or JPEG pictures"));
+    CHECK_THAT(needing("ACME_soup"), Contains("ACME_soup, which is not supported; export the model without it"));
+    CHECK_THAT(damaged.error_of(
+                   [](TriangleSample& t)
+                   {
+                       t.sample.accessors[0].set("sparse",
+                                                 Value::Map{{"count", 1},
+                                                            {"indices", Value::Map{{"bufferView", 0}, {"componentType", 5125}}},
+                                                            {"values", Value::Map{{"bufferView", 0}}}});
+                   }),
+               Contains("meshes[0]: primitives[0]: accessors[0]: sparse accessors are not supported"));
+}
+
+TEST_CASE("glTF: JSON that is nested deep never reaches the recursive parser", "[scan.mesh]")
+{
+    const Damaged damaged;
+    const GltfSample sample = TriangleSample().finished();
+    const std::string text = to_json(sample.document());
+    for (const int depth : {60, 200'000})
+    {
+        std::string nested = text;
+        nested.insert(1, "\"extras\":" + std::string(static_cast<std::size_t>(depth), '[') +
+                             std::string(static_cast<std::size_t>(depth), ']') + ",");
+        const std::string error = damaged.error_of_file(sample.assembled(nested));
+        if (depth < 64)
+            CHECK(error.empty());
+        else
+            CHECK_THAT(error, Contains("nested more than 64 levels deep"));
+    }
+}
+
+TEST_CASE("glTF: ranges and indices that are wrong are refused with their entry", "[scan.mesh]")
+{
+    const Damaged damaged;
+    CHECK(damaged.error_of([](TriangleSample&) {}).empty());
+    const auto refused = [&](const auto& change, const std::string& reason)
+    { CHECK_THAT(damaged.error_of(change), Contains("a.glb: ") && Contains(reason)); };
+    refused([](TriangleSample& t) { t.sample.accessors[0].set("count", 4); }, "accessors[0]: 4 rows of 12 bytes");
+    refused([](TriangleSample& t) { t.sample.accessors[0].set("count", 4'000'000'000'000'000'000); },
+            "accessors[0]: 4000000000000000000 rows");
+    refused([](TriangleSample& t) { t.sample.accessors[0].set("count", 0); }, "accessors[0]: 0 rows");
+    refused([](TriangleSample& t) { t.sample.accessors[0].set("byteOffset", 4); }, "accessors[0]: 3 rows");
+    refused([](TriangleSample& t) { t.sample.accessors[0].set("byteOffset", 9'000'000'000'000'000'000); },
+            "accessors[0]: 3 rows");
+    refused([](TriangleSample& t) { t.sample.accessors[0].set("type", "VEC2"); }, "accessors[0]: expected 3 to 3 components");
+    refused([](TriangleSample& t) { t.sample.accessors[0].set("componentType", 5124); }, "componentType 5124");
+    refused([](TriangleSample& t) { t.sample.accessors[0].set("componentType", 5130); }, "componentType 5130");
+    refused([](TriangleSample& t) { t.sample.accessors[0].set("bufferView", 7); }, "no valid bufferView");
+    refused([](TriangleSample& t) { t.sample.views[0].set("buffer", 1); }, "bufferViews[0]: buffer 1 of 1");
+    refused([](TriangleSample& t) { t.sample.views[0].set("buffer", -1); }, "bufferViews[0]: buffer -1 of 1");
+    refused([](TriangleSample& t) { t.sample.views[0].set("byteLength", 37); }, "bufferViews[0]: 37 bytes at 0 do not fit");
+    refused([](TriangleSample& t) { t.sample.views[0].set("byteOffset", 9'000'000'000'000'000'000); },
+            "bufferViews[0]: 36 bytes");
+    refused([](TriangleSample& t) { t.sample.views[0].set("byteStride", 8); }, "accessors[0]: 3 rows");
+    refused([](TriangleSample& t) { t.attributes = Value::Map{{"NORMAL", 0}}; }, "accessor -1 of 1");
+    refused([](TriangleSample& t) { t.primitive.set("material", 3); }, "material 3 of 0");
+    refused(
+        [](TriangleSample& t) {
+            t.primitive.set("indices", t.sample.add_accessor(std::vector<std::uint32_t>{0, 1, 3}, "SCALAR", 5125, 3));
+        },
+        "accessors[1]: index 2 names vertex 3 of 3");
+    refused(
+        [](TriangleSample& t) {
+            t.primitive.set("indices", t.sample.add_accessor(std::vector<std::uint32_t>{0, 1}, "SCALAR", 5125, 2));
+        },
+        "2 corners; expected a multiple of 3");
+    refused([](TriangleSample& t) { t.primitive.set("indices", 0); }, "expected 1 to 1 components");
+    refused(
+        [](TriangleSample& t) {
+            t.sample.rest.set("nodes", Value::List{Value::Map{{"children", Value::List{0}}}});
+        },
+        "nodes[0]: it stands in the tree twice");
+    refused(
+        [](TriangleSample& t) {
+            t.sample.rest.set("nodes", Value::List{Value::Map{{"children", Value::List{5}}}});
+        },
+        "node 5 of 1");
+    refused([](TriangleSample& t) { t.sample.rest.set("nodes", Value::List{Value::Map{{"mesh", 1}}}); }, "nodes[0]: mesh 1 of 1");
+    refused([](TriangleSample& t) { t.sample.rest.set("scene", 2); }, "scene 2 of 1");
+    refused(
+        [](TriangleSample& t) {
+            t.sample.rest.set("nodes", Value::List{Value::Map{{"mesh", 0}, {"scale", Value::List{1, 2}}}});
+        },
+        "nodes[0]: scale: expected 3 finite numbers");
+    refused(
+        [](TriangleSample& t) {
+            t.sample.rest.set("nodes", Value::List{Value::Map{{"mesh", 0}, {"rotation", Value::List{0, 0, 0, 0}}}});
+        },
+        "nodes[0]: rotation: expected a quaternion");
+    refused(
+        [](TriangleSample& t) {
+            t.sample.rest.set("nodes", Value::List{Value::Map{{"mesh", 0}, {"translation", Value::List{1e300, 0, 0}}}});
+        },
+        "vertex 0 is not finite");
+    refused(
+        [](TriangleSample& t) {
+            t.sample.rest.set("buffers", Value::List{Value::Map{{"byteLength", 99}}});
+        },
+        "buffers[0]: byteLength is 99, but there are 36 bytes");
+    refused(
+        [](TriangleSample& t) {
+            t.sample.rest.set("buffers", Value::List{Value::Map{{"byteLength", 0}}});
+        },
+        "byteLength is 0");
+    const GltfSample sample = TriangleSample().finished();
+    std::string version = to_json(sample.document());
+    version.replace(version.find("2.0"), 3, "1.0");
+    CHECK_THAT(damaged.error_of_file(sample.assembled(version)), Contains("asset.version is 1.0; expected 2.0"));
+    auto old = sample.glb();
+    old[4] = std::byte{1};
+    CHECK_THAT(damaged.error_of_file(old), Contains("GLB version 1; expected 2"));
+}
+
+TEST_CASE("glTF damage: a GLB cut at any byte is refused", "[scan.mesh]")
+{
+    const testing::TemporaryFolder folder;
+    TriangleSample triangle;
+    const auto glb = triangle.finished().glb();
+    const auto file = folder.path() / "a.glb";
+    write_file(file, glb);
+    read_usable(file);
+    for (std::size_t size = glb.size(); size-- > 0;)
+    {
+        INFO("the first " << size << " bytes");
+        std::filesystem::resize_file(file, size);
+        CHECK_THROWS_AS(read_usable(file), Error);
+    }
+}
+
+TEST_CASE("damage to a model's files gives an error or a model that can be used", "[scan.mesh]")
+{
+    const testing::TemporaryFolder folder;
+    const auto glb = write_glb_box(folder.path());
+    const auto obj = write_obj_box(folder.path());
+    const auto ply = write_ply_box(folder.path());
+    const auto check = [&](const std::filesystem::path& model, const std::filesystem::path& damaged, int cuts)
+    {
+        INFO(damaged.filename());
+        const auto counts = testing::damage_file(damaged, [&](bool) { read_usable(model); });
+        CHECK(counts.cuts_refused >= cuts);
+        CHECK(counts.flips_refused > 50);
+        read_usable(model);
+    };
+    check(glb, glb, 200);
+    check(obj, obj, 180);
+    // Cut between two statements, it is a shorter file: the material that is missing is found, a color is not.
+    check(obj, folder.path() / "box.mtl", 150);
+    check(ply, ply, 200);
+
+    TriangleSample triangle;
+    GltfSample sample = triangle.finished();
+    write_file(folder.path() / "a.bin", sample.binary);
+    sample.rest.set("buffers", Value::List{Value::Map{{"byteLength", 36}, {"uri", "a.bin"}}});
+    const auto gltf = folder.path() / "a.gltf";
+    write_file(gltf, to_json(sample.document()));
+    check(gltf, gltf, 200);
+    std::filesystem::resize_file(folder.path() / "a.bin", 35);
+    CHECK_THROWS_WITH(read_usable(gltf), Contains("byteLength is 36, but there are 35 bytes: the file is cut"));
+}

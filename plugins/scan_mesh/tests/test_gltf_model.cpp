@@ -1,0 +1,296 @@
+#include "file_model.h"
+
+#include "model_samples.h"
+
+#include <fresco/error.h>
+#include <fresco/testing.h>
+
+#include <catch2/catch.hpp>
+
+#include <cmath>
+
+using namespace fresco;
+using namespace model_samples;
+using Catch::Matchers::Contains;
+using scan_mesh::FileModel;
+
+namespace
+{
+
+class Folder
+{
+  public:
+    std::filesystem::path path() const { return folder_.path(); }
+
+    FileModel read(const GltfSample& sample, bool with_materials = true) const { return read(sample.glb(), with_materials); }
+    FileModel read(const std::vector<std::byte>& glb, bool with_materials = true) const
+    {
+        write_file(path() / "a.glb", glb);
+        return scan_mesh::read_file_model(path() / "a.glb", with_materials);
+    }
+    FileModel read_text(const std::string& json) const
+    {
+        write_file(path() / "a.gltf", json);
+        return scan_mesh::read_file_model(path() / "a.gltf", true);
+    }
+
+  private:
+    testing::TemporaryFolder folder_;
+};
+
+Value vector(std::initializer_list<double> values)
+{
+    return Value::List(values.begin(), values.end());
+}
+
+/// A triangle with texcoords (0.25, 0), (1, 0), (0, 1), in glTF's way, and a picture of one pixel.
+TriangleSample textured_triangle()
+{
+    TriangleSample triangle;
+    triangle.attributes.set("TEXCOORD_0",
+                            triangle.sample.add_accessor(std::vector<float>{0.25F, 0, 1, 0, 0, 1}, "VEC2", 5126, 3));
+    triangle.primitive.set("material", 0);
+    triangle.sample.rest.set("textures", Value::List{Value::Map{{"source", 0}, {"sampler", 0}}});
+    triangle.sample.rest.set("samplers", Value::List{Value::Map{{"wrapS", 33648}, {"wrapT", 33071}}});
+    triangle.sample.rest.set(
+        "images", Value::List{Value::Map{{"bufferView", triangle.sample.add_view(stored_png::encode(Raster8(1, 1, 3, 9)))},
+                                         {"mimeType", "image/png"}}});
+    return triangle;
+}
+
+void set_material(TriangleSample& triangle, Value material)
+{
+    triangle.sample.rest.set("materials", Value::List{std::move(material)});
+}
+
+Value textured_material(Value texture_extensions = {})
+{
+    Value texture = Value::Map{{"index", 0}};
+    if (!texture_extensions.is_null())
+        texture.set("extensions", std::move(texture_extensions));
+    return Value::Map{{"name", "paper"},
+                      {"pbrMetallicRoughness",
+                       Value::Map{{"baseColorFactor", vector({0.5, 1, 0.25, 1})}, {"baseColorTexture", std::move(texture)}}}};
+}
+
+}  // namespace
+
+TEST_CASE("a GLB of six materials gives six pictures, and texcoords from the lower left", "[scan.mesh]")
+{
+    const Folder folder;
+    const FileModel box = scan_mesh::read_file_model(write_glb_box(folder.path()), true);
+    CHECK(box.mesh.positions.size() == 24);
+    REQUIRE(box.mesh.triangles.size() == 12);
+    REQUIRE(box.pictures.size() == 6);
+    REQUIRE(box.materials.size() == 6);
+    CHECK(box.warnings.empty());
+    CHECK(box.mesh.colors.empty());
+    for (std::size_t side = 0; side < 6; ++side)
+    {
+        CHECK(box.material_of_face[2 * side + 1] == side);
+        CHECK(box.materials[side].name == "side " + std::to_string(side));
+        CHECK(box.materials[side].picture == static_cast<int>(side));
+        CHECK(box.mesh.texcoords[6 * side] == Vec2f{0, 0});
+        CHECK(box.mesh.texcoords[6 * side + 2] == Vec2f{1, 1});
+        CHECK(box.pictures[side].bytes == stored_png::Codec().encode_png(Box::picture(side)));
+    }
+    const FileModel shape = scan_mesh::read_file_model(folder.path() / "box.glb", false);
+    CHECK(shape.pictures.empty());
+    CHECK(shape.mesh.texcoords == box.mesh.texcoords);
+}
+
+TEST_CASE("nodes place their meshes; a mirrored one keeps its outside", "[scan.mesh]")
+{
+    const Folder folder;
+    TriangleSample triangle;
+    const double half = std::sqrt(0.5);
+    // A quarter turn about z, then twice as large, then moved; the child stands 1 along x.
+    triangle.sample.rest.set(
+        "nodes", Value::List{Value::Map{{"children", Value::List{1}},
+                                        {"translation", vector({10, 20, 30})},
+                                        {"rotation", vector({0, 0, half, half})},
+                                        {"scale", vector({2, 2, 2})}},
+                             Value::Map{{"mesh", 0}, {"matrix", vector({1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 1, 0, 0, 1})}},
+                             Value::Map{{"mesh", 0}, {"scale", vector({-1, 1, 1})}}, Value::Map{{"mesh", 0}}});
+    triangle.sample.rest.set("scenes", Value::List{Value::Map{{"nodes", Value::List{0, 2}}}});
+    const FileModel model = folder.read(triangle.finished());
+    REQUIRE(model.mesh.triangles.size() == 2);
+    const auto near = [](Vec3f a, Vec3f b) { return length(a - b) < 1e-5F; };
+    CHECK(near(model.mesh.positions[0], {10, 22, 30}));
+    CHECK(near(model.mesh.positions[1], {10, 24, 30}));
+    CHECK(near(model.mesh.positions[2], {8, 22, 30}));
+    CHECK(face_normals(model.mesh)[0].z == Approx(1));
+    CHECK(near(model.mesh.positions[4], {-1, 0, 0}));
+    CHECK(face_normals(model.mesh)[1].z == Approx(1));
+    // Without scenes: every node that is nobody's child.
+    triangle.sample.rest.set("scenes", Value::List{});
+    CHECK(folder.read(triangle.finished()).mesh.triangles.size() == 3);
+}
+
+TEST_CASE("strips, fans and vertices in their order are triangles; points are left out", "[scan.mesh]")
+{
+    const Folder folder;
+    TriangleSample triangle;
+    triangle.attributes.set("POSITION", triangle.sample.add_accessor(
+                                            std::vector<float>{0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, 1, 1, 0}, "VEC3", 5126, 5));
+    triangle.primitive.set("indices", triangle.sample.add_accessor(std::vector<std::uint8_t>{0, 1, 2, 3, 3}, "SCALAR", 5121, 5));
+    triangle.primitive.set("mode", 5);
+    const FileModel strip = folder.read(triangle.finished());
+    CHECK(strip.mesh.triangles == std::vector<Triangle>{{0, 1, 2}, {1, 3, 2}});
+    CHECK(strip.report.degenerate_dropped == 1);
+    triangle.primitive.set("mode", 6);
+    CHECK(folder.read(triangle.finished()).mesh.triangles == std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}});
+    CHECK(folder.read(TriangleSample().finished()).mesh.triangles == std::vector<Triangle>{{0, 1, 2}});
+
+    GltfSample points = triangle.finished();
+    Value meshes = points.rest.at("meshes");
+    Value& primitives = *meshes.as_list()[0].find("primitives");
+    primitives.as_list().push_back(primitives.as_list()[0]);
+    primitives.as_list()[1].set("mode", 0);
+    points.rest.set("meshes", meshes);
+    const FileModel mixed = folder.read(points);
+    CHECK(mixed.mesh.triangles.size() == 2);
+    CHECK_THAT(mixed.warnings.at(0), Contains("1 primitives of points or lines"));
+    triangle.primitive.set("mode", 1);
+    CHECK_THROWS_WITH(folder.read(triangle.finished()), Contains("a.glb: the scene has no triangles, only points and lines"));
+}
+
+TEST_CASE("vertex colors are linear light in floats, bytes or shorts", "[scan.mesh]")
+{
+    const Folder folder;
+    const std::vector<Rgb8> expected{{0, 188, 255}, {255, 0, 0}, {0, 0, 0}};
+    TriangleSample floats;
+    floats.attributes.set("COLOR_0",
+                          floats.sample.add_accessor(std::vector<float>{0, 0.5F, 1, 1, 0, 0, 0, 0, 0}, "VEC3", 5126, 3));
+    CHECK(folder.read(floats.finished()).mesh.colors == expected);
+    CHECK(folder.read(floats.finished()).materials.at(0).vertex_colors);
+    TriangleSample shorts;
+    shorts.attributes.set("COLOR_0",
+                          shorts.sample.add_accessor(std::vector<std::uint16_t>{0, 32768, 65535, 9, 65535, 0, 0, 9, 0, 0, 0, 9},
+                                                     "VEC4", 5123, 3, true));
+    CHECK(folder.read(shorts.finished()).mesh.colors == expected);
+    TriangleSample bytes;
+    bytes.attributes.set("COLOR_0", bytes.sample.add_accessor(std::vector<std::uint8_t>{0, 128, 255, 9, 255, 0, 0, 9, 0, 0, 0, 9},
+                                                              "VEC4", 5121, 3, true));
+    CHECK(folder.read(bytes.finished()).mesh.colors == expected);
+}
+
+TEST_CASE("materials: factor, wrap modes, second texcoords, transformed texcoords", "[scan.mesh]")
+{
+    const Folder folder;
+    TriangleSample triangle = textured_triangle();
+    set_material(triangle, textured_material());
+    const FileModel plain = folder.read(triangle.finished());
+    REQUIRE(plain.materials.size() == 1);
+    CHECK(plain.materials[0].color == Vec3f{0.5F, 1, 0.25F});
+    CHECK(plain.materials[0].picture == 0);
+    CHECK(plain.materials[0].wrap_u == Wrap::mirror);
+    CHECK(plain.materials[0].wrap_v == Wrap::clamp);
+    CHECK(plain.mesh.texcoords == std::vector<Vec2f>{{0.25F, 1}, {1, 1}, {0, 0}});
+    CHECK(folder.read(triangle.finished(), false).materials.at(0).picture == ModelMaterial::no_picture);
+
+    // The specification's example: the lower left quarter of the picture, turned by 90 degrees.
+    set_material(triangle, textured_material(Value::Map{{"KHR_texture_transform", Value::Map{{"offset", vector({0, 1})},
+                                                                                             {"rotation", std::acos(-1.0) / 2},
+                                                                                             {"scale", vector({0.5, 0.5})}}}}));
+    const auto turned = folder.read(triangle.finished()).mesh.texcoords;
+    CHECK(length(turned[0] - Vec2f{0, 0.125F}) < 1e-6F);
+    CHECK(length(turned[1] - Vec2f{0, 0.5F}) < 1e-6F);
+    CHECK(length(turned[2] - Vec2f{0.5F, 0}) < 1e-6F);
+
+    triangle.attributes.set("TEXCOORD_1", triangle.sample.add_accessor(std::vector<std::uint8_t>{255, 255, 0, 0, 0, 255, 0, 0},
+                                                                       "VEC2", 5121, 3, true));
+    triangle.sample.views.back().set("byteStride", 4);
+    triangle.sample.binary.resize(triangle.sample.binary.size() + 8);
+    triangle.sample.views.back().set("byteLength", 12);
+    set_material(triangle, textured_material(Value::Map{{"KHR_texture_transform", Value::Map{{"texCoord", 1}}}}));
+    CHECK(folder.read(triangle.finished()).mesh.texcoords.at(0) == Vec2f{1, 0});
+
+    set_material(triangle, Value::Map{{"extensions", Value::Map{{"KHR_materials_pbrSpecularGlossiness",
+                                                                 Value::Map{{"diffuseFactor", vector({0.25, 0.5, 1, 1})},
+                                                                            {"diffuseTexture", Value::Map{{"index", 0}}}}}}}});
+    const FileModel older = folder.read(triangle.finished());
+    CHECK(older.materials.at(0).color == Vec3f{0.25F, 0.5F, 1});
+    CHECK(older.materials.at(0).picture == 0);
+
+    triangle.attributes = Value::Map{{"POSITION", triangle.position}};
+    const FileModel bare = folder.read(triangle.finished());
+    CHECK(bare.materials.at(0).picture == ModelMaterial::no_picture);
+    CHECK(bare.mesh.texcoords.empty());
+    CHECK_THAT(bare.warnings.at(0), Contains("a picture but no texture coordinates"));
+}
+
+TEST_CASE("quantized positions are read", "[scan.mesh]")
+{
+    const Folder folder;
+    TriangleSample triangle;
+    triangle.attributes.set("POSITION", triangle.sample.add_accessor(
+                                            std::vector<std::int16_t>{0, 0, 0, 0, 100, -200, 3, 0, 0, 7, 0, 0}, "VEC3", 5122, 3));
+    triangle.sample.views.back().set("byteStride", 8);
+    triangle.sample.rest.set("extensionsRequired", Value::List{"KHR_mesh_quantization"});
+    triangle.sample.rest.set("nodes", Value::List{Value::Map{{"mesh", 0}, {"scale", vector({0.5, 0.5, 0.5})}}});
+    CHECK(folder.read(triangle.finished()).mesh.positions[1] == Vec3f{50, -100, 1.5F});
+}
+
+TEST_CASE("buffers and pictures lie in the file, beside it, or in its text", "[scan.mesh]")
+{
+    const Folder folder;
+    TriangleSample triangle = textured_triangle();
+    set_material(triangle, textured_material());
+    GltfSample sample = triangle.finished();
+    std::filesystem::create_directories(folder.path() / "data files");
+    auto longer = sample.binary;
+    longer.resize(longer.size() + 3);
+    write_file(folder.path() / "data files/a b.bin", longer);
+    write_file(folder.path() / "paper.png", stored_png::Codec().encode_png(Raster8(2, 2, 3, 5)));
+    const auto text = [&](const std::string& buffer, const std::string& picture)
+    {
+        sample.rest.set("buffers", Value::List{Value::Map{{"byteLength", sample.binary.size()}, {"uri", buffer}}});
+        sample.rest.set("images", Value::List{Value::Map{{"uri", picture}}});
+        return to_json(sample.document());
+    };
+    const FileModel beside = folder.read_text(text("data%20files/a%20b.bin", "paper.png"));
+    CHECK(beside.mesh.triangles.size() == 1);
+    CHECK(beside.pictures.at(0).file == folder.path() / "paper.png");
+    CHECK(beside.files_read ==
+          std::vector<std::filesystem::path>{folder.path() / "data files/a b.bin", folder.path() / "paper.png"});
+
+    // Nine floats of 0 and one byte more, as base64.
+    TriangleSample inside;
+    GltfSample data = inside.finished();
+    data.rest.set("buffers", Value::List{Value::Map{{"byteLength", 36},
+                                                    {"uri", "data:application/octet-stream;base64," + std::string(48, 'A')}}});
+    CHECK(folder.read_text(to_json(data.document())).mesh.positions == std::vector<Vec3f>(3));
+    sample.rest.set("images", Value::List{});
+    CHECK_THROWS_WITH(folder.read_text(text("data%20files/a%20b.bin", "data:image/png;base64,AAAA")),
+                      Contains("images[0]: neither PNG nor JPEG"));
+    CHECK_THROWS_WITH(folder.read_text(text("data%20files/a%20b.bin", "data:image/webp;base64,AAAA")),
+                      Contains("images[0]: expected \"data:image/png;base64"));
+}
+
+TEST_CASE("nothing outside of the file's folder is opened", "[scan.mesh]")
+{
+    const Folder outside;
+    write_file(outside.path() / "secret.bin", std::string(4096, 'x'));
+    std::filesystem::create_directories(outside.path() / "model");
+    const auto file = outside.path() / "model/a.gltf";
+    TriangleSample triangle;
+    GltfSample sample = triangle.finished();
+    const auto refused = [&](const std::string& uri, const std::string& reason)
+    {
+        sample.rest.set("buffers", Value::List{Value::Map{{"byteLength", 36}, {"uri", uri}}});
+        write_file(file, to_json(sample.document()));
+        CHECK_THROWS_WITH(scan_mesh::read_file_model(file, true), Contains("a.gltf: buffers[0]: uri: ") && Contains(reason));
+    };
+    std::filesystem::create_symlink(outside.path() / "secret.bin", outside.path() / "model/link.bin");
+    std::filesystem::create_directory_symlink(outside.path(), outside.path() / "model/up");
+    for (const std::string uri : {"../secret.bin", "..%2Fsecret.bin", "up/../../secret.bin", "..\\\\secret.bin",
+                                  "https://example.org/a.bin", "file:///etc/passwd", "C:\\\\secret.bin"})
+        refused(uri, "leads out of the model's folder");
+    refused((outside.path() / "secret.bin").string(), "leads out of the model's folder");
+    refused("link.bin", "is a link that leads out");
+    refused("up/secret.bin", "is a link that leads out");
+    refused("missing.bin", "is not in " + (outside.path() / "model").string());
+    refused("a%00.bin", "is not a file name");
+    refused("a%0A.bin", "is not a file name");
+}

@@ -1,0 +1,185 @@
+#include "model_colors.h"
+
+#include "shape_lights.h"
+
+#include <fresco/texturing/linear_light.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <utility>
+
+namespace from_model
+{
+
+using fresco::Raster8;
+using fresco::Vec2d;
+using fresco::Vec3d;
+using fresco::texturing::to_linear;
+
+namespace
+{
+
+/// A coordinate brought near [0,1], where whole numbers of texels can be counted.
+double near_unit(double at, fresco::Wrap wrap)
+{
+    if (wrap == fresco::Wrap::repeat)
+        return at - std::floor(at);
+    if (wrap == fresco::Wrap::mirror)
+        return at - 2 * std::floor(at / 2);
+    return std::clamp(at, -1.0, 2.0);
+}
+
+int wrapped(int at, int size, fresco::Wrap wrap)
+{
+    if (wrap == fresco::Wrap::clamp)
+        return std::clamp(at, 0, size - 1);
+    const int period = wrap == fresco::Wrap::mirror ? 2 * size : size;
+    const int inside = (at % period + period) % period;
+    return inside < size ? inside : period - 1 - inside;
+}
+
+Vec3d light_at(const Raster8& picture, int x, int y)
+{
+    const std::uint8_t* const rgb = &picture.at(x, y);
+    return {to_linear(rgb[0]), to_linear(rgb[1]), to_linear(rgb[2])};
+}
+
+Vec3d light_of(const fresco::Rgb8& rgb)
+{
+    return {to_linear(rgb[0]), to_linear(rgb[1]), to_linear(rgb[2])};
+}
+
+Vec3d product(Vec3d a, Vec3d b)
+{
+    return {a.x * b.x, a.y * b.y, a.z * b.z};
+}
+
+}  // namespace
+
+ColorSource color_source(const fresco::Model& model)
+{
+    std::set<std::uint32_t> used(model.material_of_face.begin(), model.material_of_face.end());
+    for (const std::uint32_t material : used)
+        if (model.materials[material].picture != fresco::ModelMaterial::no_picture)
+            return ColorSource::pictures;
+    const auto color = [&](std::size_t face, std::size_t corner)
+    {
+        const auto& material = model.materials[model.material_of_face[face]];
+        const fresco::Rgb8 white{255, 255, 255};
+        const auto& vertex = material.vertex_colors ? model.mesh.colors[model.mesh.triangles[face][corner]] : white;
+        return std::pair(std::array{material.color.x, material.color.y, material.color.z}, vertex);
+    };
+    const auto first = color(0, 0);
+    for (std::size_t face = 0; face < model.mesh.triangles.size(); ++face)
+        for (std::size_t corner = 0; corner < 3; ++corner)
+            if (color(face, corner) != first)
+                return ColorSource::colors;
+    return ColorSource::shape;
+}
+
+Vec3d sample_wrapped(const Raster8& picture, Vec2d uv, fresco::Wrap wrap_u, fresco::Wrap wrap_v)
+{
+    // Row 0 is v = 1: wrapping v wraps 1 - v likewise.
+    const double x = near_unit(uv.x, wrap_u) * picture.width - 0.5;
+    const double y = near_unit(1 - uv.y, wrap_v) * picture.height - 0.5;
+    const int x0 = static_cast<int>(std::floor(x));
+    const int y0 = static_cast<int>(std::floor(y));
+    const double fx = x - x0;
+    const double fy = y - y0;
+    const int left = wrapped(x0, picture.width, wrap_u);
+    const int right = wrapped(x0 + 1, picture.width, wrap_u);
+    const int above = wrapped(y0, picture.height, wrap_v);
+    const int below = wrapped(y0 + 1, picture.height, wrap_v);
+    return (light_at(picture, left, above) * (1 - fx) + light_at(picture, right, above) * fx) * (1 - fy) +
+           (light_at(picture, left, below) * (1 - fx) + light_at(picture, right, below) * fx) * fy;
+}
+
+Raster8 halved(const Raster8& picture)
+{
+    Raster8 result(std::max(1, picture.width / 2), std::max(1, picture.height / 2), 3);
+    const auto range = [](int at, int count, int size) { return std::pair(2 * at, at + 1 == count ? size : 2 * at + 2); };
+    for (int y = 0; y < result.height; ++y)
+        for (int x = 0; x < result.width; ++x)
+        {
+            const auto [first_row, end_row] = range(y, result.height, picture.height);
+            const auto [first_column, end_column] = range(x, result.width, picture.width);
+            Vec3d sum;
+            for (int row = first_row; row < end_row; ++row)
+                for (int column = first_column; column < end_column; ++column)
+                    sum += light_at(picture, column, row);
+            const Vec3d mean = sum * (1.0 / ((end_row - first_row) * (end_column - first_column)));
+            std::uint8_t* const rgb = &result.at(x, y);
+            rgb[0] = fresco::texturing::from_linear(mean.x);
+            rgb[1] = fresco::texturing::from_linear(mean.y);
+            rgb[2] = fresco::texturing::from_linear(mean.z);
+        }
+    return result;
+}
+
+ModelColors::ModelColors(const fresco::Model& model, std::vector<Raster8> pictures)
+    : model_(model), pictures_(std::move(pictures))
+{
+}
+
+ModelColors::ModelColors(const fresco::Model& model) : model_(model), corner_lights_(shape_lights(model.mesh)) {}
+
+Vec3d ModelColors::at(std::uint32_t face, const std::array<double, 3>& weights) const
+{
+    const std::size_t first = 3 * std::size_t{face};
+    if (!corner_lights_.empty())
+    {
+        double light = 0;
+        for (std::size_t i = 0; i < 3; ++i)
+            light += double{corner_lights_[first + i]} * weights[i];
+        return {light, light, light};
+    }
+    const auto& material = model_.materials[model_.material_of_face[face]];
+    Vec3d color = fresco::vec_cast<double>(material.color);
+    if (material.vertex_colors)
+    {
+        Vec3d mean;
+        for (std::size_t i = 0; i < 3; ++i)
+            mean += light_of(model_.mesh.colors[model_.mesh.triangles[face][i]]) * weights[i];
+        color = product(color, mean);
+    }
+    if (material.picture == fresco::ModelMaterial::no_picture)
+        return color;
+    Vec2d uv;
+    for (std::size_t i = 0; i < 3; ++i)
+    {
+        const fresco::Vec2f corner = model_.mesh.texcoords[first + i];
+        uv = uv + Vec2d{corner.x, corner.y} * weights[i];
+    }
+    return product(color,
+                   sample_wrapped(pictures_[static_cast<std::size_t>(material.picture)], uv, material.wrap_u, material.wrap_v));
+}
+
+double ModelColors::pixels_per_meter(std::uint32_t face) const
+{
+    const int picture = corner_lights_.empty() ? model_.materials[model_.material_of_face[face]].picture : -1;
+    const double area = twice_area(model_.mesh, face);
+    if (picture == fresco::ModelMaterial::no_picture || !(area > 0))
+        return 0;
+    const Raster8& pixels = pictures_[static_cast<std::size_t>(picture)];
+    return std::sqrt(twice_uv_area(model_.mesh, face) / area * pixels.width * pixels.height);
+}
+
+double twice_area(const fresco::Mesh& mesh, std::uint32_t face)
+{
+    const auto& t = mesh.triangles[face];
+    const Vec3d a = fresco::vec_cast<double>(mesh.positions[t[0]]);
+    return length(cross(fresco::vec_cast<double>(mesh.positions[t[1]]) - a, fresco::vec_cast<double>(mesh.positions[t[2]]) - a));
+}
+
+double twice_uv_area(const fresco::Mesh& mesh, std::uint32_t face)
+{
+    const auto corner = [&](std::size_t i)
+    {
+        const fresco::Vec2f uv = mesh.texcoords[3 * std::size_t{face} + i];
+        return Vec2d{uv.x, uv.y};
+    };
+    return std::abs(cross(corner(1) - corner(0), corner(2) - corner(0)));
+}
+
+}  // namespace from_model

@@ -1,0 +1,145 @@
+#include "model_texture.h"
+
+#include <fresco/image_io.h>
+#include <fresco/model.h>
+#include <fresco/stage.h>
+#include <fresco/texture.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
+
+using namespace fresco;
+using namespace from_model;
+
+namespace
+{
+
+// Of the diagonal of the model's box, for max_distance_m: 0.
+constexpr double default_reach = 0.02;
+// A texel averages up to 6 x 6 places: pictures with more pixels than this per texel are made smaller first.
+constexpr double most_pixels_per_texel = 4;
+constexpr double least_seen_share = 0.9;
+
+class TextureFromModel final : public Stage
+{
+    Input<Model> model{this, "model", "The model as its file has it, with materials and pictures"};
+    Input<Mesh> mesh{this, "mesh", "The atlas of the same surface, decimated or not"};
+    Output<Texture> texture{this, "texture", "The model's colors in the atlas, in one layer"};
+
+    Option<int> size_px{this, "size_px", 2048, range(8, 16384), "Texels per side of the texture"};
+    Option<double> max_distance_m{this, "max_distance_m", 0, range(0, 1e6),
+                                  "Texels farther than this from the model are not seen; 0: 2 % of its box's diagonal"};
+    Slot<ImageIo> images{this, "images", "image.opencv", "Reads the model's pictures"};
+
+    Cost cost() const override
+    {
+        return {.seconds = "1 + faces * 2e-6 + size_px * size_px * 2e-6 / cores",
+                .memory_mb = "100 + faces * 0.0004 + size_px * size_px * 0.00007",
+                .disk_mb = "size_px * size_px * 0.000013",
+                .frames = {},
+                .faces = {}};
+    }
+
+    void run(RunContext& run) override
+    {
+        check_model(*model, "the model on port 'model'");
+        check_mesh(*mesh, "the mesh on port 'mesh'");
+        if (mesh->texcoords.empty())
+            throw Error("the mesh on port 'mesh' has no texcoords: wire an atlas.* stage");
+        const ColorSource source = color_source(*model);
+        const ModelColors colors = source == ColorSource::shape ? ModelColors(*model) : ModelColors(*model, pictures(run));
+        const TransferRules rules{*size_px, reach_m()};
+        ModelTexture made = transfer_colors(*model, colors, *mesh, rules, run);
+        tell(source, made, rules, run);
+        Texture result;
+        result.atlas = atlas_id(*mesh);
+        result.layers.push_back(std::move(made.picture));
+        result.seen = std::move(made.seen);
+        texture = std::move(result);
+    }
+
+    double reach_m() const
+    {
+        if (*max_distance_m > 0)
+            return *max_distance_m;
+        Vec3f low = model->mesh.positions.front();
+        Vec3f high = low;
+        for (const Vec3f p : model->mesh.positions)
+        {
+            low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+            high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+        }
+        return default_reach * length(vec_cast<double>(high) - vec_cast<double>(low));
+    }
+
+    /// Decoded one after the other, and no finer than the texture can use.
+    std::vector<Raster8> pictures(RunContext& run) const
+    {
+        std::vector<Raster8> result(model->pictures.size());
+        for (std::size_t i = 0; i < result.size(); ++i)
+        {
+            run.check_cancelled();
+            const double pixels_per_uv = pixels_per_texel(static_cast<int>(i));
+            if (pixels_per_uv < 0)
+                continue;
+            result[i] = images->read_rgb(model->loaded_from / model->pictures[i]);
+            const double pixels = pixels_per_uv * std::sqrt(double{1} * result[i].width * result[i].height);
+            for (int power = 1; pixels / power > most_pixels_per_texel && power <= result[i].width; power *= 2)
+                result[i] = halved(result[i]);
+        }
+        return result;
+    }
+
+    /// The side of a texel in the picture's uv, on average over its faces; negative for a picture that no face shows.
+    double pixels_per_texel(int picture) const
+    {
+        double area = 0;
+        double uv_area = 0;
+        bool is_used = false;
+        for (std::uint32_t face = 0; face < model->mesh.triangles.size(); ++face)
+        {
+            if (model->materials[model->material_of_face[face]].picture != picture)
+                continue;
+            is_used = true;
+            area += twice_area(model->mesh, face);
+            uv_area += twice_uv_area(model->mesh, face);
+        }
+        if (!is_used)
+            return -1;
+        return area > 0 ? std::sqrt(uv_area / area) * meters_per_texel(*mesh, *size_px) : 0;
+    }
+
+    void tell(ColorSource source, const ModelTexture& made, const TransferRules& rules, RunContext& run) const
+    {
+        if (made.far_texels == made.chart_texels)
+            throw Error(
+                "no part of the mesh on port 'mesh' is within " + to_json(rules.reach_m) +
+                " m of the model: wire the atlas of the mesh that the same scan.mesh stage made, or raise max_distance_m");
+        const auto total = static_cast<double>(made.chart_texels);
+        const double seen_share = 1 - static_cast<double>(made.far_texels) / total;
+        const std::string from = source == ColorSource::pictures ? "pictures"
+                                 : source == ColorSource::colors ? "colors"
+                                                                 : "shape";
+        run.report("colors_from", from);
+        run.report("pictures", model->pictures.size());
+        run.report("chart_texels", made.chart_texels);
+        run.report("seen_share", seen_share);
+        run.report("max_distance_m", rules.reach_m);
+        run.report("mean_distance_m", made.mean_distance_m);
+        run.report("largest_distance_m", made.largest_distance_m);
+        if (source == ColorSource::shape)
+            run.message("the model has no pictures and one color: shaded by its shape");
+        if (seen_share < least_seen_share)
+            run.warning(std::to_string(std::lround(100 * (1 - seen_share))) + " % of the atlas is farther than " +
+                        to_json(rules.reach_m) +
+                        " m from the model and takes the colors around it: decimate less, or raise "
+                        "max_distance_m");
+    }
+};
+
+}  // namespace
+
+FRESCO_STAGE("texture.from_model", TextureFromModel, "The colors of a model's materials and pictures, moved to one atlas")

@@ -23,6 +23,7 @@ struct Header
     std::int64_t rounds = 0;
     std::uint64_t colors = 0;
     std::uint64_t matches = 0;
+    std::uint64_t crowding = 0;
 };
 
 constexpr std::size_t hash_digits = 32;
@@ -31,10 +32,12 @@ constexpr std::size_t hash_digits = 32;
 
 void write_checkpoint(const std::filesystem::path& file, const Checkpoint& checkpoint)
 {
-    const Header header{checkpoint.level, checkpoint.rounds, checkpoint.colors.size(), checkpoint.matches.size()};
+    const Header header{checkpoint.level, checkpoint.rounds, checkpoint.colors.size(), checkpoint.matches.size(),
+                        checkpoint.crowding.size()};
     const std::size_t colors_bytes = checkpoint.colors.size() * sizeof(Vec3f);
     const std::size_t matches_bytes = checkpoint.matches.size() * sizeof(Match);
-    std::vector<std::byte> bytes(hash_digits + sizeof header + colors_bytes + matches_bytes);
+    const std::size_t crowding_bytes = checkpoint.crowding.size() * sizeof(float);
+    std::vector<std::byte> bytes(hash_digits + sizeof header + colors_bytes + matches_bytes + crowding_bytes);
     std::byte* at = bytes.data() + hash_digits;
     const auto put = [&at](const void* from, std::size_t count)
     {
@@ -45,6 +48,7 @@ void write_checkpoint(const std::filesystem::path& file, const Checkpoint& check
     put(&header, sizeof header);
     put(checkpoint.colors.data(), colors_bytes);
     put(checkpoint.matches.data(), matches_bytes);
+    put(checkpoint.crowding.data(), crowding_bytes);
     const std::string hash = content_hash(std::span(bytes).subspan(hash_digits));
     std::memcpy(bytes.data(), hash.data(), hash_digits);
     write_file(file, bytes);
@@ -63,17 +67,22 @@ std::optional<Checkpoint> read_checkpoint(const std::filesystem::path& file)
     const std::byte* at = bytes.data() + hash_digits;
     std::memcpy(&header, at, sizeof header);
     at += sizeof header;
-    const std::size_t rest = bytes.size() - hash_digits - sizeof header;
-    if (header.colors > rest / sizeof(Vec3f) || header.matches > rest / sizeof(Match) ||
-        header.colors * sizeof(Vec3f) + header.matches * sizeof(Match) != rest)
+    const auto rest = static_cast<std::size_t>(bytes.data() + bytes.size() - at);
+    if (header.colors > rest || header.matches > rest || header.crowding > rest ||
+        header.colors * sizeof(Vec3f) + header.matches * sizeof(Match) + header.crowding * sizeof(float) != rest)
         throw damaged;
-    Checkpoint result{static_cast<int>(header.level), static_cast<int>(header.rounds), {}, {}};
-    result.colors.resize(header.colors);
-    result.matches.resize(header.matches);
-    if (header.colors > 0)
-        std::memcpy(result.colors.data(), at, header.colors * sizeof(Vec3f));
-    if (header.matches > 0)
-        std::memcpy(result.matches.data(), at + header.colors * sizeof(Vec3f), header.matches * sizeof(Match));
+    Checkpoint result{static_cast<int>(header.level), static_cast<int>(header.rounds), {}, {}, {}};
+    const auto take = [&at](auto& values, std::size_t count)
+    {
+        values.resize(count);
+        const std::size_t size = count * sizeof values[0];
+        if (size > 0)
+            std::memcpy(values.data(), at, size);
+        at += size;
+    };
+    take(result.colors, header.colors);
+    take(result.matches, header.matches);
+    take(result.crowding, header.crowding);
     return result;
 }
 

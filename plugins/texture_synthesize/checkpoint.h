@@ -16,6 +16,7 @@ struct Checkpoint
     int rounds = 0;  ///< Of this level that are done.
     std::vector<Vec3f> colors;
     std::vector<Match> matches;
+    std::vector<float> crowding;
 };
 
 /// Writes it whole or not at all, with a checksum. Throws Error naming the file.

@@ -14,8 +14,8 @@ namespace
 
 constexpr std::size_t keys_per_piece = 192;
 constexpr double window_share = 0.01;  // Of the picture's area.
-constexpr double fair_use = 2;         // Times the mean.
-constexpr double crowd_power = 0.7;
+constexpr double fair_use = 1.25;      // Times the mean.
+constexpr double crowd_step = 0.5;     // Of a factor in a round, as a power.
 
 }  // namespace
 
@@ -39,10 +39,8 @@ std::vector<float> completeness_weights(const PictureLevel& picture, std::span<c
     return weights;
 }
 
-void weigh_crowds(const PictureLevel& picture, std::span<const Match> matches, std::vector<float>& weights)
+void update_crowding(const PictureLevel& picture, std::span<const Match> matches, std::vector<float>& crowding)
 {
-    if (matches.empty())
-        return;
     const int width = picture.lab().width;
     const int height = picture.lab().height;
     Raster<std::uint32_t> sums(width + 1, height + 1);  // Of the matches above and to the left.
@@ -53,7 +51,7 @@ void weigh_crowds(const PictureLevel& picture, std::span<const Match> matches, s
             sums.at(x, y) += sums.at(x - 1, y) + sums.at(x, y - 1) - sums.at(x - 1, y - 1);
     const double area = static_cast<double>(width) * height;
     const int half = std::max(1, static_cast<int>(std::lround(std::sqrt(window_share * area) / 2)));
-    for (std::size_t key = 0; key < weights.size(); ++key)
+    for (std::size_t key = 0; key < crowding.size(); ++key)
     {
         const Vec2f at = picture.key(key);
         const int x0 = std::max(0, static_cast<int>(at.x) - half);
@@ -62,7 +60,7 @@ void weigh_crowds(const PictureLevel& picture, std::span<const Match> matches, s
         const int y1 = std::min(height, static_cast<int>(at.y) + half);
         const double count = sums.at(x1, y1) + sums.at(x0, y0) - sums.at(x0, y1) - sums.at(x1, y0);
         const double use = count / static_cast<double>(matches.size()) * area / (static_cast<double>(x1 - x0) * (y1 - y0));
-        weights[key] *= static_cast<float>(std::pow(std::max(1.0, use / fair_use), crowd_power));
+        crowding[key] = std::max(1.0F, crowding[key] * static_cast<float>(std::pow(use / fair_use, crowd_step)));
     }
 }
 

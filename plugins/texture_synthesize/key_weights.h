@@ -13,7 +13,8 @@ namespace fresco::synthesize
 std::vector<float> completeness_weights(const PictureLevel& picture, std::span<const float> queries, double alpha,
                                         const Progress& progress);
 
-/// Raises the weights where the picture was used more than twice as much as on average, over squares of 1 % of its area.
-void weigh_crowds(const PictureLevel& picture, std::span<const Match> matches, std::vector<float>& weights);
+/// Raises each key's factor (at least 1) while the picture is used there more than 1.25 times the average, over squares of 1 % of
+/// its area, and lowers it again below that: a price that settles over the rounds.
+void update_crowding(const PictureLevel& picture, std::span<const Match> matches, std::vector<float>& crowding);
 
 }  // namespace fresco::synthesize

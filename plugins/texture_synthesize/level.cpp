@@ -1,5 +1,6 @@
 #include "level.h"
 
+#include "key_weights.h"
 #include "variety.h"
 
 #include <fresco/error.h>
@@ -45,7 +46,7 @@ void for_each_texel(const SurfaceGrid& grid, const Progress& progress, const Wor
 Level::Level(const Task& task, double spacing_m, double scale, const LevelOptions& options, const Progress& progress)
     : task_(task), options_(options), grid_(task.surface, spacing_m, progress),
       patches_(task.surface, grid_, task.upright, options.side, options.stride, progress),
-      picture_(task.picture, scale, options.side, progress), start_(grid_.texels().size())
+      picture_(task.picture, scale, options.side, progress), start_(grid_.texels().size()), crowding_(picture_.key_count(), 1.0F)
 {
     for_each_texel(grid_, progress,
                    [&](std::size_t t)
@@ -93,19 +94,17 @@ void Level::begin(const Level* coarser, const Progress& progress)
                        const auto color = [&](Vec2f at) {
                            return picture_.color({(at.x + 0.5F) * ratio - 0.5F, (at.y + 0.5F) * ratio - 0.5F});
                        };
-                       colors_[t] = coarser->vote_at(chart, texcoord_of(grid_, chart, texel), texel.position, 0, color).color;
+                       colors_[t] = coarser->vote_at(chart, texcoord_of(grid_, chart, texel), texel.position, color).mean;
                    });
 }
 
-void Level::resume(std::vector<Vec3f> colors, std::vector<Match> matches)
+void Level::resume(std::vector<Vec3f> colors, std::vector<Match> matches, std::vector<float> crowding)
 {
-    if (colors.size() != start_.size() || matches.size() != patches_.count())
-        throw Error("it has " + std::to_string(colors.size()) + " texels and " + std::to_string(matches.size()) +
-                    " patches; the surface has " + std::to_string(start_.size()) + " and " + std::to_string(patches_.count()));
+    if (colors.size() != start_.size() || matches.size() != patches_.count() || crowding.size() != picture_.key_count())
+        throw Error("it is of another surface or picture");
     colors_ = std::move(colors);
     matches_ = std::move(matches);
-    for (Match& match : matches_)
-        match.at = picture_.inside(match.at);
+    crowding_ = std::move(crowding);
 }
 
 void Level::paint_round(const Progress& progress)
@@ -113,14 +112,15 @@ void Level::paint_round(const Progress& progress)
     const auto g = static_cast<float>(options_.faithfulness);
     std::vector<Vec3f> wanted(colors_.size());
     for_each_texel(grid_, progress, [&](std::size_t t) { wanted[t] = colors_[t] * (1 - g) + start_[t] * g; });
-    matches_ = search(patches_, grid_, wanted, picture_, options_.search, matches_, progress);
+    matches_ = search(patches_, grid_, wanted, picture_, options_.search, crowding_, progress);
+    update_crowding(picture_, matches_, crowding_);
     for_each_texel(grid_, progress,
                    [&](std::size_t t)
                    {
                        colors_[t] = vote(
-                                        patches_.covers(t), matches_, options_.side, 0, [](std::uint32_t) { return Vec2f{}; },
+                                        patches_.covers(t), matches_, options_.side, [](std::uint32_t) { return Vec2f{}; },
                                         [&](Vec2f at) { return picture_.color(at); })
-                                        .color;
+                                        .mean;
                    });
 }
 

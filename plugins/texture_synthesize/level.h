@@ -45,23 +45,24 @@ class Level
     const Patches& patches() const { return patches_; }
     const PictureLevel& picture() const { return picture_; }
     const std::vector<Match>& matches() const { return matches_; }
+    const std::vector<float>& crowding() const { return crowding_; }
     const std::vector<Vec3f>& colors() const { return colors_; }
 
     /// Begins with the start, or with what a coarser level found.
     void begin(const Level* coarser, const Progress& progress);
-    /// Goes on from an earlier run's colors and matches. Throws Error unless there is one per texel and per patch.
-    void resume(std::vector<Vec3f> colors, std::vector<Match> matches);
+    /// Goes on from where an earlier run was. Throws Error unless it is of this surface and picture.
+    void resume(std::vector<Vec3f> colors, std::vector<Match> matches, std::vector<float> crowding);
     /// One round: search, then votes.
     void paint_round(const Progress& progress);
 
     /// What the patches say about a point of a chart near a texel, each color by `color(place in the level's picture)`.
     template <class Color>
-    Vote vote_at(std::uint32_t chart, Vec2f uv, Vec3f position, float heaviest_share, const Color& color) const
+    Vote vote_at(std::uint32_t chart, Vec2f uv, Vec3f position, const Color& color) const
     {
         const std::uint32_t texel = texel_near(chart, uv);
         const Vec3f away = (position - grid_.texels()[texel].position) * static_cast<float>(1 / grid_.spacing_m());
         return vote(
-            patches_.covers(texel), matches_, patches_.side(), heaviest_share,
+            patches_.covers(texel), matches_, patches_.side(),
             [&](std::uint32_t patch)
             {
                 const Frame& frame = patches_[patch].frame;
@@ -81,6 +82,7 @@ class Level
     std::vector<Vec3f> start_;   ///< Per texel, L*a*b*.
     std::vector<Vec3f> colors_;  ///< The same, as painted.
     std::vector<Match> matches_;
+    std::vector<float> crowding_;  ///< Per key of the picture.
 };
 
 }  // namespace fresco::synthesize

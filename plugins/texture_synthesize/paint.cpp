@@ -13,6 +13,15 @@ namespace
 {
 
 constexpr std::size_t rows_per_piece = 16;
+constexpr float heaviest_share = 0.75F;  // Of the luminance.
+
+/// RGB in [0,1]: the mean's color, lightened or darkened toward the heaviest patch's luminance (Rec. 709, of displayed values).
+Vec3f mixed(const Vote& vote)
+{
+    const float lighter = heaviest_share * dot(Vec3f{0.2126F, 0.7152F, 0.0722F}, vote.heaviest - vote.mean);
+    const auto clamped = [lighter](float v) { return std::clamp(v + lighter, 0.0F, 1.0F); };
+    return {clamped(vote.mean.x), clamped(vote.mean.y), clamped(vote.mean.z)};
+}
 
 /// RGB in [0,1] of an 8-bit picture at a place, bilinear, pixel centers at whole numbers.
 Vec3f color_at(const Raster8& rgb, Vec2f at)
@@ -51,7 +60,7 @@ Vec3f along_u(const Mesh& mesh, std::uint32_t face)
 
 }  // namespace
 
-Painting paint(const Task& task, const Level& level, int size_px, float heaviest_share, Progress& progress)
+Painting paint(const Task& task, const Level& level, int size_px, Progress& progress)
 {
     const Mesh& mesh = task.surface.mesh;
     const texturing::TexelFaces faces = texturing::find_texel_faces(mesh, task.surface.charts, size_px, progress);
@@ -100,18 +109,19 @@ Painting paint(const Task& task, const Level& level, int size_px, float heaviest
         const Vec2f uv{(static_cast<float>(x) + 0.5F) / static_cast<float>(size_px),
                        1 - (static_cast<float>(y) + 0.5F) / static_cast<float>(size_px)};
         const Vote vote = level.vote_at(
-            chart, uv, texturing::texel_position(mesh, faces, texel), heaviest_share,
+            chart, uv, texturing::texel_position(mesh, faces, texel),
             [&](Vec2f at) {
                 return color_at(picture, {(at.x + 0.5F) * to_picture.x - 0.5F, (at.y + 0.5F) * to_picture.y - 0.5F});
             });
         float* out = &result.texture.layers[0].at(x, y);
-        out[0] = vote.color.x;
-        out[1] = vote.color.y;
-        out[2] = vote.color.z;
+        const Vec3f color = mixed(vote);
+        out[0] = color.x;
+        out[1] = color.y;
+        out[2] = color.z;
         result.texture.seen.at(x, y) = 1;
-        const Frame& frame = level.patches()[vote.heaviest.patch].frame;
+        const Frame& frame = level.patches()[vote.patch].frame;
         const Vec3f right = along_u(mesh, face);
-        const Vec2f at = level.matches()[vote.heaviest.patch].at + vote.heaviest_offset;
+        const Vec2f at = level.matches()[vote.patch].at + vote.offset;
         result.source.set_place(x, y,
                                 {{(at.x + 0.5F) * static_cast<float>(task.picture.width) / static_cast<float>(searched.width),
                                   (at.y + 0.5F) * static_cast<float>(task.picture.height) / static_cast<float>(searched.height)},

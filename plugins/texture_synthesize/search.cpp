@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 namespace fresco::synthesize
 {
@@ -32,10 +33,10 @@ class Search
     {
     }
 
-    std::vector<Match> run(double completeness, std::span<const Match> before)
+    std::vector<Match> run(double completeness, std::span<const float> crowding)
     {
         weights_ = completeness_weights(picture_, sampled_features(), completeness, progress_);
-        weigh_crowds(picture_, before, weights_);
+        std::transform(weights_.begin(), weights_.end(), crowding.begin(), weights_.begin(), std::multiplies<>());
         std::vector<Match> matches = best_keys();
         for (int pass = 0; pass < coherence_passes; ++pass)
             matches = continued(matches);
@@ -194,10 +195,10 @@ class Search
 }  // namespace
 
 std::vector<Match> search(const Patches& patches, const SurfaceGrid& grid, std::span<const Vec3f> wanted,
-                          const PictureLevel& picture, const SearchOptions& options, std::span<const Match> before,
+                          const PictureLevel& picture, const SearchOptions& options, std::span<const float> crowding,
                           const Progress& progress)
 {
-    return Search(patches, grid, wanted, picture, options, progress).run(options.completeness, before);
+    return Search(patches, grid, wanted, picture, options, progress).run(options.completeness, crowding);
 }
 
 }  // namespace fresco::synthesize

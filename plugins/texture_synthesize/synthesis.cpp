@@ -22,7 +22,6 @@ constexpr double finest_texel = 0.6;  // Levels with texels smaller than this sh
 constexpr double narrowest = 0.35;    // … and with the coarsest at less than this, strokes are too narrow for the texture.
 constexpr int coarse_stride = 3;
 constexpr int fine_stride = 4;
-constexpr float heaviest_share = 0.5F;  // Keeps bristles.
 constexpr int preview_px = 512;
 
 /// The side of a texel on the surface, by the area of the charts.
@@ -62,7 +61,7 @@ class Synthesis
             int done = 0;
             if (found)
             {
-                next->resume(std::move(found->colors), std::move(found->matches));
+                next->resume(std::move(found->colors), std::move(found->matches), std::move(found->crowding));
                 done = found->rounds;
                 run_.message("going on after round " + std::to_string(done) + " of an interrupted run");
                 found.reset();
@@ -73,7 +72,7 @@ class Synthesis
             paint_rounds(*level, number, done, finest);
         }
         report(*level, finest);
-        return paint(task_, *level, options_.size_px, heaviest_share, run_);
+        return paint(task_, *level, options_.size_px, run_);
     }
 
   private:
@@ -140,7 +139,7 @@ class Synthesis
             const auto since = [now](Clock::time_point then) { return std::chrono::duration<double>(now - then).count(); };
             if (options_.checkpoint_s > 0 && since(saved_) >= options_.checkpoint_s)
             {
-                write_checkpoint(file_, {number, round + 1, level.colors(), level.matches()});
+                write_checkpoint(file_, {number, round + 1, level.colors(), level.matches(), level.crowding()});
                 saved_ = Clock::now();
             }
             if (images_ != nullptr && since(shown_) >= options_.preview_s)
@@ -153,7 +152,7 @@ class Synthesis
 
     void show(const Level& level) const
     {
-        const Painting small = paint(task_, level, std::min(preview_px, options_.size_px), heaviest_share, run_);
+        const Painting small = paint(task_, level, std::min(preview_px, options_.size_px), run_);
         const RasterF& layer = small.texture.layers.front();
         Raster8 picture(layer.width, layer.height, 3);
         std::transform(layer.values.begin(), layer.values.end(), picture.values.begin(),

@@ -12,23 +12,21 @@ namespace fresco::synthesize
 /// (Kwatra et al. 2005).
 float vote_weight(Vec2f offset, float side, float distance);
 
-/// The mixed color of a point and the patch that counts most; `color(patch's match, offset)` gives each patch's own.
+/// What the patches over a point say of its color.
 struct Vote
 {
-    Vec3f color;
-    Cover heaviest;
-    Vec2f heaviest_offset;
+    Vec3f mean;           ///< By weight.
+    Vec3f heaviest;       ///< The color of the patch that counts most, …
+    std::uint32_t patch;  ///< … this patch …
+    Vec2f offset;         ///< … and where the point lies on it, in texels from its center.
 };
 
-/// `heaviest_share`: how much of the color is the heaviest patch's own; the rest is the mean of all. `shift(patch)`: from the
-/// covered texel's center to the point, in texels of that patch's plane.
+/// `shift(patch)`: from the covered texel's center to the point, in texels of that patch's plane. `color(place in the picture)`.
 template <class Shift, class Color>
-Vote vote(std::span<const Cover> covers, std::span<const Match> matches, int side, float heaviest_share, const Shift& shift,
-          const Color& color)
+Vote vote(std::span<const Cover> covers, std::span<const Match> matches, int side, const Shift& shift, const Color& color)
 {
-    Vote result;
+    Vote result{};
     Vec3f sum;
-    Vec3f heaviest_color;
     float total = 0;
     float most = -1;
     for (const Cover& cover : covers)
@@ -44,12 +42,12 @@ Vote vote(std::span<const Cover> covers, std::span<const Match> matches, int sid
         if (weight > most)
         {
             most = weight;
-            heaviest_color = own;
-            result.heaviest = cover;
-            result.heaviest_offset = offset;
+            result.heaviest = own;
+            result.patch = cover.patch;
+            result.offset = offset;
         }
     }
-    result.color = total > 0 ? sum * ((1 - heaviest_share) / total) + heaviest_color * heaviest_share : heaviest_color;
+    result.mean = total > 0 ? sum * (1 / total) : result.heaviest;
     return result;
 }
 

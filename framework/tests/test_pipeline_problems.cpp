@@ -211,6 +211,14 @@ TEST_CASE("What is missing, and which plugin fails, leads to its own exit code",
                Contains("'mesh.broken' is probably in /plugins/mesh_broken.so, which cannot be used: SDK ABI 2"));
     CHECK(broken.exit_code() == 4);
     CHECK(code("a: {type: mesh.odd}").exit_code() == 4);
+    catalog.add(UnbuiltPlugin{"texture.heavy", "libtorch was not found"});
+    catalog.add(UnbuiltPlugin{"loss.left", ""});
+    const PipelineResult unbuilt = code("a: {type: texture.heavy, input: b}, b: {type: loss.left}");
+    CHECK(lines(unbuilt) == std::vector<std::string>{
+                                "p.yaml:2:20: error: stage 'a': the plugin of 'texture.heavy' is not built (libtorch was not "
+                                "found): run ./bootstrap build",
+                                "p.yaml:2:55: error: stage 'b': the plugin of 'loss.left' is not built: run ./bootstrap build"});
+    CHECK(unbuilt.exit_code() == 4);
     CHECK(code("a: {type: mesh.broken}, b: {type: nothing}").exit_code() == 2);
     folder.write("file.txt", "");
     CHECK_THAT(lines(code("a: {type: scan.folder, path: file.txt}")).at(0), Contains("is no folder"));

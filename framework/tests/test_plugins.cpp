@@ -159,6 +159,37 @@ TEST_CASE("A library that plugins link may lie beside them")
     CHECK(listed.out.find("libclouds.so") == std::string::npos);
 }
 
+TEST_CASE("A plugin that was not built is named with the reason, until it is there")
+{
+    Workplace place({}, true);
+    const fs::path folder = place.root() / "lib" / "fresco";
+    fs::create_directories(folder);
+    std::ofstream(folder / "plugins.txt") << "test_source\nloss_gram\ntest_in_the_tree: libtorch was not found\n";
+    const auto errors = [&](const std::string& type)
+    {
+        place.write("room.yaml", "version: 1\nstages:\n  source: {type: " + type + "}\n");
+        const Finished finished = place.run({"check", "room.yaml"});
+        return std::to_string(finished.code) + " " + finished.err;
+    };
+    CHECK(contains(errors("test.source"), "4 room.yaml:3:18: error: stage 'source': the plugin of 'test.source' is not built: run "
+                                          "./bootstrap build\n"));
+    CHECK(contains(errors("test.in_the_tree"), "'test.in_the_tree' is not built (libtorch was not found): run ./bootstrap build"));
+    CHECK(contains(errors("test.elsewhere"), "2 room.yaml:3:18: error: stage 'source': no plugin has the type 'test.elsewhere'"));
+    const Finished listed = place.run({"stages", "--all"});
+    CHECK(contains(listed.out, "\n  loss.gram\n  test.in_the_tree: libtorch was not found\n"));
+    const Finished doctor = place.run({"doctor"});
+    CHECK(doctor.code == 0);
+    CHECK(contains(doctor.out, "not built: test.in_the_tree: libtorch was not found\n"));
+    CHECK(contains(place.run({"doctor", "--json"}).out, "\"unbuilt\": ["));
+
+    // Of the same name, and another that has one of the listed types: the folder's own library is what counts, then the type.
+    fs::copy_file(fs::path(FRESCO_TEST_PLUGINS) / "good" / "test_stages.so", folder / "elsewhere.so");
+    CHECK(contains(errors("test.source"), "0 "));
+    CHECK(place.run({"stages", "--all"}).out.find("test.source: ") == std::string::npos);
+    std::ofstream(folder / "loss_gram.so") << "no library, but long enough to be looked at for some time by a loader of plugins";
+    CHECK(contains(errors("loss.gram"), "does not begin as an ELF file"));
+}
+
 TEST_CASE("The same library reached by two paths is one library")
 {
     Workplace place;

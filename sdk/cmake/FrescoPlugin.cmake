@@ -11,6 +11,8 @@
 # to LINK: what is to be tested where the plugin itself cannot be built. Its folder is an include directory; TESTS become the
 # test test_NAME.
 #
+# fresco_leave_out(NAME "REASON") says why a plugin of the tree is not built: at configure time, and to who asks the program for it.
+#
 # fresco_add_artifact(NAME SOURCES file… [LINK target…]) makes the shared library of an artifact type; its producers and
 # consumers link it. Its folder is an include directory for them.
 
@@ -37,7 +39,11 @@ function(fresco_add_plugin NAME)
     endif()
     if(ARG_TORCH)
         if(NOT TARGET fresco::sdk_torch)
-            message(STATUS "Plugin ${NAME} is left out: libtorch was not found")
+            if(DEFINED FRESCO_TORCH AND NOT FRESCO_TORCH)
+                fresco_leave_out(${NAME} "FRESCO_TORCH is off")
+            else()
+                fresco_leave_out(${NAME} "libtorch was not found")
+            endif()
             return()
         endif()
         set(sdk fresco::sdk_torch)
@@ -55,6 +61,13 @@ function(fresco_add_plugin NAME)
         target_compile_definitions(${NAME} PRIVATE FRESCO_PLUGIN_USES_TORCH)
     endif()
     _fresco_own_options(${NAME})
+    if(COMMAND fresco_use_precompiled)
+        if(ARG_TORCH)
+            fresco_use_precompiled(${NAME} torch_hidden)
+        else()
+            fresco_use_precompiled(${NAME} hidden)
+        endif()
+    endif()
 
     if(ARG_ALGORITHMS)
         fresco_add_algorithms(${NAME}_core SOURCES ${ARG_ALGORITHMS} LINK ${sdk} ${ARG_LINK})
@@ -71,6 +84,11 @@ function(fresco_add_plugin NAME)
         endif()
     endif()
     install(TARGETS ${NAME} LIBRARY DESTINATION lib/fresco)
+endfunction()
+
+function(fresco_leave_out NAME REASON)
+    message(STATUS "Plugin ${NAME} is left out: ${REASON}")
+    set_property(GLOBAL PROPERTY FRESCO_LEFT_OUT_${NAME} "${REASON}")
 endfunction()
 
 function(fresco_add_algorithms NAME)

@@ -20,11 +20,11 @@ set(FRESCO_STANDARD_HEADERS
     <utility>
     <vector>)
 
-# fresco_add_precompiled(KIND HEADERS header… [LINK target…] [PIC]): what fresco_use_precompiled(TARGET KIND) gives to targets that
-# link the same. Compilers take it only for sources of equal flags: code for shared libraries has PIC, programs have not. Libraries
-# that hide their symbols go without: a class parsed beforehand would not be hidden.
+# fresco_add_precompiled(KIND HEADERS header… [LINK target…] [PIC] [HIDDEN]): what fresco_use_precompiled(TARGET KIND) gives to targets
+# that link the same. Compilers accept it only for sources of equal flags: PIC for code in shared libraries, HIDDEN for code that hides
+# its symbols (a class keeps the visibility that it was parsed with).
 function(fresco_add_precompiled KIND)
-    cmake_parse_arguments(ARG "PIC" "" "HEADERS;LINK" ${ARGN})
+    cmake_parse_arguments(ARG "PIC;HIDDEN" "" "HEADERS;LINK" ${ARGN})
     if(NOT FRESCO_PRECOMPILED_HEADERS)
         return()
     endif()
@@ -33,6 +33,9 @@ function(fresco_add_precompiled KIND)
     file(CONFIGURE OUTPUT ${source} CONTENT "")
     add_library(${target} OBJECT EXCLUDE_FROM_ALL ${source})
     set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ${ARG_PIC})
+    if(ARG_HIDDEN)
+        set_target_properties(${target} PROPERTIES CXX_VISIBILITY_PRESET hidden)
+    endif()
     target_link_libraries(${target} PRIVATE fresco_compile_options ${ARG_LINK})
     target_precompile_headers(${target} PRIVATE ${ARG_HEADERS})
 endfunction()
@@ -43,4 +46,20 @@ function(fresco_use_precompiled TARGET KIND)
         # GCC 12 forgets of such headers that they are the system's, and sees in std::string's what is not there.
         target_compile_options(${TARGET} PRIVATE -Wno-array-bounds -Wno-stringop-overflow -Wno-stringop-overread)
     endif()
+endfunction()
+
+# fresco_use_unity(TARGET): with FRESCO_UNITY the sources of each of its folders are compiled as one, which is half the work of a build
+# from scratch and more of it after a change. Names in a folder's unnamed namespaces must differ.
+option(FRESCO_UNITY "Compile each folder of the host as one source (for builds from scratch)" OFF)
+function(fresco_use_unity TARGET)
+    if(NOT FRESCO_UNITY)
+        return()
+    endif()
+    set_target_properties(${TARGET} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
+    get_target_property(sources ${TARGET} SOURCES)
+    foreach(source IN LISTS sources)
+        get_filename_component(folder ${source} DIRECTORY)
+        get_filename_component(folder ${folder} NAME)
+        set_property(SOURCE ${source} PROPERTY UNITY_GROUP ${folder})
+    endforeach()
 endfunction()

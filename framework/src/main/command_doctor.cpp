@@ -61,6 +61,9 @@ void print_json(const Catalog& catalog)
     Value::List plugins;
     for (const auto& [library, count] : types_per_library(catalog))
         plugins.push_back(Value::Map{{"library", library}, {"types", count}});
+    Value::List unbuilt;
+    for (const auto& plugin : catalog.unbuilt())
+        unbuilt.push_back(Value::Map{{"type", plugin.type}, {"reason", plugin.reason}});
     Value::List refusals;
     for (const auto& refusal : catalog.refusals())
         refusals.push_back(Value::Map{{"library", refusal.library.string()}, {"reason", refusal.reason}});
@@ -73,7 +76,8 @@ void print_json(const Catalog& catalog)
                                           {"libraries", std::move(libraries)},
                                           {"folders", std::move(folders)},
                                           {"plugins", std::move(plugins)},
-                                          {"refusals", std::move(refusals)}},
+                                          {"refusals", std::move(refusals)},
+                                          {"unbuilt", std::move(unbuilt)}},
                                2));
 }
 
@@ -102,6 +106,8 @@ void print_text(const Catalog& catalog)
         fmt::print("  {}  ({} {})\n", library, count, count == 1 ? "type" : "types");
     for (const auto& refusal : catalog.refusals())
         fmt::print("  refused: {}: {}\n", refusal.library.string(), refusal.reason);
+    for (const auto& plugin : catalog.unbuilt())
+        fmt::print("  not built: {}{}\n", plugin.type, plugin.reason.empty() ? "" : ": " + plugin.reason);
 }
 
 }  // namespace

@@ -44,7 +44,7 @@ void add_inspect_commands(CLI::App& app, int& exit_code)
     CLI::App* stages = add("stages", "List the stages and components that plugins provide",
                            [](const InspectArguments& given, const Catalog& catalog)
                            { return write_stages(catalog, given.all, given.json, std::cout); });
-    stages->add_flag("--all", arguments->all, "Also where each comes from, and what cannot be loaded and why");
+    stages->add_flag("--all", arguments->all, "Also where each comes from, what cannot be loaded or is not built, and why");
     stages->add_flag("--json", arguments->json, "Print JSON");
 
     CLI::App* describe = add("describe", "Ports, options, defaults, ranges and help of one stage or component",

@@ -11,7 +11,7 @@ namespace fs = std::filesystem;
 
 constexpr int deepest_folder = 16;
 
-std::vector<std::string> split(std::string_view pattern)
+std::vector<std::string> split_pattern(std::string_view pattern)
 {
     std::vector<std::string> parts;
     for (std::size_t start = 0; start <= pattern.size();)
@@ -146,7 +146,7 @@ GlobMeasure measure_files(const fs::path& root, std::string_view pattern, std::u
         const auto size = fs::file_size(root, failure);
         return {1, failure ? 0 : size, false};
     }
-    std::vector<std::string> parts = split(pattern);
+    std::vector<std::string> parts = split_pattern(pattern);
     if (parts.empty())
         parts.emplace_back("**");
     Walk walk(std::move(parts), entry_limit);

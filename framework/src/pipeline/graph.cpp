@@ -15,7 +15,7 @@ namespace fresco::host
 namespace
 {
 // Sets of edges: equal edges count once, and neighbours come in ascending order.
-using List = boost::adjacency_list<boost::setS, boost::vecS, boost::bidirectionalS>;
+using AdjacencyList = boost::adjacency_list<boost::setS, boost::vecS, boost::bidirectionalS>;
 
 constexpr auto none = static_cast<std::size_t>(-1);
 
@@ -43,10 +43,10 @@ std::vector<std::size_t> reached(const std::vector<std::size_t>& before)
 
 struct StageGraph::Graph
 {
-    List list;
+    AdjacencyList list;
 };
 
-StageGraph::StageGraph(std::size_t nodes) : graph_(std::make_unique<Graph>(Graph{List(nodes)})) {}
+StageGraph::StageGraph(std::size_t nodes) : graph_(std::make_unique<Graph>(Graph{AdjacencyList(nodes)})) {}
 StageGraph::~StageGraph() = default;
 StageGraph::StageGraph(StageGraph&&) noexcept = default;
 StageGraph& StageGraph::operator=(StageGraph&&) noexcept = default;
@@ -94,7 +94,7 @@ std::vector<std::size_t> StageGraph::descendants(std::size_t node) const
 
 std::vector<std::vector<std::size_t>> StageGraph::cycles() const
 {
-    const List& list = graph_->list;
+    const AdjacencyList& list = graph_->list;
     std::vector<std::size_t> group(size());
     boost::strong_components(list, boost::make_iterator_property_map(group.begin(), boost::get(boost::vertex_index, list)));
     std::vector<std::size_t> members(size());

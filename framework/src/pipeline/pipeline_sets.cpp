@@ -9,7 +9,7 @@ namespace
 {
 using Path = std::vector<std::string>;
 
-std::vector<std::string> split(const std::string& name)
+std::vector<std::string> split_path(const std::string& name)
 {
     std::vector<std::string> parts{""};
     for (const char c : name)
@@ -220,7 +220,7 @@ Settings::Settings(const std::vector<std::pair<std::string, std::string>>& sets,
         const std::string shown = "--set " + name + "=" + shown_value(value);
         problems.announce_file(shown);
         const auto source = std::make_shared<const YamlSource>(YamlSource{shown, working_directory, true});
-        Path path = split(name);
+        Path path = split_path(name);
         if (std::find(path.begin(), path.end(), "") != path.end())
         {
             problems.add({shown, 0, 0}, "expected NAME=VALUE or STAGE.OPTION=VALUE");

@@ -76,6 +76,11 @@ KnownType TypeTable::require(const std::string& type, std::string_view kind, con
                      wanted + "'" + type + "' is probably in " + refusal->library.string() +
                          ", which cannot be used: " + refusal->reason,
                      ProblemKind::plugin);
+    else if (const UnbuiltPlugin* unbuilt = catalog_.find_unbuilt(type))
+        problems.add(at,
+                     wanted + "the plugin of '" + type + "' is not built" +
+                         (unbuilt->reason.empty() ? "" : " (" + unbuilt->reason + ")") + ": run ./bootstrap build",
+                     ProblemKind::plugin);
     else
         problems.add(at, wanted + "no plugin has the type '" + type + "'" + suggestion(type, names_of_kind(kind)));
     return {};

@@ -18,7 +18,7 @@ struct Piece
 };
 
 /// Nothing where a "${" is not closed.
-std::optional<std::vector<Piece>> split(const std::string& text)
+std::optional<std::vector<Piece>> split_references(const std::string& text)
 {
     std::vector<Piece> pieces;
     std::string literal;
@@ -133,7 +133,7 @@ std::set<std::string> Variables::needed_by(const YamlNode& node) const
 void Variables::collect_needed(const YamlNode& node, std::set<std::string>& names) const
 {
     if (node.is_scalar())
-        for (const Piece& piece : split(node.text).value_or(std::vector<Piece>{}))
+        for (const Piece& piece : split_references(node.text).value_or(std::vector<Piece>{}))
             if (const auto var = piece.is_var ? vars_.find(piece.text) : vars_.end(); var != vars_.end())
                 if (names.insert(piece.text).second)
                     collect_needed(*var->second.written, names);
@@ -196,7 +196,7 @@ const YamlNode* Variables::value_of(const std::string& name, const YamlNode& use
 
 YamlNode Variables::substitute_scalar(const YamlNode& node)
 {
-    const std::optional<std::vector<Piece>> pieces = split(node.text);
+    const std::optional<std::vector<Piece>> pieces = split_references(node.text);
     if (!pieces)
     {
         problems_.add(node.position(), "a '${' is not closed by '}' (write '$${' for the characters themselves)");

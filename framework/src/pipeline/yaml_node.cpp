@@ -131,14 +131,14 @@ YamlNode yaml_from_value(const Value& value, const YamlNode& place)
 
 namespace
 {
-bool is_digit(char c)
+bool is_decimal(char c)
 {
     return c >= '0' && c <= '9';
 }
 
 bool all_digits(std::string_view text)
 {
-    return !text.empty() && std::all_of(text.begin(), text.end(), is_digit);
+    return !text.empty() && std::all_of(text.begin(), text.end(), is_decimal);
 }
 
 /// [-+]? ( . [0-9]+ | [0-9]+ ( . [0-9]* )? ) ( [eE] [-+]? [0-9]+ )?
@@ -148,7 +148,7 @@ bool looks_like_float(std::string_view text)
     const auto digits = [&]
     {
         const std::size_t start = i;
-        while (i < text.size() && is_digit(text[i]))
+        while (i < text.size() && is_decimal(text[i]))
             ++i;
         return i - start;
     };
@@ -222,7 +222,7 @@ ResolvedScalar resolve_scalar(const YamlNode& scalar)
         return resolve_number(text, digits, negative);
     if (digits.size() > 2 && digits[0] == '0' && (digits[1] == 'x' || digits[1] == 'o') &&
         std::all_of(digits.begin() + 2, digits.end(),
-                    [](char c) { return is_digit(c) || (c >= 'a' && c <= 'f') || (c >= 'A' && c <= 'F'); }))
+                    [](char c) { return is_decimal(c) || (c >= 'a' && c <= 'f') || (c >= 'A' && c <= 'F'); }))
         return {{}, "'" + text + "' is a number to some readers and text to others: write it in decimal, or in quotes for text"};
     return {Value(text), {}};
 }

@@ -16,6 +16,17 @@ void Catalog::add(Refusal refusal)
     refusals_.push_back(std::move(refusal));
 }
 
+void Catalog::add(UnbuiltPlugin plugin)
+{
+    unbuilt_.push_back(std::move(plugin));
+}
+
+const UnbuiltPlugin* Catalog::find_unbuilt(std::string_view type) const
+{
+    const auto found = std::find_if(unbuilt_.begin(), unbuilt_.end(), [&](const auto& plugin) { return plugin.type == type; });
+    return found != unbuilt_.end() ? &*found : nullptr;
+}
+
 const TypeDescription* Catalog::find(std::string_view type) const
 {
     const auto found = types_.find(type);

@@ -12,7 +12,7 @@ namespace fresco::host
 {
 namespace
 {
-constexpr std::array<std::pair<std::string_view, OptionKind>, 14> kinds{{{"bool", OptionKind::boolean},
+constexpr std::array<std::pair<std::string_view, OptionKind>, 14> option_kinds{{{"bool", OptionKind::boolean},
                                                                          {"int", OptionKind::integer},
                                                                          {"number", OptionKind::number},
                                                                          {"text", OptionKind::text},
@@ -59,8 +59,8 @@ OptionDeclaration read_option(const Value& description)
     OptionDeclaration option;
     option.name = description.at("name").as_string();
     const std::string& kind = description.at("kind").as_string();
-    const auto known = std::find_if(kinds.begin(), kinds.end(), [&](const auto& entry) { return entry.first == kind; });
-    if (known == kinds.end())
+    const auto known = std::find_if(option_kinds.begin(), option_kinds.end(), [&](const auto& entry) { return entry.first == kind; });
+    if (known == option_kinds.end())
         throw Error("option '" + option.name + "' is of the unknown kind '" + kind + "'");
     option.kind = known->second;
     if (const Value* value = description.find("default"))

@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <dlfcn.h>
+#include <fstream>
 #include <set>
 #include <thread>
 
@@ -174,6 +175,25 @@ std::vector<fs::path> candidates(Catalog& catalog)
     return files;
 }
 
+/// The plugins of fresco's own tree that are not in `folder`, by the list that the build puts there: a line for each, NAME where
+/// it was to be built and NAME: REASON where it was left out. The type of mesh_decimate is mesh.decimate.
+void add_unbuilt(Catalog& catalog, const fs::path& folder)
+{
+    std::ifstream list(folder / "plugins.txt");
+    for (std::string line; std::getline(list, line);)
+    {
+        const std::size_t colon = std::min(line.find(": "), line.size());
+        std::string type = line.substr(0, colon);
+        std::error_code error;
+        if (type.empty() || fs::exists(folder / (type + ".so"), error))
+            continue;
+        if (const std::size_t separator = type.find('_'); separator != std::string::npos)
+            type[separator] = '.';
+        if (catalog.libraries_of(type).empty() && !catalog.find_unbuilt(type))
+            catalog.add(UnbuiltPlugin{type, colon < line.size() ? line.substr(colon + 2) : ""});
+    }
+}
+
 }  // namespace
 
 std::vector<PluginFolder> plugin_folders()
@@ -247,6 +267,8 @@ Catalog load_catalog(bool again)
     }
     cache.save();
     catalog.add(command_type());
+    for (const auto& folder : plugin_folders())
+        add_unbuilt(catalog, folder.path);
     return catalog;
 }
 

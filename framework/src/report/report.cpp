@@ -45,12 +45,6 @@ std::vector<Subject> subjects_of(const RunRequest& run)
     return {std::move(whole)};
 }
 
-const StageOutcome* outcome_of(const RunSummary& summary, const std::string& stage)
-{
-    const auto found = std::ranges::find(summary.stages, stage, &StageOutcome::stage);
-    return found == summary.stages.end() ? nullptr : &*found;
-}
-
 Value stage_value(const PipelineStage& stage, const StageOutcome* outcome)
 {
     const StageOutcome none;
@@ -85,10 +79,10 @@ std::string signature_of(const ReportRequest& request, const Subject& subject, c
     Value::List stages;
     for (const PipelineStage* stage : subject.stages)
     {
-        const StageOutcome* outcome = outcome_of(*request.summary, stage->name);
+        const StageOutcome* outcome = request.summary->outcome_of(stage->name);
         const auto tells_of_it = [&](const PipelineStage* other)
         {
-            const StageOutcome* later = outcome_of(*request.summary, other->name);
+            const StageOutcome* later = request.summary->outcome_of(other->name);
             return later != nullptr && !later->object.empty() && reads(*other, stage->name);
         };
         const bool told = std::ranges::any_of(subject.stages, tells_of_it);
@@ -118,7 +112,7 @@ const char* outcome_text(const ReportRequest& request, const Subject& subject)
         return std::ranges::any_of(subject.stages,
                                    [&](const PipelineStage* stage)
                                    {
-                                       const StageOutcome* outcome = outcome_of(*request.summary, stage->name);
+                                       const StageOutcome* outcome = request.summary->outcome_of(stage->name);
                                        return outcome != nullptr && matches(outcome->state);
                                    });
     };
@@ -136,7 +130,7 @@ Value request_value(const ReportRequest& request, const Subject& subject, const 
     const RunRequest& run = *request.run;
     Value::List stages;
     for (const PipelineStage* stage : subject.stages)
-        stages.push_back(stage_value(*stage, outcome_of(*request.summary, stage->name)));
+        stages.push_back(stage_value(*stage, request.summary->outcome_of(stage->name)));
     Value::List files;
     for (const auto& file : request.summary->files)
         if (std::ranges::any_of(subject.stages, [&](const PipelineStage* stage) { return stage->name == file.stage; }))
@@ -174,7 +168,7 @@ void write(const ReportRequest& request, const Subject& subject, ReportOutcome& 
     const bool worked = std::ranges::any_of(subject.stages,
                                             [&](const PipelineStage* stage)
                                             {
-                                                const StageOutcome* of = outcome_of(*request.summary, stage->name);
+                                                const StageOutcome* of = request.summary->outcome_of(stage->name);
                                                 return of != nullptr && of->state == StageState::done;
                                             });
     if (fs::is_regular_file(outcome.file) && !begins_with(outcome.file, report_begin))

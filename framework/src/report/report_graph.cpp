@@ -16,8 +16,8 @@ namespace
 
 constexpr double box_width = 128;
 constexpr double box_height = 46;
-constexpr double column = 172;
-constexpr double line = 64;
+constexpr double column_px = 172;
+constexpr double row_px = 64;
 constexpr double margin = 8;
 
 using Edges = std::set<std::pair<int, int>>;
@@ -98,8 +98,8 @@ struct Place
 Place place_of(const GraphBox& box, const std::vector<int>& heights, int rows)
 {
     // Layers with fewer boxes stand in the middle.
-    const double top = (rows - heights[static_cast<std::size_t>(box.layer)]) * line / 2;
-    return {margin + box.layer * column, margin + top + box.row * line};
+    const double top = (rows - heights[static_cast<std::size_t>(box.layer)]) * row_px / 2;
+    return {margin + box.layer * column_px, margin + top + box.row * row_px};
 }
 
 std::string shortened(const std::string& text, std::size_t most)
@@ -149,8 +149,8 @@ std::string graph_svg(const std::vector<ReportStage>& stages)
     std::vector<int> heights(static_cast<std::size_t>(drawing.layers), 0);
     for (const GraphBox& box : drawing.boxes)
         heights[static_cast<std::size_t>(box.layer)] = std::max(heights[static_cast<std::size_t>(box.layer)], box.row + 1);
-    const double width = 2 * margin + std::max(0, drawing.layers - 1) * column + box_width;
-    const double height = 2 * margin + std::max(0, drawing.rows - 1) * line + box_height;
+    const double width = 2 * margin + std::max(0, drawing.layers - 1) * column_px + box_width;
+    const double height = 2 * margin + std::max(0, drawing.rows - 1) * row_px + box_height;
     std::string svg =
         fmt::format("<svg class=\"graph\" viewBox=\"0 0 {0:.0f} {1:.0f}\" style=\"max-width:{0:.0f}px\" role=\"img\" "
                     "aria-label=\"The pipeline's stages and how they are joined\">\n",
@@ -165,7 +165,7 @@ std::string graph_svg(const std::vector<ReportStage>& stages)
             const double y0 = from.y + box_height / 2;
             const double y1 = to.y + box_height / 2;
             const double x0 = from.x + box_width;
-            const double bend = (column - box_width) / 2;
+            const double bend = (column_px - box_width) / 2;
             if (i == 0)
                 path += fmt::format("M{:.1f} {:.1f}", x0, y0);
             else

@@ -20,20 +20,13 @@ namespace
 {
 
 constexpr const char* page_name = "sweep.html";
-constexpr int picture_px = 480;
-constexpr int quality = 80;
+constexpr int thumbnail_px = 480;
+constexpr int thumbnail_quality = 80;
 
 bool is_picture(const fs::path& file)
 {
     const std::string extension = file.extension().string();
     return extension == ".png" || extension == ".jpg" || extension == ".jpeg";
-}
-
-const StageOutcome* outcome_of(const RunSummary& summary, const std::string& stage)
-{
-    const auto found = std::find_if(summary.stages.begin(), summary.stages.end(),
-                                    [&](const StageOutcome& outcome) { return outcome.stage == stage; });
-    return found == summary.stages.end() ? nullptr : &*found;
 }
 
 /// What the stages took that are this combination's alone, now or when their results were made.
@@ -43,7 +36,7 @@ double own_seconds(const Store& store, const Pipeline& pipeline, const RunSummar
     for (const std::size_t number : combination.stages)
     {
         const PipelineStage& stage = pipeline.stages[number];
-        const StageOutcome* outcome = stage.place == combination.name ? outcome_of(summary, stage.name) : nullptr;
+        const StageOutcome* outcome = stage.place == combination.name ? summary.outcome_of(stage.name) : nullptr;
         if (outcome == nullptr)
             continue;
         if (outcome->seconds > 0)
@@ -77,7 +70,7 @@ SweepPage page_of(const SweepSummaryRequest& request, const Store& store)
                        "",
                        {},
                        {}};
-        if (const StageOutcome* failed = outcome.stage.empty() ? nullptr : outcome_of(*request.summary, outcome.stage))
+        if (const StageOutcome* failed = outcome.stage.empty() ? nullptr : request.summary->outcome_of(outcome.stage))
             cell.error = failed->error;
         if (const std::string report = cell.name + "/report.html"; fs::exists(out / report))
             cell.report = report;
@@ -170,11 +163,11 @@ std::string signature_of(const SweepSummaryRequest& request, const SweepPage& pa
 std::string small_copy(const ImageIo& images, const fs::path& file)
 {
     const Raster8 picture = images.read_rgb(file);
-    const double scale = std::min(1.0, static_cast<double>(picture_px) / std::max(picture.width, picture.height));
+    const double scale = std::min(1.0, static_cast<double>(thumbnail_px) / std::max(picture.width, picture.height));
     const auto side = [&](int px) { return std::max(1, static_cast<int>(std::lround(px * scale))); };
     return data_uri(
         "image/jpeg",
-        images.encode_jpeg(scale < 1 ? resized(picture, side(picture.width), side(picture.height)) : picture, quality));
+        images.encode_jpeg(scale < 1 ? resized(picture, side(picture.width), side(picture.height)) : picture, thumbnail_quality));
 }
 
 }  // namespace

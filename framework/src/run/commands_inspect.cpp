@@ -92,8 +92,12 @@ Value stages_as_value(const Catalog& catalog, bool all)
     List refused;
     for (const Refusal& refusal : catalog.refusals())
         refused.push_back(Map{{"library", refusal.library.string()}, {"reason", refusal.reason}});
+    List unbuilt;
+    for (const UnbuiltPlugin& plugin : catalog.unbuilt())
+        unbuilt.push_back(Map{{"type", plugin.type}, {"reason", plugin.reason}});
     result.set("ambiguous", std::move(ambiguous));
     result.set("refused", std::move(refused));
+    result.set("unbuilt", std::move(unbuilt));
     return result;
 }
 
@@ -109,6 +113,10 @@ void write_refused(const Catalog& catalog, std::ostream& out)
         out << "\ncannot be loaded:\n";
     for (const Refusal& refusal : catalog.refusals())
         out << "  " << refusal.library.string() << ": " << refusal.reason << '\n';
+    if (!catalog.unbuilt().empty())
+        out << "\nnot built; ./bootstrap build builds them:\n";
+    for (const UnbuiltPlugin& plugin : catalog.unbuilt())
+        out << "  " << plugin.type << (plugin.reason.empty() ? "" : ": " + plugin.reason) << '\n';
 }
 
 void write_ports(const char* title, const std::vector<PortDeclaration>& ports, std::ostream& out)

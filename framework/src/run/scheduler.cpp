@@ -392,6 +392,12 @@ class Scheduler
 
 }  // namespace
 
+const StageOutcome* RunSummary::outcome_of(const std::string& stage) const
+{
+    const auto found = std::ranges::find(stages, stage, &StageOutcome::stage);
+    return found == stages.end() ? nullptr : &*found;
+}
+
 RunSummary run_pipeline(const RunRequest& request, ProgressDisplay& display)
 {
     Scheduler scheduler(request, display);

@@ -18,7 +18,7 @@ std::uintptr_t lowest = 0;
 std::uintptr_t highest = 0;
 
 // The line before may have been cut by the overflow.
-constexpr std::string_view told = "\n{\"event\":\"failed\",\"text\":\"its stack overflowed: a recursion without end, or arrays "
+constexpr std::string_view overflow_event = "\n{\"event\":\"failed\",\"text\":\"its stack overflowed: a recursion without end, or arrays "
                                   "that are too large for it; please "
                                   "report it to the plugin's author\"}\n";
 
@@ -26,7 +26,7 @@ void take_fault(int number, siginfo_t* info, void*)
 {
     const auto address = reinterpret_cast<std::uintptr_t>(info->si_addr);
     if (address >= lowest && address < highest)
-        send_all(child_channel, told);
+        send_all(child_channel, overflow_event);
     // Back to the instruction: it faults again, and the process dies as it would have. A signal that was sent does not come
     // again.
     signal(number, SIG_DFL);

@@ -32,12 +32,20 @@ struct Refusal
     std::string reason;  ///< Names what differs, with both values.
 };
 
+/// A plugin of fresco's own that the build left out.
+struct UnbuiltPlugin
+{
+    std::string type;    ///< "texture.optimize"
+    std::string reason;  ///< "libtorch was not found"; empty where it was only not asked for.
+};
+
 /// All stages and components that can be used, and why others cannot.
 class Catalog
 {
   public:
     void add(TypeDescription description);
     void add(Refusal refusal);
+    void add(UnbuiltPlugin plugin);
 
     /// nullptr where no library, or more than one, has the type.
     const TypeDescription* find(std::string_view type) const;
@@ -46,12 +54,16 @@ class Catalog
     /// Names of types that more than one library has, sorted.
     std::vector<std::string> ambiguous() const;
     const std::vector<Refusal>& refusals() const { return refusals_; }
+    const std::vector<UnbuiltPlugin>& unbuilt() const { return unbuilt_; }
+    /// nullptr where `type` isn't one of them.
+    const UnbuiltPlugin* find_unbuilt(std::string_view type) const;
     /// The libraries that hold `type`: two or more where it is ambiguous.
     std::vector<std::filesystem::path> libraries_of(std::string_view type) const;
 
   private:
     std::map<std::string, std::vector<TypeDescription>, std::less<>> types_;
     std::vector<Refusal> refusals_;
+    std::vector<UnbuiltPlugin> unbuilt_;
 };
 
 }  // namespace fresco::host

@@ -34,6 +34,9 @@ struct RunSummary
     std::vector<Exporter::File> files;
     /// 0 done, 1 a stage failed, 3 an input is missing, 4 a plugin failed, 75 interrupted.
     int exit_code = 0;
+
+    /// nullptr where the run had no such stage.
+    const StageOutcome* outcome_of(const std::string& stage) const;
 };
 
 /// Runs a checked pipeline: every stage at most once, each in a process of its own, independent ones side by side within `cores`

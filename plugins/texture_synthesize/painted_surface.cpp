@@ -10,7 +10,8 @@ namespace fresco::synthesize
 namespace
 {
 
-/// The same surface with one vertex per position, so that faces on both sides of a seam are neighbors.
+/// The same surface with one vertex per position, so that faces on both sides of a seam are neighbors. A face that is folded to
+/// a line loses its edges, so that those beside it are neighbors too.
 Mesh welded(const Mesh& mesh)
 {
     const std::vector<std::uint32_t> vertex = texturing::welded_vertices(mesh);
@@ -18,8 +19,12 @@ Mesh welded(const Mesh& mesh)
     result.positions = mesh.positions;
     result.triangles = mesh.triangles;
     for (Triangle& triangle : result.triangles)
+    {
         for (std::uint32_t& corner : triangle)
             corner = vertex[corner];
+        if (triangle[0] == triangle[1] || triangle[1] == triangle[2] || triangle[2] == triangle[0])
+            triangle.fill(triangle[0]);
+    }
     return result;
 }
 

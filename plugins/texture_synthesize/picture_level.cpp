@@ -16,17 +16,46 @@ namespace
 {
 
 constexpr double least_key_step = 2;
-constexpr double least_variance = 1e-3;  // L*a*b*: of a patch's first component, in a picture that has any contrast.
+constexpr double least_variance = 1e-6;  // L*a*b*: of a picture that has any contrast.
 
 int count_along(int pixels, int side, double step)
 {
     return 1 + static_cast<int>((pixels - side) / step);
 }
 
+bool is_of_one_color(const Raster8& rgb)
+{
+    for (std::size_t i = 3; i < rgb.values.size(); ++i)
+        if (rgb.values[i] != rgb.values[i - 3])
+            return false;
+    return true;
+}
+
+bool has_contrast(const RasterF& lab)
+{
+    Vec3d sum;
+    Vec3d squares;
+    for (std::size_t i = 0; i < lab.values.size(); i += 3)
+    {
+        const Vec3d v{double{lab.values[i]}, double{lab.values[i + 1]}, double{lab.values[i + 2]}};
+        sum += v;
+        squares += {v.x * v.x, v.y * v.y, v.z * v.z};
+    }
+    const double count = static_cast<double>(lab.values.size()) / 3;
+    return (squares.x + squares.y + squares.z) / count - dot(sum, sum) / (count * count) > least_variance;
+}
+
+[[noreturn]] void refuse_one_color()
+{
+    throw Error("the style picture is of one color: use a picture with brush strokes or other patterns");
+}
+
 }  // namespace
 
 PictureLevel::PictureLevel(const Raster8& rgb, double scale, int side, const Progress& progress) : scale_(scale), side_(side)
 {
+    if (is_of_one_color(rgb))
+        refuse_one_color();
     const int width = std::max(1, static_cast<int>(std::lround(rgb.width * scale)));
     const int height = std::max(1, static_cast<int>(std::lround(rgb.height * scale)));
     if (width < side || height < side)
@@ -35,6 +64,8 @@ PictureLevel::PictureLevel(const Raster8& rgb, double scale, int side, const Pro
                     " where its strokes are searched: smaller than one patch of " + std::to_string(side) +
                     " pixels; use a larger picture");
     lab_ = lab_picture(resized(rgb, width, height));
+    if (!has_contrast(lab_))
+        refuse_one_color();
     key_step_ = least_key_step;
     while (static_cast<std::size_t>(count_along(width, side, key_step_)) *
                static_cast<std::size_t>(count_along(height, side, key_step_)) >
@@ -82,8 +113,6 @@ void PictureLevel::make_basis(const Progress& progress)
     progress.check_cancelled();
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(covariance);
     const auto last = static_cast<Eigen::Index>(values) - 1;
-    if (solver.eigenvalues()(last) < least_variance)
-        throw Error("the style picture is of one color: use a picture with brush strokes or other patterns");
     features_ = std::min(values, most_features);
     basis_.resize(values * features_);
     for (std::size_t f = 0; f < features_; ++f)
@@ -104,10 +133,16 @@ Vec2f PictureLevel::key(std::size_t number) const
 
 std::size_t PictureLevel::key_near(Vec2f at) const
 {
+    // Keys are at whole pixels: by the step alone, the next one may be nearer.
     const auto index = [this](float along, int count)
     {
-        return static_cast<std::size_t>(
-            std::clamp(static_cast<int>(std::lround((along - static_cast<float>(side_ / 2)) / key_step_)), 0, count - 1));
+        const double place = static_cast<double>(along) - side_ / 2;
+        const auto away = [&](int i) { return std::abs(static_cast<double>(std::lround(i * key_step_)) - place); };
+        int best = std::clamp(static_cast<int>(std::lround(place / key_step_)), 0, count - 1);
+        for (const int other : {best - 1, best + 1})
+            if (other >= 0 && other < count && away(other) < away(best))
+                best = other;
+        return static_cast<std::size_t>(best);
     };
     return index(at.y, rows_) * static_cast<std::size_t>(columns_) + index(at.x, columns_);
 }

@@ -102,12 +102,12 @@ inline Catalog hand_made_catalog()
     catalog.add(described("loss.gram", "loss", R"json({
         "options": [{"name": "weight", "kind": "number", "default": 1.0, "min": 0.0, "help": "Weight"},
                     {"name": "features", "kind": "component", "component_kind": "features",
-                     "default": {"type": "features.dictionary"}, "help": "Feature network"}],
+                     "default": {"type": "features.edges"}, "help": "Feature network"}],
         "inputs": [], "outputs": []})json"));
     catalog.add(described("loss.content", "loss", R"json({
         "options": [{"name": "weight", "kind": "number", "default": 70.0, "min": 0.0, "help": "Weight"}],
         "inputs": [], "outputs": []})json"));
-    catalog.add(described("features.dictionary", "features", R"json({
+    catalog.add(described("features.edges", "features", R"json({
         "options": [{"name": "seed", "kind": "int", "default": 1, "help": "Seed"}], "inputs": [], "outputs": []})json"));
     catalog.add(described("features.vgg", "features", R"json({
         "options": [{"name": "weights", "kind": "input_file", "required": true, "help": "Weights"}], "inputs": [], "outputs": []})json"));

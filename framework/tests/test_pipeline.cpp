@@ -65,7 +65,7 @@ TEST_CASE("A pipeline is completed down to the options of its components", "[pip
     // An empty output name and an optional slot are left out; `auto` follows the empty weights.
     CHECK(
         options_of(result, "texture") ==
-        R"({"size_px":2048,"weights":"","losses":{"style":{"type":"loss.gram","weight":2.0,"features":{"type":"features.dictionary","seed":1}}}})");
+        R"({"size_px":2048,"weights":"","losses":{"style":{"type":"loss.gram","weight":2.0,"features":{"type":"features.edges","seed":1}}}})");
 
     const PipelineStage& texture = *result.pipeline.find("texture");
     REQUIRE(texture.wires.size() == 3);
@@ -81,7 +81,7 @@ TEST_CASE("A pipeline is completed down to the options of its components", "[pip
     std::vector<std::string> components;
     for (const TypeDescription* component : texture.components)
         components.push_back(component->type);
-    CHECK(components == std::vector<std::string>{"features.dictionary", "loss.gram", "read.image"});
+    CHECK(components == std::vector<std::string>{"features.edges", "loss.gram", "read.image"});
     CHECK(texture.type == catalog.find("texture.optimize"));
     CHECK(texture.position.line == 9);
     CHECK(texture.position.column == 3);
@@ -108,9 +108,9 @@ TEST_CASE("Components are written by type alone or with options, in any order", 
     const Catalog catalog = hand_made_catalog();
     const auto losses = [&](const std::string& text) { return check(folder, room + "    losses: " + text + "\n", catalog); };
     const std::string by_word =
-        options_of(losses("{b: loss.content, a: {type: loss.gram, features: features.dictionary}}"), "texture");
+        options_of(losses("{b: loss.content, a: {type: loss.gram, features: features.edges}}"), "texture");
     const std::string in_full = options_of(
-        losses("{a: {features: {seed: 1, type: features.dictionary}, weight: 1, type: loss.gram}, b: {type: loss.content}}"),
+        losses("{a: {features: {seed: 1, type: features.edges}, weight: 1, type: loss.gram}, b: {type: loss.content}}"),
         "texture");
     CHECK(by_word == in_full);
     CHECK(by_word.find(R"("losses":{"a":{"type":"loss.gram","weight":1.0,"features":)") != std::string::npos);
@@ -225,7 +225,7 @@ TEST_CASE("--set reaches into components, also those that are only defaults", "[
     };
     CHECK_THAT(texture({{"texture.losses.style.weight", "5"}}), Catch::Contains(R"("style":{"type":"loss.gram","weight":5.0)"));
     CHECK_THAT(texture({{"texture.losses.style.features.seed", "9"}}),
-               Catch::Contains(R"({"type":"features.dictionary","seed":9})"));
+               Catch::Contains(R"({"type":"features.edges","seed":9})"));
     // What decides `auto` is in place first, whatever the order.
     CHECK_THAT(texture({{"texture.losses.content.weight", "3"}, {"texture.weights", "vgg.st"}}),
                Catch::Contains(R"("content":{"type":"loss.content","weight":3.0})"));

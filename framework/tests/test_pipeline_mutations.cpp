@@ -48,7 +48,7 @@ stages:
     type: texture.optimize
     input: {maps: uvmaps, frames: frames, style: {file: "${picture}"}}
     weights: "${weights}"
-    losses: {style: {type: loss.gram, features: {type: features.dictionary, seed: 3}}, content: loss.content}
+    losses: {style: {type: loss.gram, features: {type: features.edges, seed: 3}}, content: loss.content}
   glb:     {type: export.gltf, input: texture, path: room.glb}
 )";
 

@@ -88,7 +88,7 @@ stages:
         "p.yaml:12:21: error: stage 'texture' (texture.optimize): option 'losses.style': no plugin has the type 'loss.gran' (did "
         "you mean 'loss.gram'?)",
         "p.yaml:12:70: error: stage 'texture' (texture.optimize): option 'losses.b' (loss.gram): option 'features': 'loss.gram' "
-        "is of kind 'loss', and one of kind 'features' is needed here (there are: features.dictionary, features.vgg)",
+        "is of kind 'loss', and one of kind 'features' is needed here (there are: features.edges, features.vgg)",
         "p.yaml:13:31: error: stage 'p' needs its own result: p → p",
         "p.yaml:13:41: error: stage 'p' (mesh.pass): option 'title': expected text, got 42 (write '42' in quotes)",
         "p.yaml:13:45: error: stage 'p' (mesh.pass): option 'size' has no value: leave the line out for the default, 1.0, or "

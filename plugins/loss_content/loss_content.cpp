@@ -13,7 +13,7 @@ namespace
 
 class LossContent final : public fresco::Loss
 {
-    fresco::Slot<fresco::FeatureNetwork> features{this, "features", "features.dictionary", "Network whose features are compared"};
+    fresco::Slot<fresco::FeatureNetwork> features{this, "features", "features.vgg19", "Network whose features are compared"};
     fresco::Option<std::string> layers{this, "layers", "",
                                        "Layers to compare, such as \"relu4_2\"; empty: the network's own choice for contents"};
 

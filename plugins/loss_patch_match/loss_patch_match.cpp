@@ -1,4 +1,5 @@
 #include "patches.h"
+#include "recolor.h"
 #include "robust_distance.h"
 #include "search.h"
 #include "style_patches.h"
@@ -8,7 +9,6 @@
 #include <fresco/plugin.h>
 #include <fresco/stage.h>
 #include <fresco/torch/loss.h>
-#include <fresco/torch/recolour.h>
 
 #include <ATen/ATen.h>
 #include <torch/version.h>
@@ -37,8 +37,8 @@ class LossPatchMatch final : public fresco::Loss
     fresco::Option<double> completeness{
         this, "completeness", 0.03, fresco::range(1e-6, 1e6),
         "The smaller, the more every part of the style is asked for; in variances of style patches"};
-    fresco::Option<double> guide{this, "guide", 0.2, fresco::at_least(0),
-                                 "How much the recoloured camera picture has a say in the search"};
+    fresco::Option<double> guide{this, "guide", 0.5, fresco::at_least(0),
+                                 "How much the recolored camera picture has a say in the search"};
 
     /// Which style patches the patches of one level are drawn to, per scale; found at `step`.
     struct Matches
@@ -60,8 +60,8 @@ class LossPatchMatch final : public fresco::Loss
         const at::NoGradGuard no_gradient;
         fresco::ColorMoments camera;
         for (const auto& sample : context.camera_samples)
-            camera.add(fresco::color_moments(sample));
-        map_ = fresco::monge_kantorovich(camera, fresco::color_moments(context.style.fine));
+            camera.add(pm::color_moments(sample));
+        map_ = fresco::monge_kantorovich(camera, pm::color_moments(context.style.fine));
         progress_ = context.progress;
         style_.clear();
         auto picture = context.style.fine.to(at::kCPU);
@@ -179,7 +179,7 @@ class LossPatchMatch final : public fresco::Loss
     {
         const at::NoGradGuard no_gradient;
         auto picture = part.image().detach().to(at::kCPU);
-        auto guide_picture = fresco::recoloured(part.camera().to(at::kCPU), map_);
+        auto guide_picture = pm::recolored(part.camera().to(at::kCPU), map_);
         auto mask = part.mask(fresco::Pixels::all).to(at::kCPU);
         Matches matches{part.step(), {}};
         for (std::size_t scale = 0; scale < style_.size(); ++scale)

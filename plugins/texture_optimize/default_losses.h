@@ -5,13 +5,8 @@
 namespace fresco::optimize
 {
 
-/// Without network weights: texture statistics on a dictionary learned from the style, its own patches, and the camera's
-/// gradients.
-inline constexpr const char* losses_without_weights = R"({
-    "style":   {"type": "loss.gram", "weight": 1, "centre": true, "features": {"type": "features.dictionary"}},
-    "strokes": {"type": "loss.patch_match", "weight": 0.5},
-    "content": {"type": "loss.content_gradients", "weight": 0.1}
-})";
+/// Without network weights: the style's own patches, chosen with a say of the recolored camera picture.
+inline constexpr const char* losses_without_weights = R"({"strokes": {"type": "loss.patch_match"}})";
 
 /// With VGG-19 weights: Gram and content losses, each relative to its target, so that they balance alike for any scaling of the
 /// network and for any layers that the file holds.

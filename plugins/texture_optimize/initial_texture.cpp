@@ -6,7 +6,7 @@
 #include <fresco/error.h>
 #include <fresco/parallel.h>
 #include <fresco/push_pull.h>
-#include <fresco/torch/recolour.h>
+#include <fresco/recolor.h>
 
 #include <algorithm>
 #include <cmath>

@@ -40,8 +40,7 @@ class Room
   public:
     Room()
     {
-        for (const char* type : {"image.opencv", "features.dictionary", "loss.gram", "loss.patch_match", "loss.content_gradients",
-                                 "texture.laplacian", "optimiser.adam"})
+        for (const char* type : {"image.opencv", "loss.patch_match", "texture.laplacian", "optimiser.adam"})
             factory_.add(type,
                          [type = std::string(type)]
                          {
@@ -85,11 +84,7 @@ class Room
     /// length.
     std::vector<Raster8> recoloured(const std::string& kind)
     {
-        return from_optimiser("recoloured-" + kind, kind,
-                              Value::Map{{"size_px", texture_px},
-                                         {"max_steps", 1},
-                                         {"rate", 0.0},
-                                         {"losses", Value::Map{{"content", Value::Map{{"type", "loss.content_gradients"}}}}}});
+        return from_optimiser("recoloured-" + kind, kind, Value::Map{{"size_px", texture_px}, {"max_steps", 1}, {"rate", 0.0}});
     }
 
     std::vector<Raster8> rendered(const std::shared_ptr<const fresco::TexturedMesh>& room, const std::string& name)

@@ -1,4 +1,5 @@
 #include "nearest.h"
+#include "samples.h"
 
 #include <fresco/progress.h>
 #include <fresco/random.h>
@@ -104,6 +105,30 @@ TEST_CASE("blocks of the search change nothing, and every feature of the style f
     const auto style = style_rows(numbers(8, 9000, 5).to(at::kFloat));  // three blocks
     const auto own = at::arange(3, 9000, 13, at::kLong);                // two blocks
     CHECK(at::equal(nnfm::most_similar(style.index_select(0, own), style), own));
+}
+
+TEST_CASE("sampled columns: one of each run, by the seed, with a gradient to those alone")
+{
+    auto features = at::arange(22, at::kDouble).reshape({2, 11}).requires_grad_();
+    CHECK(at::equal(nnfm::sampled_columns(features, 11, 1), features));
+    const auto sampled = nnfm::sampled_columns(features, 4, 5);
+    REQUIRE(sampled.sizes() == at::IntArrayRef({2, 4}));
+    CHECK(at::equal(sampled, nnfm::sampled_columns(features, 4, 5)));
+    const std::int64_t borders[] = {0, 2, 5, 8, 11};
+    bool differs = false;
+    for (std::uint64_t seed = 0; seed < 20; ++seed)
+    {
+        const auto columns = nnfm::sampled_columns(features, 4, seed)[0];
+        for (std::int64_t i = 0; i < 4; ++i)
+        {
+            const auto column = static_cast<std::int64_t>(columns[i].item<double>());
+            CHECK((column >= borders[i] && column < borders[i + 1]));
+        }
+        differs = differs || !at::equal(columns, sampled[0]);
+    }
+    CHECK(differs);
+    sampled.sum().backward();
+    CHECK(features.grad().sum().item<double>() == 8);
 }
 
 TEST_CASE("loss.nnfm's gradient agrees with finite differences")

@@ -6,7 +6,7 @@
 
 #include <fresco/error.h>
 #include <fresco/texture.h>
-#include <fresco/torch/recolour.h>
+#include <fresco/recolor.h>
 
 #include <array>
 #include <cmath>

@@ -1,43 +1,14 @@
 #include <fresco/torch/style_layers.h>
 
 #include <fresco/error.h>
-#include <fresco/random.h>
-#include <fresco/torch/tensor.h>
 
 #include <ATen/core/grad_mode.h>
-#include <ATen/ops/empty.h>
-#include <ATen/ops/index_copy.h>
-#include <ATen/ops/zeros.h>
-#include <torch/csrc/autograd/custom_function.h>
 
 namespace fresco
 {
-namespace
-{
-
-/// Its own derivative: torch adds up the gradient of index_select column by column, these columns are unique.
-struct Columns : torch::autograd::Function<Columns>
-{
-    static at::Tensor forward(torch::autograd::AutogradContext* context, const at::Tensor& values, const at::Tensor& columns)
-    {
-        context->save_for_backward({columns});
-        context->saved_data["count"] = values.size(1);
-        return values.index_select(1, columns);
-    }
-
-    static torch::autograd::variable_list backward(torch::autograd::AutogradContext* context,
-                                                   torch::autograd::variable_list gradients)
-    {
-        const auto columns = context->get_saved_variables()[0];
-        const auto zeros = at::zeros({gradients[0].size(0), context->saved_data["count"].toInt()}, gradients[0].options());
-        return {zeros.index_copy(1, columns, gradients[0]), at::Tensor()};
-    }
-};
-
-}  // namespace
 
 StyleOptions::StyleOptions(Configurable* owner)
-    : features(owner, "features", "features.dictionary", "Network whose features are compared"),
+    : features(owner, "features", "features.vgg19", "Network whose features are compared"),
       layers(owner, "layers", "", "Layers to compare, such as \"relu1_1, relu2_1\"; empty: the network's own choice for styles"),
       layer_weights(owner, "layer_weights", std::vector<double>{}, at_least(0),
                     "Factor of each layer, in the order of layers; empty: 1 each"),
@@ -111,64 +82,6 @@ std::vector<torch::Tensor> style_features(const FeatureNetwork& network, const t
         features.push_back(map.flatten(1));
     }
     return features;
-}
-
-torch::Tensor sampled_columns(const torch::Tensor& features, std::int64_t most, std::uint64_t seed)
-{
-    const auto count = features.size(1);
-    if (count <= most)
-        return features;
-    Random random(seed);
-    auto columns = at::empty({most}, at::kLong);
-    for (std::int64_t i = 0; i < most; ++i)
-    {
-        const auto begin = i * count / most;
-        columns.data_ptr<std::int64_t>()[i] = begin + random.below((i + 1) * count / most - begin);
-    }
-    return Columns::apply(features, sent_to(columns, features.device()));
-}
-
-StyleFeatureLoss::~StyleFeatureLoss() = default;
-
-LossNeeds StyleFeatureLoss::needs() const
-{
-    return options_.needs(compared_);
-}
-
-void StyleFeatureLoss::prepare(const PrepareContext& context)
-{
-    const at::NoGradGuard no_gradient;
-    compared_ = options_.compared(loss_);
-    targets_.assign(compared_.size(), {});
-    Random random(context.seed);
-    for (const auto& role : options_.roles(context.style))
-    {
-        const auto features = style_features(*options_.features, role.picture, compared_, loss_);
-        for (std::size_t i = 0; i < features.size(); ++i)
-            targets_[i].push_back({role.pixels, target_of(features[i], random.bits())});
-    }
-}
-
-std::vector<LossTerm> StyleFeatureLoss::evaluate(Part& part)
-{
-    std::vector<LossTerm> terms;
-    Random random(part.seed());
-    for (std::size_t i = 0; i < compared_.size(); ++i)
-    {
-        torch::Tensor sum;
-        for (const auto& target : targets_[i])
-        {
-            const auto seed = random.bits();
-            const auto features = part.selected(*options_.features, compared_[i].name, target.pixels);
-            if (features.size(1) == 0)
-                continue;
-            const auto value = distance(features, target.value, seed);
-            sum = sum.defined() ? sum + value : value;
-        }
-        if (sum.defined())
-            terms.push_back({compared_[i].name, sum * compared_[i].factor, &*options_.features});
-    }
-    return terms;
 }
 
 }  // namespace fresco

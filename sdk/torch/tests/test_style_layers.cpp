@@ -3,8 +3,6 @@
 #include <fresco/testing.h>
 #include <fresco/torch/style_layers.h>
 
-#include <ATen/ops/arange.h>
-#include <ATen/ops/equal.h>
 #include <ATen/ops/ones.h>
 #include <ATen/ops/zeros.h>
 
@@ -82,28 +80,4 @@ TEST_CASE("roles of a style picture")
     CHECK(both[0].picture.size(1) == 2);
     CHECK(both[1].pixels == Pixels::fine);
     CHECK(both[1].picture.size(1) == 1);
-}
-
-TEST_CASE("sampled columns: one of each run, by the seed, with a gradient to those alone")
-{
-    auto features = at::arange(22, at::kDouble).reshape({2, 11}).requires_grad_();
-    CHECK(at::equal(sampled_columns(features, 11, 1), features));
-    const auto sampled = sampled_columns(features, 4, 5);
-    REQUIRE(sampled.sizes() == at::IntArrayRef({2, 4}));
-    CHECK(at::equal(sampled, sampled_columns(features, 4, 5)));
-    const std::int64_t borders[] = {0, 2, 5, 8, 11};
-    bool differs = false;
-    for (std::uint64_t seed = 0; seed < 20; ++seed)
-    {
-        const auto columns = sampled_columns(features, 4, seed)[0];
-        for (std::int64_t i = 0; i < 4; ++i)
-        {
-            const auto column = static_cast<std::int64_t>(columns[i].item<double>());
-            CHECK((column >= borders[i] && column < borders[i + 1]));
-        }
-        differs = differs || !at::equal(columns, sampled[0]);
-    }
-    CHECK(differs);
-    sampled.sum().backward();
-    CHECK(features.grad().sum().item<double>() == 8);
 }

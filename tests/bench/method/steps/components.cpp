@@ -46,8 +46,8 @@ torch::Tensor noise(const std::vector<std::int64_t>& shape, double deviation, st
 
 Components::Components()
 {
-    for (const char* type : {"loss.gram", "loss.content", "loss.content_gradients", "loss.patch_match", "features.dictionary",
-                             "features.vgg19", "texture.laplacian", "optimiser.adam"})
+    for (const char* type :
+         {"loss.gram", "loss.content", "loss.patch_match", "features.vgg19", "texture.laplacian", "optimiser.adam"})
         factory_.add(type, [type] { return from_plugin(type); });
 }
 

@@ -23,7 +23,7 @@ Table adam_table(const MethodSettings& settings);
 /// texture.laplacian's lookup and sparse gradient against grid_sample with a dense gradient on every layer.
 Table lookup_table(const MethodSettings& settings);
 
-/// Each loss alone, and the default ones together; `vgg19`: a file with weights.
+/// The losses without weights and on VGG-19; `vgg19`: a file with weights.
 Table loss_table(const MethodSettings& settings, const std::filesystem::path& vgg19);
 
 /// Whole steps of the paper's method: as texture.optimize runs them, and as the released code does (whole frames, the camera

@@ -4,7 +4,6 @@
 
 #include <torch/types.h>
 
-#include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -51,40 +50,5 @@ struct StyleOptions
 /// The features of `picture` in each of the layers, C x N with N >= 1; no gradient. Throws Error where the picture is too small.
 std::vector<torch::Tensor> style_features(const FeatureNetwork& network, const torch::Tensor& picture,
                                           const std::vector<StyleLayer>& layers, std::string_view loss);
-
-/// At most `most` of the columns of `features` (C x N), differentiable: one from each of `most` equal runs of columns, drawn by
-/// `seed`, in their order. All of them where N <= most; `most` >= 1.
-torch::Tensor sampled_columns(const torch::Tensor& features, std::int64_t most, std::uint64_t seed);
-
-/// A loss that compares, layer by layer and size by size, the features of a part with what it keeps of the style's. A layer
-/// without features in the part gives no term.
-class StyleFeatureLoss : public Loss
-{
-  public:
-    ~StyleFeatureLoss() override;
-    LossNeeds needs() const override;
-    void prepare(const PrepareContext& context) override;
-    std::vector<LossTerm> evaluate(Part& part) override;
-
-  protected:
-    explicit StyleFeatureLoss(std::string_view loss) : loss_(loss) {}
-
-    /// What is kept of the style's `features` (C x N).
-    virtual torch::Tensor target_of(const torch::Tensor& features, std::uint64_t seed) const = 0;
-    /// A scalar: how far `features` (C x N, N >= 1) are from `target`. `seed` depends on run, step, level, layer and size.
-    virtual torch::Tensor distance(const torch::Tensor& features, const torch::Tensor& target, std::uint64_t seed) const = 0;
-
-  private:
-    struct Target
-    {
-        Pixels pixels;
-        torch::Tensor value;
-    };
-
-    std::string loss_;
-    StyleOptions options_{this};
-    std::vector<StyleLayer> compared_;
-    std::vector<std::vector<Target>> targets_;  ///< Per layer.
-};
 
 }  // namespace fresco

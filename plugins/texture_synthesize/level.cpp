@@ -102,6 +102,12 @@ void Level::resume(std::vector<Vec3f> colors, std::vector<Match> matches)
     if (colors.size() != start_.size() || matches.size() != patches_.count())
         throw Error("it has " + std::to_string(colors.size()) + " texels and " + std::to_string(matches.size()) +
                     " patches; the surface has " + std::to_string(start_.size()) + " and " + std::to_string(patches_.count()));
+    const auto is_finite = [](Vec3f v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); };
+    const auto is_match = [&](const Match& match) {
+        return is_finite({match.at.x, match.at.y, match.distance}) && match.distance >= 0;
+    };
+    if (!std::all_of(colors.begin(), colors.end(), is_finite) || !std::all_of(matches.begin(), matches.end(), is_match))
+        throw Error("it has values that are not finite");
     colors_ = std::move(colors);
     matches_ = std::move(matches);
     for (Match& match : matches_)

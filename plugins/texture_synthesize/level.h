@@ -49,7 +49,7 @@ class Level
 
     /// Begins with the start, or with what a coarser level found.
     void begin(const Level* coarser, const Progress& progress);
-    /// Goes on from an earlier run's colors and matches. Throws Error unless there is one per texel and per patch.
+    /// Goes on from an earlier run's colors and matches. Throws Error unless there is one per texel and per patch, all finite.
     void resume(std::vector<Vec3f> colors, std::vector<Match> matches);
     /// One round: search, then votes.
     void paint_round(const Progress& progress);

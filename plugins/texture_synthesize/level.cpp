@@ -23,9 +23,10 @@ Vec2f texcoord_of(const SurfaceGrid& grid, std::uint32_t chart, const SurfaceGri
 {
     const SurfaceGrid::Sheet& sheet = grid.sheet(chart);
     const std::size_t place = texel.cell - sheet.first_cell;
-    const auto width = static_cast<std::size_t>(sheet.width);
-    return {static_cast<float>((static_cast<double>(place % width) - 0.5) / sheet.cells_per_uv + sheet.uv_low.x),
-            static_cast<float>((static_cast<double>(place / width) - 0.5) / sheet.cells_per_uv + sheet.uv_low.y)};
+    const std::size_t column = place % static_cast<std::size_t>(sheet.width);
+    const std::size_t row = place / static_cast<std::size_t>(sheet.width);
+    return {static_cast<float>((static_cast<double>(column) - 0.5) / sheet.cells_per_uv + sheet.uv_low.x),
+            static_cast<float>((static_cast<double>(row) - 0.5) / sheet.cells_per_uv + sheet.uv_low.y)};
 }
 
 template <class Work>

@@ -179,7 +179,7 @@ class Synthesis
         const RasterF& layer = small.texture.layers.front();
         Raster8 picture(layer.width, layer.height, 3);
         std::transform(layer.values.begin(), layer.values.end(), picture.values.begin(),
-                       [](float v) { return static_cast<std::uint8_t>(std::clamp(v, 0.0F, 1.0F) * 255 + 0.5F); });
+                       [](float v) { return static_cast<std::uint8_t>(std::lround(std::clamp(v, 0.0F, 1.0F) * 255)); });
         write_file(run_.preview_folder() / "texture.png", images_->encode_png(picture));
     }
 

@@ -165,7 +165,7 @@ TEST_CASE("a whole synthesis is that of a plain twin")
             compare_round(fine, plain_fine, run);
 
         for (const int size : {48, 180})
-            compare_texture(paint(small.task, fine, size, 0.5F, run), plain_fine.texture(size, of(fine.matches())));
+            compare_texture(paint(small.task, fine, size, run), plain_fine.texture(size, of(fine.matches())));
     }
 }
 
@@ -202,14 +202,14 @@ TEST_CASE("a synthesis is its levels, with strokes eight texels wide in the fine
             o.stride = number > 0 ? 3 : 4;
             o.faithfulness = c.faithfulness;
             o.unrest = 20 * c.painterly;
-            o.search = {.completeness = 1.5, .variety = 30 * c.painterly, .lift = 16 * c.painterly, .seed = 3};
+            o.search = {.completeness = 1.5, .variety = 30 * c.painterly, .lift = 32 * c.painterly, .seed = 3};
             auto next = std::make_unique<Level>(small.task, 0.035 * (1 << number), scale / (1 << number), o, run);
             next->begin(level.get(), run);
             level = std::move(next);
             for (int round = 0; round < 2; ++round)
                 level->paint_round(run);
         }
-        const Painting expected = paint(small.task, *level, c.size, 0.5F, run);
+        const Painting expected = paint(small.task, *level, c.size, run);
         float worst = 0;
         for (std::size_t i = 0; i < expected.texture.layers[0].values.size(); ++i)
             worst = std::max(worst, std::abs(expected.texture.layers[0].values[i] - whole.texture.layers[0].values[i]));

@@ -6,6 +6,7 @@
 #include "level.h"
 #include "variety.h"
 
+#include <fresco/testing.h>
 #include <fresco/texturing/texel_faces.h>
 
 #include <limits>

@@ -4,6 +4,7 @@
 
 #include "patches.h"
 
+#include <array>
 #include <cstdint>
 
 /// \file What lies under the patches of a flat wall: every patch is asked about every texel and every face.

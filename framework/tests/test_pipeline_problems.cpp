@@ -217,7 +217,7 @@ TEST_CASE("What is missing, and which plugin fails, leads to its own exit code",
     CHECK(lines(unbuilt) == std::vector<std::string>{
                                 "p.yaml:2:20: error: stage 'a': the plugin of 'texture.heavy' is not built (libtorch was not "
                                 "found): run ./bootstrap build",
-                                "p.yaml:2:55: error: stage 'b': the plugin of 'loss.left' is not built: run ./bootstrap build"});
+                                "p.yaml:2:56: error: stage 'b': the plugin of 'loss.left' is not built: run ./bootstrap build"});
     CHECK(unbuilt.exit_code() == 4);
     CHECK(code("a: {type: mesh.broken}, b: {type: nothing}").exit_code() == 2);
     folder.write("file.txt", "");

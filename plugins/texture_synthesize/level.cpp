@@ -24,9 +24,10 @@ Vec2f texcoord_of(const SurfaceGrid& grid, std::uint32_t chart, const SurfaceGri
 {
     const SurfaceGrid::Sheet& sheet = grid.sheet(chart);
     const std::size_t place = texel.cell - sheet.first_cell;
-    const auto width = static_cast<std::size_t>(sheet.width);
-    return {static_cast<float>((static_cast<double>(place % width) - 0.5) / sheet.cells_per_uv + sheet.uv_low.x),
-            static_cast<float>((static_cast<double>(place / width) - 0.5) / sheet.cells_per_uv + sheet.uv_low.y)};
+    const std::size_t column = place % static_cast<std::size_t>(sheet.width);
+    const std::size_t row = place / static_cast<std::size_t>(sheet.width);
+    return {static_cast<float>((static_cast<double>(column) - 0.5) / sheet.cells_per_uv + sheet.uv_low.x),
+            static_cast<float>((static_cast<double>(row) - 0.5) / sheet.cells_per_uv + sheet.uv_low.y)};
 }
 
 template <class Work>
@@ -102,6 +103,13 @@ void Level::resume(std::vector<Vec3f> colors, std::vector<Match> matches, std::v
 {
     if (colors.size() != start_.size() || matches.size() != patches_.count() || crowding.size() != picture_.key_count())
         throw Error("it is of another surface or picture");
+    const auto is_finite = [](Vec3f v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); };
+    const auto is_match = [&](const Match& match) {
+        return is_finite({match.at.x, match.at.y, match.distance}) && match.distance >= 0;
+    };
+    if (!std::all_of(colors.begin(), colors.end(), is_finite) || !std::all_of(matches.begin(), matches.end(), is_match) ||
+        !std::all_of(crowding.begin(), crowding.end(), [](float v) { return std::isfinite(v) && v >= 1; }))
+        throw Error("it has values that are not finite");
     colors_ = std::move(colors);
     matches_ = std::move(matches);
     crowding_ = std::move(crowding);

@@ -50,7 +50,7 @@ class Level
 
     /// Begins with the start, or with what a coarser level found.
     void begin(const Level* coarser, const Progress& progress);
-    /// Goes on from where an earlier run was. Throws Error unless it is of this surface and picture.
+    /// Goes on from where an earlier run was. Throws Error unless all is of this surface and picture, and finite.
     void resume(std::vector<Vec3f> colors, std::vector<Match> matches, std::vector<float> crowding);
     /// One round: search, then votes.
     void paint_round(const Progress& progress);

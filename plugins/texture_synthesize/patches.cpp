@@ -84,6 +84,12 @@ class Patches::Walker
     }
 
   private:
+    /// A point's place among those of a patch.
+    std::size_t number(int x, int y) const
+    {
+        return static_cast<std::size_t>(y) * static_cast<std::size_t>(side_) + static_cast<std::size_t>(x);
+    }
+
     Vec2f project(const Patch& patch, Vec3f point) const
     {
         const Vec3f away = point - patch.center;
@@ -159,7 +165,7 @@ class Patches::Walker
         for (int j = first(box.y0); j <= last(box.y1); ++j)
             for (int i = first(box.x0); i <= last(box.x1); ++i)
             {
-                const auto at = static_cast<std::size_t>(j * side_ + i);
+                const std::size_t at = number(i, j);
                 const Vec2f p{static_cast<float>(i) - middle, static_cast<float>(j) - middle};
                 const float w0 = cross(c[1] - p, c[2] - p) / area;
                 const float w1 = cross(c[2] - p, c[0] - p) / area;
@@ -202,7 +208,7 @@ class Patches::Walker
         for (int j = 0; j < side_; ++j)
             for (int i = 0; i < side_; ++i)
             {
-                const auto at = static_cast<std::size_t>(j * side_ + i);
+                const std::size_t at = number(i, j);
                 if (found_[at] == 0)
                     points[at] = points[nearest_found(i, j)];
             }
@@ -215,7 +221,7 @@ class Patches::Walker
         for (int y = 0; y < side_; ++y)
             for (int x = 0; x < side_; ++x)
             {
-                const auto at = static_cast<std::size_t>(y * side_ + x);
+                const std::size_t at = number(x, y);
                 const int squared = (x - i) * (x - i) + (y - j) * (y - j);
                 if (found_[at] != 0 && squared < least)
                 {

@@ -80,7 +80,8 @@ void PictureLevel::make_basis(const Progress& progress)
 {
     const std::size_t count = key_count();
     const std::size_t values = values_per_patch();
-    const auto row_values = static_cast<std::size_t>(3 * side_);
+    const std::size_t row_values = 3 * static_cast<std::size_t>(side_);
+    const std::size_t picture_row = 3 * static_cast<std::size_t>(lab_.width);
     std::vector<float> patches(count * values);
     std::vector<double> sum(values, 0.0);
     for (std::size_t i = 0; i < count; ++i)
@@ -88,7 +89,7 @@ void PictureLevel::make_basis(const Progress& progress)
         const Vec2f at = key(i);
         const float* row = patch(static_cast<int>(at.x), static_cast<int>(at.y));
         float* out = &patches[i * values];
-        for (int y = 0; y < side_; ++y, row += 3 * lab_.width, out += row_values)
+        for (int y = 0; y < side_; ++y, row += picture_row, out += row_values)
             std::copy(row, row + row_values, out);
         for (std::size_t v = 0; v < values; ++v)
             sum[v] += static_cast<double>(patches[i * values + v]);
@@ -98,8 +99,9 @@ void PictureLevel::make_basis(const Progress& progress)
         mean_[v] = static_cast<float>(sum[v] / static_cast<double>(count));
 
     std::vector<float> centered = patches;
-    for (std::size_t i = 0; i < centered.size(); ++i)
-        centered[i] -= mean_[i % values];
+    for (std::size_t i = 0; i < count; ++i)
+        for (std::size_t v = 0; v < values; ++v)
+            centered[i * values + v] -= mean_[v];
     std::vector<float> products(values * values);
     const auto stride = static_cast<std::ptrdiff_t>(values);
     multiply_matrices({centered.data(), values, count, 1, stride}, {centered.data(), count, values, stride, 1}, products.data(),
@@ -125,18 +127,20 @@ void PictureLevel::make_basis(const Progress& progress)
 
 Vec2f PictureLevel::key(std::size_t number) const
 {
-    const auto columns = static_cast<std::size_t>(columns_);
+    const std::size_t column = number % static_cast<std::size_t>(columns_);
+    const std::size_t row = number / static_cast<std::size_t>(columns_);
     const int half = side_ / 2;
-    return {static_cast<float>(half + std::lround(static_cast<double>(number % columns) * key_step_)),
-            static_cast<float>(half + std::lround(static_cast<double>(number / columns) * key_step_))};
+    return {static_cast<float>(half + std::lround(static_cast<double>(column) * key_step_)),
+            static_cast<float>(half + std::lround(static_cast<double>(row) * key_step_))};
 }
 
 std::size_t PictureLevel::key_near(Vec2f at) const
 {
     // Keys are at whole pixels: by the step alone, the next one may be nearer.
-    const auto index = [this](float along, int count)
+    const int half = side_ / 2;
+    const auto index = [this, half](float along, int count)
     {
-        const double place = static_cast<double>(along) - side_ / 2;
+        const double place = static_cast<double>(along) - half;
         const auto away = [&](int i) { return std::abs(static_cast<double>(std::lround(i * key_step_)) - place); };
         int best = std::clamp(static_cast<int>(std::lround(place / key_step_)), 0, count - 1);
         for (const int other : {best - 1, best + 1})
@@ -166,7 +170,8 @@ void PictureLevel::project(const float* patches, std::size_t rows, float* featur
 
 Vec2f PictureLevel::inside(Vec2f at) const
 {
-    const auto half = static_cast<float>(side_ / 2);
+    const int border = side_ / 2;
+    const auto half = static_cast<float>(border);
     return {std::clamp(at.x, half, static_cast<float>(lab_.width - 1) - half),
             std::clamp(at.y, half, static_cast<float>(lab_.height - 1) - half)};
 }

@@ -16,6 +16,7 @@ namespace
 
 constexpr int longest_side = 768;  // Measured at most at this size: strokes have a few pixels then.
 constexpr int directions = 16;
+constexpr int steps_per_pixel = 8;
 constexpr double broad_share = 1.0 / 24;  // Of the shorter side: sigma of what counts as background.
 
 /// Gaussian blur, borders repeated.
@@ -26,6 +27,8 @@ RasterF blurred(const RasterF& grey, double sigma)
     double total = 0;
     for (int i = -radius; i <= radius; ++i)
         total += weights.emplace_back(std::exp(-i * i / (2 * sigma * sigma)));
+    const double* middle = &weights[static_cast<std::size_t>(radius)];
+    const auto weight = [middle](int i) { return middle[i]; };
     RasterF across(grey.width, grey.height);
     RasterF result(grey.width, grey.height);
     for (int y = 0; y < grey.height; ++y)
@@ -33,7 +36,7 @@ RasterF blurred(const RasterF& grey, double sigma)
         {
             double sum = 0;
             for (int i = -radius; i <= radius; ++i)
-                sum += weights[static_cast<std::size_t>(i + radius)] * grey.at(std::clamp(x + i, 0, grey.width - 1), y);
+                sum += weight(i) * grey.at(std::clamp(x + i, 0, grey.width - 1), y);
             across.at(x, y) = static_cast<float>(sum / total);
         }
     for (int y = 0; y < grey.height; ++y)
@@ -41,7 +44,7 @@ RasterF blurred(const RasterF& grey, double sigma)
         {
             double sum = 0;
             for (int i = -radius; i <= radius; ++i)
-                sum += weights[static_cast<std::size_t>(i + radius)] * across.at(x, std::clamp(y + i, 0, grey.height - 1));
+                sum += weight(i) * across.at(x, std::clamp(y + i, 0, grey.height - 1));
             result.at(x, y) = static_cast<float>(sum / total);
         }
     return result;
@@ -116,7 +119,8 @@ double stroke_width_px(const Raster8& rgb, const Progress& progress)
             x = -x;
             y = -y;
         }
-        return correlations[static_cast<std::size_t>(y * columns + x + reach)];
+        return correlations[static_cast<std::size_t>(y) * static_cast<std::size_t>(columns) +
+                            static_cast<std::size_t>(x + reach)];
     };
     const double half = at(0, 0) / 2;
     double least = reach;
@@ -124,8 +128,9 @@ double stroke_width_px(const Raster8& rgb, const Progress& progress)
     {
         const double angle = std::numbers::pi * d / directions;
         double before = at(0, 0);
-        for (double r = 0.125; r < reach - 1; r += 0.125)
+        for (int step = 1; step < (reach - 1) * steps_per_pixel; ++step)
         {
+            const double r = static_cast<double>(step) / steps_per_pixel;
             const double x = r * std::cos(angle);
             const double y = r * std::sin(angle);
             const int x0 = static_cast<int>(std::floor(x));
@@ -136,7 +141,7 @@ double stroke_width_px(const Raster8& rgb, const Progress& progress)
                                  (at(x0, y0 + 1) * (1 - fx) + at(x0 + 1, y0 + 1) * fx) * fy;
             if (value <= half)
             {
-                least = std::min(least, r - 0.125 * (half - value) / (before - value));
+                least = std::min(least, r - (half - value) / (before - value) / steps_per_pixel);
                 break;
             }
             before = value;

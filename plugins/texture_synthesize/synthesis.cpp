@@ -53,23 +53,24 @@ class Synthesis
     Painting make()
     {
         const int finest = finest_level();
-        std::optional<Checkpoint> found = earlier();
         std::unique_ptr<Level> level;
-        for (int number = found ? found->level : options_.levels - 1; number >= finest; --number)
+        int number = options_.levels - 1;
+        if (std::optional<Checkpoint> found = earlier(finest))
         {
-            auto next = std::make_unique<Level>(task_, spacing_m(number), scale(number), level_options(number), run_);
-            int done = 0;
-            if (found)
+            auto next = new_level(found->level);
+            if (resume(*next, *found))
             {
-                next->resume(std::move(found->colors), std::move(found->matches), std::move(found->crowding));
-                done = found->rounds;
-                run_.message("going on after round " + std::to_string(done) + " of an interrupted run");
-                found.reset();
+                level = std::move(next);
+                paint_rounds(*level, found->level, found->rounds, finest);
+                number = found->level - 1;
             }
-            else
-                next->begin(level.get(), run_);
+        }
+        for (; number >= finest; --number)
+        {
+            auto next = new_level(number);
+            next->begin(level.get(), run_);
             level = std::move(next);
-            paint_rounds(*level, number, done, finest);
+            paint_rounds(*level, number, 0, finest);
         }
         report(*level, finest);
         return paint(task_, *level, options_.size_px, run_);
@@ -108,13 +109,19 @@ class Synthesis
         return o;
     }
 
-    std::optional<Checkpoint> earlier() const
+    std::unique_ptr<Level> new_level(int number) const
+    {
+        return std::make_unique<Level>(task_, spacing_m(number), scale(number), level_options(number), run_);
+    }
+
+    std::optional<Checkpoint> earlier(int finest) const
     {
         try
         {
             auto found = read_checkpoint(file_);
-            if (found && (found->level < 0 || found->level >= options_.levels || found->rounds > options_.rounds))
-                return std::nullopt;
+            if (found && (found->level < finest || found->level >= options_.levels || found->rounds < 1 ||
+                          found->rounds > options_.rounds))
+                throw Error(file_.string() + ": of another run");
             return found;
         }
         catch (const Error& error)
@@ -122,6 +129,21 @@ class Synthesis
             run_.warning(std::string("the checkpoint cannot be used: ") + error.what());
             return std::nullopt;
         }
+    }
+
+    bool resume(Level& level, Checkpoint& found) const
+    {
+        try
+        {
+            level.resume(std::move(found.colors), std::move(found.matches), std::move(found.crowding));
+        }
+        catch (const Error& error)
+        {
+            run_.warning("the checkpoint cannot be used: " + file_.string() + ": " + error.what());
+            return false;
+        }
+        run_.message("going on after round " + std::to_string(found.rounds) + " of an interrupted run");
+        return true;
     }
 
     void paint_rounds(Level& level, int number, int done, int finest)
@@ -156,7 +178,7 @@ class Synthesis
         const RasterF& layer = small.texture.layers.front();
         Raster8 picture(layer.width, layer.height, 3);
         std::transform(layer.values.begin(), layer.values.end(), picture.values.begin(),
-                       [](float v) { return static_cast<std::uint8_t>(std::clamp(v, 0.0F, 1.0F) * 255 + 0.5F); });
+                       [](float v) { return static_cast<std::uint8_t>(std::lround(std::clamp(v, 0.0F, 1.0F) * 255)); });
         write_file(run_.preview_folder() / "texture.png", images_->encode_png(picture));
     }
 

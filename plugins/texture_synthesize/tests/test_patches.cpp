@@ -84,7 +84,11 @@ TEST_CASE("on a flat wall every patch covers the texels under its square, across
         double spacing;
         int side, stride;
     };
+    // Hardly any of its texels are where the grid has patches.
+    Mesh strip;
+    add(strip, rectangle({}, {2, 0, 0}, {0, 0.1F, 0}, {0.5F, 0.5F}, 0.3F, 0.3));
     const Case cases[] = {{"two triangles a chart", two_chart_wall(), 0.02, 11, 4},
+                          {"narrow strip", strip, 0.04, 31, 4},
                           {"stride 3", two_chart_wall(), 0.031, 11, 3},
                           {"small patches", two_chart_wall(), 0.05, 5, 4},
                           {"patches a stride apart", two_chart_wall(), 0.04, 7, 4},

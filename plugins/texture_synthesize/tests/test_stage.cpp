@@ -1,0 +1,352 @@
+#include "studio.h"
+
+#include "stored_png.h"
+
+#include <fresco/lab.h>
+#include <fresco/texturing/texel_faces.h>
+
+#include <catch2/catch.hpp>
+
+using namespace studio;
+
+namespace
+{
+
+/// How far a color is from the nearest of the picture's.
+float off_palette(const Raster8& picture, Vec3f rgb)
+{
+    float nearest = 9;
+    for (std::size_t i = 0; i < picture.values.size(); i += 3)
+    {
+        const Vec3f own{static_cast<float>(picture.values[i]), static_cast<float>(picture.values[i + 1]),
+                        static_cast<float>(picture.values[i + 2])};
+        nearest = std::min(nearest, length(own * (1 / 255.0F) - rgb));
+    }
+    return nearest;
+}
+
+template <class Work>
+void for_each_painted(const Texture& texture, const Work& work)
+{
+    for (int y = 0; y < texture.size_px(); ++y)
+        for (int x = 0; x < texture.size_px(); ++x)
+            if (texture.seen.at(x, y) != 0)
+                work(x, y);
+}
+
+/// Mean luminance of a part of the wall, from `from` to `to` meters along it.
+double mean_light(const Texture& texture, double from, double to)
+{
+    double sum = 0;
+    double count = 0;
+    for_each_painted(texture,
+                     [&](int x, int y)
+                     {
+                         const double at = on_wall(texture.size_px(), x, y).x;
+                         if (at < from || at > to)
+                             return;
+                         sum += static_cast<double>(luminance(color_at(texture, x, y)));
+                         ++count;
+                     });
+    return sum / count;
+}
+
+/// Of a block of texels.
+Vec3f mean_color(const Texture& texture, int left, int top, int side)
+{
+    Vec3f sum;
+    for (int y = top; y < top + side; ++y)
+        for (int x = left; x < left + side; ++x)
+            sum += color_at(texture, x, y);
+    return sum * (1 / static_cast<float>(side * side));
+}
+
+double correlation(const std::vector<std::pair<double, double>>& pairs)
+{
+    const auto n = static_cast<double>(pairs.size());
+    double a = 0, b = 0, aa = 0, bb = 0, ab = 0;
+    for (const auto& [x, y] : pairs)
+    {
+        a += x / n;
+        b += y / n;
+    }
+    for (const auto& [x, y] : pairs)
+    {
+        aa += (x - a) * (x - a);
+        bb += (y - b) * (y - b);
+        ab += (x - a) * (y - b);
+    }
+    return ab / std::sqrt(aa * bb);
+}
+
+double turn_between(double a, double b)
+{
+    return std::abs(std::remainder(a - b, 2 * std::numbers::pi));
+}
+
+}  // namespace
+
+TEST_CASE("every texel that a chart touches is painted in the picture's colors and marked as seen")
+{
+    Studio wall;
+    testing::TestRun run;
+    const Painted painted = wall.paint(run, Studio::options({{"patch_px", 11}}));
+    REQUIRE(painted.texture->size_px() == 128);
+    CHECK(painted.texture->atlas == atlas_id(wall.mesh));
+    CHECK(painted.source->atlas == atlas_id(wall.mesh));
+    CHECK(painted.texture->values == "display");
+    CHECK(painted.source->picture_width == 96);
+    CHECK(painted.source->picture_height == 80);
+    const auto faces = texturing::find_texel_faces(wall.mesh, texturing::find_charts(wall.mesh), 128, run);
+    std::size_t wrong = 0;
+    float farthest = 0;
+    for (int y = 0; y < 128; ++y)
+        for (int x = 0; x < 128; ++x)
+        {
+            const bool covered = faces.covered(static_cast<std::size_t>(y * 128 + x));
+            wrong += painted.texture->seen.at(x, y) != (covered ? 1 : 0);
+            wrong += painted.source->place(x, y).has_value() != covered;
+            if (covered)
+                farthest = std::max(farthest, off_palette(wall.picture, color_at(*painted.texture, x, y)));
+        }
+    CHECK(wrong == 0);
+    CHECK(farthest < 0.1F);
+    CHECK(run.reported.at("unseen_share").as_double() == 0);
+    CHECK(run.reported.at("up").as_list().size() == 3);
+    for (const char* key : {"stroke_px", "picture_width_cm", "picture_height_cm", "texel_mm", "searched_texel_mm",
+                            "searched_texels", "patches", "keys"})
+        CHECK(run.reported.at(key).as_double() > 0);
+}
+
+TEST_CASE("the painting keeps what the start shows, more so the more faithful it is")
+{
+    Studio wall;
+    wall.start = start_of(wall.mesh, 96,
+                          [](Vec2f uv) {
+                              return uv.x < 0.5F ? Vec3f{0.9F, 0.8F, 0.5F} : Vec3f{0.1F, 0.1F, 0.3F};
+                          });
+    double gap = 2;
+    for (const double painterly : {0.0, 0.5, 1.0})
+    {
+        CAPTURE(painterly);
+        const Painted painted = wall.paint({{"painterly", painterly}});
+        const double own = mean_light(*painted.texture, 0.05, 0.9) - mean_light(*painted.texture, 1.1, 1.95);
+        CHECK(own > 0.12);
+        CHECK(own < gap + 0.05);
+        gap = own;
+    }
+}
+
+TEST_CASE("what the start does not know is painted too, and its share reported")
+{
+    Studio wall;
+    const Texture whole = wall.start;
+    for (int y = 0; y < 96; ++y)
+        for (int x = 48; x < 96; ++x)
+        {
+            wall.start.seen.at(x, y) = 0;
+            for (int c = 0; c < 3; ++c)
+                wall.start.layers[0].at(x, y, c) = 0;
+        }
+    testing::TestRun run;
+    const Painted painted = wall.paint(run, Studio::options());
+    CHECK(run.reported.at("unseen_share").as_double() == Approx(0.5).margin(0.02));
+    CHECK(painted.texture->seen == wall.paint().texture->seen);
+    float farthest = 0;
+    for_each_painted(*painted.texture, [&](int x, int y)
+                     { farthest = std::max(farthest, off_palette(wall.picture, color_at(*painted.texture, x, y))); });
+    CHECK(farthest < 0.1F);
+    // It continues the known half: the seam does not show.
+    CHECK(std::abs(mean_light(*painted.texture, 0.8, 1) - mean_light(*painted.texture, 1, 1.2)) < 0.08);
+    wall.start.seen = Raster8(96, 96);
+    CHECK_THROWS_WITH(wall.paint(), Catch::Contains("knows no texel"));
+}
+
+TEST_CASE("the same bytes for any number of threads and any run, others for another seed")
+{
+    Studio wall;
+    testing::TestRun single(1);
+    testing::TestRun four(4);
+    const Painted first = wall.paint(single, Studio::options());
+    CHECK((first.bytes == wall.paint(four, Studio::options()).bytes));
+    const Painted other = wall.paint({{"seed", 1}});
+    std::size_t elsewhere = 0;
+    std::size_t count = 0;
+    for_each_painted(*first.texture,
+                     [&](int x, int y)
+                     {
+                         ++count;
+                         elsewhere += length(first.source->place(x, y)->at - other.source->place(x, y)->at) > 6;
+                     });
+    CHECK(elsewhere > count / 4);
+}
+
+TEST_CASE("a larger texture shows the same motifs in the same places")
+{
+    Studio wall;
+    const Painted small = wall.paint({{"size_px", 128}});
+    for (const int times : {2, 4})
+    {
+        CAPTURE(times);
+        const Painted large = wall.paint({{"size_px", 128 * times}});
+        std::vector<std::pair<double, double>> light;
+        std::size_t same = 0;
+        for_each_painted(*small.texture,
+                         [&](int x, int y)
+                         {
+                             if (on_wall(128, x, y).x < 0)
+                                 return;
+                             light.emplace_back(luminance(color_at(*small.texture, x, y)),
+                                                luminance(mean_color(*large.texture, times * x, times * y, times)));
+                             same += length(small.source->place(x, y)->at - large.source->place(times * x, times * y)->at) < 2;
+                         });
+        REQUIRE(light.size() > 2500);
+        CHECK(correlation(light) > 0.9);
+        CHECK(same > light.size() / 2);
+        CHECK(large.source->pixels_per_texel == Approx(small.source->pixels_per_texel / static_cast<float>(times)));
+    }
+}
+
+TEST_CASE("a preview of one level fewer shows the motifs of the start where the finished painting does")
+{
+    Studio wall;
+    wall.picture = brush_picture(160, 128, 21);
+    wall.start = start_of(wall.mesh, 96,
+                          [](Vec2f uv)
+                          {
+                              const float wave = std::sin(60 * uv.x) * std::cos(50 * uv.y);
+                              return Vec3f{0.5F + 0.3F * wave, 0.5F + 0.3F * wave, 0.5F + 0.1F * wave};
+                          });
+    // Texels of 2.6 and 1.3 cm: strokes of 12 cm are painted at levels of 3 and 1.5 cm.
+    const auto painted = [&](int size, int seed) {
+        return wall.paint({{"size_px", size}, {"stroke_cm", 12.0}, {"painterly", 1.0}, {"seed", seed}});
+    };
+    const Painted small = painted(128, 0);
+    const auto alike = [&](const Painted& large)
+    {
+        std::vector<std::pair<double, double>> light;
+        for_each_painted(*small.texture,
+                         [&](int x, int y)
+                         {
+                             if (on_wall(128, x, y).x >= 0)
+                                 light.emplace_back(luminance(color_at(*small.texture, x, y)),
+                                                    luminance(mean_color(*large.texture, 2 * x, 2 * y, 2)));
+                         });
+        return correlation(light);
+    };
+    const double same_seed = alike(painted(256, 0));
+    CHECK(same_seed > 0.55);
+    CHECK(same_seed > alike(painted(256, 5)) + 0.1);
+}
+
+TEST_CASE("the start is given the picture's colors unless it has them")
+{
+    Studio wall;
+    wall.start = start_of(wall.mesh, 96, [](Vec2f uv) { return Vec3f{0.08F + 0.1F * uv.x, 0.12F, 0.3F}; });
+    Vec3f mean;
+    for (std::size_t i = 0; i < wall.picture.values.size(); i += 3)
+        mean += Vec3f{static_cast<float>(wall.picture.values[i]), static_cast<float>(wall.picture.values[i + 1]),
+                      static_cast<float>(wall.picture.values[i + 2])} *
+                (3.0F / 255 / static_cast<float>(wall.picture.values.size()));
+    const double usual = static_cast<double>(luminance(mean));
+    const double recolored = mean_light(*wall.paint({{"painterly", 0.0}}).texture, 0, 2);
+    const double kept = mean_light(*wall.paint({{"painterly", 0.0}, {"recolor", false}}).texture, 0, 2);
+    CHECK(recolored == Approx(usual).margin(0.06));
+    CHECK(kept < usual - 0.12);
+}
+
+TEST_CASE("the source map leads to what was painted, and its angles turn with the charts")
+{
+    Studio wall;
+    const Painted painted = wall.paint({{"size_px", 256}});
+    const SourceMap& source = *painted.source;
+    std::vector<std::pair<double, double>> light;
+    double difference = 0;
+    std::size_t turned = 0;
+    std::size_t pairs = 0;
+    std::size_t followed = 0;
+    for_each_painted(*painted.texture,
+                     [&](int x, int y)
+                     {
+                         const SourceMap::Place place = *source.place(x, y);
+                         const auto pixel = [](float at, int size) { return std::clamp(static_cast<int>(at), 0, size - 1); };
+                         const std::uint8_t* rgb = &wall.picture.at(pixel(place.at.x, 96), pixel(place.at.y, 80));
+                         const Vec3f copied =
+                             Vec3f{static_cast<float>(rgb[0]), static_cast<float>(rgb[1]), static_cast<float>(rgb[2])} *
+                             (1 / 255.0F);
+                         const Vec3f own = color_at(*painted.texture, x, y);
+                         light.emplace_back(luminance(copied), luminance(own));
+                         difference += static_cast<double>(length(copied - own));
+                         turned += turn_between(static_cast<double>(place.angle), x < 128 ? 0 : std::numbers::pi) > 0.01;
+                         if (on_wall(256, x, y).x < 0 || on_wall(256, x + 1, y).x < 0)
+                             return;
+                         // One texel to the right.
+                         const Vec2f step = source.place(x + 1, y)->at - place.at;
+                         const Vec2f told = Vec2f{std::cos(place.angle), std::sin(place.angle)} * source.pixels_per_texel;
+                         ++pairs;
+                         followed += length(step - told) < 0.05F;
+                     });
+    CHECK(turned == 0);
+    CHECK(correlation(light) > 0.9);
+    CHECK(difference / static_cast<double>(light.size()) < 0.08);
+    CHECK(followed > pairs * 3 / 5);
+}
+
+TEST_CASE("up comes from the option, or else from the cameras, or else from the mesh")
+{
+    struct Case
+    {
+        Value::Map options;
+        std::optional<Vec3d> cameras;  ///< Their upward direction.
+        Vec3d up;
+    };
+    const Vec3d x{1, 0, 0}, y{0, 1, 0}, z{0, 0, 1};
+    for (const Case& c :
+         {Case{{}, std::nullopt, z}, Case{{}, y, y}, Case{{}, x * -1.0, x * -1.0}, Case{{{"up", Value::List{0, 3, 0}}}, x, y}})
+    {
+        Studio wall;
+        if (c.cameras)
+        {
+            wall.frames = std::make_shared<Frames>();
+            fresco::Frame frame;
+            const Vec3d down = *c.cameras * -1.0;
+            const Vec3d forward = std::abs(down.z) < 0.5 ? z * -1.0 : x;
+            const Vec3d right = cross(down, forward);
+            frame.color.world_from_camera.rotation.m = {right.x,   down.x,  forward.x, right.y,  down.y,
+                                                        forward.y, right.z, down.z,    forward.z};
+            wall.frames->frames.assign(3, frame);
+        }
+        testing::TestRun run;
+        Value options = Studio::options({{"rounds_count", 1}, {"levels_count", 1}, {"stroke_cm", 40.0}});
+        for (const auto& [name, value] : c.options)
+            options.set(name, value);
+        const Painted painted = wall.paint(run, options);
+        const auto& told = run.reported.at("up").as_list();
+        CHECK(length(Vec3d{told[0].as_double(), told[1].as_double(), told[2].as_double()} - c.up) < 1e-5);
+        // In the left chart v runs along y.
+        const double expected = c.up.y > 0.5 ? 0 : c.up.x < -0.5 ? std::numbers::pi / 2 : -1;
+        if (expected != -1)
+            CHECK(turn_between(static_cast<double>(painted.source->place(30, 90)->angle), expected) < 0.01);
+    }
+}
+
+TEST_CASE("previews are pictures of the painting so far")
+{
+    Studio wall;
+    testing::TestFactory factory;
+    factory.add("image.opencv", [] { return std::make_shared<stored_png::Codec>(); });
+    testing::TestRun run;
+    Value options = Studio::options({{"preview_seconds", 0.0}});
+    options.set("images", Value::Map{{"type", "image.opencv"}});
+    const Painted painted = wall.paint(run, options, &factory);
+    const auto file = run.preview_folder() / "texture.png";
+    REQUIRE(std::filesystem::exists(file));
+    const Raster8 preview = stored_png::Codec().read_rgb(file);
+    REQUIRE(preview.width == 128);
+    double difference = 0;
+    for (std::size_t i = 0; i < preview.values.size(); ++i)
+        difference = std::max(difference, std::abs(static_cast<double>(preview.values[i]) -
+                                                   255 * static_cast<double>(painted.texture->layers[0].values[i])));
+    CHECK(difference <= 0.51);
+    CHECK((painted.bytes == wall.paint().bytes));
+}

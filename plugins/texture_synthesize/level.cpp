@@ -5,6 +5,7 @@
 
 #include <fresco/error.h>
 #include <fresco/lab.h>
+#include <fresco/noise.h>
 #include <fresco/parallel.h>
 
 #include <algorithm>
@@ -81,7 +82,7 @@ void Level::begin(const Level* coarser, const Progress& progress)
                        {
                            const Vec3f at = grid_.texels()[t].position * waves;
                            const auto noise = [&](std::uint32_t field)
-                           { return amount * smooth_noise(at, options_.search.seed + field); };
+                           { return amount * smooth_noise(at, noise::hash(options_.search.seed, field)); };
                            colors_[t] += Vec3f{noise(1), noise(2) / 2, noise(3) / 2};
                        });
         return;

@@ -28,7 +28,7 @@ class Search
     Search(const Patches& patches, const SurfaceGrid& grid, std::span<const Vec3f> wanted, const PictureLevel& picture,
            const SearchOptions& options, const Progress& progress)
         : patches_(patches), grid_(grid), wanted_(wanted), picture_(picture), progress_(progress),
-          variety_(patches, grid, picture, options.variety, options.seed, progress), lift_(static_cast<float>(options.lift)),
+          variety_(patches, grid, picture, options.stroke_px, options.variety, options.seed, progress), lift_(static_cast<float>(options.lift)),
           values_(picture.values_per_patch())
     {
     }

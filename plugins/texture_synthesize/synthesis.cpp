@@ -102,6 +102,7 @@ class Synthesis
         o.stride = level > 0 ? coarse_stride : fine_stride;
         o.faithfulness = 0.5 * std::pow(0.3, options_.painterly);
         o.unrest *= freedom;
+        o.search.stroke_px = stroke_texels / std::exp2(level);
         o.search.completeness = options_.completeness;
         o.search.variety *= freedom;
         o.search.lift *= freedom;

@@ -10,8 +10,8 @@ namespace fresco::synthesize
 namespace
 {
 
-constexpr double patches_per_wave = 2;  // Preferences change over twice a patch on the surface …
-constexpr double pixels_per_wave = 16;  // … and over about two strokes in the picture.
+constexpr double strokes_per_wave = 2.75;         // Over this length preferences change on the surface …
+constexpr double picture_strokes_per_wave = 2;    // … and in the picture.
 constexpr float deviation = 0.19F;      // Of the product of two sums of Variety::fields fields.
 constexpr std::uint32_t picture_salt = 100;
 
@@ -34,11 +34,11 @@ float smooth_noise(Vec3f at, std::uint32_t salt)
     return sum;
 }
 
-Variety::Variety(const Patches& patches, const SurfaceGrid& grid, const PictureLevel& picture, double amount, std::uint32_t seed,
-                 const Progress& progress)
+Variety::Variety(const Patches& patches, const SurfaceGrid& grid, const PictureLevel& picture, double stroke_px, double amount,
+                 std::uint32_t seed, const Progress& progress)
     : of_patch_(patches.count() * fields), of_key_(picture.key_count() * fields)
 {
-    const auto waves = static_cast<float>(1 / (patches_per_wave * patches.side() * grid.spacing_m()));
+    const auto waves = static_cast<float>(1 / (strokes_per_wave * stroke_px * grid.spacing_m()));
     const auto scale = static_cast<float>(amount) / deviation;
     const auto salt = [seed](std::size_t field) { return noise::hash(seed, static_cast<std::uint32_t>(field)); };
     parallel_for(patches.count(), 4096, progress.threads(),
@@ -48,10 +48,11 @@ Variety::Variety(const Patches& patches, const SurfaceGrid& grid, const PictureL
                          for (std::size_t f = 0; f < fields; ++f)
                              of_patch_[i * fields + f] = scale * smooth_noise(patches[i].center * waves, salt(f));
                  });
+    const auto picture_waves = static_cast<float>(1 / (picture_strokes_per_wave * stroke_px));
     for (std::size_t k = 0; k < picture.key_count(); ++k)
         for (std::size_t f = 0; f < fields; ++f)
         {
-            const Vec2f at = picture.key(k) * static_cast<float>(1 / pixels_per_wave);
+            const Vec2f at = picture.key(k) * picture_waves;
             of_key_[k * fields + f] = smooth_noise({at.x, at.y, 0.5F}, salt(picture_salt + f));
         }
 }

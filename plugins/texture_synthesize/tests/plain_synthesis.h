@@ -46,7 +46,7 @@ class PlainLevel
     PlainLevel(const Task& task, const Level& level, const LevelOptions& options, double scale)
         : task_(task), level_(level), options_(options), wall_(task.surface, level.grid(), level.patches()),
           picture_(task.picture, scale, options.side), variety_(level.patches(), level.grid(), level.picture(),
-                                                                options.search.variety, options.search.seed, testing::TestRun(1))
+                                                                options.search.stroke_px, options.search.variety, options.search.seed, testing::TestRun(1))
     {
     }
 
@@ -73,7 +73,7 @@ class PlainLevel
         {
             const Vec3f at = level_.grid().texels()[t].position * static_cast<float>(1 / (4 * level_.grid().spacing_m()));
             const auto noise = [&](std::uint32_t field)
-            { return 2 * options_.unrest * static_cast<double>(smooth_noise(at, options_.search.seed + field)); };
+            { return 2 * options_.unrest * static_cast<double>(smooth_noise(at, fresco::noise::hash(options_.search.seed, field))); };
             result[t] += {noise(1), noise(2) / 2, noise(3) / 2};
         }
         return result;

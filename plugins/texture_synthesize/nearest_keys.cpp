@@ -44,7 +44,7 @@ NearestKeys::NearestKeys(std::span<const float> features, const FeatureSizes& si
             const float value = features[key * size + f];
             const bool is_squared = f < sizes.squared;
             norm += is_squared ? value * value : 0;
-            column[f * columns] = (is_squared ? -2 : 1) * weight * value;
+            column[f * columns] = is_squared ? -2 * weight * value : value;
         }
         column[size * columns] = weight;
         column[(size + 1) * columns] = weight * (norm + lift);

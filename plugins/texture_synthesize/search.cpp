@@ -4,11 +4,14 @@
 #include "nearest_keys.h"
 #include "variety.h"
 
+#include <fresco/noise.h>
 #include <fresco/parallel.h>
 
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <numeric>
+#include <utility>
 
 namespace fresco::synthesize
 {
@@ -17,7 +20,6 @@ namespace
 
 constexpr std::size_t patches_per_piece = 192;
 constexpr std::size_t sampled_queries = 6000;  // That say how well each key is served.
-constexpr int coherence_passes = 2;
 /// A place that continues a neighbor's may differ by this much more than the best one: (d + tolerance) * factor.
 constexpr float coherence_factor = 2;
 constexpr float coherence_tolerance = 15;  // L*a*b*² per value
@@ -28,19 +30,22 @@ class Search
     Search(const Patches& patches, const SurfaceGrid& grid, std::span<const Vec3f> wanted, const PictureLevel& picture,
            const SearchOptions& options, const Progress& progress)
         : patches_(patches), grid_(grid), wanted_(wanted), picture_(picture), progress_(progress),
-          variety_(patches, grid, picture, options.stroke_px, options.variety, options.seed, progress), lift_(static_cast<float>(options.lift)),
-          values_(picture.values_per_patch())
+          variety_(patches, grid, picture, options.stroke_px, options.variety, options.seed, progress),
+          lift_(static_cast<float>(options.lift)), seed_(options.seed), values_(picture.values_per_patch())
     {
     }
 
     std::vector<Match> run(double completeness, std::span<const float> crowding)
     {
         weights_ = completeness_weights(picture_, sampled_features(), completeness, progress_);
+        const double mean = std::accumulate(weights_.begin(), weights_.end(), 0.0) / static_cast<double>(weights_.size());
+        for (float& weight : weights_)
+            weight = static_cast<float>(static_cast<double>(weight) / mean);
         std::transform(weights_.begin(), weights_.end(), crowding.begin(), weights_.begin(), std::multiplies<>());
-        std::vector<Match> matches = best_keys();
-        for (int pass = 0; pass < coherence_passes; ++pass)
-            matches = continued(matches);
-        return matches;
+        // Where much looks alike, all patches find one place; if each then continued any other, they would repeat it side by side.
+        // So first only the leaders are continued.
+        const std::vector<char> all(patches_.count(), 1);
+        return continued(continued(continued(best_keys(), leaders()), all), all);
     }
 
   private:
@@ -127,7 +132,7 @@ class Search
     float score(std::size_t patch, float distance, Vec2f at) const
     {
         const std::size_t key = picture_.key_near(at);
-        return std::max(distance + variety_.preference(patch, key) + lift_, 0.0F) * weights_[key];
+        return weights_[key] * (distance + lift_) + variety_.preference(patch, key);
     }
 
     /// The best whole position between a key and the next ones.
@@ -145,8 +150,20 @@ class Search
         return best;
     }
 
-    /// Every patch tries the places that continue those of the patches over its center.
-    std::vector<Match> continued(const std::vector<Match>& matches) const
+    /// Patches that come first, in a random order, of those over their center.
+    std::vector<char> leaders() const
+    {
+        const auto order = [this](std::uint32_t patch) { return std::pair(noise::hash(seed_, patch), patch); };
+        std::vector<char> result(patches_.count(), 1);
+        for (std::uint32_t i = 0; i < result.size(); ++i)
+            for (const Cover& cover : patches_.covers(patches_[i].texel))
+                if (order(cover.patch) < order(i))
+                    result[i] = 0;
+        return result;
+    }
+
+    /// Every patch tries the places that continue those of the `sources` over its center.
+    std::vector<Match> continued(const std::vector<Match>& matches, const std::vector<char>& sources) const
     {
         std::vector<Match> result(matches.size());
         in_pieces(matches.size(),
@@ -156,19 +173,20 @@ class Search
                       for (std::size_t i = begin; i < end; ++i)
                       {
                           sample(i, samples, 0);
-                          result[i] = continued(values(samples, 0), i, matches);
+                          result[i] = continued(values(samples, 0), i, matches, sources);
                       }
                   });
         return result;
     }
 
-    Match continued(const float* patch_values, std::size_t patch, const std::vector<Match>& matches) const
+    Match continued(const float* patch_values, std::size_t patch, const std::vector<Match>& matches,
+                    const std::vector<char>& sources) const
     {
         Match best = matches[patch];
-        float least = score(patch, best.distance + coherence_tolerance, best.at) * coherence_factor;
+        float least = score(patch, (best.distance + coherence_tolerance + lift_) * coherence_factor - lift_, best.at);
         for (const Cover& cover : patches_.covers(patches_[patch].texel))
         {
-            if (cover.patch == patch)
+            if (cover.patch == patch || sources[cover.patch] == 0)
                 continue;
             const Vec2f at = picture_.inside(matches[cover.patch].at + cover.offset());
             const float away = distance(patch_values, at);
@@ -188,6 +206,7 @@ class Search
     const Progress& progress_;
     Variety variety_;
     float lift_;
+    std::uint32_t seed_;
     std::size_t values_;
     std::vector<float> weights_;
 };

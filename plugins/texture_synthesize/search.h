@@ -21,8 +21,8 @@ struct SearchOptions
 {
     double completeness = 2;  ///< α in L*a*b*² per value: the smaller, the more evenly the picture is used.
     double stroke_px = 8;     ///< How wide a stroke is, in texels and in pixels of the level's picture.
-    double variety = 15;      ///< What places of the surface prefer, see Variety; L*a*b*² per value.
-    double lift = 16;         ///< Added to all distances: makes completeness count where much fits well. L*a*b*² per value.
+    double variety = 8;      ///< What places of the surface prefer, see Variety; L*a*b*² per value.
+    double lift = 8;         ///< Added to all distances: makes completeness count where much fits well. L*a*b*² per value.
     std::uint32_t seed = 0;   ///< Of the preferences.
 };
 

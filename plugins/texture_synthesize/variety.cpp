@@ -10,9 +10,9 @@ namespace fresco::synthesize
 namespace
 {
 
-constexpr double strokes_per_wave = 2.75;         // Over this length preferences change on the surface …
-constexpr double picture_strokes_per_wave = 2;    // … and in the picture.
-constexpr float deviation = 0.19F;      // Of the product of two sums of Variety::fields fields.
+constexpr double strokes_per_wave = 2.75;       // Over this length preferences change on the surface …
+constexpr double picture_strokes_per_wave = 2;  // … and in the picture.
+constexpr float deviation = 0.19F;              // Of the product of two sums of Variety::fields fields.
 constexpr std::uint32_t picture_salt = 100;
 
 }  // namespace

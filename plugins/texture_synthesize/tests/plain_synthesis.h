@@ -6,6 +6,7 @@
 #include "level.h"
 #include "variety.h"
 
+#include <fresco/noise.h>
 #include <fresco/testing.h>
 #include <fresco/texturing/texel_faces.h>
 
@@ -45,8 +46,9 @@ class PlainLevel
   public:
     PlainLevel(const Task& task, const Level& level, const LevelOptions& options, double scale)
         : task_(task), level_(level), options_(options), wall_(task.surface, level.grid(), level.patches()),
-          picture_(task.picture, scale, options.side), variety_(level.patches(), level.grid(), level.picture(),
-                                                                options.search.stroke_px, options.search.variety, options.search.seed, testing::TestRun(1))
+          picture_(task.picture, scale, options.side),
+          variety_(level.patches(), level.grid(), level.picture(), options.search.stroke_px, options.search.variety,
+                   options.search.seed, testing::TestRun(1))
     {
     }
 
@@ -72,9 +74,9 @@ class PlainLevel
         for (std::size_t t = 0; t < result.size(); ++t)
         {
             const Vec3f at = level_.grid().texels()[t].position * static_cast<float>(1 / (4 * level_.grid().spacing_m()));
-            const auto noise = [&](std::uint32_t field)
-            { return 2 * options_.unrest * static_cast<double>(smooth_noise(at, fresco::noise::hash(options_.search.seed, field))); };
-            result[t] += {noise(1), noise(2) / 2, noise(3) / 2};
+            const auto unrest = [&](std::uint32_t field)
+            { return 2 * options_.unrest * static_cast<double>(smooth_noise(at, noise::hash(options_.search.seed, field))); };
+            result[t] += {unrest(1), unrest(2) / 2, unrest(3) / 2};
         }
         return result;
     }

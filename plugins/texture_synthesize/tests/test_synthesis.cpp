@@ -200,6 +200,7 @@ TEST_CASE("a synthesis is its levels, with strokes eight texels wide in the fine
             LevelOptions o;
             o.side = 5;
             o.stride = number > 0 ? 3 : 4;
+            o.search.stroke_px = std::ldexp(8.0, -number);
             o.faithfulness = c.faithfulness;
             o.unrest = 20 * c.painterly;
             o.search = {.completeness = 1.5, .variety = 30 * c.painterly, .lift = 32 * c.painterly, .seed = 3};

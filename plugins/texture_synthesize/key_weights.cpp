@@ -14,7 +14,7 @@ namespace
 
 constexpr std::size_t keys_per_piece = 192;
 constexpr double window_share = 0.01;  // Of the picture's area.
-constexpr double fair_use = 3;      // Times the mean.
+constexpr double fair_use = 3;         // Times the mean.
 constexpr double crowd_step = 0.5;     // Of a factor in a round, as a power.
 
 }  // namespace

@@ -13,8 +13,8 @@ namespace fresco::synthesize
 std::vector<float> completeness_weights(const PictureLevel& picture, std::span<const float> queries, double alpha,
                                         const Progress& progress);
 
-/// Raises each key's factor (at least 1) while the picture is used there more than 1.25 times the average, over squares of 1 % of
-/// its area, and lowers it again below that: a price that settles over the rounds.
+/// Raises each key's factor (at least 1) while the picture is used there more than three times the average, over squares of 1 %
+/// of its area, and lowers it again below that: a price that settles over the rounds.
 void update_crowding(const PictureLevel& picture, std::span<const Match> matches, std::vector<float>& crowding);
 
 }  // namespace fresco::synthesize

@@ -65,7 +65,7 @@ class Level
             patches_.covers(texel), matches_, patches_.side(),
             [&](std::uint32_t patch)
             {
-                const Frame& frame = patches_[patch].frame;
+                const TangentFrame& frame = patches_[patch].frame;
                 return Vec2f{dot(away, frame.right), dot(away, frame.down)};
             },
             color);

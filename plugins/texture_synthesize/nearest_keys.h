@@ -26,7 +26,7 @@ struct FeatureSizes
 };
 
 /// Exact search for the key of least score, by blocks of matrix products fused with the minimum: with features f and plain ones
-/// p, w (|f_q - f_k|² + p_q·p_k + lift) = (f_q, p_q, |f_q|², 1)·(-2 w f_k, w p_k, w, w (|f_k|² + lift)). Of equal scores the
+/// p, w (|f_q - f_k|² + lift) + p_q·p_k = (f_q, p_q, |f_q|², 1)·(-2 w f_k, p_k, w, w (|f_k|² + lift)). Of equal scores the
 /// lowest key. Immutable, so thread-safe.
 class NearestKeys
 {

@@ -119,7 +119,7 @@ Painting paint(const Task& task, const Level& level, int size_px, Progress& prog
         out[1] = color.y;
         out[2] = color.z;
         result.texture.seen.at(x, y) = 1;
-        const Frame& frame = level.patches()[vote.patch].frame;
+        const TangentFrame& frame = level.patches()[vote.patch].frame;
         const Vec3f right = along_u(mesh, face);
         const Vec2f at = level.matches()[vote.patch].at + vote.offset;
         result.source.set_place(x, y,

@@ -157,7 +157,7 @@ Upright upright(const PaintedSurface& surface, const std::optional<Vec3f>& up)
     return {axis, positive(ahead_of(surface, areas, axis))};
 }
 
-Frame frame_at(Vec3f normal, const Upright& upright)
+TangentFrame frame_at(Vec3f normal, const Upright& upright)
 {
     constexpr float level = 0.70710678F;
     const Vec3f top = std::abs(dot(normal, upright.up)) > level ? upright.ahead : upright.up;

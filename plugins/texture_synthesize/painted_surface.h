@@ -12,7 +12,7 @@ namespace fresco::synthesize
 {
 
 /// Directions of a picture that lies on a surface: `right` and `down` as its x and y, `out` toward the viewer. Orthonormal.
-struct Frame
+struct TangentFrame
 {
     Vec3f right, down, out;
 };
@@ -30,7 +30,8 @@ struct PaintedSurface
     texturing::Charts charts;
     std::vector<double> uv_per_m;    ///< Per chart: texcoords along a meter, from the areas; 0 where it has none.
     geometry::Neighbours neighbors;  ///< F x 3, also across the atlas's seams and between vertices at one position.
-    std::vector<Vec3f> normals;      ///< F, unit, smoothed over about ten rings (edges excepted); zero without area.
+    std::vector<Vec3f>
+        normals;  ///< F, unit, smoothed over about ten rings of faces, but not over edges; zero for a face without area.
 
     /// The mesh must have passed check_mesh and have texcoords. Throws Cancelled.
     PaintedSurface(const Mesh& of, const Progress& progress);
@@ -42,6 +43,6 @@ struct PaintedSurface
 Upright upright(const PaintedSurface& surface, const std::optional<Vec3f>& up);
 
 /// How a picture hangs there: its top is up on walls and slopes, and points ahead on what is within 45 degrees of level.
-Frame frame_at(Vec3f normal, const Upright& upright);
+TangentFrame frame_at(Vec3f normal, const Upright& upright);
 
 }  // namespace fresco::synthesize

@@ -14,7 +14,7 @@ namespace fresco::synthesize
 struct Patch
 {
     Vec3f center;
-    Frame frame;
+    TangentFrame frame;
     std::uint32_t texel = 0;  ///< At its center.
 };
 

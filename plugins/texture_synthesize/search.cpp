@@ -38,12 +38,13 @@ class Search
     std::vector<Match> run(double completeness, std::span<const float> crowding)
     {
         weights_ = completeness_weights(picture_, sampled_features(), completeness, progress_);
+        // An average key counts 1, so that preferences are worth what SearchOptions::variety says.
         const double mean = std::accumulate(weights_.begin(), weights_.end(), 0.0) / static_cast<double>(weights_.size());
         for (float& weight : weights_)
             weight = static_cast<float>(static_cast<double>(weight) / mean);
         std::transform(weights_.begin(), weights_.end(), crowding.begin(), weights_.begin(), std::multiplies<>());
-        // Where much looks alike, all patches find one place; if each then continued any other, they would repeat it side by side.
-        // So first only the leaders are continued.
+        // On a plain wall all patches find one place, and by continuing each other they would only repeat it side by side: so
+        // leaders are continued first.
         const std::vector<char> all(patches_.count(), 1);
         return continued(continued(continued(best_keys(), leaders()), all), all);
     }
@@ -69,15 +70,14 @@ class Search
     /// Of patches that are evenly spread.
     std::vector<float> sampled_features() const
     {
-        const std::size_t step = std::max<std::size_t>(1, patches_.count() / sampled_queries);
-        const std::size_t count = (patches_.count() + step - 1) / step;
+        const std::size_t count = std::min(patches_.count(), sampled_queries);
         std::vector<float> features(count * picture_.feature_count());
         in_pieces(count,
                   [&](std::size_t begin, std::size_t end)
                   {
                       std::vector<Vec3f> samples((end - begin) * values_ / 3);
                       for (std::size_t i = begin; i < end; ++i)
-                          sample(i * step, samples, i - begin);
+                          sample(i * patches_.count() / count, samples, i - begin);
                       picture_.project(values(samples, 0), end - begin, &features[begin * picture_.feature_count()]);
                   });
         return features;

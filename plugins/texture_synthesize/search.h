@@ -21,14 +21,15 @@ struct SearchOptions
 {
     double completeness = 2;  ///< α in L*a*b*² per value: the smaller, the more evenly the picture is used.
     double stroke_px = 8;     ///< How wide a stroke is, in texels and in pixels of the level's picture.
-    double variety = 8;      ///< What places of the surface prefer, see Variety; L*a*b*² per value.
-    double lift = 8;         ///< Added to all distances: makes completeness count where much fits well. L*a*b*² per value.
+    double variety = 5;       ///< What places of the surface prefer, see Variety; L*a*b*² per value.
+    double lift = 8;          ///< Added to all distances: makes completeness count where much fits well. L*a*b*² per value.
     std::uint32_t seed = 0;   ///< Of the preferences.
 };
 
 /// The best place of the picture for every patch: an exact search over the keys by principal components; then, by all values,
 /// the best position between the key found and the next ones; then the places that continue what the patches around found, which
-/// may differ more (coherence; Ashikhmin 2001, Hertzmann et al. 2001). `wanted`: per texel, L*a*b*. `crowding`: per key, see
+/// may differ more (coherence; Ashikhmin 2001, Hertzmann et al. 2001). A place costs w (d + lift) + preference, where w is the
+/// key's completeness and price, 1 on average. `wanted`: per texel, L*a*b*. `crowding`: per key, see
 /// update_crowding. The same for any number of threads. Throws Cancelled.
 std::vector<Match> search(const Patches& patches, const SurfaceGrid& grid, std::span<const Vec3f> wanted,
                           const PictureLevel& picture, const SearchOptions& options, std::span<const float> crowding,

@@ -31,7 +31,7 @@ class TextureSynthesize final : public Stage
                                 "The smaller, the more evenly all parts of the picture are used"};
     Option<std::vector<double>> up{this, "up", std::vector<double>{},
                                    "Upward direction [x, y, z]; empty: by the frames' cameras, or else by the mesh"};
-    Option<int> patch_px{this, "patch_px", 11, range(5, 31), "Texels along a copied patch, odd; strokes are 8 wide there"};
+    Option<int> patch_px{this, "patch_px", 11, range(5, 21), "Texels along a copied patch, odd; strokes are 8 wide there"};
     Option<int> levels_count{this, "levels_count", 2, range(1, 4), "Scales to paint at, each half as fine as the next"};
     Option<int> rounds_count{this, "rounds_count", 6, range(1, 100), "Rounds of search and vote at each scale"};
     Option<int> seed{this, "seed", 0, range(0, 2147483647), "Another seed is another painting"};

@@ -10,6 +10,7 @@
 #include <chrono>
 #include <cmath>
 #include <memory>
+#include <sstream>
 #include <string>
 
 namespace fresco::synthesize
@@ -20,6 +21,7 @@ namespace
 constexpr double stroke_texels = 8;   // In the finest level.
 constexpr double finest_texel = 0.6;  // Levels with texels smaller than this share of the texture's are left out …
 constexpr double narrowest = 0.35;    // … and with the coarsest at less than this, strokes are too narrow for the texture.
+constexpr double most_texels = 2e8;   // About 60 GB.
 constexpr int coarse_stride = 3;
 constexpr int fine_stride = 4;
 constexpr int preview_px = 512;
@@ -86,8 +88,13 @@ class Synthesis
     {
         const int coarsest = options_.levels - 1;
         if (spacing_m(coarsest) < narrowest * texel_m_)
-            throw Error("strokes of " + std::to_string(options_.stroke_m * 100) + " cm are too narrow for texels of " +
-                        std::to_string(texel_m_ * 1000) + " mm: use a larger stroke_cm or size_px");
+        {
+            std::ostringstream what;
+            what << "strokes of " << options_.stroke_m * 100 << " cm are too narrow for texels of " << texel_m_ * 100
+                 << " cm: use a larger stroke_cm or size_px; if the mesh is not in meters, say so where it is read (scan.mesh: "
+                    "unit_m)";
+            throw Error(what.str());
+        }
         int level = coarsest;
         while (level > 0 && spacing_m(level - 1) >= finest_texel * texel_m_)
             --level;

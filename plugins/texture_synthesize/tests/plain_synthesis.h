@@ -114,29 +114,30 @@ class PlainLevel
         result.weights = key_weights(features, crowding);
         for (std::size_t p = 0; p < features.size(); ++p)
             result.found.push_back(refined(result.looks[p], picture_.keys[best_key(p, features[p], result.weights)]));
-        for (int pass = 0; pass < 2; ++pass)
+        for (int pass = 0; pass < 3; ++pass)
         {
             const std::vector<Found> last = result.found;
             for (std::size_t p = 0; p < features.size(); ++p)
-                result.found[p] = continued(p, result.looks[p], last, result.weights);
+                result.found[p] = continued(p, result.looks[p], last, result.weights, pass == 0);
         }
         return result;
     }
 
-    /// The prices after a round: they follow the square root of the use around a key in times 1.25 the mean, and never fall
+    /// The prices after a round: they follow the square root of the use around a key in times 3 the mean, and never fall
     /// below 1.
     Numbers crowded(const Numbers& before, const std::vector<Found>& matches) const
     {
         Numbers result;
         for (std::size_t k = 0; k < before.size(); ++k)
-            result.push_back(std::max(1.0, before[k] * std::sqrt(use_around(picture_.keys[k], matches) / 1.25)));
+            result.push_back(std::max(1.0, before[k] * std::sqrt(use_around(picture_.keys[k], matches) / 3)));
         return result;
     }
 
-    /// What a place of the picture costs a patch, with `more` than its true distance.
-    double score(std::size_t patch, const Searched& searched, Vec2d at, double more) const
+    /// What a place of the picture costs a patch; its own place, the one that nothing continues, costs more.
+    double score(std::size_t patch, const Searched& searched, Vec2d at, bool is_own) const
     {
-        return score(patch, picture_.distance(searched.looks[patch], at) + more, at, searched.weights);
+        const double distance = picture_.distance(searched.looks[patch], at);
+        return score(patch, is_own ? as_own(distance) : distance, at, searched.weights);
     }
 
     /// The mean of the patches over each texel.
@@ -187,7 +188,7 @@ class PlainLevel
     }
 
   private:
-    /// Completeness times the price of crowding.
+    /// Completeness, 1 on average, times the price of crowding.
     Numbers key_weights(const std::vector<Numbers>& queries, const Numbers& crowding) const
     {
         Numbers weights;
@@ -196,8 +197,13 @@ class PlainLevel
             double least = std::numeric_limits<double>::infinity();
             for (const Numbers& query : queries)
                 least = std::min(least, squared_distance(query, picture_.key_features[k]));
-            weights.push_back(crowding[k] / (options_.search.completeness * static_cast<double>(picture_.mean.size()) + least));
+            weights.push_back(1 / (options_.search.completeness * static_cast<double>(picture_.mean.size()) + least));
         }
+        double mean = 0;
+        for (const double weight : weights)
+            mean += weight / static_cast<double>(weights.size());
+        for (std::size_t k = 0; k < weights.size(); ++k)
+            weights[k] *= crowding[k] / mean;
         return weights;
     }
 
@@ -225,12 +231,13 @@ class PlainLevel
         double least = std::numeric_limits<double>::infinity();
         for (std::size_t k = 0; k < weights.size(); ++k)
         {
-            const double added = static_cast<double>(variety_.preference(patch, k)) + options_.search.lift;
+            const double distance =
+                squared_distance(features, picture_.key_features[k]) / static_cast<double>(picture_.mean.size());
             const double sum =
-                squared_distance(features, picture_.key_features[k]) + static_cast<double>(picture_.mean.size()) * added;
-            if (sum * weights[k] < least)
+                weights[k] * (distance + options_.search.lift) + static_cast<double>(variety_.preference(patch, k));
+            if (sum < least)
             {
-                least = sum * weights[k];
+                least = sum;
                 best = k;
             }
         }
@@ -253,17 +260,31 @@ class PlainLevel
     double score(std::size_t patch, double distance, Vec2d at, const Numbers& weights) const
     {
         const std::size_t key = picture_.key_near(at);
-        return std::max(distance + static_cast<double>(variety_.preference(patch, key)) + options_.search.lift, 0.0) *
-               weights[key];
+        return weights[key] * (distance + options_.search.lift) + static_cast<double>(variety_.preference(patch, key));
+    }
+
+    double as_own(double distance) const { return 2 * (distance + 15 + options_.search.lift) - options_.search.lift; }
+
+    /// The patch comes before all others over its center, in the order of their hashes.
+    bool leads(std::size_t patch) const
+    {
+        const auto order = [&](std::size_t p)
+        { return std::pair(noise::hash(options_.search.seed, static_cast<std::uint32_t>(p)), p); };
+        const auto& covers = wall_.covers[level_.patches()[patch].texel];
+        return std::none_of(covers.begin(), covers.end(),
+                            [&](const Covering& cover) { return order(cover.patch) < order(patch); });
     }
 
     /// A place that continues what a patch over this one's center shows may differ more than the best one.
-    Found continued(std::size_t patch, const Numbers& look, const std::vector<Found>& matches, const Numbers& weights) const
+    Found continued(std::size_t patch, const Numbers& look, const std::vector<Found>& matches, const Numbers& weights,
+                    bool only_leaders) const
     {
         Found best = matches[patch];
-        double least = 2 * score(patch, best.distance + 15, best.at, weights);
+        double least = score(patch, as_own(best.distance), best.at, weights);
         for (const Covering& cover : wall_.covers[level_.patches()[patch].texel])
         {
+            if (only_leaders && !leads(cover.patch))
+                continue;
             const Vec2d at = picture_.inside(matches[cover.patch].at + cover.offset);
             const double away = picture_.distance(look, at);
             if (const double found = score(patch, away, at, weights); cover.patch != patch && found < least)

@@ -56,7 +56,7 @@ class Wall
 
     Vec2d on_patch(std::size_t patch, Vec3d away) const
     {
-        const Frame& frame = patches[patch].frame;
+        const TangentFrame& frame = patches[patch].frame;
         return {dot(away, vec_cast<double>(frame.right)) / grid.spacing_m(),
                 dot(away, vec_cast<double>(frame.down)) / grid.spacing_m()};
     }

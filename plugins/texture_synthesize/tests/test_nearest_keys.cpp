@@ -43,14 +43,15 @@ struct Problem
 
     double score(std::size_t query, std::size_t key) const
     {
-        double sum = static_cast<double>(lift);
+        double distance = static_cast<double>(lift);
+        double product = 0;
         for (std::size_t f = 0; f < sizes.all(); ++f)
         {
             const double q = static_cast<double>(queries[query * sizes.all() + f]);
             const double k = static_cast<double>(keys[key * sizes.all() + f]);
-            sum += f < sizes.squared ? (q - k) * (q - k) : q * k;
+            (f < sizes.squared ? distance : product) += f < sizes.squared ? (q - k) * (q - k) : q * k;
         }
-        return sum * static_cast<double>(weights[key]);
+        return distance * static_cast<double>(weights[key]) + product;
     }
 
     std::size_t count() const { return queries.size() / sizes.all(); }

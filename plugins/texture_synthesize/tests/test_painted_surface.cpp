@@ -9,7 +9,7 @@ namespace
 {
 
 /// The largest difference from what a frame has to be.
-float frame_error(const Frame& frame)
+float frame_error(const TangentFrame& frame)
 {
     float error = 0;
     for (const float off :
@@ -103,7 +103,7 @@ TEST_CASE("the frame of a patch is orthonormal and its picture upright")
     {
         const auto any = [&] { return static_cast<float>(random.normal()); };
         const Vec3f normal = normalized(Vec3f{any(), any(), any()});
-        const Frame frame = frame_at(normal, usual);
+        const TangentFrame frame = frame_at(normal, usual);
         worst = std::max(worst, frame_error(frame));
         CHECK(frame.out == normal);
         // The top is as near to where it has to point as a direction in the plane can be.
@@ -119,7 +119,7 @@ TEST_CASE("the frame of a patch is orthonormal and its picture upright")
     for (const Case& c : {Case{{0, -1, 0}, {1, 0, 0}, {0, 0, 1}}, Case{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
                           Case{{0, 0, 1}, {0, -1, 0}, {1, 0, 0}}, Case{{0, 0, -1}, {0, 1, 0}, {1, 0, 0}}})
     {
-        const Frame frame = frame_at(c.normal, usual);
+        const TangentFrame frame = frame_at(c.normal, usual);
         CHECK(near(frame.right, c.right));
         CHECK(near(frame.down, -c.top));
     }

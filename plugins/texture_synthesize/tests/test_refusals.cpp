@@ -28,15 +28,15 @@ TEST_CASE("the stage says what it cannot use")
          {
              s.picture = brush_picture(40, 40, 1, 9);
              o.set("levels_count", 4);
-             o.set("patch_px", 31);
+             o.set("patch_px", 21);
          },
-         {"style picture", "40x40", "smaller than one patch of 31"}},
+         {"style picture", "40x40", "smaller than one patch of 21"}},
         {"a constant picture", [](Studio& s, Value&) { s.picture = Raster8(96, 96, 3, 120); }, {"style picture", "one color"}},
         {"a constant picture, large patches",
          [](Studio& s, Value& o)
          {
              s.picture = Raster8(96, 96, 3, 120);
-             o.set("patch_px", 31);
+             o.set("patch_px", 21);
          },
          {"one color"}},
         {"a constant picture, many levels",
@@ -71,6 +71,14 @@ TEST_CASE("the stage says what it cannot use")
              s.start.atlas.clear();
          },
          {"mesh"}},
+        {"a mesh in millimeters",
+         [](Studio& s, Value&)
+         {
+             for (Vec3f& position : s.mesh.positions)
+                 position = position * 100000.0F;
+             s.start.atlas.clear();
+         },
+         {"strokes of 16 cm are too narrow", "unit_m"}},
         {"a face out of range",
          [](Studio& s, Value&)
          {

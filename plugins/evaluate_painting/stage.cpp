@@ -58,7 +58,7 @@ constexpr std::array view_figures_wanted{
     ViewFigure{"off_palette", &Judged::off_palette, {-infinity, 0.005}}, ViewFigure{"coherence", &Judged::coherence, {0.8, 1.2}},
     ViewFigure{"chroma_noise", &Judged::chroma_noise, {0.6, 1.6}}, ViewFigure{"strokes", &Judged::strokes, {0.65, infinity}},
     ViewFigure{"edges", &Judged::edges, {0.5, infinity}}};
-constexpr Wanted seams_wanted{0.8, 1.25};
+constexpr Wanted seams_wanted{-infinity, 1.25};
 constexpr Wanted picture_used_wanted{0.4, infinity};
 constexpr Wanted largest_share_wanted{-infinity, 0.05};
 

@@ -99,14 +99,15 @@ struct Room
     }
 };
 
-/// How far apart two textures are, relative to how far either can have gone.
+/// Root mean square: where rounding changes which feature is nearest, Adam makes a whole step of it in a few texels.
 double distance(const Texture& a, const Texture& b)
 {
-    double most = 0;
+    double sum = 0;
+    std::size_t count = 0;
     for (std::size_t layer = 0; layer < a.layers.size(); ++layer)
-        for (std::size_t i = 0; i < a.layers[layer].values.size(); ++i)
-            most = std::max(most, static_cast<double>(std::abs(a.layers[layer].values[i] - b.layers[layer].values[i])));
-    return most;
+        for (std::size_t i = 0; i < a.layers[layer].values.size(); ++i, ++count)
+            sum += std::pow(static_cast<double>(a.layers[layer].values[i] - b.layers[layer].values[i]), 2);
+    return std::sqrt(sum / static_cast<double>(count));
 }
 
 const Value on_network = Value::Map{{"type", "features.vgg19"}};
@@ -131,7 +132,7 @@ TEST_CASE("every loss gives on another device what it gives on the processor, an
         REQUIRE(far.losses.size() == near.losses.size());
         CHECK(far.losses.front() == Approx(near.losses.front()).epsilon(1e-4));
         CHECK(far.losses.back() == Approx(near.losses.back()).epsilon(1e-3));
-        CHECK(distance(far.texture, near.texture) < 2e-2);
+        CHECK(distance(far.texture, near.texture) < 5e-3);
         const auto longer = room.painted(losses, testing::far_device(), 5);
         CHECK(longer.waits - far.waits == static_cast<std::int64_t>(longer.losses.size() - far.losses.size()));
         const auto traffic = testing::far_traffic();

@@ -91,7 +91,7 @@ TEST_CASE("weights inspect says what a file holds")
     CHECK(value.at("sha256").as_string() == fresco::weights::sha256(bytes));
     CHECK(value.at("tensors").as_list().size() == 2);
     CHECK(value.at("tensors").as_list()[0].at("shape").as_list().size() == 4);
-    CHECK(value.at("normalised").as_bool() == false);
+    CHECK(value.at("scale").as_string() == "other");
     CHECK(value.at("names").as_string() == "torchvision");
 
     place.write("bad.pth", "nothing of the kind");
@@ -106,8 +106,7 @@ TEST_CASE("weights convert writes the convolutions with what they are")
     Workplace place;
     const auto bytes = small_weights();
     fresco::write_file(place.file("w.safetensors"), bytes);
-    REQUIRE(place.run({"weights", "convert", "w.safetensors", "out.safetensors", "--input", "bgr", "--normalised", "yes"}).code ==
-            0);
+    REQUIRE(place.run({"weights", "convert", "w.safetensors", "out.safetensors", "--input", "bgr", "--scale", "raw"}).code == 0);
     const auto file = fresco::weights::read_weights(place.file("out.safetensors"));
     CHECK(file.contents.tensors.size() == 2);
     CHECK(file.contents.metadata.at("source_sha256") == fresco::weights::sha256(bytes));
@@ -117,9 +116,20 @@ TEST_CASE("weights convert writes the convolutions with what they are")
     REQUIRE(weight != nullptr);
     CHECK(fresco::weights::to_float32(*weight, "w")[65] == 65.0F / 64);
     const auto value = fresco::parse_json(place.run({"weights", "inspect", "--json", "out.safetensors"}).out);
-    CHECK(value.at("normalised").as_bool());
+    CHECK(value.at("scale").as_string() == "raw");
+    CHECK(contains(place.run({"weights", "inspect", "out.safetensors"}).out, "scale       raw"));
     CHECK(place.run({"weights", "convert", "w.safetensors", "out.safetensors", "--input", "yuv"}).code == 2);
     CHECK(place.run({"weights", "convert", "w.safetensors", "nowhere/out.safetensors"}).code == 1);
+
+    REQUIRE(place.run({"weights", "convert", "w.safetensors", "half.safetensors", "--until", "relu1_1", "--half"}).code == 0);
+    const auto half = fresco::weights::read_weights(place.file("half.safetensors"));
+    const auto* halved = half.contents.find("features.0.weight");
+    REQUIRE(halved != nullptr);
+    CHECK(halved->type == fresco::weights::ElementType::float16);
+    CHECK(fresco::weights::to_float32(*halved, "w")[65] == 65.0F / 64);
+    const Finished beyond = place.run({"weights", "convert", "w.safetensors", "out.safetensors", "--until", "relu4_1"});
+    CHECK(beyond.code == 1);
+    CHECK(contains(beyond.err, "relu1_1 to relu1_1"));
 }
 
 TEST_CASE("weights get fetches a file once, checks it and goes on where it was interrupted")

@@ -13,6 +13,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
+#include <string>
+#include <utility>
 
 namespace
 {
@@ -45,10 +48,9 @@ class FeaturesVgg19 final : public fresco::FeatureNetwork
     fresco::Option<std::string> pooling{this, "pooling", "max", fresco::one_of({"max", "average"}), "How 2x2 cells are joined"};
     fresco::Option<std::string> padding{this, "padding", "auto", fresco::one_of({"auto", "zero", "reflect"}),
                                         "What lies beyond the border; auto: as the weights say"};
-    fresco::Option<std::string> rescale{
-        this, "rescale", "auto", fresco::one_of({"auto", "layers", "filters", "never"}),
-        "What gets a mean activation of 1 on style and frames; auto: layers, if the weights are not "
-        "normalised"};
+    fresco::Option<bool> rescale{
+        this, "rescale", true,
+        "Bring activations to the scale that StyleMesh's loss weights are for, where the weights are on another"};
     fresco::Option<std::string> convolutions{
         this, "convolutions", "auto", fresco::one_of({"auto", "libtorch", "plain"}),
         "By minimal filtering where that is possible (float32 on the CPU; two to three times "
@@ -65,13 +67,16 @@ class FeaturesVgg19 final : public fresco::FeatureNetwork
     {
         const auto device = context.style.fine.defined() ? context.style.fine.device() : torch::Device(at::kCPU);
         refuse_unless_possible(device);
-        bool normalised = false;
-        network_ = read(normalised);
+        bool raw = false;
+        network_ = read(raw);
         if (context.style.fine.defined())
             network_.move_to(device);
-        if (*rescale != "never" && (*rescale != "auto" || !normalised))
-            network_ = vgg19::with_unit_means(network_, rescaling_pictures(context),
-                                              *rescale == "filters" ? vgg19::UnitMean::of_filters : vgg19::UnitMean::of_layers);
+        if (*rescale && !raw)
+        {
+            auto result = vgg19::rescaled(network_, rescaling_pictures(context));
+            network_ = std::move(result.network);
+            context.message(described(result.means));
+        }
         network_.move_to(device);
         network_.set_precision(*precision == "mixed" ? vgg19::Precision::mixed : vgg19::Precision::full);
     }
@@ -101,7 +106,21 @@ class FeaturesVgg19 final : public fresco::FeatureNetwork
                                 " does not have here (NVIDIA's have them from compute capability 8.0 on); set `precision: full`");
     }
 
-    vgg19::Vgg19 read(bool& normalised) const
+    /// Which layers were rescaled, from what and to what.
+    std::string described(const std::vector<double>& means) const
+    {
+        std::ostringstream text;
+        text.precision(3);
+        text << "features.vgg19: mean activations rescaled:";
+        for (std::size_t i = 0; i < means.size(); ++i)
+        {
+            const std::string& layer = network_.convolutions()[i].layer;
+            text << (i > 0 ? ", " : " ") << layer << ' ' << means[i] << " to " << vgg19::raw_mean(layer);
+        }
+        return text.str();
+    }
+
+    vgg19::Vgg19 read(bool& raw) const
     {
         if (weights->empty())
             throw fresco::MissingInput("features.vgg19: `weights` is empty; give a file with the weights of VGG-19 "
@@ -115,7 +134,7 @@ class FeaturesVgg19 final : public fresco::FeatureNetwork
                 throw fresco::Error(source + ": its SHA-256 is " + hash + ", which does not begin with " + *sha256 +
                                     "; it is another file, or damaged");
         const auto found = fresco::weights::recognise_vgg19(file.contents, source);
-        normalised = found.normalised;
+        raw = found.raw;
         auto input = found.input;
         if (*padding != "auto")
             input.padding = *padding == "zero" ? fresco::weights::Vgg19Padding::zero : fresco::weights::Vgg19Padding::reflect;

@@ -5,11 +5,20 @@
 
 #include <ATen/ATen.h>
 
+#include <array>
 #include <cmath>
 #include <utility>
 
 namespace vgg19
 {
+namespace
+{
+
+/// By the losses that a run of Gatys' method with the original weights printed; layers in the network's order.
+constexpr std::array<std::pair<std::string_view, double>, 6> raw_means{
+    {{"relu1_1", 21}, {"relu2_1", 83}, {"relu3_1", 76}, {"relu4_1", 320}, {"relu4_2", 390}, {"relu5_1", 27}}};
+
+}  // namespace
 
 Vgg19 folded(const Vgg19& network)
 {
@@ -34,63 +43,62 @@ Vgg19 folded(const Vgg19& network)
     return {std::move(layers), to, network.pooling()};
 }
 
-std::vector<torch::Tensor> mean_activations(const Vgg19& network, const std::vector<torch::Tensor>& pictures)
+std::vector<double> mean_activations(const Vgg19& network, const std::vector<torch::Tensor>& pictures)
 {
     const at::NoGradGuard no_gradient;
     std::vector<std::string> names;
-    std::vector<torch::Tensor> means;
     for (const auto& layer : network.convolutions())
-    {
         names.push_back(layer.layer);
-        means.push_back(at::zeros({layer.bias.size(0)}, layer.bias.options().dtype(at::kDouble)));
-    }
+    std::vector<double> means(names.size(), 0.0);
     for (const auto& picture : pictures)
     {
         const auto maps = network.encode(picture, names);
         for (std::size_t i = 0; i < maps.size(); ++i)
-            means[i] += fresco::ordered_mean(maps[i].flatten(1).to(at::kDouble), 1) / static_cast<double>(pictures.size());
+            means[i] += fresco::ordered_mean(maps[i].to(at::kDouble)).item<double>() / static_cast<double>(pictures.size());
     }
     return means;
 }
 
-Vgg19 scaled(const Vgg19& network, const std::vector<torch::Tensor>& factors)
+Vgg19 scaled(const Vgg19& network, const std::vector<double>& factors)
 {
     auto layers = network.convolutions();
     for (std::size_t i = 0; i < layers.size(); ++i)
     {
-        auto weights = layers[i].weights.to(at::kDouble) * factors[i].view({-1, 1, 1, 1});
-        if (i > 0)
-            weights = weights / factors[i - 1].view({1, -1, 1, 1});
-        layers[i].weights = weights.to(at::kFloat);
+        const double before = i > 0 ? factors[i - 1] : 1;
+        layers[i].weights = (layers[i].weights.to(at::kDouble) * (factors[i] / before)).to(at::kFloat);
         layers[i].bias = (layers[i].bias.to(at::kDouble) * factors[i]).to(at::kFloat);
     }
     return {std::move(layers), network.input(), network.pooling()};
 }
 
-Vgg19 with_unit_means(const Vgg19& network, const std::vector<torch::Tensor>& pictures, UnitMean unit)
+double raw_mean(std::string_view layer)
 {
-    constexpr double faintest = 0.05;
+    double mean = 0;
+    for (const auto& [name, value] : raw_means)
+        if (name <= layer)
+            mean = value;
+    return mean;
+}
+
+Rescaled rescaled(const Vgg19& network, const std::vector<torch::Tensor>& pictures)
+{
     if (pictures.empty())
-        throw fresco::Error("features.vgg19: weights that are not normalised are rescaled by what they make of the style and the "
-                            "frames, but there is no picture; give weights that are normalised, or `rescale: never`");
+        throw fresco::Error(
+            "features.vgg19: weights on another scale are rescaled by what they make of the style and the frames, "
+            "but there is no picture; give raw weights, or `rescale: false`");
     const Vgg19 common = folded(network);
-    std::vector<torch::Tensor> factors;
-    for (const auto& means : mean_activations(common, pictures))
+    const auto means = mean_activations(common, pictures);
+    std::vector<double> factors;
+    for (std::size_t i = 0; i < means.size(); ++i)
     {
-        const auto mean = fresco::ordered_mean(means);
-        if (const double value = mean.item<double>(); !(value > 0) || !std::isfinite(value))
-            throw fresco::Error("features.vgg19: layer " + common.convolutions()[factors.size()].layer +
-                                " is silent on the style and on all frames, so it cannot be rescaled to a mean activation of 1; "
-                                "give the weights of a trained VGG-19");
-        auto own = at::ones_like(means) / mean;
-        if (unit == UnitMean::of_filters)
-        {
-            own = 1 / at::max(means, mean * faintest);
-            own = own / fresco::ordered_mean(means * own);
-        }
-        factors.push_back(own);
+        const std::string& layer = common.convolutions()[i].layer;
+        if (!(means[i] > 0) || !std::isfinite(means[i]))
+            throw fresco::Error("features.vgg19: layer " + layer +
+                                " is silent on the style and on all frames, so it cannot be rescaled; give the weights of a "
+                                "trained VGG-19");
+        factors.push_back(raw_mean(layer) / means[i]);
     }
-    return scaled(common, factors);
+    return {scaled(common, factors), means};
 }
 
 }  // namespace vgg19

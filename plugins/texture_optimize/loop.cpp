@@ -1,5 +1,6 @@
 #include "loop.h"
 
+#include "balance.h"
 #include "checkpoint_folder.h"
 #include "evaluation.h"
 #include "held_out.h"
@@ -47,7 +48,8 @@ Schedule schedule_of(const LoopOptions& options, std::vector<std::size_t> views)
 std::vector<std::size_t> used_views(const ViewSource& source, double train_share, RunContext& run)
 {
     auto views = source.seeing_views();
-    const auto trained = static_cast<std::size_t>(std::ceil(train_share * static_cast<double>(source.view_count())));
+    const auto share = static_cast<std::size_t>(train_share * static_cast<double>(source.view_count()));
+    const std::size_t trained = std::max<std::size_t>(1, share);
     std::erase_if(views, [&](std::size_t view) { return view >= trained; });
     if (views.empty())
         throw Error("no uv map has a valid pixel: the cameras do not see the mesh; check that mesh and poses share one frame");
@@ -117,6 +119,7 @@ class Loop
         context.camera_samples = camera_samples(source_, split_.trained, options_.device);
         context.seed = options_.seed;
         context.progress = &whole_steps_;
+        context.message = [this](const std::string& text) { run_.message(text); };
         prepare(components_.losses, context);
         for (const auto& [name, loss] : components_.losses)
             prepared_states_.emplace(name, loss->state());
@@ -304,6 +307,8 @@ class Loop
         const double loss =
             components_.rule.step(parameters(), evaluate, schedule_.rate(step_) * std::pow(0.5, rollbacks_), options_.lambda_r);
         last_summands_ = evaluator_.summands();
+        if (step_ == 0)
+            report_balance(components_.losses, last_summands_, options_.init == "zeros" || options_.init == "color", run_);
         if (options_.reference)
             forget_camera(data);
         if (options_.clamp_layers)

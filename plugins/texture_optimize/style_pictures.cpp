@@ -45,18 +45,43 @@ RasterF with_side(const RasterF& picture, int reference, int to)
     return resized(picture, scaled(picture.width, to, reference), scaled(picture.height, to, reference));
 }
 
+/// Bilinear between the four nearest pixels, however much smaller it becomes.
+RasterF without_antialiasing(const RasterF& picture, int width, int height)
+{
+    const auto place = [](int to, int to_count, int from_count)
+    { return std::clamp((to + 0.5) * from_count / to_count - 0.5, 0.0, static_cast<double>(from_count - 1)); };
+    RasterF result(width, height, picture.channels);
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+        {
+            const double column = place(x, width, picture.width);
+            const double row = place(y, height, picture.height);
+            const int left = static_cast<int>(column);
+            const int top = static_cast<int>(row);
+            const int right = std::min(left + 1, picture.width - 1);
+            const int bottom = std::min(top + 1, picture.height - 1);
+            const auto fx = static_cast<float>(column - left);
+            const auto fy = static_cast<float>(row - top);
+            for (int c = 0; c < picture.channels; ++c)
+                result.at(x, y, c) = (picture.at(left, top, c) * (1 - fx) + picture.at(right, top, c) * fx) * (1 - fy) +
+                                     (picture.at(left, bottom, c) * (1 - fx) + picture.at(right, bottom, c) * fx) * fy;
+        }
+    return result;
+}
+
 StyleSizes released_sizes(RasterF source)
 {
     if (std::max(source.width, source.height) > largest_side)
         source = with_side(source, std::min(source.width, source.height), largest_side);
     const int shorter = std::min(source.width, source.height);
-    std::vector<int> sizes{fine_side};
-    std::vector<int> halvings;
-    for (int size = shorter; size > fine_side; size /= 2)
-        halvings.push_back(size);
-    sizes.insert(sizes.end(), halvings.rbegin(), halvings.rend());
-    const int coarse = std::min(sizes[std::min<std::size_t>(2, sizes.size() - 1)], std::max(shorter, fine_side));
-    return {with_side(source, shorter, fine_side), with_side(source, shorter, coarse)};
+    // Ascending: 256 px, halvings of at least 256 px, the picture as it is.
+    std::vector<int> divisors{1};
+    while (shorter / (2 * divisors.back()) >= fine_side)
+        divisors.push_back(2 * divisors.back());
+    const int divisor = divisors[divisors.size() >= 2 ? divisors.size() - 2 : 0];
+    const auto fine_of = [shorter](int side) { return static_cast<int>(static_cast<double>(side) * fine_side / shorter); };
+    return {without_antialiasing(source, fine_of(source.width), fine_of(source.height)),
+            without_antialiasing(source, source.width / divisor, source.height / divisor)};
 }
 
 }  // namespace

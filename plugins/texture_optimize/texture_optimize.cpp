@@ -156,8 +156,8 @@ class TextureOptimize final : public fresco::Stage
     fresco::Cost cost() const override
     {
         fresco::Cost cost;
-        // max_steps = 0 means no limit. Processor time of loss.patch_match on the generated room: 0.17 s a step at 192 px, which is
-        // 0.3 s at 256 px; other heights are scaled by their pixels. 20 s before the first step leave room for larger scans.
+        // max_steps = 0 means no limit. Processor time of loss.patch_match on the generated room: 0.17 s a step at 192 px, which
+        // is 0.3 s at 256 px; other heights are scaled by their pixels. 20 s before the first step leave room for larger scans.
         const std::string steps = "min(frames * epochs * repeats_count, max_steps + (1 - min(max_steps, 1)) * 1e12)";
         const std::string squares = "max(65536, heights_px_squares + (1 - min(heights_px_squares, 1)) * height_squares)";
         cost.seconds = "(20 + " + steps + " * 0.3 * " + squares + " / 65536) / cores";

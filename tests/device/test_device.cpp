@@ -72,7 +72,7 @@ struct Room
     {
         testing::TestFactory factory;
         const auto network = made<FeatureNetwork>(
-            "features.vgg19", Value::Map{{"weights", weights.string()}, {"convolutions", "libtorch"}, {"rescale", "never"}},
+            "features.vgg19", Value::Map{{"weights", weights.string()}, {"convolutions", "libtorch"}, {"rescale", false}},
             factory);
         factory.add("features.vgg19", [&] { return network; });
         std::map<std::string, std::shared_ptr<Loss>> components;

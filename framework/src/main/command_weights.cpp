@@ -7,8 +7,11 @@
 #include <fresco/weights/sha256.h>
 #include <fresco/weights/vgg19.h>
 
+#include <algorithm>
+#include <cstdint>
 #include <cstdio>
 #include <fmt/format.h>
+#include <list>
 
 namespace fresco::host
 {
@@ -28,7 +31,9 @@ struct WeightsArguments
     std::string out;
     std::string input = "auto";
     std::string padding = "auto";
-    std::string normalised = "auto";
+    std::string scale = "auto";
+    std::string until;
+    bool half = false;
     std::string network;
     std::string url = published_url;
     std::string sha256 = published_sha256;
@@ -52,10 +57,10 @@ Value describe(const fs::path& path, const weights::WeightsFile& file, const wei
                       {"form", weights::name_of(file.contents.form)},
                       {"size", file.bytes.size()},
                       {"sha256", weights::sha256(file.bytes)},
-                      {"names", vgg19.keys == weights::Vgg19Keys::gatys ? "gatys" : "torchvision"},
+                      {"names", vgg19.keys == weights::Vgg19Keys::caffe ? "caffe" : "torchvision"},
                       {"input", weights::input_text(vgg19.input)},
                       {"padding", weights::padding_text(vgg19.input.padding)},
-                      {"normalised", vgg19.normalised},
+                      {"scale", vgg19.raw ? "raw" : "other"},
                       {"tensors", std::move(layers)},
                       {"ignored", Value::List(vgg19.ignored.begin(), vgg19.ignored.end())},
                       {"metadata", std::move(metadata)}};
@@ -75,10 +80,11 @@ int inspect(const WeightsArguments& arguments)
     fmt::print("{:<11} {}, {} bytes\n", "form", description.at("form").as_string(), file.bytes.size());
     line("sha256");
     fmt::print("{:<11} VGG-19, conv1_1 to conv{}, {} names\n", "network", vgg19.layers.back().name,
-               vgg19.keys == weights::Vgg19Keys::gatys ? "Gatys'" : "torchvision's");
+               vgg19.keys == weights::Vgg19Keys::caffe ? "Caffe's" : "torchvision's");
     line("input");
     line("padding");
-    fmt::print("{:<11} {}\n", "normalised", vgg19.normalised ? "to unit mean activation" : "no");
+    fmt::print("{:<11} {}\n", "scale",
+               vgg19.raw ? "raw: what the weights of StyleMesh's losses are for" : "other: rescaled before use");
     for (const auto& layer : vgg19.layers)
         for (const auto* tensor : {&layer.weight, &layer.bias})
             fmt::print("  conv{}  {:<20}  {:<4}  {}\n", layer.name, tensor->name, weights::name_of(tensor->type),
@@ -97,8 +103,18 @@ void apply(const WeightsArguments& arguments, weights::Vgg19Weights& vgg19)
     vgg19.input.padding = padding;
     if (arguments.padding != "auto")
         vgg19.input.padding = arguments.padding == "zero" ? weights::Vgg19Padding::zero : weights::Vgg19Padding::reflect;
-    if (arguments.normalised != "auto")
-        vgg19.normalised = arguments.normalised == "yes";
+    if (arguments.scale != "auto")
+        vgg19.raw = arguments.scale == "raw";
+}
+
+/// Leaves out what comes after the layer "relu4_1".
+void cut(weights::Vgg19Weights& vgg19, const std::string& until, const std::string& file)
+{
+    const auto last = std::find_if(vgg19.layers.begin(), vgg19.layers.end(),
+                                   [&](const weights::Vgg19Layer& layer) { return "relu" + layer.name == until; });
+    if (last == vgg19.layers.end())
+        throw Error("--until " + until + ": " + file + " has relu1_1 to relu" + vgg19.layers.back().name);
+    vgg19.layers.erase(last + 1, vgg19.layers.end());
 }
 
 int convert(const WeightsArguments& arguments)
@@ -106,14 +122,23 @@ int convert(const WeightsArguments& arguments)
     const auto file = weights::read_weights(arguments.file);
     auto vgg19 = weights::recognise_vgg19(file.contents, arguments.file);
     apply(arguments, vgg19);
-    std::vector<std::vector<float>> values;
+    if (!arguments.until.empty())
+        cut(vgg19, arguments.until, arguments.file);
+    std::list<std::vector<float>> values;
+    std::list<std::vector<std::uint16_t>> halves;
     std::vector<weights::TensorView> tensors;
     for (const auto& layer : vgg19.layers)
         for (const auto* tensor : {&layer.weight, &layer.bias})
         {
             values.push_back(weights::to_float32(*tensor, arguments.file));
-            tensors.push_back(
-                {tensor->name, weights::ElementType::float32, tensor->shape, std::as_bytes(std::span(values.back()))});
+            auto bytes = std::as_bytes(std::span(values.back()));
+            if (arguments.half)
+            {
+                halves.push_back(weights::to_half(values.back(), arguments.file + ": tensor '" + tensor->name + "'"));
+                bytes = std::as_bytes(std::span(halves.back()));
+            }
+            const auto type = arguments.half ? weights::ElementType::float16 : weights::ElementType::float32;
+            tensors.push_back({tensor->name, type, tensor->shape, bytes});
         }
     auto metadata = weights::vgg19_metadata(vgg19);
     metadata["source_sha256"] = weights::sha256(file.bytes);
@@ -170,9 +195,11 @@ void add_weights_command(CLI::App& app, int& exit_code)
     change->add_option("--padding", arguments->padding, "Say what lies beyond the border")
         ->check(CLI::IsMember({"auto", "zero", "reflect"}))
         ->capture_default_str();
-    change->add_option("--normalised", arguments->normalised, "Say whether each layer's mean activation is 1 already")
-        ->check(CLI::IsMember({"auto", "yes", "no"}))
+    change->add_option("--scale", arguments->scale, "Say whether activations are Simonyan and Zisserman's own (raw)")
+        ->check(CLI::IsMember({"auto", "raw", "other"}))
         ->capture_default_str();
+    change->add_option("--until", arguments->until, "The last layer to write, such as relu4_1 (default: all there are)");
+    change->add_flag("--half", arguments->half, "Write 16-bit floating-point numbers: half the size, precise to 11 bits");
 
     CLI::App* fetch =
         add("get", "Fetch torchvision's file with curl, or the rest of it, check its SHA-256, print where it is", get);

@@ -162,7 +162,7 @@ TEST_CASE("mixed precision is refused where it would have no effect")
         object->configure(fresco::Value::Map{{"weights", (folder.path() / "w").string()},
                                              {"precision", "mixed"},
                                              {"convolutions", convolutions},
-                                             {"rescale", "never"}},
+                                             {"rescale", false}},
                           factory);
         fresco::PrepareContext context;
         context.style.fine = at::rand({3, 16, 16});

@@ -49,20 +49,35 @@ TEST_CASE("style sizes as the released code finds them")
 {
     std::vector<std::string> messages;
     const auto released = [&](int width, int height) { return sizes(width, height, messages, StyleRule::released); };
-    auto s = released(1600, 1200);  // 256, then 300, 600, 1200: the third is 600
+    auto s = released(1600, 1200);  // 256, 300, 600, 1200: the third is 600
     CHECK(s.fine.height == 256);
+    CHECK(s.fine.width == 341);
     CHECK(s.coarse.height == 600);
-    s = released(1024, 2048);  // 256, 512, 1024
-    CHECK(s.coarse.width == 1024);
-    s = released(400, 300);  // 256, 300: the last
+    CHECK(s.coarse.width == 800);
+    s = released(1024, 2048);  // 256, 256, 512, 1024
+    CHECK(s.coarse.width == 512);
+    CHECK(s.coarse.height == 1024);
+    s = released(400, 300);  // 256, 300, 300
     CHECK(s.coarse.height == 300);
-    s = released(200, 100);  // enlarged
+    s = released(1023, 511);  // 256, 511, 511
+    CHECK(s.coarse.height == 511);
+    s = released(200, 100);  // 256, 100, 100
     CHECK(s.fine.height == 256);
     CHECK(s.fine.width == 512);
-    CHECK(s.coarse.height == 256);
-    s = released(3000, 1500);  // shorter side 2048 first: 256, 512, 1024, 2048
-    CHECK(s.coarse.height == 1024);
-    CHECK(s.coarse.width == 2048);
+    CHECK(s.coarse.height == 100);
+    s = released(3000, 1500);  // shorter side 2048 first: 256, 256, 512, 1024, 2048
+    CHECK(s.coarse.height == 512);
+    CHECK(s.coarse.width == 1024);
+    // A fourth of the pixels along a side: means of the two in the middle, not of four.
+    Raster8 stripes(1024, 1024, 3);
+    for (int y = 0; y < 1024; ++y)
+        for (int x = 0; x < 1024; ++x)
+            for (int c = 0; c < 3; ++c)
+                stripes.at(x, y, c) = static_cast<std::uint8_t>(x % 4 == 1 ? 100 : x % 4 == 3 ? 255 : 0);
+    s = style_sizes(stripes, StyleRule::released, [](const std::string&) {});
+    CHECK(s.fine.at(17, 5, 1) == Approx(50 / 255.0));
+    CHECK(s.coarse.at(8, 5, 0) == Approx(50 / 255.0));
+    CHECK(s.coarse.at(9, 5, 0) == Approx(127.5 / 255.0));
     CHECK(messages.empty());
 }
 

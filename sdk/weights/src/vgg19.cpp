@@ -69,9 +69,9 @@ class Recogniser
         if (contents_.find("features.0.weight") != nullptr)
             result.keys = Vgg19Keys::torchvision;
         else if (contents_.find("conv1_1.weight") != nullptr)
-            result.keys = Vgg19Keys::gatys;
+            result.keys = Vgg19Keys::caffe;
         else
-            fail("holds neither 'features.0.weight' (torchvision's names) nor 'conv1_1.weight' (Gatys'): not the weights of "
+            fail("holds neither 'features.0.weight' (torchvision's names) nor 'conv1_1.weight' (Caffe's): not the weights of "
                  "VGG-19");
         read_layers(result);
         for (const auto& tensor : contents_.tensors)
@@ -82,7 +82,7 @@ class Recogniser
                 fail("tensor '" + tensor.name + "' is none of VGG-19's; give the weights of VGG-19 without batch normalisation");
         }
         result.input = input(result.keys);
-        result.normalised = normalised(result.keys);
+        result.raw = is_raw(result.keys);
         return result;
     }
 
@@ -166,17 +166,22 @@ class Recogniser
         return result;
     }
 
-    bool normalised(Vgg19Keys keys) const
+    bool is_raw(Vgg19Keys keys) const
     {
         std::string text;
-        const auto* written = entry("normalised", text);
-        if (written == nullptr)
-            return keys == Vgg19Keys::gatys;
-        if (text.find("unit mean") != std::string::npos || text == "yes")
-            return true;
-        if (text != "no")
-            fail("metadata 'normalised' is \"" + *written + "\"; known are \"unit mean activation\" and \"no\"");
-        return false;
+        if (const auto* written = entry("scale", text))
+        {
+            if (text != "raw" && text != "other")
+                fail("metadata 'scale' is \"" + *written + "\"; known are raw and other");
+            return text == "raw";
+        }
+        if (const auto* written = entry("normalised", text))
+        {
+            if (text.find("unit mean") == std::string::npos)
+                fail("metadata 'normalised' is \"" + *written + "\"; known is \"unit mean activation\"");
+            return false;
+        }
+        return keys == Vgg19Keys::caffe;
     }
 
     const StateDict& contents_;
@@ -188,8 +193,7 @@ class Recogniser
 
 Vgg19Input caffe_input()
 {
-    return {
-        .bgr = true, .scale = 255, .mean = {103.939, 116.779, 123.68}, .deviation = {1, 1, 1}, .padding = Vgg19Padding::reflect};
+    return {.bgr = true, .scale = 255, .mean = {103.939, 116.779, 123.68}, .deviation = {1, 1, 1}, .padding = Vgg19Padding::zero};
 }
 
 Vgg19Input torchvision_input()
@@ -221,7 +225,7 @@ std::map<std::string, std::string> vgg19_metadata(const Vgg19Weights& weights)
     return {{"architecture", "VGG-19, conv1_1 to conv" + weights.layers.back().name},
             {"input", std::string(input_text(weights.input))},
             {"padding", std::string(padding_text(weights.input.padding))},
-            {"normalised", weights.normalised ? "unit mean activation" : "no"}};
+            {"scale", weights.raw ? "raw" : "other"}};
 }
 
 }  // namespace fresco::weights

@@ -197,3 +197,25 @@ TEST_CASE("Half precision, the other types and what is not finite")
     CHECK_THROWS_WITH(value(ElementType::float32, std::string("\x00\x00\xc0\x7f", 4)), Catch::Contains("finite"));
     CHECK_THROWS_WITH(value(ElementType::int32, "abcd"), Catch::Contains("floating-point"));
 }
+
+TEST_CASE("Every number of half precision comes back, and others become the nearest")
+{
+    for (std::uint32_t bits = 0; bits < 0x10000; ++bits)
+    {
+        if ((bits & 0x7c00U) == 0x7c00U)
+            continue;
+        const auto half = static_cast<std::uint16_t>(bits);
+        const TensorView tensor{"t", ElementType::float16, {1}, std::as_bytes(std::span(&half, 1))};
+        const std::vector<float> values = to_float32(tensor, "w");
+        if (to_half(values, "w").front() != half)
+            FAIL("number " << bits);
+        const float above = std::nextafter(values.front(), 1e30F);
+        if (bits < 0x7bffU && to_half(std::vector<float>{above}, "w").front() != half)
+            FAIL("just above number " << bits);
+    }
+    // Ties go to the even one.
+    CHECK(to_half(std::vector<float>{1 + 1 / 2048.0F, 1 + 3 / 2048.0F}, "w") == std::vector<std::uint16_t>{0x3c00, 0x3c02});
+    CHECK(to_half(std::vector<float>{std::ldexp(1.0F, -25), std::ldexp(3.0F, -25)}, "w") == std::vector<std::uint16_t>{0, 2});
+    CHECK(to_half(std::vector<float>{2047.7F / 2048}, "w") == std::vector<std::uint16_t>{0x3c00});
+    CHECK_THROWS_WITH(to_half(std::vector<float>{70000.0F}, "w.pth: tensor 'a'"), Catch::Contains("w.pth: tensor 'a'"));
+}

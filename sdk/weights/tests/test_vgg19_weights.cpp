@@ -49,7 +49,7 @@ Vgg19Weights recognised(const Contents& contents)
 
 }  // namespace
 
-TEST_CASE("Layers are found by torchvision's names and by Gatys'")
+TEST_CASE("Layers are found by torchvision's names and by Caffe's")
 {
     Contents torchvision;
     torchvision.add("classifier.0.weight", {2, 2});
@@ -59,16 +59,16 @@ TEST_CASE("Layers are found by torchvision's names and by Gatys'")
     REQUIRE(first.layers.size() == 3);
     CHECK(first.layers[2].name == "2_1");
     CHECK((!first.layers[1].pooled && first.layers[2].pooled));
-    CHECK_FALSE(first.normalised);
+    CHECK_FALSE(first.raw);
     CHECK_FALSE(first.input.bgr);
     CHECK(first.input.padding == Vgg19Padding::zero);
 
     const auto second = recognised(Contents({"conv1_1", "conv1_2"}));
-    CHECK(second.keys == Vgg19Keys::gatys);
+    CHECK(second.keys == Vgg19Keys::caffe);
     CHECK(second.layers.size() == 2);
-    CHECK(second.normalised);
+    CHECK(second.raw);
     CHECK(second.input.bgr);
-    CHECK(second.input.padding == Vgg19Padding::reflect);
+    CHECK(second.input.padding == Vgg19Padding::zero);
 }
 
 TEST_CASE("All sixteen layers, as long as they are there")
@@ -101,7 +101,14 @@ TEST_CASE("Metadata decides over names")
     metadata["padding"] = "reflect";
     CHECK(recognised(contents).input.padding == Vgg19Padding::reflect);
     metadata["normalised"] = "weights rescaled to unit mean activation (Gatys)";
-    CHECK(recognised(contents).normalised);
+    CHECK_FALSE(recognised(contents).raw);
+    metadata["scale"] = "raw";
+    CHECK(recognised(contents).raw);
+    Contents caffe({"conv1_1"});
+    caffe.dict.metadata["normalised"] = "unit mean activation";
+    CHECK_FALSE(recognised(caffe).raw);
+    caffe.dict.metadata = {{"scale", "other"}};
+    CHECK_FALSE(recognised(caffe).raw);
     // What is written of weights is read again as the same.
     Contents again;
     again.dict.metadata = vgg19_metadata(recognised(contents));
@@ -114,6 +121,8 @@ TEST_CASE("Metadata decides over names")
     };
     refused(contents, "padding", "circular");
     refused(contents, "input", "YUV");
+    refused(contents, "scale", "perhaps");
+    metadata.erase("scale");
     refused(contents, "normalised", "perhaps");
 }
 
@@ -143,7 +152,7 @@ TEST_CASE("The weights at hand say what they are")
     const auto weights = recognise_vgg19(file.contents, path.string());
     CHECK(file.contents.form == Form::safetensors);
     CHECK(weights.layers.size() == 5);
-    CHECK(weights.normalised);
+    CHECK_FALSE(weights.raw);
     CHECK(weights.input.bgr);
     CHECK(weights.input.padding == Vgg19Padding::reflect);
 }

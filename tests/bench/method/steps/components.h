@@ -43,7 +43,7 @@ struct ConvolutionShape
 /// From conv1_1 to `last`.
 std::vector<ConvolutionShape> vgg19_shapes(std::string_view last);
 
-/// VGG-19 up to `last` with random weights (He's deviation, so that responses keep their size) under Gatys' keys.
+/// VGG-19 up to `last` with random weights (He's deviation, so that responses keep their size) under Caffe's keys.
 void write_random_vgg19(const std::filesystem::path& file, std::string_view last = "conv4_2");
 
 /// Prepares the networks that the losses need, each once, and then the losses, for the generated style and camera picture.

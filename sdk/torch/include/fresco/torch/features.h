@@ -6,6 +6,7 @@
 #include <torch/types.h>
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -27,6 +28,7 @@ struct PrepareContext
     std::vector<torch::Tensor> camera_samples;  ///< A few camera pictures, RGB in [0,1], 3 x H x W, spread over the run.
     std::uint64_t seed = 0;
     Progress* progress = nullptr;  ///< Never null; lives as long as the run.
+    std::function<void(const std::string&)> message = [](const std::string&) {};  ///< Tells the person who runs it.
 };
 
 /// One layer of a feature network.

@@ -28,7 +28,7 @@ struct Vgg19Input
     std::array<double, 3> deviation{1, 1, 1};  ///< In the network's channel order.
     Vgg19Padding padding = Vgg19Padding::zero;
 };
-/// BGR in 0..255 minus (103.939, 116.779, 123.68), reflected borders: Gatys' weights and Caffe's.
+/// BGR in 0..255 minus (103.939, 116.779, 123.68), zero padding: Simonyan and Zisserman's own weights, as Caffe has them.
 Vgg19Input caffe_input();
 /// RGB in [0,1], ImageNet mean and deviation, zero padding: torchvision's weights.
 Vgg19Input torchvision_input();
@@ -49,22 +49,22 @@ struct Vgg19Layer
 enum class Vgg19Keys
 {
     torchvision,  ///< "features.0.weight"
-    gatys         ///< "conv1_1.weight"
+    caffe         ///< "conv1_1.weight"
 };
 
 struct Vgg19Weights
 {
     Vgg19Keys keys = Vgg19Keys::torchvision;
     Vgg19Input input;
-    bool normalised = false;           ///< Each layer's mean activation is about 1 already.
+    bool raw = false;                  ///< Activations as Simonyan and Zisserman's own: the scale that StyleMesh's λ is for.
     std::vector<Vgg19Layer> layers;    ///< From conv1_1 on, without a gap; at least one.
     std::vector<std::string> ignored;  ///< Tensors of the classifier.
 };
 
-/// Finds the layers by torchvision's or Gatys' names, as far as they go, and checks every name, shape and type. What the metadata
-/// of a safetensors file says ("input", "padding", "normalised") decides; without it torchvision's names mean torchvision's input
-/// and weights as they were trained, Gatys' names Caffe's input, reflected borders and unit mean activation. Throws Error naming
-/// `source` and the tensor or the entry that is wrong.
+/// Finds the layers by torchvision's or Caffe's names, as far as they go, and checks every name, shape and type. What the metadata
+/// of a safetensors file says ("input", "padding", "scale", or "normalised" where weights have unit mean activation) decides;
+/// without it torchvision's names mean torchvision's input and scale, Caffe's names Caffe's input and raw activations, as in
+/// Gatys' vgg_conv.pth. Throws Error naming `source` and the tensor or the entry that is wrong.
 Vgg19Weights recognise_vgg19(const StateDict& contents, std::string_view source);
 
 /// The metadata that says what `weights` says of itself.

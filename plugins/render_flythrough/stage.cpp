@@ -53,6 +53,8 @@ class RenderFlythrough final : public Stage
     Option<double> fps{this, "fps", 25, range(1, 120), "Pictures per second"};
     Option<int> height_px{this, "height_px", 480, range(16, 4320), "Height; the width follows from the camera, both even"};
     Option<int> samples{this, "samples", 2, range(1, 8), "Rays per pixel along each side"};
+    Option<std::string> shading{this, "shading", "none", one_of({"none", "scannet", "matterport3d"}),
+                                "Lamps: none, or those of StyleMesh's published viewer for a data set"};
     Option<double> smoothing_count{this, "smoothing_count", 6, range(0.1, 10'000),
                                    "Standard deviation of the smoothing, in recorded frames"};
     Option<double> radius_m{this, "radius_m", 0.3, range(0, 100), "Of the orbit"};
@@ -115,7 +117,8 @@ class RenderFlythrough final : public Stage
     {
         raycast::check_showable(*mesh, *frames);
         const Intrinsics size = intrinsics();
-        const raycast::ViewRenderer renderer(*mesh, {.samples_per_side = *samples, .mip_maps = true});
+        const raycast::ViewRenderer renderer(
+            *mesh, {.samples_per_side = *samples, .mip_maps = true, .lights = raycast::lights_of(*shading)});
         const std::vector<RigidTransform> way = poses(size, renderer, run);
         const std::filesystem::path folder = video.folder().path;
         const bool pictures = *format == "png";

@@ -28,6 +28,8 @@ class RenderViews final : public Stage
     Option<std::string> filter{
         this, "filter", "trilinear", one_of({"trilinear", "bilinear"}),
         "Texture lookup: trilinear uses mip-maps where a ray skips texels, bilinear always the full picture"};
+    Option<std::string> shading{this, "shading", "none", one_of({"none", "scannet", "matterport3d"}),
+                                "Lamps: none, or those of StyleMesh's published viewer for a data set"};
     Slot<ImageIo> images{this, "images", "image.opencv", "Encodes the pictures"};
 
     Cost cost() const override
@@ -68,7 +70,8 @@ class RenderViews final : public Stage
     {
         raycast::check_showable(*mesh, *frames);
         const std::vector<const Frame*> list = chosen();
-        const raycast::ViewRenderer renderer(*mesh, {.samples_per_side = *samples, .mip_maps = *filter == "trilinear"});
+        const raycast::ViewRenderer renderer(
+            *mesh, {.samples_per_side = *samples, .mip_maps = *filter == "trilinear", .lights = raycast::lights_of(*shading)});
         std::filesystem::create_directories(views.folder().path / folder->path);
         Files result;
         std::size_t empty = 0;

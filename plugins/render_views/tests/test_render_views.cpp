@@ -91,6 +91,37 @@ TEST_CASE("mip-maps average a picture finer than the pixels, bilinear lookups al
     CHECK(worst(false) > 30);
 }
 
+TEST_CASE("lamps of the published viewers, on walls that face them, stand askew and face away")
+{
+    TexturedMesh textured = wall(4);
+    std::fill(textured.image.pixels.values.begin(), textured.image.pixels.values.end(), std::uint8_t{100});
+    // The wall's normal is -z, and becomes `normal`; the camera turns with it.
+    const auto shown = [&](const char* shading, const Vec3d& normal)
+    {
+        const Vec3d out = normalized(normal) * -1;
+        const Vec3d right = normalized(std::abs(out.y) > 0.9 ? cross(Vec3d{0, 0, 1}, out) : cross(Vec3d{0, 1, 0}, out));
+        const Vec3d down = cross(out, right);
+        const Mat3 turn{{right.x, down.x, out.x, right.y, down.y, out.y, right.z, down.z, out.z}};
+        TexturedMesh turned = textured;
+        for (Vec3f& position : turned.mesh.positions)
+            position = vec_cast<float>(turn * vec_cast<double>(position));
+        Camera camera = straight(8, 8, 8);
+        camera.world_from_camera.rotation = turn;
+        const raycast::ViewRenderer renderer(turned, {.lights = raycast::lights_of(shading)});
+        return static_cast<int>(renderer.render(camera, Progress{}).at(4, 4, 0));
+    };
+    CHECK(shown("none", {0, 0, 1}) == 100);
+    CHECK(shown("scannet", {0, 0, -1}) == 40);
+    CHECK(shown("scannet", {0, 0, 1}) == 98);   // 0.4 + 1/√3
+    CHECK(shown("scannet", {1, 0, 1}) == 122);  // 0.4 + 2/√6
+    CHECK(shown("matterport3d", {0, 0, -1}) == 90);
+    CHECK(shown("matterport3d", {1, 0, 1}) == 150);
+    CHECK(shown("matterport3d", {1, 0, 0}) == 132);  // 0.9 + 0.6/√2
+    CHECK(shown("matterport3d", {0, 1, 0}) == 90);
+    std::fill(textured.image.pixels.values.begin(), textured.image.pixels.values.end(), std::uint8_t{200});
+    CHECK(shown("matterport3d", {1, 0, 1}) == 255);
+}
+
 TEST_CASE("pictures are equal for any number of threads")
 {
     struct Threads final : Progress

@@ -32,9 +32,28 @@ void check_showable(const TexturedMesh& mesh, const Frames& frames)
         check_camera(frame.color, "the colour camera of " + frame.sequence + "/" + frame.name);
 }
 
+Lights lights_of(std::string_view shading)
+{
+    if (shading == "scannet")
+        return {0.4, 1, normalized(Vec3d{1, 1, 1})};
+    if (shading == "matterport3d")
+        return {0.9, 0.6, normalized(Vec3d{1, 0, 1})};
+    return {};
+}
+
 ViewRenderer::ViewRenderer(const TexturedMesh& mesh, const RenderOptions& options)
     : options_(options), scene_(mesh.mesh), texture_(mesh.image.pixels, options.mip_maps)
 {
+    if (options_.lights.diffuse > 0)
+        normals_ = vertex_normals(mesh.mesh);
+}
+
+double ViewRenderer::light(const Hit& hit) const
+{
+    const Lights& lights = options_.lights;
+    if (normals_.empty())
+        return lights.ambient;
+    return lights.ambient + lights.diffuse * std::max(0.0, dot(normal(scene_.mesh(), normals_, hit), lights.toward));
 }
 
 double ViewRenderer::level_of_detail(const Camera& dense, int x, int y, const Hit& hit, Vec2d uv) const
@@ -65,7 +84,8 @@ void ViewRenderer::render_rows(const Camera& camera, const Camera& dense, int fi
                 if (sight(hit) != Sight::surface)
                     continue;
                 const Vec2d uv = texcoord(scene_.mesh(), hit);
-                sum += texture_.sample(uv, level_of_detail(dense, dense_x, dense_y, hit, uv));
+                const Vec3d color = texture_.sample(uv, level_of_detail(dense, dense_x, dense_y, hit, uv)) * light(hit);
+                sum += Vec3d{std::min(color.x, 255.0), std::min(color.y, 255.0), std::min(color.z, 255.0)};
                 ++found;
             }
         if (found == 0)

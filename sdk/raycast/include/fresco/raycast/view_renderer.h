@@ -8,14 +8,29 @@
 #include <fresco/texture.h>
 
 #include <cstdint>
+#include <string_view>
+#include <vector>
 
 namespace fresco::raycast
 {
+
+/// A distant lamp and light from everywhere: a color is multiplied by ambient + diffuse · max(0, normal · toward).
+struct Lights
+{
+    double ambient = 1;
+    double diffuse = 0;
+    Vec3d toward{0, 0, 1};  ///< Unit, from the surface to the lamp, in the mesh's frame.
+};
+
+/// "none": colors as they are. "scannet", "matterport3d": the lamps of StyleMesh's published viewers for these data sets
+/// (rgb.frag), under which the paper's pictures and tables were made.
+Lights lights_of(std::string_view shading);
 
 struct RenderOptions
 {
     int samples_per_side = 2;  ///< Rays per pixel: its square.
     bool mip_maps = true;      ///< Look up the picture at the size that one ray's spacing calls for.
+    Lights lights = {};        ///< By the vertex normals, interpolated.
 };
 
 /// Throws Error unless a stage with these on its ports `mesh` and `frames` can show the mesh as the frames' colour cameras do: a
@@ -35,11 +50,13 @@ class ViewRenderer
 
   private:
     void render_rows(const Camera& camera, const Camera& dense, int first_row, int end_row, Raster8& image) const;
+    double light(const Hit& hit) const;
     double level_of_detail(const Camera& dense, int x, int y, const Hit& hit, Vec2d uv) const;
 
     RenderOptions options_;
     Scene scene_;
     MipMaps texture_;
+    std::vector<Vec3f> normals_;  ///< V; empty where nothing is shaded.
 };
 
 }  // namespace fresco::raycast

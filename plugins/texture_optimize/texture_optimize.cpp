@@ -84,6 +84,10 @@ class TextureOptimize final : public fresco::Stage
                                            "Whether the limit itself passes"};
     fresco::Option<std::string> angle_map{this, "angle_map", "own", fresco::one_of({"own", "smallest"}),
                                           "Angles of each height, or of the smallest, enlarged"};
+    fresco::Option<std::string> empty_pixels{
+        this, "empty_pixels", "black", fresco::one_of({"black", "corner"}),
+        "What pixels without a surface show to the losses' networks: black, or the texture's "
+        "first texel"};
     fresco::Option<std::string> content_target{this, "content_target", "own", fresco::one_of({"own", "smallest"}),
                                                "Camera features of each height, or of the smallest, enlarged"};
     fresco::Option<std::string> style_sizes{this, "style_sizes", "printed", fresco::one_of({"printed", "released"}),
@@ -184,6 +188,7 @@ class TextureOptimize final : public fresco::Stage
                                                        : GradientScaling::none;
         rules.share_by_features = *level_share == "features";
         rules.enlarge_camera_features = *content_target == "smallest";
+        rules.fill_with_corner = *empty_pixels == "corner";
         return rules;
     }
 

@@ -31,6 +31,20 @@ std::vector<LevelPixels> level_pixels(const ViewSource& source, std::size_t view
     return depth_levels(maps, source.measured_depth(view, maps[0], unmeasured), rules.depth_rule, rules.angle);
 }
 
+/// The map that shows the texture's first texel where there is no surface.
+UvMap filled_with_corner(const UvMap& map)
+{
+    UvMap result = map;
+    for (std::size_t i = 0; i < map.valid.values.size(); ++i)
+        if (map.valid.values[i] == 0)
+        {
+            result.uv.values[2 * i] = 0;
+            result.uv.values[2 * i + 1] = 1;
+            result.valid.values[i] = 1;
+        }
+    return result;
+}
+
 }  // namespace
 
 Raster8 chosen_pixels(const LevelPixels& level, Pixels pixels)
@@ -68,13 +82,19 @@ std::unique_ptr<ViewData> load_view(const ViewSource& source, std::size_t view, 
         const auto& map = maps[level];
         LevelData result;
         result.height_px = source.height_px(level);
-        result.view = texture.make_view(map);
+        const UvMap shown = rules.fill_with_corner ? filled_with_corner(map) : map;
+        result.view = texture.make_view(shown);
         result.factor = gradient_factor(map, pixels[level], rules.scaling);
+        // The released code masks gradients by the angle's cosine and the level's weight alone, and both are 0 there.
+        if (rules.fill_with_corner && rules.scaling == GradientScaling::none)
+            for (std::size_t i = 0; i < map.valid.values.size(); ++i)
+                if (map.valid.values[i] == 0)
+                    result.factor.values[i] = 1;
         result.share = shares[level];
         result.camera = to_tensor(resized(camera, map.valid.width, map.valid.height));
         result.all = bool_tensor(pixels[level].all);
         result.fine = bool_tensor(pixels[level].fine);
-        result.valid = map.valid;
+        result.valid = shown.valid;
         result.pixels = pixels[level];
         result.smallest = smallest;
         data->levels.push_back(std::move(result));

@@ -38,6 +38,7 @@ struct LevelRules
     GradientScaling scaling = GradientScaling::angle;
     bool share_by_features = false;        ///< ŵ_l from the masks on each layer's grid; else from pixels.
     bool enlarge_camera_features = false;  ///< The camera is encoded at the smallest height and its features enlarged.
+    bool fill_with_corner = false;         ///< Pixels without a surface show the texture's first texel; else black.
 };
 
 /// Features by network and layer.

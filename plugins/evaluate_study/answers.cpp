@@ -57,7 +57,9 @@ Answer answer_from(const Value& value, const Study& study)
         throw Error("seconds: a number that is not negative was expected");
     const Picture& left = study.pictures[answer.left];
     const Picture& right = study.pictures[answer.right];
-    if (left.name != right.name || left.method == right.method)
+    const std::string& ours = study.design.ours;
+    const bool is_compared = ours.empty() || left.method == ours || right.method == ours;
+    if (left.name != right.name || left.method == right.method || !is_compared)
         throw Error("the pictures " + std::to_string(answer.left) + " and " + std::to_string(answer.right) +
                     " are no pair of the study");
     return answer;

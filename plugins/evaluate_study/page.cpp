@@ -38,6 +38,22 @@ Value strata_value(const Study& study)
     return strata;
 }
 
+/// By picture's number: [question or null, left, top, width, height].
+Value hints_value(const Study& study)
+{
+    Value::List all;
+    for (const Picture& picture : study.pictures)
+    {
+        Value::List own;
+        for (const Hint& hint : study.design.hints)
+            if (hint.name == picture.name)
+                own.emplace_back(
+                    Value::List{hint.question ? Value(*hint.question) : Value(), hint.left, hint.top, hint.width, hint.height});
+        all.emplace_back(std::move(own));
+    }
+    return all;
+}
+
 }  // namespace
 
 std::string page(const Study& study, const std::vector<std::string>& pictures)
@@ -45,6 +61,8 @@ std::string page(const Study& study, const std::vector<std::string>& pictures)
     const Value data = Value::Map{{"study", study.id},
                                   {"questions", Value::List(study.questions.begin(), study.questions.end())},
                                   {"pairs_count", study.pairs_count},
+                                  {"mixes_questions", study.design.mixes_questions},
+                                  {"hints", hints_value(study)},
                                   {"strata", strata_value(study)},
                                   {"pictures", Value::List(pictures.begin(), pictures.end())}};
     std::string text(page_html);

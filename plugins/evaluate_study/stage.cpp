@@ -62,6 +62,11 @@ class EvaluateStudy final : public Stage
     Option<std::string> second_name{this, "second_name", "second", "The same for port 'second'"};
     Option<InputFolder> folder{this, "folder", InputFolder{}, "Folder with a subfolder of pictures per method, called after it"};
     Option<std::string> questions{this, "questions", default_questions, "What is asked about a pair, separated by |"};
+    Option<std::string> ours{this, "ours", "",
+                             "Compare this method with each other one alone, as the paper did; empty: every two methods"};
+    Option<std::string> question_order{this, "question_order", "grouped", one_of({"grouped", "mixed"}),
+                                       "One question after the other, or in random order"};
+    Option<InputFile> hints{this, "hints", InputFile{}, "Rectangles to draw into pictures: JSON, see the README"};
     Option<int> pairs_count{this, "pairs_count", 70, range(1, 10'000),
                             "Pairs that each participant is shown, each with one question"};
     Option<int> pictures_count{this, "pictures_count", 40, range(1, 10'000),
@@ -112,8 +117,12 @@ class EvaluateStudy final : public Stage
             for (const auto& [method, file] : group.files)
                 run.reads_file(file);
         const ShownAs shown{*max_px, *image_format == "png", *jpeg_quality};
-        const Study study = make_study(groups, split_questions(*questions), *pairs_count, static_cast<std::uint64_t>(*seed),
-                                       std::to_string(*max_px) + *image_format + std::to_string(*jpeg_quality));
+        Design design{*ours, *question_order == "mixed", {}};
+        if (!hints->empty())
+            design.hints = hints_from(read_text_file(hints->path), hints->path.string());
+        const Study study =
+            make_study(groups, split_questions(*questions), *pairs_count, std::move(design), static_cast<std::uint64_t>(*seed),
+                       std::to_string(*max_px) + *image_format + std::to_string(*jpeg_quality));
         const std::string text = page(study, encoded_pictures(study, groups, shown, run));
         write(path->path, text, result);
         write(sibling(".key.json"), key_text(study), result);

@@ -19,6 +19,75 @@ using fresco::Value;
 constexpr std::string_view key_format = "fresco.study_key";
 constexpr int key_version = 1;
 
+Value hints_value(const std::vector<Hint>& hints)
+{
+    Value::List list;
+    for (const Hint& hint : hints)
+    {
+        Value entry = Value::Map{
+            {"view", hint.name}, {"left", hint.left}, {"top", hint.top}, {"width", hint.width}, {"height", hint.height}};
+        if (hint.question)
+            entry.set("question", *hint.question);
+        list.push_back(std::move(entry));
+    }
+    return list;
+}
+
+Hint hint_from(const Value& value)
+{
+    fresco::StrictMap entries(value);
+    Hint hint;
+    hint.name = entries.take("view").as_string();
+    hint.left = entries.take("left").as_double();
+    hint.top = entries.take("top").as_double();
+    hint.width = entries.take("width").as_double();
+    hint.height = entries.take("height").as_double();
+    if (value.find("question") != nullptr)
+    {
+        const std::int64_t question = entries.take("question").as_int();
+        if (question < 0)
+            throw Error("question: a number from 0 on was expected");
+        hint.question = static_cast<std::size_t>(question);
+    }
+    entries.refuse_others();
+    if (!(hint.left >= 0 && hint.top >= 0 && hint.width > 0 && hint.height > 0 && hint.left + hint.width <= 1 &&
+          hint.top + hint.height <= 1))
+        throw Error("left, top, width and height: shares of the picture, within 0 to 1, were expected");
+    return hint;
+}
+
+std::vector<Hint> hints_from_value(const Value& value)
+{
+    std::vector<Hint> hints;
+    for (const Value& entry : value.as_list())
+        try
+        {
+            hints.push_back(hint_from(entry));
+        }
+        catch (const Error& error)
+        {
+            throw Error("hints[" + std::to_string(hints.size()) + "]: " + error.what());
+        }
+    return hints;
+}
+
+/// Throws Error unless the design is about this study's methods, views and questions.
+void check_design(const Study& study)
+{
+    const auto has = [&](auto member, const std::string& name)
+    { return std::ranges::find(study.pictures, name, member) != study.pictures.end(); };
+    if (!study.design.ours.empty() && !has(&Picture::method, study.design.ours))
+        throw Error("no method is called " + study.design.ours + ": option \"ours\" names one of the compared methods");
+    for (const Hint& hint : study.design.hints)
+    {
+        if (!has(&Picture::name, hint.name))
+            throw Error("a hint is about the view " + hint.name + ", of which the study has no pictures");
+        if (hint.question && *hint.question >= study.questions.size())
+            throw Error("a hint is about question " + std::to_string(*hint.question) + ", and there are " +
+                        std::to_string(study.questions.size()) + ", counted from 0");
+    }
+}
+
 std::string names_of(const std::map<std::string, std::filesystem::path>& files)
 {
     return files.empty() ? "no pictures" : files.begin()->first + (files.size() > 1 ? ", …" : "");
@@ -77,6 +146,9 @@ std::vector<Comparison> comparisons(const Study& study)
         for (auto first = by_method.begin(); first != by_method.end(); ++first)
             for (auto second = std::next(first); second != by_method.end(); ++second)
             {
+                const std::string& ours = study.design.ours;
+                if (!ours.empty() && first->first != ours && second->first != ours)
+                    continue;
                 Comparison& comparison = found[{first->first, second->first}];
                 comparison.first = first->first;
                 comparison.second = second->first;
@@ -88,8 +160,8 @@ std::vector<Comparison> comparisons(const Study& study)
     return result;
 }
 
-Study make_study(const std::vector<Group>& groups, std::vector<std::string> questions, int pairs_count, std::uint64_t seed,
-                 std::string_view shown)
+Study make_study(const std::vector<Group>& groups, std::vector<std::string> questions, int pairs_count, Design design,
+                 std::uint64_t seed, std::string_view shown)
 {
     std::vector<std::pair<Picture, std::filesystem::path>> all;
     for (const Group& group : groups)
@@ -108,6 +180,8 @@ Study make_study(const std::vector<Group>& groups, std::vector<std::string> ques
     }
     study.questions = std::move(questions);
     study.pairs_count = pairs_count;
+    study.design = std::move(design);
+    check_design(study);
     study.id = fresco::content_hash(key_text(study) + fresco::to_json(Value(std::move(hashes))) + std::string(shown));
     return study;
 }
@@ -131,6 +205,19 @@ std::vector<std::string> split_questions(std::string_view text)
     return questions;
 }
 
+std::vector<Hint> hints_from(std::string_view text, std::string_view source)
+{
+    const Value root = fresco::parse_json(text, source);
+    try
+    {
+        return hints_from_value(root);
+    }
+    catch (const Error& error)
+    {
+        throw Error(std::string(source) + ": " + error.what());
+    }
+}
+
 std::string key_text(const Study& study)
 {
     return fresco::to_json(Value::Map{{"format", key_format},
@@ -138,6 +225,9 @@ std::string key_text(const Study& study)
                                       {"study", study.id},
                                       {"questions", Value::List(study.questions.begin(), study.questions.end())},
                                       {"pairs_count", study.pairs_count},
+                                      {"ours", study.design.ours},
+                                      {"mixes_questions", study.design.mixes_questions},
+                                      {"hints", hints_value(study.design.hints)},
                                       {"pictures", pictures_value(study.pictures)}},
                            1) +
            "\n";
@@ -156,6 +246,9 @@ Study key_from(std::string_view text, std::string_view source)
         for (const Value& question : entries.take("questions").as_list())
             study.questions.push_back(question.as_string());
         study.pairs_count = static_cast<int>(entries.take("pairs_count").as_int());
+        study.design.ours = entries.take("ours").as_string();
+        study.design.mixes_questions = entries.take("mixes_questions").as_bool();
+        study.design.hints = hints_from_value(entries.take("hints"));
         std::set<std::pair<std::string, std::string>> known;
         for (const Value& value : entries.take("pictures").as_list())
         {
@@ -166,6 +259,7 @@ Study key_from(std::string_view text, std::string_view source)
                 throw Error("pictures: " + study.pictures.back().name + " of " + study.pictures.back().method + " stands twice");
         }
         entries.refuse_others();
+        check_design(study);
         if (study.questions.empty() || comparisons(study).empty())
             throw Error("there is no question, or no pair of pictures");
         return study;

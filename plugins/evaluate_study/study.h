@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -39,6 +40,26 @@ struct Picture
     friend bool operator==(const Picture&, const Picture&) = default;
 };
 
+/// A rectangle that is drawn into both pictures of a view, where a question's answer may be seen; in shares of the picture.
+struct Hint
+{
+    std::string name;                     ///< The view's.
+    std::optional<std::size_t> question;  ///< None: with every question.
+    double left = 0;
+    double top = 0;
+    double width = 0;
+    double height = 0;
+    friend bool operator==(const Hint&, const Hint&) = default;
+};
+
+/// How a study is laid out.
+struct Design
+{
+    std::string ours;              ///< The method that each other one is compared with; empty: every two methods are compared.
+    bool mixes_questions = false;  ///< Questions in random order; else one after the other.
+    std::vector<Hint> hints;
+};
+
 /// What participants are asked, and what only the study's owner knows: who made which picture.
 struct Study
 {
@@ -46,6 +67,7 @@ struct Study
     std::vector<std::string> questions;
     std::vector<Picture> pictures;  ///< By the number that the page calls them by; shuffled.
     int pairs_count = 0;            ///< How many pairs each participant is shown, at most.
+    Design design;
 };
 
 /// The pairs of pictures of two methods, as numbers.
@@ -56,12 +78,17 @@ struct Comparison
     std::vector<std::pair<std::size_t, std::size_t>> pairs;  ///< The first's picture and the second's.
 };
 
-/// By methods; only those with pairs.
+/// By methods, as the design wants them; only those with pairs.
 std::vector<Comparison> comparisons(const Study& study);
 
-/// A study of these groups. `shown` describes how pictures are shown (size, format): of the id.
-Study make_study(const std::vector<Group>& groups, std::vector<std::string> questions, int pairs_count, std::uint64_t seed,
-                 std::string_view shown);
+/// A study of these groups. `shown` describes how pictures are shown (size, format): of the id. Throws Error where `ours` is none
+/// of the methods, or a hint is about no view or question of the study.
+Study make_study(const std::vector<Group>& groups, std::vector<std::string> questions, int pairs_count, Design design,
+                 std::uint64_t seed, std::string_view shown);
+
+/// A JSON list of `view`, `left`, `top`, `width`, `height` in shares of the picture, and `question`, counted from 0, or none.
+/// Strict. Throws Error naming `source` and the entry.
+std::vector<Hint> hints_from(std::string_view text, std::string_view source);
 
 /// Texts separated by '|', without blanks around. Throws Error if one is empty.
 std::vector<std::string> split_questions(std::string_view text);

@@ -13,8 +13,10 @@ python3 "$source/pictures.py" "$work/pictures"
 cat >"$work/study.yaml" <<'YAML'
 version: 1
 stages:
-  study: {type: evaluate.study, folder: pictures, pairs_count: 8, image_format: png}
+  study: {type: evaluate.study, folder: pictures, pairs_count: 8, image_format: png, hints: hints.json}
 YAML
+python3 -c 'import json; print(json.dumps([{"view": f"seq-01_frame-{i:06d}", "left": 0.25, "top": 0.5, "width": 0.5, "height": 0.25}
+                                           for i in range(6)]))' >"$work/hints.json"
 run() { "$fresco" run "$work/study.yaml" --store "$work/store" --out "$work/out" "$@"; }
 run >/dev/null
 timeout 240 node "$source/participate.mjs" "$chromium" "$work/out/study.html" "$work/out/study.key.json" "$work/results"

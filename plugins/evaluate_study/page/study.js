@@ -1,6 +1,7 @@
 "use strict";
 (() => {
-    // study: {study, questions: [text], pictures: [data URI], strata: [[[picture, picture], …], …], pairs_count}
+    // study: {study, questions: [text], mixes_questions, pictures: [data URI], hints: by picture [[question or null, left, top, width,
+    // height], …], strata: [[[picture, picture], …], …], pairs_count}
     // Pictures go by number alone: who made which is in the key that the study's owner keeps.
     const study = JSON.parse(document.getElementById("study-data").textContent);
     const element = id => document.getElementById(id);
@@ -34,7 +35,7 @@
     }
 
     // ---- What a participant is asked: evenly spread over the questions and over the pairs of methods, one question after the
-    // other, in an order and with sides of the participant's own.
+    // other or mixed, in an order and with sides of the participant's own.
     function makePlan(code) {
         const random = makeRandom(study.study + ":" + code);
         const questions = shuffled(study.questions.map((_, i) => i), random);
@@ -50,6 +51,8 @@
                     const swap = random() < 0.5;
                     trials.push({question: cell.question, left: swap ? other : one, right: swap ? one : other});
                 }
+        if (study.mixes_questions)
+            return shuffled(trials, random);
         return questions.flatMap(question => shuffled(trials.filter(trial => trial.question === question), random));
     }
 
@@ -172,6 +175,20 @@
         frame.addEventListener("pointercancel", release);
     }
 
+    // ---- Rectangles where an answer may be seen; the drawing has the picture's shape and lies over it.
+    function drawHints(picture, question) {
+        const image = element(picture.side);
+        const drawing = element(picture.side + "-hints");
+        drawing.setAttribute("viewBox", `0 0 ${image.naturalWidth} ${image.naturalHeight}`);
+        drawing.replaceChildren(...study.hints[picture.number].filter(hint => hint[0] === null || hint[0] === question).map(hint => {
+            const box = document.createElementNS(drawing.namespaceURI, "rect");
+            for (const [name, value] of [["x", hint[1] * image.naturalWidth], ["y", hint[2] * image.naturalHeight],
+                                         ["width", hint[3] * image.naturalWidth], ["height", hint[4] * image.naturalHeight]])
+                box.setAttribute(name, value);
+            return box;
+        }));
+    }
+
     // ---- One pair after the other
     async function showTrial() {
         const number = run.answers.length;
@@ -198,6 +215,8 @@
         }
         if (run.answers.length !== number || element("trial").hidden)
             return;
+        for (const side of ["left", "right"])
+            drawHints({side, number: trial[side]}, trial.question);
         run.shown = performance.now();
         run.ready = true;
         for (const button of document.querySelectorAll("#choices button"))

@@ -39,4 +39,13 @@ TEST_CASE("the page holds the pictures and questions, all pairs, and no method's
     CHECK(data.at("pairs_count").as_int() == 6);
     // In each pair the smaller number first: the order does not tell the method.
     CHECK(data.at("strata") == fresco::parse_json("[[[0, 2], [1, 3]], [[4, 5]]]"));
+    CHECK_FALSE(data.at("mixes_questions").as_bool());
+
+    study.design = {"method-b", true, {{"two", 1, 0.5, 0, 0.25, 1}, {"one", {}, 0, 0, 1, 1}}};
+    const fresco::Value changed = data_of(page(study, {"data:0", "data:1", "data:2", "data:3", "data:4", "data:5"}));
+    CHECK(changed.at("mixes_questions").as_bool());
+    // By picture's number: of view one 0 and 2, of two 1 and 3.
+    CHECK(changed.at("hints") ==
+          fresco::parse_json("[[[null, 0.0, 0.0, 1.0, 1.0]], [[1, 0.5, 0.0, 0.25, 1.0]], [[null, 0.0, 0.0, 1.0, 1.0]], "
+                             "[[1, 0.5, 0.0, 0.25, 1.0]], [], []]"));
 }

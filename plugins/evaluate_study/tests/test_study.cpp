@@ -75,24 +75,24 @@ TEST_CASE("a study's id is of all that it is made of, its numbers of the seed")
 {
     const fresco::testing::TemporaryFolder folder;
     auto groups = two_groups(folder.path());
-    const Study made = make_study(groups, {"Which?"}, 5, 1, "960jpeg90");
+    const Study made = make_study(groups, {"Which?"}, 5, {}, 1, "960jpeg90");
     CHECK(made.id.size() == 32);
-    CHECK(made.id == make_study(groups, {"Which?"}, 5, 1, "960jpeg90").id);
+    CHECK(made.id == make_study(groups, {"Which?"}, 5, {}, 1, "960jpeg90").id);
     std::set<std::pair<std::string, std::string>> pictures;
     for (const Picture& picture : made.pictures)
         pictures.emplace(picture.method, picture.name);
     CHECK(pictures == std::set<std::pair<std::string, std::string>>{{"a", "one"}, {"b", "one"}, {"a", "two"}, {"b", "two"}});
     bool other_order = false;
     for (std::uint64_t seed = 2; seed < 6; ++seed)
-        other_order = other_order || !(make_study(groups, {"Which?"}, 5, seed, "960jpeg90").pictures == made.pictures);
+        other_order = other_order || !(make_study(groups, {"Which?"}, 5, {}, seed, "960jpeg90").pictures == made.pictures);
     CHECK(other_order);
 
     std::set<std::string> ids{made.id};
-    CHECK(ids.insert(make_study(groups, {"Why?"}, 5, 1, "960jpeg90").id).second);
-    CHECK(ids.insert(make_study(groups, {"Which?"}, 6, 1, "960jpeg90").id).second);
-    CHECK(ids.insert(make_study(groups, {"Which?"}, 5, 1, "960png90").id).second);
+    CHECK(ids.insert(make_study(groups, {"Why?"}, 5, {}, 1, "960jpeg90").id).second);
+    CHECK(ids.insert(make_study(groups, {"Which?"}, 6, {}, 1, "960jpeg90").id).second);
+    CHECK(ids.insert(make_study(groups, {"Which?"}, 5, {}, 1, "960png90").id).second);
     fresco::write_file(groups[1].files["b"], "repainted");
-    CHECK(ids.insert(make_study(groups, {"Which?"}, 5, 1, "960jpeg90").id).second);
+    CHECK(ids.insert(make_study(groups, {"Which?"}, 5, {}, 1, "960jpeg90").id).second);
 }
 
 TEST_CASE("questions are separated by a bar")
@@ -127,4 +127,51 @@ TEST_CASE("a key gives the study back, and only as it was written")
                       Contains("\"more\" is not known"));
     CHECK_THROWS_WITH(key_from(changed("\"name\": \"two\"", "\"name\": \"one\""), "k.json"), Contains("one of a stands twice"));
     CHECK_THROWS_WITH(key_from("{]", "k.json"), Contains("k.json: not valid JSON"));
+}
+
+TEST_CASE("a study of one method against the others, with its questions mixed and hints")
+{
+    Study study = small_study();
+    study.design.ours = "c";
+    auto compared = comparisons(study);
+    REQUIRE(compared.size() == 1);
+    CHECK(compared[0].first == "b");
+    CHECK(compared[0].second == "c");
+    study.design.ours = "b";
+    CHECK(comparisons(study).size() == 2);
+    study.pictures.push_back({"c", "one"});
+    CHECK(comparisons(study).size() == 2);  // c and a share a view now, but are not compared
+
+    study.design.mixes_questions = true;
+    study.design.hints = {{"one", {}, 0.25, 0, 0.5, 1}, {"two", 1, 0, 0.5, 0.125, 0.25}};
+    const Study read = key_from(key_text(study), "key");
+    CHECK(read.design.ours == "b");
+    CHECK(read.design.mixes_questions);
+    CHECK(read.design.hints == study.design.hints);
+
+    fresco::testing::TemporaryFolder folder;
+    const auto groups = two_groups(folder.path());
+    const auto made = [&](Design design) { return make_study(groups, {"Which?"}, 5, std::move(design), 1, "960jpeg90").id; };
+    const std::set<std::string> ids{made({}), made({"a", false, {}}), made({"", true, {}}),
+                                    made({"", false, {{"one", 0, 0, 0, 1, 1}}})};
+    CHECK(ids.size() == 4);
+    CHECK_THROWS_WITH(made({"z", false, {}}), Contains("no method is called z"));
+    CHECK_THROWS_WITH(made({"", false, {{"none", 0, 0, 0, 1, 1}}}), Contains("the view none"));
+    CHECK_THROWS_WITH(made({"", false, {{"one", 3, 0, 0, 1, 1}}}), Contains("question 3"));
+}
+
+TEST_CASE("hints are read strictly")
+{
+    const auto read = [](const std::string& entry) { return hints_from("[{" + entry + "}]", "hints.json"); };
+    const auto hints = read(R"("view": "one", "question": 1, "left": 0.5, "top": 0, "width": 0.5, "height": 0.25)");
+    REQUIRE(hints.size() == 1);
+    CHECK(hints[0] == Hint{"one", 1, 0.5, 0, 0.5, 0.25});
+    CHECK_FALSE(read(R"("view": "one", "left": 0.5, "top": 0, "width": 0.5, "height": 0.25)")[0].question);
+    for (const char* wrong :
+         {R"("view": "one", "left": 0.6, "top": 0, "width": 0.5, "height": 1)",
+          R"("view": "one", "left": 0, "top": 0, "width": 0, "height": 1)", R"("view": "one", "left": 0, "top": 0, "width": 1)",
+          R"("view": 1, "left": 0, "top": 0, "width": 1, "height": 1)",
+          R"("view": "one", "left": 0, "top": 0, "width": 1, "height": 1, "colour": 1)",
+          R"("view": "one", "question": -1, "left": 0, "top": 0, "width": 1, "height": 1)"})
+        CHECK_THROWS_WITH(read(wrong), Contains("hints.json") && Contains("hints[0]"));
 }

@@ -91,7 +91,7 @@ class LossPatchMatch final : public fresco::Loss
                     "loss.patch_match: the checkpoint was made for pictures of another size; remove its folder and "
                     "run again");
             const auto value = pm::robust_distance(picture, grid(picture), matches.nearest.at(scale), style.patches,
-                                                   std::max(style.total_variance, 1e-6), *exponent);
+                                                   std::max(style.total_variance, 1e-6), *exponent, progress_->threads());
             if (value.defined())
                 sum = sum.defined() ? sum + value : value;
         }

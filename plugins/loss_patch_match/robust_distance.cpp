@@ -1,10 +1,13 @@
 #include "robust_distance.h"
 
+#include <fresco/parallel.h>
+
 #include <ATen/ATen.h>
 #include <torch/csrc/autograd/custom_function.h>
 
 #include <array>
 #include <cmath>
+#include <vector>
 
 namespace patch_match
 {
@@ -12,6 +15,7 @@ namespace
 {
 
 constexpr double floor_of_root = 1e-4;
+constexpr std::size_t rows_at_once = 8;  // Of patches.
 
 struct Problem
 {
@@ -21,19 +25,35 @@ struct Problem
     double scale;
     double exponent;
     std::int64_t taking_part;
+    int threads;
 };
 
-/// The value; adds its derivative to `gradient` (3 x H x W).
+/// Neighboring rows of patches, and what they give.
 template <class T>
-double accumulate(const Problem& problem, const T* picture, T* gradient)
+struct Band
+{
+    std::int64_t first_row = 0;  ///< Of the picture.
+    std::int64_t rows = 0;
+    double value = 0;
+    std::vector<T> gradient;  ///< 3 x rows x W
+};
+
+/// The value and its derivative, of the rows of patches from `begin` to `end`.
+template <class T>
+Band<T> accumulate(const Problem& problem, const T* picture, std::int64_t begin, std::int64_t end)
 {
     const auto& grid = problem.grid;
     const auto plane = grid.width * grid.height;
+    Band<T> band;
+    band.first_row = grid.y(begin * grid.columns());
+    band.rows = grid.y((end - 1) * grid.columns()) + patch_size - band.first_row;
+    const auto band_plane = band.rows * grid.width;
+    band.gradient.resize(static_cast<std::size_t>(3 * band_plane));
     const double share = 1 / static_cast<double>(problem.taking_part);
     const double power = problem.exponent / 2;
     double value = 0;
     std::array<T, patch_values> difference;
-    for (std::int64_t i = 0; i < grid.count(); ++i)
+    for (std::int64_t i = begin * grid.columns(); i < end * grid.columns(); ++i)
     {
         const auto match = problem.nearest.data_ptr<int>()[i];
         if (match < 0)
@@ -58,12 +78,43 @@ double accumulate(const Problem& problem, const T* picture, T* gradient)
         value += term;
         const auto factor = static_cast<T>(share * 2 * power * term / (base * problem.scale));
         k = 0;
+        T* gradient = band.gradient.data() + corner - band.first_row * grid.width;
         for (std::int64_t c = 0; c < 3; ++c)
             for (std::int64_t row = 0; row < patch_size; ++row)
                 for (std::int64_t column = 0; column < patch_size; ++column, ++k)
-                    gradient[c * plane + corner + row * grid.width + column] += factor * difference[k];
+                    gradient[c * band_plane + row * grid.width + column] += factor * difference[k];
     }
-    return value * share;
+    band.value = value * share;
+    return band;
+}
+
+/// The value; writes its derivative (3 x H x W). Bands do not depend on the number of threads and are added in order.
+template <class T>
+double summed(const Problem& problem, const T* picture, T* gradient)
+{
+    const auto& grid = problem.grid;
+    const auto rows = static_cast<std::size_t>(grid.rows());
+    std::vector<Band<T>> bands((rows + rows_at_once - 1) / rows_at_once);
+    fresco::parallel_for(rows, rows_at_once, problem.threads,
+                         [&](std::size_t begin, std::size_t end)
+                         {
+                             bands[begin / rows_at_once] =
+                                 accumulate(problem, picture, static_cast<std::int64_t>(begin), static_cast<std::int64_t>(end));
+                         });
+    double value = 0;
+    for (const Band<T>& band : bands)
+    {
+        value += band.value;
+        const auto count = band.rows * grid.width;
+        for (std::int64_t c = 0; c < 3; ++c)
+        {
+            T* out = gradient + (c * grid.height + band.first_row) * grid.width;
+            const T* from = band.gradient.data() + c * count;
+            for (std::int64_t i = 0; i < count; ++i)
+                out[i] += from[i];
+        }
+    }
+    return value;
 }
 
 struct RobustDistance : torch::autograd::Function<RobustDistance>
@@ -73,8 +124,8 @@ struct RobustDistance : torch::autograd::Function<RobustDistance>
         const auto picture = input.contiguous();
         auto gradient = at::zeros_like(picture);
         const double value = picture.scalar_type() == at::kDouble
-                                 ? accumulate(problem, picture.data_ptr<double>(), gradient.data_ptr<double>())
-                                 : accumulate(problem, picture.data_ptr<float>(), gradient.data_ptr<float>());
+                                 ? summed(problem, picture.data_ptr<double>(), gradient.data_ptr<double>())
+                                 : summed(problem, picture.data_ptr<float>(), gradient.data_ptr<float>());
         context->save_for_backward({gradient});
         return at::full({}, value, picture.options());
     }
@@ -89,14 +140,14 @@ struct RobustDistance : torch::autograd::Function<RobustDistance>
 }  // namespace
 
 torch::Tensor robust_distance(const torch::Tensor& picture, const PatchGrid& grid, const torch::Tensor& nearest,
-                              const torch::Tensor& style, double scale, double exponent)
+                              const torch::Tensor& style, double scale, double exponent, int threads)
 {
     std::int64_t taking_part = 0;
     for (std::int64_t i = 0; i < nearest.numel(); ++i)
         taking_part += nearest.data_ptr<int>()[i] >= 0 ? 1 : 0;
     if (taking_part == 0)
         return {};
-    return RobustDistance::apply(picture, Problem{grid, nearest, style, scale, exponent, taking_part});
+    return RobustDistance::apply(picture, Problem{grid, nearest, style, scale, exponent, taking_part, threads});
 }
 
 }  // namespace patch_match

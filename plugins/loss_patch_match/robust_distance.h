@@ -11,8 +11,8 @@ namespace patch_match
 /// own. Kwatra et al., Texture optimization for example-based synthesis, 2005, section 3.2.
 /// `picture` 3 x H x W of the grid's size, float32 or float64, differentiable; `nearest` int32, per patch of the grid a row of
 /// `style` (N x 147, float32) or -1 for a patch that takes no part; `scale` > 0. The empty tensor where no patch takes part.
-/// Deterministic: runs on one thread.
+/// The same for any number of `threads`.
 torch::Tensor robust_distance(const torch::Tensor& picture, const PatchGrid& grid, const torch::Tensor& nearest,
-                              const torch::Tensor& style, double scale, double exponent);
+                              const torch::Tensor& style, double scale, double exponent, int threads);
 
 }  // namespace patch_match

@@ -91,7 +91,7 @@ TEST_CASE("The robust distance agrees with the formula and with finite differenc
     REQUIRE(grid.count() == 4);
     const auto nearest = at::tensor({3, -1, 0, 4}, at::kInt);
     const double scale = 3;
-    const auto value = [&](const torch::Tensor& p) { return pm::robust_distance(p, grid, nearest, style, scale, 0.8); };
+    const auto value = [&](const torch::Tensor& p) { return pm::robust_distance(p, grid, nearest, style, scale, 0.8, 2); };
 
     double expected = 0;
     for (const std::int64_t i : {0, 2, 3})
@@ -116,14 +116,43 @@ TEST_CASE("The robust distance agrees with the formula and with finite differenc
     CHECK(value(picture.to(at::kFloat)).item<double>() == Approx(expected).epsilon(1e-5));
 }
 
+TEST_CASE("Many rows of patches have the derivative that libtorch finds, whatever the number of threads")
+{
+    const auto picture = numbers({3, 41, 33});
+    const auto style = numbers({5, 147}) * 0.5;
+    const pm::PatchGrid grid{33, 41, 2};
+    auto nearest = at::arange(0, grid.count(), at::kInt).remainder(6) - 1;
+    nearest = nearest.to(at::kInt).contiguous();
+    const auto gradient = [&](int threads)
+    {
+        auto variable = picture.clone().requires_grad_();
+        pm::robust_distance(variable, grid, nearest, style, 3, 0.8, threads).backward();
+        return variable.grad();
+    };
+    CHECK(at::equal(gradient(1), gradient(3)));
+
+    auto variable = picture.to(at::kDouble).requires_grad_();
+    auto sum = at::zeros({}, at::kDouble);
+    std::int64_t taking_part = 0;
+    for (std::int64_t i = 0; i < grid.count(); ++i)
+        if (const auto match = nearest[i].item<std::int64_t>(); match >= 0)
+        {
+            const auto patch = variable.narrow(1, grid.y(i), 7).narrow(2, grid.x(i), 7).flatten();
+            sum = sum + ((patch - style[match].to(at::kDouble)).pow(2).sum() / 3 + 1e-4).pow(0.4);
+            ++taking_part;
+        }
+    (sum / static_cast<double>(taking_part)).backward();
+    CHECK(at::allclose(gradient(2).to(at::kDouble), variable.grad(), 1e-4, 1e-7));
+}
+
 TEST_CASE("A patch that equals its style patch has a finite gradient; none taking part has no value")
 {
     const auto picture = numbers({3, 7, 7});
     const pm::PatchGrid grid{7, 7, 1};
     auto variable = picture.clone().requires_grad_();
-    const auto value = pm::robust_distance(variable, grid, at::zeros({1}, at::kInt), picture.reshape({1, 147}), 1, 0.8);
+    const auto value = pm::robust_distance(variable, grid, at::zeros({1}, at::kInt), picture.reshape({1, 147}), 1, 0.8, 1);
     value.backward();
     CHECK(value.item<double>() == Approx(std::pow(1e-4, 0.4)));
     CHECK(at::equal(variable.grad(), at::zeros_like(picture)));
-    CHECK_FALSE(pm::robust_distance(picture, grid, at::full({1}, -1, at::kInt), picture.reshape({1, 147}), 1, 0.8).defined());
+    CHECK_FALSE(pm::robust_distance(picture, grid, at::full({1}, -1, at::kInt), picture.reshape({1, 147}), 1, 0.8, 1).defined());
 }

@@ -97,7 +97,6 @@ TEST_CASE("The guide pulls an undecided patch")
 
 TEST_CASE("Blocks and threads change no result, and a style patch finds itself")
 {
-    const int before = at::get_num_threads();
     const auto style = numbers(5000, 8, 0.618);  // more than one block of style patches
     const auto own = at::arange(0, 5000, 16, at::kLong);
     const pm::SearchInput input{.patches = style.index_select(0, own),  // more than one block of queries
@@ -105,11 +104,8 @@ TEST_CASE("Blocks and threads change no result, and a style patch finds itself")
                                 .style = style,
                                 .guide_weight = 0.2,
                                 .tolerance = 1e9};
-    at::set_num_threads(1);
-    const auto one = pm::nearest_patches(input, fresco::Progress{});
-    at::set_num_threads(2);
-    const auto two = pm::nearest_patches(input, fresco::Progress{});
-    at::set_num_threads(before);
+    const auto one = pm::nearest_patches(input, fresco::testing::TestRun(1));
+    const auto two = pm::nearest_patches(input, fresco::testing::TestRun(3));
     CHECK(at::equal(one, two));
     for (std::int64_t i = 0; i < own.numel(); ++i)
         CHECK(squares(style[one[i].item<std::int64_t>()], style[own[i].item<std::int64_t>()]) < 1e-4);

@@ -9,15 +9,11 @@ small=(--set scan.frames_count=4 --set scan.color_width_px=160 --set scan.color_
        --set atlas.size_px=256 --set texture.size_px=256 --set 'uvmaps.heights_px=[120]')
 
 # Of the interpreters at hand, one that has NumPy goes first.
-for python in "$(command -v python3)" /usr/bin/python3; do
-    if "$python" -c 'import numpy' 2>/dev/null; then
-        mkdir bin
-        ln -s "$python" bin/python3
-        export PATH=$work/bin:$PATH
-        break
-    fi
-done
-if [ ! -e bin/python3 ]; then
+if python=$(python_with numpy); then
+    mkdir bin
+    ln -s "$python" bin/python3
+    export PATH=$work/bin:$PATH
+else
     skip "programs as stages: no python3 with numpy is at hand"
     exit 0
 fi

@@ -47,15 +47,9 @@ sums "$server/store" >"$work/through"
 diff "$work/direct" "$work/through" || fail "the results differ"
 
 # With NumPy, as plugins/dataset_write/README.md says.
-read=
-for python in /usr/bin/python3 python3; do
-    if "$python" -c 'import numpy' 2>/dev/null; then
-        "$python" "$source/read_with_numpy.py" "$server/room"
-        read=1
-        break
-    fi
-done
-if [ -z "$read" ]; then
+if python=$(python_with numpy); then
+    "$python" "$source/read_with_numpy.py" "$server/room"
+else
     skip "the dataset read with NumPy: no python3 with numpy is at hand"
 fi
 

@@ -3,10 +3,8 @@
 source "$(dirname "$0")/../program_test.sh"
 write_uv_maps=$1 source=$2
 "$write_uv_maps" "$work"
-for python in /usr/bin/python3 python3; do
-    if "$python" -c 'import numpy, zstandard' 2>/dev/null; then
-        "$python" "$source/tests/packed_uv_maps/compare.py" "$source/sdk/docs/read_uv_maps.py" "$work"
-        exit
-    fi
-done
+if python=$(python_with numpy, zstandard); then
+    "$python" "$source/tests/packed_uv_maps/compare.py" "$source/sdk/docs/read_uv_maps.py" "$work"
+    exit
+fi
 skip "packed uv maps read with NumPy: no python3 with numpy and zstandard is at hand"

@@ -1,0 +1,27 @@
+#!/usr/bin/env bash
+# run.sh FRESCO PIPELINES: each preset, a few steps at 64 px; what it reports is what its name promises.
+source "$(dirname "$0")/../program_test.sh"
+fresco=$1 pipelines=$2
+python=$(python_with numpy) || { skip "the presets run with random weights: no python3 with numpy is at hand"; exit 0; }
+
+"$python" "$(dirname "$0")/random_vgg19.py" "$work/vgg19.safetensors"
+for preset in "$pipelines"/presets/*.yaml; do
+    name=$(basename "$preset" .yaml)
+    heights=64
+    grep -qE "stylemesh|fast" <<<"$name" && heights="64, 108"
+    cat >"$work/$name.yaml" <<YAML
+version: 1
+base: $preset
+vars: {data: $work, picture: $pipelines/demo.jpg, weights: $work/vgg19.safetensors}
+stages:
+  scan: {type: scan.synthetic_room, frames_count: 6, color_width_px: 160, color_height_px: 120, edge_m: 0.15}
+  frames: {min_sharpness: 0}
+  mesh: {max_faces: 4000}
+  atlas: {size_px: 512}
+  uvmaps: {heights_px: [$heights]}
+  texture: {size_px: 512, max_steps: 4, theta_min_px: 8}
+YAML
+    "$fresco" run "$work/$name.yaml" --until texture --store "$work/store" --out "$work/out" --json-log >"$work/$name.log" ||
+        { cat "$work/$name.log"; fail "$name"; }
+done
+"$python" "$(dirname "$0")/check_reports.py" "$work/store" "$work"/*.log

@@ -63,7 +63,7 @@ class EvaluateStudy final : public Stage
     Option<InputFolder> folder{this, "folder", InputFolder{}, "Folder with a subfolder of pictures per method, called after it"};
     Option<std::string> questions{this, "questions", default_questions, "What is asked about a pair, separated by |"};
     Option<std::string> ours{this, "ours", "",
-                             "Compare this method with each other one alone, as the paper did; empty: every two methods"};
+                             "Compare only this method with the others, as the paper did; empty: every two methods"};
     Option<std::string> question_order{this, "question_order", "grouped", one_of({"grouped", "mixed"}),
                                        "One question after the other, or in random order"};
     Option<InputFile> hints{this, "hints", InputFile{}, "Rectangles to draw into pictures: JSON, see the README"};

@@ -11,7 +11,7 @@
 namespace fresco::optimize
 {
 
-/// Style over content: the summands (by the losses' names) of losses that compare features with the style picture alone, over
+/// Style over content: the summands (by the losses' names) of losses that compare features only with the style picture, over
 /// those of losses that compare them with the camera's. None where either is missing or zero.
 std::optional<double> style_over_content(const std::map<std::string, std::shared_ptr<Loss>>& losses,
                                          const std::map<std::string, double>& summands);

@@ -85,7 +85,7 @@ std::unique_ptr<ViewData> load_view(const ViewSource& source, std::size_t view, 
         const UvMap shown = rules.fill_with_corner ? filled_with_corner(map) : map;
         result.view = texture.make_view(shown);
         result.factor = gradient_factor(map, pixels[level], rules.scaling);
-        // The released code masks gradients by the angle's cosine and the level's weight alone, and both are 0 there.
+        // The released code only masks gradients by the angle's cosine and the level's weight, and both are 0 there.
         if (rules.fill_with_corner && rules.scaling == GradientScaling::none)
             for (std::size_t i = 0; i < map.valid.values.size(); ++i)
                 if (map.valid.values[i] == 0)

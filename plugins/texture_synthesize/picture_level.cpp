@@ -136,7 +136,7 @@ Vec2f PictureLevel::key(std::size_t number) const
 
 std::size_t PictureLevel::key_near(Vec2f at) const
 {
-    // Keys are at whole pixels: by the step alone, the next one may be nearer.
+    // Keys are at whole pixels, so that the next one may be nearer than the step says.
     const int half = side_ / 2;
     const auto index = [this, half](float along, int count)
     {

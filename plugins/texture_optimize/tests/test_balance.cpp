@@ -9,7 +9,7 @@ using namespace fresco::optimize;
 namespace
 {
 
-/// Compares features with the camera's, or with the style alone.
+/// Compares features with the camera's, or only with the style.
 class FeatureLoss final : public Loss
 {
   public:

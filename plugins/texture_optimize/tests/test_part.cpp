@@ -321,56 +321,6 @@ TEST_CASE("the evaluation's gradient is that of the weighted sum over losses and
 namespace
 {
 
-/// Keeps the maps that it is asked to show.
-class KeptMaps final : public TextureRepresentation
-{
-  public:
-    void allocate(int) override {}
-    void set_picture(const RasterF&) override {}
-    std::vector<TextureParameter>& parameters() override { return texel_.parameters(); }
-    std::unique_ptr<TextureView> make_view(const UvMap& map) const override
-    {
-        maps.push_back(map);
-        return texel_.make_view(map);
-    }
-    Texture to_texture() const override { return {}; }
-    mutable std::vector<UvMap> maps;
-
-  private:
-    OneTexel texel_;
-};
-
-}  // namespace
-
-TEST_CASE("pixels without a surface show the texture's corner where the released code is followed")
-{
-    World world;
-    KeptMaps texture;
-    texture.parameters() = {{"texel", at::zeros({1, 3}), 1}};
-    for (const bool by_angle : {false, true})
-    {
-        LevelRules rules;
-        rules.fill_with_corner = true;
-        rules.scaling = by_angle ? GradientScaling::angle : GradientScaling::none;
-        const auto data = load_view(world.source, 1, texture, rules);
-        const UvMap& map = texture.maps.back();
-        const LevelData& level = data->levels.back();
-        CHECK(map.valid.at(0, 3) == 1);
-        CHECK(map.uv.at(0, 3, 0) == 0);
-        CHECK(map.uv.at(0, 3, 1) == 1);
-        CHECK(map.uv.at(5, 3, 0) == Approx(wall_map(1, 2, map.valid.width, map.valid.height).uv.at(5, 3, 0)).margin(1e-4));
-        CHECK(level.valid.at(0, 3) == 1);       // shown …
-        CHECK(level.pixels.all.at(0, 3) == 0);  // … but not compared
-        CHECK(level.factor.at(0, 3) == (by_angle ? 0 : 1));
-        CHECK(level.factor.at(5, 3) == Approx(by_angle ? 0.8 : 1));
-    }
-    CHECK(load_view(world.source, 1, texture, {})->levels.back().valid.at(0, 3) == 0);
-    CHECK(texture.maps.back().valid.at(0, 3) == 0);
-}
-
-namespace
-{
-
 /// 1 at the smallest height, 0 elsewhere, on a layer of stride 2: its weighted sum is the share of the smallest height.
 class LowestLoss final : public Loss
 {

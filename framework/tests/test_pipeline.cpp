@@ -224,8 +224,7 @@ TEST_CASE("--set reaches into components, also those that are only defaults", "[
         return result.problems.empty() ? options_of(result, "texture") : lines(result).front();
     };
     CHECK_THAT(texture({{"texture.losses.style.weight", "5"}}), Catch::Contains(R"("style":{"type":"loss.gram","weight":5.0)"));
-    CHECK_THAT(texture({{"texture.losses.style.features.seed", "9"}}),
-               Catch::Contains(R"({"type":"features.edges","seed":9})"));
+    CHECK_THAT(texture({{"texture.losses.style.features.seed", "9"}}), Catch::Contains(R"({"type":"features.edges","seed":9})"));
     // What decides `auto` is in place first, whatever the order.
     CHECK_THAT(texture({{"texture.losses.content.weight", "3"}, {"texture.weights", "vgg.st"}}),
                Catch::Contains(R"("content":{"type":"loss.content","weight":3.0})"));

@@ -5,8 +5,8 @@
 #include <catch2/catch.hpp>
 
 #include <fresco/error.h>
-#include <fresco/texture.h>
 #include <fresco/recolor.h>
+#include <fresco/texture.h>
 
 #include <array>
 #include <cmath>

@@ -27,7 +27,7 @@ struct PrepareContext
     StylePictures style;
     std::vector<torch::Tensor> camera_samples;  ///< A few camera pictures, RGB in [0,1], 3 x H x W, spread over the run.
     std::uint64_t seed = 0;
-    Progress* progress = nullptr;  ///< Never null; lives as long as the run.
+    Progress* progress = nullptr;                                                 ///< Never null; lives as long as the run.
     std::function<void(const std::string&)> message = [](const std::string&) {};  ///< Tells the person who runs it.
 };
 

@@ -23,6 +23,8 @@ constexpr std::size_t sampled_queries = 6000;  // That say how well each key is 
 /// A place that continues a neighbor's may differ by this much more than the best one: (d + tolerance) * factor.
 constexpr float coherence_factor = 2;
 constexpr float coherence_tolerance = 15;  // L*a*b*² per value
+/// Places that continue a neighbor's beyond the picture's border by this much are none: they would only repeat it.
+constexpr float beyond_border = 2;  // pixels
 
 class Search
 {
@@ -188,7 +190,10 @@ class Search
         {
             if (cover.patch == patch || sources[cover.patch] == 0)
                 continue;
-            const Vec2f at = picture_.inside(matches[cover.patch].at + cover.offset());
+            const Vec2f beyond = matches[cover.patch].at + cover.offset();
+            const Vec2f at = picture_.inside(beyond);
+            if (length(at - beyond) >= beyond_border)
+                continue;
             const float away = distance(patch_values, at);
             if (const float found = score(patch, away, at); found < least)
             {

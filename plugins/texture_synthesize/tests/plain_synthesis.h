@@ -285,7 +285,10 @@ class PlainLevel
         {
             if (only_leaders && !leads(cover.patch))
                 continue;
-            const Vec2d at = picture_.inside(matches[cover.patch].at + cover.offset);
+            const Vec2d beyond = matches[cover.patch].at + cover.offset;
+            const Vec2d at = picture_.inside(beyond);
+            if (length(at - beyond) >= 2)
+                continue;
             const double away = picture_.distance(look, at);
             if (const double found = score(patch, away, at, weights); cover.patch != patch && found < least)
             {

@@ -2,8 +2,8 @@
 """The paper's ablation, shortened: only 2D, angle, angle and depth, on one scan with one schedule.
 
 Needs a built fresco. Every run is a pipeline over the preset of its mode, by the style loss alone; what runs share is stored once.
-All modes start from noise: on a flat start the style loss alone pulls every pixel of a plain wall alike. There is no regulariser:
-with weights of unit mean activation the paper's factor outweighs the style on all layers but the coarsest.
+All modes start from noise: on a flat start the style loss alone pulls every pixel of a plain wall alike. There is no regulariser, and Adam
+steps the visible texels with a cosine decay: a shortened schedule, not the paper's.
 Views are drawn with one ray a pixel, as the floor of the reprojection is: a smoother picture would be below its floor.
 Prints a table with 95 % bootstrap intervals over pictures and says where an order holds: only where intervals do not overlap.
 Writes OUT/pictures.html: the same views in all modes, side by side.

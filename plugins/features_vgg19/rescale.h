@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-/// \file Bringing weights to the scale of Simonyan and Zisserman's own activations. StyleMesh's λ hold for these alone: a Gram
+/// \file Bringing weights to the scale of Simonyan and Zisserman's own activations. StyleMesh's λ hold only for these: a Gram
 /// loss grows with the fourth power of the activations, a content loss with the second (METHOD section 10).
 
 namespace vgg19

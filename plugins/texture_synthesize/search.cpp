@@ -23,7 +23,7 @@ constexpr std::size_t sampled_queries = 6000;  // That say how well each key is 
 /// A place that continues a neighbor's may differ by this much more than the best one: (d + tolerance) * factor.
 constexpr float coherence_factor = 2;
 constexpr float coherence_tolerance = 15;  // L*a*b*² per value
-/// Places that continue a neighbor's beyond the picture's border by this much are none: they would only repeat it.
+/// A place so far beyond the picture's border does not continue a neighbor's: moved inside, it would only repeat it.
 constexpr float beyond_border = 2;  // pixels
 
 class Search

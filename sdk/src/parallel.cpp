@@ -2,14 +2,109 @@
 
 #include <algorithm>
 #include <atomic>
+#include <condition_variable>
 #include <exception>
 #include <limits>
 #include <mutex>
+#include <system_error>
 #include <thread>
+#include <unistd.h>
 #include <vector>
 
 namespace fresco
 {
+namespace
+{
+
+/// Threads that wait for work, as many as a caller ever asked for: buffers that kernels keep per thread outlive a call. Never
+/// destroyed: at the program's end its threads still wait.
+class Helpers
+{
+  public:
+    /// Of this process: a fork leaves the threads behind.
+    static Helpers& here()
+    {
+        static std::mutex mutex;
+        static Helpers* helpers = nullptr;
+        static pid_t process = 0;
+        const std::lock_guard lock(mutex);
+        if (helpers == nullptr || process != ::getpid())
+        {
+            helpers = new Helpers;
+            process = ::getpid();
+        }
+        return *helpers;
+    }
+
+    /// Runs `work` here and on up to `count` helpers that are free meanwhile. Returns when all of them have left it.
+    void run(std::size_t count, const std::function<void()>& work)
+    {
+        Call call{work, count};
+        {
+            const std::lock_guard lock(mutex_);
+            calls_.push_back(&call);
+            grow(count);
+        }
+        for (std::size_t i = 0; i < count; ++i)
+            invited_.notify_one();
+        work();
+        std::unique_lock lock(mutex_);
+        std::erase(calls_, &call);
+        left_.wait(lock, [&] { return call.working == 0; });
+    }
+
+  private:
+    struct Call
+    {
+        const std::function<void()>& work;
+        std::size_t invited = 0;
+        std::size_t working = 0;
+    };
+
+    void grow(std::size_t count)
+    {
+        try
+        {
+            for (; threads_ < count; ++threads_)
+                std::thread([this] { wait_for_calls(); }).detach();
+        }
+        catch (const std::system_error&)
+        {
+            // The caller does the work with the threads there are.
+        }
+    }
+
+    void wait_for_calls()
+    {
+        std::unique_lock lock(mutex_);
+        while (true)
+        {
+            // The innermost of nested calls first: the others wait for it.
+            const auto found = std::find_if(calls_.rbegin(), calls_.rend(), [](const Call* call) { return call->invited > 0; });
+            if (found == calls_.rend())
+            {
+                invited_.wait(lock);
+                continue;
+            }
+            Call& call = **found;
+            --call.invited;
+            ++call.working;
+            lock.unlock();
+            call.work();
+            lock.lock();
+            if (--call.working == 0)
+                left_.notify_all();
+        }
+    }
+
+    std::mutex mutex_;
+    std::condition_variable invited_;
+    std::condition_variable left_;
+    std::vector<Call*> calls_;
+    std::size_t threads_ = 0;
+};
+
+}  // namespace
 
 void parallel_for(std::size_t count, std::size_t grain, int threads, const std::function<void(std::size_t, std::size_t)>& work)
 {
@@ -45,13 +140,10 @@ void parallel_for(std::size_t count, std::size_t grain, int threads, const std::
     };
 
     const std::size_t helpers = std::min(pieces, static_cast<std::size_t>(std::max(threads, 1))) - 1;
-    {
-        std::vector<std::jthread> pool;
-        pool.reserve(helpers);
-        for (std::size_t i = 0; i < helpers; ++i)
-            pool.emplace_back(drain);
+    if (helpers == 0)
         drain();
-    }
+    else
+        Helpers::here().run(helpers, drain);
     if (failure)
         std::rethrow_exception(failure);
 }

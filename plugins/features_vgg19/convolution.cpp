@@ -184,45 +184,95 @@ void Convolution3x3::plain(const float* in, MapsShape shape, int beyond, float* 
         parallel);
 }
 
+/// Tiles that are worked on together, and their transformed values and products, position by position.
+struct Convolution3x3::Block
+{
+    std::size_t first = 0;
+    std::size_t last = 0;
+    std::size_t count = 0;  ///< Filled up to what the kernel takes at once.
+    float* values = nullptr;
+    std::size_t value_stride = 0;
+    float* products = nullptr;
+    std::size_t product_stride = 0;
+};
+
+Convolution3x3::Block Convolution3x3::block_of(std::size_t first, std::size_t last, std::vector<float>& values,
+                                               std::vector<float>& products) const
+{
+    const auto rows = static_cast<std::size_t>(turned_ ? kernel_->lanes : kernel_->rows);
+    Block block{first, last, (last - first + rows - 1) / rows * rows};
+    // Not a multiple of a page: a tile's 36 values would all fall into one set of the first-level cache.
+    block.value_stride = block.count * static_cast<std::size_t>(inputs_) + 16;
+    block.product_stride = block.count * static_cast<std::size_t>(outputs_) + 16;
+    values.resize(std::max(values.size(), positions * block.value_stride));
+    products.resize(std::max(products.size(), positions * block.product_stride));
+    block.values = values.data();
+    block.products = products.data();
+    return block;
+}
+
 void Convolution3x3::run(const Job& job, const Parallel& parallel) const
 {
     // Many tiles share a pass over the filters; the values of one block still fit the caches near the core.
     constexpr std::size_t most = 48;
     constexpr std::size_t fewest_blocks = 8;
-    const auto rows = static_cast<std::size_t>(turned_ ? kernel_->lanes : kernel_->rows);
+    constexpr std::size_t few = 6 * most;
+    constexpr int large = 256 * 256;
     const std::size_t tiles = job.tiles();
+    if (tiles <= few && inputs_ * outputs_ >= large)
+        return run_by_positions(job, parallel);
+    const auto rows = static_cast<std::size_t>(turned_ ? kernel_->lanes : kernel_->rows);
     const std::size_t share = (tiles + fewest_blocks - 1) / fewest_blocks;
-    const std::size_t block = std::min(most, (share + rows - 1) / rows * rows);
-    parallel((tiles + block - 1) / block,
+    const std::size_t size = std::min(most, (share + rows - 1) / rows * rows);
+    parallel((tiles + size - 1) / size,
              [&](std::size_t begin, std::size_t end)
              {
+                 thread_local std::vector<float> values;
+                 thread_local std::vector<float> products;
                  for (std::size_t i = begin; i < end; ++i)
-                     run_block(job, i * block, std::min(tiles, (i + 1) * block));
+                 {
+                     const auto block = block_of(i * size, std::min(tiles, (i + 1) * size), values, products);
+                     transform(job, block, block.first, block.last);
+                     for (std::size_t position = 0; position < positions; ++position)
+                         multiply(block, position);
+                     transform_back(job, block, block.first, block.last);
+                 }
              });
 }
 
-void Convolution3x3::run_block(const Job& job, std::size_t first, std::size_t last) const
+void Convolution3x3::run_by_positions(const Job& job, const Parallel& parallel) const
 {
-    const auto inner = static_cast<std::size_t>(inputs_);
-    const auto outer = static_cast<std::size_t>(outputs_);
-    const auto rows = static_cast<std::size_t>(turned_ ? kernel_->lanes : kernel_->rows);
-    const std::size_t count = (last - first + rows - 1) / rows * rows;
+    // Filters of many channels are larger than the pictures there: every one is read once, by one thread.
+    constexpr std::size_t share = 8;
     thread_local std::vector<float> values;
     thread_local std::vector<float> products;
-    thread_local std::vector<float> scratch;
-    // Not a multiple of a page: a tile's 36 values would all fall into one set of the first-level cache.
-    const std::size_t value_stride = count * inner + 16;
-    const std::size_t product_stride = count * outer + 16;
-    values.resize(std::max(values.size(), positions * value_stride));
-    products.resize(std::max(products.size(), positions * product_stride));
-    const std::vector<float> zeros(inner);
+    const auto block = block_of(0, job.tiles(), values, products);
+    const auto each_share = [&](const auto& work)
+    {
+        parallel((block.last + share - 1) / share,
+                 [&](std::size_t begin, std::size_t end) { work(begin * share, std::min(block.last, end * share)); });
+    };
+    each_share([&](std::size_t first, std::size_t last) { transform(job, block, first, last); });
+    parallel(positions,
+             [&](std::size_t begin, std::size_t end)
+             {
+                 for (std::size_t position = begin; position < end; ++position)
+                     multiply(block, position);
+             });
+    each_share([&](std::size_t first, std::size_t last) { transform_back(job, block, first, last); });
+}
 
+void Convolution3x3::transform(const Job& job, const Block& block, std::size_t first, std::size_t last) const
+{
+    const auto inner = static_cast<std::size_t>(inputs_);
+    const std::vector<float> zeros(inner);
     const auto tiles_x = static_cast<std::size_t>(job.tiles_x());
-    for (std::size_t tile = first; tile < last; ++tile)
+    using Pixels = std::array<const float*, positions>;
+    const auto pixels_of = [&](std::size_t tile)
     {
         const int y0 = static_cast<int>(tile / tiles_x) * side - job.origin;
         const int x0 = static_cast<int>(tile % tiles_x) * side - job.origin;
-        std::array<const float*, positions> pixels{};
+        Pixels pixels{};
         for (int i = 0; i < positions; ++i)
         {
             const int y = beyond_border(y0 + i / 6, job.shape.height, job.border);
@@ -233,20 +283,34 @@ void Convolution3x3::run_block(const Job& job, std::size_t first, std::size_t la
                                            static_cast<std::size_t>(x)) *
                                               inner;
         }
-        kernel_->transform(pixels.data(), inputs_, values.data() + (tile - first) * inner, value_stride);
-    }
-    if (turned_)
-        scratch.resize(std::max(scratch.size(), count * (inner + outer) + line));
-    for (std::size_t position = 0; position < positions; ++position)
+        return pixels;
+    };
+    Pixels pixels = pixels_of(first);
+    for (std::size_t tile = first; tile < last; ++tile)
     {
-        const float* from = values.data() + position * value_stride;
-        float* to = products.data() + position * product_stride;
-        if (turned_)
-            kernel_->multiply_turned(from, static_cast<int>(count), inputs_, filters_at(position), outputs_,
-                                     aligned(scratch.data()), to);
-        else
-            kernel_->multiply(from, static_cast<int>(count), inputs_, filters_at(position), outputs_, to);
+        const Pixels next = tile + 1 < last ? pixels_of(tile + 1) : pixels;
+        kernel_->transform(pixels.data(), next.data(), inputs_, block.values + (tile - block.first) * inner, block.value_stride);
+        pixels = next;
     }
+}
+
+void Convolution3x3::multiply(const Block& block, std::size_t position) const
+{
+    const auto count = static_cast<int>(block.count);
+    const float* from = block.values + position * block.value_stride;
+    float* to = block.products + position * block.product_stride;
+    if (!turned_)
+        return kernel_->multiply(from, count, inputs_, filters_at(position), outputs_, to);
+    thread_local std::vector<float> scratch;
+    const std::size_t size = block.count * (static_cast<std::size_t>(inputs_) + static_cast<std::size_t>(outputs_)) + line;
+    scratch.resize(std::max(scratch.size(), size));
+    kernel_->multiply_turned(from, count, inputs_, filters_at(position), outputs_, aligned(scratch.data()), to);
+}
+
+void Convolution3x3::transform_back(const Job& job, const Block& block, std::size_t first, std::size_t last) const
+{
+    const auto outer = static_cast<std::size_t>(outputs_);
+    const auto tiles_x = static_cast<std::size_t>(job.tiles_x());
     for (std::size_t tile = first; tile < last; ++tile)
     {
         const int y0 = static_cast<int>(tile / tiles_x) * side;
@@ -264,11 +328,11 @@ void Convolution3x3::run_block(const Job& job, std::size_t first, std::size_t la
             pixels[static_cast<std::size_t>(i)] = job.out + offset;
             masks[static_cast<std::size_t>(i)] = job.masks == nullptr ? nullptr : job.masks + offset;
         }
-        const float* from = products.data() + (tile - first) * outer;
+        const float* from = block.products + (tile - block.first) * outer;
         if (job.bias == nullptr)
-            kernel_->transform_back(from, product_stride, outputs_, pixels.data());
+            kernel_->transform_back(from, block.product_stride, outputs_, pixels.data());
         else
-            kernel_->rectify_back(from, product_stride, outputs_, job.bias, pixels.data(),
+            kernel_->rectify_back(from, block.product_stride, outputs_, job.bias, pixels.data(),
                                   job.masks == nullptr ? nullptr : masks.data());
     }
 }

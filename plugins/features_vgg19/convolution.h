@@ -7,6 +7,7 @@
 #include <functional>
 #include <memory>
 #include <span>
+#include <vector>
 
 namespace vgg19
 {
@@ -61,13 +62,18 @@ class Convolution3x3
 
   private:
     struct Job;
+    struct Block;
 
     Convolution3x3(int outputs, int inputs, const winograd::Kernel& kernel);
     const float* filters_at(std::size_t position) const;
     template <class Weight>
     void pack(const Weight& weight);
     void run(const Job& job, const Parallel& parallel) const;
-    void run_block(const Job& job, std::size_t first, std::size_t last) const;
+    void run_by_positions(const Job& job, const Parallel& parallel) const;
+    Block block_of(std::size_t first, std::size_t last, std::vector<float>& values, std::vector<float>& products) const;
+    void transform(const Job& job, const Block& block, std::size_t first, std::size_t last) const;
+    void multiply(const Block& block, std::size_t position) const;
+    void transform_back(const Job& job, const Block& block, std::size_t first, std::size_t last) const;
 
     const winograd::Kernel* kernel_;
     int inputs_;

@@ -17,8 +17,9 @@ struct Kernel
     int rows;   ///< Tiles are multiplied so many at once …
     int lanes;  ///< … or, by multiply_turned, so many.
 
-    /// 36 pixels, row by row, each with `channels` values -> out[position * stride + channel].
-    void (*transform)(const float* const* pixels, int channels, float* out, std::size_t stride);
+    /// 36 pixels, row by row, each with `channels` values -> out[position * stride + channel]. `next`: those of the tile to the
+    /// right, which are brought near.
+    void (*transform)(const float* const* pixels, const float* const* next, int channels, float* out, std::size_t stride);
 
     /// Products for one position: tiles x inner values by filters -> tiles x outputs. `tiles` is a multiple of `rows`; the
     /// filters are packed as panels of inner x (panel, or what is left) values.

@@ -17,13 +17,13 @@ double level_of(double texels)
     return texels > 1 ? std::log2(texels) : 0;
 }
 
-Vec2d texcoord_at(const Mesh& mesh, std::uint32_t triangle, Vec3d point, const Camera& camera)
+/// Where a camera's ray to the point meets the triangle's plane.
+raycast::Hit hit_at(const Mesh& mesh, std::uint32_t triangle, Vec3d point, const Camera& camera)
 {
-    double distance = 0;
-    std::array<double, 3> weights{1.0 / 3, 1.0 / 3, 1.0 / 3};  // a triangle without area: any of its points
+    raycast::Hit hit{triangle, true, 0, {1.0 / 3, 1.0 / 3, 1.0 / 3}};  // A triangle without area: any of its points.
     const Vec3d origin = camera.world_from_camera.translation;
-    raycast::meet_plane(raycast::corners(mesh, triangle), origin, point - origin, distance, weights);
-    return raycast::texcoord(mesh, triangle, weights);
+    raycast::meet_plane(raycast::corners(mesh, triangle), origin, point - origin, hit.distance, hit.weights);
+    return hit;
 }
 
 void draw(const ViewSurface& view, const Camera& other, const Raster8& wanted, const SurfacePaint& paint,
@@ -51,17 +51,21 @@ void draw(const ViewSurface& view, const Camera& other, const Raster8& wanted, c
 }
 }  // namespace
 
-TexturePaint::TexturePaint(const TexturedMesh& textured) : mesh_(textured.mesh), picture_(textured.image.pixels, true) {}
+TexturePaint::TexturePaint(const TexturedMesh& textured, const raycast::Lights& lights)
+    : mesh_(textured.mesh), picture_(textured.image.pixels, true), lighting_(textured.mesh, lights)
+{
+}
 
 Vec3d TexturePaint::color(std::uint32_t triangle, Vec3d point, const Camera& a, const Camera& b) const
 {
-    const Vec2d uv = texcoord_at(mesh_, triangle, point, a);
+    const raycast::Hit hit = hit_at(mesh_, triangle, point, a);
+    const Vec2d uv = raycast::texcoord(mesh_, hit);
     const auto texels = [&](const Camera& camera)
     {
         const Vec3d seen = camera.project(point);
         return raycast::texels_per_pixel(mesh_, triangle, uv, camera, seen.x, seen.y, picture_.width(), picture_.height());
     };
-    return picture_.sample(uv, level_of(std::max(texels(a), texels(b))));
+    return picture_.sample(uv, level_of(std::max(texels(a), texels(b)))) * lighting_.at(hit);
 }
 
 ProjectedPaint::ProjectedPaint(const Mesh& mesh, const Camera& camera, const Raster8& picture)

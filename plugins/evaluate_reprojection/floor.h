@@ -4,6 +4,7 @@
 
 #include <fresco/progress.h>
 #include <fresco/raycast/mip_maps.h>
+#include <fresco/raycast/view_renderer.h>
 #include <fresco/texture.h>
 
 #include <cstdint>
@@ -29,14 +30,16 @@ class SurfacePaint
 class TexturePaint final : public SurfacePaint
 {
   public:
-    /// The mesh must have texcoords and outlive this. Throws Error unless the picture is RGB.
-    explicit TexturePaint(const fresco::TexturedMesh& textured);
+    /// The mesh must have texcoords and outlive this. `lights` as the judged pictures have them. Throws Error unless the picture
+    /// is RGB.
+    explicit TexturePaint(const fresco::TexturedMesh& textured, const fresco::raycast::Lights& lights = {});
     fresco::Vec3d color(std::uint32_t triangle, fresco::Vec3d point, const fresco::Camera& a,
                         const fresco::Camera& b) const override;
 
   private:
     const fresco::Mesh& mesh_;
     fresco::raycast::MipMaps picture_;
+    fresco::raycast::Lighting lighting_;
 };
 
 /// A picture thrown from its camera onto the mesh: for pictures that no texture was made of.

@@ -46,6 +46,8 @@ class EvaluateReprojection final : public Stage
     Option<std::string> floor{this, "floor", "auto", one_of({"auto", "texture", "picture"}),
                               "The floor is of the mesh's picture or of the source's, projected; auto: texture where 'views' and "
                               "'textured_mesh' are given"};
+    Option<std::string> shading{this, "shading", "none", one_of({"none", "scannet", "matterport3d"}),
+                                "How 'views' are shaded, as in render.views: the floor of the mesh's picture is shaded alike"};
     Option<int> bootstrap_count{this, "bootstrap_count", 2000, range(100, 1'000'000), "Resamples behind the 95 % intervals"};
     Option<int> seed{this, "seed", 1, range(0, 2'000'000'000), "Seed of the resampling"};
     Option<OutputName> path{this, "path", OutputName{"reprojection.json"}, "Name of the JSON file, below --out"};
@@ -65,7 +67,7 @@ class EvaluateReprojection final : public Stage
         if (!textured_mesh.has_value() || textured_mesh->mesh.texcoords.empty())
             throw Error(
                 "floor: texture needs a mesh with texcoords and a picture on port 'textured_mesh'; choose floor: picture");
-        return std::make_unique<TexturePaint>(*textured_mesh);
+        return std::make_unique<TexturePaint>(*textured_mesh, raycast::lights_of(*shading));
     }
 
     JudgedView load_view(const PosedPicture& posed, const raycast::Scene& scene, const Progress& progress) const

@@ -136,6 +136,22 @@ TEST_CASE("consistent pictures stay at the floor")
     CHECK(projected.floor < 0.7 * projected.value);
 }
 
+TEST_CASE("the floor is lit as the judged pictures are")
+{
+    const TexturedMesh textured = wall(noise_picture(300, 300, 1));
+    const Camera a = camera(width, height, 0, 0);
+    const Camera b = camera(width, height, 3.5, 1.5, 0.1);
+    const auto judged = [&](const char* shading)
+    {
+        const TexturePaint paint(textured, raycast::lights_of(shading));
+        return judge_pair({0, 1}, {surface(a), render(textured, a)}, {surface(b), render(textured, b)}, textured.mesh, &paint,
+                          {Protocol::paper, 0.2}, Progress{});
+    };
+    // The wall looks away from the lamp: only the ambient light is left.
+    CHECK(judged("none").floor > 0.01);
+    CHECK(judged("scannet").floor == Approx(0.4 * judged("none").floor).epsilon(0.02));
+}
+
 TEST_CASE("blur and less contrast improve the value but not the headline")
 {
     // Each view is painted on its own: the second one's pattern lies 0.6 px away from where it should.

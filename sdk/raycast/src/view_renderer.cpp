@@ -41,19 +41,22 @@ Lights lights_of(std::string_view shading)
     return {};
 }
 
-ViewRenderer::ViewRenderer(const TexturedMesh& mesh, const RenderOptions& options)
-    : options_(options), scene_(mesh.mesh), texture_(mesh.image.pixels, options.mip_maps)
+Lighting::Lighting(const Mesh& mesh, const Lights& lights) : mesh_(mesh), lights_(lights)
 {
-    if (options_.lights.diffuse > 0)
-        normals_ = vertex_normals(mesh.mesh);
+    if (lights.diffuse > 0)
+        normals_ = vertex_normals(mesh);
 }
 
-double ViewRenderer::light(const Hit& hit) const
+double Lighting::at(const Hit& hit) const
 {
-    const Lights& lights = options_.lights;
     if (normals_.empty())
-        return lights.ambient;
-    return lights.ambient + lights.diffuse * std::max(0.0, dot(normal(scene_.mesh(), normals_, hit), lights.toward));
+        return lights_.ambient;
+    return lights_.ambient + lights_.diffuse * std::max(0.0, dot(normal(mesh_, normals_, hit), lights_.toward));
+}
+
+ViewRenderer::ViewRenderer(const TexturedMesh& mesh, const RenderOptions& options)
+    : options_(options), scene_(mesh.mesh), texture_(mesh.image.pixels, options.mip_maps), lighting_(mesh.mesh, options.lights)
+{
 }
 
 double ViewRenderer::level_of_detail(const Camera& dense, int x, int y, const Hit& hit, Vec2d uv) const
@@ -84,7 +87,7 @@ void ViewRenderer::render_rows(const Camera& camera, const Camera& dense, int fi
                 if (sight(hit) != Sight::surface)
                     continue;
                 const Vec2d uv = texcoord(scene_.mesh(), hit);
-                const Vec3d color = texture_.sample(uv, level_of_detail(dense, dense_x, dense_y, hit, uv)) * light(hit);
+                const Vec3d color = texture_.sample(uv, level_of_detail(dense, dense_x, dense_y, hit, uv)) * lighting_.at(hit);
                 sum += Vec3d{std::min(color.x, 255.0), std::min(color.y, 255.0), std::min(color.z, 255.0)};
                 ++found;
             }

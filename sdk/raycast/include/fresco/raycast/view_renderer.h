@@ -26,6 +26,21 @@ struct Lights
 /// (rgb.frag), under which the paper's pictures and tables were made.
 Lights lights_of(std::string_view shading);
 
+/// How much light a mesh's surface gets, by its vertex normals.
+class Lighting
+{
+  public:
+    /// The mesh must outlive this.
+    Lighting(const Mesh& mesh, const Lights& lights);
+    /// What the color at the hit is multiplied by. Thread-safe.
+    double at(const Hit& hit) const;
+
+  private:
+    const Mesh& mesh_;
+    Lights lights_;
+    std::vector<Vec3f> normals_;  ///< V; empty where nothing is shaded.
+};
+
 struct RenderOptions
 {
     int samples_per_side = 2;  ///< Rays per pixel: its square.
@@ -50,13 +65,12 @@ class ViewRenderer
 
   private:
     void render_rows(const Camera& camera, const Camera& dense, int first_row, int end_row, Raster8& image) const;
-    double light(const Hit& hit) const;
     double level_of_detail(const Camera& dense, int x, int y, const Hit& hit, Vec2d uv) const;
 
     RenderOptions options_;
     Scene scene_;
     MipMaps texture_;
-    std::vector<Vec3f> normals_;  ///< V; empty where nothing is shaded.
+    Lighting lighting_;
 };
 
 }  // namespace fresco::raycast

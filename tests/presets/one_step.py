@@ -1,0 +1,328 @@
+#!/usr/bin/env python3
+"""one_step.py STORE DATASET WEIGHTS BEFORE AFTER: the first step of texture.optimize, computed once more from the paper in float64.
+
+BEFORE and AFTER are logs of `fresco run --json-log`: a run at rate 0, whose texture is the one that the step begins with, and one at RATE
+with Adam's epsilon 1, from whose change the gradient follows. DATASET is what dataset.write made of the same uv maps, frames and style.
+Lookup, network, losses and the way back are written out here with NumPy alone, and the way back is held against finite differences first.
+"The paper" is StyleMesh (Höllein, Johnson, Nießner, CVPR 2022).
+"""
+import json
+import multiprocessing
+import pathlib
+import struct
+import sys
+from concurrent.futures import ProcessPoolExecutor
+
+import numpy as np
+
+# The paper's constants, but for the smallest ideal height, which is less because the pictures are.
+THETA_MIN_PX, THETA_D_M, ANGLE_LIMIT_DEG = 5, 0.25, 30
+CONTENT_WEIGHT, STYLE_WEIGHT, REGULARIZER_WEIGHT = 70, 1e-4, 5000
+STYLE_LAYERS = {"1_1": 1000, "2_1": 1000, "3_1": 10, "4_1": 10, "5_1": 1000}
+CONTENT_LAYER = "4_2"
+REGULARIZER_FACTORS = (8, 4, 2, 0)
+MEAN_BGR = np.array([103.939, 116.779, 123.68])
+LAYERS = [f"{block}_{number}" for block, count in ((1, 2), (2, 2), (3, 4), (4, 4), (5, 1)) for number in range(1, count + 1)]
+
+RATE = 1000  # of the second run
+
+
+# The network, VGG-19 with zero padding. Maps are H x W x C.
+
+
+def read_weights(path):
+    """The convolutions of a safetensors file: name to (filters, 3 x 3 x inputs x outputs, and biases)."""
+    data = pathlib.Path(path).read_bytes()
+    start = 8 + struct.unpack_from("<Q", data)[0]
+    header = json.loads(data[8:start])
+
+    def tensor(name):
+        begin, end = header[name]["data_offsets"]
+        return np.frombuffer(data[start + begin : start + end], np.float16).reshape(header[name]["shape"]).astype(np.float64)
+
+    return {name: (tensor(f"conv{name}.weight").transpose(2, 3, 1, 0), tensor(f"conv{name}.bias")) for name in LAYERS}
+
+
+def convolve(maps, filters):
+    """The sum over 3 x 3 windows of zero-padded maps."""
+    height, width, inputs = maps.shape
+    padded = np.pad(maps, ((1, 1), (1, 1), (0, 0)))
+    result = np.zeros((height * width, filters.shape[3]))
+    for y, x in np.ndindex(3, 3):
+        result += padded[y : y + height, x : x + width].reshape(-1, inputs) @ np.ascontiguousarray(filters[y, x])
+    return result.reshape(height, width, -1)
+
+
+def pooled(shape):
+    """The four members of all whole 2 x 2 windows, as slices of maps."""
+    return [(slice(y, shape[0] // 2 * 2, 2), slice(x, shape[1] // 2 * 2, 2)) for y, x in np.ndindex(2, 2)]
+
+
+def encode(picture, weights, last="5_1"):
+    """The rectified features up to `last`, by name, and the winners of each pooling. `picture` is BGR in 0..255 minus the mean."""
+    features, winners, maps = {}, {}, picture
+    for name in LAYERS[: LAYERS.index(last) + 1]:
+        if name in ("2_1", "3_1", "4_1", "5_1"):
+            windows = np.stack([maps[member] for member in pooled(maps.shape)])
+            winners[name] = maps.shape, windows.argmax(0)
+            maps = windows.max(0)
+        maps = features[name] = np.maximum(convolve(maps, weights[name][0]) + weights[name][1], 0)
+    return features, winners
+
+
+def encode_backward(features, winners, gradients, weights):
+    """d loss / d picture, from d loss / d features by name."""
+    flow = 0.0
+    for name in reversed(LAYERS):
+        flow = (flow + gradients.get(name, 0.0)) * (features[name] > 0)
+        # A convolution's transpose is the convolution with the filters turned around and their channels swapped.
+        flow = convolve(flow, weights[name][0][::-1, ::-1].transpose(0, 1, 3, 2))
+        if name in winners:
+            shape, winner = winners[name]
+            spread = np.zeros(shape)
+            for number, member in enumerate(pooled(shape)):
+                spread[member] = flow * (winner == number)
+            flow = spread
+    return flow
+
+
+# The losses of one level (the paper, section 3.4). Every norm is a mean over the elements.
+
+
+def on_grid(mask, name):
+    """A mask of pixels on a layer's grid: each cell takes the pixel at its center."""
+    stride = 2 ** (int(name[0]) - 1)
+    rows, columns = (np.arange(size // stride) * stride + stride // 2 for size in mask.shape)
+    return mask[np.ix_(rows, columns)]
+
+
+def gram(selected):
+    """N x C features to C x C."""
+    return selected.T @ selected / len(selected)
+
+
+def level_losses(picture, camera, masks, targets, weights):
+    """Style and content, weighted, and the gradient of their sum by the picture. `masks` and `targets` are coarse and fine."""
+    features, winners = encode(picture, weights)
+    gradients = {name: np.zeros_like(features[name]) for name in (*STYLE_LAYERS, CONTENT_LAYER)}
+    style = content = 0.0
+    for name, factor in STYLE_LAYERS.items():
+        for mask, target in zip(masks, targets):
+            chosen = on_grid(mask, name)
+            if chosen.any():
+                selected = features[name][chosen]
+                difference = gram(selected) - target[name]
+                style += STYLE_WEIGHT * factor * np.mean(difference**2)
+                gradients[name][chosen] += STYLE_WEIGHT * factor * 4 * selected @ difference / (len(selected) * difference.size)
+    chosen = on_grid(masks[0], CONTENT_LAYER)
+    if chosen.any():
+        difference = (features[CONTENT_LAYER] - encode(camera, weights, CONTENT_LAYER)[0][CONTENT_LAYER])[chosen]
+        content = CONTENT_WEIGHT * np.mean(difference**2)
+        gradients[CONTENT_LAYER][chosen] += CONTENT_WEIGHT * 2 * difference / difference.size
+    return np.array([style, content]), encode_backward(features, winners, gradients, weights)
+
+
+# The texture, a pyramid of layers whose lookups are summed (the paper, section 3.1).
+
+
+def corners(size, uv):
+    """The four texels, as rows of the flat layer, and the weights of a bilinear lookup: texel centers at +0.5, row 0 at v = 1."""
+    place = np.clip(np.stack([uv[:, 0], 1 - uv[:, 1]], 1).astype(np.float64) * size - 0.5, 0, size - 1)
+    low = np.minimum(place.astype(int), size - 2)
+    for y, x in np.ndindex(2, 2):
+        part = 1 - np.abs(low + (x, y) - place)
+        yield (low[:, 1] + y) * size + low[:, 0] + x, part.prod(1, keepdims=True)
+
+
+def look_up(layers, uv):
+    """The sum of the layers at each texcoord, before it is clamped."""
+    return sum(layer.reshape(-1, 3)[texels] * weight for layer in layers for texels, weight in corners(len(layer), uv))
+
+
+def gather(layers, uv, gradient):
+    """d loss / d texels of each layer, from d loss / d pixels."""
+    result = [np.zeros((layer.size // 3, 3)) for layer in layers]
+    for layer, sums in zip(layers, result):
+        for texels, weight in corners(len(layer), uv):
+            np.add.at(sums, texels, gradient * weight)
+    return result
+
+
+# Which pixels belong to which level (the paper, sections 3.2 and 3.5).
+
+
+def erode(mask):
+    """3 x 3; outside the image is background."""
+    padded = np.pad(mask, 1)
+    return np.all([padded[y : y + mask.shape[0], x : x + mask.shape[1]] for y, x in np.ndindex(3, 3)], axis=0)
+
+
+def nearest(values, shape):
+    """Resampled by nearest neighbor."""
+    rows, columns = (((np.arange(new) + 0.5) * old / new).astype(int) for new, old in zip(shape, values.shape))
+    return values[np.ix_(rows, columns)]
+
+
+def depth_levels(view, heights):
+    """For each height the mask of its pixels and the weight of their gradients; `view`, and these, are of the smallest height."""
+    heights = np.array(heights)
+    ideal = THETA_MIN_PX * view["depth"].astype(np.float64) / THETA_D_M
+    first = np.abs(ideal[..., None] - heights).argmin(-1)
+    second = np.clip(first + np.sign(ideal - heights[first]).astype(int), 0, len(heights) - 1)
+    gap = np.abs(heights[first] - heights[second])
+    share = np.where(gap > 0, 1 - np.abs(ideal - heights[first]) / np.maximum(gap, 1), 1)
+    for level in range(len(heights)):
+        nearer, farther = view["valid"] & (first == level), view["valid"] & (second == level) & (share < 1)
+        yield erode(nearer | farther), erode(nearer) * share + erode(farther) * (1 - share)
+
+
+# One step.
+
+
+def shrink(picture, shape):
+    """Averaged by area to `shape`, H x W."""
+    result = picture.astype(np.float64)
+    for axis, (new, old) in enumerate(zip(shape, picture.shape)):
+        ends, cells = np.arange(new + 1)[:, None] * old / new, np.arange(old)
+        cover = np.clip(np.minimum(cells + 1, ends[1:]) - np.maximum(cells, ends[:-1]), 0, 1)
+        result = np.moveaxis(np.tensordot(cover * new / old, result, (1, axis)), 0, axis)
+    return result
+
+
+def as_input(rgb):
+    """RGB in 0..255 to what the network takes."""
+    return rgb[..., ::-1].astype(np.float64) - MEAN_BGR
+
+
+def style_grams(rgb):
+    """The Gram targets of one size of the style picture."""
+    features, _ = encode(as_input(rgb), WEIGHTS)
+    return {name: gram(features[name].reshape(-1, features[name].shape[2])) for name in STYLE_LAYERS}
+
+
+def level_step(view, layers, mask, weight, targets):
+    """The level's pixels and the fine ones of them, its losses, and their gradient by the layers (the paper, sections 3.3 and 3.5)."""
+    valid, cosine = view["valid"], np.maximum(view["cosine"].astype(np.float64), 0)
+    mask, weight = nearest(mask, valid.shape) & valid, nearest(weight, valid.shape)
+    fine = mask & (cosine >= np.cos(np.radians(ANGLE_LIMIT_DEG)))
+    stored = look_up(layers, view["uv"][valid])
+    picture = np.zeros(valid.shape + (3,)) - MEAN_BGR  # black where there is no surface
+    picture[valid] = np.clip(stored, -MEAN_BGR, 255 - MEAN_BGR)
+    losses, gradient = level_losses(picture, as_input(view["color"]), (mask, fine), targets, WEIGHTS)
+    gradient = gradient[valid] * (cosine * weight)[valid][:, None]
+    # Where a value is beyond what can be displayed, only a step that leads back counts.
+    gradient[(stored > 255 - MEAN_BGR) & (gradient < 0) | (stored < -MEAN_BGR) & (gradient > 0)] = 0
+    return mask.mean(), fine.mean(), losses, gather(layers, view["uv"][valid], gradient)
+
+
+def step(views, layers, targets, run):
+    """Style and content, and for every layer their gradient and the regularizer's."""
+    heights = [len(view["valid"]) for view in views]
+    tasks = [run(level_step, view, layers, *level, targets) for view, level in zip(views, depth_levels(views[0], heights))]
+    results = [task.result() for task in tasks]
+    losses, gradients = np.zeros(2), [0.0] * len(layers)
+    for height, (pixels, fine_pixels, level, level_gradients) in zip(heights, results):
+        share = pixels / sum(result[0] for result in results)
+        print(f"{height} px: {pixels:.1%} of the pixels, {fine_pixels:.1%} fine ones, share {share:.3f}")
+        losses += share * level
+        gradients = [total + share * part for total, part in zip(gradients, level_gradients)]
+    factors = [REGULARIZER_WEIGHT * factor * 2 / layer.size for layer, factor in zip(layers, REGULARIZER_FACTORS)]
+    return losses, gradients, [factor * layer.reshape(-1, 3) for layer, factor in zip(layers, factors)]
+
+
+def check_backward_pass():
+    """The gradient of a little picture's losses by a little texture's texels against finite differences."""
+    random = np.random.default_rng(1)
+    weights = {name: (random.standard_normal((3, 3, 3 if name == "1_1" else 4, 4)) / 4, random.uniform(-10, 10, 4)) for name in LAYERS}
+    shape = (35, 38)
+    layers, ways = ([random.uniform(-40, 40, (size, size, 3)) for size in (8, 4)] for _ in range(2))
+    uv = random.uniform(0, 1, (shape[0] * shape[1], 2))
+    masks = random.uniform(size=shape) < 0.8, random.uniform(size=shape) < 0.5
+    targets = [{name: np.eye(4) * 100 for name in STYLE_LAYERS}] * 2
+    camera = random.uniform(-100, 100, shape + (3,))
+
+    def losses(change):
+        moved = [layer + change * way for layer, way in zip(layers, ways)]
+        return level_losses(look_up(moved, uv).reshape(shape + (3,)), camera, masks, targets, weights)
+
+    gradient = gather(layers, uv, losses(0)[1].reshape(-1, 3))
+    slope = sum(np.sum(part * way.reshape(-1, 3)) for part, way in zip(gradient, ways))
+    error = abs((losses(1e-6)[0].sum() - losses(-1e-6)[0].sum()) / 2e-6 / slope - 1)
+    print(f"the backward pass is {error:.1e} from finite differences")
+    assert error < 1e-6, "the backward pass of this script is wrong"
+
+
+# What fresco made of it.
+
+
+def read_run(store, log):
+    """The texture's layers and the report of the stage `texture`."""
+    events = [json.loads(line) for line in log.read_text().splitlines() if line.startswith("{")]
+    made = store / "objects" / next(event["object"] for event in events if event["event"] == "end" and event["stage"] == "texture")
+    layers = [np.load(made / f"texture/layer_{i}.npy").astype(np.float64) for i in range(len(REGULARIZER_FACTORS))]
+    return layers, json.loads((made / "manifest.json").read_text())["report"]
+
+
+def read_view(folder, height):
+    """A view's maps at a height, and its camera picture, which is averaged to that height in whole steps."""
+    view = {name: np.load(folder / f"{name}_{height}.npy") for name in ("uv", "depth", "cosine", "valid", "color")}
+    assert np.abs(shrink(np.load(folder / "color.npy"), view["valid"].shape) - view["color"]).max() < 0.501, "the camera picture"
+    return view | {"valid": view["valid"] == 1}
+
+
+def distance(theirs, ours):
+    """Relative, in the L2 norm."""
+    return np.linalg.norm(np.subtract(theirs, ours)) / max(np.linalg.norm(ours), 1e-30)
+
+
+def gradient_distances(moved, ours, regularizer):
+    """How far a layer's gradient is off where the view sees it, and elsewhere, where there is the regularizer alone.
+
+    An activation that float32 cannot tell from zero, or from another one of its 2 x 2, may send its gradient another way than here. One
+    such is enough for some parts in a thousand on the texels around; hence not every texel has to agree as closely as the losses.
+    """
+    theirs = moved / (1 - np.abs(moved))  # Adam's first step with epsilon 1 is rate * g / (|g| + 1).
+    seen = (ours != 0).any(1)
+    ours = ours + regularizer
+    sizes = np.linalg.norm(ours[seen], axis=1)
+    median, most = np.quantile(np.linalg.norm((theirs - ours)[seen], axis=1) / sizes, (0.5, 0.9))
+    print(f"{seen.sum()} texels seen, {np.median(sizes):.3g} in the middle, {sizes.max():.3g} at most; {np.sum(~seen)} not seen")
+    yield "half of the texels seen", median, 2e-3
+    yield "nine tenths of the texels seen", most, 2e-2
+    yield "all texels seen", distance(theirs[seen], ours[seen]), 1e-2
+    yield "the texels not seen", distance(theirs[~seen], ours[~seen]), 1e-4
+
+
+def main():
+    global WEIGHTS
+    check_backward_pass()
+    store, dataset, weights, before, after = map(pathlib.Path, sys.argv[1:])
+    WEIGHTS = read_weights(weights)
+    layers, _ = read_run(store, before)
+    stepped, report = read_run(store, after)
+    views = [read_view(dataset / "views/000000", height) for height in json.loads((dataset / "dataset.json").read_text())["heights_px"]]
+    coarse = np.load(dataset / "style.npy")  # four times as large as fine, whose shorter side is 256 px, but no larger than the picture
+    fine = shrink(coarse, [round(256 * size / min(coarse.shape[:2])) for size in coarse.shape[:2]])
+
+    with ProcessPoolExecutor(2, multiprocessing.get_context("fork")) as pool:
+        targets = list(pool.map(style_grams, (coarse, fine)))
+        (style, content), gradients, regularizers = step(views, layers, targets, pool.submit)
+
+    found = report["losses_at_last_step"]
+    print(f"style {found['style']:.8g} for {style:.8g}, content {found['content']:.8g} for {content:.8g}")
+    results = [
+        ("style loss", distance(found["style"], style), 1e-4),
+        ("content loss", distance(found["content"], content), 1e-4),
+        ("initial style over content", distance(report["initial_style_over_content"], style / content), 1e-4),
+    ]
+    for number, (layer, new, gradient, regularizer) in enumerate(zip(layers, stepped, gradients, regularizers)):
+        print(f"layer {number}: ", end="")
+        for name, apart, allowed in gradient_distances((layer - new).reshape(-1, 3) / RATE, gradient, regularizer):
+            results.append((f"layer {number}, gradient of {name}", apart, allowed))
+    for name, apart, allowed in results:
+        print(f"{'' if apart <= allowed else 'WRONG: '}{name}: {apart:.1e} apart, {allowed:g} allowed")
+    sys.exit(any(not apart <= allowed for _, apart, allowed in results))
+
+
+if __name__ == "__main__":
+    main()

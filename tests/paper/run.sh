@@ -1,0 +1,57 @@
+#!/usr/bin/env bash
+# run.sh FRESCO SOURCE: pipelines/paper in small. Two methods on two generated rooms, frames made elsewhere, circles, the study's page.
+source "$(dirname "$0")/../program_test.sh"
+fresco=$1 source=$2 paper=$2/pipelines/paper
+python=$(python_with numpy) || { skip "the paper's evaluation with random weights: no python3 with numpy is at hand"; exit 0; }
+
+"$python" "$source/tests/presets/random_vgg19.py" "$work/vgg19.safetensors"
+"$python" -c 'import numpy, sys; numpy.save(sys.argv[1], numpy.random.default_rng(1).integers(0, 256, (96, 96, 3), numpy.uint8))' "$work/style.npy"
+places=(--store "$work/store" --no-report)
+# shellcheck disable=SC2016  # ${scene} is the pipelines' own
+room=(--set scan.type=scan.synthetic_room --set scan.frames_count=12 --set scan.color_width_px=160 --set scan.color_height_px=120
+    --set scan.edge_m=0.15 --set 'scan.seed=${scene}' --set mesh.max_faces=4000)
+small=("${room[@]}" --set frames.window_count=1 --set frames.max_frames=4 --set frames.min_sharpness=0 --set atlas.size_px=512
+    --set uvmaps.heights_px=[64] --set texture.size_px=512 --set texture.max_steps=2 --set "weights=$work/vgg19.safetensors")
+gaps=(--set reprojection.short_gap=1 --set reprojection.long_gap=2 --set reprojection.min_covisible=0.05)
+export FRESCO=$fresco
+
+# Table 1: each method a row of figures, the mean of both rooms.
+table1() { "$paper/run.sh" table1 "$work/table1" "$@" >"$work/log" 2>&1 || { cat "$work/log"; fail "table1"; }; }
+METHODS="stylemesh dip" table1 "${small[@]}" "${gaps[@]}" "${places[@]}" --set views.height_px=120 --set "scene=[1, 2]" \
+    --set "picture=[$work/style.npy]"
+# What another renderer made is measured as what fresco's did.
+for scene in 1 2; do
+    mkdir -p "$work/frames"
+    cp -r "$work/table1/dip/scene=$scene,style/views" "$work/frames/$scene"
+done
+"$fresco" run "$paper/frames.yaml" "${room[@]}" "${gaps[@]}" "${places[@]}" --set "scene=[1, 2]" --set "pictures=$work/frames" \
+    --out "$work/table1/other" >"$work/log" 2>&1 || { cat "$work/log"; fail "frames.yaml"; }
+METHODS="" table1
+cat "$work/log"
+row() { awk -v method="$1" '$1 == method { $1 = ""; print }' "$work/log"; }
+for method in stylemesh dip other; do
+    [[ $(row $method) =~ ^\ 2(\ -?[0-9]+\.[0-9]{3}){6}$ ]] || fail "the row of $method is '$(row $method)'"
+done
+[ "$(row other)" = "$(row dip)" ] || fail "the same pictures have other figures when they come from a folder"
+[ "$(row stylemesh)" != "$(row dip)" ] || fail "two methods have the same figures"
+
+# Table 2: after two steps there are no circles to find, but everything runs.
+METHODS=stylemesh "$paper/run.sh" table2 "$work/table2" "${small[@]}" "${places[@]}" --set views.height_px=784 --set views.every_count=4 \
+    --set "scene=[1]" --set "picture=$work/style.npy" >"$work/log" 2>&1 || { cat "$work/log"; fail "table2"; }
+tail -n 2 "$work/log"
+[[ $(row stylemesh) =~ ^\ 1\ .*\ [0-9]+$ ]] || fail "the row of table2 is '$(row stylemesh)'"
+
+# The study: pictures of one view in both methods.
+for method in stylemesh dip; do
+    mkdir -p "$work/pictures"
+    ln -s "$work/table1/$method/scene=1,style/views" "$work/pictures/$method"
+done
+"$fresco" run "$paper/study.yaml" "${places[@]}" --set "pictures=$work/pictures" --out "$work/study" >/dev/null
+"$python" - "$work/study/study.key.json" <<'PYTHON'
+import json
+import sys
+
+key = json.load(open(sys.argv[1]))
+assert key["ours"] == "stylemesh" and key["mixes_questions"] and key["pairs_count"] == 70 and len(key["questions"]) == 2, key
+assert {picture["method"] for picture in key["pictures"]} == {"stylemesh", "dip"} and len(key["pictures"]) == 24, key
+PYTHON

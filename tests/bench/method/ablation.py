@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""The paper's ablation, shortened: only 2D, angle, angle and depth, on one scan with one schedule.
+"""The paper's ablation at a fraction of its steps: only 2D, angle, angle and depth, on one scan.
 
-Needs a built fresco. Every run is a pipeline over the preset of its mode, by the style loss alone; what runs share is stored once.
-All modes start from noise: on a flat start the style loss alone pulls every pixel of a plain wall alike. There is no regulariser, and Adam
-steps the visible texels with a cosine decay: a shortened schedule, not the paper's.
-Views are drawn with one ray a pixel, as the floor of the reprojection is: a smoother picture would be below its floor.
-Prints a table with 95 % bootstrap intervals over pictures and says where an order holds: only where intervals do not overlap.
-Writes OUT/pictures.html: the same views in all modes, side by side.
+Needs a built fresco. Every run is a pipeline over the preset of its mode, with that preset's own start (zeros), λ_r, dense Adam and
+step decay; the steps are fewer because fewer frames are used and each is repeated less often. What runs share is stored once. Circle
+pictures are painted by the style loss alone, as in the paper's Table 2; other pictures with content, as in Table 1.
+Views are drawn with one ray per pixel, as the floor of the reprojection is: a smoother picture would fall below its floor.
+Prints where the losses on held-out frames stand on the way, then a table with 95 % bootstrap intervals over pictures, and says where
+an order holds: only where intervals do not overlap. Writes OUT/pictures.html: the same views in all modes, side by side.
 """
 
 import argparse
@@ -23,7 +23,8 @@ from evaluation_table import over_seeds, table
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
 MODES = {"only 2D": "only-2d-scannet", "angle": "angle-scannet", "angle and depth": "stylemesh-scannet"}
-LAYERS = {"relu1_1": 1000, "relu2_1": 1000, "relu3_1": 10, "relu4_1": 10, "relu5_1": 1000}
+PAPER_STEPS = 125 * 10 * 7  # Of a recording as long as the kitchen.
+EPOCHS = 7
 
 PIPELINE = """version: 1
 base: {base}
@@ -35,18 +36,11 @@ stages:
   texture:
     size_px: {size}
     theta_d_m: {theta_d}
-    epochs: {epochs}
     repeats_count: {repeats}
-    max_steps: {steps}
-    rate: {rate}
-    decay: cosine
-    init: noise
-    lambda_r: 0
     seed: {seed}
-    optimiser: {{mode: visible, beta2: 0.99}}
-    losses:
-      style: {{layers: "{layers}", layer_weights: {layer_weights}}}
-      content:
+    held_out_count: 2
+    measure_steps: {measure}
+    losses: {{{losses}}}
   views: {{type: render.views, input: {{mesh: bake, frames: scan}}, height_px: {height}, samples: 1}}
   glb:
   reprojection:
@@ -57,13 +51,17 @@ stages:
     every: 4
 """
 
+# VGG-19 that ends at conv3_1: content moves to relu3_1, fainter than relu4_2, with a weight that puts style over content at the first
+# step back to about 1.5, as with all layers.
+CUT_STYLE = 'layers: "relu1_1, relu2_1, relu3_1", layer_weights: [1000, 1000, 10]'
+CUT_CONTENT = "layers: relu3_1, weight: 900"
+
 RECORDED = """  scan: {{type: scan.seven_scenes, path: "${{data}}"}}
-  training: {{type: scan.seven_scenes, path: "${{data}}", every: {every}}}
-  frames: {{type: frames.sharpest, input: training}}"""
+  frames: {{type: frames.sharpest, input: scan, max_frames: {frames}}}"""
 
 # Looked along, the room is 6 m deep and more.
 GENERATED = """  scan: {{type: scan.synthetic_room, length_m: 7.5, width_m: 4, frames_count: 60, keep_unseen: true}}
-  frames: {{type: frames.sharpest, input: scan, max_frames: 30}}"""
+  frames: {{type: frames.sharpest, input: scan, max_frames: {frames}}}"""
 
 # Circles of a radius below 10 px do not count: drawn too small, only the largest of the distant ones would.
 CIRCLES = """  large_views:
@@ -80,25 +78,28 @@ def has_circles(picture):
     return "circle" in picture.stem
 
 
+def losses(options, picture):
+    style = f"style: {{{CUT_STYLE}}}" if options.cut else ""
+    if has_circles(picture):
+        return f"{style}, content: " if style else "content: "
+    return f"{style}, content: {{{CUT_CONTENT}}}" if options.cut else ""
+
+
 def pipeline(options, mode, picture, seed):
-    layers = [layer.strip() for layer in options.layers.split(",")]
     text = PIPELINE.format(
         base=quoted(ROOT / "pipelines/presets" / (MODES[mode] + ".yaml")),
         data=quoted(options.scan or "."),
         picture=quoted(picture),
         weights=quoted(options.weights),
-        scan=(RECORDED if options.scan else GENERATED).format(every=options.every),
+        scan=(RECORDED if options.scan else GENERATED).format(frames=options.frames + 2),
         mesh_input="" if options.scan else "input: scan, ",
         faces=options.faces,
         size=options.size,
         theta_d=options.theta_d,
-        epochs=1 + options.steps // options.repeats,
         repeats=options.repeats,
-        steps=options.steps,
-        rate=options.rate,
         seed=seed,
-        layers=", ".join(layers),
-        layer_weights=[LAYERS[layer] for layer in layers],
+        measure=max(1, options.steps // 8),
+        losses=losses(options, picture),
         height=options.height,
         short=options.short_gap,
         long=options.long_gap,
@@ -108,18 +109,38 @@ def pipeline(options, mode, picture, seed):
     return text
 
 
+def optimizer_report(options, log):
+    """What the texture's stage reported, from the store."""
+    summary = next(event for event in map(json.loads, reversed(log.splitlines())) if event["event"] == "summary")
+    stage = next(stage for stage in summary["stages"] if stage["stage"] == "texture")
+    return json.loads(next((options.out / "store").rglob(f"{stage['object']}/manifest.json")).read_text())["report"]
+
+
+def say_curves(report):
+    """Held-out losses on the way, so that a reader sees how far from its end the run is."""
+    if "initial_style_over_content" in report:
+        print(f"  style over content at the first step: {report['initial_style_over_content']:.3g}")
+    for key in ("loss", "style_loss", "content_loss"):
+        values = [entry.get(key) for entry in report["held_out"]]
+        if None not in values:
+            print(f"  held-out {key:13}" + " ".join(f"{value:.3g}" for value in values))
+
+
 def run(options, mode, picture, seed):
     out = options.out / f"{mode.replace(' ', '_')}-{picture.stem}-{seed}"
     out.mkdir(parents=True, exist_ok=True)
     (out / "pipeline.yaml").write_text(pipeline(options, mode, picture, seed))
     begin = time.time()
     cores = max(1, options.cores // options.jobs)
-    command = [options.fresco, "run", out / "pipeline.yaml", "--out", out, "--store", options.out / "store", "--cores", str(cores)]
+    command = [options.fresco, "run", out / "pipeline.yaml", "--out", out, "--store", options.out / "store", "--json-log",
+               "--cores", str(cores)]
     with open(out / "log.txt", "w") as log:
         code = subprocess.run(command, stdout=log, stderr=log).returncode
     if code:
         raise RuntimeError((out / "log.txt").read_text()[-3000:] + f"\n{mode}, {picture.name}, seed {seed}: exit code {code}")
-    print(f"{mode}, {picture.name}, seed {seed}: {time.time() - begin:.0f} s", flush=True)
+    report = optimizer_report(options, (out / "log.txt").read_text())
+    print(f"{mode}, {picture.name}, seed {seed}: {time.time() - begin:.0f} s, {report['seconds_per_step']:.2f} s/step", flush=True)
+    say_curves(report)
     figures = {"reprojection": json.loads((out / "reprojection.json").read_text())}
     if has_circles(picture):
         figures["circles"] = json.loads((out / "circles.json").read_text())
@@ -146,16 +167,14 @@ def arguments():
     parser.add_argument("--scan", type=pathlib.Path, help="folder in the layout of 7-Scenes; none: a generated room of 7.5 m")
     parser.add_argument("--weights", required=True, type=pathlib.Path, help="VGG-19")
     parser.add_argument("--picture", required=True, type=pathlib.Path, action="append", help="a name with 'circle' is measured as such")
-    parser.add_argument("--seeds", type=int, default=3, help="orders of the frames for circle pictures")
-    parser.add_argument("--layers", default="relu1_1, relu2_1, relu3_1", help="style layers that the weights hold")
+    parser.add_argument("--seeds", type=int, default=1, help="orders of the frames for circle pictures")
+    parser.add_argument("--cut", action="store_true", help="the weights end at conv3_1: style up to relu3_1, content on relu3_1")
     parser.add_argument("--modes", default=",".join(MODES), help="some of: " + ", ".join(MODES))
-    parser.add_argument("--every", type=int, default=5, help="train with every n-th frame of a scan")
-    parser.add_argument("--steps", type=int, default=120)
-    parser.add_argument("--repeats", type=int, default=3)
-    parser.add_argument("--rate", type=float, default=8)
+    parser.add_argument("--frames", type=int, default=25, help="to train with; two more are held out")
+    parser.add_argument("--repeats", type=int, default=3, help="consecutive steps on a frame; the paper: 10")
     parser.add_argument("--size", type=int, default=2048, help="texels a side")
     parser.add_argument("--faces", type=int, default=500000)
-    parser.add_argument("--theta-d", type=float, help="metres; default 0.12 for a scan, 0.25 for the generated room")
+    parser.add_argument("--theta-d", type=float, help="meters; default 0.12 for a scan, 0.25 for the generated room")
     parser.add_argument("--height", type=int, default=784, help="of the rendered views")
     parser.add_argument("--circle-height", type=int, default=1960, help="of the views that circles are looked for in")
     parser.add_argument("--circles-every", type=int, help="look in every n-th view; default 5 for a scan, 3 for the generated room")
@@ -171,6 +190,7 @@ def arguments():
     options.long_gap = options.long_gap or (24 if options.scan else 4)
     options.circles_every = options.circles_every or (5 if options.scan else 3)
     options.modes = [mode.strip() for mode in options.modes.split(",")]
+    options.steps = EPOCHS * options.frames * options.repeats
     for mode in options.modes:
         if mode not in MODES:
             parser.error(f"there is no mode {mode!r}; there are: {', '.join(MODES)}")
@@ -179,8 +199,9 @@ def arguments():
 
 def main():
     options = arguments()
-    print(f"{options.steps} steps, {options.repeats} in a row, cosine decay from {options.rate}, {options.size}², "
-          f"θ_d {options.theta_d} m, layers {options.layers}", flush=True)
+    print(f"{options.steps} steps ({options.frames} frames x {options.repeats} x {EPOCHS} epochs), "
+          f"{100 * options.steps / PAPER_STEPS:.1f} % of the paper's {PAPER_STEPS} for 125 frames; {options.size}², "
+          f"θ_d {options.theta_d} m", flush=True)
     cases = [(mode, picture, seed) for picture in options.picture
              for seed in range(options.seeds if has_circles(picture) else 1) for mode in options.modes]
     # The first run alone makes what all share.

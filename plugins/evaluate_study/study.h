@@ -81,8 +81,8 @@ struct Comparison
 /// By methods, as the design wants them; only those with pairs.
 std::vector<Comparison> comparisons(const Study& study);
 
-/// A study of these groups. `shown` describes how pictures are shown (size, format): of the id. Throws Error where `ours` is none
-/// of the methods, or a hint is about no view or question of the study.
+/// A study of these groups. `shown` says how pictures are shown (size, format) and counts toward the study's id. Throws Error if
+/// `ours` is not one of the methods, or if a hint names a view or question that the study does not have.
 Study make_study(const std::vector<Group>& groups, std::vector<std::string> questions, int pairs_count, Design design,
                  std::uint64_t seed, std::string_view shown);
 

@@ -23,8 +23,8 @@ std::vector<double> mean_activations(const Vgg19& network, const std::vector<tor
 /// with a factor: weights are multiplied by their layer's and divided by that of the layer that they read.
 Vgg19 scaled(const Vgg19& network, const std::vector<double>& factors);
 
-/// What a layer such as "relu3_1" of the raw network answers with on average; of layers without a known figure, that of the last
-/// one before that has one.
+/// The raw network's mean activation in a layer such as "relu3_1". Layers without a known figure take that of the closest earlier
+/// layer that has one.
 double raw_mean(std::string_view layer);
 
 struct Rescaled
@@ -33,8 +33,8 @@ struct Rescaled
     std::vector<double> means;  ///< Before, per layer.
 };
 
-/// `network` folded and scaled to the raw network's means over `pictures`. Throws fresco::Error where a layer is silent on all
-/// pictures, or where there are none.
+/// `network` folded and scaled to the raw network's means over `pictures`. Throws fresco::Error if a layer is silent on all
+/// pictures or there are no pictures.
 Rescaled rescaled(const Vgg19& network, const std::vector<torch::Tensor>& pictures);
 
 }  // namespace vgg19

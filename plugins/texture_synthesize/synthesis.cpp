@@ -21,7 +21,6 @@ namespace
 constexpr double stroke_texels = 8;   // In the finest level.
 constexpr double finest_texel = 0.6;  // Levels with texels smaller than this share of the texture's are left out …
 constexpr double narrowest = 0.35;    // … and with the coarsest at less than this, strokes are too narrow for the texture.
-constexpr double most_texels = 2e8;   // About 60 GB.
 constexpr int coarse_stride = 3;
 constexpr int fine_stride = 4;
 constexpr int preview_px = 512;

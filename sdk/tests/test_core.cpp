@@ -64,9 +64,7 @@ TEST_CASE("parallel_for covers every item when calls are nested, made by several
         std::vector<std::atomic<int>> hits(40 * 25);
         fresco::parallel_for(40, 1, 4,
                              [&](std::size_t i, std::size_t)
-                             {
-                                 fresco::parallel_for(25, 1, 3, [&](std::size_t j, std::size_t) { ++hits[25 * i + j]; });
-                             });
+                             { fresco::parallel_for(25, 1, 3, [&](std::size_t j, std::size_t) { ++hits[25 * i + j]; }); });
         return std::all_of(hits.begin(), hits.end(), [](const auto& hit) { return hit == 1; });
     };
     std::atomic<int> right{0};

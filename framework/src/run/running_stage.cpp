@@ -30,7 +30,7 @@ std::vector<std::pair<std::string, std::string>> library_environment(int threads
     propose("GLIBC_TUNABLES",
             "glibc.malloc.hugetlb=1:glibc.malloc.mmap_threshold=1073741824:glibc.malloc.trim_threshold=4294967296");
     // Threads of OpenMP that wait keep a core busy; others may need it.
-    propose("GOMP_SPINCOUNT", "20000");
+    propose("GOMP_SPINCOUNT", "1000");
     return changes;
 }
 

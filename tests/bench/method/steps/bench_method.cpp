@@ -81,7 +81,7 @@ void begin_again_without_spinning(char** argv)
 {
     if (std::getenv("GOMP_SPINCOUNT") != nullptr)
         return;
-    ::setenv("GOMP_SPINCOUNT", "20000", 1);  // As the host has it for its stages.
+    ::setenv("GOMP_SPINCOUNT", "1000", 1);  // As the host has it for its stages.
     ::execv("/proc/self/exe", argv);
 }
 

@@ -76,15 +76,15 @@ TEST_CASE("fresco new writes a folder, whole or not at all, and never over one")
 
     place.write("paint_dots/loss.cpp", "mine");
     const auto again = place.run({"new", "loss", "paint.dots"});
-    CHECK(again.code == 1);
-    CHECK_THAT(again.err, Contains("paint_dots: is there already; nothing was written"));
+    CHECK(again.code == 2);
+    CHECK_THAT(again.err, Contains("paint_dots: already exists; nothing was written"));
     CHECK(place.read("paint_dots/loss.cpp") == "mine");
 
     CHECK(place.run({"new", "loss", "paint.lines", "--in", "a/b"}).code == 0);
     CHECK(fs::exists(place.file("a/b/paint_lines/loss.cpp")));
     const auto known = place.run({"new", "stage", "test.add"});
-    CHECK(known.code == 1);
-    CHECK_THAT(known.err, Contains("'test.add' exists already, in "));
+    CHECK(known.code == 2);
+    CHECK_THAT(known.err, Contains("'test.add' already exists, in "));
     CHECK(place.run({"new", "painting", "paint.other"}).code == 2);
     CHECK_THAT(place.run({"new", "loss", "dots"}).err, Contains("'dots' is no name of a type"));
 
@@ -110,9 +110,9 @@ TEST_CASE("fresco init writes a project")
     REQUIRE(place.run({"init", "shared"}).code == 0);
     CHECK((fs::status(place.file("shared")).permissions() & (fs::perms::others_write | fs::perms::sticky_bit)) ==
           fs::perms::none);
-    CHECK(place.run({"init", "my room"}).code == 1);
+    CHECK(place.run({"init", "my room"}).code == 2);
     fs::create_directory(place.file("empty"));
     CHECK(place.run({"init", "empty/"}).code == 0);
     CHECK(fs::exists(place.file("empty/pipeline.yaml")));
-    CHECK(place.run({"init", "."}).code == 1);
+    CHECK(place.run({"init", "."}).code == 2);
 }

@@ -6,7 +6,7 @@
 #include <vector>
 
 /// \file Bringing weights to the scale of Simonyan and Zisserman's own activations. StyleMesh's λ hold only for these: a Gram
-/// loss grows with the fourth power of the activations, a content loss with the second (METHOD section 10).
+/// loss grows with the fourth power of the activations, a content loss with the second.
 
 namespace vgg19
 {

@@ -13,7 +13,7 @@ namespace gram
 struct Moments
 {
     torch::Tensor mean;    ///< C
-    torch::Tensor second;  ///< C x C: F·Fᵀ / N, the Gram matrix divided by the number of features (METHOD section 5)
+    torch::Tensor second;  ///< C x C: F·Fᵀ / N, the Gram matrix divided by the number of features (StyleMesh, section 3.4)
 };
 
 /// Of `features` (C x N, float32 or float64, N >= 1); differentiable. Sums run over fixed blocks in a fixed order, so the result

@@ -8,7 +8,7 @@
 namespace fresco::optimize
 {
 
-/// How pixels are given to the heights of the render pyramid (METHOD section 3).
+/// How pixels are given to the heights of the render pyramid (StyleMesh, section 3.2).
 struct DepthRule
 {
     double theta_min_px = 32;     ///< What θ_d metres at a distance of 1 m should be at least, in pixels of height.
@@ -28,7 +28,7 @@ struct LevelChoice
 /// `heights_px`: ascending, not empty.
 LevelChoice level_choice(double depth_m, std::span<const int> heights_px, const DepthRule& rule);
 
-/// Which pixels take part in the fine style loss (METHOD section 4).
+/// Which pixels take part in the fine style loss (StyleMesh, section 3.3).
 struct AngleRule
 {
     double limit_deg = 90;       ///< Largest angle between normal and view that passes.
@@ -56,10 +56,10 @@ std::vector<LevelPixels> whole_levels(std::span<const UvMap> maps, const AngleRu
 std::vector<LevelPixels> depth_levels(std::span<const UvMap> maps, const RasterF& depth, const DepthRule& rule,
                                       const AngleRule& angle);
 
-/// ŵ_l of METHOD section 5: the covered share of each level, divided by the sum of the shares; all zero without any pixel.
+/// ŵ_l of StyleMesh, section 3.4: the covered share of each level, divided by the sum of the shares; all zero without any pixel.
 std::vector<double> level_shares(std::span<const LevelPixels> levels);
 
-/// What image gradients are multiplied by (METHOD section 6).
+/// What image gradients are multiplied by (StyleMesh, section 3.5).
 enum class GradientScaling
 {
     none,   ///< 1 in the level.

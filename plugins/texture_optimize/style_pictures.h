@@ -8,14 +8,14 @@
 namespace fresco::optimize
 {
 
-/// How the sizes are found (METHOD section 4).
+/// How the sizes are found (StyleMesh, section 3.3).
 enum class StyleRule
 {
     printed,  ///< As style_sizes says.
     released  ///< As the authors' code does it.
 };
 
-/// The two sizes of the style picture, RGB in [0,1] (METHOD section 4).
+/// The two sizes of the style picture, RGB in [0,1] (StyleMesh, section 3.3).
 struct StyleSizes
 {
     RasterF fine;

@@ -10,7 +10,7 @@
 namespace fresco::optimize
 {
 
-/// What the texture's numbers mean (METHOD section 2): `display` = RGB in [0,1]; `network` = BGR in 0..255 minus (103.939,
+/// What the texture's numbers mean: `display` = RGB in [0,1]; `network` = BGR in 0..255 minus (103.939,
 /// 116.779, 123.68). Pictures are shown as displayed RGB, clamped to [0,1].
 class ValueSpace
 {
@@ -18,7 +18,7 @@ class ValueSpace
     /// `values`: "display" or "network". With `clamped` false pictures are shown beyond [0,1] too, and all gradients pass.
     explicit ValueSpace(const std::string& values, bool clamped = true) : network_(values == "network"), clamped_(clamped) {}
 
-    /// The range of stored values whose every channel may be displayed; each layer's in the authors' code (METHOD section 2).
+    /// The range of stored values whose every channel may be displayed; each layer's in the authors' code.
     std::pair<double, double> stored_range() const;
 
     /// `stored`, `displayed`: 3 planes of P values each; where `valid` (P) is 0 the displayed value is 0.

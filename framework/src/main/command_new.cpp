@@ -46,12 +46,18 @@ fs::path temporary_folder_in(const fs::path& parent)
     return name;
 }
 
+/// The command line names something that exists.
+struct NameTaken : Error
+{
+    using Error::Error;
+};
+
 /// Makes `folder`, or fills it where it is there and empty: with all files, or none.
 void write_folder(const fs::path& folder, const std::vector<TextFile>& files)
 {
     const bool there = fs::exists(fs::symlink_status(folder));
     if (there && !(fs::is_directory(folder) && fs::is_empty(folder)))
-        throw Error(folder.string() + ": is there already; nothing was written");
+        throw NameTaken(folder.string() + ": already exists; nothing was written: choose another name");
     const fs::path path = (fs::absolute(folder) / "").lexically_normal().parent_path();
     if (!there)
         fs::create_directories(path.parent_path());
@@ -107,8 +113,8 @@ int begin_plugin(const NewArguments& arguments)
     const auto files = new_plugin(arguments.kind, arguments.type);
     const Catalog catalog = load_catalog();
     if (const auto libraries = catalog.libraries_of(arguments.type); !libraries.empty())
-        throw Error(fmt::format("'{}' exists already, in {}; two plugins of one name cannot be used together", arguments.type,
-                                libraries.front().string()));
+        throw NameTaken(fmt::format("'{}' already exists, in {}; two plugins of one name cannot be used together",
+                                    arguments.type, libraries.front().string()));
     const fs::path folder = fs::path(arguments.in) / plugin_folder_name(arguments.type);
     write_folder(folder, files);
     for (const auto& file : files)
@@ -148,6 +154,11 @@ int told(int (*action)(const NewArguments&), const NewArguments& arguments)
     try
     {
         return action(arguments);
+    }
+    catch (const NameTaken& error)
+    {
+        fmt::print(stderr, "error: {}\n", error.what());
+        return 2;
     }
     catch (const fs::filesystem_error& error)
     {

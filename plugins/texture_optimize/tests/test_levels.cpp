@@ -61,7 +61,7 @@ SlowChoice slow_choice(double ideal, bool printed)
 
 }  // namespace
 
-TEST_CASE("a depth below, above, on and between heights goes to the levels that METHOD section 3 names")
+TEST_CASE("a depth below, above, on and between heights goes to the levels that the pyramid has for it")
 {
     const auto at = [](double ideal) { return level_choice(ideal / 128, paper_heights, quarter); };
     CHECK(at(100).first == 0);

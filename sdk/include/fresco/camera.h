@@ -17,7 +17,7 @@ struct Intrinsics
 
     /// The same camera at another size, each axis scaled on its own.
     Intrinsics scaled_to(int new_width, int new_height) const;
-    /// Width that keeps the aspect ratio at `new_height`: round(h * W / H), at least 1 (METHOD section 1).
+    /// Width that keeps the aspect ratio at `new_height`: round(h * W / H), at least 1.
     int width_at(int new_height) const;
     friend bool operator==(const Intrinsics&, const Intrinsics&) = default;
 };

@@ -22,7 +22,7 @@ namespace
 
 using namespace fresco::optimize;
 
-constexpr double repeats = 10;  ///< Steps on a view, METHOD section 7: the first one encodes the camera picture.
+constexpr double repeats = 10;  ///< Consecutive steps on a view, as in the paper: the first one encodes the camera picture.
 constexpr double lambda_r = 5000;
 constexpr std::array heights{256, 432, 608, 784};
 

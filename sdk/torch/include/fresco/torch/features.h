@@ -14,7 +14,7 @@
 namespace fresco
 {
 
-/// The style picture as losses see it: RGB in [0,1], float32, 3 x H x W (METHOD section 4).
+/// The style picture as losses see it: RGB in [0,1], float32, 3 x H x W (StyleMesh, section 3.3).
 struct StylePictures
 {
     torch::Tensor fine;    ///< Shorter side 256 px (or the original's, if smaller).

@@ -13,7 +13,7 @@
 namespace fresco
 {
 
-/// Which pixels of a part (METHOD section 4).
+/// Which pixels of a part (StyleMesh, section 3.3).
 enum class Pixels
 {
     all,   ///< All that belong to its level.

@@ -21,7 +21,7 @@ struct StyleLayer
 };
 std::vector<std::string> names_of(const std::vector<StyleLayer>& layers);
 
-/// One size of the style picture and the pixels of a part that are compared with it (METHOD section 4).
+/// One size of the style picture and the pixels of a part that are compared with it (StyleMesh, section 3.3).
 struct StyleRole
 {
     Pixels pixels;

@@ -18,7 +18,7 @@ struct TextureParameter
 {
     std::string name;
     torch::Tensor values;    ///< N x 3, float32, contiguous; changed in place by the optimiser rule. On the CPU, but see move_to.
-    double regulariser = 0;  ///< k_i of METHOD section 2: the loss has λ_r k_i mean(values²).
+    double regulariser = 0;  ///< k_i of the pyramid (StyleMesh, section 3.1): the loss has λ_r k_i mean(values²).
 };
 
 /// The gradient of a step for one parameter, on the texels that the view touches.

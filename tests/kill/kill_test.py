@@ -96,7 +96,8 @@ def main():
     duration = events[-1]["time"]
     expected = reference.files()
     stages = [event["stage"] for event in events if event.get("event") == "begin"]
-    total_steps = max(steps(events))
+    # How many there are; progress is told a few times a second, and not of the last one.
+    total_steps = max(event["total"] for event in events if event.get("event") == "progress" and event.get("unit") == "steps")
     assert len(expected) > 1 and total_steps > 80, (expected, total_steps)
     print(f"uninterrupted: {duration:.1f} s, {total_steps:.0f} steps, {len(expected)} files, stages {' '.join(stages)}")
 

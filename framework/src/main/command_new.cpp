@@ -113,8 +113,8 @@ int begin_plugin(const NewArguments& arguments)
     const auto files = new_plugin(arguments.kind, arguments.type);
     const Catalog catalog = load_catalog();
     if (const auto libraries = catalog.libraries_of(arguments.type); !libraries.empty())
-        throw NameTaken(fmt::format("'{}' already exists, in {}; two plugins of one name cannot be used together",
-                                    arguments.type, libraries.front().string()));
+        throw NameTaken(fmt::format("'{}' already exists, in {}; two plugins of one name cannot be used together", arguments.type,
+                                    libraries.front().string()));
     const fs::path folder = fs::path(arguments.in) / plugin_folder_name(arguments.type);
     write_folder(folder, files);
     for (const auto& file : files)

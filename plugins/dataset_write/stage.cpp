@@ -34,11 +34,12 @@ class DatasetWrite final : public Stage
     Option<std::string> uv{this, "uv", "float32", one_of({"float32", "uint16"}),
                            "How texcoords are stored: as they are, or as round(65535 u), in half the space"};
     Option<bool> pictures{this, "pictures", false,
-                          "Also transforms.json (nerfstudio) with images/ and depth/ as picture files, for other programmes"};
+                          "Also write transforms.json (nerfstudio), images/ and depth/ for other programs"};
     Option<std::string> layout{
         this, "layout", "fresco", one_of({"fresco", "stylemesh"}),
-        "fresco: as README.md says; stylemesh: the folders that the released training code of StyleMesh reads"};
-    Option<std::string> scene{this, "scene", "scene0000_00", "For layout: stylemesh: the scene's name, in two parts"};
+        "fresco: fresco's own layout; stylemesh: the folders that StyleMesh's released training code reads"};
+    Option<std::string> scene{this, "scene", "scene0000_00",
+                              "Scene name for layout: stylemesh: two parts of letters and digits joined by _"};
     Slot<ImageIo> images{this, "images", "image.opencv", "Reads the frames' pictures, and writes picture files"};
 
     Cost cost() const override

@@ -26,7 +26,7 @@ struct Gap
 class EvaluateReprojection final : public Stage
 {
     Input<Files> views{this, "views", optional, "Pictures to judge, as render.views makes them: <sequence>_<frame>.png"};
-    Input<Frames> frames{this, "frames", "The frames whose colour cameras the pictures are seen from; their own are not read"};
+    Input<Frames> frames{this, "frames", "The frames whose color cameras took the pictures; their own pictures are not read"};
     Input<TexturedMesh> textured_mesh{this, "textured_mesh", optional, "The mesh that 'views' shows, with its picture"};
     Input<Mesh> mesh{this, "mesh", optional, "The room's mesh, where there is no textured one"};
     Output<Files> figures{this, "figures", "All figures and every pair as JSON"};
@@ -40,12 +40,13 @@ class EvaluateReprojection final : public Stage
                          "The same for the long range; 0: 20 recorded numbers (paper), 10 list positions (released)"};
     Option<int> height_px{this, "height_px", 0, range(0, 8192),
                           "Height at which is measured; 0: the pictures' own (paper), 256 (released)"};
-    Option<int> every{this, "every", 1, range(1, 1'000'000), "Measure the pairs of every n-th picture only"};
+    Option<int> every{this, "every", 1, range(1, 1'000'000),
+                      "Measure the pairs of every n-th picture only; skipped pictures still serve as targets"};
     Option<double> min_covisible{this, "min_covisible", 0.2, range(0, 1),
-                                 "Drop pairs that have a smaller share of co-visible pixels"};
-    Option<std::string> floor{this, "floor", "auto", one_of({"auto", "texture", "picture"}),
-                              "The floor is of the mesh's picture or of the source's, projected; auto: texture where 'views' and "
-                              "'textured_mesh' are given"};
+                                 "Drop and count pairs with a smaller share of co-visible pixels"};
+    Option<std::string> floor{
+        this, "floor", "auto", one_of({"auto", "texture", "picture"}),
+        "Floor from the mesh's texture or the source picture; auto: texture if views and textured_mesh are set"};
     Option<std::string> shading{this, "shading", "none", one_of({"none", "scannet", "matterport3d"}),
                                 "How 'views' are shaded, as in render.views: the floor of the mesh's picture is shaded alike"};
     Option<int> bootstrap_count{this, "bootstrap_count", 2000, range(100, 1'000'000), "Resamples behind the 95 % intervals"};

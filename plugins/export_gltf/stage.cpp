@@ -26,14 +26,14 @@ class ExportGltf final : public Stage
     Option<OutputName> path{this, "path", OutputName{"room.glb"}, "Where to write, below --out; ends in .glb"};
     Option<std::string> material{
         this, "material", "unlit", one_of({"unlit", "pbr"}),
-        "unlit: shown as painted (KHR_materials_unlit); pbr: lit by the viewer, rough, with smooth normals"};
+        "unlit: as painted (KHR_materials_unlit); pbr: lit, rough, smooth normals; always pbr without colors"};
     Option<std::string> image_format{this, "image_format", "png", one_of({"png", "jpeg"}),
                                      "How the picture is stored in the file"};
     Option<int> jpeg_quality{this, "jpeg_quality", 92, range(1, 100), "For image_format: jpeg"};
     Option<int> max_texture_px{this, "max_texture_px", 0, range(0, 65536),
                                "Shrink the picture to this side, chart by chart in linear light; 0 = as it is"};
     Option<bool> quantize{this, "quantize", false,
-                          "Positions and texcoords in 16 bits, normals in 8 (KHR_mesh_quantization): half the bytes"};
+                          "16-bit positions and texcoords, 8-bit normals (KHR_mesh_quantization): 12 bytes a vertex, not 20"};
     Option<std::string> compression{this, "compression", "none", one_of({"none", "meshopt"}),
                                     "meshopt: EXT_meshopt_compression, which not every viewer reads; triangles are reordered"};
     Option<std::string> up{this, "up", "keep", one_of({"keep", "z", "-y"}),

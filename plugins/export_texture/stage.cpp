@@ -18,7 +18,7 @@ class ExportTexture final : public Stage
 {
     Input<TexturedMesh> mesh{this, "mesh", "The mesh with its picture, as texture.bake makes it"};
     Output<Files> files{this, "files", "The picture"};
-    Option<OutputName> path{this, "path", OutputName{"room.png"}, "Where to write, below --out; ends in .png, .jpg or .npy"};
+    Option<OutputName> path{this, "path", OutputName{"room.png"}, "Output path below --out; ends in .png, .jpg, .jpeg or .npy"};
     Option<int> jpeg_quality{this, "jpeg_quality", 92, range(1, 100), "For .jpg"};
     Option<int> max_texture_px{this, "max_texture_px", 0, range(0, 65536),
                                "Shrink the picture to this side, chart by chart in linear light; 0 = as it is"};

@@ -48,9 +48,8 @@ class FeaturesVgg19 final : public fresco::FeatureNetwork
     fresco::Option<std::string> pooling{this, "pooling", "max", fresco::one_of({"max", "average"}), "How 2x2 cells are joined"};
     fresco::Option<std::string> padding{this, "padding", "auto", fresco::one_of({"auto", "zero", "reflect"}),
                                         "What lies beyond the border; auto: as the weights say"};
-    fresco::Option<bool> rescale{
-        this, "rescale", true,
-        "Bring activations to the scale that StyleMesh's loss weights are for, where the weights are on another"};
+    fresco::Option<bool> rescale{this, "rescale", true,
+                                 "Scale activations to match StyleMesh's loss weights, unless the weights are raw"};
     fresco::Option<std::string> convolutions{
         this, "convolutions", "auto", fresco::one_of({"auto", "libtorch", "plain"}),
         "By minimal filtering where that is possible (float32 on the CPU; two to three times "

@@ -43,7 +43,7 @@ class FramesCover final : public Stage
     Option<double> angle_weight{this, "angle_weight", 0.3, range(0, 100),
                                 "Worth of seeing a cell straight on, beside 1 for seeing it"};
     Option<double> sharpness_weight{this, "sharpness_weight", 0.1, range(0, 100),
-                                    "Worth of a picture as sharp as the median one; 0: no picture is read"};
+                                    "Worth of a picture at least as sharp as the median; 0: no picture is read"};
     Option<std::vector<int>> sharpness_size{this, "sharpness_size_px", std::vector<int>{320, 240}, range(8, 16'384),
                                             "Width and height at which sharpness is measured"};
     Slot<ImageIo> images{this, "images", "image.opencv", optional, "Reads pictures that are not NPY; none: there are no others"};

@@ -15,7 +15,7 @@ namespace
 class FramesSharpest final : public fresco::Stage
 {
     fresco::Input<fresco::Frames> frames{this, "frames", "Recorded frames"};
-    fresco::Output<fresco::Frames> sharp{this, "frames", "Those of them that are sharp, in the same order"};
+    fresco::Output<fresco::Frames> sharp{this, "frames", "The sharp frames, in the same order"};
     fresco::Option<double> min_sharpness{this, "min_sharpness", 150.0, fresco::at_least(0),
                                          "Drop frames whose variance of the Laplacian is below this; 0: none"};
     fresco::Option<std::vector<int>> sharpness_size{this, "sharpness_size_px", std::vector<int>{320, 240},
@@ -106,4 +106,4 @@ class FramesSharpest final : public fresco::Stage
 
 }  // namespace
 
-FRESCO_STAGE("frames.sharpest", FramesSharpest, "Drop blurred frames and keep the sharpest of each window")
+FRESCO_STAGE("frames.sharpest", FramesSharpest, "Drops blurred frames and keeps the sharpest of each window")

@@ -38,7 +38,7 @@ class LossPatchMatch final : public fresco::Loss
         this, "completeness", 0.03, fresco::range(1e-6, 1e6),
         "The smaller, the more every part of the style is asked for; in variances of style patches"};
     fresco::Option<double> guide{this, "guide", 0.5, fresco::at_least(0),
-                                 "How much the recolored camera picture has a say in the search"};
+                                 "Weight of the recolored camera picture in the search; 0.2 keeps fewer room edges, 1 more"};
 
     /// Which style patches the patches of one level are drawn to, per scale; found at `step`.
     struct Matches

@@ -44,7 +44,7 @@ class RenderFlythrough final : public Stage
     Output<Files> video{this, "video", "<name>.mp4 or .webm, or <name>/000000.png and so on"};
     Option<OutputName> name{this, "name", OutputName{"flythrough"}, "Name below --out, without extension"};
     Option<std::string> format{this, "format", "mp4", one_of({"mp4", "webm", "png"}),
-                               "mp4: H.264; webm: VP9; png: a picture per moment"};
+                               "mp4: H.264, else MPEG-4; webm: VP9, else VP8; png: one picture per video frame"};
     Option<std::string> path{
         this, "path", "recorded", one_of({"recorded", "orbit"}),
         "recorded: along the recording, smoothed; orbit: around from the middle of where it was made, over the "

@@ -41,7 +41,7 @@ class ScanInspect final : public Stage
     Option<int> pictures_count{this, "pictures_count", 4, range(1, 64), "Draw so many of them"};
     Option<OutputName> path{this, "path", OutputName{"inspect.png"},
                             "File of the picture, below --out; the JSON file lies beside it"};
-    Option<bool> fail{this, "fail", false, "End with an error, not with a warning, where something is wrong"};
+    Option<bool> fail{this, "fail", false, "End with an error instead of a warning if something is wrong"};
     Slot<ImageIo> images{this, "images", "image.opencv", "Reads and writes pictures"};
 
     Cost cost() const override

@@ -12,7 +12,7 @@ class ScanPolycam final : public fresco::Stage
                                              "Folder of the raw data export, with keyframes in it"};
     fresco::Option<std::string> poses{
         this, "poses", "corrected", fresco::one_of({"corrected", "recorded"}),
-        "corrected: where the export has them; recorded: as ARKit tracked them, pictures not undistorted"};
+        "corrected: if the export has them, else recorded (with a warning); recorded: as tracked by ARKit"};
     fresco::Option<std::string> world{this, "world", "recorded", fresco::one_of({"recorded", "mesh"}),
                                       "recorded: ARKit's, y up; mesh: that of raw.glb, by mesh_info.json"};
     fresco::Option<int> every{this, "every", 1, fresco::range(1, 1'000'000), "Take every n-th keyframe"};

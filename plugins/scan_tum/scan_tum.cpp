@@ -17,9 +17,10 @@ class ScanTum final : public fresco::Stage
                                        "Whose intrinsics and lens; auto: by the folder's name"};
     fresco::Option<std::vector<double>> intrinsics{
         this, "intrinsics", std::vector<double>{},
-        "fx, fy, cx, cy in pixels, the first pixel's centre at (0, 0), in place of the camera's; no lens then"};
-    fresco::Option<std::vector<double>> distortion{this, "distortion", std::vector<double>{},
-                                                   "k1, k2, p1, p2, k3 as OpenCV has them, in place of the camera's"};
+        "fx, fy, cx, cy in pixels, first pixel's center at (0, 0); replaces the camera's, without its lens"};
+    fresco::Option<std::vector<double>> distortion{
+        this, "distortion", std::vector<double>{},
+        "k1, k2, p1, p2, k3 as in OpenCV; replaces the camera's, also with intrinsics"};
     fresco::Option<double> max_gap_s{this, "max_gap_s", 0.02, fresco::range(0, 10),
                                      "How far apart in time a colour picture may be from its depth picture and its pose"};
     fresco::Option<double> depth_unit_m{this, "depth_unit_m", 0.0002, fresco::range(1e-6, 1.0),

@@ -30,16 +30,17 @@ torch::Device chosen_device(const std::string& wanted)
 class TextureOptimize final : public fresco::Stage
 {
     fresco::Input<fresco::UvMaps> uvmaps{this, "uvmaps", "Which texel each pixel of each view sees"};
-    fresco::Input<fresco::Frames> frames{this, "frames", "The frames that the uv maps were made for, with their colour pictures"};
+    fresco::Input<fresco::Frames> frames{this, "frames", "The frames that the uv maps were made for, with their color pictures"};
     fresco::Input<fresco::Image> style{this, "style", "The picture whose style the texture takes"};
     fresco::Input<fresco::Texture> start{
         this, "start", fresco::optional,
-        "With init: frames, the texture to recolour and begin with, as texture.from_frames makes it; else colours are gathered"};
-    fresco::Output<fresco::Texture> texture{this, "texture", "The optimised texture, layer by layer"};
+        "With init: frames, the texture to recolor and begin with; otherwise colors are gathered from the pictures"};
+    fresco::Output<fresco::Texture> texture{this, "texture", "The optimized texture, layer by layer"};
 
-    fresco::Option<int> size_px{this, "size_px", 2048, fresco::range(8, 16384), "Texels a side of the texture"};
+    fresco::Option<int> size_px{this, "size_px", 2048, fresco::range(8, 16384),
+                                "Texels per side; a multiple of 8 for the default texture"};
     fresco::Option<std::vector<int>> heights_px{this, "heights_px", std::vector<int>{}, fresco::at_least(1),
-                                                "Which heights of the uv maps to render; none named: all"};
+                                                "Heights of the uv maps to render, each a level; empty: all"};
     fresco::Option<int> epochs{this, "epochs", 2, fresco::range(1, 100000), "How often every view is visited"};
     fresco::Option<int> repeats_count{this, "repeats_count", 8, fresco::range(1, 100000),
                                       "Consecutive steps on a view at each visit"};
@@ -47,20 +48,23 @@ class TextureOptimize final : public fresco::Stage
     fresco::Option<std::string> order{this, "order", "shuffled", fresco::one_of({"shuffled", "recorded"}),
                                       "Order of the views in an epoch; shuffled: seeded, and evenly spread over the recording"};
     fresco::Option<double> rate{this, "rate", 0.02, fresco::range(0, 1e6), "Learning rate, in the unit of `values`"};
-    fresco::Option<std::string> decay{this, "decay", "cosine", fresco::one_of({"cosine", "step"}), "How the learning rate falls"};
+    fresco::Option<std::string> decay{
+        this, "decay", "cosine", fresco::one_of({"cosine", "step"}),
+        "cosine: full rate for decay_start, then down to 0; step: times step_factor every step_epochs"};
     fresco::Option<double> decay_start{this, "decay_start", 0.5, fresco::range(0, 1),
                                        "With decay cosine: share of the steps at the full rate"};
     fresco::Option<int> step_epochs{this, "step_epochs", 3, fresco::at_least(1), "With decay step: epochs between two falls"};
     fresco::Option<double> step_factor{this, "step_factor", 0.1, fresco::range(0, 1), "With decay step: factor of a fall"};
     fresco::Option<std::string> values{this, "values", "display", fresco::one_of({"display", "network"}),
                                        "What is stored: RGB in [0,1], or BGR in 0..255 minus the network's mean"};
-    fresco::Option<std::string> clamp{this, "clamp", "sum", fresco::one_of({"sum", "layers"}),
-                                      "What is kept in the displayable range: the sum of the layers where it is looked up, or "
-                                      "the stored values of each layer after every step"};
+    fresco::Option<std::string> clamp{
+        this, "clamp", "sum", fresco::one_of({"sum", "layers"}),
+        "Clamp the sum of the layers at lookup, or the stored values of each layer after every step"};
     fresco::Option<std::string> init{
         this, "init", "frames", fresco::one_of({"frames", "zeros", "color", "noise"}),
-        "Begin with the recoloured camera pictures, with zeros, with the style's mean colour, or with noise"};
-    fresco::Option<double> lambda_r{this, "lambda_r", 0, fresco::at_least(0), "Factor of the texture's regulariser"};
+        "Start from: recolored pictures (or start), zeros, the style's mean color, or noise around it"};
+    fresco::Option<double> lambda_r{this, "lambda_r", 0, fresco::at_least(0),
+                                    "λ_r in the regularizer λ_r Σ k_i mean(layer_i²); the paper: 5000, in network units"};
     fresco::Option<std::string> gradient_scaling{this, "gradient_scaling", "angle", fresco::one_of({"none", "level", "angle"}),
                                                  "Multiply each pixel's gradient by the level's share in it (level), and by the "
                                                  "cosine between normal and view (angle)"};
@@ -68,8 +72,9 @@ class TextureOptimize final : public fresco::Stage
                                       "Show each pixel only at the heights that fit its depth, so that patterns keep one size in "
                                       "the world"};
     fresco::Option<double> theta_d_m{this, "theta_d_m", 0.25, fresco::range(0.001, 1000),
-                                     "With depth_levels: this length at a distance of 1 m …"};
-    fresco::Option<double> theta_min_px{this, "theta_min_px", 32, fresco::range(1, 10000), "… is so many pixels of height"};
+                                     "θ_d: ideal height = theta_min_px · depth / theta_d_m; use less for short-range scans"};
+    fresco::Option<double> theta_min_px{this, "theta_min_px", 32, fresco::range(1, 10000),
+                                        "θ_min: height in pixels of a length θ_d seen from 1 m"};
     fresco::Option<std::string> level_weight{
         this, "level_weight", "nearest", fresco::one_of({"nearest", "printed"}),
         "Share of the nearest height between two: larger the nearer (nearest), or the paper's formula (printed)"};
@@ -95,7 +100,7 @@ class TextureOptimize final : public fresco::Stage
     fresco::Option<double> train_share{this, "train_share", 1, fresco::range(0.01, 1),
                                        "Share of the views, the first ones, to use"};
     fresco::Option<int> held_out_count{this, "held_out_count", 0, fresco::range(0, 16),
-                                       "Evenly spread views to keep out of the optimisation and to measure the losses on"};
+                                       "Evenly spread views to keep out of the optimization and to measure the losses on"};
     fresco::Option<int> measure_steps{this, "measure_steps", 50, fresco::at_least(1),
                                       "With held_out_count: steps between two measurements"};
     fresco::Option<double> stop_gain{this, "stop_gain", 0, fresco::range(0, 0.99),
@@ -228,5 +233,5 @@ class TextureOptimize final : public fresco::Stage
 
 }  // namespace
 
-FRESCO_STAGE("texture.optimize", TextureOptimize, "Optimise a texture so that its views have a picture's style")
+FRESCO_STAGE("texture.optimize", TextureOptimize, "Optimize a texture so that its views have a picture's style")
 FRESCO_LIBRARY("libtorch", TORCH_VERSION)

@@ -23,12 +23,13 @@ class TextureSynthesize final : public Stage
     Output<SourceMap> source{this, "source", "Where in the picture each texel comes from"};
 
     Option<int> size_px{this, "size_px", 2048, range(16, 16384), "Texels a side of the texture"};
-    Option<double> stroke_cm{this, "stroke_cm", 3.5, range(0.1, 1000), "How wide the picture's brush strokes are on the surface"};
+    Option<double> stroke_cm{this, "stroke_cm", 3.5, range(0.1, 1000),
+                             "Width of the picture's brush strokes on the surface, whatever the texture size"};
     Option<double> painterly{this, "painterly", 0.5, range(0, 1),
                              "0: keep what the start shows; 1: let the picture's own motifs take over"};
     Option<bool> recolor{this, "recolor", true, "Give the start the picture's colors first; false: it has them already"};
     Option<double> completeness{this, "completeness", 2.0, range(0.01, 1000),
-                                "The smaller, the more evenly all parts of the picture are used"};
+                                "Smaller values use all parts of the picture more evenly"};
     Option<std::vector<double>> up{this, "up", std::vector<double>{},
                                    "Upward direction [x, y, z]; empty: by the frames' cameras, or else by the mesh"};
     Option<int> patch_px{this, "patch_px", 11, range(5, 21), "Texels along a copied patch, odd; strokes are 8 wide there"};

@@ -45,7 +45,7 @@ TEST_CASE("What a stage does to its process ends that stage, by name, and nothin
     const std::vector<Way> ways{{"segfault", "crashed: Segmentation fault (signal 11)", {}},
                                 {"overflow", "its stack overflowed", {}},
                                 {"exit", "ended with exit code 3 before the stage was done", {}},
-                                {"exit_cancelled", "ended with exit code 75 before the stage was done", {}},
+                                {"exit_canceled", "ended with exit code 75 before the stage was done", {}},
                                 {"loop", "that it may: give it more with --isolate-time", {"--isolate-time", "bad=0.3s"}},
                                 {"allocate", "that it may", {"--isolate-memory", "bad=300M"}},
                                 {"allocate_elsewhere",

@@ -176,14 +176,14 @@ TEST_CASE("a problem is reported once, with the values that it comes with")
 vars: {a: , b: }
 matrix: {a: [x, y], b: [1, two, 3]}
 stages:
-  first:  {type: mesh.pass, title: "${a}", colour: red}
+  first:  {type: mesh.pass, title: "${a}", color: red}
   second: {type: mesh.pass, input: first, size: "${b}"}
   third:  {type: "mesh.${a}"}
 )",
                               hand_made_catalog());
     CHECK(result.pipeline.stages.empty());
     CHECK(lines(result) ==
-          Words{"p.yaml:5:44: error: stage 'first' (mesh.pass) has no option 'colour' (there are: title, size, type, input)",
+          Words{"p.yaml:5:44: error: stage 'first' (mesh.pass) has no option 'color' (there are: title, size, type, input)",
                 "p.yaml:6:49: error: stage 'second' (mesh.pass): option 'size': expected a number, got the text 'two' (with b "
                 "'two')",
                 "p.yaml:7:18: error: stage 'third': no plugin has the type 'mesh.x' (there are: export.gltf, frames.sharpest, "

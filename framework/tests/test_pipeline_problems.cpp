@@ -197,7 +197,7 @@ TEST_CASE("What is missing, and which plugin fails, leads to its own exit code",
     other.library = "/elsewhere/mesh_twice.so";
     catalog.add(other);
     catalog.add(Refusal{"/plugins/mesh_broken.so", "SDK ABI 2, this program has 1"});
-    catalog.add(described("mesh.odd", "stage", R"({"options": [{"name": "x", "kind": "colour"}]})"));
+    catalog.add(described("mesh.odd", "stage", R"({"options": [{"name": "x", "kind": "color"}]})"));
     const auto code = [&](const std::string& stages) { return check(folder, "version: 1\nstages: {" + stages + "}\n", catalog); };
     const PipelineResult missing = code("a: {type: scan.folder, path: nowhere}");
     CHECK_THAT(lines(missing).at(0), Contains("there is no folder '" + (folder.path() / "nowhere").string() + "'"));

@@ -87,7 +87,7 @@ TEST_CASE("Bad plugins are refused by name, good ones beside them work")
     const Finished listed = place.run({"stages", "--all"});
     CHECK(listed.code == 0);
     for (const char* text :
-         {"no licence for today",
+         {"no license for today",
           "bad_exits.so",
           "ended the process with exit code 0",
           "bad_crashes.so",
@@ -171,9 +171,11 @@ TEST_CASE("A plugin that was not built is named with the reason, until it is the
         const Finished finished = place.run({"check", "room.yaml"});
         return std::to_string(finished.code) + " " + finished.err;
     };
-    CHECK(contains(errors("test.source"), "4 room.yaml:3:18: error: stage 'source': the plugin of 'test.source' is not built: run "
-                                          "./bootstrap build\n"));
-    CHECK(contains(errors("test.in_the_tree"), "'test.in_the_tree' is not built (libtorch was not found): run ./bootstrap build"));
+    CHECK(contains(errors("test.source"),
+                   "4 room.yaml:3:18: error: stage 'source': the plugin of 'test.source' is not built: run "
+                   "./bootstrap build\n"));
+    CHECK(
+        contains(errors("test.in_the_tree"), "'test.in_the_tree' is not built (libtorch was not found): run ./bootstrap build"));
     CHECK(contains(errors("test.elsewhere"), "2 room.yaml:3:18: error: stage 'source': no plugin has the type 'test.elsewhere'"));
     const Finished listed = place.run({"stages", "--all"});
     CHECK(contains(listed.out, "\n  loss.gram\n  test.in_the_tree: libtorch was not found\n"));

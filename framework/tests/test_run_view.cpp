@@ -250,7 +250,7 @@ TEST_CASE("a small terminal shows what fits: shorter lines, then no details, the
     CHECK(draw_view({}, frame_of(80, 24)) == Lines{"0 of 0 done · 1:15 min"});
 }
 
-TEST_CASE("colours take no room, and a cut line ends in plain")
+TEST_CASE("colors take no room, and a cut line ends in plain")
 {
     ViewFrame frame = frame_of(30, 24);
     const Lines plain = draw_view(half_way(), frame);
@@ -273,7 +273,7 @@ TEST_CASE("colours take no room, and a cut line ends in plain")
                    "c\t\x7f\xff") == "é 東\nb??[2J?c ?\xff");
 }
 
-TEST_CASE("what is left: the count's speed, trusted as far as it has come, and what was learnt")
+TEST_CASE("what is left: the count's speed, trusted as far as it has come, and what was learned")
 {
     ViewStage texture = half_way()[3];
     // A quarter done: 300 steps at 2 steps/s, and 140 s of the 200 that it took before.

@@ -22,7 +22,7 @@ TEST_CASE("The nearest spelling is found, and nothing far-fetched", "[suggest]")
     CHECK(nearest("Method", names) == "method");
     CHECK(nearest("mehtod", names) == "method");
     CHECK(nearest("faces", names) == "max_faces");
-    CHECK(nearest("colour", names) == "");
+    CHECK(nearest("color", names) == "");
     CHECK(nearest("b", {"a"}) == "");
     CHECK(nearest("decimate", {"mesh.decimate", "frames.sharpest"}) == "mesh.decimate");
 }
@@ -30,9 +30,9 @@ TEST_CASE("The nearest spelling is found, and nothing far-fetched", "[suggest]")
 TEST_CASE("A suggestion lists what there is where nothing is near", "[suggest]")
 {
     CHECK(suggestion("metod", {"method", "size"}) == " (did you mean 'method'?)");
-    CHECK(suggestion("colour", {"method", "size"}) == " (there are: method, size)");
-    CHECK(suggestion("colour", {"method", "size"}, 1) == " (there are: method, …)");
-    CHECK(suggestion("colour", {}) == "");
+    CHECK(suggestion("color", {"method", "size"}) == " (there are: method, size)");
+    CHECK(suggestion("color", {"method", "size"}, 1) == " (there are: method, …)");
+    CHECK(suggestion("color", {}) == "");
     CHECK(join({}) == "");
     CHECK(join({"a", "b", "c"}) == "a, b and c");
     CHECK(join({"a", "b"}, " or ") == "a or b");

@@ -18,11 +18,11 @@ struct Layout
     std::size_t blocks_count() const { return blocks_per_row() * blocks_per_row(); }
 };
 
-/// How far the corners lie inside the centres of their texels, in texels: no rounding of a uv down to half of this makes a lookup
+/// How far the corners lie inside the centers of their texels, in texels: no rounding of a uv down to half of this makes a lookup
 /// touch the block beside.
 inline constexpr double inset_px = 1.0 / 16;
 
-/// Three uv per face, counter-clockwise: the first corner at the lower left texel's centre of the face's own block, the second at
+/// Three uv per face, counter-clockwise: the first corner at the lower left texel's center of the face's own block, the second at
 /// the lower right one's, the third at the upper left one's, each inset_px inside. `faces` <= blocks_count(). A bilinear lookup
 /// inside the triangle reads texels of the block alone.
 std::vector<Vec2f> texcoords(std::size_t faces, const Layout& layout);

@@ -16,7 +16,7 @@ class AtlasFaceBlocks final : public fresco::Stage
     fresco::Input<fresco::Mesh> mesh{this, "mesh", "Triangle mesh; texture coordinates it has are replaced"};
     fresco::Output<fresco::Mesh> atlas{this, "atlas", "The same mesh with texture coordinates, every face a chart of its own"};
     fresco::Option<int> size_px{this, "size_px", 4096, fresco::range(64, 32768),
-                                "Texture size that the blocks are for; the optimiser's must be the same"};
+                                "Texture size that the blocks are for; the optimizer's must be the same"};
     fresco::Option<int> block_px{this, "block_px", 4, fresco::range(2, 64), "Texels along a side of a face's block"};
 
     fresco::Cost cost() const override

@@ -49,7 +49,7 @@ class AtlasKeep final : public fresco::Stage
         check_texcoords(*mesh);
         auto kept = *mesh;
         kept.charts = uv_charts(*mesh);
-        run.check_cancelled();
+        run.check_canceled();
         const auto measures = measure_uv(*mesh, overlap_tolerance);
         run.report("charts", static_cast<std::int64_t>(*std::max_element(kept.charts.begin(), kept.charts.end())) + 1);
         run.report("used_share", measures.used_share);

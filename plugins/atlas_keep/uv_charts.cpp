@@ -6,7 +6,7 @@ using namespace fresco::geometry;
 
 std::vector<std::uint32_t> uv_charts(const fresco::Mesh& mesh)
 {
-    const auto neighbours = face_neighbours(mesh.triangles, mesh.positions.size());
+    const auto neighbors = face_neighbors(mesh.triangles, mesh.positions.size());
     DisjointSets sets(mesh.triangles.size());
     const auto uv_at = [&](std::uint32_t face, std::uint32_t vertex)
     {
@@ -15,10 +15,10 @@ std::vector<std::uint32_t> uv_charts(const fresco::Mesh& mesh)
             ++k;
         return mesh.texcoords[3 * std::size_t{face} + k];
     };
-    for (std::uint32_t f = 0; f < neighbours.size(); ++f)
+    for (std::uint32_t f = 0; f < neighbors.size(); ++f)
         for (std::size_t k = 0; k < 3; ++k)
         {
-            const auto g = neighbours[f][k];
+            const auto g = neighbors[f][k];
             if (g == none)
                 continue;
             const auto a = mesh.triangles[f][k];
@@ -26,7 +26,7 @@ std::vector<std::uint32_t> uv_charts(const fresco::Mesh& mesh)
             if (uv_at(f, a) == uv_at(g, a) && uv_at(f, b) == uv_at(g, b))
                 sets.join(f, g);
         }
-    std::vector<std::uint32_t> charts(neighbours.size(), none);
+    std::vector<std::uint32_t> charts(neighbors.size(), none);
     std::uint32_t next = 0;
     for (std::uint32_t f = 0; f < charts.size(); ++f)
     {

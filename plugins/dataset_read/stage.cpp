@@ -80,7 +80,7 @@ class DatasetRead final : public Stage
                      {
                          for (std::size_t i = begin; i < end; ++i)
                          {
-                             run.check_cancelled();
+                             run.check_canceled();
                              read.frames[i] = read_view(manifest, i, folders);
                              run.progress(static_cast<double>(++done), static_cast<double>(read.frames.size()), "views");
                          }
@@ -102,7 +102,7 @@ class DatasetRead final : public Stage
         for (const auto& [name, stamp] : manifest.files)
             if (!known.contains(name))
             {
-                run.check_cancelled();
+                run.check_canceled();
                 listed(manifest, name);
             }
     }

@@ -6,8 +6,8 @@
     view = Dataset("room", height_px=256)[3]    # at another of room.heights_px
     loader = torch.utils.data.DataLoader(Dataset("room", tensors=True), batch_size=4, shuffle=True)
 
-Conventions (dataset.json says them too): metres; OpenCV camera axes (x right, y down, z forward); poses are world_from_camera; the
-first pixel's centre is at (0.5, 0.5); uv origin at the lower left; rows from the top; depth along the optical axis; sRGB.
+Conventions (dataset.json says them too): meters; OpenCV camera axes (x right, y down, z forward); poses are world_from_camera; the
+first pixel's center is at (0.5, 0.5); uv origin at the lower left; rows from the top; depth along the optical axis; sRGB.
 """
 import json
 import pathlib
@@ -95,7 +95,7 @@ class Dataset:
         return np.load(self.folder / f"views/{number:06d}/color.npy", allow_pickle=False)
 
     def sensor_depth(self, number):
-        """What the depth camera measured, float32 metres, 0 where nothing; None where there is none. Another camera: `depth_camera`."""
+        """What the depth camera measured, float32 meters, 0 where nothing; None where there is none. Another camera: `depth_camera`."""
         unit = self.manifest["views"][number]["depth_unit_m"]
         if unit is None:
             return None
@@ -107,7 +107,7 @@ class Dataset:
         return np.load(self.folder / "style.npy", allow_pickle=False) if self.manifest["has_style"] else None
 
     def mesh(self):
-        """positions (float32 V x 3, metres), triangles (int32 F x 3) and texcoords (float32 F x 3 x 2: of each face's corners)."""
+        """positions (float32 V x 3, meters), triangles (int32 F x 3) and texcoords (float32 F x 3 x 2: of each face's corners)."""
         bytes_ = (self.folder / "mesh.ply").read_bytes()
         end = bytes_.index(b"end_header\n") + len(b"end_header\n")
         kinds = {"float": "<f4", "uchar": "u1", "int": "<i4"}

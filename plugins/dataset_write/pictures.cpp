@@ -11,7 +11,7 @@ using namespace fresco;
 
 namespace
 {
-constexpr float millimetres = 1000;
+constexpr float millimeters = 1000;
 constexpr float no_depth_from = 65534.5F;  // 65535 means none in many readers
 
 std::string lower_extension(const std::filesystem::path& file)
@@ -39,9 +39,9 @@ std::vector<std::byte> encoded_depth(const RasterF& depth, const ImageIo& images
 {
     Raster16 steps(depth.width, depth.height);
     std::ranges::transform(depth.values, steps.values.begin(),
-                           [](float metres)
+                           [](float meters)
                            {
-                               const float step = std::round(metres * millimetres);
+                               const float step = std::round(meters * millimeters);
                                return step < no_depth_from ? static_cast<std::uint16_t>(step) : std::uint16_t{0};
                            });
     return images.encode_png(steps);

@@ -74,7 +74,7 @@ class DatasetWrite final : public Stage
                      {
                          for (std::size_t i = begin; i < end; ++i)
                          {
-                             run.check_cancelled();
+                             run.check_canceled();
                              if (const auto earlier = kept.find(i))
                              {
                                  written[i] = written_files_from(*earlier);

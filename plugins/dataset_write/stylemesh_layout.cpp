@@ -79,7 +79,7 @@ StylemeshLayout::StylemeshLayout(std::string scene, const UvMaps& maps, const Fr
         const Frame& shown = frame(view);
         if (!(shown.color.intrinsics == frame(0).color.intrinsics))
             throw Error("layout: stylemesh: the frame " + shown.sequence + "/" + shown.name +
-                        " has other colour intrinsics than " + frame(0).sequence + "/" + frame(0).name +
+                        " has other color intrinsics than " + frame(0).sequence + "/" + frame(0).name +
                         "; the layout has one file for all: take frames of one camera, or layout: fresco");
         has_sensor_depth_ = has_sensor_depth_ && !shown.depth_picture.empty();
         numbers_.push_back(shown.number);

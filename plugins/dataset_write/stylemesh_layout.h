@@ -16,7 +16,7 @@
 class StylemeshLayout
 {
   public:
-    /// `frame_of`: the frame of each view. Throws Error unless all views have the same colour intrinsics, for which the layout
+    /// `frame_of`: the frame of each view. Throws Error unless all views have the same color intrinsics, for which the layout
     /// has one file, and unless the scene's name has two parts ("scene0000_00"). Keeps references.
     StylemeshLayout(std::string scene, const fresco::UvMaps& maps, const fresco::Frames& frames,
                     const std::vector<std::size_t>& frame_of);

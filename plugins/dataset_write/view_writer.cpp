@@ -36,7 +36,7 @@ std::vector<std::size_t> checked_frames(const UvMaps& maps, const Frames& frames
     for (std::size_t i = 0; i < result.size(); ++i)
         if (!(frames.frames[result[i]].color == maps.views[i].camera))
             throw Error("the uv map of " + name_of(maps.views[i]) +
-                        " was made for another colour camera than the frame's; wire "
+                        " was made for another color camera than the frame's; wire "
                         "the frames that the uv maps were made from");
     return result;
 }
@@ -83,7 +83,7 @@ WrittenFiles write_view(const std::filesystem::path& folder, const UvMaps& maps,
         if (options.uv == dataset::UvType::float32)
             write(dataset::map_name(view, "uv", height), map.uv);
         else
-            write(dataset::map_name(view, "uv", height), dataset::quantised(map.uv));
+            write(dataset::map_name(view, "uv", height), dataset::quantized(map.uv));
         write(dataset::map_name(view, "depth", height), map.depth);
         write(dataset::map_name(view, "cosine", height), map.cosine);
         write(dataset::map_name(view, "valid", height), map.valid);

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-/// As fresco::frames_of_views; throws Error too where a frame is there twice, or has another colour camera than its view.
+/// As fresco::frames_of_views; throws Error too where a frame is there twice, or has another color camera than its view.
 std::vector<std::size_t> checked_frames(const fresco::UvMaps& maps, const fresco::Frames& frames);
 
 /// One map, held against fresco::dataset's checks: throws Error naming the view, the height and the pixel.
@@ -27,7 +27,7 @@ struct ViewOptions
     bool pictures = false;  ///< Also the camera picture and the mesh's depth (of the largest height) as picture files.
 };
 
-/// Writes everything of one view below `folder`: at each height its uv map and its camera picture, resized as the optimiser does
+/// Writes everything of one view below `folder`: at each height its uv map and its camera picture, resized as the optimizer does
 /// it; the camera picture at full size; the depth camera's picture, where there is one. Holds one height at a time. Thread-safe
 /// for different views. `images` may be null where every picture is NPY and no picture files are wanted. Throws Error naming the
 /// file or the map for what cannot be read, and for values that fresco::dataset's checks refuse.

@@ -11,7 +11,7 @@
 struct CircleStatistics
 {
     double corr_2d = 0;  ///< Pearson's correlation of depth and radius in pixels; NaN where undefined.
-    double corr_3d = 0;  ///< Of depth and radius in metres.
+    double corr_3d = 0;  ///< Of depth and radius in meters.
     double stretch = 0;  ///< Mean stretch on the surface.
 };
 
@@ -22,8 +22,8 @@ CircleStatistics circle_statistics(const std::vector<std::vector<Circle>>& pictu
 
 struct CircleFigures
 {
-    std::size_t circles = 0;     ///< With a depth at the centre.
-    std::size_t circles_3d = 0;  ///< With a radius in metres too.
+    std::size_t circles = 0;     ///< With a depth at the center.
+    std::size_t circles_3d = 0;  ///< With a radius in meters too.
     CircleStatistics value;
     fresco::evaluation::Interval corr_2d;
     fresco::evaluation::Interval corr_3d;

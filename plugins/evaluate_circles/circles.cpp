@@ -22,8 +22,8 @@ class Surface
         return camera_.world_from_camera.translation + camera_.ray(pixel.x, pixel.y) * *depth;
     }
 
-    /// The centre of the pixel, within the picture, that is nearest to `p`.
-    Vec2d pixel_centre(Vec2d p) const
+    /// The center of the pixel, within the picture, that is nearest to `p`.
+    Vec2d pixel_center(Vec2d p) const
     {
         return {std::clamp(std::floor(p.x), 0.0, camera_.intrinsics.width - 1.0) + 0.5,
                 std::clamp(std::floor(p.y), 0.0, camera_.intrinsics.height - 1.0) + 0.5};
@@ -41,14 +41,14 @@ class Surface
     const DepthAt& depth_at_;
 };
 
-std::optional<double> half_length(const Surface& surface, Vec3d centre, Vec2d pixel, Vec2d half_axis)
+std::optional<double> half_length(const Surface& surface, Vec3d center, Vec2d pixel, Vec2d half_axis)
 {
     const auto one = surface.point(pixel + half_axis);
     const auto other = surface.point(pixel - half_axis);
     if (one && other)
         return length(*one - *other) / 2;
     if (one || other)
-        return length((one ? *one : *other) - centre);
+        return length((one ? *one : *other) - center);
     return std::nullopt;
 }
 
@@ -62,12 +62,12 @@ std::optional<Circle::World> world_of(double a, double b)
 std::optional<Circle> circle_of_paper(const Ellipse& ellipse, const Surface& surface)
 {
     const auto depth = surface.depth(ellipse.center);
-    const auto centre = surface.point(ellipse.center);
-    if (!depth || !centre)
+    const auto center = surface.point(ellipse.center);
+    if (!depth || !center)
         return std::nullopt;
     Circle circle{ellipse, *depth, std::nullopt};
-    const auto a = half_length(surface, *centre, ellipse.center, ellipse.half_axis_1);
-    const auto b = half_length(surface, *centre, ellipse.center, ellipse.half_axis_2);
+    const auto a = half_length(surface, *center, ellipse.center, ellipse.half_axis_1);
+    const auto b = half_length(surface, *center, ellipse.center, ellipse.half_axis_2);
     if (a && b)
         circle.world = world_of(*a, *b);
     return circle;
@@ -86,16 +86,16 @@ std::optional<Circle> circle_of_released(const Ellipse& ellipse, const Surface& 
     const auto end = [&](Vec2d half_axis)
     {
         const Vec2d first = ellipse.center + half_axis;
-        return surface.pixel_centre(surface.in_picture(first) ? first : ellipse.center - half_axis);
+        return surface.pixel_center(surface.in_picture(first) ? first : ellipse.center - half_axis);
     };
-    const Vec2d pixel = surface.pixel_centre(ellipse.center);
+    const Vec2d pixel = surface.pixel_center(ellipse.center);
     const auto depth = surface.depth(pixel);
-    const auto centre = surface.point(pixel);
+    const auto center = surface.point(pixel);
     const auto horizontal = surface.point(end(right));
     const auto vertical = surface.point(end(up));
-    if (!depth || !centre || !horizontal || !vertical)
+    if (!depth || !center || !horizontal || !vertical)
         return std::nullopt;
-    return Circle{ellipse, *depth, world_of(length(*horizontal - *centre), length(*vertical - *centre))};
+    return Circle{ellipse, *depth, world_of(length(*horizontal - *center), length(*vertical - *center))};
 }
 }  // namespace
 

@@ -13,7 +13,7 @@
 struct Circle
 {
     Ellipse ellipse;
-    double depth = 0;  ///< At the centre, metres along the optical axis.
+    double depth = 0;  ///< At the center, meters along the optical axis.
     /// Radius and stretch on the surface; none where it shows nothing at the axes' ends.
     struct World
     {
@@ -23,13 +23,13 @@ struct Circle
     std::optional<World> world;
 };
 
-/// Depth in metres of what the camera sees at pixel coordinates, which may lie outside of the picture; nothing where it sees no
+/// Depth in meters of what the camera sees at pixel coordinates, which may lie outside of the picture; nothing where it sees no
 /// surface.
 using DepthAt = std::function<std::optional<double>(fresco::Vec2d)>;
 
-/// Puts ellipses on the surface; those whose centre shows none are left out.
+/// Puts ellipses on the surface; those whose center shows none are left out.
 /// `paper`: a half axis is half of the distance between the points behind the axis' two ends; where only one end shows the
-/// surface, that end's distance from the point behind the centre. `released`: everything at whole pixels; one end of each axis,
+/// surface, that end's distance from the point behind the center. `released`: everything at whole pixels; one end of each axis,
 /// the right and the upper one, or the other one where that is outside of the picture; what has no depth at any of the three is
 /// left out.
 std::vector<Circle> circles_on_surface(const std::vector<Ellipse>& ellipses, const fresco::Camera& camera,

@@ -38,7 +38,7 @@ bool is_red(const std::uint8_t* rgb)
     // Saturation span / most and value most / 255, both >= 0.6.
     if (most < 153 || span * 5 < most * 3 || rgb[0] != most)
         return false;
-    const double hue = static_cast<double>(rgb[1] - rgb[2]) / span / 6;  // of a full turn, negative towards blue
+    const double hue = static_cast<double>(rgb[1] - rgb[2]) / span / 6;  // of a full turn, negative toward blue
     if (hue > 0.08 || hue < 0.88 - 1)
         return false;
     return 0.299 * rgb[0] + 0.587 * rgb[1] + 0.114 * rgb[2] > 0.15 * 255;
@@ -52,10 +52,10 @@ cv::Mat released_mask(const cv::Mat& rgb)
     cv::inRange(hsv, cv::Scalar(0, 153, 153), cv::Scalar(15, 255, 255), low);
     cv::Mat high;
     cv::inRange(hsv, cv::Scalar(160, 102, 102), cv::Scalar(179, 255, 255), high);
-    cv::Mat grey;
-    cv::cvtColor(rgb, grey, cv::COLOR_RGB2GRAY);
+    cv::Mat gray;
+    cv::cvtColor(rgb, gray, cv::COLOR_RGB2GRAY);
     cv::Mat filtered;
-    grey.copyTo(filtered, low | high);
+    gray.copyTo(filtered, low | high);
     cv::threshold(filtered, filtered, 0, 255, cv::THRESH_BINARY | cv::THRESH_OTSU);
     return filtered;
 }

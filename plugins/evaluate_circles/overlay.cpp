@@ -12,7 +12,7 @@ namespace
 {
 constexpr int fraction_bits = 4;
 
-/// Pixel coordinates as OpenCV's drawing takes them: centres at whole numbers, in sixteenths.
+/// Pixel coordinates as OpenCV's drawing takes them: centers at whole numbers, in sixteenths.
 cv::Point drawn_at(Vec2d p)
 {
     const double scale = 1 << fraction_bits;

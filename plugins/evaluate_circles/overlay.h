@@ -2,5 +2,5 @@
 
 #include "circles.h"
 
-/// The picture with its circles drawn on it: green where they have a radius in metres, else blue, with their axes.
+/// The picture with its circles drawn on it: green where they have a radius in meters, else blue, with their axes.
 fresco::Raster8 overlay(const fresco::Raster8& rgb, const std::vector<Circle>& circles);

@@ -27,7 +27,7 @@ struct Seen
 class EvaluateCircles final : public Stage
 {
     Input<Files> views{this, "views", optional, "Pictures to judge, as render.views makes them: <sequence>_<frame>.png"};
-    Input<Frames> frames{this, "frames", "The frames whose colour cameras the pictures are seen from; their own are not read"};
+    Input<Frames> frames{this, "frames", "The frames whose color cameras the pictures are seen from; their own are not read"};
     Input<TexturedMesh> textured_mesh{this, "textured_mesh", optional, "The mesh that the pictures show, with its picture"};
     Input<Mesh> mesh{this, "mesh", optional, "The room's mesh, where there is no textured one"};
     Output<Files> figures{this, "figures", "All figures and every circle as JSON, and the overlays"};
@@ -89,7 +89,7 @@ class EvaluateCircles final : public Stage
                      {
                          for (std::size_t i = begin; i < end; ++i)
                          {
-                             run.check_cancelled();
+                             run.check_canceled();
                              seen[i] = look(pictures[i], scene);
                              run.progress(static_cast<double>(++done), static_cast<double>(pictures.size()), "pictures");
                          }
@@ -148,10 +148,10 @@ class EvaluateCircles final : public Stage
         run.message("Corr3D " + evaluation::figure_text(all.value.corr_3d, all.corr_3d));
         run.message("Stretch " + evaluation::figure_text(all.value.stretch, all.stretch));
         run.message(std::to_string(all.circles) + " circles in " + std::to_string(seen.size()) + " pictures, " +
-                    std::to_string(all.circles_3d) + " with a radius in metres; of " + std::to_string(counts.contours) +
+                    std::to_string(all.circles_3d) + " with a radius in meters; of " + std::to_string(counts.contours) +
                     " red contours " + std::to_string(counts.not_convex) + " are not convex");
         if (all.circles_3d < 2)
-            run.warning("fewer than two circles were found: stylise with a picture of red circles, by the style loss alone");
+            run.warning("fewer than two circles were found: stylize with a picture of red circles, by the style loss alone");
         return result;
     }
 
@@ -188,6 +188,6 @@ class EvaluateCircles final : public Stage
 }  // namespace
 
 FRESCO_STAGE("evaluate.circles", EvaluateCircles,
-             "Measures the circles of a stylised room: size against depth, and stretch on the surface")
+             "Measures the circles of a stylized room: size against depth, and stretch on the surface")
 FRESCO_LIBRARY("OpenCV", opencv_version())
 FRESCO_LIBRARY("Embree", raycast::embree_version())

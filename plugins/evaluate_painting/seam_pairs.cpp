@@ -117,7 +117,7 @@ class PairFinder
         for (std::size_t i = 0; i < charts_.seams.size(); ++i)
         {
             if (i % faces_per_check == 0)
-                progress_.check_cancelled();
+                progress_.check_canceled();
             const Seam& seam = charts_.seams[i];
             const auto first = seam_side(mesh_, seam.first_face, seam.first);
             const auto second = seam_side(mesh_, seam.second_face, seam.second);
@@ -143,7 +143,7 @@ class PairFinder
         for (std::uint32_t index = 0; index < mesh_.triangles.size(); ++index)
         {
             if (index % faces_per_check == 0)
-                progress_.check_cancelled();
+                progress_.check_canceled();
             const Face face(mesh_, index);
             while (next < face.area())
             {

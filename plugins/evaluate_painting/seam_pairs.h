@@ -24,5 +24,5 @@ struct SeamPairs
 /// Pairs two texels apart (of the mean size of a texel, `size_px` a side): one per texel along all seams, and 200 000 inside
 /// charts, spread by area. Left out are pairs at a crease (faces one or four texels to either side differ by 30 degrees or more:
 /// corners may be rounded), and those that do not lie on their chart, near the point they were measured from. The mesh must have
-/// passed check_mesh and have texcoords. Throws Error for a mesh or an atlas without area, Cancelled.
+/// passed check_mesh and have texcoords. Throws Error for a mesh or an atlas without area, Canceled.
 SeamPairs find_seam_pairs(const fresco::Mesh& mesh, int size_px, const fresco::Progress& progress);

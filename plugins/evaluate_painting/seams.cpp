@@ -62,7 +62,7 @@ Sum sum_of(std::span<const TexcoordPair> pairs, const ColorAt& color_at, const P
     parallel_for(pairs.size(), pairs_per_piece, progress.threads(),
                  [&](std::size_t begin, std::size_t end)
                  {
-                     progress.check_cancelled();
+                     progress.check_canceled();
                      Sum& sum = pieces[begin / pairs_per_piece];
                      for (const TexcoordPair& pair : pairs.subspan(begin, end - begin))
                      {

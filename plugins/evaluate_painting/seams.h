@@ -22,5 +22,5 @@ struct SeamFigures
 /// Of the picture of a textured mesh: RGB.
 SeamFigures seam_figures(const SeamPairs& pairs, const fresco::Raster8& picture, const fresco::Progress& progress);
 
-/// Of a texture, over the pairs that it has seen. Throws Error for a damaged texture, Cancelled.
+/// Of a texture, over the pairs that it has seen. Throws Error for a damaged texture, Canceled.
 SeamFigures seam_figures(const SeamPairs& pairs, const fresco::Texture& texture, const fresco::Progress& progress);

@@ -176,7 +176,7 @@ class EvaluatePainting final : public Stage
                      {
                          for (std::size_t i = begin; i < end; ++i)
                          {
-                             run.check_cancelled();
+                             run.check_canceled();
                              judged[i] = judge(all[i], style_picture.get());
                              run.progress(static_cast<double>(++done), static_cast<double>(all.size()), "views");
                          }

@@ -11,7 +11,7 @@ namespace
 {
 constexpr double snap_px = 1e-6;  // rounding of a projection; equal poses shall meet their own pixels
 
-/// The index of a pixel coordinate: pixel centres at whole numbers.
+/// The index of a pixel coordinate: pixel centers at whole numbers.
 double index_of(double coordinate)
 {
     const double index = coordinate - 0.5;

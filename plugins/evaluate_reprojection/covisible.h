@@ -28,7 +28,7 @@ struct Match
 };
 
 /// The source's pixels whose surface point both cameras see, row by row.
-/// `paper`: the point lies between the target's pixel centres, and at every target pixel that contributes to the bilinear value
+/// `paper`: the point lies between the target's pixel centers, and at every target pixel that contributes to the bilinear value
 /// |z - depth| <= 2 % of z + 1 cm. Pixels beside one without surface are left out in both pictures: renders are antialiased
 /// there. `released`: pixel indices are moved by index / size (the script scales them by W but looks them up by W - 1, and so for
 /// H); a depth within 0.1 m at one of the four pixels is enough, and all that contribute must have one.

@@ -31,7 +31,7 @@ void draw(const ViewSurface& view, const Camera& other, const Raster8& wanted, c
 {
     const auto draw_rows = [&](std::size_t begin, std::size_t end)
     {
-        progress.check_cancelled();
+        progress.check_canceled();
         for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y)
             for (int x = 0; x < wanted.width; ++x)
             {

@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <vector>
 
-/// A mesh's colours, looked up so coarsely that none of two cameras undersamples them.
+/// A mesh's colors, looked up so coarsely that none of two cameras undersamples them.
 class SurfacePaint
 {
   public:
@@ -60,7 +60,7 @@ class ProjectedPaint final : public SurfacePaint
 };
 
 /// What two cameras would see of a low-passed surface, RGB; drawn where the matches need it, black elsewhere. The measure between
-/// them is the resampling floor. Equal for any progress.threads(). Throws Cancelled.
+/// them is the resampling floor. Equal for any progress.threads(). Throws Canceled.
 struct FloorPictures
 {
     fresco::Raster8 source;

@@ -34,7 +34,7 @@ class DifferenceMean
     std::size_t count_ = 0;
 };
 
-double grey(const Raster8& picture, int x, int y)
+double gray(const Raster8& picture, int x, int y)
 {
     return 0.299 * picture.at(x, y, 0) + 0.587 * picture.at(x, y, 1) + 0.114 * picture.at(x, y, 2);
 }
@@ -75,8 +75,8 @@ double sharpness(const Raster8& source, const std::vector<Match>& matches)
         const int y = match.y;
         if (x < 1 || y < 1 || x + 1 >= source.width || y + 1 >= source.height)
             continue;
-        const double laplacian = grey(source, x - 1, y) + grey(source, x + 1, y) + grey(source, x, y - 1) +
-                                 grey(source, x, y + 1) - 4 * grey(source, x, y);
+        const double laplacian = gray(source, x - 1, y) + gray(source, x + 1, y) + gray(source, x, y - 1) +
+                                 gray(source, x, y + 1) - 4 * gray(source, x, y);
         sum += laplacian;
         squares += laplacian * laplacian;
         ++count;

@@ -15,6 +15,6 @@ double reprojection_difference(const fresco::Raster8& source, const fresco::Rast
 /// differences (to the right, downwards) that exist. What a picture without detail has nothing of. NaN without matches.
 double forward_difference(const fresco::Raster8& source, const std::vector<Match>& matches, Protocol protocol);
 
-/// Variance of the 4-neighbour Laplacian of the grey picture (0.299 R + 0.587 G + 0.114 B, 0..255) over the matches that are not
+/// Variance of the 4-neighbor Laplacian of the gray picture (0.299 R + 0.587 G + 0.114 B, 0..255) over the matches that are not
 /// at the picture's border. NaN without any.
 double sharpness(const fresco::Raster8& source, const std::vector<Match>& matches);

@@ -36,10 +36,10 @@ struct PairFigures
     double headline = 0;   ///< (value - floor) / detail; NaN where flat.
 };
 
-/// Pictures whose neighbouring pixels differ by less than half a step of 8 bits, on average, are flat.
+/// Pictures whose neighboring pixels differ by less than half a step of 8 bits, on average, are flat.
 double least_detail(Protocol protocol);
 
-/// Without a paint the floor is of the source's picture, projected. Throws Cancelled.
+/// Without a paint the floor is of the source's picture, projected. Throws Canceled.
 PairFigures judge_pair(const FramePair& pair, const JudgedView& source, const JudgedView& target, const fresco::Mesh& mesh,
                        const SurfacePaint* paint, const JudgeOptions& options, const fresco::Progress& progress);
 

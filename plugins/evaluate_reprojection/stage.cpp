@@ -118,12 +118,12 @@ class EvaluateReprojection final : public Stage
         for (Gap& gap : all)
             for (const FramePair& pair : gap.pairs)
                 jobs.emplace_back(&gap, pair);
-        // The views of neighbouring sources are still in the cache.
+        // The views of neighboring sources are still in the cache.
         std::ranges::stable_sort(jobs, {}, [](const auto& job) { return job.second.source; });
         std::size_t done = 0;
         for (const auto& [gap, pair] : jobs)
         {
-            run.check_cancelled();
+            run.check_canceled();
             const auto source = cache.get(pair.source);
             const auto target = cache.get(pair.target);
             gap->figures.push_back(judge_pair(pair, *source, *target, shown, paint, {rules(), *min_covisible}, run));

@@ -23,7 +23,7 @@ ViewSurface view_surface(const raycast::Scene& scene, const Camera& camera, cons
     parallel_for(static_cast<std::size_t>(height), rows_per_block, progress.threads(),
                  [&](std::size_t begin, std::size_t end)
                  {
-                     progress.check_cancelled();
+                     progress.check_canceled();
                      std::vector<Hit> hits((end - begin) * static_cast<std::size_t>(width));
                      scene.cast_rows(camera, static_cast<int>(begin), static_cast<int>(end), hits);
                      const std::size_t first = begin * static_cast<std::size_t>(width);

@@ -156,7 +156,7 @@ class EvaluateStudy final : public Stage
                      {
                          for (std::size_t i = begin; i < end; ++i)
                          {
-                             run.check_cancelled();
+                             run.check_canceled();
                              for (auto& [method, uri] : encoded(groups[i], shown, *images))
                                  pictures[number_of.at({method, groups[i].name})] = std::move(uri);
                              run.progress(static_cast<double>(++done), static_cast<double>(groups.size()), "views");

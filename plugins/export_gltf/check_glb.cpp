@@ -1,6 +1,6 @@
 #include "check_glb.h"
 
-#include "quantised_mesh.h"
+#include "quantized_mesh.h"
 
 #include <fresco/error.h>
 
@@ -50,7 +50,7 @@ GlbErrors check_glb(const GlbModel& model, const WeldedMesh& mesh, const std::ve
     check_triangles(model.indices, mesh.indices, options.compress);
 
     // Half a step, and the rounding of this comparison itself.
-    const double step = options.quantize ? double{quantised(mesh).step_m} : 0;
+    const double step = options.quantize ? double{quantized(mesh).step_m} : 0;
     const double position_limit = step * (0.5 + 1e-9);
     const double normal_limit = options.quantize ? 0.5001 / 127 : 0;
     const double texcoord_limit = options.quantize ? 0.5001 / 65535 + 1e-5 : 0;

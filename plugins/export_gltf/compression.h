@@ -12,7 +12,7 @@
 /// Whether this build can compress; the other functions throw Error where it cannot.
 bool can_compress();
 
-/// Reorders triangles and vertices so that neighbours follow each other: the streams become smaller. The surface is the same.
+/// Reorders triangles and vertices so that neighbors follow each other: the streams become smaller. The surface is the same.
 void order_for_compression(fresco::texturing::WeldedMesh& mesh);
 
 /// Mode ATTRIBUTES: `rows` holds whole rows of `stride` bytes, a multiple of 4 up to 256.

@@ -2,7 +2,7 @@
 
 #include "compression.h"
 #include "gltf_names.h"
-#include "quantised_mesh.h"
+#include "quantized_mesh.h"
 
 #include <fresco/error.h>
 #include <fresco/texturing/linear_light.h>
@@ -200,7 +200,7 @@ Value::Map add_plain(Buffers& buffers, const WeldedMesh& mesh, bool has_normals)
     return attributes;
 }
 
-Value::Map add_quantised(Buffers& buffers, const QuantisedMesh& mesh, bool has_normals)
+Value::Map add_quantized(Buffers& buffers, const QuantizedMesh& mesh, bool has_normals)
 {
     const auto rows = [](const auto& values) { return std::as_bytes(std::span(values)); };
     const auto axis = [](const auto& row, std::size_t i) { return row[i]; };
@@ -213,15 +213,15 @@ Value::Map add_quantised(Buffers& buffers, const QuantisedMesh& mesh, bool has_n
     return attributes;
 }
 
-/// The parent turns the world upright, the child takes whole steps to metres.
-Value::List nodes_of(GltfUp up, const QuantisedMesh* quantised)
+/// The parent turns the world upright, the child takes whole steps to meters.
+Value::List nodes_of(GltfUp up, const QuantizedMesh* quantized)
 {
     const double half = std::sqrt(0.5);
     Value shown = Value::Map{{"name", "room"}, {"mesh", 0}};
-    if (quantised != nullptr)
+    if (quantized != nullptr)
     {
-        const Vec3d origin = vec_cast<double>(quantised->origin);
-        const double step = double{quantised->step_m};
+        const Vec3d origin = vec_cast<double>(quantized->origin);
+        const double step = double{quantized->step_m};
         shown.set("translation", Value::List{origin.x, origin.y, origin.z});
         shown.set("scale", Value::List{step, step, step});
     }
@@ -229,7 +229,7 @@ Value::List nodes_of(GltfUp up, const QuantisedMesh* quantised)
         return {shown};
     // x, y, z, w: a quarter turn about -X, or half a turn about X.
     const Value rotation = up == GltfUp::z ? Value::List{-half, 0.0, 0.0, half} : Value::List{1.0, 0.0, 0.0, 0.0};
-    if (quantised == nullptr)
+    if (quantized == nullptr)
     {
         shown.set("rotation", rotation);
         return {shown};
@@ -301,10 +301,10 @@ std::vector<std::byte> make_glb(const WeldedMesh& mesh, const std::vector<std::b
         throw Error("the mesh and its picture take " + std::to_string(bytes >> 20U) +
                     " MiB, a GLB file holds at most 4096: decimate the mesh or set max_texture_px");
     const bool has_normals = options.material == GltfMaterial::pbr;
-    const QuantisedMesh steps = options.quantize ? quantised(mesh) : QuantisedMesh{};
+    const QuantizedMesh steps = options.quantize ? quantized(mesh) : QuantizedMesh{};
     Buffers buffers(options.compress);
     const std::size_t indices = buffers.add_indices(mesh.indices, mesh.positions.size());
-    Value::Map attributes = options.quantize ? add_quantised(buffers, steps, has_normals) : add_plain(buffers, mesh, has_normals);
+    Value::Map attributes = options.quantize ? add_quantized(buffers, steps, has_normals) : add_plain(buffers, mesh, has_normals);
     add_colors(buffers, mesh, attributes);
     const Value primitive =
         Value::Map{{"attributes", std::move(attributes)}, {"indices", indices}, {"material", 0}, {"mode", gltf::triangles}};

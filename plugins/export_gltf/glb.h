@@ -25,7 +25,7 @@ struct GlbOptions
     GltfMaterial material = GltfMaterial::unlit;
     GltfUp up = GltfUp::keep;
     std::string image_type = "image/png";  ///< MIME type of the picture's bytes.
-    bool quantize = false;                 ///< KHR_mesh_quantization, see quantised_mesh.h.
+    bool quantize = false;                 ///< KHR_mesh_quantization, see quantized_mesh.h.
     bool compress = false;                 ///< EXT_meshopt_compression; the mesh should be in the order of order_for_compression.
 };
 

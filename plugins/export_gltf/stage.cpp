@@ -80,17 +80,17 @@ class ExportGltf final : public Stage
         {
             pixels = smaller_picture(exported.textured(), *max_texture_px, run);
             encoded = encoded_picture(pixels, extension, *jpeg_quality, *images);
-            run.check_cancelled();
+            run.check_canceled();
         }
         // The colors of a mesh with a picture would darken it.
         WeldedMesh welded = weld(exported.mesh(), !exported.has_picture());
         if (options.compress)
             order_for_compression(welded);
-        run.check_cancelled();
+        run.check_canceled();
         const auto file = files.folder().path / path->path;
         std::filesystem::create_directories(file.parent_path());
         write_file(file, make_glb(welded, encoded, options));
-        run.check_cancelled();
+        run.check_canceled();
 
         const auto written = read_file(file);
         const GlbModel model = read_glb(written, path->path);

@@ -55,7 +55,7 @@ class ExportObj final : public Stage
             result.names.insert(result.names.end(), {mtl, image});
         }
         write_file(file, obj_text(meant, name_of(mtl), "texture"));
-        run.check_cancelled();
+        run.check_canceled();
         check_written_mesh(read_mesh(file), meant);
 
         const std::size_t bytes = std::filesystem::file_size(file);

@@ -26,7 +26,7 @@ class ExportPly final : public Stage
     Option<std::string> texcoords{
         this, "texcoords", "vertex", one_of({"vertex", "face", "none"}),
         "vertex: s and t, split along seams, as Blender reads them; face: six numbers a face, as MeshLab does"};
-    Option<bool> colors{this, "colors", false, "Also the picture's colour around each vertex, as vertex colours"};
+    Option<bool> colors{this, "colors", false, "Also the picture's color around each vertex, as vertex colors"};
     PictureOptions picture{this};
 
     Cost cost() const override
@@ -67,7 +67,7 @@ class ExportPly final : public Stage
             picture_name = std::filesystem::path(result.names.back()).filename().string();
         }
         const Mesh meant = arranged(exported.mesh(), colors_to_write(run), place());
-        run.check_cancelled();
+        run.check_canceled();
         const auto file = folder / path->path;
         write_file(file, textured_ply(meant, place(), picture_name));
         check_written_mesh(read_mesh(file), meant);

@@ -13,11 +13,11 @@ using namespace fresco::texturing;
 namespace
 {
 constexpr int most_steps = 256;
-constexpr Rgb8 grey{128, 128, 128};
+constexpr Rgb8 gray{128, 128, 128};
 
 using Corners = std::array<Vec2d, 3>;
 
-/// Colours at places in texels.
+/// Colors at places in texels.
 class Texels
 {
   public:
@@ -92,11 +92,11 @@ std::vector<Rgb8> vertex_colors(const TexturedMesh& textured, const Progress& pr
     const Mesh& mesh = textured.mesh;
     const Texels texels(textured.image.pixels);
     std::vector<Sum> sums(mesh.positions.size());
-    std::vector<Rgb8> result(mesh.positions.size(), grey);
+    std::vector<Rgb8> result(mesh.positions.size(), gray);
     for (std::size_t face = 0; face < mesh.triangles.size(); ++face)
     {
         if (face % 1024 == 0)
-            progress.check_cancelled();
+            progress.check_canceled();
         const Triangle& t = mesh.triangles[face];
         const Corners corners = texel_corners(textured, face);
         if (const double area = surface_area(mesh, t); area > 0)

@@ -35,7 +35,7 @@ class ExportTexture final : public Stage
         const Raster8 picture = smaller_picture(*mesh, *max_texture_px, run);
         const auto file = files.folder().path / path->path;
         const auto bytes = encoded_picture(picture, file.extension().string(), *jpeg_quality, *images);
-        run.check_cancelled();
+        run.check_canceled();
         std::filesystem::create_directories(file.parent_path());
         write_file(file, bytes);
         check_picture_file(file, picture, *images);

@@ -132,7 +132,7 @@ class FeaturesVgg19 final : public fresco::FeatureNetwork
             if (const auto hash = fresco::weights::sha256(file.bytes); !fresco::weights::has_sha256_prefix(hash, *sha256))
                 throw fresco::Error(source + ": its SHA-256 is " + hash + ", which does not begin with " + *sha256 +
                                     "; it is another file, or damaged");
-        const auto found = fresco::weights::recognise_vgg19(file.contents, source);
+        const auto found = fresco::weights::recognize_vgg19(file.contents, source);
         raw = found.raw;
         auto input = found.input;
         if (*padding != "auto")

@@ -11,8 +11,8 @@
 namespace vgg19
 {
 
-/// The network whose input is BGR in 0..255 minus its mean colour and whose layers answer as those of `network` do: order of
-/// channels, scale, mean and deviation are folded into the first convolution. A border of zeros stays the mean colour.
+/// The network whose input is BGR in 0..255 minus its mean color and whose layers answer as those of `network` do: order of
+/// channels, scale, mean and deviation are folded into the first convolution. A border of zeros stays the mean color.
 Vgg19 folded(const Vgg19& network);
 
 /// The mean activation of each layer over all filters and places, averaged over `pictures` (RGB in [0,1], 3 x H x W). In a fixed

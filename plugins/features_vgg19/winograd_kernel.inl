@@ -297,7 +297,7 @@ void rectify_back(const float* in, std::size_t stride, int channels, const float
                         if (pixels[i] == nullptr)
                             return;
                         const Vector response = value + offset;
-                        // What is not a number goes on, as in libtorch: the optimiser has to see it.
+                        // What is not a number goes on, as in libtorch: the optimizer has to see it.
                         const auto off = response <= 0;
                         store(pixels[i] + channel, off ? Vector{} : response);
                         if (masks != nullptr)

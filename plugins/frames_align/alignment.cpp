@@ -15,12 +15,12 @@ constexpr std::array<int, 3> level_heights{60, 120, 240};
 constexpr double darkest = 0.03;
 /// Differences of log brightness beyond this count less and less.
 constexpr double robust_scale = 0.15;
-/// Neighbouring points see the same edges: so many count as one observation against the prior.
+/// Neighboring points see the same edges: so many count as one observation against the prior.
 constexpr double alike_observations = 20;
 constexpr double settled_px = 0.02;
 /// Of each step, this share is taken again in the next one: groups of views that agree among themselves move slowly without.
 constexpr double momentum = 0.85;
-/// Rounds that find exposures alone, to tell afterwards what moving cameras changed.
+/// Rounds that find exposures alone, to tell afterward what moving cameras changed.
 constexpr int exposure_rounds = 10;
 /// Points with less weight from other views tell nothing.
 constexpr double least_weight = 1e-3;
@@ -324,9 +324,9 @@ double moved_px(const AlignedView& view, const RigidTransform& motion)
 
 std::vector<RasterF> brightness_levels(const Raster8& rgb)
 {
-    RasterF grey(rgb.width, rgb.height);
-    for (std::size_t i = 0; i < grey.values.size(); ++i)
-        grey.values[i] = (0.299F * static_cast<float>(rgb.values[3 * i]) + 0.587F * static_cast<float>(rgb.values[3 * i + 1]) +
+    RasterF gray(rgb.width, rgb.height);
+    for (std::size_t i = 0; i < gray.values.size(); ++i)
+        gray.values[i] = (0.299F * static_cast<float>(rgb.values[3 * i]) + 0.587F * static_cast<float>(rgb.values[3 * i + 1]) +
                           0.114F * static_cast<float>(rgb.values[3 * i + 2])) /
                          255;
     std::vector<RasterF> levels;
@@ -335,7 +335,7 @@ std::vector<RasterF> brightness_levels(const Raster8& rgb)
         {
             const int used = std::min(height, rgb.height);
             const int width = std::max(1, static_cast<int>(std::lround(static_cast<double>(used) * rgb.width / rgb.height)));
-            levels.push_back(resized(grey, width, used));
+            levels.push_back(resized(gray, width, used));
             for (float& value : levels.back().values)
                 value = static_cast<float>(std::log(static_cast<double>(value) + darkest));
         }
@@ -353,7 +353,7 @@ Alignment align(const std::vector<AlignedView>& views, std::size_t points, const
         aligner.look(level, false, progress.threads());
         for (int round = 0; round < rules.rounds; ++round)
         {
-            progress.check_cancelled();
+            progress.check_canceled();
             const double moved = aligner.step(level, false, progress.threads());
             aligner.look(level, true, progress.threads());
             progress.progress(static_cast<double>(level) * rules.rounds + round + 1, static_cast<double>(levels) * rules.rounds,

@@ -42,7 +42,7 @@ class FramesAlign final : public Stage
 {
     Input<Mesh> mesh{this, "mesh", "The room, in the world frame of the poses"};
     Input<Frames> frames{this, "frames", "Recorded frames"};
-    Output<Frames> aligned{this, "frames", "The same frames, the poses of their colour cameras corrected"};
+    Output<Frames> aligned{this, "frames", "The same frames, the poses of their color cameras corrected"};
     Option<int> points_count{this, "points_count", 60'000, range(100, 10'000'000),
                              "Compare the views at so many points of the surface, at most"};
     Option<int> rounds_count{this, "rounds_count", 40, range(1, 10'000), "Steps at each of the three picture sizes, at most"};
@@ -63,7 +63,7 @@ class FramesAlign final : public Stage
     align::AlignedView view_of(const Frame& frame, const std::vector<align::SurfacePoint>& points,
                                const raycast::Scene& scene) const
     {
-        check_camera(frame.color, "the colour camera of " + frame.sequence + "/" + frame.name);
+        check_camera(frame.color, "the color camera of " + frame.sequence + "/" + frame.name);
         const Camera camera{frame.color.intrinsics.scaled_to(frame.color.intrinsics.width_at(depth_height), depth_height),
                             frame.color.world_from_camera};
         return {frame.color.intrinsics, align::sightings(points, camera, cast_depth(scene, camera)),
@@ -85,7 +85,7 @@ class FramesAlign final : public Stage
                      {
                          for (std::size_t i = begin; i < end; ++i)
                          {
-                             run.check_cancelled();
+                             run.check_canceled();
                              views[i] = view_of(all[i], points, scene);
                              run.progress(static_cast<double>(++done), static_cast<double>(all.size()), "frames");
                          }
@@ -132,5 +132,5 @@ class FramesAlign final : public Stage
 
 }  // namespace
 
-FRESCO_STAGE("frames.align", FramesAlign, "Corrects the poses of the colour cameras so that their pictures agree on the surface")
+FRESCO_STAGE("frames.align", FramesAlign, "Corrects the poses of the color cameras so that their pictures agree on the surface")
 FRESCO_LIBRARY("Embree", raycast::embree_version())

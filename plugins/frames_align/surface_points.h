@@ -14,7 +14,7 @@ namespace fresco::align
 /// A place on the surface that views are compared at.
 struct SurfacePoint
 {
-    Vec3f position;  ///< World, metres.
+    Vec3f position;  ///< World, meters.
     Vec3f normal;
 };
 
@@ -27,11 +27,11 @@ struct Sighting
 {
     std::uint32_t point = 0;
     float weight = 0;  ///< Cosine of the angle between normal and view.
-    Vec3f in_camera;   ///< The point in the colour camera as recorded, metres.
+    Vec3f in_camera;   ///< The point in the color camera as recorded, meters.
 };
 
 /// The points that a camera sees, none beside a depth step: where nothing within two pixels of the depth picture is nearer than
-/// the point by more than 3 % + 2 cm, nor farther. `depth`: the mesh's, of the camera's size, metres, 0 = nothing. Ascending.
+/// the point by more than 3 % + 2 cm, nor farther. `depth`: the mesh's, of the camera's size, meters, 0 = nothing. Ascending.
 std::vector<Sighting> sightings(const std::vector<SurfacePoint>& points, const Camera& camera, const RasterF& depth);
 
 }  // namespace fresco::align

@@ -50,7 +50,7 @@ std::vector<Pick> greedy_order(const std::vector<std::vector<SeenCell>>& frames,
     std::vector<Pick> order;
     while (!bounds.empty() && bounds.top().gain > 0)
     {
-        progress.check_cancelled();
+        progress.check_canceled();
         Bound next = bounds.top();
         bounds.pop();
         if (next.round == order.size())

@@ -24,7 +24,7 @@ struct Pick
 /// diminishing returns, so the first k picks reach at least 63 % of the best that k frames can (Nemhauser, Wolsey and Fisher, "An
 /// analysis of approximations for maximizing submodular set functions", 1978), and what a frame added in an earlier round bounds
 /// what it adds now, so that few frames are looked at again (Minoux, "Accelerated greedy algorithms for maximizing submodular set
-/// functions", 1978). `frames[i]`: what frame i sees, ascending cells < cell_count. Throws Cancelled.
+/// functions", 1978). `frames[i]`: what frame i sees, ascending cells < cell_count. Throws Canceled.
 std::vector<Pick> greedy_order(const std::vector<std::vector<SeenCell>>& frames, std::size_t cell_count,
                                const Progress& progress);
 

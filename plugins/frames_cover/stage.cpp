@@ -31,7 +31,7 @@ std::string percent(double share)
 class FramesCover final : public Stage
 {
     Input<Mesh> mesh{this, "mesh", "The room, with texcoords, as an atlas.* stage makes it"};
-    Input<Frames> frames{this, "frames", "The frames to choose from; their colour cameras are used"};
+    Input<Frames> frames{this, "frames", "The frames to choose from; their color cameras are used"};
     Output<Frames> chosen{this, "frames", "The fewest of them that see what is to be seen, in the same order"};
     Option<double> target_coverage{this, "target_coverage", 0.99, range(0.01, 1),
                                    "Stop when this share of the cells that all frames see is seen"};
@@ -107,7 +107,7 @@ class FramesCover final : public Stage
                      {
                          for (std::size_t i = begin; i < end; ++i)
                          {
-                             progress.check_cancelled();
+                             progress.check_canceled();
                              sharp[i] = sharpness(load_color(all[i], codec), (*sharpness_size)[0], (*sharpness_size)[1]);
                              progress.progress(static_cast<double>(++done), static_cast<double>(all.size()), "pictures");
                          }
@@ -128,7 +128,7 @@ class FramesCover final : public Stage
         SeenByFrame seen;
         for (const Frame& frame : frames->frames)
         {
-            progress.check_cancelled();
+            progress.check_canceled();
             const auto& maps = mapper.make(frame.color, heights, progress);
             seen.push_back(cover::seen_cells(maps.front().map, *cells_px, sharp[seen.size()], rules));
             progress.progress(static_cast<double>(seen.size()), static_cast<double>(sharp.size()), "frames");

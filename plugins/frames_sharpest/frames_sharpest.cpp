@@ -50,7 +50,7 @@ class FramesSharpest final : public fresco::Stage
                              {
                                  for (std::size_t i = begin; i < end; ++i)
                                  {
-                                     progress.check_cancelled();
+                                     progress.check_canceled();
                                      const auto picture = fresco::load_color(all[i], images.get().get());
                                      measured[i] = {all[i].sequence, all[i].name,
                                                     fresco::sharpness(picture, (*sharpness_size)[0], (*sharpness_size)[1])};

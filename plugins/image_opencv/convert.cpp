@@ -19,7 +19,7 @@ std::uint8_t on_white(std::uint64_t color, std::uint64_t alpha)
 }
 
 template <class T>
-fresco::Raster8 to_rgb_of(const fresco::Raster<T>& picture, std::optional<std::uint16_t> transparent_grey)
+fresco::Raster8 to_rgb_of(const fresco::Raster<T>& picture, std::optional<std::uint16_t> transparent_gray)
 {
     constexpr std::uint64_t opaque = std::numeric_limits<T>::max();
     fresco::Raster8 result(picture.width, picture.height, 3);
@@ -29,7 +29,7 @@ fresco::Raster8 to_rgb_of(const fresco::Raster<T>& picture, std::optional<std::u
     {
         const T* const from = &picture.values[i * channels];
         std::uint64_t alpha = channels == 4 ? from[3] : opaque;
-        if (channels == 1 && transparent_grey == from[0])
+        if (channels == 1 && transparent_gray == from[0])
             alpha = 0;
         for (std::size_t c = 0; c < 3; ++c)
             result.values[i * 3 + c] = on_white<T>(from[channels == 1 ? 0 : c], alpha);
@@ -39,14 +39,14 @@ fresco::Raster8 to_rgb_of(const fresco::Raster<T>& picture, std::optional<std::u
 
 }  // namespace
 
-fresco::Raster8 to_rgb(const fresco::Raster8& picture, std::optional<std::uint16_t> transparent_grey)
+fresco::Raster8 to_rgb(const fresco::Raster8& picture, std::optional<std::uint16_t> transparent_gray)
 {
-    return to_rgb_of(picture, transparent_grey);
+    return to_rgb_of(picture, transparent_gray);
 }
 
-fresco::Raster8 to_rgb(const fresco::Raster16& picture, std::optional<std::uint16_t> transparent_grey)
+fresco::Raster8 to_rgb(const fresco::Raster16& picture, std::optional<std::uint16_t> transparent_gray)
 {
-    return to_rgb_of(picture, transparent_grey);
+    return to_rgb_of(picture, transparent_gray);
 }
 
 fresco::Raster8 to_rgba(const fresco::Raster8& picture)

@@ -8,11 +8,11 @@
 namespace image_opencv
 {
 
-/// 8-bit RGB on white of a picture of 1 (grey), 3 (RGB) or 4 (RGBA, straight alpha) channels: v = (c a + white (1 - a)), computed
-/// on the stored sRGB values as browsers do and rounded once. 16 bits: 65535 becomes 255. `transparent_grey`: grey pixels of
+/// 8-bit RGB on white of a picture of 1 (gray), 3 (RGB) or 4 (RGBA, straight alpha) channels: v = (c a + white (1 - a)), computed
+/// on the stored sRGB values as browsers do and rounded once. 16 bits: 65535 becomes 255. `transparent_gray`: gray pixels of
 /// exactly this value are white.
-fresco::Raster8 to_rgb(const fresco::Raster8& picture, std::optional<std::uint16_t> transparent_grey = std::nullopt);
-fresco::Raster8 to_rgb(const fresco::Raster16& picture, std::optional<std::uint16_t> transparent_grey = std::nullopt);
+fresco::Raster8 to_rgb(const fresco::Raster8& picture, std::optional<std::uint16_t> transparent_gray = std::nullopt);
+fresco::Raster8 to_rgb(const fresco::Raster16& picture, std::optional<std::uint16_t> transparent_gray = std::nullopt);
 
 /// 8-bit RGBA of a picture of 4 channels, straight alpha. 16 bits: 65535 becomes 255, rounded.
 fresco::Raster8 to_rgba(const fresco::Raster8& picture);

@@ -13,13 +13,13 @@ namespace
 
 using namespace image_opencv;
 
-/// The key of a transparent grey on the scale that the decoder gives: fewer than 8 bits are spread over 0..255.
+/// The key of a transparent gray on the scale that the decoder gives: fewer than 8 bits are spread over 0..255.
 std::optional<std::uint16_t> decoded_key(const PictureInfo& info)
 {
-    if (!info.transparent_grey || info.bits >= 8)
-        return info.transparent_grey;
+    if (!info.transparent_gray || info.bits >= 8)
+        return info.transparent_gray;
     const unsigned greatest = (1U << static_cast<unsigned>(info.bits)) - 1;
-    return static_cast<std::uint16_t>(*info.transparent_grey * 255U / greatest);
+    return static_cast<std::uint16_t>(*info.transparent_gray * 255U / greatest);
 }
 
 class OpenCvImages final : public fresco::ImageIo
@@ -34,7 +34,7 @@ class OpenCvImages final : public fresco::ImageIo
     fresco::ImageHeader check(const std::filesystem::path& file) const override
     {
         const PictureInfo info = check_picture(fresco::read_file(file), file.string(), Walk::whole);
-        return {info.width, info.height, info.bits, info.is_grey, info.orientation};
+        return {info.width, info.height, info.bits, info.is_gray, info.orientation};
     }
 
     fresco::Raster8 read_rgb(const std::filesystem::path& file) const override
@@ -56,9 +56,9 @@ class OpenCvImages final : public fresco::ImageIo
     {
         auto [info, picture] = read(file);
         auto* const depth = std::get_if<fresco::Raster16>(&picture);
-        if (!info.is_grey || depth == nullptr)
+        if (!info.is_gray || depth == nullptr)
             throw fresco::Error(file.string() + ": expected a depth picture, a PNG of one channel of 16 bits; this one has " +
-                                std::to_string(info.bits) + " bits" + (info.is_grey ? "" : " and colours"));
+                                std::to_string(info.bits) + " bits" + (info.is_gray ? "" : " and colors"));
         return std::move(*depth);
     }
 

@@ -111,11 +111,11 @@ class JpegWalk
         bytes_.check_size(at + 1, bytes_.u16(at + 3), bytes_.u16(at + 1));
         components_ = bytes_.u8(at + 5);
         if (components_ != 1 && components_ != 3 && components_ != 4)
-            bytes_.fail(at + 5, std::to_string(components_) + " colour components; expected 1, 3 or 4");
+            bytes_.fail(at + 5, std::to_string(components_) + " color components; expected 1, 3 or 4");
         info_.format = PictureFormat::jpeg;
         info_.height = static_cast<int>(bytes_.u16(at + 1));
         info_.width = static_cast<int>(bytes_.u16(at + 3));
-        info_.is_grey = components_ == 1;
+        info_.is_gray = components_ == 1;
         frame_at_ = at;
         has_frame_ = true;
     }

@@ -22,7 +22,7 @@ constexpr int png_compression = 3;
 // libjpeg's own limit (JPEG_MAX_DIMENSION); libpng's is far beyond what fits into memory.
 constexpr int max_jpeg_side = 65500;
 
-/// Copies pixels between RGB(A) and OpenCV's BGR(A); grey stays as it is. The same both ways.
+/// Copies pixels between RGB(A) and OpenCV's BGR(A); gray stays as it is. The same both ways.
 template <class T>
 void copy_swapped(const T* from, T* to, std::size_t pixels, std::size_t channels)
 {

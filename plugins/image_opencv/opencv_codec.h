@@ -15,7 +15,7 @@ namespace image_opencv
 
 using DecodedPicture = std::variant<fresco::Raster8, fresco::Raster16>;
 
-/// A checked PNG or JPEG file as stored: 1 (grey), 3 (RGB) or 4 (RGBA) channels of 8 or 16 bits; palettes resolved, fewer bits
+/// A checked PNG or JPEG file as stored: 1 (gray), 3 (RGB) or 4 (RGBA) channels of 8 or 16 bits; palettes resolved, fewer bits
 /// scaled to 8, CMYK turned to RGB; no orientation applied. Throws Error naming `source`.
 DecodedPicture decode(std::span<const std::byte> bytes, std::string_view source);
 

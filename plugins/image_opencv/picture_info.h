@@ -37,9 +37,9 @@ struct PictureInfo
     int width = 0;   ///< Before orientation, as all sizes here.
     int height = 0;  ///< width * height <= max_pixels.
     int bits = 8;    ///< Per sample as stored: 1, 2, 4, 8 or 16.
-    bool is_grey = false;
+    bool is_gray = false;
     int orientation = 1;                            ///< EXIF, 1..8; known after Walk::whole.
-    std::optional<std::uint16_t> transparent_grey;  ///< PNG colour key of a grey picture, as stored.
+    std::optional<std::uint16_t> transparent_gray;  ///< PNG color key of a gray picture, as stored.
 };
 
 /// The bytes end before the picture does.

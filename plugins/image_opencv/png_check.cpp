@@ -43,10 +43,10 @@ constexpr std::uint32_t name(const char (&text)[5])
 
 enum ColorType : unsigned
 {
-    grey = 0,
+    gray = 0,
     rgb = 2,
     palette = 3,
-    grey_alpha = 4,
+    gray_alpha = 4,
     rgb_alpha = 6
 };
 
@@ -54,12 +54,12 @@ bool depth_allowed(unsigned color_type, unsigned bits)
 {
     switch (color_type)
     {
-    case grey:
+    case gray:
         return bits == 1 || bits == 2 || bits == 4 || bits == 8 || bits == 16;
     case palette:
         return bits == 1 || bits == 2 || bits == 4 || bits == 8;
     case rgb:
-    case grey_alpha:
+    case gray_alpha:
     case rgb_alpha:
         return bits == 8 || bits == 16;
     default:
@@ -113,9 +113,9 @@ class PngWalk
         info_.height = static_cast<int>(bytes_.u32(at + 4));
         info_.bits = static_cast<int>(bytes_.u8(at + 8));
         color_type_ = bytes_.u8(at + 9);
-        info_.is_grey = color_type_ == grey;
+        info_.is_gray = color_type_ == gray;
         if (!depth_allowed(color_type_, bytes_.u8(at + 8)))
-            bytes_.fail(at + 8, "colour type " + std::to_string(color_type_) + " with " + std::to_string(info_.bits) +
+            bytes_.fail(at + 8, "color type " + std::to_string(color_type_) + " with " + std::to_string(info_.bits) +
                                     " bits is not defined by PNG");
         if (bytes_.u8(at + 10) != 0 || bytes_.u8(at + 11) != 0 || bytes_.u8(at + 12) > 1)
             bytes_.fail(at + 10, "unknown compression, filter or interlace method");
@@ -139,8 +139,8 @@ class PngWalk
         data_ended_ = has_data_;
         if (type == name("PLTE"))
             has_palette_ = true;
-        else if (type == name("tRNS") && color_type_ == grey && data.size() == 2)
-            info_.transparent_grey = static_cast<std::uint16_t>(bytes_.u16(begin_ + 8));
+        else if (type == name("tRNS") && color_type_ == gray && data.size() == 2)
+            info_.transparent_gray = static_cast<std::uint16_t>(bytes_.u16(begin_ + 8));
         else if (type == name("eXIf"))
             info_.orientation = exif_orientation(data);
         else if (type == name("IEND"))

@@ -21,8 +21,8 @@ namespace
 class LossGram final : public fresco::Loss
 {
     fresco::StyleOptions style{this};
-    fresco::Option<bool> centre{
-        this, "centre", true,
+    fresco::Option<bool> center{
+        this, "center", true,
         "Compare mean and covariance, each relative to the target's squared norm; otherwise the plain Gram "
         "matrix, mean square over its elements"};
     fresco::Option<std::string> rule{this, "rule", "printed", fresco::one_of({"printed", "released"}),
@@ -157,7 +157,7 @@ class LossGram final : public fresco::Loss
 
     torch::Tensor distance(const gram::Moments& moments, const gram::Moments& target) const
     {
-        if (!*centre)
+        if (!*center)
             return gram::mean_square_difference(moments.second, target.second);
         return gram::relative_square_difference(moments.mean, target.mean) +
                gram::relative_square_difference(gram::covariance(moments), gram::covariance(target));

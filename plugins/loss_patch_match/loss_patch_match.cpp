@@ -25,7 +25,7 @@ namespace pm = patch_match;
 class LossPatchMatch final : public fresco::Loss
 {
     fresco::Option<int> scales{this, "scales", 3, fresco::range(1, 6), "Sizes at which patches are compared, each half the last"};
-    fresco::Option<int> stride_px{this, "stride_px", 2, fresco::range(1, 7), "Distance between neighbouring patches"};
+    fresco::Option<int> stride_px{this, "stride_px", 2, fresco::range(1, 7), "Distance between neighboring patches"};
     fresco::Option<int> refresh_steps{this, "refresh_steps", 8, fresco::range(1, 1'000'000),
                                       "Look for the nearest style patches anew after so many steps on one view"};
     fresco::Option<int> dimensions{this, "dimensions", 32, fresco::range(1, 147),

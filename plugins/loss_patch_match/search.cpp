@@ -67,7 +67,7 @@ class Distances
                                  std::vector<float> products((end - begin) * columns_at_once);
                                  for (std::int64_t first = 0; first < style_.size(0); first += columns_at_once)
                                  {
-                                     progress.check_cancelled();
+                                     progress.check_canceled();
                                      const auto count = std::min(columns_at_once, style_.size(0) - first);
                                      fresco::multiply_matrices(
                                          {queries_.data_ptr<float>() + begin * width, end - begin, width, row_stride, 1},

@@ -19,7 +19,7 @@ struct SearchInput
 };
 
 /// For each i the j with the smallest divided distance, the first of equals: Q, int32. Memory does not grow with Q · N; the same
-/// for any thread count. Throws fresco::Cancelled.
+/// for any thread count. Throws fresco::Canceled.
 torch::Tensor nearest_patches(const SearchInput& input, const fresco::Progress& progress);
 
 }  // namespace patch_match

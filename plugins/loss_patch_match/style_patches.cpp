@@ -22,8 +22,8 @@ StylePatches make_style_patches(const torch::Tensor& picture, std::int64_t most,
     style.patches = extract_patches(picture, grid);
     style.mean = fresco::ordered_mean(style.patches, 0);
 
-    const auto centred = style.patches - style.mean;
-    const auto sums = fresco::matrix_product(centred.t().contiguous(), centred).contiguous();
+    const auto centerd = style.patches - style.mean;
+    const auto sums = fresco::matrix_product(centerd.t().contiguous(), centerd).contiguous();
     using Float = Eigen::Matrix<float, patch_values, patch_values, Eigen::RowMajor>;
     const Eigen::MatrixXd covariance =
         Eigen::Map<const Float>(sums.data_ptr<float>()).cast<double>() / static_cast<double>(grid.count());

@@ -123,7 +123,7 @@ class Steps
         fresco::parallel_for(pieces_.size(), 1, progress_.threads(),
                              [&](std::size_t i, std::size_t)
                              {
-                                 progress_.check_cancelled();
+                                 progress_.check_canceled();
                                  act(i);
                              });
     }

@@ -15,7 +15,7 @@ struct DecimateOptions
 /// Simplifies a manifold mesh (see fresco/geometry/repair.h) by collapsing edges into the points that change the present surface
 /// least (see quadratic.h), cheapest first.
 /// The mesh is cut into compact pieces whose shared vertices rest; pieces collapse side by side up to a price that is common to
-/// all and rises in steps, then the rest is done with other cuts. Colours are means weighted by the area they stand for. A
+/// all and rises in steps, then the rest is done with other cuts. Colors are means weighted by the area they stand for. A
 /// component never vanishes, so a small target may not be reached: the caller compares. The same result for any number of
-/// threads. About 160 B a face besides the input. Throws Cancelled.
+/// threads. About 160 B a face besides the input. Throws Canceled.
 fresco::Mesh decimated(const fresco::Mesh& mesh, const DecimateOptions& options, fresco::Progress& progress);

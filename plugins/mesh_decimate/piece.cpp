@@ -141,11 +141,11 @@ bool Piece::keeps_topology(std::uint32_t h)
         if (after != none && before != none && (after & ~3U) == (before & ~3U))
             return false;  // the third vertex would keep two faces, back to back
         if (after != none && before != none && mate_[previous(after)] == next(before))
-            return false;  // the third vertex would keep two neighbours
+            return false;  // the third vertex would keep two neighbors
     }
-    // The link condition: no neighbours in common but the third vertices of the edge's faces.
+    // The link condition: no neighbors in common but the third vertices of the edge's faces.
     ++mark_;
-    const auto neighbours = [&](std::uint32_t of, auto&& act)
+    const auto neighbors = [&](std::uint32_t of, auto&& act)
     {
         around(of,
                [&](std::uint32_t leaving)
@@ -155,9 +155,9 @@ bool Piece::keeps_topology(std::uint32_t h)
                        act(from(previous(leaving)));
                });
     };
-    neighbours(u, [&](std::uint32_t w) { marks_[w] = mark_; });
+    neighbors(u, [&](std::uint32_t w) { marks_[w] = mark_; });
     std::uint32_t common = 0;
-    neighbours(v, [&](std::uint32_t w) { common += marks_[w] == mark_ ? 1 : 0; });
+    neighbors(v, [&](std::uint32_t w) { common += marks_[w] == mark_ ? 1 : 0; });
     return common == allowed_common;
 }
 
@@ -221,7 +221,7 @@ void Piece::collapse(std::uint32_t h, Vec3d point)
     const std::uint32_t v = to(h);
     const std::uint32_t sides[2] = {h, mate_[h]};
 
-    // The sums of the neighbours lose the old faces …
+    // The sums of the neighbors lose the old faces …
     const auto each_face = [&](std::uint32_t of, bool also_shared, auto&& act)
     {
         around(of,

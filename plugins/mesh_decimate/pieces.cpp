@@ -20,7 +20,7 @@ struct Range
     std::uint32_t begin, end;
 };
 
-Vec3f centre(const Surface& surface, std::uint32_t face)
+Vec3f center(const Surface& surface, std::uint32_t face)
 {
     const Triangle& t = surface.triangles[face];
     return surface.positions[t[0]] + surface.positions[t[1]] + surface.positions[t[2]];
@@ -32,14 +32,14 @@ float along(Vec3f p, int axis)
 }
 
 /// Sorts the faces of a range to both sides of a plane across its longest extent; returns where they part.
-std::uint32_t split(const std::vector<Vec3f>& centres, std::vector<std::uint32_t>& order, Range range, double share)
+std::uint32_t split(const std::vector<Vec3f>& centers, std::vector<std::uint32_t>& order, Range range, double share)
 {
     constexpr float far = std::numeric_limits<float>::infinity();
     Vec3f low{far, far, far};
     Vec3f high{-far, -far, -far};
     for (std::uint32_t i = range.begin; i < range.end; ++i)
     {
-        const Vec3f p = centres[order[i]];
+        const Vec3f p = centers[order[i]];
         low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
         high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
     }
@@ -49,8 +49,8 @@ std::uint32_t split(const std::vector<Vec3f>& centres, std::vector<std::uint32_t
     std::nth_element(order.begin() + range.begin, order.begin() + parting, order.begin() + range.end,
                      [&](std::uint32_t a, std::uint32_t b)
                      {
-                         const float pa = along(centres[a], axis);
-                         const float pb = along(centres[b], axis);
+                         const float pa = along(centers[a], axis);
+                         const float pb = along(centers[b], axis);
                          return pa != pb ? pa < pb : a < b;
                      });
     return parting;
@@ -61,12 +61,12 @@ std::uint32_t split(const std::vector<Vec3f>& centres, std::vector<std::uint32_t
 Regions regions_of(const Surface& surface, std::size_t most, int turn, const fresco::Progress& progress)
 {
     const auto faces = static_cast<std::uint32_t>(surface.triangles.size());
-    std::vector<Vec3f> centres(faces);
+    std::vector<Vec3f> centers(faces);
     fresco::parallel_for(faces, 65536, progress.threads(),
                          [&](std::size_t begin, std::size_t end)
                          {
                              for (std::size_t f = begin; f < end; ++f)
-                                 centres[f] = centre(surface, static_cast<std::uint32_t>(f));
+                                 centers[f] = center(surface, static_cast<std::uint32_t>(f));
                          });
     Regions regions;
     regions.order.resize(faces);
@@ -74,7 +74,7 @@ Regions regions_of(const Surface& surface, std::size_t most, int turn, const fre
     std::vector<Range> ranges{{0, faces}};
     for (std::size_t level = 0;; ++level)
     {
-        progress.check_cancelled();
+        progress.check_canceled();
         std::vector<std::vector<Range>> parts(ranges.size());
         const double share = split_shares[(level + static_cast<std::size_t>(turn)) % split_shares.size()];
         fresco::parallel_for(ranges.size(), 1, progress.threads(),
@@ -85,7 +85,7 @@ Regions regions_of(const Surface& surface, std::size_t most, int turn, const fre
                                      parts[i] = {range};
                                  else
                                  {
-                                     const std::uint32_t parting = split(centres, regions.order, range, share);
+                                     const std::uint32_t parting = split(centers, regions.order, range, share);
                                      parts[i] = {{range.begin, parting}, {parting, range.end}};
                                  }
                              });
@@ -96,7 +96,7 @@ Regions regions_of(const Surface& surface, std::size_t most, int turn, const fre
         if (ranges.size() == before)
             break;
     }
-    // Within a region faces stay in the order of the mesh: neighbours on the surface are mostly neighbours in memory.
+    // Within a region faces stay in the order of the mesh: neighbors on the surface are mostly neighbors in memory.
     std::vector<std::uint32_t> region(faces);
     for (std::uint32_t r = 0; r < ranges.size(); ++r)
     {
@@ -128,7 +128,7 @@ std::vector<CutPiece> cut(const Surface& surface, const Regions& regions, const 
     fresco::parallel_for(count, 1, progress.threads(),
                          [&](std::size_t r, std::size_t)
                          {
-                             progress.check_cancelled();
+                             progress.check_canceled();
                              CutPiece& made = pieces[r];
                              const std::span<const std::uint32_t> order(regions.order.data() + regions.begins[r],
                                                                         regions.begins[r + 1] - regions.begins[r]);

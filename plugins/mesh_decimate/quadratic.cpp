@@ -11,7 +11,7 @@ namespace
 
 /// Of lines at borders against planes: as high as the border's drift asks for.
 constexpr double line_weight = 0.6;
-/// Pull towards the middle, against the stiffness of the surface: decides only where the surface does not.
+/// Pull toward the middle, against the stiffness of the surface: decides only where the surface does not.
 constexpr double pull_share = 1e-7;
 /// A point farther than this many edge lengths from the middle is no replacement.
 constexpr double farthest_lengths = 2;
@@ -83,7 +83,7 @@ Placement place(const Quadratic& planes, const Quadratic* lines, Vec3d u, Vec3d 
     const Vec3d middle = (u + v) * 0.5;
     const double squared_length = dot(u - v, u - v);
     Quadratic error = planes;
-    if (lines != nullptr)  // the power brings both to metres to the power of 4.5
+    if (lines != nullptr)  // the power brings both to meters to the power of 4.5
         error.add(*lines, 36 * line_weight * std::sqrt(std::sqrt(squared_length)));
     const double stiffness = error.trace();
     constexpr double none = std::numeric_limits<double>::infinity();

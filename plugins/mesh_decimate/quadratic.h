@@ -7,7 +7,7 @@
 /// \file What it costs to replace an edge by a point: squared distances to the planes of the faces around, as they are now,
 /// without memory of earlier collapses (Lindstrom and Turk, "Fast and memory efficient polygonal simplification", Visualization
 /// 1998; Hoppe, "New quadric metric for simplifying meshes with appearance attributes", Visualization 1999, section 5). Points
-/// are metres from an origin near the surface.
+/// are meters from an origin near the surface.
 
 /// xᵀHx - 2k·x + c.
 struct Quadratic

@@ -29,7 +29,7 @@ using Quadric = OpenMesh::Geometry::QuadricT<double>;
 
 /// How strongly a border edge resists leaving its line, relative to the surface.
 constexpr double border_weight = 10;
-/// Pull of each vertex towards where it was, relative to the planes: spreads collapses evenly where the surface is flat and every
+/// Pull of each vertex toward where it was, relative to the planes: spreads collapses evenly where the surface is flat and every
 /// collapse costs nothing.
 constexpr double point_weight = 1e-3;
 constexpr float max_turn_deg = 90;
@@ -39,7 +39,7 @@ OpenMesh::Vec3d wide(const HalfedgeMesh::Point& p)
     return {p[0], p[1], p[2]};
 }
 
-/// What a vertex stands for: the error planes, and the colour of an area.
+/// What a vertex stands for: the error planes, and the color of an area.
 struct VertexLoad
 {
     Quadric quadric;
@@ -47,7 +47,7 @@ struct VertexLoad
     OpenMesh::Vec3d color_sum{0, 0, 0};
 };
 
-/// Area-weighted quadrics with border planes; carries colours along.
+/// Area-weighted quadrics with border planes; carries colors along.
 class ModBorderQuadric final : public OpenMesh::Decimater::ModBaseT<HalfedgeMesh>
 {
   public:
@@ -62,7 +62,7 @@ class ModBorderQuadric final : public OpenMesh::Decimater::ModBaseT<HalfedgeMesh
 
     float collapse_priority(const CollapseInfo& ci) override
     {
-        // A component of four closed faces, or a vertex left with two neighbours, would vanish.
+        // A component of four closed faces, or a vertex left with two neighbors, would vanish.
         if ((ci.vl.is_valid() && !mesh().is_boundary(ci.vl) && mesh().valence(ci.vl) <= 3) ||
             (ci.vr.is_valid() && !mesh().is_boundary(ci.vr) && mesh().valence(ci.vr) <= 3))
             return ILLEGAL_COLLAPSE;
@@ -97,7 +97,7 @@ class Watch final : public OpenMesh::Decimater::Observer
     {
         const auto total = faces_ - target_;
         progress_.progress(static_cast<double>(std::min(2 * collapses, total)), static_cast<double>(total), "faces removed");
-        progress_.check_cancelled();
+        progress_.check_canceled();
     }
 
   private:
@@ -221,7 +221,7 @@ fresco::Mesh from_halfedges(const HalfedgeMesh& mesh, const std::vector<VertexLo
 fresco::Mesh decimated_openmesh(const fresco::Mesh& mesh, std::size_t max_faces, fresco::Progress& progress)
 {
     auto halfedges = to_halfedges(mesh);
-    progress.check_cancelled();
+    progress.check_canceled();
     auto loads = initial_loads(halfedges, mesh.colors);
     {
         OpenMesh::Decimater::DecimaterT<HalfedgeMesh> decimater(halfedges);

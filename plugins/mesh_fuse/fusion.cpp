@@ -44,7 +44,7 @@ int stride_for(const RasterF& depth)
     return depth.width < small_width ? 1 : stride;
 }
 
-/// Open3D counts pixels' centres from (0, 0), fresco from (0.5, 0.5).
+/// Open3D counts pixels' centers from (0, 0), fresco from (0.5, 0.5).
 open3d::camera::PinholeCameraIntrinsic intrinsics_of(const Intrinsics& k)
 {
     return {k.width, k.height, k.fx, k.fy, k.cx - 0.5, k.cy - 0.5};
@@ -100,10 +100,10 @@ bool Fusion::fits(const RasterF& depth, const Camera& camera, std::size_t limit_
     for (int v = 0; v < depth.height; v += step)
         for (int u = 0; u < depth.width; u += step)
         {
-            const double metres = double{depth.at(u, v)};
-            if (!(metres > 0))
+            const double meters = double{depth.at(u, v)};
+            if (!(meters > 0))
                 continue;
-            const Vec3d end = camera.world_from_camera.translation + camera.ray(u + 0.5, v + 0.5) * metres;
+            const Vec3d end = camera.world_from_camera.translation + camera.ray(u + 0.5, v + 0.5) * meters;
             const double reach = blocks.sdf_trunc_;
             for (int x = block(end.x - reach); x <= block(end.x + reach); ++x)
                 for (int y = block(end.y - reach); y <= block(end.y + reach); ++y)

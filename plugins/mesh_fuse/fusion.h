@@ -24,14 +24,14 @@ class Fusion
     Fusion(const Fusion&) = delete;
     Fusion& operator=(const Fusion&) = delete;
 
-    /// `depth`: H x W, metres along the optical axis, 0 = none; `colors`: H x W x 3. Of the camera's size both.
+    /// `depth`: H x W, meters along the optical axis, 0 = none; `colors`: H x W x 3. Of the camera's size both.
     void add(const fresco::RasterF& depth, const fresco::Raster8& colors, const fresco::Camera& camera);
     /// What the volume takes by now.
     std::size_t bytes() const;
     /// Whether it takes at most so much once this picture is added: a single one can open blocks of many gigabytes. Holds no more
     /// than the limit itself while it counts.
     bool fits(const fresco::RasterF& depth, const fresco::Camera& camera, std::size_t limit_bytes) const;
-    /// The surface (marching cubes) with vertex colours, faces counter-clockwise as the cameras saw them; empty where nothing was
+    /// The surface (marching cubes) with vertex colors, faces counter-clockwise as the cameras saw them; empty where nothing was
     /// seen.
     fresco::Mesh mesh() const;
 

@@ -12,10 +12,10 @@ Raster8 seen_colors(const RasterF& depth, const Camera& depth_camera, const Rast
     for (int y = 0; y < depth.height; ++y)
         for (int x = 0; x < depth.width; ++x)
         {
-            const double metres = double{depth.at(x, y)};
-            if (!(metres > 0))
+            const double meters = double{depth.at(x, y)};
+            if (!(meters > 0))
                 continue;
-            const Vec3d point = depth_camera.world_from_camera.translation + depth_camera.ray(x + 0.5, y + 0.5) * metres;
+            const Vec3d point = depth_camera.world_from_camera.translation + depth_camera.ray(x + 0.5, y + 0.5) * meters;
             const Vec3d seen = color_camera.project(point);
             if (!(seen.z > 0))
                 continue;

@@ -15,7 +15,7 @@ namespace
 class MeshFuse final : public Stage
 {
     Input<Frames> frames{this, "frames", "Recorded frames with depth pictures"};
-    Output<Mesh> mesh{this, "mesh", "The surface that the depth pictures show, with vertex colours"};
+    Output<Mesh> mesh{this, "mesh", "The surface that the depth pictures show, with vertex colors"};
     Option<double> voxel_m{this, "voxel_m", 0.02, range(0.001, 1), "Side of a voxel, and about that of a triangle"};
     Option<double> trunc_m{this, "trunc_m", 0, range(0, 10),
                            "How far from the surface distances are averaged; more than the noise of the depth; 0: four voxels"};
@@ -49,9 +49,9 @@ class MeshFuse final : public Stage
     RasterF near_depth(const Frame& frame) const
     {
         RasterF depth = load_depth(frame, codec());
-        for (float& metres : depth.values)
-            if (double{metres} > *max_depth_m)
-                metres = 0;
+        for (float& meters : depth.values)
+            if (double{meters} > *max_depth_m)
+                meters = 0;
         return depth;
     }
 
@@ -71,7 +71,7 @@ class MeshFuse final : public Stage
         std::size_t fused = 0;
         for (std::size_t i = 0; i < frames->frames.size(); ++i)
         {
-            run.check_cancelled();
+            run.check_canceled();
             const Frame& frame = frames->frames[i];
             if (!frame.depth_picture.empty())
             {

@@ -23,8 +23,8 @@ constexpr std::size_t strokes_per_check = 64;
 
 struct Canvas
 {
-    explicit Canvas(int size) : colour(size, size, 3), height(size, size) {}
-    fresco::Raster<float> colour;
+    explicit Canvas(int size) : color(size, size, 3), height(size, size) {}
+    fresco::Raster<float> color;
     fresco::Raster<float> height;
 };
 
@@ -33,16 +33,16 @@ struct Stroke
     Vec2f start;  ///< Pixels.
     float width;
     float length;
-    Vec3f colour;
+    Vec3f color;
     std::uint32_t seed;
 };
 
 /// One row of bristles across the path.
 void press(Canvas& canvas, const Stroke& stroke, Vec2f at, Vec2f along, float share)
 {
-    const int size = canvas.colour.width;
+    const int size = canvas.color.width;
     const Vec2f across{-along.y, along.x};
-    // Tapered ends; bristles run dry towards the end.
+    // Tapered ends; bristles run dry toward the end.
     const float half = 0.5f * stroke.width * std::min(1.0f, std::min(0.35f + 4.5f * share, 0.25f + 3.0f * (1 - share)));
     const float dryness = 0.12f + 0.55f * share * share;
     for (float s = -half; s <= half; s += step_px)
@@ -57,9 +57,9 @@ void press(Canvas& canvas, const Stroke& stroke, Vec2f at, Vec2f along, float sh
         if (x < 0 || y < 0 || x >= size || y >= size)
             continue;
         const float tone = 0.82f + 0.36f * bristle;
-        canvas.colour.at(x, y, 0) = stroke.colour.x * tone;
-        canvas.colour.at(x, y, 1) = stroke.colour.y * tone;
-        canvas.colour.at(x, y, 2) = stroke.colour.z * tone;
+        canvas.color.at(x, y, 0) = stroke.color.x * tone;
+        canvas.color.at(x, y, 1) = stroke.color.y * tone;
+        canvas.color.at(x, y, 2) = stroke.color.z * tone;
         // Paint is pushed to the sides of the stroke.
         canvas.height.at(x, y) = 0.35f * canvas.height.at(x, y) + stroke.width * (0.06f * side * side + 0.10f * bristle);
     }
@@ -67,7 +67,7 @@ void press(Canvas& canvas, const Stroke& stroke, Vec2f at, Vec2f along, float sh
 
 void draw(Canvas& canvas, const Motif& motif, const Stroke& stroke)
 {
-    const auto size = static_cast<float>(canvas.colour.width);
+    const auto size = static_cast<float>(canvas.color.width);
     Vec2f at = stroke.start;
     const float first = motif.direction(at * (1 / size));
     // Half of the way back, so that the stroke's middle lies at its start.
@@ -97,24 +97,24 @@ std::vector<Stroke> layer_strokes(const Motif& motif, int size, float width, flo
         {
             const auto id = hash(seed, static_cast<std::uint32_t>((row + 1) * (count + 2) + column + 1));
             const Vec2f at{(static_cast<float>(column) + unit(id, 1u)) * cell, (static_cast<float>(row) + unit(id, 2u)) * cell};
-            const Vec3f colour = motif.colour(at * (1 / static_cast<float>(size)));
+            const Vec3f color = motif.color(at * (1 / static_cast<float>(size)));
             const float tone = 1 + 0.16f * signed_unit(id, 3u);
             const auto vary = [&](float v, std::uint32_t n)
             { return std::clamp(v * tone + 0.05f * signed_unit(id, n), 0.0f, 1.0f); };
             strokes.push_back({at,
                                width * (0.8f + 0.4f * unit(id, 4u)),
                                length * (0.7f + 0.6f * unit(id, 5u)),
-                               {vary(colour.x, 6), vary(colour.y, 7), vary(colour.z, 8)},
+                               {vary(color.x, 6), vary(color.y, 7), vary(color.z, 8)},
                                id});
         }
     std::sort(strokes.begin(), strokes.end(), [](const Stroke& a, const Stroke& b) { return a.seed < b.seed; });
     return strokes;
 }
 
-/// Colours under a light from the upper left that grazes the paint.
+/// Colors under a light from the upper left that grazes the paint.
 fresco::Raster<float> lit(const Canvas& canvas)
 {
-    const int size = canvas.colour.width;
+    const int size = canvas.color.width;
     fresco::Raster<float> picture(size, size, 3);
     for (int y = 0; y < size; ++y)
         for (int x = 0; x < size; ++x)
@@ -123,7 +123,7 @@ fresco::Raster<float> lit(const Canvas& canvas)
                                 canvas.height.at(std::min(x + 1, size - 1), std::min(y + 1, size - 1));
             const float light = 1 - std::clamp(0.14f * slope, -0.24f, 0.28f);
             for (int c = 0; c < 3; ++c)
-                picture.at(x, y, c) = std::clamp(canvas.colour.at(x, y, c) * light, 0.0f, 1.0f);
+                picture.at(x, y, c) = std::clamp(canvas.color.at(x, y, c) * light, 0.0f, 1.0f);
         }
     return picture;
 }
@@ -137,11 +137,11 @@ fresco::Raster<std::uint8_t> paint(const Motif& motif, const BrushOptions& optio
     for (int y = 0; y < size; ++y)
         for (int x = 0; x < size; ++x)
         {
-            const Vec3f ground = motif.colour({(static_cast<float>(x) + 0.5f) / static_cast<float>(size),
-                                               (static_cast<float>(y) + 0.5f) / static_cast<float>(size)});
-            canvas.colour.at(x, y, 0) = ground.x * 0.95f;
-            canvas.colour.at(x, y, 1) = ground.y * 0.95f;
-            canvas.colour.at(x, y, 2) = ground.z * 0.95f;
+            const Vec3f ground = motif.color({(static_cast<float>(x) + 0.5f) / static_cast<float>(size),
+                                              (static_cast<float>(y) + 0.5f) / static_cast<float>(size)});
+            canvas.color.at(x, y, 0) = ground.x * 0.95f;
+            canvas.color.at(x, y, 1) = ground.y * 0.95f;
+            canvas.color.at(x, y, 2) = ground.z * 0.95f;
         }
     for (std::size_t layer = 0; layer < layer_widths.size(); ++layer)
     {
@@ -151,7 +151,7 @@ fresco::Raster<std::uint8_t> paint(const Motif& motif, const BrushOptions& optio
         for (std::size_t i = 0; i < strokes.size(); ++i)
         {
             if (i % strokes_per_check == 0)
-                progress.check_cancelled();
+                progress.check_canceled();
             draw(canvas, motif, strokes[i]);
         }
         progress.progress(static_cast<double>(layer + 1), static_cast<double>(layer_widths.size()), "layers");

@@ -20,7 +20,7 @@ struct BrushOptions
 
 /// Paints a motif with layers of bristled strokes that follow its direction, broad ones first, and lights the paint from the
 /// upper left. After Litwinowicz, "Processing images and video for an impressionist effect" (SIGGRAPH 1997) and Hertzmann,
-/// "Painterly rendering with curved brush strokes of multiple sizes" (SIGGRAPH 1998). Square RGB. One thread; throws Cancelled.
+/// "Painterly rendering with curved brush strokes of multiple sizes" (SIGGRAPH 1998). Square RGB. One thread; throws Canceled.
 fresco::Raster<std::uint8_t> paint(const Motif& motif, const BrushOptions& options, fresco::Progress& progress);
 
 }  // namespace pattern

@@ -19,7 +19,7 @@ struct Stone
 {
     Vec2f place;  ///< 0..1
     Vec2f along;
-    Vec3f colour;
+    Vec3f color;
     Vec2f tilt;
     std::uint32_t seed;
 };
@@ -41,13 +41,13 @@ class Stones
                 const float tone = 1 + 0.20f * signed_unit(id, 3u);
                 stones_.push_back({place,
                                    {std::cos(angle), std::sin(angle)},
-                                   motif.colour(place) * tone,
+                                   motif.color(place) * tone,
                                    {signed_unit(id, 4u), signed_unit(id, 5u)},
                                    id});
             }
     }
 
-    Vec3f colour(Vec2f at) const
+    Vec3f color(Vec2f at) const
     {
         const auto scale = static_cast<float>(count_);
         const int column = static_cast<int>(at.x * scale), row = static_cast<int>(at.y * scale);
@@ -71,7 +71,7 @@ class Stones
             1 + 0.10f * (stone->tilt.x * from.x + stone->tilt.y * from.y) * 2 - 0.45f * bevel + 0.35f * (grain - 0.5f);
         const Vec3f grout = Vec3f{0.20f, 0.18f, 0.16f} * (0.8f + 0.5f * grain);
         const float joint = smooth_step(0.13f, 0.07f, gap);
-        return stone->colour * (light * (1 - joint)) + grout * joint;
+        return stone->color * (light * (1 - joint)) + grout * joint;
     }
 
   private:
@@ -100,15 +100,14 @@ fresco::Raster<std::uint8_t> lay_mosaic(const Motif& motif, int size_px, int sto
         static_cast<std::size_t>(size_px), 16, progress.threads(),
         [&](std::size_t begin, std::size_t end)
         {
-            progress.check_cancelled();
+            progress.check_canceled();
             for (auto y = static_cast<int>(begin); y < static_cast<int>(end); ++y)
                 for (int x = 0; x < size_px; ++x)
                 {
                     Vec3f sum;
                     for (int i = 0; i < samples * samples; ++i)
-                        sum +=
-                            laid.colour({(static_cast<float>(x) + (static_cast<float>(i % samples) + 0.5f) / samples) * pixel,
-                                         (static_cast<float>(y) + (static_cast<float>(i / samples) + 0.5f) / samples) * pixel});
+                        sum += laid.color({(static_cast<float>(x) + (static_cast<float>(i % samples) + 0.5f) / samples) * pixel,
+                                           (static_cast<float>(y) + (static_cast<float>(i / samples) + 0.5f) / samples) * pixel});
                     const auto level = [](float v)
                     { return static_cast<std::uint8_t>(std::lround(255 * std::clamp(v / (samples * samples), 0.0f, 1.0f))); };
                     picture.at(x, y, 0) = level(sum.x);

@@ -76,7 +76,7 @@ int SwirlingSky::hill_at(Vec2f at) const
     return found;
 }
 
-Vec3f SwirlingSky::colour(Vec2f at) const
+Vec3f SwirlingSky::color(Vec2f at) const
 {
     const float streak = fractal_noise(at.x * 7, at.y * 7, seed_ + 11);
     if (const int hill = hill_at(at); hill >= 0)
@@ -91,7 +91,7 @@ Vec3f SwirlingSky::colour(Vec2f at) const
     sky = mix(sky, palette_.light, smooth_step(0.55f, 0.78f, fractal_noise(at.x * 3 + 9, at.y * 9, seed_ + 5)) * 0.85f);
     for (const auto& whirl : whirls_)
     {
-        const float distance = length(at - whirl.centre) / whirl.radius;
+        const float distance = length(at - whirl.center) / whirl.radius;
         if (distance > 2.2f)
             continue;
         const float rings = 0.5f + 0.5f * std::cos(distance * 11 + 4 * streak);
@@ -112,7 +112,7 @@ float SwirlingSky::direction(Vec2f at) const
     Vec2f flow{0.55f, 0.5f * (fractal_noise(at.x * 2.5f, at.y * 2.5f, seed_ + 17) - 0.5f)};
     for (const auto& whirl : whirls_)
     {
-        const Vec2f away = at - whirl.centre;
+        const Vec2f away = at - whirl.center;
         const float squared = dot(away, away) / (whirl.radius * whirl.radius);
         const float strength = 3.2f * whirl.turn * std::exp(-0.5f * squared) / whirl.radius;
         flow = flow + Vec2f{-away.y, away.x} * strength;
@@ -128,7 +128,7 @@ float RollingWaves::phase(Vec2f at) const
     return (at.y + swell + bend) * bands;
 }
 
-Vec3f RollingWaves::colour(Vec2f at) const
+Vec3f RollingWaves::color(Vec2f at) const
 {
     const float p = phase(at), within = fraction(p);
     const auto band = static_cast<std::uint32_t>(static_cast<int>(std::floor(p)) + 64);
@@ -136,12 +136,12 @@ Vec3f RollingWaves::colour(Vec2f at) const
                                      mix(palette_.deep, palette_.middle, 0.6f)};
     const Vec3f body = tones[hash(seed_, band) % tones.size()];
     const float streak = fractal_noise(at.x * 5, p * 4, seed_ + 8);
-    Vec3f colour = mix(body, palette_.light, smooth_step(0.25f, 0.0f, within) * 0.8f + 0.5f * (streak - 0.45f));
-    colour = mix(colour, palette_.deep, smooth_step(0.55f, 1.0f, within) * 0.55f);
+    Vec3f color = mix(body, palette_.light, smooth_step(0.25f, 0.0f, within) * 0.8f + 0.5f * (streak - 0.45f));
+    color = mix(color, palette_.deep, smooth_step(0.55f, 1.0f, within) * 0.55f);
     const float foam = fractal_noise(at.x * 16, p * 3, seed_ + 9);
     if (within < 0.20f * foam + 0.06f && hash(seed_ + 1, band) % 3 != 0)
-        colour = palette_.glow;
-    return within > 0.945f ? palette_.deep * 0.55f : colour;
+        color = palette_.glow;
+    return within > 0.945f ? palette_.deep * 0.55f : color;
 }
 
 float RollingWaves::direction(Vec2f at) const

@@ -12,7 +12,7 @@ namespace pattern
 using fresco::Vec2f;
 using fresco::Vec3f;
 
-/// Display colours (sRGB, 0..1) of a picture.
+/// Display colors (sRGB, 0..1) of a picture.
 struct Palette
 {
     Vec3f deep;
@@ -25,12 +25,12 @@ struct Palette
 /// "night", "meadow", "ember" or "sea". Throws std::invalid_argument for another name.
 Palette palette_named(std::string_view name);
 
-/// What is painted: a colour and a direction of the brush at each place. Places are x to the right and y down, 0..1.
+/// What is painted: a color and a direction of the brush at each place. Places are x to the right and y down, 0..1.
 class Motif
 {
   public:
     virtual ~Motif() = default;
-    virtual Vec3f colour(Vec2f at) const = 0;
+    virtual Vec3f color(Vec2f at) const = 0;
     /// Radians, from x to y.
     virtual float direction(Vec2f at) const = 0;
 };
@@ -40,13 +40,13 @@ class SwirlingSky final : public Motif
 {
   public:
     SwirlingSky(const Palette& palette, std::uint32_t seed);
-    Vec3f colour(Vec2f at) const override;
+    Vec3f color(Vec2f at) const override;
     float direction(Vec2f at) const override;
 
   private:
     struct Whirl
     {
-        Vec2f centre;
+        Vec2f center;
         float radius;
         float turn;  ///< +1 or -1.
         float brightness;
@@ -64,7 +64,7 @@ class RollingWaves final : public Motif
 {
   public:
     RollingWaves(const Palette& palette, std::uint32_t seed) : palette_(palette), seed_(seed) {}
-    Vec3f colour(Vec2f at) const override;
+    Vec3f color(Vec2f at) const override;
     float direction(Vec2f at) const override;
 
   private:

@@ -14,7 +14,7 @@ class PicturePattern final : public fresco::Stage
         this, "kind", "strokes", fresco::one_of({"strokes", "waves", "mosaic"}),
         "strokes: a swirling sky in short strokes; waves: outlined bands in long ones; mosaic: stones"};
     fresco::Option<std::string> palette{this, "palette", "night", fresco::one_of({"night", "meadow", "ember", "sea"}),
-                                        "Its colours"};
+                                        "Its colors"};
     fresco::Option<int> size_px{this, "size_px", 512, fresco::range(64, 2048), "Width and height"};
     fresco::Option<double> scale{this, "scale", 1.0, fresco::range(0.4, 3),
                                  "Size of strokes and stones; 1: about a twentieth of the picture"};
@@ -24,18 +24,18 @@ class PicturePattern final : public fresco::Stage
     void run(fresco::RunContext& run) override
     {
         const auto random = pattern::hash(static_cast<std::uint32_t>(*seed), 3u);
-        const auto colours = pattern::palette_named(*palette);
+        const auto colors = pattern::palette_named(*palette);
         const auto size = static_cast<float>(*scale);
         if (*kind == "waves")
             picture = fresco::Image(
-                pattern::paint(pattern::RollingWaves(colours, random),
+                pattern::paint(pattern::RollingWaves(colors, random),
                                {.size_px = *size_px, .stroke_share = 0.034f * size, .stroke_length = 10, .seed = random}, run));
         else if (*kind == "strokes")
             picture = fresco::Image(
-                pattern::paint(pattern::SwirlingSky(colours, random),
+                pattern::paint(pattern::SwirlingSky(colors, random),
                                {.size_px = *size_px, .stroke_share = 0.045f * size, .stroke_length = 7, .seed = random}, run));
         else
-            picture = fresco::Image(pattern::lay_mosaic(pattern::SwirlingSky(colours, random), *size_px,
+            picture = fresco::Image(pattern::lay_mosaic(pattern::SwirlingSky(colors, random), *size_px,
                                                         std::max(4, static_cast<int>(44 / size)), random, run));
     }
 

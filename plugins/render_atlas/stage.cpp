@@ -12,7 +12,7 @@ namespace
 class RenderAtlas final : public Stage
 {
     Input<Mesh> mesh{this, "mesh", "A mesh with texture coordinates, as any atlas.* stage makes it"};
-    Output<Files> picture{this, "picture", "One RGB PNG: every chart in a colour of its own"};
+    Output<Files> picture{this, "picture", "One RGB PNG: every chart in a color of its own"};
     Option<OutputName> path{this, "path", OutputName{"atlas.png"}, "File of the picture, below --out"};
     Option<int> picture_px{this, "picture_px", 1024, range(16, 8192), "Side of the picture"};
     Option<int> size_px{this, "size_px", 2048, range(64, 32768), "Texture size that texels_per_cm is for"};
@@ -40,7 +40,7 @@ class RenderAtlas final : public Stage
         {
             throw Error("the mesh on port 'mesh' has no area, on the surface or in its atlas: check how it was made");
         }
-        run.check_cancelled();
+        run.check_canceled();
         const auto bytes = images->encode_png(geometry::atlas_picture(*mesh, *picture_px, &run));
         const auto file = picture.folder().path / path->path;
         std::filesystem::create_directories(file.parent_path());

@@ -8,7 +8,7 @@
 
 /// Poses (world_from_camera, OpenCV axes) along a recorded way, made smooth: each is the Gaussian mean, sigma `smoothing_count`
 /// poses, of those around it, its directions too. `count` of them (at least 1), the first and the last at the ends of the smooth
-/// way, between them at a steady speed: metres along the way, a radian of turning counting as one. `recorded` must not be empty.
+/// way, between them at a steady speed: meters along the way, a radian of turning counting as one. `recorded` must not be empty.
 std::vector<fresco::RigidTransform> recorded_path(std::span<const fresco::RigidTransform> recorded, double smoothing_count,
                                                   std::size_t count);
 

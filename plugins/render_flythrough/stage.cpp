@@ -40,7 +40,7 @@ Raster8 on_background(const Raster8& rgba)
 class RenderFlythrough final : public Stage
 {
     Input<TexturedMesh> mesh{this, "mesh", "The mesh with its picture, as texture.bake makes it"};
-    Input<Frames> frames{this, "frames", "The recording: its way and its colour camera"};
+    Input<Frames> frames{this, "frames", "The recording: its way and its color camera"};
     Output<Files> video{this, "video", "<name>.mp4 or .webm, or <name>/000000.png and so on"};
     Option<OutputName> name{this, "name", OutputName{"flythrough"}, "Name below --out, without extension"};
     Option<std::string> format{this, "format", "mp4", one_of({"mp4", "webm", "png"}),
@@ -88,7 +88,7 @@ class RenderFlythrough final : public Stage
         std::vector<double> shares;
         for (const RigidTransform& pose : orbit_path(recorded, *radius_m, *down_deg, directions_count))
         {
-            run.check_cancelled();
+            run.check_canceled();
             const Raster8 picture = renderer.render({small, pose}, run);
             double opaque = 0;
             for (std::size_t at = 3; at < picture.values.size(); at += 4)
@@ -134,7 +134,7 @@ class RenderFlythrough final : public Stage
         }
         for (std::size_t i = 0; i < way.size(); ++i)
         {
-            run.check_cancelled();
+            run.check_canceled();
             const Raster8 picture = on_background(renderer.render({size, way[i]}, run));
             if (file)
                 file->add(picture);

@@ -17,7 +17,7 @@ namespace
 class RenderViews final : public Stage
 {
     Input<TexturedMesh> mesh{this, "mesh", "The mesh with its picture, as texture.bake makes it"};
-    Input<Frames> frames{this, "frames", "The views; their colour cameras are used, not their pictures"};
+    Input<Frames> frames{this, "frames", "The views; their color cameras are used, not their pictures"};
     Output<Files> views{this, "views", "One RGBA PNG per view: <folder>/<sequence>_<frame>.png; alpha 0 = no surface"};
     Option<OutputName> folder{this, "folder", OutputName{"views"}, "Folder of the pictures, below --out"};
     Option<int> height_px{this, "height_px", 0, range(0, 8192),
@@ -77,7 +77,7 @@ class RenderViews final : public Stage
         std::size_t empty = 0;
         for (const Frame* frame : list)
         {
-            run.check_cancelled();
+            run.check_canceled();
             const Raster8 image = renderer.render(camera_of(*frame), run);
             bool any = false;
             for (std::size_t i = 3; i < image.values.size(); i += 4)
@@ -96,5 +96,5 @@ class RenderViews final : public Stage
 };
 }  // namespace
 
-FRESCO_STAGE("render.views", RenderViews, "Renders the textured mesh from the frames' colour cameras")
+FRESCO_STAGE("render.views", RenderViews, "Renders the textured mesh from the frames' color cameras")
 FRESCO_LIBRARY("Embree", raycast::embree_version())

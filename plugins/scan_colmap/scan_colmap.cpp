@@ -16,9 +16,9 @@ class ScanColmap final : public fresco::Stage
                                                  "Folder of the pictures; empty: images in path"};
     fresco::Option<fresco::InputFolder> depth{this, "depth", fresco::InputFolder{},
                                               "Folder of depth pictures, named like the pictures, .png; empty: none"};
-    fresco::Option<double> unit_m{this, "unit_m", 1.0, fresco::range(1e-6, 1e6), "Metres per unit of the reconstruction"};
+    fresco::Option<double> unit_m{this, "unit_m", 1.0, fresco::range(1e-6, 1e6), "Meters per unit of the reconstruction"};
     fresco::Option<double> depth_unit_m{this, "depth_unit_m", 0.001, fresco::range(1e-6, 1.0),
-                                        "Metres per step of the depth pictures"};
+                                        "Meters per step of the depth pictures"};
     fresco::Option<int> every{this, "every", 1, fresco::range(1, 1'000'000), "Take every n-th picture"};
     fresco::Slot<fresco::ImageIo> images{this, "images", "image.opencv", "Reader and writer of pictures"};
 

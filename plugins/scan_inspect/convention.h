@@ -27,7 +27,7 @@ const std::vector<Mat3>& axis_rotations();
 std::string axis_names(const Mat3& turn);
 
 /// The conventions that recordings come in, likely ones first, without the one of the SDK: OpenGL axes, inverted poses,
-/// translations in millimetres, centimetres, or metres where the mesh is not. `rare`: also every other choice of camera axes, and
+/// translations in millimeters, centimeters, or meters where the mesh is not. `rare`: also every other choice of camera axes, and
 /// worlds turned by right angles.
 std::vector<Convention> candidate_conventions(bool rare);
 

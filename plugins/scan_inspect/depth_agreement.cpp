@@ -114,7 +114,7 @@ DepthRatios depth_ratios(const raycast::Scene& scene, const std::vector<SampledD
     parallel_for(frames.size(), 1, progress.threads(),
                  [&](std::size_t frame, std::size_t)
                  {
-                     progress.check_cancelled();
+                     progress.check_canceled();
                      cast_frame(scene, frames[frame], convention, focal_scale, stride, parts[frame]);
                  });
     DepthRatios all;

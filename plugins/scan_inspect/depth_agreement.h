@@ -18,7 +18,7 @@ struct DepthSample
 {
     float x = 0;  ///< Pixel coordinates, …
     float y = 0;
-    float depth = 0;  ///< … metres as recorded, along the optical axis.
+    float depth = 0;  ///< … meters as recorded, along the optical axis.
 };
 
 /// A frame's depth camera and what it measured on a grid over its picture.
@@ -28,7 +28,7 @@ struct SampledDepth
     std::vector<DepthSample> samples;
 };
 
-/// The measured pixels of a depth picture (0 = none) at the centres of a grid of about `columns` columns, row by row.
+/// The measured pixels of a depth picture (0 = none) at the centers of a grid of about `columns` columns, row by row.
 std::vector<DepthSample> sample_depth(const RasterF& depth, int columns);
 
 /// What the mesh has where depths were measured: mesh depth over measured depth, 0 where the mesh has nothing.
@@ -49,7 +49,7 @@ struct DepthRatios
 };
 
 /// Casts the samples' rays from cameras as `convention` has them, their focal lengths multiplied by `focal_scale`. Every
-/// `stride`-th sample alone. Whichever side of a face is met counts. The same for any number of threads. Throws Cancelled.
+/// `stride`-th sample alone. Whichever side of a face is met counts. The same for any number of threads. Throws Canceled.
 DepthRatios depth_ratios(const raycast::Scene& scene, const std::vector<SampledDepth>& frames, const Convention& convention,
                          double focal_scale, std::size_t stride, const Progress& progress);
 

@@ -149,7 +149,7 @@ class Judge
             result_.depth_scale = usual_scale(scale);
     }
 
-    /// The share of the colour cameras' pixels that see the front of a face.
+    /// The share of the color cameras' pixels that see the front of a face.
     double fronts(const Convention& convention) const
     {
         const DepthRatios seen = look(convention, rough_stride);
@@ -261,7 +261,7 @@ class Judge
         }
     }
 
-    /// What the colour cameras see on a grid over their pictures; distances stand in for ratios.
+    /// What the color cameras see on a grid over their pictures; distances stand in for ratios.
     DepthRatios look(const Convention& convention, std::size_t stride) const
     {
         std::vector<SampledDepth> looks;

@@ -17,7 +17,7 @@ namespace fresco::inspect
 struct View
 {
     SampledDepth depth;   ///< No samples: the frame has no depth picture.
-    OutlinedFrame color;  ///< No edges: it has no colour picture. The outline is filled by `diagnose`.
+    OutlinedFrame color;  ///< No edges: it has no color picture. The outline is filled by `diagnose`.
 };
 
 /// A usual mistake that explains the recording clearly better than the recording itself.
@@ -51,12 +51,12 @@ struct Diagnosis
     Convention convention;
     double depth_scale = 1;  ///< Multiplies depths.
     double depth_focal_scale = 1;
-    bool depth_by_color_camera = false;  ///< Depth pictures fit the colour camera, not their own.
+    bool depth_by_color_camera = false;  ///< Depth pictures fit the color camera, not their own.
     CameraChange color_change;
 
     std::size_t depths = 0;          ///< Samples compared.
     std::size_t outline_points = 0;  ///< As recorded.
-    double seen_share = 0;           ///< Of the colour cameras' pixels, as explained: they see the mesh, whichever side.
+    double seen_share = 0;           ///< Of the color cameras' pixels, as explained: they see the mesh, whichever side.
     double front_share = 0;          ///< Of these: they see the front of a face.
 };
 
@@ -64,10 +64,10 @@ struct Diagnosis
 /// it: axes, inverted poses, units, a turned world, cameras taken for each other, focal lengths, faces turned inside out.
 /// Depths decide where there are any, else the pictures' edges along the mesh's outline. A mistake is named only if what it
 /// assumes fits clearly better than what was recorded, and well: where depths do not agree even so, nothing is explained but
-/// that. The same for any number of threads. Throws Cancelled.
+/// that. The same for any number of threads. Throws Canceled.
 Diagnosis diagnose(const raycast::Scene& scene, std::vector<View>& views, const Progress& progress);
 
-/// A frame's cameras (colour, depth) as a diagnosis has them.
+/// A frame's cameras (color, depth) as a diagnosis has them.
 std::pair<Camera, Camera> explained_cameras(const Diagnosis& diagnosis, const Camera& color, const Camera& depth);
 
 }  // namespace fresco::inspect

@@ -21,7 +21,7 @@ void put(Raster8& to, int x, int y, Rgb8 color)
         to.at(x, y, c) = color[static_cast<std::size_t>(c)];
 }
 
-Rgb8 grey(double level)
+Rgb8 gray(double level)
 {
     const auto value = static_cast<std::uint8_t>(std::lround(255 * std::clamp(level, 0.0, 1.0)));
     return {value, value, value};
@@ -29,7 +29,7 @@ Rgb8 grey(double level)
 
 Rgb8 depth_color(double depth, double nearest)
 {
-    return depth > 0 ? grey(nearest / depth) : nothing;
+    return depth > 0 ? gray(nearest / depth) : nothing;
 }
 
 Rgb8 difference_color(double mesh, double measured)

@@ -22,11 +22,11 @@ constexpr std::size_t most_points = 400;
 
 RasterF log_brightness(const Raster8& rgb)
 {
-    RasterF grey(rgb.width, rgb.height);
-    for (std::size_t i = 0; i < grey.values.size(); ++i)
-        grey.values[i] = static_cast<float>(
+    RasterF gray(rgb.width, rgb.height);
+    for (std::size_t i = 0; i < gray.values.size(); ++i)
+        gray.values[i] = static_cast<float>(
             std::log(0.299 * rgb.values[3 * i] + 0.587 * rgb.values[3 * i + 1] + 0.114 * rgb.values[3 * i + 2] + darkest));
-    return grey;
+    return gray;
 }
 
 /// Bilinear; false outside.
@@ -54,7 +54,7 @@ RasterF mesh_depth(const raycast::Scene& scene, const Camera& camera, const Prog
     parallel_for(static_cast<std::size_t>(depth.height), rows_per_block, progress.threads(),
                  [&](std::size_t begin, std::size_t end)
                  {
-                     progress.check_cancelled();
+                     progress.check_canceled();
                      std::vector<raycast::Hit> hits((end - begin) * width);
                      scene.cast_rows(camera, static_cast<int>(begin), static_cast<int>(end), hits);
                      for (std::size_t i = 0; i < hits.size(); ++i)
@@ -85,19 +85,19 @@ Raster8 outline(const RasterF& depth)
 
 RasterF edge_strength(const Raster8& rgb)
 {
-    const RasterF grey = log_brightness(rgb);
-    RasterF gradient(grey.width, grey.height);
+    const RasterF gray = log_brightness(rgb);
+    RasterF gradient(gray.width, gray.height);
     double sum = 0;
-    for (int y = 1; y < grey.height - 1; ++y)
-        for (int x = 1; x < grey.width - 1; ++x)
-            gradient.at(x, y) = std::hypot(grey.at(x + 1, y) - grey.at(x - 1, y), grey.at(x, y + 1) - grey.at(x, y - 1));
-    RasterF strength(grey.width, grey.height);
-    for (int y = 0; y < grey.height; ++y)
-        for (int x = 0; x < grey.width; ++x)
+    for (int y = 1; y < gray.height - 1; ++y)
+        for (int x = 1; x < gray.width - 1; ++x)
+            gradient.at(x, y) = std::hypot(gray.at(x + 1, y) - gray.at(x - 1, y), gray.at(x, y + 1) - gray.at(x, y - 1));
+    RasterF strength(gray.width, gray.height);
+    for (int y = 0; y < gray.height; ++y)
+        for (int x = 0; x < gray.width; ++x)
         {
             float most = 0;
-            for (int ny = std::max(0, y - 1); ny <= std::min(grey.height - 1, y + 1); ++ny)
-                for (int nx = std::max(0, x - 1); nx <= std::min(grey.width - 1, x + 1); ++nx)
+            for (int ny = std::max(0, y - 1); ny <= std::min(gray.height - 1, y + 1); ++ny)
+                for (int nx = std::max(0, x - 1); nx <= std::min(gray.width - 1, x + 1); ++nx)
                     most = std::max(most, gradient.at(nx, ny));
             strength.at(x, y) = most;
             sum += static_cast<double>(most);
@@ -252,7 +252,7 @@ CameraChange best_change(const std::vector<OutlinedFrame>& frames, const Convent
         parallel_for(focals, 1, progress.threads(),
                      [&](std::size_t focal, std::size_t)
                      {
-                         progress.check_cancelled();
+                         progress.check_canceled();
                          for (int y = -shift_steps; y <= shift_steps; ++y)
                              for (int x = -shift_steps; x <= shift_steps; ++x)
                              {

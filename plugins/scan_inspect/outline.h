@@ -13,11 +13,11 @@
 namespace fresco::inspect
 {
 
-/// Depth of the mesh at the pixel centres of a camera, along the optical axis; 0 where nothing is met. Whichever side of a face
-/// is met counts. The same for any number of threads. Throws Cancelled.
+/// Depth of the mesh at the pixel centers of a camera, along the optical axis; 0 where nothing is met. Whichever side of a face
+/// is met counts. The same for any number of threads. Throws Canceled.
 RasterF mesh_depth(const raycast::Scene& scene, const Camera& camera, const Progress& progress);
 
-/// Pixels of the near side of depth steps: a neighbour to the right, left, above or below is farther by more than 8 %, or has
+/// Pixels of the near side of depth steps: a neighbor to the right, left, above or below is farther by more than 8 %, or has
 /// nothing. Borders of the picture are none. H x W, 1 = outline.
 Raster8 outline(const RasterF& depth);
 
@@ -25,12 +25,12 @@ Raster8 outline(const RasterF& depth);
 /// (a recorded pose is off by a pixel or two), divided by its mean over the picture. H x W.
 RasterF edge_strength(const Raster8& rgb);
 
-/// A colour camera, its picture's edges, and where the mesh has its outline.
+/// A color camera, its picture's edges, and where the mesh has its outline.
 struct OutlinedFrame
 {
     Camera camera;               ///< At the size of `edges`.
     RasterF edges;               ///< edge_strength; empty = there is no picture.
-    std::vector<Vec3d> outline;  ///< World points, metres.
+    std::vector<Vec3d> outline;  ///< World points, meters.
 };
 
 /// Fills `outline` with at most 400 points of the mesh's outline that the camera, as `convention` has its pose, sees.
@@ -39,7 +39,7 @@ void find_outline(const raycast::Scene& scene, const Convention& convention, Out
 /// A focal length is looked for up to this natural logarithm of its factor, and a little beyond by finer steps.
 inline constexpr double color_focal_reach = 0.24;
 
-/// How a colour camera may be off.
+/// How a color camera may be off.
 struct CameraChange
 {
     double focal_scale = 1;
@@ -58,7 +58,7 @@ double edge_response(const std::vector<OutlinedFrame>& frames, const Convention&
 std::pair<double, double> compare_responses(const std::vector<OutlinedFrame>& frames, const Convention& convention,
                                             const CameraChange& change);
 
-/// The change with the strongest response: focal lengths up to 25 % off, shifts up to 4 % of the width. Throws Cancelled.
+/// The change with the strongest response: focal lengths up to 25 % off, shifts up to 4 % of the width. Throws Canceled.
 CameraChange best_change(const std::vector<OutlinedFrame>& frames, const Convention& convention, const Progress& progress);
 
 }  // namespace fresco::inspect

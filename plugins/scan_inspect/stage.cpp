@@ -21,7 +21,7 @@ using namespace fresco;
 namespace
 {
 
-/// Nearest neighbour: depths on both sides of a step must not mix.
+/// Nearest neighbor: depths on both sides of a step must not mix.
 RasterF sampled(const RasterF& depth, int width, int height)
 {
     RasterF result(width, height);
@@ -66,7 +66,7 @@ class ScanInspect final : public Stage
         std::vector<inspect::View> views;
         for (const std::size_t i : chosen)
         {
-            run.check_cancelled();
+            run.check_canceled();
             views.push_back(inspect::view_of(frames->frames[i], *images.get()));
             run.progress(static_cast<double>(views.size()), static_cast<double>(chosen.size()), "frames");
         }

@@ -17,7 +17,7 @@ Camera at_height(const Camera& camera, int height)
 
 View view_of(const Frame& frame, const ImageIo& images)
 {
-    check_camera(frame.color, "the colour camera of " + frame.sequence + "/" + frame.name);
+    check_camera(frame.color, "the color camera of " + frame.sequence + "/" + frame.name);
     check_camera(frame.depth, "the depth camera of " + frame.sequence + "/" + frame.name);
     View view{{frame.depth, {}}, {at_height(frame.color, edge_height), {}, {}}};
     if (!frame.depth_picture.empty())

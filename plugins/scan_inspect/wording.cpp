@@ -9,7 +9,7 @@ namespace fresco::inspect
 namespace
 {
 
-/// No room measures as many metres.
+/// No room measures as many meters.
 constexpr double largest_room = 150;
 constexpr double alike_focals = 0.05;
 
@@ -18,8 +18,8 @@ void tell_units(double pose_scale, double depth_scale, double extent, std::vecto
     const bool large = extent > largest_room;
     if (pose_scale == 1000 && (depth_scale == 1000 || large))
     {
-        findings.push_back({"millimetre_mesh",
-                            "the mesh is in millimetres where the poses are in metres: read it by scan.mesh with "
+        findings.push_back({"millimeter_mesh",
+                            "the mesh is in millimeters where the poses are in meters: read it by scan.mesh with "
                             "unit_m: 0.001"});
         return;
     }
@@ -32,17 +32,17 @@ void tell_units(double pose_scale, double depth_scale, double extent, std::vecto
     if (pose_scale == 1 && depth_scale == 1000 && large)
     {
         findings.push_back(
-            {"millimetre_world", "mesh and poses are in millimetres where the depth is in metres: scale both by 0.001"});
+            {"millimeter_world", "mesh and poses are in millimeters where the depth is in meters: scale both by 0.001"});
         return;
     }
     if (pose_scale == 0.001)
         findings.push_back(
-            {"millimetre_poses", "the poses' translations are in millimetres where the mesh is in metres: divide them by 1000"});
+            {"millimeter_poses", "the poses' translations are in millimeters where the mesh is in meters: divide them by 1000"});
     else if (pose_scale != 1)
         findings.push_back(
             {"pose_unit", "the poses' translations are not in the mesh's unit: multiply them by " + number(pose_scale)});
     if (depth_scale == 0.001)
-        findings.push_back({"millimetre_depth", "depths come out 1000 times too large: the depth pictures hold millimetres, set "
+        findings.push_back({"millimeter_depth", "depths come out 1000 times too large: the depth pictures hold millimeters, set "
                                                 "depth_unit_m: 0.001"});
     else if (depth_scale != 1)
         findings.push_back({"depth_unit", "depths must be multiplied by " + number(depth_scale) +
@@ -143,13 +143,13 @@ void tell_cameras(const Diagnosis& diagnosis, bool one_camera, std::vector<Findi
     if (diagnosis.depth_by_color_camera && color_off)
     {
         findings.push_back(
-            {"cameras_swapped", "colour and depth camera were taken for each other: exchange their intrinsics and poses"});
+            {"cameras_swapped", "color and depth camera were taken for each other: exchange their intrinsics and poses"});
         return;
     }
     if (diagnosis.depth_by_color_camera)
         findings.push_back({"depth_by_color_camera",
-                            "the depth pictures fit the colour camera, not the depth camera that they were given: "
-                            "they are registered to colour, give them its intrinsics and pose"});
+                            "the depth pictures fit the color camera, not the depth camera that they were given: "
+                            "they are registered to color, give them its intrinsics and pose"});
     if (depth_off && color_off && std::abs(std::log(depth / color.focal_scale)) < alike_focals)
     {
         findings.push_back({"focal_length", "the focal length of both cameras is " + how_to_mend(depth, color_focal_reach)});
@@ -157,7 +157,7 @@ void tell_cameras(const Diagnosis& diagnosis, bool one_camera, std::vector<Findi
     }
     if (depth_off && one_camera && !color_off)
         findings.push_back(
-            {"depth_taken_for_color", "depth was taken for the colour camera: both were given one, and it fits the colour "
+            {"depth_taken_for_color", "depth was taken for the color camera: both were given one, and it fits the color "
                                       "pictures alone; the depth camera's focal length is " +
                                           number(depth) + " times as large"});
     else if (depth_off)
@@ -168,16 +168,16 @@ void tell_cameras(const Diagnosis& diagnosis, bool one_camera, std::vector<Findi
     const bool focal_off = std::abs(std::log(color.focal_scale)) > 0.025;
     if (one_camera && diagnosis.depths > 0 && !depth_off)
         findings.push_back(
-            {"color_taken_for_depth", "colour was taken for the depth camera: both were given one, and it fits the depth "
-                                      "pictures alone; the colour camera's focal length is about " +
+            {"color_taken_for_depth", "color was taken for the depth camera: both were given one, and it fits the depth "
+                                      "pictures alone; the color camera's focal length is about " +
                                           number(color.focal_scale) + " times as large"});
     else if (focal_off)
         findings.push_back({"color_focal_length",
-                            "the focal length of the colour camera is " + how_to_mend(color.focal_scale, color_focal_reach)});
+                            "the focal length of the color camera is " + how_to_mend(color.focal_scale, color_focal_reach)});
     else
-        findings.push_back({"color_shift", "the colour pictures lie beside the mesh: their principal point is off by about (" +
+        findings.push_back({"color_shift", "the color pictures lie beside the mesh: their principal point is off by about (" +
                                                number(100 * color.shift_x) + ", " + number(100 * color.shift_y) +
-                                               ") % of the picture, or the colour camera's place is wrong"});
+                                               ") % of the picture, or the color camera's place is wrong"});
 }
 
 void tell_inside_out(double front_share, std::vector<Finding>& findings)
@@ -201,7 +201,7 @@ void tell_unexplained_edges(const Diagnosis& diagnosis, std::vector<Finding>& fi
             {"unexplained", "no frame sees the mesh, and no usual mistake explains it: do mesh and frames belong together?"});
     else
         findings.push_back({"unexplained_edges",
-                            "the colour pictures have no edges where the mesh has its outline, and no usual mistake "
+                            "the color pictures have no edges where the mesh has its outline, and no usual mistake "
                             "explains it: look at the pictures"});
 }
 

@@ -14,7 +14,7 @@ namespace fresco::inspect
 double mesh_extent(const Mesh& mesh);
 
 /// What is to be said of poses and units, one finding for each mistake. `depth_scale` multiplies depths; `extent` tells which of
-/// mesh and depth is likely in metres.
+/// mesh and depth is likely in meters.
 void tell_convention(const Convention& convention, double depth_scale, double extent, std::vector<Finding>& findings);
 
 /// What is to be said of the two cameras. `one_camera`: both were given the same angles of view.

@@ -12,8 +12,8 @@ namespace matterport3d
 /// Where the intrinsics of a house count rows from.
 enum class ImageOrigin
 {
-    bottom_left,  ///< As the data set documents it: the lower left pixel's centre is at (0, 0).
-    top_left      ///< The upper left pixel's centre is.
+    bottom_left,  ///< As the data set documents it: the lower left pixel's center is at (0, 0).
+    top_left      ///< The upper left pixel's center is.
 };
 
 /// A line of undistorted_camera_parameters/<house>.conf.
@@ -23,7 +23,7 @@ struct ListedView
     std::string depth;     ///< File names.
     std::string color;
     std::vector<double> intrinsics;            ///< Row-major 3x3, as in the file.
-    fresco::RigidTransform world_from_camera;  ///< OpenCV axes, metres.
+    fresco::RigidTransform world_from_camera;  ///< OpenCV axes, meters.
     std::string source;                        ///< "file:line".
 };
 

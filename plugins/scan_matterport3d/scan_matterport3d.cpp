@@ -11,7 +11,7 @@ namespace
 
 namespace fs = std::filesystem;
 
-/// 4 000 steps a metre.
+/// 4 000 steps a meter.
 constexpr double depth_unit_m = 0.00025;
 
 class ScanMatterport3d final : public fresco::Stage
@@ -24,7 +24,7 @@ class ScanMatterport3d final : public fresco::Stage
                                                 "Mesh in the poses' world; empty: the region's, or the house's"};
     fresco::Option<std::string> image_origin{
         this, "image_origin", "bottom_left", fresco::one_of({"bottom_left", "top_left"}),
-        "Where the intrinsics count rows from: the data set says bottom_left; programmes that wrote the file anew may not"};
+        "Where the intrinsics count rows from: the data set says bottom_left; programs that wrote the file anew may not"};
     fresco::Option<int> every{this, "every", 1, fresco::range(1, 1'000'000), "Take every n-th picture"};
     fresco::Slot<fresco::ImageIo> images{this, "images", "image.opencv", "Reader and writer of pictures"};
 

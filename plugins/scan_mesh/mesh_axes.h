@@ -16,7 +16,7 @@ fresco::Mat3 axes_rotation(std::string_view axes);
 /// range.
 void move_mesh(fresco::Mesh& mesh, double unit_m, const fresco::Mat3& axes, const fresco::RigidTransform& world_from_file);
 
-/// Edges of the box around the vertices, along the axes; metres.
+/// Edges of the box around the vertices, along the axes; meters.
 fresco::Vec3d extent_of(const fresco::Mesh& mesh);
 
 }  // namespace scan_mesh

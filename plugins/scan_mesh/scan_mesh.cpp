@@ -91,8 +91,8 @@ class ScanMesh final : public fresco::Stage
         run.report("materials", made.materials.size());
         run.report("pictures", made.pictures.size());
         const std::string pictures = made.pictures.empty() ? "" : ", " + counted(made.pictures.size(), "picture");
-        run.message(std::to_string(made.mesh.triangles.size()) + " faces, " + metres(extent.x) + " x " + metres(extent.y) +
-                    " x " + metres(extent.z) + " m" + pictures);
+        run.message(std::to_string(made.mesh.triangles.size()) + " faces, " + meters(extent.x) + " x " + meters(extent.y) +
+                    " x " + meters(extent.z) + " m" + pictures);
     }
 
     static std::string counted(std::size_t count, const std::string& what)
@@ -100,12 +100,12 @@ class ScanMesh final : public fresco::Stage
         return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
     }
 
-    static std::string metres(double length) { return fresco::to_json(std::round(length * 100) / 100); }
+    static std::string meters(double length) { return fresco::to_json(std::round(length * 100) / 100); }
 
     static void warn_of_unit(double longest, fresco::RunContext& run)
     {
         if (longest > largest_room_m)
-            run.warning("the mesh is " + metres(longest) + " m long; if the file is in millimeters, set unit_m: 0.001");
+            run.warning("the mesh is " + meters(longest) + " m long; if the file is in millimeters, set unit_m: 0.001");
         else if (longest < smallest_room_m)
             run.warning("the mesh is only " + fresco::to_json(std::round(longest * 1e4) / 1e4) +
                         " m long; set unit_m, the meters per unit of the file");

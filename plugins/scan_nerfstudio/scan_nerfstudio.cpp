@@ -17,9 +17,9 @@ class ScanNerfstudio final : public fresco::Stage
                                                  "Folder that file_path is relative to; empty: that of the transforms"};
     fresco::Option<std::string> world{this, "world", "saved", fresco::one_of({"saved", "original"}),
                                       "saved: the file's world; original: with applied_transform and applied_scale undone"};
-    fresco::Option<double> unit_m{this, "unit_m", 1.0, fresco::range(1e-6, 1e6), "Metres per unit of the poses in that world"};
+    fresco::Option<double> unit_m{this, "unit_m", 1.0, fresco::range(1e-6, 1e6), "Meters per unit of the poses in that world"};
     fresco::Option<double> depth_unit_m{this, "depth_unit_m", 0.0, fresco::range(0, 1),
-                                        "Metres per step of the depth pictures; 0: what the file says, else a millimetre"};
+                                        "Meters per step of the depth pictures; 0: what the file says, else a millimeter"};
     fresco::Option<int> every{this, "every", 1, fresco::range(1, 1'000'000), "Take every n-th frame"};
     fresco::Slot<fresco::ImageIo> images{this, "images", "image.opencv", "Reader and writer of pictures"};
 

@@ -83,7 +83,7 @@ fresco::RigidTransform opencv_axes(fresco::RigidTransform world_from_camera)
 struct WorldChange
 {
     fresco::RigidTransform original_from_saved;
-    double scale = 1;  ///< Metres per saved unit.
+    double scale = 1;  ///< Meters per saved unit.
 
     fresco::RigidTransform operator()(const fresco::RigidTransform& saved, double applied_scale) const
     {
@@ -107,7 +107,7 @@ double depth_unit_of(const JsonRecord& record, double given)
 {
     const double unit = given > 0 ? given : record.number("depth_unit_scale_factor", 0.001);
     if (!(unit > 0 && unit <= 1))
-        record.fail("depth_unit_scale_factor", "must be metres per step of the depth pictures, above 0, at most 1");
+        record.fail("depth_unit_scale_factor", "must be meters per step of the depth pictures, above 0, at most 1");
     return unit;
 }
 

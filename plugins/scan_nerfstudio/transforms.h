@@ -20,8 +20,8 @@ enum class World
 struct Reading
 {
     World world = World::saved;
-    double unit_m = 1;                    ///< Metres per unit of the poses.
-    double depth_unit_m = 0;              ///< Metres per step of the depth pictures; 0: what the file says, else a millimetre.
+    double unit_m = 1;                    ///< Meters per unit of the poses.
+    double depth_unit_m = 0;              ///< Meters per step of the depth pictures; 0: what the file says, else a millimeter.
     std::filesystem::path pictures = {};  ///< Folder that file_path is relative to; empty: the file's own.
 };
 
@@ -34,7 +34,7 @@ struct Transforms
 
 /// The views of a transforms.json. Poses: world_from_camera with OpenGL camera axes (x right, y up, z backward), turned to
 /// OpenCV's. The intrinsics of a frame go before those of the file; camera_angle_x stands in for fl_x. Depth belongs to the
-/// colour camera, as nerfstudio has it. \param file  where `text` is from: for errors, and pictures are beside it. Throws Error
+/// color camera, as nerfstudio has it. \param file  where `text` is from: for errors, and pictures are beside it. Throws Error
 /// naming file and byte (no JSON) or file, frame and key: a value that is missing or of another kind, a pose that is no rigid
 /// transform, a camera model other than PINHOLE, SIMPLE_PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV and FULL_OPENCV, no frames, depth
 /// in some frames only.

@@ -20,11 +20,11 @@ struct KeyframeFolders
 /// The corrected ones where both of their folders are there, unless `recorded`. Throws MissingInput if the folders are not there.
 KeyframeFolders keyframe_folders(const std::filesystem::path& scan, bool recorded);
 
-/// One keyframe's camera: width, height, fx, fy, cx, cy (pixels, the first one's centre at (0.5, 0.5)) and t_00 to t_23, the rows
+/// One keyframe's camera: width, height, fx, fy, cx, cy (pixels, the first one's center at (0.5, 0.5)) and t_00 to t_23, the rows
 /// of world_from_camera with OpenGL's camera axes, turned to OpenCV's here. Throws Error naming `source` and the key or byte.
 void parse_camera(std::string_view text, const std::filesystem::path& source, fresco::recordings::RegisteredView& view);
 
-/// The keyframes, by the time in their names: files only, no cameras. Depth pictures (millimetres) lie in keyframes/depth. Throws
+/// The keyframes, by the time in their names: files only, no cameras. Depth pictures (millimeters) lie in keyframes/depth. Throws
 /// MissingInput if there are none, or naming the pictures that are missing.
 std::vector<fresco::recordings::RegisteredView> list_keyframes(const std::filesystem::path& scan, const KeyframeFolders& folders);
 

@@ -53,7 +53,7 @@ SceneCamera parse_camera(std::string_view text, std::string_view source)
     const fresco::recordings::JsonRecord record(*camera, name + ": camera");
     const double scale = record.number("scale");
     if (!(scale >= 1 && scale <= 1e6))
-        record.fail("scale", "must be steps of depth per metre, from 1 to 1000000");
+        record.fail("scale", "must be steps of depth per meter, from 1 to 1000000");
     return {{record.pixels("w"), record.pixels("h"), record.number("fx"), record.number("fy"), record.number("cx") + 0.5,
              record.number("cy") + 0.5},
             1 / scale};
@@ -98,7 +98,7 @@ std::vector<fresco::recordings::RegisteredView> scene_views(const std::map<long,
         if (index++ % every != 0)
             continue;
         if (pair.color.empty())
-            missing.push_back("the colour picture beside " + pair.depth.string());
+            missing.push_back("the color picture beside " + pair.depth.string());
         if (pair.depth.empty())
             missing.push_back("the depth picture beside " + pair.color.string());
         if (static_cast<std::size_t>(number) >= trajectory.size())
@@ -117,7 +117,7 @@ std::vector<fresco::recordings::RegisteredView> scene_views(const std::map<long,
         view.source = trajectory_file.string() + ":" + std::to_string(number + 1);
         views.push_back(std::move(view));
     }
-    fresco::refuse_missing(missing, "each frame needs colour and depth");
+    fresco::refuse_missing(missing, "each frame needs color and depth");
     return views;
 }
 

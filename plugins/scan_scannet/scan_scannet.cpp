@@ -17,14 +17,14 @@ class ScanScannet final : public fresco::Stage
     fresco::Option<int> every{this, "every", 1, fresco::range(1, 1'000'000), "Take every n-th view"};
     fresco::Option<bool> align_axes{this, "align_axes", false,
                                     "Turn the scene by its axisAlignment, so that walls follow the axes"};
-    fresco::Option<std::string> pixel_centre{
-        this, "pixel_centre", "integer", fresco::one_of({"half", "integer"}),
-        "Where the intrinsics put the centre of the first pixel: at (0.5, 0.5) or at (0, 0)"};
+    fresco::Option<std::string> pixel_center{
+        this, "pixel_center", "integer", fresco::one_of({"half", "integer"}),
+        "Where the intrinsics put the center of the first pixel: at (0.5, 0.5) or at (0, 0)"};
     fresco::Option<double> depth_unit_m{this, "depth_unit_m", 0.001, fresco::range(1e-6, 1.0),
-                                        "Metres per step of the depth pictures"};
+                                        "Meters per step of the depth pictures"};
     fresco::Slot<fresco::ImageIo> images{this, "images", "image.opencv", "Reader and writer of pictures"};
 
-    fresco::Output<fresco::Frames> frames{this, "frames", "The recorded views, colour and depth camera each"};
+    fresco::Output<fresco::Frames> frames{this, "frames", "The recorded views, color and depth camera each"};
     fresco::Output<fresco::Mesh> mesh{this, "mesh", "The scanned surface"};
 
     void run(fresco::RunContext& run) override
@@ -40,8 +40,8 @@ class ScanScannet final : public fresco::Stage
         record_files(views, calibration, surface_file, run);
 
         auto surface = fresco::read_mesh(surface_file);
-        const auto centre = *pixel_centre == "half" ? fresco::PixelCentre::half : fresco::PixelCentre::integer;
-        auto scene = scannet::scene_frames(views, calibration, centre, *images, run);
+        const auto center = *pixel_center == "half" ? fresco::PixelCenter::half : fresco::PixelCenter::integer;
+        auto scene = scannet::scene_frames(views, calibration, center, *images, run);
         for (auto& frame : scene.frames.frames)
             frame.depth_unit_m = *depth_unit_m;
         if (*align_axes)

@@ -33,7 +33,7 @@ struct SceneCalibration
 };
 
 /// From `path`/intrinsic/{intrinsic_color, intrinsic_depth, extrinsic_color, extrinsic_depth}.txt where that folder is, else from
-/// the properties fx_color, …, my_depth (both cameras then in one place: exported depth is registered to colour). The extrinsics
+/// the properties fx_color, …, my_depth (both cameras then in one place: exported depth is registered to color). The extrinsics
 /// map a camera's points to the recorder's: depth_from_color = inverse(extrinsic_depth) * extrinsic_color; a missing pair is the
 /// identity. `properties` may be empty. Throws MissingInput if neither is there, Error naming file and line, or the property.
 SceneCalibration read_scene_calibration(const std::filesystem::path& path, const std::filesystem::path& properties);

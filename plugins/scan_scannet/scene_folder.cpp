@@ -96,7 +96,7 @@ std::vector<fresco::ViewFiles> list_views(const fs::path& path, int every)
                          file_of(depth, number, path / "depth" / (name + ".png"), missing),
                          file_of(pose, number, path / "pose" / (name + ".txt"), missing)});
     }
-    fresco::refuse_missing(missing, "each view needs colour, depth and pose");
+    fresco::refuse_missing(missing, "each view needs color, depth and pose");
     return views;
 }
 

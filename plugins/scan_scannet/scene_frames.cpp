@@ -13,11 +13,11 @@ namespace scannet
 namespace
 {
 
-fresco::Intrinsics intrinsics_for(const CameraMatrix& camera, fresco::PixelCentre centre, fresco::ImageHeader size,
+fresco::Intrinsics intrinsics_for(const CameraMatrix& camera, fresco::PixelCenter center, fresco::ImageHeader size,
                                   const std::filesystem::path& picture)
 {
-    const auto k = fresco::intrinsics_from_matrix(camera.matrix, centre, size.width, size.height, camera.source);
-    fresco::check_centre(k, camera.source, picture);
+    const auto k = fresco::intrinsics_from_matrix(camera.matrix, center, size.width, size.height, camera.source);
+    fresco::check_center(k, camera.source, picture);
     return k;
 }
 
@@ -33,11 +33,11 @@ std::optional<fresco::RigidTransform> tracked_pose(const std::filesystem::path& 
 }  // namespace
 
 SceneFrames scene_frames(const std::vector<fresco::ViewFiles>& views, const SceneCalibration& calibration,
-                         fresco::PixelCentre centre, const fresco::ImageIo& images, fresco::Progress& progress)
+                         fresco::PixelCenter center, const fresco::ImageIo& images, fresco::Progress& progress)
 {
     const auto& first = views.at(0);
-    const fresco::RecorderCameras cameras{intrinsics_for(calibration.color, centre, images.header(first.color), first.color),
-                                          intrinsics_for(calibration.depth, centre, images.header(first.depth), first.depth),
+    const fresco::RecorderCameras cameras{intrinsics_for(calibration.color, center, images.header(first.color), first.color),
+                                          intrinsics_for(calibration.depth, center, images.header(first.depth), first.depth),
                                           calibration.depth_from_color};
     SceneFrames scene;
     scene.frames = fresco::posed_frames(

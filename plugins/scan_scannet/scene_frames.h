@@ -19,10 +19,10 @@ struct SceneFrames
 
 /// Cameras and content hashes of the views, in their order. The pose file is world_from_depth; world_from_color =
 /// world_from_depth * depth_from_color. All pictures of one camera have one size.
-/// Throws Error naming the file: a pose that is no rigid transform, a picture of another size, intrinsics whose centre is outside
+/// Throws Error naming the file: a pose that is no rigid transform, a picture of another size, intrinsics whose center is outside
 /// the picture; Error if no view has a pose.
 SceneFrames scene_frames(const std::vector<fresco::ViewFiles>& views, const SceneCalibration& calibration,
-                         fresco::PixelCentre centre, const fresco::ImageIo& images, fresco::Progress& progress);
+                         fresco::PixelCenter center, const fresco::ImageIo& images, fresco::Progress& progress);
 
 /// Moves both to another world frame.
 void transform_scene(const fresco::RigidTransform& new_from_old, fresco::Frames& frames, fresco::Mesh& mesh);

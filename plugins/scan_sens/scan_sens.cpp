@@ -14,7 +14,7 @@ class ScanSens final : public fresco::Stage
     fresco::Option<int> every{this, "every", 1, fresco::range(1, 1'000'000), "Take every n-th frame"};
     fresco::Slot<fresco::ImageIo> images{this, "images", "image.opencv", "Reader and writer of pictures"};
 
-    fresco::Output<fresco::Frames> frames{this, "frames", "The recorded views, colour and depth camera each"};
+    fresco::Output<fresco::Frames> frames{this, "frames", "The recorded views, color and depth camera each"};
 
     void run(fresco::RunContext& run) override
     {

@@ -63,7 +63,7 @@ std::vector<double> matrix_of(ByteCursor& cursor)
 ColorForm color_form_of(std::int32_t code, const Walk& walk)
 {
     if (code < 0 || code > 2)
-        walk.fail("compression " + std::to_string(code) + " of the colour pictures; 0 (raw), 1 (PNG) and 2 (JPEG) are read");
+        walk.fail("compression " + std::to_string(code) + " of the color pictures; 0 (raw), 1 (PNG) and 2 (JPEG) are read");
     return static_cast<ColorForm>(code);
 }
 
@@ -148,11 +148,11 @@ SensIndex read_index(const SensFile& file)
     index.depth_form = depth_form_of(cursor.read<std::int32_t>("compression"), walk);
     const auto color_width = cursor.read<std::uint32_t>("a size"), color_height = cursor.read<std::uint32_t>("a size");
     const auto depth_width = cursor.read<std::uint32_t>("a size"), depth_height = cursor.read<std::uint32_t>("a size");
-    set_size(index.color, color_width, color_height, walk, "colour");
+    set_size(index.color, color_width, color_height, walk, "color");
     set_size(index.depth, depth_width, depth_height, walk, "depth");
     const auto shift = static_cast<double>(cursor.read<float>("the depth shift"));
     if (!(shift >= 1 && shift <= 1e6))
-        walk.fail("the depth shift, steps per metre, must be from 1 to 1000000; the file is damaged, copy it anew");
+        walk.fail("the depth shift, steps per meter, must be from 1 to 1000000; the file is damaged, copy it anew");
     index.depth_unit_m = 1 / shift;
 
     const auto count = cursor.read<std::uint64_t>("the count of frames");
@@ -171,7 +171,7 @@ SensIndex read_index(const SensFile& file)
         frame.color_bytes = own.read<std::uint64_t>("a size");
         frame.depth_bytes = own.read<std::uint64_t>("a size");
         frame.color_offset = walk.offset();
-        walk.pass(frame.color_bytes, "the colour picture of " + name);
+        walk.pass(frame.color_bytes, "the color picture of " + name);
         frame.depth_offset = walk.offset();
         walk.pass(frame.depth_bytes, "the depth picture of " + name);
         index.frames.push_back(std::move(frame));

@@ -27,7 +27,7 @@ struct SensCamera
 {
     int width = 0;
     int height = 0;
-    std::vector<double> intrinsics;  ///< Row-major 4x4, pixels; the first pixel's centre is at (0, 0).
+    std::vector<double> intrinsics;  ///< Row-major 4x4, pixels; the first pixel's center is at (0, 0).
     std::vector<double> extrinsics;  ///< Row-major 4x4, the recorder's frame from the camera's.
 };
 

@@ -33,8 +33,8 @@ std::string frame_name(std::size_t number)
 fresco::Intrinsics intrinsics_of(const SensCamera& camera, const std::string& source, const fs::path& file)
 {
     const auto k =
-        fresco::intrinsics_from_matrix(camera.intrinsics, fresco::PixelCentre::integer, camera.width, camera.height, source);
-    fresco::check_centre(k, source, file);
+        fresco::intrinsics_from_matrix(camera.intrinsics, fresco::PixelCenter::integer, camera.width, camera.height, source);
+    fresco::check_center(k, source, file);
     return k;
 }
 
@@ -43,10 +43,10 @@ class Extractor
   public:
     Extractor(const SensFile& file, const SensIndex& index, const fresco::ImageIo& images, const fs::path& folder)
         : file_(file), index_(index), images_(images), folder_(folder),
-          color_(intrinsics_of(index.color, source("the colour camera"), file.path())),
+          color_(intrinsics_of(index.color, source("the color camera"), file.path())),
           depth_(intrinsics_of(index.depth, source("the depth camera"), file.path())),
           depth_from_color_(fresco::rigid_transform(index.depth.extrinsics, source("the depth camera's extrinsics")).inverse() *
-                            fresco::rigid_transform(index.color.extrinsics, source("the colour camera's extrinsics")))
+                            fresco::rigid_transform(index.color.extrinsics, source("the color camera's extrinsics")))
     {
     }
 
@@ -119,11 +119,11 @@ class Extractor
         fresco::write_file(file, bytes);
         const auto header = checked(file, where);
         if (header.width != index_.color.width || header.height != index_.color.height)
-            throw fresco::Error(where + ": the colour picture is " + std::to_string(header.width) + "x" +
+            throw fresco::Error(where + ": the color picture is " + std::to_string(header.width) + "x" +
                                 std::to_string(header.height) + ", the file's head says " + std::to_string(index_.color.width) +
                                 "x" + std::to_string(index_.color.height));
         if (header.orientation != 1)
-            throw fresco::Error(where + ": the colour picture's EXIF data says that it is to be turned (orientation " +
+            throw fresco::Error(where + ": the color picture's EXIF data says that it is to be turned (orientation " +
                                 std::to_string(header.orientation) + "), but its pose is for the pixels as they are stored");
         return file;
     }
@@ -137,8 +137,8 @@ class Extractor
         }
         catch (const fresco::Error& error)
         {
-            throw fresco::Error(where + ": the colour picture cannot be used; the file is damaged, copy it anew (" +
-                                error.what() + ")");
+            throw fresco::Error(where + ": the color picture cannot be used; the file is damaged, copy it anew (" + error.what() +
+                                ")");
         }
     }
 
@@ -177,7 +177,7 @@ SensFrames extract_frames(const SensFile& file, const SensIndex& index, int ever
                          {
                              for (std::size_t i = begin; i < end; ++i)
                              {
-                                 progress.check_cancelled();
+                                 progress.check_canceled();
                                  made[i] = extractor.extract(i * step);
                                  progress.progress(static_cast<double>(++done), static_cast<double>(made.size()), "frames");
                              }

@@ -18,9 +18,9 @@ struct SensFrames
 };
 
 /// Every `every`-th frame, from the first on, its pictures written into `folder`: frame-000000.color.jpg (JPEG as it is; raw ones
-/// as PNG) and .depth.png. world_from_color = world_from_depth * inverse(depth's extrinsics) * colour's extrinsics. Each thread
+/// as PNG) and .depth.png. world_from_color = world_from_depth * inverse(depth's extrinsics) * color's extrinsics. Each thread
 /// holds one frame. Throws Error naming file and byte for a picture that cannot be read, is cut or of another size, a pose that
-/// is no rigid transform, intrinsics whose centre is outside the picture; Error if no frame has a pose.
+/// is no rigid transform, intrinsics whose center is outside the picture; Error if no frame has a pose.
 SensFrames extract_frames(const SensFile& file, const SensIndex& index, int every, const fresco::ImageIo& images,
                           const std::filesystem::path& folder, fresco::Progress& progress);
 

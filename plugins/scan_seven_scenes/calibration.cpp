@@ -35,7 +35,7 @@ NamedMatrix intrinsics_part(const std::vector<double>& option, const std::string
     }
     calibration.missing.push_back(file.filename().string());
     calibration.guesses.push_back(calibration.missing.back() + " is missing and the option " + option_name +
-                                  " is not given: focal length 585 and centre (320, 240) are assumed");
+                                  " is not given: focal length 585 and center (320, 240) are assumed");
     return {assumed_matrix, assumed};
 }
 
@@ -50,19 +50,19 @@ fresco::RigidTransform transform_part(const std::vector<double>& option, const f
     }
     calibration.missing.push_back(file.filename().string());
     calibration.guesses.push_back(calibration.missing.back() +
-                                  " is missing and the option color_from_depth is not given: the colour "
+                                  " is missing and the option color_from_depth is not given: the color "
                                   "camera is taken to be where the depth camera is");
     return {};
 }
 
-fresco::Intrinsics intrinsics_for(const std::vector<double>& matrix, const std::string& source, fresco::PixelCentre centre,
+fresco::Intrinsics intrinsics_for(const std::vector<double>& matrix, const std::string& source, fresco::PixelCenter center,
                                   int width, int height)
 {
     if (source == assumed && (width != assumed_width || height != assumed_height))
         throw fresco::Error("the pictures are " + std::to_string(width) + "x" + std::to_string(height) +
                             ", and without a calibration only 640x480 can be assumed: give color-intrinsics.txt and "
                             "depth-intrinsics.txt in the scan's folder, or the options color_intrinsics and depth_intrinsics");
-    return fresco::intrinsics_from_matrix(matrix, source == assumed ? fresco::PixelCentre::half : centre, width, height, source);
+    return fresco::intrinsics_from_matrix(matrix, source == assumed ? fresco::PixelCenter::half : center, width, height, source);
 }
 
 }  // namespace
@@ -70,7 +70,7 @@ fresco::Intrinsics intrinsics_for(const std::vector<double>& matrix, const std::
 Calibration read_calibration(const fs::path& path, const CalibrationOptions& options)
 {
     Calibration calibration;
-    calibration.centre = options.centre;
+    calibration.center = options.center;
     auto color = intrinsics_part(options.color_intrinsics, "color_intrinsics", path / "color-intrinsics.txt", calibration);
     auto depth = intrinsics_part(options.depth_intrinsics, "depth_intrinsics", path / "depth-intrinsics.txt", calibration);
     calibration.color_matrix = std::move(color.values);
@@ -83,10 +83,10 @@ Calibration read_calibration(const fs::path& path, const CalibrationOptions& opt
 
 fresco::Intrinsics color_intrinsics(const Calibration& calibration, int width, int height)
 {
-    return intrinsics_for(calibration.color_matrix, calibration.color_source, calibration.centre, width, height);
+    return intrinsics_for(calibration.color_matrix, calibration.color_source, calibration.center, width, height);
 }
 
 fresco::Intrinsics depth_intrinsics(const Calibration& calibration, int width, int height)
 {
-    return intrinsics_for(calibration.depth_matrix, calibration.depth_source, calibration.centre, width, height);
+    return intrinsics_for(calibration.depth_matrix, calibration.depth_source, calibration.center, width, height);
 }

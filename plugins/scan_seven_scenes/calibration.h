@@ -15,7 +15,7 @@ struct Calibration
     std::string color_source;
     std::string depth_source;
     fresco::RigidTransform color_from_depth;
-    fresco::PixelCentre centre = fresco::PixelCentre::half;
+    fresco::PixelCenter center = fresco::PixelCenter::half;
     std::vector<std::filesystem::path> files;  ///< The files it was read from.
     std::vector<std::string> missing;  ///< Names of files in the scan's folder that it would be read from, were they there.
     std::vector<std::string> guesses;  ///< What had to be assumed, as sentences for the user.
@@ -27,11 +27,11 @@ struct CalibrationOptions
     std::vector<double> color_intrinsics;  ///< fx, fy, cx, cy
     std::vector<double> depth_intrinsics;  ///< fx, fy, cx, cy
     std::vector<double> color_from_depth;  ///< 16 numbers, row by row
-    fresco::PixelCentre centre = fresco::PixelCentre::half;
+    fresco::PixelCenter center = fresco::PixelCenter::half;
 };
 
 /// Each of the three parts from the options, else from its file in `path` (color-intrinsics.txt, depth-intrinsics.txt,
-/// color_from_depth.txt), else the values that the makers of 7-Scenes name: focal length 585 and centre (320, 240) at 640x480 for
+/// color_from_depth.txt), else the values that the makers of 7-Scenes name: focal length 585 and center (320, 240) at 640x480 for
 /// both, and one place for both cameras; then `guesses` says so. Throws Error naming the option or the file and line.
 Calibration read_calibration(const std::filesystem::path& path, const CalibrationOptions& options);
 

@@ -72,7 +72,7 @@ void take_file(fresco::ViewFiles& frame, const fs::path& file, std::string_view 
     else if (ending == "color.png" || ending == "color.jpg" || ending == "color.jpeg")
     {
         if (!frame.color.empty())
-            throw fresco::Error(file.string() + ": the frame has another colour picture, " + frame.color.filename().string() +
+            throw fresco::Error(file.string() + ": the frame has another color picture, " + frame.color.filename().string() +
                                 "; remove one");
         frame.color = file;
     }
@@ -131,7 +131,7 @@ ScanFolder list_scan(const fs::path& path, const std::vector<int>& sequences, in
             scan.frames.push_back(std::move(frame));
         }
     }
-    fresco::refuse_missing(missing, "each frame needs colour, depth and pose");
+    fresco::refuse_missing(missing, "each frame needs color, depth and pose");
     if (scan.frames.empty())
         throw fresco::MissingInput(path.string() + ": the sequences hold no frames; expected frame-000000.color.png (or .jpg), "
                                                    "frame-000000.depth.png, frame-000000.pose.txt, …");

@@ -16,5 +16,5 @@ struct ScanFolder
 /// \param sequences  numbers of the sequences to take; empty: all
 /// \param every      of each sequence, every `every`-th frame, from its first on; >= 1
 /// Throws MissingInput if there are no sequences, no frames, or frames without one of their three files (the first ones are
-/// named); Error if a frame has two colour pictures.
+/// named); Error if a frame has two color pictures.
 ScanFolder list_scan(const std::filesystem::path& path, const std::vector<int>& sequences, int every);

@@ -19,21 +19,21 @@ class ScanSevenScenes final : public fresco::Stage
     fresco::Option<int> every{this, "every", 1, fresco::range(1, 1'000'000), "Take every n-th frame of each sequence"};
     fresco::Option<std::vector<double>> color_k{
         this, "color_intrinsics", std::vector<double>{},
-        "fx, fy, cx, cy of the colour camera in pixels; empty: color-intrinsics.txt in path"};
+        "fx, fy, cx, cy of the color camera in pixels; empty: color-intrinsics.txt in path"};
     fresco::Option<std::vector<double>> depth_k{
         this, "depth_intrinsics", std::vector<double>{},
         "fx, fy, cx, cy of the depth camera in pixels; empty: depth-intrinsics.txt in path"};
     fresco::Option<std::vector<double>> color_from_depth{
         this, "color_from_depth", std::vector<double>{},
-        "16 numbers, row by row, X_color = M X_depth in metres; empty: color_from_depth.txt in path"};
-    fresco::Option<std::string> pixel_centre{
-        this, "pixel_centre", "half", fresco::one_of({"half", "integer"}),
-        "Where the intrinsics put the centre of the first pixel: at (0.5, 0.5) or at (0, 0)"};
+        "16 numbers, row by row, X_color = M X_depth in meters; empty: color_from_depth.txt in path"};
+    fresco::Option<std::string> pixel_center{
+        this, "pixel_center", "half", fresco::one_of({"half", "integer"}),
+        "Where the intrinsics put the center of the first pixel: at (0.5, 0.5) or at (0, 0)"};
     fresco::Option<double> depth_unit_m{this, "depth_unit_m", 0.001, fresco::range(1e-6, 1.0),
-                                        "Metres per step of the depth pictures"};
+                                        "Meters per step of the depth pictures"};
     fresco::Slot<fresco::ImageIo> images{this, "images", "image.opencv", "Reader and writer of pictures"};
 
-    fresco::Output<fresco::Frames> frames{this, "frames", "The recorded views, colour and depth camera each"};
+    fresco::Output<fresco::Frames> frames{this, "frames", "The recorded views, color and depth camera each"};
     fresco::Output<fresco::Mesh> mesh{this, "mesh", "The scanned surface"};
 
     void run(fresco::RunContext& run) override
@@ -42,7 +42,7 @@ class ScanSevenScenes final : public fresco::Stage
         const auto scan = list_scan(folder, *sequences, *every);
         const auto calibration =
             read_calibration(folder, {*color_k, *depth_k, *color_from_depth,
-                                      *pixel_centre == "half" ? fresco::PixelCentre::half : fresco::PixelCentre::integer});
+                                      *pixel_center == "half" ? fresco::PixelCenter::half : fresco::PixelCenter::integer});
         record_inputs(scan, calibration, run);
         for (const auto& guess : calibration.guesses)
             run.warning(guess);

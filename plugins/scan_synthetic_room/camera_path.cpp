@@ -17,7 +17,7 @@ using fresco::Vec3d;
 constexpr double pi = std::numbers::pi;
 constexpr float clearance = 0.22f;
 
-/// OpenCV axes: z towards the target, y down, x right.
+/// OpenCV axes: z toward the target, y down, x right.
 fresco::RigidTransform look_at(Vec3d eye, Vec3d target, double roll)
 {
     const Vec3d forward = normalized(target - eye);
@@ -31,7 +31,7 @@ fresco::RigidTransform look_at(Vec3d eye, Vec3d target, double roll)
     return pose;
 }
 
-/// Towards the middle of the room, between table and lamp, until nothing is near.
+/// Toward the middle of the room, between table and lamp, until nothing is near.
 Vec3d kept_clear(const Scene& scene, Vec3d eye)
 {
     const Vec3d middle{scene.size.x / 2.0, scene.size.y / 2.0, 1.33};

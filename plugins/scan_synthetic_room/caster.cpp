@@ -68,17 +68,17 @@ Caster::Bounds Caster::bounds(std::size_t begin, std::size_t end) const
     {
         const auto& solid = scene_->solids[static_cast<std::size_t>(order_[i])];
         const Vec3f half = half_extent(solid);
-        box.low = lower(box.low, solid.centre - half);
-        box.high = upper(box.high, solid.centre + half);
+        box.low = lower(box.low, solid.center - half);
+        box.high = upper(box.high, solid.center + half);
     }
     return box;
 }
 
 void Caster::sort_along(int axis, std::size_t begin, std::size_t end)
 {
-    const auto centre = [&](int i) { return component(scene_->solids[static_cast<std::size_t>(i)].centre, axis); };
+    const auto center = [&](int i) { return component(scene_->solids[static_cast<std::size_t>(i)].center, axis); };
     std::sort(order_.begin() + static_cast<std::ptrdiff_t>(begin), order_.begin() + static_cast<std::ptrdiff_t>(end),
-              [&](int a, int b) { return centre(a) != centre(b) ? centre(a) < centre(b) : a < b; });
+              [&](int a, int b) { return center(a) != center(b) ? center(a) < center(b) : a < b; });
 }
 
 /// Splits where the sum of surface times solids is least (the surface area heuristic), trying every place along each axis.

@@ -5,7 +5,7 @@
 namespace room
 {
 
-/// Furnishes a room of these inner edges (metres; at least 3.5 x 3 x 2.2): table and chairs on a rug, shelf with books, sofa,
+/// Furnishes a room of these inner edges (meters; at least 3.5 x 3 x 2.2): table and chairs on a rug, shelf with books, sofa,
 /// sideboard, plant, lamps, paintings, door and a window. Longer rooms get more of it. The same seed gives the same room.
 Scene furnish(Vec3f size, std::uint32_t seed);
 

@@ -36,12 +36,12 @@ void Furniture::stand_at(float x, float y, float yaw, float z)
     yaw_ = yaw;
 }
 
-Solid& Furniture::box(Vec3f centre, Vec3f edges, std::uint16_t material, float yaw)
+Solid& Furniture::box(Vec3f center, Vec3f edges, std::uint16_t material, float yaw)
 {
     const auto frame = turned(yaw_);
     Solid solid;
     solid.shape = Shape::box;
-    solid.centre = origin_ + frame[0] * centre.x + frame[1] * centre.y + frame[2] * centre.z;
+    solid.center = origin_ + frame[0] * center.x + frame[1] * center.y + frame[2] * center.z;
     solid.axes = turned(yaw_ + yaw);
     solid.size = edges * 0.5f;
     solid.materials.fill(material);
@@ -57,9 +57,9 @@ Solid& Furniture::round(float x, float y, float z0, float z1, float bottom_radiu
     return solid;
 }
 
-Solid& Furniture::ball(Vec3f centre, Vec3f radii, std::uint16_t material)
+Solid& Furniture::ball(Vec3f center, Vec3f radii, std::uint16_t material)
 {
-    auto& solid = box(centre, {}, material);
+    auto& solid = box(center, {}, material);
     solid.shape = Shape::ellipsoid;
     solid.size = radii;
     return solid;

@@ -16,13 +16,13 @@ class Furniture
     float random() { return unit(seed_, ++drawn_); }
     float random(float from, float to) { return mix(from, to, random()); }
 
-    /// A frame on the floor in which furniture is built: local x, y, z in metres.
+    /// A frame on the floor in which furniture is built: local x, y, z in meters.
     void stand_at(float x, float y, float yaw, float z = 0);
-    /// Box by its centre and edges.
-    Solid& box(Vec3f centre, Vec3f edges, std::uint16_t material, float yaw = 0);
+    /// Box by its center and edges.
+    Solid& box(Vec3f center, Vec3f edges, std::uint16_t material, float yaw = 0);
     /// Round body between z0 and z1.
     Solid& round(float x, float y, float z0, float z1, float bottom_radius, float top_radius, std::uint16_t material);
-    Solid& ball(Vec3f centre, Vec3f radii, std::uint16_t material);
+    Solid& ball(Vec3f center, Vec3f radii, std::uint16_t material);
 
     void table(std::uint16_t wood);
     void still_life();
@@ -34,7 +34,7 @@ class Furniture
     void floor_lamp(std::uint16_t glowing);
     /// Hangs from the ceiling at height `ceiling`.
     void pendant(float ceiling, std::uint16_t glowing);
-    /// Centre of the picture at height z; the wall is behind, at local y = 0, the picture in front of it.
+    /// Center of the picture at height z; the wall is behind, at local y = 0, the picture in front of it.
     void picture(float width, float height, float z, Vec3f sky, Vec3f hills);
     void armchair(std::uint16_t cloth, std::uint16_t cushion);
     void radiator(float width);

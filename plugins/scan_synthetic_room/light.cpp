@@ -27,7 +27,7 @@ struct Emitter
 {
     int solid;
     int face;
-    Vec3f light;  ///< Radiant exitance per colour.
+    Vec3f light;  ///< Radiant exitance per color.
     std::vector<FacePoint> points;
     float area_per_point;
 };
@@ -48,7 +48,7 @@ Emitter make_emitter(const Scene& scene, int solid, int face)
     const auto& body = scene.solids[static_cast<std::size_t>(solid)];
     const auto& material = scene.material(solid, face);
     const Vec2f extent = face_extent(body, face);
-    const auto points = [](float metres) { return std::clamp(static_cast<int>(std::lround(metres / 0.28f)), 1, 5); };
+    const auto points = [](float meters) { return std::clamp(static_cast<int>(std::lround(meters / 0.28f)), 1, 5); };
     const int columns = points(extent.x), rows = points(extent.y);
     const Vec3f tint = material.pattern == Pattern::sky ? Vec3f{0.92f, 0.97f, 1.0f} : Vec3f{1.0f, 0.80f, 0.52f};
     Emitter emitter{solid, face, tint * material.emission, {}, extent.x * extent.y / static_cast<float>(columns * rows)};
@@ -110,7 +110,7 @@ std::array<Vec3f, gather_rays> hemisphere()
 }
 
 /// Mean reflectance of every face.
-std::vector<Vec3f> mean_colours(const Scene& scene)
+std::vector<Vec3f> mean_colors(const Scene& scene)
 {
     std::vector<Vec3f> means(scene.solids.size() * 6);
     constexpr int samples = 6;
@@ -172,7 +172,7 @@ LightMap::LightMap(const Caster& caster, fresco::Progress& progress) : scene_(&c
     fresco::parallel_for(cells.size(), 512, progress.threads(),
                          [&](std::size_t begin, std::size_t end)
                          {
-                             progress.check_cancelled();
+                             progress.check_canceled();
                              for (std::size_t i = begin; i < end; ++i)
                                  values_[i] = direct_light(caster, emitters, cells[i].point, cells[i].solid);
                          });
@@ -181,14 +181,14 @@ LightMap::LightMap(const Caster& caster, fresco::Progress& progress) : scene_(&c
     for (const auto& value : values_)
         sum += value;
     const Vec3f floor_light = sum * (ambient / static_cast<float>(cells.size()));
-    const auto colours = mean_colours(scene);
+    const auto colors = mean_colors(scene);
     const auto directions = hemisphere();
     std::vector<Vec3f> total(cells.size());
     fresco::parallel_for(
         cells.size(), 512, progress.threads(),
         [&](std::size_t begin, std::size_t end)
         {
-            progress.check_cancelled();
+            progress.check_canceled();
             for (std::size_t i = begin; i < end; ++i)
             {
                 const Vec3f n = cells[i].point.normal;
@@ -203,7 +203,7 @@ LightMap::LightMap(const Caster& caster, fresco::Progress& progress) : scene_(&c
                         continue;
                     const Vec2f where = face_coordinates(scene.solids[static_cast<std::size_t>(hit.solid)], hit.face,
                                                          ray.origin + ray.direction * hit.t);
-                    bounced += times(colours[static_cast<std::size_t>(hit.solid * 6 + hit.face)],
+                    bounced += times(colors[static_cast<std::size_t>(hit.solid * 6 + hit.face)],
                                      at(hit.solid, hit.face, where) + floor_light * 3);
                 }
                 total[i] = values_[i] + bounced * (1.0f / gather_rays) + floor_light;
@@ -242,10 +242,10 @@ Vec3f LightMap::shade(int solid, int face, Vec2f coordinates, float footprint) c
 {
     const auto& material = scene_->material(solid, face);
     const Vec2f extent = patch(solid, face).extent;
-    const Vec3f colour = texture(material, coordinates, extent, footprint);
+    const Vec3f color = texture(material, coordinates, extent, footprint);
     if (material.emission > 0)
-        return colour;
-    const Vec3f lit = times(to_linear(colour), at(solid, face, coordinates)) * exposure;
+        return color;
+    const Vec3f lit = times(to_linear(color), at(solid, face, coordinates)) * exposure;
     const auto display = [](float v) { return std::sqrt(1 - std::exp(-v)); };
     return {display(lit.x), display(lit.y), display(lit.z)};
 }

@@ -14,13 +14,13 @@ namespace room
 class LightMap
 {
   public:
-    /// Deterministic for any thread count. Throws Cancelled.
+    /// Deterministic for any thread count. Throws Canceled.
     LightMap(const Caster& caster, fresco::Progress& progress);
 
     /// Linear RGB irradiance at a face, scaled so that the room's mean is 1.
     Vec3f at(int solid, int face, Vec2f coordinates) const;
 
-    /// The displayed colour (sRGB, 0..1) of a face: its texture under this light, or a lamp's own glow.
+    /// The displayed color (sRGB, 0..1) of a face: its texture under this light, or a lamp's own glow.
     Vec3f shade(int solid, int face, Vec2f coordinates, float footprint) const;
 
   private:

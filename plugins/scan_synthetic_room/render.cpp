@@ -31,14 +31,14 @@ class Rays
     Vec3f origin_, start_, right_, down_;
 };
 
-/// One colour sample, in linear steps of display value.
-Vec3f sample(const Caster& caster, const LightMap& light, const Ray& ray, const SceneHit& hit, float metres_per_pixel)
+/// One color sample, in linear steps of display value.
+Vec3f sample(const Caster& caster, const LightMap& light, const Ray& ray, const SceneHit& hit, float meters_per_pixel)
 {
     if (hit.solid < 0)
         return {};
     const auto& solid = caster.scene().solids[static_cast<std::size_t>(hit.solid)];
     const Vec2f where = face_coordinates(solid, hit.face, ray.origin + ray.direction * hit.t);
-    return light.shade(hit.solid, hit.face, where, 0.5f * hit.t * metres_per_pixel);
+    return light.shade(hit.solid, hit.face, where, 0.5f * hit.t * meters_per_pixel);
 }
 
 /// Where a ray meets a face that the rays around it meet. A box's face is convex, so that only its plane is asked.
@@ -49,7 +49,7 @@ Hit hit_again(const Solid& solid, const SceneHit& around, const Ray& ray)
     const auto axis = static_cast<std::size_t>(around.face / 2);
     const float half = axis == 0 ? solid.size.x : axis == 1 ? solid.size.y : solid.size.z;
     const float plane = around.face % 2 == 0 ? -half : half;
-    return {(plane - dot(solid.axes[axis], ray.origin - solid.centre)) / dot(solid.axes[axis], ray.direction), around.face};
+    return {(plane - dot(solid.axes[axis], ray.origin - solid.center)) / dot(solid.axes[axis], ray.direction), around.face};
 }
 
 /// The same face again where all corners of a pixel show it (`shared`, else null); otherwise whatever is met.
@@ -68,7 +68,7 @@ fresco::Raster<std::uint8_t> render_color(const Caster& caster, const LightMap& 
                                           std::uint32_t seed)
 {
     const int width = camera.intrinsics.width, height = camera.intrinsics.height;
-    const auto metres_per_pixel = static_cast<float>(1 / camera.intrinsics.fx);
+    const auto meters_per_pixel = static_cast<float>(1 / camera.intrinsics.fx);
     const Rays rays(camera);
     const auto corner_row = [&](int y)
     {
@@ -93,7 +93,7 @@ fresco::Raster<std::uint8_t> render_color(const Caster& caster, const LightMap& 
                 {
                     const Ray ray = rays.at(static_cast<float>(x) + dx, static_cast<float>(y) + dy);
                     sum += sample(caster, light, ray, subpixel_hit(caster, ray, same ? &above[i] : nullptr, above[i].solid),
-                                  metres_per_pixel);
+                                  meters_per_pixel);
                 }
             const auto pixel_seed = lattice(x, y, seed);
             const float noise = color_noise * bell(pixel_seed);

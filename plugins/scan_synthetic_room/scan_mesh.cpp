@@ -60,7 +60,7 @@ fresco::Mesh noisy_mesh(const SurfaceNet& net, const Scene& scene, const LightMa
         net.positions.size(), 4096, progress.threads(),
         [&](std::size_t begin, std::size_t end)
         {
-            progress.check_cancelled();
+            progress.check_canceled();
             for (std::size_t i = begin; i < end; ++i)
             {
                 const Vec3f p = net.positions[i];
@@ -68,9 +68,9 @@ fresco::Mesh noisy_mesh(const SurfaceNet& net, const Scene& scene, const LightMa
                 mesh.positions[i] = p + net.normals[i] * shift;
                 const auto& solid = scene.solids[static_cast<std::size_t>(net.solids[i])];
                 const int face = nearest_face(solid, p);
-                const Vec3f colour = light.shade(net.solids[i], face, face_coordinates(solid, face, p), 0.5f * edge);
+                const Vec3f color = light.shade(net.solids[i], face, face_coordinates(solid, face, p), 0.5f * edge);
                 const auto level = [](float v) { return static_cast<std::uint8_t>(std::clamp(std::lround(255 * v), 0L, 255L)); };
-                mesh.colors[i] = {level(colour.x), level(colour.y), level(colour.z)};
+                mesh.colors[i] = {level(color.x), level(color.y), level(color.z)};
             }
         });
     return mesh;

@@ -14,7 +14,7 @@ namespace room
 {
 
 /// The surface with a scanner's errors: vertices moved along their normals by slow waves and fine noise of about `noise_m`
-/// (standard deviation), and coloured as the light shows them.
+/// (standard deviation), and colored as the light shows them.
 fresco::Mesh noisy_mesh(const SurfaceNet& net, const Scene& scene, const LightMap& light, float edge, float noise_m,
                         std::uint32_t seed, fresco::Progress& progress);
 

@@ -26,13 +26,13 @@ std::string frame_name(std::size_t number)
 class ScanSyntheticRoom final : public fresco::Stage
 {
     fresco::Option<int> seed{this, "seed", 1, fresco::range(0, 1'000'000'000),
-                             "Another number, another room: colours, books, textures and noise"};
+                             "Another number, another room: colors, books, textures and noise"};
     fresco::Option<double> length_m{this, "length_m", 4.5, fresco::range(3.5, 12), "Length of the room"};
     fresco::Option<double> width_m{this, "width_m", 3.6, fresco::range(3, 8), "Width of the room"};
     fresco::Option<double> height_m{this, "height_m", 2.6, fresco::range(2.3, 4), "Height of the room"};
     fresco::Option<int> frames_count{this, "frames_count", 48, fresco::range(1, 10'000), "Views to record"};
-    fresco::Option<int> color_width_px{this, "color_width_px", 640, fresco::range(16, 4096), "Width of the colour pictures"};
-    fresco::Option<int> color_height_px{this, "color_height_px", 480, fresco::range(16, 4096), "Height of the colour pictures"};
+    fresco::Option<int> color_width_px{this, "color_width_px", 640, fresco::range(16, 4096), "Width of the color pictures"};
+    fresco::Option<int> color_height_px{this, "color_height_px", 480, fresco::range(16, 4096), "Height of the color pictures"};
     fresco::Option<int> depth_width_px{this, "depth_width_px", 320, fresco::range(16, 4096), "Width of the depth pictures"};
     fresco::Option<int> depth_height_px{this, "depth_height_px", 240, fresco::range(16, 4096), "Height of the depth pictures"};
     fresco::Option<double> noise_m{this, "noise_m", 0.003, fresco::range(0, 0.02),
@@ -41,7 +41,7 @@ class ScanSyntheticRoom final : public fresco::Stage
     fresco::Option<bool> keep_unseen{this, "keep_unseen", false, "Keep surfaces of the mesh that no depth picture shows"};
     fresco::Slot<fresco::ImageIo> images{this, "images", "image.opencv", "Reader and writer of pictures"};
 
-    fresco::Output<fresco::Frames> frames{this, "frames", "Views of a colour and a depth camera"};
+    fresco::Output<fresco::Frames> frames{this, "frames", "Views of a color and a depth camera"};
     fresco::Output<fresco::Mesh> mesh{this, "mesh", "The room as scanned"};
 
     void run(fresco::RunContext& run) override
@@ -79,7 +79,7 @@ class ScanSyntheticRoom final : public fresco::Stage
                              {
                                  for (std::size_t i = begin; i < end; ++i)
                                  {
-                                     run.check_cancelled();
+                                     run.check_canceled();
                                      auto& frame = recorded.frames[i];
                                      frame.sequence = "seq-01";
                                      frame.name = frame_name(i);

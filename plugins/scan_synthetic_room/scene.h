@@ -27,13 +27,13 @@ enum class Pattern : std::uint8_t
     shade
 };
 
-/// What a face looks like. Colours are display sRGB, 0..1.
+/// What a face looks like. Colors are display sRGB, 0..1.
 struct Material
 {
     Pattern pattern = Pattern::plaster;
     Vec3f first;
     Vec3f second;
-    float scale = 1;  ///< Metres per feature, where the pattern has one.
+    float scale = 1;  ///< Meters per feature, where the pattern has one.
     std::uint32_t seed = 0;
     float emission = 0;  ///< Radiant exitance of lamps and windows; 0: lit by others only.
 };

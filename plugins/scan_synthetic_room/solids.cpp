@@ -152,7 +152,7 @@ FacePoint local_point(const Solid& solid, int face, Vec2f c)
 
 Hit intersect(const Solid& solid, const Ray& ray, float limit)
 {
-    const Vec3f o = solid.to_local(ray.origin - solid.centre), d = solid.to_local(ray.direction);
+    const Vec3f o = solid.to_local(ray.origin - solid.center), d = solid.to_local(ray.direction);
     switch (solid.shape)
     {
     case Shape::box:
@@ -167,7 +167,7 @@ Hit intersect(const Solid& solid, const Ray& ray, float limit)
 
 float signed_distance(const Solid& solid, Vec3f world_point)
 {
-    const Vec3f p = solid.to_local(world_point - solid.centre);
+    const Vec3f p = solid.to_local(world_point - solid.center);
     switch (solid.shape)
     {
     case Shape::box:
@@ -203,7 +203,7 @@ Vec2f face_extent(const Solid& solid, int face)
 
 Vec2f face_coordinates(const Solid& solid, int face, Vec3f world_point)
 {
-    const Vec3f p = solid.to_local(world_point - solid.centre), s = solid.size;
+    const Vec3f p = solid.to_local(world_point - solid.center), s = solid.size;
     if (solid.shape == Shape::box)
         return face < 2 ? Vec2f{p.y + s.y, p.z + s.z} : face < 4 ? Vec2f{p.x + s.x, p.z + s.z} : Vec2f{p.x + s.x, p.y + s.y};
     if (solid.shape == Shape::frustum && face > 0)
@@ -220,12 +220,12 @@ Vec2f face_coordinates(const Solid& solid, int face, Vec3f world_point)
 FacePoint face_point(const Solid& solid, int face, Vec2f coordinates)
 {
     const auto local = local_point(solid, face, coordinates);
-    return {solid.centre + solid.to_world(local.position), solid.to_world(local.normal)};
+    return {solid.center + solid.to_world(local.position), solid.to_world(local.normal)};
 }
 
 int nearest_face(const Solid& solid, Vec3f world_point)
 {
-    const Vec3f p = solid.to_local(world_point - solid.centre), s = solid.size;
+    const Vec3f p = solid.to_local(world_point - solid.center), s = solid.size;
     if (solid.shape == Shape::ellipsoid)
         return 0;
     if (solid.shape == Shape::frustum)

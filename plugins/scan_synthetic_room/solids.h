@@ -5,7 +5,7 @@
 #include <array>
 #include <cstdint>
 
-/// \file The analytic bodies that the room is made of; metres. One description serves pictures, depth and mesh.
+/// \file The analytic bodies that the room is made of; meters. One description serves pictures, depth and mesh.
 namespace room
 {
 
@@ -23,7 +23,7 @@ struct Solid
 {
     Shape shape = Shape::box;
     bool hollow = false;  ///< The room itself: a box seen from inside.
-    Vec3f centre;
+    Vec3f center;
     std::array<Vec3f, 3> axes{Vec3f{1, 0, 0}, Vec3f{0, 1, 0}, Vec3f{0, 0, 1}};  ///< World directions of the local axes, unit.
     Vec3f size;
     std::array<std::uint16_t, 6> materials{};  ///< Index by face.
@@ -59,17 +59,17 @@ Hit intersect(const Solid& solid, const Ray& ray, float limit);
 /// first order for ellipsoids.
 float signed_distance(const Solid& solid, Vec3f world_point);
 
-/// Half edges of the axis-aligned box around `centre` that holds the solid.
+/// Half edges of the axis-aligned box around `center` that holds the solid.
 Vec3f half_extent(const Solid& solid);
 
-/// Metres along a face: u and v from 0 to face_extent. On sides u runs around.
+/// Meters along a face: u and v from 0 to face_extent. On sides u runs around.
 Vec2f face_extent(const Solid& solid, int face);
 Vec2f face_coordinates(const Solid& solid, int face, Vec3f world_point);
 
 struct FacePoint
 {
     Vec3f position;  ///< World.
-    Vec3f normal;    ///< World, unit, towards free space.
+    Vec3f normal;    ///< World, unit, toward free space.
 };
 
 FacePoint face_point(const Solid& solid, int face, Vec2f coordinates);

@@ -78,7 +78,7 @@ class DistanceGrid
         fresco::parallel_for(static_cast<std::size_t>(nz), 4, progress.threads(),
                              [&](std::size_t begin, std::size_t end)
                              {
-                                 progress.check_cancelled();
+                                 progress.check_canceled();
                                  for (auto z = static_cast<int>(begin); z < static_cast<int>(end); ++z)
                                      for (int y = 0; y < ny; ++y)
                                          for (int x = 0; x < nx; ++x)
@@ -109,9 +109,9 @@ class DistanceGrid
                 return std::pair{std::clamp(static_cast<int>(std::floor((low - origin) / size)), 0, blocks - 1),
                                  std::clamp(static_cast<int>(std::floor((high - origin) / size)), 0, blocks - 1)};
             };
-            const auto [x0, x1] = range(body.centre.x - half.x, body.centre.x + half.x, origin_.x, bx_);
-            const auto [y0, y1] = range(body.centre.y - half.y, body.centre.y + half.y, origin_.y, by_);
-            const auto [z0, z1] = range(body.centre.z - half.z, body.centre.z + half.z, origin_.z, bz_);
+            const auto [x0, x1] = range(body.center.x - half.x, body.center.x + half.x, origin_.x, bx_);
+            const auto [y0, y1] = range(body.center.y - half.y, body.center.y + half.y, origin_.y, by_);
+            const auto [z0, z1] = range(body.center.z - half.z, body.center.z + half.z, origin_.z, bz_);
             for (int z = z0; z <= z1; ++z)
                 for (int y = y0; y <= y1; ++y)
                     for (int x = x0; x <= x1; ++x)
@@ -218,7 +218,7 @@ SurfaceNet surface_net(const Scene& scene, float edge, fresco::Progress& progres
     const auto values = grid.all_nodes(progress);
     std::vector<std::uint32_t> index(values.size(), no_vertex);
     const auto cells = crossed_cells(grid, values, index);
-    progress.check_cancelled();
+    progress.check_canceled();
 
     SurfaceNet net;
     net.positions.resize(cells.size());
@@ -227,7 +227,7 @@ SurfaceNet surface_net(const Scene& scene, float edge, fresco::Progress& progres
     fresco::parallel_for(cells.size(), 4096, progress.threads(),
                          [&](std::size_t begin, std::size_t end)
                          {
-                             progress.check_cancelled();
+                             progress.check_canceled();
                              for (std::size_t i = begin; i < end; ++i)
                              {
                                  const auto& near = grid.near(cells[i]);

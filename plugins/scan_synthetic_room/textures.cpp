@@ -29,7 +29,7 @@ float fraction(float x)
     return x - static_cast<float>(whole(x));
 }
 
-/// 1 within `width` of the borders of a unit cell whose edge is `size` metres, 0 inside; blurred by the footprint.
+/// 1 within `width` of the borders of a unit cell whose edge is `size` meters, 0 inside; blurred by the footprint.
 float border(float t, float size, float width, float footprint)
 {
     const float distance = std::min(t, 1 - t) * size;
@@ -63,9 +63,9 @@ Vec3f planks(const Material& m, Vec2f p, float footprint)
         std::max(border(fraction(p.y / width), width, 0.0022f, footprint), border(fraction(shifted), length, 0.0022f, footprint));
     const float tone = 0.34f * unit(board, 1u);
     const float g = grain(p.x + unit(board, 2u) * 40, p.y + unit(board, 3u) * 40, footprint, m.seed);
-    Vec3f colour = mix(m.first, m.second, std::clamp(tone + 1.5f * (g - 0.5f) + 0.3f, 0.0f, 1.0f));
-    colour = mix(colour, Vec3f{colour.x * 1.05f, colour.y * 0.93f, colour.z * 0.8f}, unit(board, 4u));
-    return colour * (1 - 0.75f * gap);
+    Vec3f color = mix(m.first, m.second, std::clamp(tone + 1.5f * (g - 0.5f) + 0.3f, 0.0f, 1.0f));
+    color = mix(color, Vec3f{color.x * 1.05f, color.y * 0.93f, color.z * 0.8f}, unit(board, 4u));
+    return color * (1 - 0.75f * gap);
 }
 
 Vec3f brick(const Material& m, Vec2f p, float footprint)
@@ -98,8 +98,8 @@ Vec3f wallpaper(const Material& m, Vec2f p, float footprint)
     const float lines = (1 - smooth_step(-blur, blur, vein)) * inside;
     const float dot_mask = 1 - smooth_step(-blur, blur, dots);
     const float paper = fractal_noise(p.x * 30, p.y * 30, 3, footprint * 30, m.seed);
-    Vec3f colour = mix(m.first, m.second, std::clamp(0.85f * inside - 0.7f * lines + 0.8f * dot_mask, 0.0f, 1.0f));
-    return colour * (0.86f + 0.28f * paper);
+    Vec3f color = mix(m.first, m.second, std::clamp(0.85f * inside - 0.7f * lines + 0.8f * dot_mask, 0.0f, 1.0f));
+    return color * (0.86f + 0.28f * paper);
 }
 
 Vec3f wood(const Material& m, Vec2f p, Vec2f extent, float footprint)
@@ -153,28 +153,28 @@ Vec3f painting(const Material& m, Vec2f p, Vec2f extent, float footprint)
                    fractal_noise(p.x * 20, p.y * 20, 3, footprint * 20, m.seed) * 0.6f + 4.0f * std::abs(edge - 0.022f) * 5);
     const float swirl = fractal_noise(u * 3, v * 3, 3, footprint * 3, m.seed);
     const float strokes = fractal_noise(u * 9 + 3 * swirl, v * 46 + 18 * swirl, 3, footprint * 46, m.seed + 2);
-    Vec3f colour = mix(m.first, Vec3f{0.97f, 0.86f, 0.55f}, std::clamp(1.5f * strokes - 0.3f, 0.0f, 1.0f));
+    Vec3f color = mix(m.first, Vec3f{0.97f, 0.86f, 0.55f}, std::clamp(1.5f * strokes - 0.3f, 0.0f, 1.0f));
     const float sun = length(Vec2f{(u - 0.68f) * extent.x, (v - 0.72f) * extent.y}) / extent.y;
-    colour = mix(Vec3f{1.0f, 0.72f, 0.28f}, colour, smooth_step(0.09f, 0.13f, sun));
+    color = mix(Vec3f{1.0f, 0.72f, 0.28f}, color, smooth_step(0.09f, 0.13f, sun));
     for (int hill = 0; hill < 4; ++hill)
     {
         const auto h = static_cast<float>(hill);
         const float line = 0.56f - 0.13f * h + 0.16f * (value_noise(u * 2.5f + h * 7, 0.5f, m.seed + 20) - 0.5f) +
                            0.04f * (value_noise(u * 9, h, m.seed + 21) - 0.5f);
         if (v < line)
-            colour = mix(m.second, Vec3f{0.07f, 0.10f, 0.16f}, 0.25f * h) * (0.65f + 0.9f * strokes * (1 - 0.1f * h));
+            color = mix(m.second, Vec3f{0.07f, 0.10f, 0.16f}, 0.25f * h) * (0.65f + 0.9f * strokes * (1 - 0.1f * h));
     }
-    return colour;
+    return color;
 }
 
 Vec3f book(const Material& m, Vec2f p, Vec2f extent, float footprint)
 {
     const float v = p.y / extent.y;
     const float cloth = fractal_noise(p.x * 60, p.y * 60, 2, footprint * 60, m.seed);
-    Vec3f colour = m.first * (0.75f + 0.5f * cloth);
+    Vec3f color = m.first * (0.75f + 0.5f * cloth);
     const bool band = (v > 0.12f && v < 0.16f) || (v > 0.82f && v < 0.86f);
     const bool label = v > 0.58f && v < 0.76f && unit(m.seed, 1u) > 0.4f;
-    return band || label ? mix(colour, m.second, 0.85f) : colour;
+    return band || label ? mix(color, m.second, 0.85f) : color;
 }
 
 Vec3f leaf(const Material& m, Vec2f p, Vec2f extent, float footprint)
@@ -204,10 +204,10 @@ Vec3f panels(const Material& m, Vec2f p, Vec2f extent, float footprint)
     const float blur = std::max(0.002f, footprint);
     const auto groove = [&](float at) { return 1 - smooth_step(0.004f, 0.004f + blur, std::abs(edge - at)); };
     const float g = grain(p.y, p.x, footprint, m.seed);
-    Vec3f colour = mix(m.first, m.second, std::clamp(0.5f + 1.4f * (g - 0.5f), 0.0f, 1.0f));
-    colour = colour * (1 - 0.65f * std::max(groove(0.0f), 0.7f * groove(0.06f)));
+    Vec3f color = mix(m.first, m.second, std::clamp(0.5f + 1.4f * (g - 0.5f), 0.0f, 1.0f));
+    color = color * (1 - 0.65f * std::max(groove(0.0f), 0.7f * groove(0.06f)));
     const float knob = length(Vec2f{q.x - size.x / 2, q.y - size.y * 0.82f});
-    return mix(Vec3f{0.85f, 0.68f, 0.32f}, colour, smooth_step(0.016f, 0.016f + blur, knob));
+    return mix(Vec3f{0.85f, 0.68f, 0.32f}, color, smooth_step(0.016f, 0.016f + blur, knob));
 }
 
 Vec3f basket(const Material& m, Vec2f p, float footprint)
@@ -226,15 +226,15 @@ Vec3f sky(const Material& m, Vec2f p, Vec2f extent, float footprint)
 {
     const float u = p.x / extent.x, v = p.y / extent.y;
     const float cloud = smooth_step(0.45f, 0.75f, fractal_noise(u * 3, v * 5, 5, footprint * 4, m.seed));
-    Vec3f colour = mix(mix(Vec3f{0.86f, 0.93f, 0.98f}, Vec3f{0.48f, 0.70f, 0.95f}, v), Vec3f{1, 1, 0.98f}, cloud);
+    Vec3f color = mix(mix(Vec3f{0.86f, 0.93f, 0.98f}, Vec3f{0.48f, 0.70f, 0.95f}, v), Vec3f{1, 1, 0.98f}, cloud);
     const float tree_line = 0.30f + 0.22f * (fractal_noise(u * 6, 0.3f, 4, footprint, m.seed + 4) - 0.3f);
     if (v < tree_line)
     {
         const float leaves = fractal_noise(u * 22, v * 22, 4, footprint * 22, m.seed + 6);
-        colour = mix(Vec3f{0.16f, 0.30f, 0.14f}, Vec3f{0.66f, 0.78f, 0.42f}, leaves + 0.5f * (tree_line - v));
+        color = mix(Vec3f{0.16f, 0.30f, 0.14f}, Vec3f{0.66f, 0.78f, 0.42f}, leaves + 0.5f * (tree_line - v));
     }
     const float bar = std::min(std::abs(u - 0.5f) * extent.x, std::abs(v - 0.55f) * extent.y);
-    return bar < 0.022f ? Vec3f{0.93f, 0.92f, 0.88f} : colour;
+    return bar < 0.022f ? Vec3f{0.93f, 0.92f, 0.88f} : color;
 }
 
 Vec3f shade(const Material& m, Vec2f p, Vec2f extent, float footprint)

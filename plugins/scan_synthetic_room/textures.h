@@ -5,9 +5,9 @@
 namespace room
 {
 
-/// Display colour (sRGB, 0..1) of a face at `at` metres along it.
-/// \param extent     the face's size in metres
-/// \param footprint  metres covered by one sample; finer detail fades
+/// Display color (sRGB, 0..1) of a face at `at` meters along it.
+/// \param extent     the face's size in meters
+/// \param footprint  meters covered by one sample; finer detail fades
 Vec3f texture(const Material& material, Vec2f at, Vec2f extent, float footprint);
 
 }  // namespace room

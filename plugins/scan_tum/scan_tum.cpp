@@ -22,13 +22,13 @@ class ScanTum final : public fresco::Stage
         this, "distortion", std::vector<double>{},
         "k1, k2, p1, p2, k3 as in OpenCV; replaces the camera's, also with intrinsics"};
     fresco::Option<double> max_gap_s{this, "max_gap_s", 0.02, fresco::range(0, 10),
-                                     "How far apart in time a colour picture may be from its depth picture and its pose"};
+                                     "How far apart in time a color picture may be from its depth picture and its pose"};
     fresco::Option<double> depth_unit_m{this, "depth_unit_m", 0.0002, fresco::range(1e-6, 1.0),
-                                        "Metres per step of the depth pictures"};
+                                        "Meters per step of the depth pictures"};
     fresco::Option<int> every{this, "every", 1, fresco::range(1, 1'000'000), "Take every n-th view"};
     fresco::Slot<fresco::ImageIo> images{this, "images", "image.opencv", "Reader and writer of pictures"};
 
-    fresco::Output<fresco::Frames> frames{this, "frames", "The views that have colour, depth and pose"};
+    fresco::Output<fresco::Frames> frames{this, "frames", "The views that have color, depth and pose"};
 
     void run(fresco::RunContext& run) override
     {

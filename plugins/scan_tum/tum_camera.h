@@ -18,9 +18,9 @@ struct RecordingCamera
     std::string source;  ///< "option camera: freiburg1", for errors.
 };
 
-/// The colour camera that the makers of the data set calibrated, by the option's value: "freiburg1", "freiburg2", "freiburg3"
+/// The color camera that the makers of the data set calibrated, by the option's value: "freiburg1", "freiburg2", "freiburg3"
 /// (its pictures are published undistorted), "ros_default" (what the recorder's driver assumes); "auto": by the number in the
-/// name of the recording's folder. All are for 640x480 with the first pixel's centre at (0, 0) there, (0.5, 0.5) here.
+/// name of the recording's folder. All are for 640x480 with the first pixel's center at (0, 0) there, (0.5, 0.5) here.
 /// `intrinsics` (fx, fy, cx, cy, counted as there) and `distortion` (k1, k2, p1, p2, k3) go before it where they are not empty.
 /// Throws Error naming the option for another count of numbers, and where "auto" cannot tell.
 RecordingCamera recording_camera(std::string_view name, const std::vector<double>& intrinsics,

@@ -114,7 +114,7 @@ Association associate(const std::vector<StampedPicture>& color, const std::vecto
         result.views.push_back(std::move(view));
     }
     if (result.views.empty())
-        throw fresco::Error("no colour picture has a depth picture and a pose within " + fresco::to_json(max_gap_s) +
+        throw fresco::Error("no color picture has a depth picture and a pose within " + fresco::to_json(max_gap_s) +
                             " s: " + span_text(color) + "; " + span_text(depth) + "; " + span_text(poses) +
                             "; give the lists of one recording, or a larger max_gap_s");
     return result;

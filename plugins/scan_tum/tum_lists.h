@@ -29,19 +29,19 @@ struct StampedPose
 
 /// "timestamp filename" per line. Throws Error "source:line: …" for anything else, times that do not grow, a file that is cut.
 std::vector<StampedPicture> parse_pictures(std::string_view text, std::string_view source);
-/// "timestamp tx ty tz qx qy qz qw" per line: world_from_camera of the colour camera. Throws as parse_pictures.
+/// "timestamp tx ty tz qx qy qz qw" per line: world_from_camera of the color camera. Throws as parse_pictures.
 std::vector<StampedPose> parse_poses(std::string_view text, std::string_view source);
 
 struct Association
 {
     std::vector<fresco::recordings::RegisteredView>
-        views;                      ///< Without cameras; numbered by the line of their colour picture, from 0.
-    std::size_t without_depth = 0;  ///< Colour pictures left out because no depth picture is near.
+        views;                      ///< Without cameras; numbered by the line of their color picture, from 0.
+    std::size_t without_depth = 0;  ///< Color pictures left out because no depth picture is near.
     std::size_t without_pose = 0;   ///< The same for poses.
 };
 
-/// Each colour picture with the depth picture and the pose that are nearest in time and at most `max_gap_s` away. A depth picture
-/// serves the colour picture that is nearest to it and no other. Throws Error if nothing is left, with the times of the three
+/// Each color picture with the depth picture and the pose that are nearest in time and at most `max_gap_s` away. A depth picture
+/// serves the color picture that is nearest to it and no other. Throws Error if nothing is left, with the times of the three
 /// lists.
 Association associate(const std::vector<StampedPicture>& color, const std::vector<StampedPicture>& depth,
                       const std::vector<StampedPose>& poses, double max_gap_s, const std::filesystem::path& folder);

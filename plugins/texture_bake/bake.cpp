@@ -29,7 +29,7 @@ void paint(Raster8& image, std::size_t texel, const std::array<std::uint8_t, 3>&
     std::copy(color.begin(), color.end(), image.values.begin() + static_cast<std::ptrdiff_t>(3 * texel));
 }
 
-/// The texel or one of its eight neighbours is covered: a bilinear lookup at the chart's border can reach it.
+/// The texel or one of its eight neighbors is covered: a bilinear lookup at the chart's border can reach it.
 bool near_chart(const TexelFaces& faces, std::size_t texel)
 {
     const auto size = static_cast<std::size_t>(faces.size);
@@ -42,8 +42,8 @@ bool near_chart(const TexelFaces& faces, std::size_t texel)
     return false;
 }
 
-/// The texels that keep their colour when the gutter is filled: the charts' own, and what was optimised beside them. A texel that
-/// was not seen and only touches a chart belongs to the gutter unless it was filled: its centre is outside.
+/// The texels that keep their color when the gutter is filled: the charts' own, and what was optimized beside them. A texel that
+/// was not seen and only touches a chart belongs to the gutter unless it was filled: its center is outside.
 std::vector<std::uint8_t> gutter_sources(const TexelFaces& faces, const std::vector<std::uint8_t>& seen, Unseen unseen)
 {
     std::vector<std::uint8_t> source(seen.size());

@@ -12,8 +12,8 @@
 /// What happens to the texels of charts that no frame saw.
 enum class Unseen
 {
-    fill,   ///< The colours of the seen surface around, see fill_unseen.
-    color,  ///< One colour.
+    fill,   ///< The colors of the seen surface around, see fill_unseen.
+    color,  ///< One color.
     keep    ///< What the texture holds there.
 };
 
@@ -23,7 +23,7 @@ struct BakeOptions
     std::array<std::uint8_t, 3> unseen_color{128, 128, 128};
 };
 
-/// Counts of texels whose centre lies in a chart.
+/// Counts of texels whose center lies in a chart.
 struct BakeCounts
 {
     std::size_t chart_texels = 0;
@@ -31,6 +31,6 @@ struct BakeCounts
 };
 
 /// The 8-bit picture of a texture, S x S x 3: layers collapsed, unseen texels filled, the gutter filled from the nearest chart
-/// texels. Equal for any number of threads. The mesh must have passed check_mesh and have texcoords. Throws Error, Cancelled.
+/// texels. Equal for any number of threads. The mesh must have passed check_mesh and have texcoords. Throws Error, Canceled.
 fresco::Raster8 bake(const fresco::Texture& texture, const fresco::Mesh& mesh, const BakeOptions& options, BakeCounts& counts,
                      fresco::Progress& progress);

@@ -13,7 +13,7 @@ namespace
 {
 class TextureBake final : public Stage
 {
-    Input<Texture> texture{this, "texture", "The optimised texture; its size is the picture's size"};
+    Input<Texture> texture{this, "texture", "The optimized texture; its size is the picture's size"};
     Input<Mesh> mesh{this, "mesh", "The mesh whose texcoords the texture was made for"};
     Output<TexturedMesh> textured_mesh{this, "textured_mesh", "The mesh with its 8-bit picture"};
     Option<std::string> unseen{this, "unseen", "fill", one_of({"fill", "color", "keep"}),

@@ -37,7 +37,7 @@ float distance(const Color& a, const Color& b)
     return std::sqrt(sum / 3);
 }
 
-/// The colour with the least weighted sum of distances to the samples (Weiszfeld 1937), distances below `rounded` being
+/// The color with the least weighted sum of distances to the samples (Weiszfeld 1937), distances below `rounded` being
 /// flattened: unlike the nearest sample, it changes steadily where weights do.
 Color geometric_median(std::span<const Weighted> samples)
 {

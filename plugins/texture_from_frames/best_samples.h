@@ -43,7 +43,7 @@ struct Blend
     int rejected = 0;            ///< … of them left out because they disagree.
 };
 
-/// The colour of one texel from its samples, heaviest first (empty places last; at least one is not).
+/// The color of one texel from its samples, heaviest first (empty places last; at least one is not).
 ///
 /// Where every place is taken, the last one's weight is taken off all weights, so that a view's share is zero where it enters
 /// and leaves the best ones: there are no steps in the texture (Buehler et al., "Unstructured lumigraph rendering", SIGGRAPH
@@ -59,7 +59,7 @@ class BestSamples
     /// `places`: samples per texel, 2 to 64; the last serves as the threshold, see blended.
     BestSamples(std::size_t texels, std::size_t places);
 
-    /// Takes samples of one view, each texel at most once; their weights and colours are multiplied by the factors (colours cut
+    /// Takes samples of one view, each texel at most once; their weights and colors are multiplied by the factors (colors cut
     /// at 2). With a gain, saturated samples stay white, where factors would tint them, and count 0.3 times: how bright they
     /// were is not known. Of equally heavy samples the first stays. Different texels' samples may be added side by side.
     void add(std::span<const TexelSample> samples, float weight_factor, const std::optional<std::array<float, 3>>& gain);

@@ -59,7 +59,7 @@ ByCell by_cell(const std::vector<std::vector<CellColor>>& views, std::size_t cel
     return result;
 }
 
-/// Minimises the sum over cells for given weights; `weights`: one per observation.
+/// Minimizes the sum over cells for given weights; `weights`: one per observation.
 std::vector<Gain> least_squares(const ByCell& cells, std::span<const double> weights, std::size_t views, const Progress& progress)
 {
     std::vector<double> matrix(views * views, 0.0);
@@ -69,7 +69,7 @@ std::vector<Gain> least_squares(const ByCell& cells, std::span<const double> wei
     for (std::size_t cell = 0; cell + 1 < cells.begins.size(); ++cell)
     {
         if (cell % check_distance == 0)
-            progress.check_cancelled();
+            progress.check_canceled();
         const std::size_t begin = cells.begins[cell];
         const std::size_t end = cells.begins[cell + 1];
         double total = 0;

@@ -20,7 +20,7 @@ struct CellColor
     std::array<float, 3> log_rgb{};  ///< Natural logarithms of RGB in (0,1].
 };
 
-/// The cells of a gathered coarse texture whose colours say something about exposure: neither nearly black nor saturated in any
+/// The cells of a gathered coarse texture whose colors say something about exposure: neither nearly black nor saturated in any
 /// channel. At most 4096, chosen by a hash of the cell's number so that all views choose
 /// the same ones; in the order of the cells.
 std::vector<CellColor> cell_colors(const SampleBlocks& samples);
@@ -28,13 +28,13 @@ std::vector<CellColor> cell_colors(const SampleBlocks& samples);
 /// Factors of the three channels.
 using Gain = std::array<double, 3>;
 
-/// The factors that make the views agree where they see the same cells: per view and channel, x_v = log gain that minimises
+/// The factors that make the views agree where they see the same cells: per view and channel, x_v = log gain that minimizes
 ///   Σ_cells Σ_views w (log c + x_v - t_cell)²  +  λ Σ_v x_v²,
-/// where the true colours t are eliminated. Weights are found anew from the residuals (Geman and McClure 1987, from a wide scale
+/// where the true colors t are eliminated. Weights are found anew from the residuals (Geman and McClure 1987, from a wide scale
 /// down to 0.1; one weight for all channels), so that highlights and what stands in front count little. The prior is weak, λ =
 /// 0.04: a gain of e^±0.5 is as likely as a difference of 0.1 in a cell. It holds views that share nothing with others at 1, and
 /// the mean of the logarithms at 0 in every group of views that see each other. Dense normal equations: N² x 8 bytes, solved by
-/// Cholesky. One thread. Throws Cancelled. \param views  CellColors per view, each in the order of the cells
+/// Cholesky. One thread. Throws Canceled. \param views  CellColors per view, each in the order of the cells
 std::vector<Gain> exposure_gains(const std::vector<std::vector<CellColor>>& views, std::size_t cells, const Progress& progress);
 
 /// Solves A x = b for three right-hand sides in place. `matrix`: N x N, row-major, symmetric and positive definite; only its

@@ -32,7 +32,7 @@ void for_views(std::size_t begin, std::size_t end, const Progress& progress, con
     parallel_for(end - begin, 1, progress.threads(),
                  [&](std::size_t first, std::size_t last)
                  {
-                     progress.check_cancelled();
+                     progress.check_canceled();
                      for (std::size_t i = first; i < last; ++i)
                          visit(begin + i);
                  });
@@ -141,7 +141,7 @@ void blend(const BestSamples& best, FramesTexture& result, const BlendRules& rul
     parallel_for(rows, rows_per_block, progress.threads(),
                  [&](std::size_t first, std::size_t last)
                  {
-                     progress.check_cancelled();
+                     progress.check_canceled();
                      for (std::size_t texel = first * rows; texel < last * rows; ++texel)
                      {
                          const auto samples = best.of(texel);

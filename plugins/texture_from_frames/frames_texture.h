@@ -21,9 +21,9 @@ namespace fresco::from_frames
 struct View
 {
     UvMap map;
-    Camera camera;     ///< The colour camera at full size.
+    Camera camera;     ///< The color camera at full size.
     Raster8 picture;   ///< RGB, the camera's whole view at any size.
-    RasterF measured;  ///< Of the map's size: measured depth in metres, 0 = none; empty: no depth picture, or not wanted.
+    RasterF measured;  ///< Of the map's size: measured depth in meters, 0 = none; empty: no depth picture, or not wanted.
     std::string sequence;
 };
 
@@ -55,7 +55,7 @@ struct FramesTexture
 
 /// The texture that `count` views show. Reads them twice, as many at a time as there are threads; memory does
 /// not grow with their number except for 100 kB a view and the N x N equations of the exposures. The same bytes for any number of
-/// threads. Throws Error if no view shows a texel, Cancelled, and what `read` throws.
+/// threads. Throws Error if no view shows a texel, Canceled, and what `read` throws.
 FramesTexture frames_texture(std::size_t count, const ViewReader& read, const TextureRules& rules, Progress& progress);
 
 /// What each view's weights are multiplied by: its sharpness over the median of the views of its sequence from four before to

@@ -10,13 +10,13 @@ namespace
 {
 
 constexpr double beside_pixels = 1e-2;
-/// So that no texel centre falls between two triangles.
+/// So that no texel center falls between two triangles.
 constexpr double rounding = 1e-9;
 
-/// A pixel centre of the map in the texture.
+/// A pixel center of the map in the texture.
 struct Corner
 {
-    double x = 0;  ///< In texels, whole numbers are texel centres, rightwards …
+    double x = 0;  ///< In texels, whole numbers are texel centers, rightwards …
     double y = 0;  ///< … and downwards.
     double column = 0;
     double row = 0;
@@ -92,7 +92,7 @@ class Gatherer
         }
     }
 
-    /// Three corners of a square of neighbouring pixel centres.
+    /// Three corners of a square of neighboring pixel centers.
     void draw(const Corner& a, const Corner& b, const Corner& c)
     {
         const double area = cross(a, b, c);

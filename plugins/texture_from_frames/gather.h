@@ -33,14 +33,14 @@ struct GatherTarget
     bool between_only = false;  ///< Leave out texels that lie beside pixels rather than between them.
 };
 
-/// Looks up, for each texel that a view sees, the camera's picture. Each square of four neighbouring pixel centres that show one
-/// surface and one chart (or three of them) is drawn into the texture as two triangles (one), and every texel centre inside them
+/// Looks up, for each texel that a view sees, the camera's picture. Each square of four neighboring pixel centers that show one
+/// surface and one chart (or three of them) is drawn into the texture as two triangles (one), and every texel center inside them
 /// knows by interpolation where in the picture it is. So texels between pixels are met however fine the texture is, the
 /// picture's own resolution counts and not the map's, and texels that cover many pixels take their mean. A scatter of pixels
 /// would leave holes in the first case and lose detail in the second.
 ///
 /// At the rim of charts and pictures, where a pixel has no such squares around it, the texels of its bilinear footprint take its
-/// colour at a hundredth of its weight: it counts where no view looks properly, in atlases of tiny charts everywhere.
+/// color at a hundredth of its weight: it counts where no view looks properly, in atlases of tiny charts everywhere.
 ///
 /// \param weight  H x W, what each pixel of the map counts; 0: not used, neither is what is between it and others
 /// A texel that is met more than once keeps its heaviest sample, the first of equals.

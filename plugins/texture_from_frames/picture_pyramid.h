@@ -19,7 +19,7 @@ class PicturePyramid
     int width() const { return levels_.front().width; }
     int height() const { return levels_.front().height; }
 
-    /// RGB in [0,1] at (x, y) in pixels of the full size (pixel centres at +0.5, clamped at the borders), averaged over about
+    /// RGB in [0,1] at (x, y) in pixels of the full size (pixel centers at +0.5, clamped at the borders), averaged over about
     /// `footprint` of its pixels along each side: bilinear in the two levels around it, linear between them.
     std::array<float, 3> at(double x, double y, double footprint) const;
 

@@ -13,7 +13,7 @@ namespace
 
 constexpr double step_share = 0.02;
 constexpr double step_m = 0.01;
-/// Texture per metre between neighbours of one chart, over the view's usual one.
+/// Texture per meter between neighbors of one chart, over the view's usual one.
 constexpr double most_stretch = 5;
 /// Every so many links, one enters the statistics; prime, so that no image column is preferred.
 constexpr std::size_t sample_distance = 7;
@@ -74,7 +74,7 @@ void PixelLinks::link_texels(const UvMap& map, const Camera& camera)
     const int height = valid_.height;
     const Camera own{camera.intrinsics.scaled_to(width, height), {}};
     const auto point = [&](int x, int y) { return own.ray(x + 0.5, y + 0.5) * static_cast<double>(map.depth.at(x, y)); };
-    // Squared texture per metre of the link to (x + dx, y + dy).
+    // Squared texture per meter of the link to (x + dx, y + dy).
     const auto density = [&](int x, int y, int dx, int dy)
     {
         const double du = static_cast<double>(map.uv.at(x + dx, y + dy, 0)) - static_cast<double>(map.uv.at(x, y, 0));

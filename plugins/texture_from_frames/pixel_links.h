@@ -9,7 +9,7 @@
 namespace fresco::from_frames
 {
 
-/// Which neighbouring pixels of a uv map show neighbouring points: of one surface, and of one chart of the atlas.
+/// Which neighboring pixels of a uv map show neighboring points: of one surface, and of one chart of the atlas.
 class PixelLinks
 {
   public:
@@ -21,12 +21,12 @@ class PixelLinks
         texels_down = 8
     };
 
-    /// `camera`: the colour camera at any size.
+    /// `camera`: the color camera at any size.
     ///
     /// A depth step is where 1 / depth, which runs linearly over a plane in any direction, jumps by more than 2 % + 1 cm from
     /// what the pixels on either side continue; so oblique walls and their corners have none. Two pixels are far apart in the
     /// texture where their texcoords differ by more than five times what their distance in the world explains: charts have one
-    /// scale, or nearly so, and the view's lower quartile of texture per metre is taken for it.
+    /// scale, or nearly so, and the view's lower quartile of texture per meter is taken for it.
     PixelLinks(const UvMap& map, const Camera& camera);
 
     bool has(int x, int y, Link link) const { return (links_.at(x, y) & link) != 0; }

@@ -28,7 +28,7 @@ class TextureFromFrames final : public Stage
     Option<InputFolder> pictures{
         this, "pictures", InputFolder{},
         "Folder of pictures in place of the cameras' (<sequence>_<frame>.png, .jpg or .npy), in any size of "
-        "the camera's aspect ratio: stylised frames, for one"};
+        "the camera's aspect ratio: stylized frames, for one"};
     Option<std::string> exposure{this, "exposure", "gain", one_of({"gain", "none"}),
                                  "gain: solve a factor per picture and channel so that they agree"};
     Option<std::string> outliers{this, "outliers", "reject", one_of({"reject", "keep"}),
@@ -40,7 +40,7 @@ class TextureFromFrames final : public Stage
         this, "sensor_tolerance_m", 0.1, range(0, 1000),
         "Reject pixels whose measured depth differs from the mesh's by more (and 5 %); 0: do not look"};
     Option<double> sharpness_power{this, "sharpness_power", 2, range(0, 8),
-                                   "Weigh pictures by their sharpness against the neighbouring ones', to this power; 0: alike"};
+                                   "Weigh pictures by their sharpness against the neighboring ones', to this power; 0: alike"};
     Slot<ImageIo> images{this, "images", "image.opencv", optional, "Reads pictures that are not NPY; none: there are no others"};
 
     Cost cost() const override

@@ -77,7 +77,7 @@ Raster8 ViewPictures::load(std::size_t frame) const
     const Intrinsics& camera = frames_.frames[frame].color.intrinsics;
     if (!fits_camera(picture.width, picture.height, camera))
         throw Error(files_[frame].string() + ": is " + std::to_string(picture.width) + "x" + std::to_string(picture.height) +
-                    "; the colour camera of " + name_of(frames_.frames[frame]) + " has " + std::to_string(camera.width) + "x" +
+                    "; the color camera of " + name_of(frames_.frames[frame]) + " has " + std::to_string(camera.width) + "x" +
                     std::to_string(camera.height) + ", and pictures must show its whole view in any size of that aspect ratio");
     return picture;
 }

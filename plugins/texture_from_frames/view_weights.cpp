@@ -15,7 +15,7 @@ constexpr float last_resort = 1e-3F;
 /// near views would outweigh all others together where they are out of place.
 constexpr double enough_pixels = 0.25;
 constexpr double sensor_share = 0.05;
-/// Over this share of the height a view fades out towards the picture's border.
+/// Over this share of the height a view fades out toward the picture's border.
 constexpr double border_share = 0.1;
 /// Beyond the margin beside a depth step trust rises over so many margins.
 constexpr float rise_margins = 2;

@@ -31,13 +31,13 @@ struct ViewWeights
     std::size_t rejected_pixels = 0;  ///< Measured elsewhere than the mesh is.
 };
 
-/// \param camera    the colour camera at full size
-/// \param measured  what the depth camera measured for each pixel of the map, metres, 0 = nothing; empty: no depth picture
+/// \param camera    the color camera at full size
+/// \param measured  what the depth camera measured for each pixel of the map, meters, 0 = nothing; empty: no depth picture
 /// \param size_px   texels a side of the texture
 ViewWeights view_weights(const UvMap& map, const PixelLinks& links, const Camera& camera, const RasterF& measured, int size_px,
                          const WeightRules& rules);
 
-/// Distance in pixels from each pixel to the nearest marked one, along steps to the eight neighbours (1 or √2; at most 8 % too
+/// Distance in pixels from each pixel to the nearest marked one, along steps to the eight neighbors (1 or √2; at most 8 % too
 /// long); a large number where none is marked. After Borgefors, "Distance transformations in digital images" (1986).
 RasterF distance_to(const Raster8& marked);
 

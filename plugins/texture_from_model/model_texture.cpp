@@ -179,7 +179,7 @@ ModelTexture transfer_colors(const fresco::Model& model, const ModelColors& colo
     fresco::parallel_for(size, rows_per_piece, progress.threads(),
                          [&](std::size_t begin, std::size_t end)
                          {
-                             progress.check_cancelled();
+                             progress.check_canceled();
                              TexelPainter painter(colors, search, atlas, faces, rules.reach_m);
                              for (std::size_t texel = begin * size; texel < end * size; ++texel)
                              {

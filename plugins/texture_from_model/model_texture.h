@@ -32,7 +32,7 @@ double meters_per_texel(const fresco::Mesh& atlas, int size_px);
 
 /// Moves a model's colors to an atlas of the same surface, decimated or not: each texel takes the mean color of the model at the
 /// nearest points to n x n places in it, n being how many pixels of the model's picture a texel is wide (at most 6). Texels
-/// beyond reach continue the others. The same for any number of threads. Throws Cancelled.
+/// beyond reach continue the others. The same for any number of threads. Throws Canceled.
 ModelTexture transfer_colors(const fresco::Model& model, const ModelColors& colors, const fresco::Mesh& atlas,
                              const TransferRules& rules, fresco::Progress& progress);
 

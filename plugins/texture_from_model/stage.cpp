@@ -81,7 +81,7 @@ class TextureFromModel final : public Stage
         std::vector<Raster8> result(model->pictures.size());
         for (std::size_t i = 0; i < result.size(); ++i)
         {
-            run.check_cancelled();
+            run.check_canceled();
             const double pixels_per_uv = pixels_per_texel(static_cast<int>(i));
             if (pixels_per_uv < 0)
                 continue;

@@ -11,7 +11,7 @@ namespace
 
 class TextureImage final : public fresco::LayeredTexture
 {
-    fresco::Option<double> regulariser{this, "regulariser", 0.0, fresco::at_least(0), "Factor k of the regulariser"};
+    fresco::Option<double> regularizer{this, "regularizer", 0.0, fresco::at_least(0), "Factor k of the regularizer"};
 
   public:
     void allocate(int size_px) override
@@ -19,7 +19,7 @@ class TextureImage final : public fresco::LayeredTexture
         if (size_px < 2 || size_px > largest_size_px)
             throw fresco::Error("a texture of " + std::to_string(size_px) + " texels does not fit; take 2 to " +
                                 std::to_string(largest_size_px));
-        allocate_layers({size_px}, {*regulariser});
+        allocate_layers({size_px}, {*regularizer});
     }
 
     void set_picture(const fresco::RasterF& picture) override

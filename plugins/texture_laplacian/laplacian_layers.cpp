@@ -10,7 +10,7 @@ namespace fresco::laplacian
 namespace
 {
 
-/// Subtracts from `target` the lookup of `coarse` at the centres of target's texels.
+/// Subtracts from `target` the lookup of `coarse` at the centers of target's texels.
 void subtract_lookup(RasterF& target, const RasterF& coarse, int threads)
 {
     const auto size = static_cast<float>(target.width);

@@ -17,20 +17,20 @@ class TextureLaplacian final : public fresco::LayeredTexture
 {
     fresco::Option<int> layers_count{this, "layers_count", 4, fresco::range(1, 12),
                                      "Layers; layer i has size_px / 2^i texels a side"};
-    fresco::Option<std::vector<double>> regulariser{this,
-                                                    "regulariser",
+    fresco::Option<std::vector<double>> regularizer{this,
+                                                    "regularizer",
                                                     {8, 4, 2, 0},
                                                     fresco::at_least(0),
-                                                    "Factor k of each layer's regulariser, finest first; as many as layers"};
+                                                    "Factor k of each layer's regularizer, finest first; as many as layers"};
 
-    fresco::Option<std::string> lookup{this, "lookup", "centres", fresco::one_of({"centres", "corners"}),
+    fresco::Option<std::string> lookup{this, "lookup", "centers", fresco::one_of({"centers", "corners"}),
                                        "Texel i of S lies at (i + 0.5) / S, or at i / (S - 1)"};
 
   public:
     void allocate(int size_px) override
     {
-        if (static_cast<int>(regulariser->size()) != *layers_count)
-            throw fresco::Error("option \"regulariser\": " + std::to_string(regulariser->size()) + " numbers for " +
+        if (static_cast<int>(regularizer->size()) != *layers_count)
+            throw fresco::Error("option \"regularizer\": " + std::to_string(regularizer->size()) + " numbers for " +
                                 std::to_string(*layers_count) + " layers; give one per layer, finest first");
         const int divisor = 1 << (*layers_count - 1);
         if (size_px % divisor != 0 || size_px / divisor < 2 || size_px > largest_size_px)
@@ -40,7 +40,7 @@ class TextureLaplacian final : public fresco::LayeredTexture
         std::vector<int> sizes;
         for (int i = 0; i < *layers_count; ++i)
             sizes.push_back(size_px >> i);
-        allocate_layers(sizes, *regulariser, *lookup == "corners" ? fresco::TexelGrid::corners : fresco::TexelGrid::centres);
+        allocate_layers(sizes, *regularizer, *lookup == "corners" ? fresco::TexelGrid::corners : fresco::TexelGrid::centers);
     }
 
     void set_picture(const fresco::RasterF& picture) override

@@ -85,7 +85,7 @@ std::vector<HeldOutLoss> to_history(const torch::Tensor& tensor, const std::stri
 }  // namespace
 
 Checkpoint Checkpoint::of(std::int64_t step, std::int64_t rollbacks, const std::vector<TextureParameter>& parameters,
-                          const OptimiserRule& rule, const std::map<std::string, std::shared_ptr<Loss>>& losses,
+                          const OptimizerRule& rule, const std::map<std::string, std::shared_ptr<Loss>>& losses,
                           const Raster8& seen)
 {
     Checkpoint result;
@@ -148,7 +148,7 @@ std::optional<Checkpoint> Checkpoint::read(const std::filesystem::path& file)
     return result;
 }
 
-void Checkpoint::restore(std::vector<TextureParameter>& into, OptimiserRule& into_rule,
+void Checkpoint::restore(std::vector<TextureParameter>& into, OptimizerRule& into_rule,
                          const std::map<std::string, std::shared_ptr<Loss>>& into_losses) const
 {
     for (auto& parameter : into)

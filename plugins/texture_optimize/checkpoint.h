@@ -4,7 +4,7 @@
 
 #include <fresco/image.h>
 #include <fresco/torch/loss.h>
-#include <fresco/torch/optimiser_rule.h>
+#include <fresco/torch/optimizer_rule.h>
 
 #include <cstdint>
 #include <filesystem>
@@ -30,7 +30,7 @@ struct Checkpoint
 
     /// Refers to the tensors, copies nothing.
     static Checkpoint of(std::int64_t step, std::int64_t rollbacks, const std::vector<TextureParameter>& parameters,
-                         const OptimiserRule& rule, const std::map<std::string, std::shared_ptr<Loss>>& losses,
+                         const OptimizerRule& rule, const std::map<std::string, std::shared_ptr<Loss>>& losses,
                          const Raster8& seen);
 
     /// One safetensors file, written whole or not at all.
@@ -39,7 +39,7 @@ struct Checkpoint
     static std::optional<Checkpoint> read(const std::filesystem::path& file);
 
     /// Puts everything back. Throws Error where it does not fit.
-    void restore(std::vector<TextureParameter>& into, OptimiserRule& into_rule,
+    void restore(std::vector<TextureParameter>& into, OptimizerRule& into_rule,
                  const std::map<std::string, std::shared_ptr<Loss>>& into_losses) const;
 };
 

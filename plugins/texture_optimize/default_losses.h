@@ -11,7 +11,7 @@ inline constexpr const char* losses_without_weights = R"({"strokes": {"type": "l
 /// With VGG-19 weights: Gram and content losses, each relative to its target, so that they balance alike for any scaling of the
 /// network and for any layers that the file holds.
 inline constexpr const char* losses_with_weights = R"({
-    "style":   {"type": "loss.gram", "weight": 1, "centre": true, "features": {"type": "features.vgg19", "weights": "${weights}"}},
+    "style":   {"type": "loss.gram", "weight": 1, "center": true, "features": {"type": "features.vgg19", "weights": "${weights}"}},
     "content": {"type": "loss.content", "weight": 0.2, "relative": true, "features": {"type": "features.vgg19", "weights": "${weights}"}}
 })";
 

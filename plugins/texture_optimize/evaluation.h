@@ -5,7 +5,7 @@
 #include "value_space.h"
 
 #include <fresco/error.h>
-#include <fresco/torch/optimiser_rule.h>
+#include <fresco/torch/optimizer_rule.h>
 
 #include <functional>
 #include <map>

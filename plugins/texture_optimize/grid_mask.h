@@ -20,7 +20,7 @@ struct GridMask
     std::span<const std::int64_t> numbers() const;
 };
 
-/// Cell (i, j) takes the pixel at its centre, ((i + 0.5) stride, (j + 0.5) stride): nearest neighbour. `mask`: H x W, 0 or 1; the
+/// Cell (i, j) takes the pixel at its center, ((i + 0.5) stride, (j + 0.5) stride): nearest neighbor. `mask`: H x W, 0 or 1; the
 /// grid is floor(H / stride) x floor(W / stride).
 GridMask grid_mask(const Raster8& mask, int stride, const torch::Device& device);
 

@@ -12,7 +12,7 @@ ViewSplit split_views(const std::vector<std::size_t>& views, int count)
     const auto wanted = static_cast<std::size_t>(count);
     if (wanted >= views.size() && wanted > 0)
         throw Error("held_out_count is " + std::to_string(count) + ", but only " + std::to_string(views.size()) +
-                    " views see the mesh: leave some to optimise for");
+                    " views see the mesh: leave some to optimize for");
     ViewSplit split;
     std::size_t next = 0;
     for (std::size_t i = 0; i < views.size(); ++i)
@@ -51,7 +51,7 @@ HeldOutLoss HeldOutViews::measured(Evaluator& evaluator, std::int64_t step,
     const auto count = static_cast<double>(views_.size());
     for (const auto view : views_)
     {
-        progress.check_cancelled();
+        progress.check_canceled();
         const auto data = load_view(source_, view, texture_, rules_);
         move_to(*data, device_, texture_too_);
         ScheduledStep scheduled;

@@ -10,8 +10,8 @@
 namespace fresco::optimize
 {
 
-/// Splits the views, in recorded order, into those to optimise for and `count` evenly spread ones to measure on. Throws Error
-/// where that leaves none to optimise for.
+/// Splits the views, in recorded order, into those to optimize for and `count` evenly spread ones to measure on. Throws Error
+/// where that leaves none to optimize for.
 struct ViewSplit
 {
     std::vector<std::size_t> trained;
@@ -32,7 +32,7 @@ struct HeldOutLoss
 /// Whether the last `window` measurements are worth nothing: their smallest is not below (1 - gain) times the smallest before.
 bool has_stopped_falling(const std::vector<HeldOutLoss>& history, double gain, std::size_t window = 3);
 
-/// What the losses, without the texture's regulariser, say of views that are not optimised for: the mean over these views. One
+/// What the losses, without the texture's regularizer, say of views that are not optimized for: the mean over these views. One
 /// view is in memory at a time. Used by one thread; references its arguments.
 class HeldOutViews
 {
@@ -41,7 +41,7 @@ class HeldOutViews
                  const LevelRules& rules, const torch::Device& device, bool texture_too);
 
     /// Every view is measured with the losses' present state and with the draws of step 0, so that measurements differ by the
-    /// texture alone; the state is left as it was. Throws Cancelled between two views.
+    /// texture alone; the state is left as it was. Throws Canceled between two views.
     HeldOutLoss measured(Evaluator& evaluator, std::int64_t step, const std::map<std::string, std::shared_ptr<Loss>>& losses,
                          const Progress& progress);
 

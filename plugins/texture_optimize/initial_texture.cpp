@@ -17,13 +17,13 @@ namespace fresco::optimize
 namespace
 {
 
-/// Every so many valid pixels, one gives its colour to the statistics; prime, so that no image column is preferred.
+/// Every so many valid pixels, one gives its color to the statistics; prime, so that no image column is preferred.
 constexpr std::size_t sample_distance = 7;
 
 struct Loaded
 {
     std::vector<UvMap> maps;  ///< Per level.
-    RasterF camera;           ///< At the size of the last map; empty where colours are not wanted.
+    RasterF camera;           ///< At the size of the last map; empty where colors are not wanted.
 };
 
 Loaded loaded(const ViewSource& source, std::size_t view, bool with_colors)
@@ -71,7 +71,7 @@ ColorMoments moments_of(const RasterF& picture, const Raster8& covered)
     return moments;
 }
 
-void recolour(RasterF& picture, const Raster8& covered, const ColorMap& map)
+void recolor(RasterF& picture, const Raster8& covered, const ColorMap& map)
 {
     for (std::size_t i = 0; i < covered.values.size(); ++i)
     {
@@ -121,7 +121,7 @@ RasterF displayed(const Texture& texture)
     return sum;
 }
 
-/// The colours of the covered texels at another size; `covered` becomes where they are then.
+/// The colors of the covered texels at another size; `covered` becomes where they are then.
 RasterF resampled(const RasterF& picture, Raster8& covered, int size_px)
 {
     if (picture.width == size_px)
@@ -157,12 +157,12 @@ void InitialRules::check() const
         throw Error("port 'start' is wired, but init is " + init + ": take init: frames, or wire nothing");
     if (start->values != "display")
         throw Error("the texture on port 'start' holds \"" + start->values +
-                    "\" values; expected displayed colours (values: display), as texture.from_frames makes them");
+                    "\" values; expected displayed colors (values: display), as texture.from_frames makes them");
     if (!has_any(start->seen))
         throw Error("the texture on port 'start' has no texel that a frame saw: are its uv maps those of its frames?");
     for (const RasterF& layer : start->layers)
         if (!std::all_of(layer.values.begin(), layer.values.end(), [](float v) { return std::isfinite(v); }))
-            throw Error("the texture on port 'start' has values that are not finite: expected colours from 0 to 1");
+            throw Error("the texture on port 'start' has values that are not finite: expected colors from 0 to 1");
 }
 
 InitialTexture initial_texture(const ViewSource& source, const std::vector<std::size_t>& views, const RasterF& style,
@@ -175,7 +175,7 @@ InitialTexture initial_texture(const ViewSource& source, const std::vector<std::
     const auto batch = static_cast<std::size_t>(std::max(1, progress.threads()));
     for (std::size_t begin = 0; begin < views.size(); begin += batch)
     {
-        progress.check_cancelled();
+        progress.check_canceled();
         std::vector<Loaded> group(std::min(batch, views.size() - begin));
         parallel_for(group.size(), 1, progress.threads(),
                      [&](std::size_t first, std::size_t last)
@@ -218,7 +218,7 @@ InitialTexture initial_texture(const ViewSource& source, const std::vector<std::
         result.picture = resampled(displayed(*rules.start), covered, rules.size_px);
         recorded = moments_of(result.picture, covered);
     }
-    recolour(result.picture, covered, monge_kantorovich(recorded, wanted));
+    recolor(result.picture, covered, monge_kantorovich(recorded, wanted));
     if (!has_any(covered))
         result.picture = plain(rules.size_px, wanted.mean());
     push_pull(result.picture, covered);

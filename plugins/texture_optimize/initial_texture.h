@@ -26,12 +26,12 @@ struct InitialRules
     std::uint64_t seed = 0;          ///< Of the noise.
     const Texture* start = nullptr;  ///< With "frames": taken instead of gathering. Of the same atlas as the maps.
 
-    /// Throws Error if the start texture does not hold displayed, finite colours, if nothing of it was seen, and if it is given
+    /// Throws Error if the start texture does not hold displayed, finite colors, if nothing of it was seen, and if it is given
     /// with another `init`.
     void check() const;
 };
 
-/// "color" is the mean of `style`, "noise" has its mean and deviation, "frames" are camera colours, recoloured to the style by
+/// "color" is the mean of `style`, "noise" has its mean and deviation, "frames" are camera colors, recolored to the style by
 /// the linear Monge-Kantorovich map and filled in where no view looks: gathered through the uv maps of the largest height, or
 /// those of the start texture where it was seen, in any size. Reads every view once, a few at a time. `style`: RGB in [0,1]. The
 /// same bytes for any number of threads. Throws Error as rules.check().

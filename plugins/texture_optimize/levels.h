@@ -11,7 +11,7 @@ namespace fresco::optimize
 /// How pixels are given to the heights of the render pyramid (StyleMesh, section 3.2).
 struct DepthRule
 {
-    double theta_min_px = 32;     ///< What θ_d metres at a distance of 1 m should be at least, in pixels of height.
+    double theta_min_px = 32;     ///< What θ_d meters at a distance of 1 m should be at least, in pixels of height.
     double theta_d_m = 0.25;      ///< Smaller for scans of short range.
     bool printed_weight = false;  ///< |R - L1| / |L1 - L2| for L1, as the paper prints it; else 1 minus that.
 };
@@ -50,9 +50,9 @@ struct LevelPixels
 std::vector<LevelPixels> whole_levels(std::span<const UvMap> maps, const AngleRule& angle);
 
 /// With depth levels. Assignment, weights and the 3x3 erosion (outside the picture is background) are computed on the smallest
-/// height and resampled by nearest neighbour; a mask is eroded after the union of its two roles, weights per role. Pixels that
+/// height and resampled by nearest neighbor; a mask is eroded after the union of its two roles, weights per role. Pixels that
 /// are invalid at their own height are left out.
-/// \param depth  of the smallest height's pixels in metres, 0 = belongs to no level; usually maps[0].depth
+/// \param depth  of the smallest height's pixels in meters, 0 = belongs to no level; usually maps[0].depth
 std::vector<LevelPixels> depth_levels(std::span<const UvMap> maps, const RasterF& depth, const DepthRule& rule,
                                       const AngleRule& angle);
 
@@ -70,7 +70,7 @@ enum class GradientScaling
 /// 0 outside the level.
 RasterF gradient_factor(const UvMap& map, const LevelPixels& pixels, GradientScaling scaling);
 
-/// 1 where `mask` and its eight neighbours are 1; outside the raster is 0.
+/// 1 where `mask` and its eight neighbors are 1; outside the raster is 0.
 Raster8 eroded(const Raster8& mask);
 
 }  // namespace fresco::optimize

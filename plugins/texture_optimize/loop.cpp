@@ -230,7 +230,7 @@ class Loop
     /// Between two steps everything is consistent: here a run may end, and goes on later.
     void interrupt_point()
     {
-        may_be_interrupted([this] { run_.check_cancelled(); });
+        may_be_interrupted([this] { run_.check_canceled(); });
         if (options_.checkpoint_steps > 0 && step_ > 0 && step_ % options_.checkpoint_steps == 0 && step_ != due_step_)
         {
             checkpoints_.write_due(state());
@@ -256,7 +256,7 @@ class Loop
         keeping_ = kept_ - begin;
     }
 
-    /// What is done here may be cancelled; then the next run goes on from before it.
+    /// What is done here may be canceled; then the next run goes on from before it.
     template <class Act>
     void may_be_interrupted(Act act)
     {
@@ -264,7 +264,7 @@ class Loop
         {
             act();
         }
-        catch (const Cancelled&)
+        catch (const Canceled&)
         {
             if (step_ != due_step_)
                 checkpoints_.write_interrupted(state());
@@ -386,7 +386,7 @@ class Loop
 
 }  // namespace
 
-Texture optimised_texture(const LoopInputs& inputs, const LoopComponents& components, const LoopOptions& options, RunContext& run)
+Texture optimized_texture(const LoopInputs& inputs, const LoopComponents& components, const LoopOptions& options, RunContext& run)
 {
     at::set_num_threads(std::max(1, run.threads()));
     if (!options.reference)

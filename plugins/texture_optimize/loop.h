@@ -8,7 +8,7 @@
 #include <fresco/run_context.h>
 #include <fresco/texture.h>
 #include <fresco/torch/loss.h>
-#include <fresco/torch/optimiser_rule.h>
+#include <fresco/torch/optimizer_rule.h>
 #include <fresco/torch/texture_representation.h>
 #include <fresco/uv_maps.h>
 
@@ -35,7 +35,7 @@ struct LoopComponents
 {
     const std::map<std::string, std::shared_ptr<Loss>>& losses;
     TextureRepresentation& texture;
-    OptimiserRule& rule;
+    OptimizerRule& rule;
     const ImageIo* images = nullptr;  ///< Null: NPY pictures alone, no previews.
 };
 
@@ -62,7 +62,7 @@ struct LoopOptions
     double decay_start = 0.5;
     int step_epochs = 3;
     double step_factor = 0.1;
-    // Measuring on views that are not optimised for
+    // Measuring on views that are not optimized for
     int held_out_count = 0;
     std::int64_t measure_steps = 50;
     double stop_gain = 0;  ///< 0 = all steps are made.
@@ -73,11 +73,11 @@ struct LoopOptions
     std::int64_t preview_every = 0;  ///< 0 = never.
 };
 
-/// Optimises a texture until every view, rendered with it, is what the losses want. Goes on from the checkpoint in
+/// Optimizes a texture until every view, rendered with it, is what the losses want. Goes on from the checkpoint in
 /// run.checkpoint_folder(), if there is one, and ends with the same bytes as a run without interruption; on the CPU they are the
 /// same for any number of threads. Where a loss is not finite, the run goes back to its last checkpoint and halves the rate,
 /// three times at most. Throws Error for inputs that do not fit and for a loss that still is not finite.
-Texture optimised_texture(const LoopInputs& inputs, const LoopComponents& components, const LoopOptions& options,
+Texture optimized_texture(const LoopInputs& inputs, const LoopComponents& components, const LoopOptions& options,
                           RunContext& run);
 
 }  // namespace fresco::optimize

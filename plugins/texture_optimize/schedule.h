@@ -49,7 +49,7 @@ class Schedule
 };
 
 /// The place in an epoch's order of n views: position -> index, a walk round the ring of views by the golden ratio from a seeded
-/// start in a seeded direction. Neighbours in time look at different places, and every beginning of the walk covers the recording
+/// start in a seeded direction. Neighbors in time look at different places, and every beginning of the walk covers the recording
 /// evenly.
 std::size_t spread_index(std::size_t position, std::size_t count, std::uint64_t seed);
 

@@ -68,7 +68,7 @@ RasterF TexelGatherer::take_colors(Raster8& covered)
     for (std::size_t i = 0; i < covered.values.size(); ++i)
     {
         const float weight = sums_.values[4 * i + 3];
-        // Below this a texel was only grazed: its colour is better filled in from its neighbours.
+        // Below this a texel was only grazed: its color is better filled in from its neighbors.
         if (!(weight > 1e-6F))
             continue;
         covered.values[i] = 1;

@@ -21,7 +21,7 @@ RasterF opaque_rgb(const Raster8& picture)
 {
     if (picture.empty() || (picture.channels != 1 && picture.channels != 3 && picture.channels != 4))
         throw Error("the style picture is " + std::to_string(picture.width) + "x" + std::to_string(picture.height) + " with " +
-                    std::to_string(picture.channels) + " channels; expected pixels of 1 (grey), 3 (RGB) or 4 (RGBA) channels");
+                    std::to_string(picture.channels) + " channels; expected pixels of 1 (gray), 3 (RGB) or 4 (RGBA) channels");
     RasterF result(picture.width, picture.height, 3);
     for (int y = 0; y < picture.height; ++y)
         for (int x = 0; x < picture.width; ++x)

@@ -22,7 +22,7 @@ struct StyleSizes
     RasterF coarse;
 };
 
-/// Alpha is composited on white and grey spread over three channels. A longer side over 2048 px is first reduced to 2048; `fine`
+/// Alpha is composited on white and gray spread over three channels. A longer side over 2048 px is first reduced to 2048; `fine`
 /// has a shorter side of exactly 256 px, never enlarged (then `message` says so); `coarse` is four times as large, at most the
 /// picture. Released: where a side is over 2048 px, the shorter becomes 2048, which may enlarge; then `fine` has a shorter side
 /// of 256 px, enlarged too, and `coarse` is the third of these: 256 px, the halvings that are no smaller, ascending (256 px again

@@ -131,8 +131,8 @@ class TextureOptimize final : public fresco::Stage
 
     fresco::SlotMap<fresco::Loss> losses{this, "losses", "auto", "What the rendered views should be like"};
     fresco::Slot<fresco::TextureRepresentation> representation{this, "texture", "texture.laplacian", "How the texture is stored"};
-    fresco::Slot<fresco::OptimiserRule> optimiser{this, "optimiser",
-                                                  R"({"type": "optimiser.adam", "mode": "visible", "beta1": 0.9, "beta2": 0.99})",
+    fresco::Slot<fresco::OptimizerRule> optimizer{this, "optimizer",
+                                                  R"({"type": "optimizer.adam", "mode": "visible", "beta1": 0.9, "beta2": 0.99})",
                                                   "How a step changes it"};
     fresco::Slot<fresco::ImageIo> images{this, "images", "image.opencv", fresco::optional,
                                          "Reads pictures that are not NPY, writes previews; none: NPY alone, no previews"};
@@ -155,9 +155,9 @@ class TextureOptimize final : public fresco::Stage
             throw fresco::Error(
                 "the texture on port 'start' was made for another atlas than the uv maps on port 'uvmaps': wire a "
                 "texture of the same atlas");
-        fresco::Texture result = fresco::optimize::optimised_texture(
+        fresco::Texture result = fresco::optimize::optimized_texture(
             {*uvmaps, *frames, style->pixels, start.has_value() ? &*start : nullptr},
-            {*losses, *representation, *optimiser, images.has_value() ? images.get().get() : nullptr}, options, run);
+            {*losses, *representation, *optimizer, images.has_value() ? images.get().get() : nullptr}, options, run);
         result.atlas = uvmaps->atlas;
         texture = std::move(result);
     }

@@ -8,17 +8,17 @@ namespace fresco::optimize
 {
 
 /// What losses are given to learn of a cancellation: nothing within a step, which none of them could take up halfway. A run is
-/// cancelled between two steps.
+/// canceled between two steps.
 class WholeSteps final : public Progress
 {
   public:
     /// `run` must outlive it.
     explicit WholeSteps(const Progress& run) : run_(run) {}
 
-    void check_cancelled() const override
+    void check_canceled() const override
     {
         if (!within_)
-            run_.check_cancelled();
+            run_.check_canceled();
     }
     int threads() const override { return run_.threads(); }
 

@@ -30,7 +30,7 @@ std::vector<float> completeness_weights(const PictureLevel& picture, std::span<c
     parallel_for(weights.size(), keys_per_piece, progress.threads(),
                  [&](std::size_t begin, std::size_t end)
                  {
-                     progress.check_cancelled();
+                     progress.check_canceled();
                      std::vector<Nearest> nearest(end - begin);
                      nearest_queries.find(&picture.key_features()[begin * size], end - begin, nearest.data());
                      for (std::size_t i = begin; i < end; ++i)

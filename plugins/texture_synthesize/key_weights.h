@@ -9,7 +9,7 @@ namespace fresco::synthesize
 {
 
 /// How much each key's distances count: 1 / (α + the least distance of any of `queries`), so that a part of the picture that
-/// nothing looks like is worth more (completeness; Granot et al. 2022). `queries`: n x feature_count(). Throws Cancelled.
+/// nothing looks like is worth more (completeness; Granot et al. 2022). `queries`: n x feature_count(). Throws Canceled.
 std::vector<float> completeness_weights(const PictureLevel& picture, std::span<const float> queries, double alpha,
                                         const Progress& progress);
 

@@ -37,7 +37,7 @@ void for_each_texel(const SurfaceGrid& grid, const Progress& progress, const Wor
     parallel_for(grid.texels().size(), texels_per_piece, progress.threads(),
                  [&](std::size_t begin, std::size_t end)
                  {
-                     progress.check_cancelled();
+                     progress.check_canceled();
                      for (std::size_t t = begin; t < end; ++t)
                          work(t);
                  });

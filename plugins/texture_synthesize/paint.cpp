@@ -135,7 +135,7 @@ Painting paint(const Task& task, const Level& level, int size_px, Progress& prog
         parallel_for(static_cast<std::size_t>(rows), rows_per_piece, progress.threads(),
                      [&](std::size_t begin, std::size_t end)
                      {
-                         progress.check_cancelled();
+                         progress.check_canceled();
                          for (std::size_t y = begin; y < end; ++y)
                              for (int x = 0; x < size_px; ++x)
                                  paint_texel(x, first + static_cast<int>(y));

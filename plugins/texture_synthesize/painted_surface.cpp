@@ -135,7 +135,7 @@ PaintedSurface::PaintedSurface(const Mesh& of, const Progress& progress) : mesh(
 {
     const Mesh joined = welded(of);
     const geometry::Surface surface(joined);
-    neighbors = surface.neighbours;
+    neighbors = surface.neighbors;
     for (const Vec3d normal : geometry::smoothed_normals(surface, progress))
         normals.push_back(vec_cast<float>(normal));
 

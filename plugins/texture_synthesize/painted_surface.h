@@ -28,12 +28,12 @@ struct PaintedSurface
 {
     const Mesh& mesh;
     texturing::Charts charts;
-    std::vector<double> uv_per_m;    ///< Per chart: texcoords along a meter, from the areas; 0 where it has none.
-    geometry::Neighbours neighbors;  ///< F x 3, also across the atlas's seams and between vertices at one position.
+    std::vector<double> uv_per_m;   ///< Per chart: texcoords along a meter, from the areas; 0 where it has none.
+    geometry::Neighbors neighbors;  ///< F x 3, also across the atlas's seams and between vertices at one position.
     std::vector<Vec3f>
         normals;  ///< F, unit, smoothed over about ten rings of faces, but not over edges; zero for a face without area.
 
-    /// The mesh must have passed check_mesh and have texcoords. Throws Cancelled.
+    /// The mesh must have passed check_mesh and have texcoords. Throws Canceled.
     PaintedSurface(const Mesh& of, const Progress& progress);
 };
 

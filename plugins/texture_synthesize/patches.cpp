@@ -278,7 +278,7 @@ Patches::Patches(const PaintedSurface& surface, const SurfaceGrid& grid, const U
                      for (std::size_t i = begin; i < end; ++i)
                      {
                          if (i % patches_per_piece == 0)
-                             progress.check_cancelled();
+                             progress.check_canceled();
                          walker.walk(patches_[i], &points_[i * points_per_patch()], count_cover);
                      }
                  });
@@ -290,7 +290,7 @@ Patches::Patches(const PaintedSurface& surface, const SurfaceGrid& grid, const U
         if (near_center[texel].load(std::memory_order_relaxed) != 0)
             continue;
         if (patches_.size() % patches_per_piece == 0)
-            progress.check_cancelled();
+            progress.check_canceled();
         patches_.push_back(patch_at(texel));
         points_.resize(patches_.size() * points_per_patch());
         walker.walk(patches_.back(), &points_[(patches_.size() - 1) * points_per_patch()], count_cover);
@@ -309,7 +309,7 @@ Patches::Patches(const PaintedSurface& surface, const SurfaceGrid& grid, const U
                      for (std::size_t i = begin; i < end; ++i)
                      {
                          if (i % patches_per_piece == 0)
-                             progress.check_cancelled();
+                             progress.check_canceled();
                          const auto put = [&](std::uint32_t texel, float x, float y)
                          {
                              const std::size_t place = covers[texel].fetch_add(1, std::memory_order_relaxed);

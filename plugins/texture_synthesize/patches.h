@@ -37,7 +37,7 @@ class Patches
   public:
     /// Patches of `side` x `side` points (odd, at most 31) on every `stride`-th texel of each chart's grid both ways, and
     /// wherever a texel would have no patch's center within `stride` texels. The same for any number of threads. Throws
-    /// Cancelled.
+    /// Canceled.
     Patches(const PaintedSurface& surface, const SurfaceGrid& grid, const Upright& upright, int side, int stride,
             const Progress& progress);
 

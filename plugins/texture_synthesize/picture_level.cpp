@@ -112,7 +112,7 @@ void PictureLevel::make_basis(const Progress& progress)
             covariance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =
                 (static_cast<double>(products[i * values + j]) + static_cast<double>(products[j * values + i])) /
                 (2 * static_cast<double>(count));
-    progress.check_cancelled();
+    progress.check_canceled();
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(covariance);
     const auto last = static_cast<Eigen::Index>(values) - 1;
     features_ = std::min(values, most_features);

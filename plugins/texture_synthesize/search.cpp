@@ -58,7 +58,7 @@ class Search
         parallel_for(count, patches_per_piece, progress_.threads(),
                      [&](std::size_t begin, std::size_t end)
                      {
-                         progress_.check_cancelled();
+                         progress_.check_canceled();
                          work(begin, end);
                      });
     }

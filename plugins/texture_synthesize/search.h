@@ -30,7 +30,7 @@ struct SearchOptions
 /// the best position between the key found and the next ones; then the places that continue what the patches around found, which
 /// may differ more (coherence; Ashikhmin 2001, Hertzmann et al. 2001). A place costs w (d + lift) + preference, where w is the
 /// key's completeness and price, 1 on average. `wanted`: per texel, L*a*b*. `crowding`: per key, see
-/// update_crowding. The same for any number of threads. Throws Cancelled.
+/// update_crowding. The same for any number of threads. Throws Canceled.
 std::vector<Match> search(const Patches& patches, const SurfaceGrid& grid, std::span<const Vec3f> wanted,
                           const PictureLevel& picture, const SearchOptions& options, std::span<const float> crowding,
                           const Progress& progress);

@@ -16,7 +16,7 @@ namespace fresco::synthesize
 class StartPicture
 {
   public:
-    /// `texture`: of the surface's atlas, at any size. Throws Error for a texture that knows no texel of the surface, Cancelled.
+    /// `texture`: of the surface's atlas, at any size. Throws Error for a texture that knows no texel of the surface, Canceled.
     StartPicture(const PaintedSurface& surface, const Texture& texture, const Progress& progress);
 
     std::size_t chart_texels() const { return chart_texels_; }

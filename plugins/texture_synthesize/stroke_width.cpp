@@ -20,7 +20,7 @@ constexpr int steps_per_pixel = 8;
 constexpr double broad_share = 1.0 / 24;  // Of the shorter side: sigma of what counts as background.
 
 /// Gaussian blur, borders repeated.
-RasterF blurred(const RasterF& grey, double sigma)
+RasterF blurred(const RasterF& gray, double sigma)
 {
     const int radius = std::max(1, static_cast<int>(std::ceil(3 * sigma)));
     std::vector<double> weights;
@@ -29,22 +29,22 @@ RasterF blurred(const RasterF& grey, double sigma)
         total += weights.emplace_back(std::exp(-i * i / (2 * sigma * sigma)));
     const double* middle = &weights[static_cast<std::size_t>(radius)];
     const auto weight = [middle](int i) { return middle[i]; };
-    RasterF across(grey.width, grey.height);
-    RasterF result(grey.width, grey.height);
-    for (int y = 0; y < grey.height; ++y)
-        for (int x = 0; x < grey.width; ++x)
+    RasterF across(gray.width, gray.height);
+    RasterF result(gray.width, gray.height);
+    for (int y = 0; y < gray.height; ++y)
+        for (int x = 0; x < gray.width; ++x)
         {
             double sum = 0;
             for (int i = -radius; i <= radius; ++i)
-                sum += weight(i) * grey.at(std::clamp(x + i, 0, grey.width - 1), y);
+                sum += weight(i) * gray.at(std::clamp(x + i, 0, gray.width - 1), y);
             across.at(x, y) = static_cast<float>(sum / total);
         }
-    for (int y = 0; y < grey.height; ++y)
-        for (int x = 0; x < grey.width; ++x)
+    for (int y = 0; y < gray.height; ++y)
+        for (int x = 0; x < gray.width; ++x)
         {
             double sum = 0;
             for (int i = -radius; i <= radius; ++i)
-                sum += weight(i) * across.at(x, std::clamp(y + i, 0, grey.height - 1));
+                sum += weight(i) * across.at(x, std::clamp(y + i, 0, gray.height - 1));
             result.at(x, y) = static_cast<float>(sum / total);
         }
     return result;
@@ -56,30 +56,30 @@ RasterF detail(const Raster8& rgb)
     const double scale = std::min(1.0, static_cast<double>(longest_side) / std::max(rgb.width, rgb.height));
     const RasterF lab = lab_picture(resized(rgb, std::max(1, static_cast<int>(std::lround(rgb.width * scale))),
                                             std::max(1, static_cast<int>(std::lround(rgb.height * scale)))));
-    RasterF grey(lab.width, lab.height);
-    for (std::size_t i = 0; i < grey.values.size(); ++i)
-        grey.values[i] = lab.values[3 * i];
-    const RasterF broad = blurred(grey, std::max(1.0, broad_share * std::min(grey.width, grey.height)));
+    RasterF gray(lab.width, lab.height);
+    for (std::size_t i = 0; i < gray.values.size(); ++i)
+        gray.values[i] = lab.values[3 * i];
+    const RasterF broad = blurred(gray, std::max(1.0, broad_share * std::min(gray.width, gray.height)));
     double mean = 0;
-    for (std::size_t i = 0; i < grey.values.size(); ++i)
-        mean += static_cast<double>(grey.values[i] -= broad.values[i]);
-    mean /= static_cast<double>(grey.values.size());
-    for (float& v : grey.values)
+    for (std::size_t i = 0; i < gray.values.size(); ++i)
+        mean += static_cast<double>(gray.values[i] -= broad.values[i]);
+    mean /= static_cast<double>(gray.values.size());
+    for (float& v : gray.values)
         v -= static_cast<float>(mean);
-    return grey;
+    return gray;
 }
 
 /// Mean product of a picture with itself moved by (dx, dy), dy >= 0.
-double correlation(const RasterF& grey, int dx, int dy)
+double correlation(const RasterF& gray, int dx, int dy)
 {
     double sum = 0;
     std::size_t count = 0;
     const int x0 = std::max(0, -dx);
-    const int x1 = std::min(grey.width, grey.width - dx);
-    for (int y = 0; y + dy < grey.height; ++y)
+    const int x1 = std::min(gray.width, gray.width - dx);
+    for (int y = 0; y + dy < gray.height; ++y)
     {
-        const float* a = &grey.values[grey.index(0, y)];
-        const float* b = &grey.values[grey.index(0, y + dy)] + dx;
+        const float* a = &gray.values[gray.index(0, y)];
+        const float* b = &gray.values[gray.index(0, y + dy)] + dx;
         // Several sums at once: they need not wait for each other.
         std::array<float, 8> parts{};
         int x = x0;
@@ -99,18 +99,18 @@ double correlation(const RasterF& grey, int dx, int dy)
 
 double stroke_width_px(const Raster8& rgb, const Progress& progress)
 {
-    const RasterF grey = detail(rgb);
-    const int reach = std::clamp(std::min(grey.width, grey.height) / 10, 2, 48);
+    const RasterF gray = detail(rgb);
+    const int reach = std::clamp(std::min(gray.width, gray.height) / 10, 2, 48);
     const int columns = 2 * reach + 1;
     // dy from 0 on; the other half is its mirror image.
     std::vector<double> correlations(static_cast<std::size_t>(columns) * static_cast<std::size_t>(reach + 1));
     parallel_for(correlations.size(), 32, progress.threads(),
                  [&](std::size_t begin, std::size_t end)
                  {
-                     progress.check_cancelled();
+                     progress.check_canceled();
                      for (std::size_t i = begin; i < end; ++i)
                          correlations[i] =
-                             correlation(grey, static_cast<int>(i) % columns - reach, static_cast<int>(i) / columns);
+                             correlation(gray, static_cast<int>(i) % columns - reach, static_cast<int>(i) / columns);
                  });
     const auto at = [&](int x, int y)
     {
@@ -147,7 +147,7 @@ double stroke_width_px(const Raster8& rgb, const Progress& progress)
             before = value;
         }
     }
-    const double enlarged = static_cast<double>(rgb.width) / grey.width;
+    const double enlarged = static_cast<double>(rgb.width) / gray.width;
     return std::max(2.0, 1.5 * 2 * least * enlarged);
 }
 

@@ -9,7 +9,7 @@ namespace fresco::synthesize
 /// How wide the brush strokes of a picture are, in its pixels: 1.5 times the width at half height, along its minor axis, of the
 /// autocorrelation of luminance without what is broader than an eighth of the picture. (Of stripes as soft as a sine that
 /// is half a period, the width of one; of hard-edged ones three quarters of it.) At least 2. RGB. The same for any number of
-/// threads. Throws Cancelled.
+/// threads. Throws Canceled.
 double stroke_width_px(const Raster8& rgb, const Progress& progress);
 
 }  // namespace fresco::synthesize

@@ -51,7 +51,7 @@ SurfaceGrid::SurfaceGrid(const PaintedSurface& surface, double spacing_m, const 
     for (std::uint32_t face = 0; face < faces; ++face)
     {
         if (face % 4096 == 0)
-            progress.check_cancelled();
+            progress.check_canceled();
         draw_face(surface, face);
     }
 

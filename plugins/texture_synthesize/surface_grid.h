@@ -33,7 +33,7 @@ class SurfaceGrid
         double cells_per_uv = 0;
     };
 
-    /// `spacing_m`: a texel's side. Charts without area have no texels. Throws Error for more than 2^32 cells, Cancelled.
+    /// `spacing_m`: a texel's side. Charts without area have no texels. Throws Error for more than 2^32 cells, Canceled.
     SurfaceGrid(const PaintedSurface& surface, double spacing_m, const Progress& progress);
 
     double spacing_m() const { return spacing_m_; }

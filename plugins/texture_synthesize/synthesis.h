@@ -27,7 +27,7 @@ struct SynthesisOptions
 /// Paints a surface from coarse to fine: levels whose strokes are 8 texels wide and half as many, and then the texture. Levels
 /// finer than the texture are left out, so that a smaller texture is the same painting, stopped early. Goes on from a checkpoint
 /// of an interrupted run, with the same result. `images`: writes previews; may be null. Throws Error if the strokes would be
-/// narrower than about a texel, Cancelled.
+/// narrower than about a texel, Canceled.
 Painting synthesize(const Task& task, const SynthesisOptions& options, const ImageIo* images, RunContext& run);
 
 }  // namespace fresco::synthesize

@@ -56,7 +56,7 @@ void project_all(const std::vector<fresco::Vec3f>& positions, const fresco::Into
     fresco::parallel_for(positions.size(), vertices_per_block, progress.threads(),
                          [&](std::size_t begin, std::size_t end)
                          {
-                             progress.check_cancelled();
+                             progress.check_canceled();
                              for (std::size_t v = begin; v < end; ++v)
                                  projected[v] = frustum.project(into_camera.point(positions[v]));
                          });

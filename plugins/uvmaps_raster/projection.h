@@ -11,7 +11,7 @@
 namespace raster
 {
 
-/// What lies nearer to the camera's plane than this, metres, is cut away: a hundredth of a millimetre.
+/// What lies nearer to the camera's plane than this, meters, is cut away: a hundredth of a millimeter.
 inline constexpr double near_m = 1e-5;
 
 /// A point as the camera sees it, for any size of its pictures.
@@ -19,12 +19,12 @@ struct Projected
 {
     double x = 0;            ///< X / Z in the camera, …
     double y = 0;            ///< … and Y / Z; 0 where `sides` says that it needs clipping.
-    float nearness = 0;      ///< 1 / Z, per metre.
+    float nearness = 0;      ///< 1 / Z, per meter.
     std::uint8_t sides = 0;  ///< Of which planes it lies on the far side.
 };
 
-/// The planes about what a camera sees: through its centre and the picture's borders; the plane near_m before it; and planes
-/// through the centre a picture's size beyond the borders, between which coordinates stay small.
+/// The planes about what a camera sees: through its center and the picture's borders; the plane near_m before it; and planes
+/// through the center a picture's size beyond the borders, between which coordinates stay small.
 struct Frustum
 {
     static constexpr std::uint8_t left = 1;
@@ -58,7 +58,7 @@ inline bool needs_clipping(std::uint8_t a, std::uint8_t b, std::uint8_t c)
     return ((a | b | c) & (Frustum::behind | Frustum::far_aside)) != 0;
 }
 
-/// The vertices of a mesh. Shared among progress.threads() threads. Throws Cancelled.
+/// The vertices of a mesh. Shared among progress.threads() threads. Throws Canceled.
 void project_all(const std::vector<fresco::Vec3f>& positions, const fresco::IntoCamera& into_camera, const Frustum& frustum,
                  const fresco::Progress& progress, std::vector<Projected>& projected);
 

@@ -56,13 +56,13 @@ void RasterFinder::find(std::span<const fresco::Camera> cameras, const fresco::P
     fresco::parallel_for(count, block, progress.threads(),
                          [&](std::size_t begin, std::size_t end)
                          {
-                             progress.check_cancelled();
+                             progress.check_canceled();
                              bins_[begin / block].fill(mesh_, begin, end, projected_, frustum, into_camera, grids);
                          });
     fresco::parallel_for(picture_of.size(), tiles_at_once, progress.threads(),
                          [&](std::size_t begin, std::size_t end)
                          {
-                             progress.check_cancelled();
+                             progress.check_canceled();
                              Tile tile;
                              for (std::size_t number = begin; number < end; ++number)
                              {

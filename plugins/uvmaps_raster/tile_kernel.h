@@ -6,13 +6,13 @@
 namespace raster
 {
 
-/// A triangle in a picture. Coordinates are fixed-point with some number of fractional bits: pixel (i, j) has its centre at (i,
+/// A triangle in a picture. Coordinates are fixed-point with some number of fractional bits: pixel (i, j) has its center at (i,
 /// j).
 struct Piece
 {
     std::int32_t x[3];
     std::int32_t y[3];
-    float nearness[3];   ///< Of the corners: 1 / depth, per metre; above 0.
+    float nearness[3];   ///< Of the corners: 1 / depth, per meter; above 0.
     std::uint32_t face;  ///< Of the mesh.
 };
 

@@ -56,12 +56,12 @@ void draw_piece(const Piece& piece, int bits, int tile_x, int tile_y, std::uint6
     const int last_x = least(x_max >> bits, tile_x + tile_width - 1);
     const int last_y = least(y_max >> bits, tile_y + tile_height - 1);
 
-    // Corners 1, 2 and 0 from the centre of the first pixel, where the edges begin that face corners 0, 1 and 2.
+    // Corners 1, 2 and 0 from the center of the first pixel, where the edges begin that face corners 0, 1 and 2.
     const Three x = __builtin_convertvector(ThreeInts{piece.x[1], piece.x[2], piece.x[0], 0} - (first_x << bits), Three);
     const Three y = __builtin_convertvector(ThreeInts{piece.y[1], piece.y[2], piece.y[0], 0} - (first_y << bits), Three);
     Three dx = FRESCO_SHUFFLE(x, x, ThreeLongs, 1, 2, 0, 3) - x;
     Three dy = FRESCO_SHUFFLE(y, y, ThreeLongs, 1, 2, 0, 3) - y;
-    // Twice the area of the triangle that an edge forms with a pixel's centre: a whole number, above 0 inside.
+    // Twice the area of the triangle that an edge forms with a pixel's center: a whole number, above 0 inside.
     const double area = dx[2] * dy[0] - dy[2] * dx[0];
     if (area == 0)
         return;
@@ -72,7 +72,7 @@ void draw_piece(const Piece& piece, int bits, int tile_x, int tile_y, std::uint6
     const Three start = dy * x - dx * y;
     const Three right = -dy * one;
     const Three down = dx * one;
-    // Centres on an edge that runs down, or level to the right, are inside, others not: below 1/2 means at most 0.
+    // Centers on an edge that runs down, or level to the right, are inside, others not: below 1/2 means at most 0.
     const Three least_inside = (Three)((dy * 0x1p33 + dx <= 0) & (ThreeLongs)(Three{} + 0.5));
 
     // Nearness is linear in the picture: that of corner 0 and shares of the differences to the others.

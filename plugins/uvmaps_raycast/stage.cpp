@@ -21,5 +21,5 @@ class UvmapsRaycast final : public fresco::UvMappingStage
 };
 }  // namespace
 
-FRESCO_STAGE("uvmaps.raycast", UvmapsRaycast, "Casts the colour cameras' rays against the mesh: uv, depth and angle per pixel")
+FRESCO_STAGE("uvmaps.raycast", UvmapsRaycast, "Casts the color cameras' rays against the mesh: uv, depth and angle per pixel")
 FRESCO_LIBRARY("Embree", fresco::raycast::embree_version())

@@ -15,7 +15,7 @@ target_compile_options(
               -ffile-prefix-map=${PROJECT_SOURCE_DIR}=.
               -ffile-prefix-map=${PROJECT_BINARY_DIR}=build
               -ffp-contract=off)
-# On in the presets, whose compiler and flags are known: other levels of optimisation bring other false alarms.
+# On in the presets, whose compiler and flags are known: other levels of optimization bring other false alarms.
 option(FRESCO_WARNINGS_AS_ERRORS "Treat compiler warnings as errors" OFF)
 if(FRESCO_WARNINGS_AS_ERRORS)
     target_compile_options(fresco_compile_options INTERFACE -Werror)

@@ -13,10 +13,10 @@ import zstandard
 
 
 def read_uv_map(path):
-    """A dict of uv (float32 H x W x 2), depth (metres) and cosine (float32 H x W) and valid (bool H x W)."""
+    """A dict of uv (float32 H x W x 2), depth (meters) and cosine (float32 H x W) and valid (bool H x W)."""
     file = pathlib.Path(path).read_bytes()
     magic, form, width, height, valid_pixels, *rest = struct.unpack_from("<8s4I4Bf14I", file)
-    bits, per_metre, sizes, checksum = rest[:4], np.float32(rest[4]), iter(rest[5:18]), rest[18]
+    bits, per_meter, sizes, checksum = rest[:4], np.float32(rest[4]), iter(rest[5:18]), rest[18]
     if magic != b"FRESCOUV" or form != 2 or zlib.crc32(file[:84]) != checksum:
         raise ValueError(f"{path}: no packed uv map of form 2, or a damaged one")
     at = 88
@@ -44,7 +44,7 @@ def read_uv_map(path):
 
     u, v, cosine, depth = [steps(count) for count in bits]
     last = np.float32(2 ** bits[0] - 1)
-    return {"uv": np.stack([u / last, v / last], -1), "depth": depth / per_metre, "cosine": cosine / np.float32(255), "valid": valid}
+    return {"uv": np.stack([u / last, v / last], -1), "depth": depth / per_meter, "cosine": cosine / np.float32(255), "valid": valid}
 
 
 if __name__ == "__main__":

@@ -6,7 +6,7 @@ namespace fresco
 Error::~Error() = default;
 MissingInput::~MissingInput() = default;
 
-Cancelled::Cancelled() : std::runtime_error("The run was interrupted.") {}
-Cancelled::~Cancelled() = default;
+Canceled::Canceled() : std::runtime_error("The run was interrupted.") {}
+Canceled::~Canceled() = default;
 
 }  // namespace fresco

@@ -139,7 +139,7 @@ std::shared_ptr<Frames> Frames::load(const ArtifactFolder& folder)
 Raster8 load_color(const Frame& frame, const ImageIo* images)
 {
     if (frame.color_picture.empty())
-        throw Error(frame.sequence + "/" + frame.name + ": has no colour picture");
+        throw Error(frame.sequence + "/" + frame.name + ": has no color picture");
     const fs::path& file = frame.color_picture.path;
     check_unchanged(frame.color_picture);
     Raster8 picture = file.extension() == ".npy" ? detail::read_raster8(file, 3) : codec(images, file).read_rgb(file);

@@ -158,7 +158,7 @@ RigidTransform read_rigid_transform(const std::filesystem::path& file)
     return rigid_transform(read_matrix_text(file, 4, 4), file.string());
 }
 
-Intrinsics intrinsics_from_matrix(const std::vector<double>& matrix, PixelCentre centre, int width, int height,
+Intrinsics intrinsics_from_matrix(const std::vector<double>& matrix, PixelCenter center, int width, int height,
                                   std::string_view source)
 {
     const std::string name(source);
@@ -176,7 +176,7 @@ Intrinsics intrinsics_from_matrix(const std::vector<double>& matrix, PixelCentre
                 throw Error(name + ": intrinsics are fx 0 cx / 0 fy cy / 0 0 1 (no skew), but row " + std::to_string(row + 1) +
                             ", column " + std::to_string(column + 1) + " is " + number_text(entry));
         }
-    const double shift = centre == PixelCentre::integer ? 0.5 : 0.0;
+    const double shift = center == PixelCenter::integer ? 0.5 : 0.0;
     const Intrinsics intrinsics{.width = width,
                                 .height = height,
                                 .fx = matrix[0],

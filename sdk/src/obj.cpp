@@ -137,7 +137,7 @@ class ObjReader
             lines_.fail(std::string("expected ") + expected);
         const bool colored = count == 6;
         if (!mesh_.positions.empty() && colored == mesh_.colors.empty())
-            lines_.fail("some vertices have a colour and some have none; expected all or none");
+            lines_.fail("some vertices have a color and some have none; expected all or none");
         mesh_.positions.push_back({values[0], values[1], values[2]});
         if (colored)
             mesh_.colors.push_back({channel(values[3]), channel(values[4]), channel(values[5])});
@@ -146,7 +146,7 @@ class ObjReader
     std::uint8_t channel(float value) const
     {
         if (value < 0.0F || value > 1.0F)
-            lines_.fail("a vertex colour is outside 0 to 1");
+            lines_.fail("a vertex color is outside 0 to 1");
         return static_cast<std::uint8_t>(std::lround(value * 255.0F));
     }
 

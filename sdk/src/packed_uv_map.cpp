@@ -25,7 +25,7 @@ using detail::ResidualEncoder;
 
 constexpr float uv_rounding = 1e-5F;
 constexpr int cosine_bits = 8;
-constexpr float most_steps_per_metre = 1000;
+constexpr float most_steps_per_meter = 1000;
 constexpr int depth_bits = 16;
 constexpr int far_depth_bits = 22;
 /// Of depth: a float holds so many exactly, with bits to spare for rounding.
@@ -60,7 +60,7 @@ void pick_channel(const float* __restrict values, std::size_t width, std::size_t
 /// The nearest whole number, of numbers from 0 on.
 std::int32_t rounded(double number)
 {
-    // lround is not vectorised; the last bit, in which they may differ, counts nothing here.
+    // lround is not vectorized; the last bit, in which they may differ, counts nothing here.
     return static_cast<std::int32_t>(number + 0.5);  // NOLINT(bugprone-incorrect-roundings)
 }
 
@@ -81,12 +81,12 @@ bool share_steps(std::uint32_t* __restrict row, const std::uint32_t* __restrict 
 }
 
 /// The same for depth: what lies in front of the camera stays there.
-void depth_steps(std::uint32_t* __restrict row, const std::uint32_t* __restrict keep, std::size_t width, double per_metre)
+void depth_steps(std::uint32_t* __restrict row, const std::uint32_t* __restrict keep, std::size_t width, double per_meter)
 {
     for (std::size_t x = 0; x < width; ++x)
     {
         const auto depth = std::bit_cast<float>(row[x] & keep[x]);
-        const std::int32_t step = rounded(static_cast<double>(depth) * per_metre);
+        const std::int32_t step = rounded(static_cast<double>(depth) * per_meter);
         const std::int32_t least = depth > 0 ? 1 : 0;
         row[x] = static_cast<std::uint32_t>(step < least ? least : step);
     }
@@ -110,7 +110,7 @@ float largest_depth(const UvMap& map, std::string_view source)
         while (bits_at(bad) < infinity)
             ++bad;
         throw Error(std::string(source) + ": depth: " + pixel_text(bad, map.depth.width) + " holds " +
-                    std::to_string(depth[bad]) + "; a distance in metres was expected");
+                    std::to_string(depth[bad]) + "; a distance in meters was expected");
     }
     return std::bit_cast<float>(largest);
 }
@@ -265,18 +265,18 @@ std::vector<std::byte> pack_uv_map(const UvMap& map, int uv_bits, std::string_vi
     const int width = map.valid.width;
     const int height = map.valid.height;
 
-    float steps_per_metre = most_steps_per_metre;
+    float steps_per_meter = most_steps_per_meter;
     const auto deepest = static_cast<double>(largest_depth(map, source));
-    while (deepest * steps_per_metre > most_steps)
-        steps_per_metre /= 2;
-    const bool far = deepest * steps_per_metre + 0.5 >= last_step(depth_bits) + 1;
+    while (deepest * steps_per_meter > most_steps)
+        steps_per_meter /= 2;
+    const bool far = deepest * steps_per_meter + 0.5 >= last_step(depth_bits) + 1;
 
     PackedUvMapHeader header;
     header.width = static_cast<std::uint32_t>(width);
     header.height = static_cast<std::uint32_t>(height);
     header.bits = {static_cast<std::uint8_t>(uv_bits), static_cast<std::uint8_t>(uv_bits), cosine_bits,
                    static_cast<std::uint8_t>(far ? far_depth_bits : depth_bits)};
-    header.depth_steps_per_metre = steps_per_metre;
+    header.depth_steps_per_meter = steps_per_meter;
     const auto mask = mask_of(map.valid, header.valid_pixels);
 
     std::array<ResidualEncoder, detail::packed_quantities> encoders{
@@ -301,7 +301,7 @@ std::vector<std::byte> pack_uv_map(const UvMap& map, int uv_bits, std::string_vi
             fail_share(map.cosine, map.valid, "cosine", source);
         encoders[detail::packed_cosine].row(steps.data(), valid);
         pick_channel(&map.depth.at(0, y), columns, 1, 0, steps.data());
-        depth_steps(steps.data(), keep.data(), columns, static_cast<double>(steps_per_metre));
+        depth_steps(steps.data(), keep.data(), columns, static_cast<double>(steps_per_meter));
         encoders[detail::packed_depth].row(steps.data(), valid);
     }
 
@@ -362,7 +362,7 @@ UvMap unpack_uv_map(std::span<const std::byte> bytes, int width, int height, std
         for (std::size_t x = 0; x < columns; ++x)
             cosine_row[x] = kept(cosines[x], x) / last_cosine;
         for (std::size_t x = 0; x < columns; ++x)
-            depth_row[x] = kept(depths[x], x) / header.depth_steps_per_metre;
+            depth_row[x] = kept(depths[x], x) / header.depth_steps_per_meter;
     }
     return map;
 }

@@ -83,7 +83,7 @@ std::array<std::byte, PackedUvMapHeader::bytes> PackedUvMapHeader::write() const
         writer.number(value);
     for (const std::uint8_t value : bits)
         writer.byte(value);
-    writer.number(std::bit_cast<std::uint32_t>(depth_steps_per_metre));
+    writer.number(std::bit_cast<std::uint32_t>(depth_steps_per_meter));
     writer.number(mask);
     for (const PackedParts& quantity : parts)
         for (const std::uint32_t size : {quantity.low, quantity.extra, quantity.large})
@@ -109,7 +109,7 @@ PackedUvMapHeader PackedUvMapHeader::read(std::span<const std::byte> file, std::
     header.valid_pixels = reader.number();
     for (std::uint8_t& value : header.bits)
         value = reader.byte();
-    header.depth_steps_per_metre = std::bit_cast<float>(reader.number());
+    header.depth_steps_per_meter = std::bit_cast<float>(reader.number());
     std::uint64_t end = bytes;
     end += header.mask = reader.number();
     for (PackedParts& quantity : header.parts)
@@ -125,9 +125,9 @@ PackedUvMapHeader PackedUvMapHeader::read(std::span<const std::byte> file, std::
     if (u < 16 || u > 22 || v != u || cosine != 8 || (depth != 16 && depth != 22))
         fail_packed(source, 24, "16 to 22 bits of u and as many of v, 8 of the cosine, 16 or 22 of depth were expected");
     // Too few would make infinite depths of sound steps.
-    if (!(header.depth_steps_per_metre > 0 && header.depth_steps_per_metre <= 1000) ||
-        !std::isfinite(4194303.0F / header.depth_steps_per_metre))
-        fail_packed(source, 28, "steps of depth per metre, above 0 and at most 1000, were expected");
+    if (!(header.depth_steps_per_meter > 0 && header.depth_steps_per_meter <= 1000) ||
+        !std::isfinite(4194303.0F / header.depth_steps_per_meter))
+        fail_packed(source, 28, "steps of depth per meter, above 0 and at most 1000, were expected");
     return header;
 }
 

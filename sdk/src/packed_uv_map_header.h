@@ -35,7 +35,7 @@ struct PackedUvMapHeader
     std::uint32_t height = 0;
     std::uint32_t valid_pixels = 0;
     std::array<std::uint8_t, packed_quantities> bits{};  ///< Of the values' steps.
-    float depth_steps_per_metre = 0;
+    float depth_steps_per_meter = 0;
     std::uint32_t mask = 0;                              ///< Bytes of the part.
     std::array<PackedParts, packed_quantities> parts{};  ///< Bytes of the parts.
 

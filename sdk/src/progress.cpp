@@ -6,7 +6,7 @@ namespace fresco
 
 Progress::~Progress() = default;
 void Progress::progress(double, double, std::string_view) {}
-void Progress::check_cancelled() const {}
+void Progress::check_canceled() const {}
 int Progress::threads() const
 {
     return 1;

@@ -16,7 +16,7 @@ struct Tap
     std::vector<float> weights;
 };
 
-/// One axis: box overlap when shrinking, linear interpolation between centres when enlarging.
+/// One axis: box overlap when shrinking, linear interpolation between centers when enlarging.
 std::vector<Tap> taps(int from, int to)
 {
     std::vector<Tap> result(static_cast<std::size_t>(to));
@@ -26,10 +26,10 @@ std::vector<Tap> taps(int from, int to)
         Tap& tap = result[static_cast<std::size_t>(i)];
         if (scale <= 1)
         {
-            const double centre = (i + 0.5) * scale - 0.5;
-            const int left = std::clamp(static_cast<int>(std::floor(centre)), 0, from - 1);
+            const double center = (i + 0.5) * scale - 0.5;
+            const int left = std::clamp(static_cast<int>(std::floor(center)), 0, from - 1);
             const int right = std::min(left + 1, from - 1);
-            const auto share = static_cast<float>(std::clamp(centre - left, 0.0, 1.0));
+            const auto share = static_cast<float>(std::clamp(center - left, 0.0, 1.0));
             tap.first = left;
             tap.weights = right == left ? std::vector<float>{1.0F} : std::vector<float>{1 - share, share};
             continue;

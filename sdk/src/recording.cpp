@@ -64,10 +64,10 @@ void refuse_missing(const std::vector<std::string>& missing, std::string_view ru
     throw MissingInput(text + "; " + std::string(rule));
 }
 
-void check_centre(const Intrinsics& k, const std::string& source, const std::filesystem::path& picture)
+void check_center(const Intrinsics& k, const std::string& source, const std::filesystem::path& picture)
 {
     if (k.cx <= 0 || k.cy <= 0 || k.cx >= k.width || k.cy >= k.height)
-        throw Error(source + ": the centre (" + to_json(k.cx) + ", " + to_json(k.cy) + ") is outside of " + picture.string() +
+        throw Error(source + ": the center (" + to_json(k.cx) + ", " + to_json(k.cy) + ") is outside of " + picture.string() +
                     ", which is " + size_text(k.width, k.height) + "; give the intrinsics for pictures of this size");
 }
 
@@ -81,9 +81,9 @@ void check_not_turned(const std::filesystem::path& file, const ImageHeader& head
 
 void check_depth_kind(const std::filesystem::path& file, const ImageHeader& header)
 {
-    if (header.bits > 0 && (header.bits != 16 || !header.grey))
+    if (header.bits > 0 && (header.bits != 16 || !header.gray))
         throw Error(file.string() + ": expected a depth picture, a PNG of one channel of 16 bits; this one has " +
-                    std::to_string(header.bits) + " bits" + (header.grey ? "" : " and colours"));
+                    std::to_string(header.bits) + " bits" + (header.gray ? "" : " and colors"));
 }
 
 Frames posed_frames(const std::vector<ViewFiles>& views, const RecorderCameras& cameras, const PoseReader& read_pose,
@@ -96,7 +96,7 @@ Frames posed_frames(const std::vector<ViewFiles>& views, const RecorderCameras& 
                  {
                      for (std::size_t i = begin; i < end; ++i)
                      {
-                         progress.check_cancelled();
+                         progress.check_canceled();
                          if (const auto pose = read_pose(views[i]))
                              made[i] = make_frame(views[i], cameras, *pose, images);
                          progress.progress(static_cast<double>(++done), static_cast<double>(views.size()), "frames");

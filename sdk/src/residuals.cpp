@@ -10,7 +10,7 @@ namespace
 
 constexpr std::uint8_t is_large = 255;
 
-// The loops below run over one row and touch no memory but their arguments', so that the compiler may vectorise them.
+// The loops below run over one row and touch no memory but their arguments', so that the compiler may vectorize them.
 
 /// The differences of the steps from the row above to this one, along the row. A step goes on as it was over invalid pixels,
 /// whose difference so becomes 0; `above` becomes this row.

@@ -33,7 +33,7 @@ class ResidualEncoder
   public:
     ResidualEncoder(int width, int height, int bits);
 
-    /// Values where valid is 0 are not read: the plane through the neighbours stands for them.
+    /// Values where valid is 0 are not read: the plane through the neighbors stands for them.
     void row(const std::uint32_t* values, const std::uint8_t* valid);
     ResidualPlanes planes() &&;
 

@@ -11,7 +11,7 @@ namespace
 {
 
 /// Which source pixel each target pixel takes. The factor is rounded twice as OpenCV rounds it, so that values measured with its
-/// nearest-neighbour sampling, as the released preparation of StyleMesh does, are met.
+/// nearest-neighbor sampling, as the released preparation of StyleMesh does, are met.
 std::vector<int> nearest_pixels(int from, int to)
 {
     std::vector<int> result(static_cast<std::size_t>(to));
@@ -22,12 +22,12 @@ std::vector<int> nearest_pixels(int from, int to)
 }
 
 /// Fixed point of 15 bits.
-int grey(int red, int green, int blue)
+int gray(int red, int green, int blue)
 {
     return (9798 * red + 19235 * green + 3735 * blue + (1 << 14)) >> 15;
 }
 
-Raster<int> sampled_grey(const Raster8& rgb, int width, int height)
+Raster<int> sampled_gray(const Raster8& rgb, int width, int height)
 {
     const auto columns = nearest_pixels(rgb.width, width);
     const auto rows = nearest_pixels(rgb.height, height);
@@ -37,7 +37,7 @@ Raster<int> sampled_grey(const Raster8& rgb, int width, int height)
         {
             const int column = columns[static_cast<std::size_t>(x)];
             const int row = rows[static_cast<std::size_t>(y)];
-            result.at(x, y) = grey(rgb.at(column, row, 0), rgb.at(column, row, 1), rgb.at(column, row, 2));
+            result.at(x, y) = gray(rgb.at(column, row, 0), rgb.at(column, row, 1), rgb.at(column, row, 2));
         }
     return result;
 }
@@ -46,7 +46,7 @@ Raster<int> sampled_grey(const Raster8& rgb, int width, int height)
 
 double sharpness(const Raster8& rgb, int width, int height)
 {
-    const Raster<int> picture = sampled_grey(rgb, width, height);
+    const Raster<int> picture = sampled_gray(rgb, width, height);
     std::int64_t sum = 0;
     std::int64_t squares = 0;
     for (int y = 0; y < height; ++y)

@@ -41,10 +41,10 @@ TestRun::~TestRun() = default;
 
 void TestRun::progress(double, double, std::string_view) {}
 
-void TestRun::check_cancelled() const
+void TestRun::check_canceled() const
 {
     if (checks_left_ > 0 && --checks_left_ == 0)
-        throw Cancelled();
+        throw Canceled();
 }
 
 void TestRun::message(std::string_view text)

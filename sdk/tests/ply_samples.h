@@ -106,7 +106,7 @@ class PlyText
     PlyEncoding encoding_;
 };
 
-/// Two triangles of a unit square with a fold, with colours; every number is exact in float and in its text.
+/// Two triangles of a unit square with a fold, with colors; every number is exact in float and in its text.
 inline fresco::Mesh folded_square()
 {
     fresco::Mesh mesh;

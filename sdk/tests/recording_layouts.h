@@ -22,7 +22,7 @@
 namespace fresco::testing
 {
 
-/// A recording of one camera whose pictures differ from frame to frame: colour 32x24, depth 16x12, millimetres; the camera walks
+/// A recording of one camera whose pictures differ from frame to frame: color 32x24, depth 16x12, millimeters; the camera walks
 /// a quarter of a circle and looks inward and down.
 inline Frames tiny_recording(const std::filesystem::path& folder, const ImageIo& images, int count = 3)
 {
@@ -204,7 +204,7 @@ inline void write_colmap(const Frames& frames, const std::filesystem::path& fold
     write_file(folder / "sparse/0" / ("images" + ending), images);
 }
 
-/// TUM RGB-D: rgb.txt, depth.txt, groundtruth.txt, rgb/, depth/. Depth pictures 4 ms after colour, poses 3 ms before.
+/// TUM RGB-D: rgb.txt, depth.txt, groundtruth.txt, rgb/, depth/. Depth pictures 4 ms after color, poses 3 ms before.
 inline void write_tum(const Frames& frames, const std::filesystem::path& folder)
 {
     std::string rgb = "# color images\n# timestamp filename\n", depth = "# depth maps\n",
@@ -296,7 +296,7 @@ inline void write_replica(const Frames& frames, const std::filesystem::path& fol
         trajectory += joined(matrix_of(frame.color.world_from_camera)) + "\n";
     }
     write_file(folder / "traj.txt", trajectory);
-    // Pixel centres count from 0 there.
+    // Pixel centers count from 0 there.
     const Value camera = Value::Map{{"w", k.width},     {"h", k.height},    {"fx", k.fx},    {"fy", k.fy},
                                     {"cx", k.cx - 0.5}, {"cy", k.cy - 0.5}, {"scale", scale}};
     write_file(folder.parent_path() / "cam_params.json", to_json(Value::Map{{"camera", camera}}, 1));
@@ -324,7 +324,7 @@ inline std::string zlib_stored(const std::string& bytes)
     return packed;
 }
 
-/// ScanNet's .sens, version 4: colour as the frames' files are, called JPEG; depth packed.
+/// ScanNet's .sens, version 4: color as the frames' files are, called JPEG; depth packed.
 /// \param edit  may change the pose of a frame before it is written
 inline void write_sens(const Frames& frames, const std::filesystem::path& file, const ImageIo& images,
                        const std::function<void(std::size_t frame, std::vector<double>& pose)>& edit = {})

@@ -127,8 +127,8 @@ TEST_CASE("A pose that is no rotation is refused")
 
 TEST_CASE("A camera whose rays have no direction in single precision is refused")
 {
-    const auto check = [](double focal, double centre) {
-        fresco::check_camera({{64, 48, focal, focal, centre, 24}, {}}, "camera.txt");
+    const auto check = [](double focal, double center) {
+        fresco::check_camera({{64, 48, focal, focal, center, 24}, {}}, "camera.txt");
     };
     CHECK_NOTHROW(check(1, 32));
     CHECK_NOTHROW(check(6.4e7, -6.4e7));
@@ -313,7 +313,7 @@ TEST_CASE("A depth picture may be NPY, and needs no codec then")
     fresco::Frame frame;
     frame.sequence = "seq";
     frame.name = "f";
-    CHECK_THROWS_WITH(fresco::load_color(frame, nullptr), Contains("seq/f: has no colour picture"));
+    CHECK_THROWS_WITH(fresco::load_color(frame, nullptr), Contains("seq/f: has no color picture"));
     frame.depth.intrinsics = {3, 2, 1, 1, 1, 1};
     frame.depth_unit_m = 0.5;
     frame.depth_picture.path = folder.path() / "depth.npy";
@@ -352,7 +352,7 @@ TEST_CASE("uv maps stream to disk and back")
     CHECK_THROWS_WITH(loaded->load_map(0, 0), Contains("000000_16.uvmap") && Contains("is 20x16; the index says 21x16"));
 }
 
-TEST_CASE("A texture's lookup has texel centres at +0.5 and v upwards")
+TEST_CASE("A texture's lookup has texel centers at +0.5 and v upwards")
 {
     fresco::RasterF texture(4, 4, 1);
     for (int y = 0; y < 4; ++y)

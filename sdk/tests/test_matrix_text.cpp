@@ -47,22 +47,22 @@ TEST_CASE("a rigid transform is rotation and translation, anything else is refus
     CHECK_THROWS_WITH(fresco::rigid_transform({1, 0, 0}, "p"), Contains("4x4"));
 }
 
-TEST_CASE("intrinsics of 3x3 and 4x4 matrices, with both conventions of the pixel centre", "[matrix_text]")
+TEST_CASE("intrinsics of 3x3 and 4x4 matrices, with both conventions of the pixel center", "[matrix_text]")
 {
     const std::vector<double> small{500, 0, 319.5, 0, 510, 239.5, 0, 0, 1};
     const std::vector<double> large{500, 0, 319.5, 0, 0, 510, 239.5, 0, 0, 0, 1, 0, 0, 0, 0, 1};
-    const fresco::Intrinsics centred{640, 480, 500, 510, 320, 240};
-    CHECK(fresco::intrinsics_from_matrix(small, fresco::PixelCentre::integer, 640, 480, "k") == centred);
-    CHECK(fresco::intrinsics_from_matrix(large, fresco::PixelCentre::integer, 640, 480, "k") == centred);
-    CHECK(fresco::intrinsics_from_matrix(small, fresco::PixelCentre::half, 640, 480, "k").cx == 319.5);
+    const fresco::Intrinsics centerd{640, 480, 500, 510, 320, 240};
+    CHECK(fresco::intrinsics_from_matrix(small, fresco::PixelCenter::integer, 640, 480, "k") == centerd);
+    CHECK(fresco::intrinsics_from_matrix(large, fresco::PixelCenter::integer, 640, 480, "k") == centerd);
+    CHECK(fresco::intrinsics_from_matrix(small, fresco::PixelCenter::half, 640, 480, "k").cx == 319.5);
     auto skewed = small;
     skewed[1] = 0.5;
-    CHECK_THROWS_WITH(fresco::intrinsics_from_matrix(skewed, fresco::PixelCentre::half, 640, 480, "k"),
+    CHECK_THROWS_WITH(fresco::intrinsics_from_matrix(skewed, fresco::PixelCenter::half, 640, 480, "k"),
                       Contains("row 1, column 2"));
     auto negative = small;
     negative[4] = -510;
-    CHECK_THROWS_WITH(fresco::intrinsics_from_matrix(negative, fresco::PixelCentre::half, 640, 480, "k"), Contains("positive"));
+    CHECK_THROWS_WITH(fresco::intrinsics_from_matrix(negative, fresco::PixelCenter::half, 640, 480, "k"), Contains("positive"));
     auto broken = small;
     broken[0] = INFINITY;
-    CHECK_THROWS_WITH(fresco::intrinsics_from_matrix(broken, fresco::PixelCentre::half, 640, 480, "k"), Contains("finite"));
+    CHECK_THROWS_WITH(fresco::intrinsics_from_matrix(broken, fresco::PixelCenter::half, 640, 480, "k"), Contains("finite"));
 }

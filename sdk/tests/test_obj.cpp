@@ -62,7 +62,7 @@ TEST_CASE("OBJ: polygons are fanned and faces that name a vertex twice are dropp
     CHECK(report.degenerate_dropped == 1);
 }
 
-TEST_CASE("OBJ: colours, weights, comments, groups, line ends and continued lines", "[obj]")
+TEST_CASE("OBJ: colors, weights, comments, groups, line ends and continued lines", "[obj]")
 {
     const Mesh colored = parse("v 0 0 0 0 0.5 1\nv 1 0 0 1 1 1\nv 0 1 0 0 0 0.002\nf 1 2 3\n");
     CHECK(colored.colors == std::vector<Rgb8>{{0, 128, 255}, {255, 255, 255}, {0, 0, 1}});

@@ -32,8 +32,8 @@ class PlainReader
         const int height = static_cast<int>(height_);
         UvMap map{{width, height, 2}, {width, height}, {width, height}, {width, height}};
         const auto mask = part();
-        float steps_per_metre = 0;
-        std::memcpy(&steps_per_metre, file_.data() + 28, sizeof steps_per_metre);
+        float steps_per_meter = 0;
+        std::memcpy(&steps_per_meter, file_.data() + 28, sizeof steps_per_meter);
         const int uv_bits = std::to_integer<int>(file_[24]);
         const int depth_bits = std::to_integer<int>(file_[27]);
         const auto last = static_cast<float>((1 << uv_bits) - 1);
@@ -49,7 +49,7 @@ class PlainReader
             map.uv.values[2 * i] = static_cast<float>(u[i]) / last;
             map.uv.values[2 * i + 1] = static_cast<float>(v[i]) / last;
             map.cosine.values[i] = static_cast<float>(cosine[i]) / 255;
-            map.depth.values[i] = static_cast<float>(depth[i]) / steps_per_metre;
+            map.depth.values[i] = static_cast<float>(depth[i]) / steps_per_meter;
         }
         return map;
     }
@@ -290,7 +290,7 @@ TEST_CASE("A map that cannot be packed is refused by pixel and value")
     {
         UvMap map = good;
         map.depth.at(0, 1) = value;
-        CHECK_THAT(refused(map), Contains("depth: pixel (0, 1)") && Contains("metres"));
+        CHECK_THAT(refused(map), Contains("depth: pixel (0, 1)") && Contains("meters"));
     }
     UvMap map = good;
     map.depth.at(0, 1) = -0.0F;

@@ -13,7 +13,7 @@ namespace
 {
 
 /// Value of one target coordinate along one axis, straight from the definition: the mean over the footprint when shrinking, the
-/// tent between neighbouring centres when enlarging.
+/// tent between neighboring centers when enlarging.
 double axis_weight(int target, int source, int from, int to)
 {
     const double scale = static_cast<double>(from) / to;
@@ -23,8 +23,8 @@ double axis_weight(int target, int source, int from, int to)
             std::min((target + 1) * scale, source + 1.0) - std::max(target * scale, static_cast<double>(source));
         return std::max(0.0, overlap) / scale;
     }
-    const double centre = std::clamp((target + 0.5) * scale - 0.5, 0.0, from - 1.0);
-    return std::max(0.0, 1 - std::abs(centre - source));
+    const double center = std::clamp((target + 0.5) * scale - 0.5, 0.0, from - 1.0);
+    return std::max(0.0, 1 - std::abs(center - source));
 }
 
 Raster<float> slow_resized(const Raster<float>& source, int width, int height)
@@ -93,7 +93,7 @@ TEST_CASE("resized: shrinking averages boxes", "[raster]")
     CHECK(two.values[1] == Approx((0.5 * 6 + 12) / 1.5));
 }
 
-TEST_CASE("resized: enlarging interpolates between pixel centres and is clamped at the border", "[raster]")
+TEST_CASE("resized: enlarging interpolates between pixel centers and is clamped at the border", "[raster]")
 {
     Raster<float> source(2, 1);
     source.values = {0, 8};

@@ -19,10 +19,10 @@ Raster8 checkerboard(int width, int height, int field, std::uint8_t dark, std::u
     return picture;
 }
 
-/// The definition, written out: nearest sampling, grey, 4-neighbour Laplacian with borders mirrored about the edge pixel.
+/// The definition, written out: nearest sampling, gray, 4-neighbor Laplacian with borders mirrored about the edge pixel.
 double slow_sharpness(const Raster8& rgb, int width, int height)
 {
-    const auto grey = [&](int x, int y)
+    const auto gray = [&](int x, int y)
     {
         x = x < 0 ? -x : x >= width ? 2 * width - 2 - x : x;
         y = y < 0 ? -y : y >= height ? 2 * height - 2 - y : y;
@@ -34,7 +34,7 @@ double slow_sharpness(const Raster8& rgb, int width, int height)
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x)
         {
-            const double edge = grey(x - 1, y) + grey(x + 1, y) + grey(x, y - 1) + grey(x, y + 1) - 4 * grey(x, y);
+            const double edge = gray(x - 1, y) + gray(x + 1, y) + gray(x, y - 1) + gray(x, y + 1) - 4 * gray(x, y);
             sum += edge;
             squares += edge * edge;
         }
@@ -47,9 +47,9 @@ double slow_sharpness(const Raster8& rgb, int width, int height)
 TEST_CASE("sharpness of pictures that can be computed by hand")
 {
     CHECK(sharpness(Raster8(40, 30, 3, 99), 40, 30) == 0);
-    // Every pixel of a board of single pixels differs from its four neighbours by 100, up or down: the Laplacian is +-400.
+    // Every pixel of a board of single pixels differs from its four neighbors by 100, up or down: the Laplacian is +-400.
     CHECK(sharpness(checkerboard(40, 30, 1, 50, 150), 40, 30) == Approx(160'000));
-    // Every second pixel of it has one colour: at half size nothing is left.
+    // Every second pixel of it has one color: at half size nothing is left.
     CHECK(sharpness(checkerboard(40, 30, 1, 50, 150), 20, 15) == 0);
 }
 

@@ -16,7 +16,7 @@ inline fresco::Mesh two_chart_wall()
     return mesh;
 }
 
-/// One layer of one colour, nothing seen.
+/// One layer of one color, nothing seen.
 inline fresco::Texture blank_texture(int size, float value)
 {
     fresco::Texture texture;
@@ -25,7 +25,7 @@ inline fresco::Texture blank_texture(int size, float value)
     return texture;
 }
 
-/// Paints and marks as seen the texels whose centres are in a rectangle of uv.
+/// Paints and marks as seen the texels whose centers are in a rectangle of uv.
 inline void see(fresco::Texture& texture, fresco::Vec2f low, fresco::Vec2f high, fresco::Vec3f rgb)
 {
     fresco::RasterF& layer = texture.layers.front();

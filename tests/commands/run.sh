@@ -26,26 +26,26 @@ print(max(found, key=lambda m: m.stat().st_mtime_ns).parent / sys.argv[2])
 PY
 }
 
-"$fresco" run examples/recolour.yaml --store store --out out "${small[@]}" >log 2>&1 || { cat log; fail "recolour.yaml failed"; }
-grep -q 'recolour: turned 256x256 texels by 120 degrees' log || { cat log; fail "the script's words are not shown"; }
-test -s out/recoloured.glb
-# A turn by 120 degrees around the grey axis makes red green, green blue and blue red.
+"$fresco" run examples/recolor.yaml --store store --out out "${small[@]}" >log 2>&1 || { cat log; fail "recolor.yaml failed"; }
+grep -q 'recolor: turned 256x256 texels by 120 degrees' log || { cat log; fail "the script's words are not shown"; }
+test -s out/recolored.glb
+# A turn by 120 degrees around the gray axis makes red green, green blue and blue red.
 python3 - "$(objects texture.bake textured_mesh)" "$(objects command result)" <<'PY'
 import pathlib, sys
 import numpy as np
 before, after = (np.load(pathlib.Path(folder) / "image.npy") for folder in sys.argv[1:])
-assert before.std() > 10 and np.abs(before[..., 0].astype(int) - before[..., 2]).max() > 20, "a grey picture shows nothing"
-assert (np.roll(before, 1, axis=2) == after).all(), "the colours were not turned by a third"
+assert before.std() > 10 and np.abs(before[..., 0].astype(int) - before[..., 2]).max() > 20, "a gray picture shows nothing"
+assert (np.roll(before, 1, axis=2) == after).all(), "the colors were not turned by a third"
 meshes = [(pathlib.Path(folder) / "mesh.ply").read_bytes() for folder in sys.argv[1:]]
 assert meshes[0] == meshes[1]
 PY
 again() { # EXPECTED ARGUMENTS…: what a plan says of the script's stage
-    "$fresco" plan examples/recolour.yaml --store store "${small[@]}" "${@:2}" | grep "^recolour .*$1" >/dev/null || fail "the plan does not say: $1"
+    "$fresco" plan examples/recolor.yaml --store store "${small[@]}" "${@:2}" | grep "^recolor .*$1" >/dev/null || fail "the plan does not say: $1"
 }
 again stored
 again 'option run was' --set turn=60
-echo '# changed' >>examples/recolour.py
-again 'among the files, recolour.py changed'
+echo '# changed' >>examples/recolor.py
+again 'among the files, recolor.py changed'
 
 if command -v blender >/dev/null; then
     atlas=("${small[@]/atlas.size_px=256/size_px=256}")

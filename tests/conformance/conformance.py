@@ -2,7 +2,7 @@
 """conformance.py FRESCO SOURCE PLUGINS: what every stage and component in the tree must keep to, asked of the program.
 
 Every library loads; a library is named after its type; help, ports and options are complete and named by the rules; each folder has a
-README that leads to the type's page of the reference; an option of the wrong kind and a misspelt one are refused with the place; the committed
+README that leads to the type's page of the reference; an option of the wrong kind and a misspelled one are refused with the place; the committed
 pages of the reference are those that the declarations give.
 """
 import json
@@ -77,7 +77,7 @@ def check_type(entry):
 
 
 def check_refusals(name, declaration):
-    """Every option with a wrong value and a misspelt one, all in one file: each is reported at its line."""
+    """Every option with a wrong value and a misspelled one, all in one file: each is reported at its line."""
     lines = ["version: 1", "stages:", "  tested:", f"    type: {name}", "    no_such_option: 1"]
     expected = {5: "no_such_option"}
     for option in declaration["options"]:

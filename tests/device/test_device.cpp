@@ -68,7 +68,7 @@ struct Room
     };
 
     Result painted(const std::map<std::string, Value>& losses, const torch::Device& device, int repeats,
-                   const std::string& rule = "optimiser.adam")
+                   const std::string& rule = "optimizer.adam")
     {
         testing::TestFactory factory;
         const auto network = made<FeatureNetwork>(
@@ -79,8 +79,8 @@ struct Room
         for (const auto& [type, options] : losses)
             components.emplace(type, made<Loss>(type, options, factory));
         const auto texture = made<TextureRepresentation>("texture.laplacian", Value::Map{}, factory);
-        const auto steps = made<OptimiserRule>(
-            rule, rule == "optimiser.adam" ? Value::Map{{"mode", "visible"}} : Value::Map{{"max_evaluations", 2}}, factory);
+        const auto steps = made<OptimizerRule>(
+            rule, rule == "optimizer.adam" ? Value::Map{{"mode", "visible"}} : Value::Map{{"max_evaluations", 2}}, factory);
         LoopOptions options;
         options.size_px = 64;
         options.repeats = repeats;
@@ -92,7 +92,7 @@ struct Room
         testing::forget_far_traffic();
         Result result;
         result.texture =
-            optimize::optimised_texture({*wall.maps, wall.frames, style}, {components, *texture, *steps}, options, run);
+            optimize::optimized_texture({*wall.maps, wall.frames, style}, {components, *texture, *steps}, options, run);
         result.waits = testing::far_traffic().wait_count();
         result.losses = run.metrics.at("loss");
         return result;
@@ -120,7 +120,7 @@ TEST_CASE("every loss gives on another device what it gives on the processor, an
     const std::vector<std::map<std::string, Value>> all{
         {{"loss.gram", Value::Map{{"targets", "both"}, {"features", on_network}}},
          {"loss.content", Value::Map{{"features", on_network}, {"relative", true}}}},
-        {{"loss.gram", Value::Map{{"targets", "both"}, {"centre", false}, {"rule", "released"}, {"features", on_network}}},
+        {{"loss.gram", Value::Map{{"targets", "both"}, {"center", false}, {"rule", "released"}, {"features", on_network}}},
          {"loss.content", Value::Map{{"features", on_network}, {"layers", "relu2_1"}}}},
         {{"loss.nnfm", Value::Map{{"features", on_network}}}}};
     for (const auto& losses : all)
@@ -148,6 +148,6 @@ TEST_CASE("what can only be computed on the processor is, whatever the device")
     CHECK(distance(room.painted(patches, testing::far_device(), 1).texture, room.painted(patches, torch::kCPU, 1).texture) <
           1e-3);
     const std::map<std::string, Value> gram{{"loss.gram", Value::Map{{"features", on_network}}}};
-    CHECK(distance(room.painted(gram, testing::far_device(), 1, "optimiser.lbfgs").texture,
-                   room.painted(gram, torch::kCPU, 1, "optimiser.lbfgs").texture) < 1e-3);
+    CHECK(distance(room.painted(gram, testing::far_device(), 1, "optimizer.lbfgs").texture,
+                   room.painted(gram, torch::kCPU, 1, "optimizer.lbfgs").texture) < 1e-3);
 }

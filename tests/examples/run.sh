@@ -33,7 +33,7 @@ stages:
   bounds: {type: example.point_bounds, input: points}
 YAML
 "$fresco" run "$work/points.yaml" --store "$work/store" --out "$work/out"
-# Centres of the two faces of the mirrored quad, by hand: z = -(1+1+1)/3 and -(1+1+3)/3.
+# Centers of the two faces of the mirrored quad, by hand: z = -(1+1+1)/3 and -(1+1+3)/3.
 python3 - "$work/out/bounds.json" <<'PY'
 import json, sys
 box = json.load(open(sys.argv[1]))

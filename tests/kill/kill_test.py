@@ -3,7 +3,7 @@
 uninterrupted run. KILL_AT_RENAME is the library made of kill_at_rename.c.
 
 Kills are spread over the measured run (at the beginning and the end of every stage, and at even times), at least 15 fall inside the
-optimiser after its first checkpoint, each publishing step is hit once, and each step of changing checkpoints twice. Fails if fewer
+optimizer after its first checkpoint, each publishing step is hit once, and each step of changing checkpoints twice. Fails if fewer
 than 50 landed.
 """
 import hashlib
@@ -26,7 +26,7 @@ for name in ("FRESCO_PLUGIN_PATH", "FRESCO_FAULT"):
     ENVIRONMENT.pop(name, None)
 
 PUBLISHING = ["publish.written", "publish.synced", "publish.renamed", "publish.key", "publish.manifest", "publish.done"]
-# When the optimiser changes its checkpoints, the last becomes the earlier one before the next takes its name. Killed just then, the
+# When the optimizer changes its checkpoints, the last becomes the earlier one before the next takes its name. Killed just then, the
 # next run goes on from as many checkpoints further than this run did. One that goes on from the earlier checkpoint writes it again.
 CHANGING = [("before earlier.safetensors", 0), ("after earlier.safetensors", 0), ("before checkpoint.safetensors", 0),
             ("after checkpoint.safetensors", 0), ("after checkpoint.safetensors", 1)]
@@ -84,7 +84,7 @@ def steps(events):
 
 
 def taken_up(events):
-    """The step after which the optimiser went on; 0: it began anew; None: it did not come to that."""
+    """The step after which the optimizer went on; 0: it began anew; None: it did not come to that."""
     messages = [event["text"] for event in events if event.get("event") == "message" and event.get("stage") == "texture"]
     found = [int(match[1]) for match in (re.match(r"going on after step (\d+) of", text) for text in messages) if match]
     return found[0] if found else 0 if steps(events) else None
@@ -101,7 +101,7 @@ def main():
     assert len(expected) > 1 and total_steps > 80, (expected, total_steps)
     print(f"uninterrupted: {duration:.1f} s, {total_steps:.0f} steps, {len(expected)} files, stages {' '.join(stages)}")
 
-    site, landed, in_optimiser, at_points = Site("killed"), 0, 0, set()
+    site, landed, in_optimizer, at_points = Site("killed"), 0, 0, set()
 
     def finish():
         """Runs to the end and compares. Call it whenever a run came through."""
@@ -109,7 +109,7 @@ def main():
         assert status == 0
         assert site.files() == expected, f"other bytes after {landed} kills: {site.files()} instead of {expected}"
 
-    # Inside the optimiser, each kill a few steps after the one before: the run must go on from its newest checkpoint.
+    # Inside the optimizer, each kill a few steps after the one before: the run must go on from its newest checkpoint.
     reached = 0
     for target in range(CHECKPOINT_STEPS + 1, int(total_steps) - 1, 5):
         status, events = site.run(lambda e: e.get("stage") == "texture" and e.get("event") == "progress" and e.get("done", 0) >= target)
@@ -119,7 +119,7 @@ def main():
         reached = max(steps(events), default=reached)
         if status != 0:
             landed += 1
-            in_optimiser += reached > CHECKPOINT_STEPS
+            in_optimizer += reached > CHECKPOINT_STEPS
     finish()
 
     # While checkpoints change: how far the next run comes back is known to the step.
@@ -133,7 +133,7 @@ def main():
         told += begun is not None
         left += further * CHECKPOINT_STEPS
         landed += 1
-        in_optimiser += left > 0
+        in_optimizer += left > 0
     assert told >= len(CHANGING), f"only {told} of {2 * len(CHANGING) + 1} runs told where they went on"
     finish()
 
@@ -172,9 +172,9 @@ def main():
             site.wipe()
     finish()
 
-    print(f"{landed} kills landed, {in_optimiser} inside the optimiser after its first checkpoint, publishing steps: {' '.join(sorted(at_points))}")
+    print(f"{landed} kills landed, {in_optimizer} inside the optimizer after its first checkpoint, publishing steps: {' '.join(sorted(at_points))}")
     missing = set(PUBLISHING) - at_points
-    if landed < 50 or in_optimiser < 15 or missing:
+    if landed < 50 or in_optimizer < 15 or missing:
         sys.exit(f"too few kills landed: 50, 15 and every publishing step are wanted; missing: {missing}")
 
 

@@ -25,7 +25,7 @@ stages:
     seed: 1
     order: recorded
     max_steps: 1
-    optimiser: {epsilon: 1}
+    optimizer: {epsilon: 1}
 YAML
 step() { "$fresco" run "$work/step.yaml" --store "$work/store" --out "$work/out" --json-log "$@"; }
 step --until dataset >"$work/dataset.log" || { cat "$work/dataset.log"; fail "the dataset"; }

@@ -32,7 +32,7 @@ fresco::Frames frames_in(const fs::path& out)
     return *fresco::Frames::load({out / "frames", out});
 }
 
-/// Two views of the generated room. Most layouts know one camera: the depth pictures are taken for the colour camera's then.
+/// Two views of the generated room. Most layouts know one camera: the depth pictures are taken for the color camera's then.
 struct Room
 {
     fresco::testing::TemporaryFolder folder;

@@ -84,7 +84,7 @@ Frames box_room_frames()
         frame.number = static_cast<long>(i);
         frame.color.intrinsics = {160, 120, 118, 121, 77.2, 62.9};
         frame.color.world_from_camera = looking_at(eyes[i], targets[i]);
-        // Beside the colour camera and turned a little outwards.
+        // Beside the color camera and turned a little outwards.
         const Vec3d right = frame.color.world_from_camera.direction({1, 0, 0});
         frame.depth.intrinsics = {128, 96, 88, 90, 65.5, 46.1};
         frame.depth.world_from_camera = looking_at(eyes[i] + right * 0.08, targets[i] + right * 0.2);

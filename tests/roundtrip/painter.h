@@ -7,7 +7,7 @@
 #include <array>
 #include <vector>
 
-/// The colour (RGB in [0,1]) that the whole room is painted with: smooth, different along every axis.
+/// The color (RGB in [0,1]) that the whole room is painted with: smooth, different along every axis.
 std::array<double, 3> paint_at(double x, double y, double z);
 
 /// Conventions that a stage could have got wrong; applied on purpose.

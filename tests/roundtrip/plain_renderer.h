@@ -29,7 +29,7 @@ struct Picture
 struct Wrong
 {
     bool flipped_v = false;
-    bool half_texel = false;     ///< Texel centres at whole numbers.
+    bool half_texel = false;     ///< Texel centers at whole numbers.
     bool mirrored_axis = false;  ///< Pixel columns from right to left.
 };
 
@@ -40,7 +40,7 @@ struct Pixel
     std::array<double, 3> rgb{};  ///< 0..255
 };
 
-/// The nearest triangle whose front (counter-clockwise corners) faces the camera or not, at every pixel centre, row-major; a
+/// The nearest triangle whose front (counter-clockwise corners) faces the camera or not, at every pixel center, row-major; a
 /// pixel whose nearest triangle shows its back stays empty. Every triangle against every pixel, by 2D homogeneous coordinates.
 std::vector<Pixel> render(const Model& model, const Picture& picture, const View& view, const Wrong& wrong);
 

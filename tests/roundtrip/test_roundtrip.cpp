@@ -127,7 +127,7 @@ plain::Model true_room()
     return model;
 }
 
-/// Mean difference (of 255) between what the GLB shows from every pose and the paint at the points that the colour camera truly
+/// Mean difference (of 255) between what the GLB shows from every pose and the paint at the points that the color camera truly
 /// sees; a pixel that shows nothing counts 255.
 double difference_to_paint(const Loaded& loaded, const Frames& frames, const plain::Wrong& wrong,
                            bool through_depth_camera = false)

@@ -27,7 +27,7 @@ void add_texcoords(Mesh& mesh)
     for (const auto& t : mesh.triangles)
         for (const auto v : t)
         {
-            const auto wrapped = [](float metres) { return std::abs(std::fmod(metres, 1.0F)); };
+            const auto wrapped = [](float meters) { return std::abs(std::fmod(meters, 1.0F)); };
             mesh.texcoords.push_back({wrapped(mesh.positions[v].x), wrapped(mesh.positions[v].z)});
         }
 }

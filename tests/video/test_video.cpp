@@ -102,7 +102,7 @@ std::vector<plain::Pixel> true_points(const Camera& camera)
 }
 
 /// The room's paint, and in every picture stripes and a brightness of its own, as a style transfer picture by picture leaves.
-Raster8 stylised(const Camera& camera, int number)
+Raster8 stylized(const Camera& camera, int number)
 {
     const auto points = true_points(camera);
     Raster8 picture(camera.intrinsics.width, camera.intrinsics.height, 3);
@@ -130,7 +130,7 @@ class Chain
         fs::create_directories(styled());
         for (const Frame& frame : frames_->frames)
             write_file(styled() / ("walk_" + frame.name + ".png"),
-                       Codec().encode_png(stylised(frame.color, static_cast<int>(frame.number))));
+                       Codec().encode_png(stylized(frame.color, static_cast<int>(frame.number))));
         run("uvmaps.raycast", Value::Map{{"heights_px", Value::List{120}}}, {{"mesh", room_}, {"frames", frames_}});
         const auto maps = UvMaps::load({folder_.path() / "uvmaps", folder_.path()});
         run("texture.from_frames", Value::Map{{"pictures", styled().string()}, {"size_px", 640}},
@@ -181,7 +181,7 @@ double of(const Value& figures, const char* name)
 
 }  // namespace
 
-TEST_CASE("the texture of pictures that were stylised one by one agrees with itself, and shows what they share")
+TEST_CASE("the texture of pictures that were stylized one by one agrees with itself, and shows what they share")
 {
     Chain chain;
     for (const int gap : {1, 4})
@@ -197,7 +197,7 @@ TEST_CASE("the texture of pictures that were stylised one by one agrees with its
         CHECK(of(texture, "value") < of(pictures, "value") / 5);
         CHECK(of(texture, "headline") < of(pictures, "headline") / 5);
     }
-    // Neither grey nor one of the pictures: the paint, from which every single picture differs by 0.08 and more.
+    // Neither gray nor one of the pictures: the paint, from which every single picture differs by 0.08 and more.
     double error = 0;
     std::size_t count = 0;
     for (const Frame& frame : chain.frames().frames)

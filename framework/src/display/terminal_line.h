@@ -12,7 +12,7 @@ namespace fresco::host
 /// '?', a tabulator a blank.
 std::string harmless(std::string_view text);
 
-/// Columns that a text in UTF-8 takes on a terminal, escape sequences for colours left out.
+/// Columns that a text in UTF-8 takes on a terminal, escape sequences for colors left out.
 std::size_t columns(std::string_view text);
 
 enum class Tone

@@ -69,7 +69,7 @@ Value describe(const fs::path& path, const weights::WeightsFile& file, const wei
 int inspect(const WeightsArguments& arguments)
 {
     const auto file = weights::read_weights(arguments.file);
-    const auto vgg19 = weights::recognise_vgg19(file.contents, arguments.file);
+    const auto vgg19 = weights::recognize_vgg19(file.contents, arguments.file);
     const Value description = describe(arguments.file, file, vgg19);
     if (arguments.json)
     {
@@ -94,7 +94,7 @@ int inspect(const WeightsArguments& arguments)
     return 0;
 }
 
-/// What the person says of the weights decides over what is recognised.
+/// What the person says of the weights decides over what is recognized.
 void apply(const WeightsArguments& arguments, weights::Vgg19Weights& vgg19)
 {
     const auto padding = vgg19.input.padding;
@@ -120,7 +120,7 @@ void cut(weights::Vgg19Weights& vgg19, const std::string& until, const std::stri
 int convert(const WeightsArguments& arguments)
 {
     const auto file = weights::read_weights(arguments.file);
-    auto vgg19 = weights::recognise_vgg19(file.contents, arguments.file);
+    auto vgg19 = weights::recognize_vgg19(file.contents, arguments.file);
     apply(arguments, vgg19);
     if (!arguments.until.empty())
         cut(vgg19, arguments.until, arguments.file);

@@ -14,7 +14,7 @@ namespace fresco::host
 {
 namespace
 {
-// Sets of edges: equal edges count once, and neighbours come in ascending order.
+// Sets of edges: equal edges count once, and neighbors come in ascending order.
 using AdjacencyList = boost::adjacency_list<boost::setS, boost::vecS, boost::bidirectionalS>;
 
 constexpr auto none = static_cast<std::size_t>(-1);

@@ -22,7 +22,7 @@ struct Stop
 std::string explained(const std::string& message)
 {
     if (message.find("illegal map value") != std::string::npos)
-        return "a second ':' in one value, or a line indented deeper than its neighbours: put text with ': ' into quotes";
+        return "a second ':' in one value, or a line indented deeper than its neighbors: put text with ': ' into quotes";
     if (message.find("end of map not found") != std::string::npos)
         return "this line does not continue the map above: check its indentation and its ':'";
     if (message.find("end of sequence not found") != std::string::npos)

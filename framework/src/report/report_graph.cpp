@@ -35,7 +35,7 @@ Edges edges_of(const std::vector<ReportStage>& stages)
     return edges;
 }
 
-/// The mean row of a box's neighbours in the layer before (or behind), or its own where it has none.
+/// The mean row of a box's neighbors in the layer before (or behind), or its own where it has none.
 double wanted_row(const GraphDrawing& drawing, int box, bool from_left)
 {
     double sum = 0;

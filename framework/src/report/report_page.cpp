@@ -15,8 +15,8 @@ namespace fresco::host
 namespace
 {
 
-constexpr std::string_view three_licence =
-    R"(/* three.js and its OrbitControls, copyright three.js authors, under the MIT licence: Permission is hereby granted, free of charge, to any
+constexpr std::string_view three_license =
+    R"(/* three.js and its OrbitControls, copyright three.js authors, under the MIT license: Permission is hereby granted, free of charge, to any
 person obtaining a copy of this software and associated documentation files (the "Software"), to deal in the Software without restriction,
 including without limitation the rights to use, copy, modify, merge, publish, distribute, sublicense, and/or sell copies of the Software, and to
 permit persons to whom the Software is furnished to do so, subject to the following conditions: The above copyright notice and this permission
@@ -194,7 +194,8 @@ std::string stages_section(const ReportModel& model)
                             "<p class=\"soft\">{}</p>\n",
                             i, html_escaped(stage.name), html_escaped(stage.type), html_escaped(cost_text(stage)),
                             html_escaped(stage.help));
-        text += messages_list(stage.messages) + report_table(stage.report) + figures_list(stage.report) + options_list(stage.options) + "</article>\n";
+        text += messages_list(stage.messages) + report_table(stage.report) + figures_list(stage.report) +
+                options_list(stage.options) + "</article>\n";
     }
     return text + "</section>\n";
 }
@@ -265,7 +266,7 @@ std::string scripts(const ReportMedia& media)
         const ReportRoom& room = media.room.front();
         text += "<script type=\"text/plain\" id=\"room-geometry\">" + room.geometry + "</script>\n";
         text += "<script type=\"text/plain\" id=\"room-texture\">" + room.texture + "</script>\n";
-        text += "<script>" + std::string(three_licence) + std::string(report_three_js) + "</script>\n";
+        text += "<script>" + std::string(three_license) + std::string(report_three_js) + "</script>\n";
     }
     return text + "<script>" + std::string(report_js) + "</script>\n";
 }

@@ -22,7 +22,7 @@ constexpr std::size_t most_triangles = 800'000;  // About 20 MB in the page.
 constexpr int texture_px = 2048;
 constexpr int texture_quality = 88;
 
-std::uint16_t quantised(double share)
+std::uint16_t quantized(double share)
 {
     return static_cast<std::uint16_t>(std::lround(std::clamp(share, 0.0, 1.0) * most));
 }
@@ -104,9 +104,9 @@ PackedRoom pack_room(const Mesh& mesh)
             PackedVertex packed;
             for (std::size_t axis = 0; axis < 3; ++axis)
                 packed.values[axis] =
-                    room.extent[axis] > 0 ? quantised((position[axis] - room.low[axis]) / room.extent[axis]) : std::uint16_t{0};
-            packed.values[4] = quantised(uv.x);
-            packed.values[5] = quantised(uv.y);
+                    room.extent[axis] > 0 ? quantized((position[axis] - room.low[axis]) / room.extent[axis]) : std::uint16_t{0};
+            packed.values[4] = quantized(uv.x);
+            packed.values[5] = quantized(uv.y);
             corners.push_back(table.find_or_add(vertex, packed));
         }
     room.vertices = table.vertices().size();

@@ -161,8 +161,8 @@ void RunningStage::take_event(const std::string& line)
         damage_ = Damage{event.at("object").as_string(), event.at("text").as_string()};
     else if (name == "failed")
         failure_ = event.at("text").as_string();
-    else if (name == "cancelled")
-        was_cancelled_ = true;
+    else if (name == "canceled")
+        was_canceled_ = true;
     else if (name == "done")
     {
         StoredResult result;

@@ -53,7 +53,7 @@ class RunningStage
     const std::string& limit_text() const { return limit_text_; }
     const StageLimits& limits() const { return limits_; }
     /// It said that it stopped because it was told to.
-    bool was_cancelled() const { return was_cancelled_; }
+    bool was_canceled() const { return was_canceled_; }
     /// The last lines that it printed.
     std::string printed_tail() const;
     double elapsed() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
@@ -85,7 +85,7 @@ class RunningStage
     std::chrono::steady_clock::time_point kill_time_;
     std::chrono::steady_clock::time_point memory_time_;
     bool runs_ = false;
-    bool was_cancelled_ = false;
+    bool was_canceled_ = false;
     bool was_stored_ = false;
     double seconds_ = 0;
     double memory_mb_ = 0;

@@ -234,7 +234,7 @@ class Scheduler
         }
         else if (running.damage())
             repair(*running.damage(), node);
-        else if (running.limit_text().empty() && (running.was_cancelled() || (stopping() && end.signal != 0)))
+        else if (running.limit_text().empty() && (running.was_canceled() || (stopping() && end.signal != 0)))
         {
             node.state = StageState::interrupted;
             if (!stopping())
@@ -364,7 +364,7 @@ class Scheduler
             if (node.state == StageState::waiting && !stopping() && !turns_.ended_early())
                 throw std::logic_error("the stage " + node.stage->name + " was never started");
         RunSummary result{outcomes_.all(state_.nodes()), exporter_.files(),
-                          stopping() ? int{worker_cancelled} : exit_code_of(state_.nodes())};
+                          stopping() ? int{worker_canceled} : exit_code_of(state_.nodes())};
         if (request_.until.empty() && !request_.pipeline->sweep.narrowed && result.exit_code == 0)
             remove_old_records(store_, *request_.pipeline);
         hashes_.save();

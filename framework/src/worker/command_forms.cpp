@@ -121,7 +121,7 @@ void take_frames(const ArtifactFolder& published, RunContext& run)
     for (Frame& frame : frames->frames)
         for (PictureFile* picture : {&frame.color_picture, &frame.depth_picture})
         {
-            run.check_cancelled();
+            run.check_canceled();
             if (!picture->empty())
                 take_picture(*picture, published, list.string() + ": " + frame.sequence + "/" + frame.name, run);
         }
@@ -135,7 +135,7 @@ void take_uv_maps(const ArtifactFolder& published, RunContext& run)
     for (std::size_t view = 0; view < maps->views.size(); ++view)
         for (std::size_t level = 0; level < maps->heights_px.size(); ++level)
         {
-            run.check_cancelled();
+            run.check_canceled();
             (void)maps->load_map(view, level);
         }
     maps->save(published);

@@ -157,7 +157,7 @@ class HostWatch
         if (getppid() == host_)
             return;
         end_descendants();
-        std::_Exit(worker_cancelled);
+        std::_Exit(worker_canceled);
     }
 
   private:
@@ -185,7 +185,7 @@ class CommandStage final : public Stage
             values[name] = file.as_string();
         for (const auto& port : input_ports_)
         {
-            run.check_cancelled();
+            run.check_canceled();
             values[port->name()] = port->hand_to_program(made(scratch / "in" / port->name()), images);
         }
         for (const auto& port : output_ports_)
@@ -250,9 +250,9 @@ class CommandStage final : public Stage
     {
         try
         {
-            run.check_cancelled();
+            run.check_canceled();
         }
-        catch (const Cancelled&)
+        catch (const Canceled&)
         {
             const auto patience = std::chrono::steady_clock::now() + std::chrono::seconds(5);
             signal_descendants(getpid(), SIGTERM);

@@ -89,7 +89,7 @@ class Worker
         {
             if (!told)
                 channel_.send("waiting");
-            context_.check_cancelled();
+            context_.check_canceled();
             std::this_thread::sleep_for(std::chrono::milliseconds(50));
         }
     }
@@ -109,7 +109,7 @@ class Worker
 
     void verify(const std::string& object, const std::string& output)
     {
-        context_.check_cancelled();
+        context_.check_canceled();
         if (auto damage = store_.verify(object, request_.threads, output))
             throw DamagedInput{std::move(*damage)};
     }
@@ -118,7 +118,7 @@ class Worker
     {
         for (const auto& input : request_.inputs)
         {
-            context_.check_cancelled();
+            context_.check_canceled();
             const auto& ports = stage.inputs();
             const auto port = std::find_if(ports.begin(), ports.end(),
                                            [&](const InputPort* candidate) { return candidate->name() == input.port; });
@@ -149,7 +149,7 @@ class Worker
         fault_point("stage.started");
         stage.run(context_);
         fault_point("stage.done");
-        context_.check_cancelled();
+        context_.check_canceled();
         for (const OutputPort* output : stage.outputs())
             output->save();
         check_files_unchanged();
@@ -254,12 +254,12 @@ int guarded_run(const fs::path& request_file, WorkerChannel& channel)
             channel.send("damaged", {{"object", input.damage.object}, {"text", input.damage.text}});
             return worker_damaged_input;
         }
-        catch (const Cancelled&)
+        catch (const Canceled&)
         {
             if (channel.lost())
                 return worker_lost_channel;
-            channel.send("cancelled");
-            return worker_cancelled;
+            channel.send("canceled");
+            return worker_canceled;
         }
     }
     catch (const PluginFailure& error)

@@ -79,10 +79,10 @@ void WorkerContext::keep_curves(double done, std::string_view unit)
         std::ofstream(curve_log(), std::ios::app) << MetricCurves::line(done, metrics_);
 }
 
-void WorkerContext::check_cancelled() const
+void WorkerContext::check_canceled() const
 {
     if (stop_requested())
-        throw Cancelled();
+        throw Canceled();
 }
 
 void WorkerContext::say(std::string_view event, std::string_view text)

@@ -23,7 +23,7 @@ class WorkerContext final : public RunContext
     ~WorkerContext() override;
 
     void progress(double done, double total, std::string_view unit) override;
-    void check_cancelled() const override;
+    void check_canceled() const override;
     int threads() const override { return threads_; }
     void message(std::string_view text) override;
     void warning(std::string_view text) override;

@@ -6,7 +6,7 @@ namespace
 class Bad final : public fresco::Stage
 {
   public:
-    Bad() { throw fresco::Error("no licence for today"); }
+    Bad() { throw fresco::Error("no license for today"); }
     void run(fresco::RunContext&) override {}
 };
 FRESCO_STAGE("bad.throws", Bad, "Throws in its constructor")

@@ -82,7 +82,7 @@ class Misbehave final : public fresco::Stage
     fresco::Output<fresco::Table> output{this, "output", "Made where the way allows it"};
     fresco::Option<std::string> how{
         this, "how", "nothing",
-        fresco::one_of({"nothing", "segfault", "overflow", "exit", "exit_cancelled", "loop", "allocate", "allocate_elsewhere",
+        fresco::one_of({"nothing", "segfault", "overflow", "exit", "exit_canceled", "loop", "allocate", "allocate_elsewhere",
                         "abort", "throw_int", "close_channel", "garbage", "leave_process", "leave_session", "print"}),
         "What it does"};
 
@@ -96,7 +96,7 @@ class Misbehave final : public fresco::Stage
             run.report("depth", endless(nullptr));
         if (*how == "exit")
             std::_Exit(3);
-        if (*how == "exit_cancelled")
+        if (*how == "exit_canceled")
             std::_Exit(75);
         if (*how == "loop")
             keep_busy();

@@ -138,9 +138,9 @@ class Slow final : public LoggedStage
     {
         try
         {
-            run.check_cancelled();
+            run.check_canceled();
         }
-        catch (const fresco::Cancelled&)
+        catch (const fresco::Canceled&)
         {
             log("slow was stopped");
             throw;

@@ -84,7 +84,7 @@ TEST_CASE("lookups in a face read texels of its own block alone, all of them but
                         }
                 }
             }
-        // Texels from the anti-diagonal's second neighbour on lie outside the triangle.
+        // Texels from the anti-diagonal's second neighbor on lie outside the triangle.
         CHECK(std::count(touched.begin(), touched.end(), 0) == 3);
         CHECK(touched[15] == 0);
     }

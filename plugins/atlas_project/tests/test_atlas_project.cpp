@@ -124,7 +124,7 @@ TEST_CASE("a noisy room corner: everything holds at once")
     SECTION("it can be stopped")
     {
         run.cancel_after(10);
-        CHECK_THROWS_AS(atlas_of(mesh, fresco::Value::Map{{"size_px", 1024}}, run), fresco::Cancelled);
+        CHECK_THROWS_AS(atlas_of(mesh, fresco::Value::Map{{"size_px", 1024}}, run), fresco::Canceled);
     }
 }
 

@@ -93,8 +93,8 @@ class MadeDataset
                 u = static_cast<float>(random_.uniform());
             if (manifest.uv == dataset::UvType::uint16)
             {
-                write(dataset::map_name(i, "uv", height), dataset::to_npy(dataset::quantised(uv)));
-                uv = dataset::restored(dataset::quantised(uv));
+                write(dataset::map_name(i, "uv", height), dataset::to_npy(dataset::quantized(uv)));
+                uv = dataset::restored(dataset::quantized(uv));
             }
             else
                 write(dataset::map_name(i, "uv", height), dataset::to_npy(uv));

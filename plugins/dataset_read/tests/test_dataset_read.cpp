@@ -249,10 +249,10 @@ TEST_CASE("damage to a listed file is found; damage to the manifest gives an err
     CHECK(counts.flips_refused > 300);
 }
 
-TEST_CASE("a cancelled run stops")
+TEST_CASE("a canceled run stops")
 {
     const Damaged whole;
     testing::TestRun run(1);
     run.cancel_after(2);
-    CHECK_THROWS_AS(read_dataset(whole.folder.path() / "room", whole.folder.path() / "out", run), Cancelled);
+    CHECK_THROWS_AS(read_dataset(whole.folder.path() / "room", whole.folder.path() / "out", run), Canceled);
 }

@@ -166,7 +166,7 @@ TEST_CASE("frames without a uv map are left out, uv maps without their frame are
     CHECK(checked_frames(*recording.maps, *recording.frames) == std::vector<std::size_t>{0, 1, 2});
 }
 
-TEST_CASE("what the reader would refuse is not written, and a cancelled run stops")
+TEST_CASE("what the reader would refuse is not written, and a canceled run stops")
 {
     const testing::TemporaryFolder folder;
     const SmallRecording recording(folder.path());
@@ -202,5 +202,5 @@ TEST_CASE("what the reader would refuse is not written, and a cancelled run stop
     inputs["uvmaps"] = maps;
     CHECK_THROWS_WITH(refuse(inputs), Contains("views[0]: sequence: \"a/b\" cannot be part"));
     run.cancel_after(2);
-    CHECK_THROWS_AS(refuse(inputs_of(recording)), Cancelled);
+    CHECK_THROWS_AS(refuse(inputs_of(recording)), Canceled);
 }

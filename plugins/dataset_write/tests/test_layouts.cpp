@@ -73,7 +73,7 @@ TEST_CASE("with pictures, transforms.json tells nerfstudio's world of the same c
     CHECK(frame.at("transform_matrix") == expected);
     CHECK(dataset::raster8_from(read_file(made / "images/000001.png"), 40, 30, 3, "picture") ==
           load_color(recording.frames->frames[1], nullptr));
-    // Depth of the mesh at the largest height, in the colour camera, millimetres.
+    // Depth of the mesh at the largest height, in the color camera, millimeters.
     const UvMap map = recording.maps->load_map(1, 1);
     const Raster16 depth = dataset::raster16_from(read_file(made / frame.at("depth_file_path").as_string()), 60, 45, 1, "depth");
     for (std::size_t i = 0; i < depth.values.size(); ++i)
@@ -162,7 +162,7 @@ TEST_CASE("layout stylemesh takes the sensor's depth where every frame has it, a
     const Raster16 depth = dataset::raster16_from(read_file(scene / "depth/1.png"), 20, 14, 1, "depth");
     const Raster16 steps = load_depth_steps(recording.frames->frames[1], nullptr);
     for (std::size_t i = 0; i < depth.values.size(); ++i)
-        // Two millimetres a step.
+        // Two millimeters a step.
         CHECK(depth.values[i] == (steps.values[i] > 32767 ? 0 : 2 * steps.values[i]));
 }
 
@@ -178,7 +178,7 @@ TEST_CASE("layout stylemesh refuses what it has no place for")
     recording.frames->frames[2].color.intrinsics.fx += 1;
     recording.maps->views[2].camera = recording.frames->frames[2].color;
     CHECK_THROWS_WITH(write_dataset(folder.path() / "out", recording, Value::Map{{"layout", "stylemesh"}}, run),
-                      Contains("seq-01/frame-20 has other colour intrinsics than seq-01/frame-0"));
+                      Contains("seq-01/frame-20 has other color intrinsics than seq-01/frame-0"));
 }
 
 TEST_CASE("what an interrupted run had finished is not made again, and the result is the same")
@@ -192,7 +192,7 @@ TEST_CASE("what an interrupted run had finished is not made again, and the resul
     testing::TestRun run(1);
     run.cancel_after(3);
     const auto codec = std::make_shared<NpyCodec>();
-    CHECK_THROWS_AS(write_dataset(folder.path() / "again", recording, options, run, codec), Cancelled);
+    CHECK_THROWS_AS(write_dataset(folder.path() / "again", recording, options, run, codec), Canceled);
     CHECK(codec->encoded == 4);  // two views
     run.cancel_after(-1);
     CHECK(write_dataset(folder.path() / "again", recording, options, run, codec) == names);

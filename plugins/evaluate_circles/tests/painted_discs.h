@@ -22,7 +22,7 @@ struct Disc
 {
     std::size_t plane = 0;
     fresco::Vec3d center;  ///< On the plane.
-    double radius = 0;     ///< Metres.
+    double radius = 0;     ///< Meters.
     fresco::Rgb8 color{230, 20, 30};
 };
 

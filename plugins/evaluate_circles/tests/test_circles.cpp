@@ -21,7 +21,7 @@ std::vector<Ellipse> found_in(const Raster8& picture, Protocol protocol = Protoc
     return find_ellipses(picture, protocol, counts);
 }
 
-/// The ellipse whose centre is next to a pixel position; null if none is within 3 px.
+/// The ellipse whose center is next to a pixel position; null if none is within 3 px.
 const Ellipse* near(const std::vector<Ellipse>& ellipses, Vec2d at)
 {
     for (const Ellipse& ellipse : ellipses)
@@ -200,7 +200,7 @@ TEST_CASE("round patterns in the picture of a tilted wall are stretched on it")
     }
 }
 
-TEST_CASE("an end off the surface is done without, a centre is not")
+TEST_CASE("an end off the surface is done without, a center is not")
 {
     const Camera c = camera(100, 100, 100);
     const auto half_plane = [](Vec2d pixel) { return pixel.x < 58 ? std::optional(2.0) : std::nullopt; };

@@ -87,7 +87,7 @@ TEST_CASE("the stage measures the circles of renders, and draws them")
     CHECK(figures.at("circles").as_int() == 6);
     CHECK(figures.at("circles_3d").as_int() == 6);
     CHECK(figures.at("stretch").at("value").as_double() == Approx(1).margin(0.03));
-    // Depths 2 and 1 m, radii 15, 18, 12 and 30, 36, 24 px; the same sizes in metres at both.
+    // Depths 2 and 1 m, radii 15, 18, 12 and 30, 36, 24 px; the same sizes in meters at both.
     CHECK(figures.at("corr_2d").at("value").as_double() == Approx(-0.8885).margin(0.02));
     CHECK(figures.at("corr_3d").at("value").as_double() == Approx(0).margin(0.05));
     CHECK(figures.at("picture_circles").as_list().size() == 2);
@@ -117,5 +117,5 @@ TEST_CASE("the stage refuses low pictures and stops when asked")
     CHECK_THROWS_WITH(low.judge(Value::Map{}, run, out.path()),
                       Catch::Contains("is 300 px high") && Catch::Contains("height_px: 784"));
     run.cancel_after(1);
-    CHECK_THROWS_AS(low.judge(Value::Map{}, run, out.path()), Cancelled);
+    CHECK_THROWS_AS(low.judge(Value::Map{}, run, out.path()), Canceled);
 }

@@ -259,7 +259,7 @@ TEST_CASE("the stage says what is missing or does not belong together")
     refused(recording.all_views(), "pictures must show the camera's whole view");
     const Recording whole;
     run.cancel_after(2);
-    CHECK_THROWS_AS(whole.judge(Value::Map{}, whole.all_views(), run), Cancelled);
+    CHECK_THROWS_AS(whole.judge(Value::Map{}, whole.all_views(), run), Canceled);
 }
 
 TEST_CASE("a gray picture has no chroma to compare with")

@@ -38,7 +38,7 @@ TEST_CASE("a camera that moves by pixels finds points that many pixels back")
 {
     const ViewSurface source = surface(camera(40, 30, 0, 0));
     const auto matches = covisible(source, surface(camera(40, 30, 3, 0.25)), Protocol::paper);
-    CHECK(matches.size() == 37 * 29);  // three columns leave, and the first row lies above the first centres
+    CHECK(matches.size() == 37 * 29);  // three columns leave, and the first row lies above the first centers
     for (const Match& match : matches)
     {
         CHECK(target_x(match) == Approx(match.x - 3));
@@ -49,7 +49,7 @@ TEST_CASE("a camera that moves by pixels finds points that many pixels back")
     const auto nearer = covisible(source, surface(camera(40, 30, 0, 0, 1)), Protocol::paper);
     for (const Match& match : nearer)
         CHECK(target_x(match) == Approx(2 * (match.x + 0.5 - 20) + 20 - 0.5));
-    CHECK(nearer.size() == 20 * 14);  // half a row more on either side would lie beyond the outermost centres
+    CHECK(nearer.size() == 20 * 14);  // half a row more on either side would lie beyond the outermost centers
 }
 
 TEST_CASE("a point is seen where the target's depth agrees within 2 % and 1 cm, or 0.1 m as released")

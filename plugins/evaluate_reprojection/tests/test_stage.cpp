@@ -177,5 +177,5 @@ TEST_CASE("the stage refuses what it cannot judge and stops when asked")
     texture_floor.set("floor", "texture");
     CHECK_THROWS_WITH(recording.judge(texture_floor, inputs, run), Catch::Contains("choose floor: picture"));
     run.cancel_after(3);
-    CHECK_THROWS_AS(recording.judge(kitchen_gaps, recording.rendered(), run), Cancelled);
+    CHECK_THROWS_AS(recording.judge(kitchen_gaps, recording.rendered(), run), Canceled);
 }

@@ -20,7 +20,7 @@ inline fresco::TexturedMesh wall(fresco::Raster8 picture)
     return textured;
 }
 
-/// Moved by (x, y) px of the wall's picture in it, and forwards by z metres.
+/// Moved by (x, y) px of the wall's picture in it, and forwards by z meters.
 inline fresco::Camera camera(int width, int height, double x_px, double y_px, double z = 0)
 {
     fresco::Camera result;
@@ -60,7 +60,7 @@ fresco::Raster8 picture(int width, int height, const F& value)
     return result;
 }
 
-/// The wall's picture seen at pixel centres, bilinear, without mip-maps.
+/// The wall's picture seen at pixel centers, bilinear, without mip-maps.
 inline fresco::Raster8 render(const fresco::TexturedMesh& textured, const fresco::Camera& camera)
 {
     const fresco::raycast::MipMaps maps(textured.image.pixels, false);

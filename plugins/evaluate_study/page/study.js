@@ -96,7 +96,7 @@
     const frames = Array.from(document.querySelectorAll(".frame"));
     const view = {scale: 1, x: 0, y: 0};
     const pointers = new Map();
-    let travelled = 0;
+    let traveled = 0;
 
     function applyView() {
         const least = 1 - view.scale;
@@ -139,7 +139,7 @@
         }, {passive: false});
         frame.addEventListener("pointerdown", event => {
             if (pointers.size === 0)
-                travelled = 0;
+                traveled = 0;
             pointers.set(event.pointerId, place(event, frame));
             frame.setPointerCapture(event.pointerId);
         });
@@ -150,7 +150,7 @@
             const now = place(event, frame);
             const old = pointers.size === 2 ? spread() : null;
             pointers.set(event.pointerId, now);
-            travelled += Math.hypot(event.movementX, event.movementY);
+            traveled += Math.hypot(event.movementX, event.movementY);
             if (old) {
                 const moved = spread();
                 view.x += moved.x - old.x;
@@ -165,7 +165,7 @@
         const release = event => {
             if (!pointers.delete(event.pointerId))
                 return;
-            const clicked = event.type === "pointerup" && pointers.size === 0 && travelled < 6;
+            const clicked = event.type === "pointerup" && pointers.size === 0 && traveled < 6;
             if (clicked && view.scale > 1)
                 zoomOut();
             else if (clicked)

@@ -190,7 +190,7 @@ TEST_CASE("results become percentages, of the same pictures or of the key alone"
                       Contains("give the folder of result files too"));
 }
 
-TEST_CASE("too few pairs are told, and a cancelled run stops")
+TEST_CASE("too few pairs are told, and a canceled run stops")
 {
     const Pictures pictures;
     testing::TestRun run;
@@ -203,5 +203,5 @@ TEST_CASE("too few pairs are told, and a cancelled run stops")
     options.set("path", "study.htm");
     CHECK_THROWS_WITH(pictures.run_stage(options, run), Contains("does not end in .html"));
     run.cancel_after(2);
-    CHECK_THROWS_AS(pictures.run_stage(pictures.below(), run), Cancelled);
+    CHECK_THROWS_AS(pictures.run_stage(pictures.below(), run), Canceled);
 }

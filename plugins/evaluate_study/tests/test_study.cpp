@@ -171,7 +171,7 @@ TEST_CASE("hints are read strictly")
          {R"("view": "one", "left": 0.6, "top": 0, "width": 0.5, "height": 1)",
           R"("view": "one", "left": 0, "top": 0, "width": 0, "height": 1)", R"("view": "one", "left": 0, "top": 0, "width": 1)",
           R"("view": 1, "left": 0, "top": 0, "width": 1, "height": 1)",
-          R"("view": "one", "left": 0, "top": 0, "width": 1, "height": 1, "colour": 1)",
+          R"("view": "one", "left": 0, "top": 0, "width": 1, "height": 1, "color": 1)",
           R"("view": "one", "question": -1, "left": 0, "top": 0, "width": 1, "height": 1)"})
         CHECK_THROWS_WITH(read(wrong), Contains("hints.json") && Contains("hints[0]"));
 }

@@ -1,7 +1,7 @@
 #include "check_glb.h"
 #include "compression.h"
 #include "exported_glb.h"
-#include "quantised_mesh.h"
+#include "quantized_mesh.h"
 
 #include <fresco/random.h>
 
@@ -43,10 +43,10 @@ GlbModel model_of(const Exported& result)
 }
 }  // namespace
 
-TEST_CASE("quantised positions are off by half a step at most, and some nearly are")
+TEST_CASE("quantized positions are off by half a step at most, and some nearly are")
 {
     const WeldedMesh mesh = weld(floor_of(40).mesh);
-    const QuantisedMesh steps = quantised(mesh);
+    const QuantizedMesh steps = quantized(mesh);
     // 7 m, rounded to floats far from the origin.
     CHECK(steps.step_m == Approx(7.0 / 65535).epsilon(1e-5));
     double worst = 0;
@@ -70,27 +70,27 @@ TEST_CASE("quantised positions are off by half a step at most, and some nearly a
     CHECK(worst > 0.4 * double{steps.step_m});
 }
 
-TEST_CASE("a mesh without extent and one along one axis are quantised exactly")
+TEST_CASE("a mesh without extent and one along one axis are quantized exactly")
 {
     WeldedMesh point;
     point.positions = {{1, 2, 3}};
     point.normals = {{0, 0, 1}};
     point.texcoords = {{1, 0}};
-    CHECK(quantised(point).step_m == 1);
-    CHECK(quantised(point).positions[0] == std::array<std::uint16_t, 4>{0, 0, 0, 0});
-    CHECK(quantised(point).normals[0] == std::array<std::int8_t, 4>{0, 0, 127, 0});
-    CHECK(quantised(point).texcoords[0] == std::array<std::uint16_t, 2>{65535, 65535});
+    CHECK(quantized(point).step_m == 1);
+    CHECK(quantized(point).positions[0] == std::array<std::uint16_t, 4>{0, 0, 0, 0});
+    CHECK(quantized(point).normals[0] == std::array<std::int8_t, 4>{0, 0, 127, 0});
+    CHECK(quantized(point).texcoords[0] == std::array<std::uint16_t, 2>{65535, 65535});
     WeldedMesh line = point;
     line.positions.push_back({1, 2, 3 + 65535.0F / 65536});
     line.normals.push_back({0, 0, -1});
     line.texcoords.push_back({0, 1});
-    CHECK(quantised(line).step_m == 1.0F / 65536);
-    CHECK(quantised(line).positions[1] == std::array<std::uint16_t, 4>{0, 0, 65535, 0});
+    CHECK(quantized(line).step_m == 1.0F / 65536);
+    CHECK(quantized(line).positions[1] == std::array<std::uint16_t, 4>{0, 0, 65535, 0});
     line.texcoords[1].x = 1.5F;
-    CHECK_THROWS_WITH(quantised(line), Catch::Contains("texcoord is 1.5") && Catch::Contains("leave quantize off"));
+    CHECK_THROWS_WITH(quantized(line), Catch::Contains("texcoord is 1.5") && Catch::Contains("leave quantize off"));
 }
 
-TEST_CASE("a quantised file says so, keeps its promise, and stands upright")
+TEST_CASE("a quantized file says so, keeps its promise, and stands upright")
 {
     const TexturedMesh textured = floor_of(30);
     for (const char* material : {"unlit", "pbr"})
@@ -125,7 +125,7 @@ TEST_CASE("indices take two bytes up to 65535 vertices, and four beyond")
     CHECK(type_of_index(255) == 5125);  // 65536
 }
 
-TEST_CASE("compression keeps the surface, with and without quantisation, and makes the file smaller")
+TEST_CASE("compression keeps the surface, with and without quantization, and makes the file smaller")
 {
     const TexturedMesh textured = floor_of(50);
     if (!can_compress())

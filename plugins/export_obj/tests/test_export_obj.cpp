@@ -73,7 +73,7 @@ TEST_CASE("obj, mtl and png stand beside each other and name each other")
     CHECK(read_file(base / "kitchen.png") == codec.encode_png(square().image.pixels));
 }
 
-TEST_CASE("the picture can be made smaller, and colours that the mesh has do not disturb")
+TEST_CASE("the picture can be made smaller, and colors that the mesh has do not disturb")
 {
     testing::TemporaryFolder folder;
     TexturedMesh textured = square();

@@ -96,7 +96,7 @@ TEST_CASE("with texcoords at faces the mesh keeps its vertices")
     CHECK(stored_png::Codec().read_rgb(result->path("room.png")).width == 4);
 }
 
-TEST_CASE("vertex colours go with their vertices, split or not, and need no picture")
+TEST_CASE("vertex colors go with their vertices, split or not, and need no picture")
 {
     TexturedMesh textured = two_squares();
     // The left square red, the right one blue.

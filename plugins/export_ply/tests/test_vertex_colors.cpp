@@ -57,7 +57,7 @@ TEST_CASE("faces count by their area on the surface, not in the atlas")
     CHECK(to_linear(vertex_colors(textured, run)[0][0]) == Approx(0.75).margin(0.005));
 }
 
-TEST_CASE("faces without area give the texel at the corner, vertices without faces are grey")
+TEST_CASE("faces without area give the texel at the corner, vertices without faces are gray")
 {
     TexturedMesh textured = half_picture(4);
     textured.mesh.positions.assign(4, {1, 2, 3});
@@ -71,5 +71,5 @@ TEST_CASE("faces without area give the texel at the corner, vertices without fac
     textured.mesh.texcoords[1].x = 1e30F;
     CHECK(vertex_colors(textured, run)[1] == Rgb8{0, 99, 0});
     run.cancel_after(1);
-    CHECK_THROWS_AS(vertex_colors(textured, run), Cancelled);
+    CHECK_THROWS_AS(vertex_colors(textured, run), Canceled);
 }

@@ -51,7 +51,7 @@ std::vector<vgg19::Convolution> layers_of(const fresco::SafeTensors& contents)
     const fresco::testing::TemporaryFolder folder;
     fresco::write_safetensors(folder.path() / "w", contents);
     const auto file = fresco::weights::read_weights(folder.path() / "w");
-    return vgg19::convolutions(fresco::weights::recognise_vgg19(file.contents, "w"), "w");
+    return vgg19::convolutions(fresco::weights::recognize_vgg19(file.contents, "w"), "w");
 }
 
 torch::Tensor picture(std::int64_t height, std::int64_t width)
@@ -268,13 +268,13 @@ TEST_CASE("Weights on another scale get the raw means on style and frames")
         CHECK(mean_over_pictures(*rescaled, layer) == Approx(layer == std::string("relu2_1") ? 83 : 21).epsilon(1e-5));
     REQUIRE(said.size() == 1);
     CHECK_THAT(said.front(), Catch::Contains("relu1_2") && Catch::Contains(" to 21") && Catch::Contains(" to 83"));
-    // A border of zeros is the mean colour before and after: the answers differ by a factor alone, at the border too.
+    // A border of zeros is the mean color before and after: the answers differ by a factor alone, at the border too.
     const auto plain = prepared(contents, {}, {{"rescale", false}});
     const auto a = rescaled->encode(picture(8, 8), {"relu2_1"})[0];
     const auto b = plain->encode(picture(8, 8), {"relu2_1"})[0];
     CHECK(at::allclose(a, b * (83 / mean_over_pictures(*plain, "relu2_1")), 1e-4, 1e-3));
 
-    contents.metadata["normalised"] = "unit mean activation";
+    contents.metadata["normalized"] = "unit mean activation";
     CHECK(mean_over_pictures(*prepared(contents, context), "relu2_1") == Approx(83).epsilon(1e-5));
     contents.metadata = {{"scale", "raw"}};
     CHECK(at::equal(prepared(contents, context)->encode(picture(8, 8), {"relu2_1"})[0], b));
@@ -349,7 +349,7 @@ TEST_CASE("Real weights give activations of unit mean")
     if (file.empty())
         return;
     const auto contents = fresco::weights::read_weights(file);
-    const auto weights = fresco::weights::recognise_vgg19(contents.contents, file.string());
+    const auto weights = fresco::weights::recognize_vgg19(contents.contents, file.string());
     CHECK(weights.input.bgr);
     CHECK(weights.input.padding == fresco::weights::Vgg19Padding::reflect);
     const vgg19::Vgg19 network(vgg19::convolutions(weights, file.string()), weights.input, vgg19::Pooling::max);

@@ -10,7 +10,7 @@
 #include <cmath>
 #include <vector>
 
-/// \file Two painted walls that meet in the line x = 0, z = 2: x > 0 on z = 2 - 0.8 x, x < 0 on z = 2 + 0.8 x (they come towards
+/// \file Two painted walls that meet in the line x = 0, z = 2: x > 0 on z = 2 - 0.8 x, x < 0 on z = 2 + 0.8 x (they come toward
 /// the cameras on both sides). Everything is known by hand.
 
 namespace painted_corner
@@ -90,7 +90,7 @@ inline RasterF depth_of(const Camera& camera)
     return depth;
 }
 
-/// The walls from -1.2 to 1.2 along x and y, in squares of `step` metres, facing the cameras.
+/// The walls from -1.2 to 1.2 along x and y, in squares of `step` meters, facing the cameras.
 inline Mesh mesh_of(double step)
 {
     Mesh mesh;

@@ -113,7 +113,7 @@ TEST_CASE("what one picture shows alone hardly moves its camera")
     const auto points = surface_points(mesh_of(0.06), 10000);
     const auto truth = cameras();
     auto views = views_of(truth, truth, points, even_gains);
-    // Somebody stands before a quarter of the wall, and is brighter towards one side.
+    // Somebody stands before a quarter of the wall, and is brighter toward one side.
     for (auto& level : views[2].levels)
         for (int y = level.height / 4; y < 3 * level.height / 4; ++y)
             for (int x = level.width / 4; x < 3 * level.width / 4; ++x)
@@ -162,7 +162,7 @@ TEST_CASE("the alignment does not depend on the threads, and heeds a stop")
         CHECK(found.error_after == expected.error_after);
     }
     one.cancel_after(3);
-    CHECK_THROWS_AS(align::align(views, points.size(), rules, one), Cancelled);
+    CHECK_THROWS_AS(align::align(views, points.size(), rules, one), Canceled);
 }
 
 TEST_CASE("points are vertices, one of each cell, not more than asked for")
@@ -213,7 +213,7 @@ TEST_CASE("a view sees the points that face it in the open")
     CHECK(first.weight == Approx(2 / length(vec_cast<double>(points[0].position))));
 }
 
-TEST_CASE("brightness is the logarithm of the grey picture, at up to three sizes")
+TEST_CASE("brightness is the logarithm of the gray picture, at up to three sizes")
 {
     Raster8 picture(480, 360, 3);
     for (std::size_t i = 0; i < picture.values.size(); i += 3)

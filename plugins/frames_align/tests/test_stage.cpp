@@ -26,7 +26,7 @@ std::shared_ptr<const Frames> aligned(const Mesh& mesh, const Frames& frames, te
 
 }  // namespace
 
-TEST_CASE("the stage corrects the colour cameras and nothing else")
+TEST_CASE("the stage corrects the color cameras and nothing else")
 {
     testing::TemporaryFolder folder;
     Frames frames;

@@ -20,7 +20,7 @@ using namespace fresco;
 namespace
 {
 
-/// A wall of 4 m x 1 m at z = 1, one texel a centimetre of a texture of 4 m x 4 m, in squares of 0.1 m; it faces the cameras.
+/// A wall of 4 m x 1 m at z = 1, one texel a centimeter of a texture of 4 m x 4 m, in squares of 0.1 m; it faces the cameras.
 Mesh wall()
 {
     Mesh mesh;
@@ -177,7 +177,7 @@ TEST_CASE("what cannot be covered is refused, and the choice can be stopped", "[
     CHECK_THROWS_WITH(cover(wall(), away, plain(), run), Catch::Contains("none of the 7 frames sees a front of the mesh"));
     testing::TestRun stopped;
     stopped.cancel_after(5);
-    CHECK_THROWS_AS(cover(wall(), tiling(), plain(), stopped), Cancelled);
+    CHECK_THROWS_AS(cover(wall(), tiling(), plain(), stopped), Canceled);
 }
 
 TEST_CASE("a third of the kitchen's frames see 93 % of what all see, two thirds 99 %", "[frames.cover]")

@@ -34,7 +34,7 @@ MeasuredFrame measured(const std::string& sequence, double value)
     return {sequence, "frame", value};
 }
 
-/// Frames whose pictures are NPY files: even grey for `false`, a checkerboard for `true`.
+/// Frames whose pictures are NPY files: even gray for `false`, a checkerboard for `true`.
 fresco::Frames made_frames(const fs::path& folder, const std::vector<bool>& sharp)
 {
     fresco::Frames frames;
@@ -156,7 +156,7 @@ TEST_CASE("the stage refuses what it cannot use and can be stopped", "[frames.sh
                       Contains("none of the 2"));
     TestRun stopped;
     stopped.cancel_after(2);
-    CHECK_THROWS_AS(run_sharpest(input, fresco::Value::Map{}, stopped), fresco::Cancelled);
+    CHECK_THROWS_AS(run_sharpest(input, fresco::Value::Map{}, stopped), fresco::Canceled);
     fresco::write_npy(input.frames[2].color_picture.path, std::vector<std::size_t>{48, 64, 3},
                       std::vector<std::uint8_t>(std::size_t{48} * 64 * 3, 1));
     TestRun changed;

@@ -137,7 +137,7 @@ inline Bytes segment(int marker, std::span<const std::byte> data)
     return out;
 }
 
-/// A baseline JPEG of blocks of 8 x 8 pixels of one colour each: only DC coefficients, quantised by 8, so that a sample of a
+/// A baseline JPEG of blocks of 8 x 8 pixels of one color each: only DC coefficients, quantized by 8, so that a sample of a
 /// component is exactly its DC value + 128.
 struct Jpeg
 {

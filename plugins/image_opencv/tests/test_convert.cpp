@@ -35,7 +35,7 @@ TEST_CASE("Convert: alpha is composited on white, rounded to the nearest")
         }
 }
 
-TEST_CASE("Convert: grey is repeated, RGB stays, 16 bits are divided by 257")
+TEST_CASE("Convert: gray is repeated, RGB stays, 16 bits are divided by 257")
 {
     CHECK(to_rgb(row<std::uint8_t>(1, {0, 9})).values == std::vector<std::uint8_t>{0, 0, 0, 9, 9, 9});
     CHECK(to_rgb(row<std::uint8_t>(3, {1, 2, 3})).values == std::vector<std::uint8_t>{1, 2, 3});
@@ -52,7 +52,7 @@ TEST_CASE("Convert: alpha that is kept leaves colors as they are")
     CHECK(to_rgba(row<std::uint16_t>(4, {0, 65535, 129, 128})).values == std::vector<std::uint8_t>{0, 255, 1, 0});
 }
 
-TEST_CASE("Convert: a grey colour key becomes white")
+TEST_CASE("Convert: a gray color key becomes white")
 {
     CHECK(to_rgb(row<std::uint8_t>(1, {7, 9}), 7).values == std::vector<std::uint8_t>{255, 255, 255, 9, 9, 9});
     CHECK(to_rgb(row<std::uint16_t>(1, {257, 514}), 514).values == std::vector<std::uint8_t>{1, 1, 1, 255, 255, 255});

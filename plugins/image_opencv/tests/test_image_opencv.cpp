@@ -69,7 +69,7 @@ TEST_CASE("image.opencv: every kind of PNG becomes 8-bit RGB")
         return first;
     };
     CHECK(codec.rgb(file_of(Png{.width = 2, .rows = bytes_of({0, 7, 9})})) == Values{7, 7, 7, 9, 9, 9});
-    // Greys of 1, 2 and 4 bits are spread over 0..255.
+    // Grays of 1, 2 and 4 bits are spread over 0..255.
     CHECK(codec.rgb(file_of(Png{.width = 3, .bits = 1, .rows = bytes_of({0, 0b01000000})})) ==
           Values{0, 0, 0, 255, 255, 255, 0, 0, 0});
     CHECK(codec.rgb(file_of(Png{.width = 2, .bits = 2, .rows = bytes_of({0, 0b01100000})})) == Values{85, 85, 85, 170, 170, 170});
@@ -84,7 +84,7 @@ TEST_CASE("image.opencv: every kind of PNG becomes 8-bit RGB")
     CHECK(codec.rgb(
               file_of(Png{.width = 2, .bits = 2, .color_type = 3, .rows = bytes_of({0, 0b00010000}), .before_data = palette})) ==
           Values{200, 100, 50, 0, 10, 20});
-    // Transparent colours: of a palette, of RGB, of grey with 2, 8 and 16 bits.
+    // Transparent colors: of a palette, of RGB, of gray with 2, 8 and 16 bits.
     CHECK(codec.rgb(file_of(Png{.width = 2,
                                 .color_type = 3,
                                 .rows = bytes_of({0, 0, 1}),
@@ -109,7 +109,7 @@ TEST_CASE("image.opencv: every kind of PNG becomes 8-bit RGB")
     CHECK(turned.values == Values{7, 7, 7, 9, 9, 9});
 }
 
-TEST_CASE("image.opencv: grey, YCbCr, RGB and CMYK JPEG, each with the stored orientation")
+TEST_CASE("image.opencv: gray, YCbCr, RGB and CMYK JPEG, each with the stored orientation")
 {
     Codec codec;
     const auto corner = [&](const Jpeg& jpeg)
@@ -134,7 +134,7 @@ TEST_CASE("image.opencv: grey, YCbCr, RGB and CMYK JPEG, each with the stored or
     near(corner({.blocks = {{200, 100, 50, 255}}, .before_frame = adobe_segment(0)}), 200, 100, 50);
     near(corner({.blocks = {{200, 100, 50, 128}}, .before_frame = adobe_segment(0)}), 100, 50, 25);
     near(corner({.blocks = {{255, 255, 255, 0}}, .before_frame = adobe_segment(0)}), 0, 0, 0);
-    // YCCK (Adobe transform 2) holds the inverse of C, M, Y as YCbCr: grey 55 is C = M = Y = 200.
+    // YCCK (Adobe transform 2) holds the inverse of C, M, Y as YCbCr: gray 55 is C = M = Y = 200.
     near(corner({.blocks = {{55, 128, 128, 255}}, .before_frame = adobe_segment(2)}), 200, 200, 200);
 
     for (int orientation = 1; orientation <= 8; ++orientation)
@@ -165,10 +165,10 @@ TEST_CASE("image.opencv: the check tells the kind of samples and refuses a cut f
     CHECK(header.width == 7);
     CHECK(header.height == 5);
     CHECK(header.bits == 16);
-    CHECK(header.grey);
-    const auto colours = codec.images->check(codec.write(codec.images->encode_jpeg(pattern(19, 9, 3), 80)));
-    CHECK(colours.bits == 8);
-    CHECK_FALSE(colours.grey);
+    CHECK(header.gray);
+    const auto colors = codec.images->check(codec.write(codec.images->encode_jpeg(pattern(19, 9, 3), 80)));
+    CHECK(colors.bits == 8);
+    CHECK_FALSE(colors.gray);
     CHECK_THROWS_AS(codec.images->check(codec.write(Bytes(deep.begin(), deep.end() - 1))), Error);
     CHECK(codec.images->header(codec.write(Bytes(deep.begin(), deep.end() - 1))).width == 7);
 }
@@ -306,8 +306,8 @@ TEST_CASE("image.opencv: JPEG is close to the pixels, smaller at lower quality, 
     for (std::size_t i = 0; i < image.values.size(); ++i)
         error += std::abs(int{image.values[i]} - int{back.values[i]});
     CHECK(error / static_cast<double>(image.values.size()) < 3);
-    Raster8 grey(8, 8, 1, 77);
-    CHECK(codec.images->read_rgb(codec.write(codec.images->encode_jpeg(grey, 100))) == Raster8(8, 8, 3, 77));
+    Raster8 gray(8, 8, 1, 77);
+    CHECK(codec.images->read_rgb(codec.write(codec.images->encode_jpeg(gray, 100))) == Raster8(8, 8, 3, 77));
 }
 
 TEST_CASE("image.opencv: what cannot be encoded is refused")

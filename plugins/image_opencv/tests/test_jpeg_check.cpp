@@ -29,9 +29,9 @@ TEST_CASE("JPEG check: size and kind")
     const auto info = check_jpeg(small_jpeg(), "a.jpg", Walk::whole);
     CHECK(info.width == 16);
     CHECK(info.height == 8);
-    CHECK_FALSE(info.is_grey);
+    CHECK_FALSE(info.is_gray);
     CHECK(info.orientation == 1);
-    CHECK(check_jpeg(file_of(Jpeg{.blocks = {{10}}}), "a.jpg", Walk::whole).is_grey);
+    CHECK(check_jpeg(file_of(Jpeg{.blocks = {{10}}}), "a.jpg", Walk::whole).is_gray);
 }
 
 TEST_CASE("JPEG check: a file cut at any byte is refused")
@@ -73,7 +73,7 @@ TEST_CASE("JPEG check: kinds that would be read wrongly are refused")
     refused(with({0xFF, 0xC0}, 4, 12), "12 bits per sample");
     refused(with({0xFF, 0xC0}, 6, 0), "16 x 0 pixels");
     refused(with({0xFF, 0xC0}, 9, 2), "wrong length");
-    refused(file_of(Jpeg{.blocks = {{1, 2}}}), "2 colour components");
+    refused(file_of(Jpeg{.blocks = {{1, 2}}}), "2 color components");
     refused(file_of(Jpeg{.blocks = {{1, 2, 3, 4}}}), "CMYK picture without Adobe marker");
     CHECK_NOTHROW(check_jpeg(file_of(Jpeg{.blocks = {{1, 2, 3, 4}}, .before_frame = adobe_segment(0)}), "a.jpg", Walk::whole));
 }

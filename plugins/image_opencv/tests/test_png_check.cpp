@@ -46,7 +46,7 @@ TEST_CASE("PNG check: size, bits and kind of every allowed type")
             CHECK(info.width == 640);
             CHECK(info.height == 480);
             CHECK(info.bits == bits);
-            CHECK(info.is_grey == (type == 0));
+            CHECK(info.is_gray == (type == 0));
         }
 }
 
@@ -105,7 +105,7 @@ TEST_CASE("PNG check: missing, doubled and misplaced chunks are refused")
     refused(endless, "a chunk of 4294967280 bytes");
 }
 
-TEST_CASE("PNG check: transparency of grey and orientation are read, bytes after the end are left alone")
+TEST_CASE("PNG check: transparency of gray and orientation are read, bytes after the end are left alone")
 {
     Png png{.width = 1, .height = 1, .bits = 16, .rows = bytes_of({0, 1, 2})};
     png.before_data = chunk("tRNS", bytes_of({1, 2}));
@@ -113,6 +113,6 @@ TEST_CASE("PNG check: transparency of grey and orientation are read, bytes after
     Bytes file = file_of(png);
     put(file, "appended");
     const auto info = check_png(file, "a.png", Walk::whole);
-    CHECK(info.transparent_grey == 258);
+    CHECK(info.transparent_gray == 258);
     CHECK(info.orientation == 6);
 }

@@ -17,7 +17,7 @@ struct Fixture
 
     Fixture()
     {
-        // One fine size with two colours in equal parts, a coarse one that is all (0, 1, 0).
+        // One fine size with two colors in equal parts, a coarse one that is all (0, 1, 0).
         context.style.fine = at::zeros({3, 2, 2}, at::kDouble);
         context.style.fine[0].fill_(1);
         context.style.fine[1][0].fill_(1);
@@ -50,7 +50,7 @@ TEST_CASE("loss.gram by hand", "[gram]")
 {
     Fixture fixture;
     fresco::testing::PicturePart part(picture_of(1, 0, 0), picture_of(0, 0, 0));
-    SECTION("centred: mean (1, 0.5, 0), covariance only 0.25 in the middle")
+    SECTION("centerd: mean (1, 0.5, 0), covariance only 0.25 in the middle")
     {
         const auto terms = fixture.evaluate("{}", part);
         REQUIRE(terms.size() == 1);
@@ -59,18 +59,18 @@ TEST_CASE("loss.gram by hand", "[gram]")
     }
     SECTION("plain: Gram of the style is [1 .5 0; .5 .5 0; 0 0 0], ours [1 0 0; 0 0 0; 0 0 0]")
     {
-        const auto terms = fixture.evaluate(R"({"centre": false})", part);
+        const auto terms = fixture.evaluate(R"({"center": false})", part);
         CHECK(terms.at(0).value.item<double>() == Approx(0.75 / 9));
     }
     SECTION("coarse: Gram [0 0 0; 0 1 0; 0 0 0]")
     {
-        const auto terms = fixture.evaluate(R"({"centre": false, "targets": "coarse"})", part);
+        const auto terms = fixture.evaluate(R"({"center": false, "targets": "coarse"})", part);
         CHECK(terms.at(0).value.item<double>() == Approx(2.0 / 9));
     }
     SECTION("both, with a factor")
     {
         const auto terms =
-            fixture.evaluate(R"({"centre": false, "targets": "both", "layers": "b, a", "layer_weights": [0, 10]})", part);
+            fixture.evaluate(R"({"center": false, "targets": "both", "layers": "b, a", "layer_weights": [0, 10]})", part);
         REQUIRE(terms.size() == 2);
         CHECK(terms[0].value.item<double>() == Approx(0));
         CHECK(terms[1].layer == "a");
@@ -89,18 +89,18 @@ TEST_CASE("loss.gram looks at the pixels of its role only", "[gram]")
     fresco::testing::PicturePart part(picture, picture, all, fine);
     SECTION("the coarse target is compared on all pixels: Gram [.5 .5 .5; .5 1 .5; .5 .5 .5]")
     {
-        const auto terms = fixture.evaluate(R"({"centre": false, "targets": "coarse"})", part);
+        const auto terms = fixture.evaluate(R"({"center": false, "targets": "coarse"})", part);
         CHECK(terms.at(0).value.item<double>() == Approx(8 * 0.25 / 9));
     }
     SECTION("the fine target on passing pixels: Gram [0 0 0; 0 1 0; 0 0 0]")
     {
-        const auto terms = fixture.evaluate(R"({"centre": false})", part);
+        const auto terms = fixture.evaluate(R"({"center": false})", part);
         CHECK(terms.at(0).value.item<double>() == Approx((1 + 0.25 * 3) / 9));
     }
     SECTION("no passing pixel leaves the coarse target alone; no pixel at all leaves nothing")
     {
         fresco::testing::PicturePart steep(picture, picture, all, at::zeros({4, 4}, at::kBool));
-        CHECK(fixture.evaluate(R"({"centre": false, "targets": "both"})", steep).at(0).value.item<double>() ==
+        CHECK(fixture.evaluate(R"({"center": false, "targets": "both"})", steep).at(0).value.item<double>() ==
               Approx(8 * 0.25 / 9));
         CHECK(fixture.evaluate("{}", steep).empty());
         fresco::testing::PicturePart nothing(picture, picture, at::zeros({4, 4}, at::kBool), at::zeros({4, 4}, at::kBool));
@@ -137,18 +137,18 @@ TEST_CASE("the released rule compares passing and failing pixels with the coarse
     fresco::testing::PicturePart part(picture, picture, all, fine);
     const auto value = [&](const std::string& options, fresco::Part& of)
     { return fixture.evaluate(options, of).at(0).value.item<double>(); };
-    CHECK(value(R"({"centre": false, "rule": "released", "targets": "coarse"})", part) == Approx(8.0 / 9));
+    CHECK(value(R"({"center": false, "rule": "released", "targets": "coarse"})", part) == Approx(8.0 / 9));
     // And the fine one on passing pixels: [1 .5 0; .5 .5 0; 0 0 0] against [0 0 0; 0 1 0; 0 0 0].
-    CHECK(value(R"({"centre": false, "rule": "released", "targets": "both"})", part) == Approx((8 + 1.75) / 9));
+    CHECK(value(R"({"center": false, "rule": "released", "targets": "both"})", part) == Approx((8 + 1.75) / 9));
     SECTION("where all pass, the coarse term comes once")
     {
         fresco::testing::PicturePart front(picture, picture, all, all);
-        CHECK(value(R"({"centre": false, "rule": "released", "targets": "coarse"})", front) == Approx(8 * 0.25 / 9));
+        CHECK(value(R"({"center": false, "rule": "released", "targets": "coarse"})", front) == Approx(8 * 0.25 / 9));
     }
     SECTION("where none pass, it comes once too and the fine one not at all")
     {
         fresco::testing::PicturePart steep(picture, picture, all, at::zeros({4, 4}, at::kBool));
-        CHECK(value(R"({"centre": false, "rule": "released", "targets": "both"})", steep) == Approx(8 * 0.25 / 9));
+        CHECK(value(R"({"center": false, "rule": "released", "targets": "both"})", steep) == Approx(8 * 0.25 / 9));
     }
 }
 
@@ -156,7 +156,7 @@ TEST_CASE("fine_layers leaves the fine target to the layers it names", "[gram]")
 {
     Fixture fixture;
     fresco::testing::PicturePart part(picture_of(1, 0, 0), picture_of(0, 0, 0));
-    const auto terms = fixture.evaluate(R"({"centre": false, "targets": "both", "layers": "a, b", "fine_layers": "b"})", part);
+    const auto terms = fixture.evaluate(R"({"center": false, "targets": "both", "layers": "a, b", "fine_layers": "b"})", part);
     REQUIRE(terms.size() == 2);
     CHECK(terms[0].value.item<double>() == Approx(2.0 / 9));
     // The fine picture's average is one cell of (1, 0.5, 0).
@@ -173,7 +173,7 @@ TEST_CASE("fine_layers leaves the fine target to the layers it names", "[gram]")
 namespace
 {
 
-/// A visit to a view of one colour on the layer "a".
+/// A visit to a view of one color on the layer "a".
 struct Visit
 {
     double red = 0;
@@ -192,7 +192,7 @@ double corner_distance(double g)
 TEST_CASE("the Gram matrix is averaged over the last views, with state and restore", "[gram]")
 {
     Fixture fixture;
-    const std::string options = R"({"centre": false, "average_views_count": 3})";
+    const std::string options = R"({"center": false, "average_views_count": 3})";
     const std::vector<Visit> visits{{1, 7, 0}, {0.5, 8, 0}, {0.2, 8, 1}, {0.6, 9, 0}, {0.4, 7, 0}, {0.3, 7, 0}};
     // Squares of the reds that count: the second step on view 8 replaces the first; two visits to view 7 in a row are two.
     const std::vector<std::vector<double>> counted{

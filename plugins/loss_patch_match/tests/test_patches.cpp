@@ -79,8 +79,8 @@ TEST_CASE("Style patches: every pixel's, or a coarser grid's, with principal dir
     CHECK(at::allclose(all.keys.pow(2).sum(1), (all.patches - all.mean).pow(2).sum(1), 1e-3, 1e-3));
     const auto strength = all.keys.pow(2).mean(0);
     CHECK((strength.narrow(0, 0, 146) >= strength.narrow(0, 1, 146) - 1e-5).all().item<bool>());
-    const auto one_colour = pm::make_style_patches(at::full({3, 20, 20}, 0.5F), 1000, 8);
-    CHECK(at::isfinite(one_colour.keys).all().item<bool>());
+    const auto one_color = pm::make_style_patches(at::full({3, 20, 20}, 0.5F), 1000, 8);
+    CHECK(at::isfinite(one_color.keys).all().item<bool>());
 }
 
 TEST_CASE("The robust distance agrees with the formula and with finite differences")

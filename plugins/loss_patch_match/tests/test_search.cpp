@@ -117,5 +117,5 @@ TEST_CASE("A search can be stopped")
     run.cancel_after(1);
     const auto keys = numbers(10, 2, 0.618);
     CHECK_THROWS_AS(pm::nearest_patches({.patches = keys, .guide = keys, .style = keys, .guide_weight = 0, .tolerance = 1}, run),
-                    fresco::Cancelled);
+                    fresco::Canceled);
 }

@@ -35,17 +35,17 @@ float farthest(const Mesh& mesh)
     float most = 0;
     for (const auto& t : mesh.triangles)
     {
-        fresco::Vec3f centre{};
+        fresco::Vec3f center{};
         for (const auto v : t)
-            centre += mesh.positions[v] * (1.0F / 3);
-        most = std::max(most, std::abs(centre.z - bump(centre.x, centre.y)));
+            center += mesh.positions[v] * (1.0F / 3);
+        most = std::max(most, std::abs(center.z - bump(center.x, center.y)));
     }
     return most;
 }
 
 }  // namespace
 
-TEST_CASE("a flat square keeps its outline, its area and its colours")
+TEST_CASE("a flat square keeps its outline, its area and its colors")
 {
     auto mesh = shapes::grid(20, [](float, float) { return 0.0F; });
     for (const auto& p : mesh.positions)
@@ -61,7 +61,7 @@ TEST_CASE("a flat square keeps its outline, its area and its colours")
         CHECK(counts.components == 1);
         for (const auto& n : fresco::face_normals(out))
             CHECK(n.z == Approx(1));
-        // Means of two colours lie between them.
+        // Means of two colors lie between them.
         REQUIRE(out.colors.size() == out.positions.size());
         for (const auto& color : out.colors)
         {
@@ -154,7 +154,7 @@ TEST_CASE("the stage gives the core's mesh, reports, warns and can be stopped")
 
     fresco::testing::TestRun stopped;
     stopped.cancel_after(6);
-    CHECK_THROWS_AS(run_once(5000, stopped), fresco::Cancelled);
+    CHECK_THROWS_AS(run_once(5000, stopped), fresco::Canceled);
 
     // Five separate triangles cannot become four.
     mesh = std::make_shared<Mesh>();

@@ -80,11 +80,11 @@ Mesh merged(const Mesh& mesh, std::uint32_t u, std::uint32_t v)
 
 bool one_fan_everywhere(const Mesh& mesh)
 {
-    const auto neighbours = fresco::geometry::face_neighbours(mesh.triangles, mesh.positions.size());
+    const auto neighbors = fresco::geometry::face_neighbors(mesh.triangles, mesh.positions.size());
     fresco::geometry::DisjointSets corners(3 * mesh.triangles.size());
     for (std::uint32_t f = 0; f < mesh.triangles.size(); ++f)
         for (std::uint32_t k = 0; k < 3; ++k)
-            if (const std::uint32_t g = neighbours[f][k]; g != fresco::geometry::none)
+            if (const std::uint32_t g = neighbors[f][k]; g != fresco::geometry::none)
                 for (std::uint32_t a = 0; a < 3; ++a)
                     for (std::uint32_t b = 0; b < 3; ++b)
                         if (mesh.triangles[f][a] == mesh.triangles[g][b] && (a == k || a == (k + 1) % 3))

@@ -32,7 +32,7 @@ Mesh decimate(const Mesh& mesh, std::size_t faces)
 
 }  // namespace
 
-TEST_CASE("a flat square keeps its outline, its area and its colours")
+TEST_CASE("a flat square keeps its outline, its area and its colors")
 {
     const auto mesh = grid(20, [](float, float) { return 0.0F; });
     const auto out = decimate(mesh, 100);
@@ -44,7 +44,7 @@ TEST_CASE("a flat square keeps its outline, its area and its colours")
     CHECK(counts.components == 1);
     for (const auto& n : fresco::face_normals(out))
         CHECK(n.z == Approx(1));
-    // Means of two colours lie between them; far from the line where they meet they are pure.
+    // Means of two colors lie between them; far from the line where they meet they are pure.
     REQUIRE(out.colors.size() == out.positions.size());
     for (std::size_t v = 0; v < out.colors.size(); ++v)
     {
@@ -62,10 +62,10 @@ TEST_CASE("a bump stays where it is: the surface moves less than its noise")
     CHECK(count_surface(out).border_length_m == Approx(count_surface(grid(60, height)).border_length_m).epsilon(0.002));
     for (const auto& t : out.triangles)
     {
-        fresco::Vec3f centre{};
+        fresco::Vec3f center{};
         for (const auto v : t)
-            centre += out.positions[v] * (1.0F / 3);
-        CHECK(std::abs(centre.z - height(centre.x, centre.y)) < 0.006F);
+            center += out.positions[v] * (1.0F / 3);
+        CHECK(std::abs(center.z - height(center.x, center.y)) < 0.006F);
     }
 }
 
@@ -143,7 +143,7 @@ TEST_CASE("the stage reports, warns, repeats itself bit by bit and can be stoppe
     CHECK(smallest <= 4);
     fresco::testing::TestRun stopped;
     stopped.cancel_after(4);
-    CHECK_THROWS_AS(run_once(5000, stopped), fresco::Cancelled);
+    CHECK_THROWS_AS(run_once(5000, stopped), fresco::Canceled);
 
     // Five separate triangles cannot become four.
     mesh = std::make_shared<Mesh>();

@@ -51,7 +51,7 @@ double distance_to_walls(Vec3f p)
                      std::abs(double{p.z}), std::abs(p.z - 2.4)});
 }
 
-/// Six frames around, with depth in millimetres, written below `folder`.
+/// Six frames around, with depth in millimeters, written below `folder`.
 std::shared_ptr<Frames> room_frames(const std::filesystem::path& folder)
 {
     auto frames = std::make_shared<Frames>();
@@ -63,8 +63,8 @@ std::shared_ptr<Frames> room_frames(const std::filesystem::path& folder)
         frame.depth = frame.color = camera_at(i * std::numbers::pi / 3);
         const RasterF depth = room_depth(frame.depth);
         std::vector<std::uint16_t> steps;
-        for (const float metres : depth.values)
-            steps.push_back(static_cast<std::uint16_t>(std::lround(1000 * metres)));
+        for (const float meters : depth.values)
+            steps.push_back(static_cast<std::uint16_t>(std::lround(1000 * meters)));
         frame.depth_picture.path = folder / (frame.name + ".depth.npy");
         write_npy(frame.depth_picture.path, std::vector<std::size_t>{120, 160}, steps);
         frame.color_picture.path = folder / (frame.name + ".color.npy");
@@ -110,10 +110,10 @@ TEST_CASE("a wall straight ahead lies where it was measured, to a fraction of a 
     CHECK((low_x + high_x) / 2 == Approx(1.5).margin(0.012));
     for (const Vec3d normal : {Vec3d{0, 0, -1}})
     {
-        double towards = 0;
+        double toward = 0;
         for (const Vec3f n : face_normals(mesh))
-            towards += dot(vec_cast<double>(n), normal);
-        CHECK(towards / static_cast<double>(mesh.triangles.size()) > 0.99);
+            toward += dot(vec_cast<double>(n), normal);
+        CHECK(toward / static_cast<double>(mesh.triangles.size()) > 0.99);
     }
     CHECK(mesh.colors.size() == mesh.positions.size());
     for (const Rgb8 color : mesh.colors)
@@ -189,11 +189,11 @@ TEST_CASE("a room is fused from what was recorded in its middle")
     CHECK(same->triangles == mesh->triangles);
 }
 
-TEST_CASE("colours are taken from where the colour camera is")
+TEST_CASE("colors are taken from where the color camera is")
 {
     const Camera depth_camera = camera_at(0, 16);
     Camera color_camera = camera_at(0, 32);
-    // A baseline of 0.5 m at 1 m and focal lengths 9.6 and 19.2: 9.6 colour pixels to the left.
+    // A baseline of 0.5 m at 1 m and focal lengths 9.6 and 19.2: 9.6 color pixels to the left.
     color_camera.world_from_camera.translation.x += 0.5;
     Raster8 picture(32, 24, 3);
     for (int y = 0; y < 24; ++y)
@@ -223,5 +223,5 @@ TEST_CASE("what cannot be fused is refused with a way out")
         frame.depth_picture = {};
     CHECK_THROWS_WITH(fuse(frames, Value::Map{}, run), Contains("has a depth picture: there is nothing to fuse"));
     run.cancel_after(1);
-    CHECK_THROWS_AS(fuse(frames, Value::Map{}, run), Cancelled);
+    CHECK_THROWS_AS(fuse(frames, Value::Map{}, run), Canceled);
 }

@@ -34,7 +34,7 @@ fresco::Value small(const char* kind, const char* palette = "night", int seed = 
     return fresco::Value::Map{{"kind", kind}, {"palette", palette}, {"size_px", 96}, {"seed", seed}};
 }
 
-/// Mean absolute difference of neighbours along x and along y.
+/// Mean absolute difference of neighbors along x and along y.
 std::pair<double, double> roughness(const fresco::Raster8& picture)
 {
     double across = 0, down = 0;
@@ -56,11 +56,11 @@ double difference(const fresco::Raster8& a, const fresco::Raster8& b)
     return sum / static_cast<double>(a.values.size());
 }
 
-/// Grey everywhere, brushed in one direction.
+/// Gray everywhere, brushed in one direction.
 struct EvenMotif final : pattern::Motif
 {
     explicit EvenMotif(float angle) : angle_(angle) {}
-    Vec3f colour(Vec2f) const override { return {0.5f, 0.5f, 0.5f}; }
+    Vec3f color(Vec2f) const override { return {0.5f, 0.5f, 0.5f}; }
     float direction(Vec2f) const override { return angle_; }
     float angle_;
 };
@@ -121,7 +121,7 @@ TEST_CASE("a mosaic has the asked number of stones across", "[picture.pattern]")
     CHECK(entries / picture.height < 1.4 * stones);
 }
 
-TEST_CASE("whirls turn the brush around their centre", "[picture.pattern]")
+TEST_CASE("whirls turn the brush around their center", "[picture.pattern]")
 {
     const pattern::SwirlingSky sky(pattern::palette_named("night"), 1);
     // Around the large whirl at about (0.3, 0.36) the direction turns by one full circle.
@@ -145,7 +145,7 @@ TEST_CASE("unknown words and sizes are refused, and painting can be stopped", "[
     CHECK_THROWS_AS(pattern::palette_named("neon"), std::invalid_argument);
     TestRun run;
     run.cancel_after(3);
-    CHECK_THROWS_AS(pattern::paint(EvenMotif(0), {.size_px = 128}, run), fresco::Cancelled);
+    CHECK_THROWS_AS(pattern::paint(EvenMotif(0), {.size_px = 128}, run), fresco::Canceled);
     run.cancel_after(2);
-    CHECK_THROWS_AS(pattern::lay_mosaic(EvenMotif(0), 128, 8, 1, run), fresco::Cancelled);
+    CHECK_THROWS_AS(pattern::lay_mosaic(EvenMotif(0), 128, 8, 1, run), fresco::Canceled);
 }

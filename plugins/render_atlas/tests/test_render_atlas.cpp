@@ -53,16 +53,16 @@ TEST_CASE("the picture shows both charts where they lie, the report what they ar
     const auto picture = stored_png::decode({data, data + bytes.size()});
     REQUIRE(picture.width == 64);
     REQUIRE(picture.height == 64);
-    const auto colour = [&](int x, int y) { return std::array{picture.at(x, y, 0), picture.at(x, y, 1), picture.at(x, y, 2)}; };
-    CHECK(colour(1, 62) == colour(30, 34));  // the large one, lower left
-    CHECK(colour(49, 1) == colour(62, 14));  // the small one, upper right
-    CHECK(std::set{colour(1, 62), colour(49, 1), colour(1, 1)}.size() == 3);
-    CHECK(colour(34, 62) == colour(1, 1));
+    const auto color = [&](int x, int y) { return std::array{picture.at(x, y, 0), picture.at(x, y, 1), picture.at(x, y, 2)}; };
+    CHECK(color(1, 62) == color(30, 34));  // the large one, lower left
+    CHECK(color(49, 1) == color(62, 14));  // the small one, upper right
+    CHECK(std::set{color(1, 62), color(49, 1), color(1, 1)}.size() == 3);
+    CHECK(color(34, 62) == color(1, 1));
 
     CHECK(run.reported.at("charts").as_int() == 2);
     CHECK(run.reported.at("used_share").as_double() == Approx(0.25 + 0.0625));
     CHECK(run.reported.at("seam_length_m").as_double() == 0);
-    // Densities 1/2 and 1/4 of the texture a metre, on equal areas.
+    // Densities 1/2 and 1/4 of the texture a meter, on equal areas.
     CHECK(run.reported.at("density_variation").as_double() == Approx(0.125 / 0.375));
     CHECK(run.reported.at("texels_per_cm").as_double() == Approx(10 * std::sqrt((0.25 + 0.0625) / 2)));
 }

@@ -181,7 +181,7 @@ TEST_CASE("an orbit before a single wall never turns away from it")
     }
 }
 
-TEST_CASE("pictures show the wall, and grey beside it")
+TEST_CASE("pictures show the wall, and gray beside it")
 {
     const testing::TemporaryFolder folder;
     testing::TestRun run;
@@ -199,7 +199,7 @@ TEST_CASE("pictures show the wall, and grey beside it")
     CHECK(run.reported.at("pictures").as_int() == 2);
 }
 
-TEST_CASE("a video can be played: size, pictures and colours")
+TEST_CASE("a video can be played: size, pictures and colors")
 {
     for (const char* format : {"mp4", "webm"})
     {

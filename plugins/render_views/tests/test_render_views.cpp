@@ -33,7 +33,7 @@ Camera straight(int width, int height, double focal)
 }
 }  // namespace
 
-TEST_CASE("one ray per pixel shows the bilinear value at the pixel centre, the right way up")
+TEST_CASE("one ray per pixel shows the bilinear value at the pixel center, the right way up")
 {
     TexturedMesh textured = wall(4);
     for (int y = 0; y < 4; ++y)
@@ -205,5 +205,5 @@ TEST_CASE("the stage refuses what it cannot render and stops when asked")
     twice->frames[1].name = "frame-0";
     CHECK_THROWS_WITH(render_to(folder.path(), Value::Map{}, run, twice), Catch::Contains("seq-01_frame-0.png"));
     run.cancel_after(2);
-    CHECK_THROWS_AS(render_to(folder.path(), Value::Map{}, run, three_frames()), Cancelled);
+    CHECK_THROWS_AS(render_to(folder.path(), Value::Map{}, run, three_frames()), Canceled);
 }

@@ -121,7 +121,7 @@ void swap_cameras(Looked& looked)
     }
 }
 
-/// Depth as the colour cameras would measure it, still said to be the depth cameras'.
+/// Depth as the color cameras would measure it, still said to be the depth cameras'.
 void register_depth(Looked& looked)
 {
     const raycast::Scene scene(looked.mesh);
@@ -130,7 +130,7 @@ void register_depth(Looked& looked)
             sample_depth(mesh_depth(scene, of_size(view.color.camera, view.depth.camera), testing::TestRun(2)), 40);
 }
 
-void move_color_centre(Looked& looked)
+void move_color_center(Looked& looked)
 {
     for (View& view : looked.views)
         view.color.camera.intrinsics.cx += 0.04 * view.color.camera.intrinsics.width;
@@ -184,24 +184,24 @@ std::vector<Case> cases()
             {"other camera axes",
              on_poses([](RigidTransform& pose) { pose.rotation = pose.rotation * axis_rotations()[9]; }),
              {"camera_axes"}},
-            {"poses in millimetres", scaled_poses(1000), {"millimetre_poses"}},
-            {"a mesh in millimetres", [](Looked& looked) { scale_mesh(looked, 1000); }, {"millimetre_mesh"}},
-            {"mesh and poses in millimetres",
+            {"poses in millimeters", scaled_poses(1000), {"millimeter_poses"}},
+            {"a mesh in millimeters", [](Looked& looked) { scale_mesh(looked, 1000); }, {"millimeter_mesh"}},
+            {"mesh and poses in millimeters",
              both([](Looked& looked) { scale_mesh(looked, 1000); }, scaled_poses(1000)),
-             {"millimetre_world"}},
-            {"poses in centimetres", scaled_poses(100), {"pose_unit"}},
-            {"a mesh in centimetres", [](Looked& looked) { scale_mesh(looked, 100); }, {"mesh_unit"}},
-            {"millimetres of depth taken for metres", scaled_depths(1000), {"millimetre_depth"}},
-            {"quarters of a millimetre taken for millimetres", scaled_depths(4), {"depth_unit"}},
+             {"millimeter_world"}},
+            {"poses in centimeters", scaled_poses(100), {"pose_unit"}},
+            {"a mesh in centimeters", [](Looked& looked) { scale_mesh(looked, 100); }, {"mesh_unit"}},
+            {"millimeters of depth taken for meters", scaled_depths(1000), {"millimeter_depth"}},
+            {"quarters of a millimeter taken for millimeters", scaled_depths(4), {"depth_unit"}},
             {"a world turned", turn_mesh, {"world_axes"}},
-            {"colour taken for depth", color_as_depth, {"color_taken_for_depth"}},
-            {"depth taken for colour", depth_as_color, {"depth_taken_for_color"}},
+            {"color taken for depth", color_as_depth, {"color_taken_for_depth"}},
+            {"depth taken for color", depth_as_color, {"depth_taken_for_color"}},
             {"cameras swapped", swap_cameras, {"cameras_swapped"}},
-            {"depth registered to colour", register_depth, {"depth_by_color_camera"}},
-            {"colour's principal point 4 % too far right", move_color_centre, {"color_shift"}},
+            {"depth registered to color", register_depth, {"depth_by_color_camera"}},
+            {"color's principal point 4 % too far right", move_color_center, {"color_shift"}},
             {"pictures of the next frame", rotate_pictures, {"unexplained_edges"}},
-            {"colour's focal length 10 % too small", focal(0.9, 1), {"color_focal_length"}},
-            {"colour's focal length 10 % too large", focal(1.1, 1), {"color_focal_length"}},
+            {"color's focal length 10 % too small", focal(0.9, 1), {"color_focal_length"}},
+            {"color's focal length 10 % too large", focal(1.1, 1), {"color_focal_length"}},
             {"depth's focal length 10 % too small", focal(1, 0.9), {"depth_focal_length"}},
             {"depth's focal length 10 % too large", focal(1, 1.1), {"depth_focal_length"}},
             {"both focal lengths 10 % too large", focal(1.1, 1.1), {"focal_length"}},
@@ -211,10 +211,10 @@ std::vector<Case> cases()
             {"no depth", drop_depth, {}},
             {"no depth, OpenGL axes", both(drop_depth, on_poses(opengl)), {"opengl_axes"}},
             {"no depth, inverted poses", both(drop_depth, on_poses(inverted)), {"inverted_poses"}},
-            {"no depth, poses in millimetres", both(drop_depth, scaled_poses(1000)), {"millimetre_poses"}},
-            {"no depth, a mesh in millimetres",
+            {"no depth, poses in millimeters", both(drop_depth, scaled_poses(1000)), {"millimeter_poses"}},
+            {"no depth, a mesh in millimeters",
              both(drop_depth, [](Looked& looked) { scale_mesh(looked, 1000); }),
-             {"millimetre_mesh"}},
+             {"millimeter_mesh"}},
             {"no depth, focal length 10 % too small", both(drop_depth, focal(0.9, 1)), {"color_focal_length"}},
             {"no depth, focal length 10 % too large", both(drop_depth, focal(1.1, 1)), {"color_focal_length"}}};
 }

@@ -99,5 +99,5 @@ TEST_CASE("frames need neither depth nor pictures, but there must be some", "[sc
                       Contains("end it in .png"));
     testing::TestRun stopped;
     stopped.cancel_after(30);
-    CHECK_THROWS_AS(inspect(room->mesh, room->frames, room->images, Value::Map{}, out.path(), stopped), Cancelled);
+    CHECK_THROWS_AS(inspect(room->mesh, room->frames, room->images, Value::Map{}, out.path(), stopped), Canceled);
 }

@@ -89,7 +89,7 @@ TEST_CASE("camera axes are OpenGL's", "[scan.nerfstudio]")
     CHECK(view.depth.empty());
 }
 
-TEST_CASE("the recorder's own world is had back, in metres", "[scan.nerfstudio]")
+TEST_CASE("the recorder's own world is had back, in meters", "[scan.nerfstudio]")
 {
     // saved = 2 * (y, x, -z): what the file has of a recorder's camera at (5, 6, 7) is at (12, 10, -14).
     const TinyScan scan(
@@ -252,13 +252,13 @@ TEST_CASE("a file that cannot be used is refused by name", "[scan.nerfstudio]")
     SECTION("a step that is none")
     {
         set_in_frame(scan, 0, "depth_unit_scale_factor", 0);
-        CHECK_THAT(error_of(scan), Contains("\"depth_unit_scale_factor\" must be metres per step"));
+        CHECK_THAT(error_of(scan), Contains("\"depth_unit_scale_factor\" must be meters per step"));
     }
     SECTION("stopped")
     {
         TestRun run;
         run.cancel_after(2);
-        CHECK_THROWS_AS(read(scan, run), fresco::Cancelled);
+        CHECK_THROWS_AS(read(scan, run), fresco::Canceled);
     }
 }
 

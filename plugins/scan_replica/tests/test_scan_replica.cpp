@@ -65,7 +65,7 @@ TEST_CASE("a scene is read back", "[scan.replica]")
     CHECK(read(scene, run, Value::Map{{"every", 2}}).frames->frames[1].number == 2);
 }
 
-TEST_CASE("pixel centres count from 0 and depth in steps per metre", "[scan.replica]")
+TEST_CASE("pixel centers count from 0 and depth in steps per meter", "[scan.replica]")
 {
     const auto camera = replica::parse_camera(
         R"({"camera": {"w": 1200, "h": 680, "fx": 600.0, "fy": 601.0, "cx": 599.5, "cy": 339.5, "scale": 6553.5}})", "x");
@@ -88,7 +88,7 @@ TEST_CASE("the mesh and the camera may be elsewhere, frames may be left out", "[
     CHECK(error_of(scene, Value::Map{{"mesh", (scene.folder.path() / "other.ply").string()}}) == "no error");
     fs::rename(scene.folder.path() / "other.ply", scene.path() / "mesh.ply");
     fs::remove(scene.path() / "results/frame000001.jpg");
-    CHECK_THAT(error_of(scene), Contains("1 file is missing: the colour picture beside") && Contains("depth000001.png"));
+    CHECK_THAT(error_of(scene), Contains("1 file is missing: the color picture beside") && Contains("depth000001.png"));
     fs::remove(scene.path() / "results/depth000001.png");
     TestRun run;
     const auto frames = read(scene, run).frames->frames;

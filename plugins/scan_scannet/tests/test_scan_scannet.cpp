@@ -30,7 +30,7 @@ fresco::Mesh triangle(float size)
     return mesh;
 }
 
-/// A scene "scene0000_00" of the views 0, 2 and 10; view 2 has no pose. Colour 64x48, depth 32x24.
+/// A scene "scene0000_00" of the views 0, 2 and 10; view 2 has no pose. Color 64x48, depth 32x24.
 struct TinyScene
 {
     fresco::testing::TemporaryFolder folder;
@@ -99,11 +99,11 @@ TEST_CASE("an exported scene becomes frames by number, without the lost ones", "
     CHECK(frames[1].name == "10");
     CHECK(run.reported.at("poses_not_tracked").as_int() == 1);
     CHECK(run.reported.at("mesh").as_string() == "scene0000_00_vh_clean.ply");
-    // The files count pixel centres from 0.
+    // The files count pixel centers from 0.
     CHECK(frames[0].color.intrinsics == fresco::Intrinsics{64, 48, 50, 51, 32, 24});
     CHECK(frames[0].depth.intrinsics == fresco::Intrinsics{32, 24, 25, 26, 16, 12});
     CHECK(frames[0].depth.world_from_camera.translation == fresco::Vec3d{5, 6, 7});
-    // In the recorder's frame colour is at x = 0.03 and depth at 0.01; the pose turns x into y.
+    // In the recorder's frame color is at x = 0.03 and depth at 0.01; the pose turns x into y.
     const auto color = frames[0].color.world_from_camera.translation;
     CHECK(color.x == Approx(5));
     CHECK(color.y == Approx(6.02));
@@ -162,7 +162,7 @@ TEST_CASE("without the folder intrinsic the scene's properties are used", "[scan
     fs::remove_all(scene.path() / "intrinsic");
     TestRun run;
     Result result;
-    run_scan(scene.path(), fresco::Value::Map{{"pixel_centre", "half"}}, run, result);
+    run_scan(scene.path(), fresco::Value::Map{{"pixel_center", "half"}}, run, result);
     CHECK(result.frames->frames[0].color.intrinsics == fresco::Intrinsics{64, 48, 40, 41, 30.5, 22.5});
     CHECK(result.frames->frames[0].color.world_from_camera == result.frames->frames[0].depth.world_from_camera);
     scene.write("scene0000_00.txt", "fx_color = 40\nfy_color = 41\n");
@@ -285,7 +285,7 @@ TEST_CASE("a run can be stopped", "[scan.scannet]")
     TestRun run;
     run.cancel_after(2);
     Result result;
-    CHECK_THROWS_AS(run_scan(scene.path(), fresco::Value::Map{}, run, result), fresco::Cancelled);
+    CHECK_THROWS_AS(run_scan(scene.path(), fresco::Value::Map{}, run, result), fresco::Canceled);
 }
 
 TEST_CASE("damage to a scene gives an error or what can be used", "[scan.scannet]")

@@ -30,7 +30,7 @@ constexpr std::size_t at_count = at_shift + 4;
 constexpr std::size_t at_frames = at_count + 8;
 constexpr std::size_t at_color_bytes = at_frames + 64 + 16;
 
-/// Colour and depth camera apart.
+/// Color and depth camera apart.
 struct TinyRecording
 {
     fresco::testing::TemporaryFolder folder;
@@ -151,7 +151,7 @@ TEST_CASE("a file that cannot be used is refused by byte", "[scan.sens]")
     SECTION("compressions")
     {
         recording.set(at_forms, std::int32_t{-1});
-        CHECK_THAT(error_of(recording), Contains("compression -1 of the colour pictures; 0 (raw), 1 (PNG)"));
+        CHECK_THAT(error_of(recording), Contains("compression -1 of the color pictures; 0 (raw), 1 (PNG)"));
         recording.set(at_forms, std::int32_t{2});
         recording.set(at_forms + 4, std::int32_t{2});
         CHECK_THAT(error_of(recording), Contains("compression 2 of the depth pictures") && Contains("not occi"));
@@ -160,14 +160,14 @@ TEST_CASE("a file that cannot be used is refused by byte", "[scan.sens]")
     {
         recording.set(at_sizes, std::uint32_t{65536});
         recording.set(at_sizes + 4, std::uint32_t{65536});
-        CHECK_THAT(error_of(recording), Contains("colour pictures of 65536x65536"));
+        CHECK_THAT(error_of(recording), Contains("color pictures of 65536x65536"));
         recording.set(at_sizes, std::uint32_t{0});
-        CHECK_THAT(error_of(recording), Contains("colour pictures of 0x65536"));
+        CHECK_THAT(error_of(recording), Contains("color pictures of 0x65536"));
     }
     SECTION("sizes that the pictures have not")
     {
         recording.set(at_sizes, std::uint32_t{33});
-        CHECK_THAT(error_of(recording), Contains("frame-000000: the colour picture is 32x24, the file's head says 33x24"));
+        CHECK_THAT(error_of(recording), Contains("frame-000000: the color picture is 32x24, the file's head says 33x24"));
     }
     SECTION("the shift")
     {
@@ -182,30 +182,30 @@ TEST_CASE("a file that cannot be used is refused by byte", "[scan.sens]")
     SECTION("hostile pictures")
     {
         recording.set(at_color_bytes, std::numeric_limits<std::uint64_t>::max() - 8);
-        CHECK_THAT(error_of(recording), Contains("the colour picture of frame 0 is said to have 18446744073709551607 bytes"));
+        CHECK_THAT(error_of(recording), Contains("the color picture of frame 0 is said to have 18446744073709551607 bytes"));
     }
     SECTION("intrinsics for another size")
     {
         recording.set(at_matrices + 8, 640.0F);
-        CHECK_THAT(error_of(recording), Contains("the colour camera: the centre (640.5, 12.5) is outside"));
+        CHECK_THAT(error_of(recording), Contains("the color camera: the center (640.5, 12.5) is outside"));
     }
     SECTION("a pose that is no rotation")
     {
         recording.set(at_frames, 3.0F);
         CHECK_THAT(error_of(recording), Contains("the pose of frame 0: the upper left 3x3 part is not a rotation"));
     }
-    SECTION("a colour picture that is cut")
+    SECTION("a color picture that is cut")
     {
         recording.set(at_color_bytes, std::uint64_t{20});
         recording.set(at_color_bytes + 8, std::uint64_t{recording.bytes().size() - at_color_bytes - 16 - 20});
         recording.set(at_count, std::uint64_t{1});
         CHECK_THAT(error_of(recording),
-                   Contains("byte " + std::to_string(at_color_bytes + 16) + ", frame-000000: the colour picture cannot be used"));
+                   Contains("byte " + std::to_string(at_color_bytes + 16) + ", frame-000000: the color picture cannot be used"));
     }
-    SECTION("a colour picture that EXIF turns")
+    SECTION("a color picture that EXIF turns")
     {
         recording.images.orientation = 3;
-        CHECK_THAT(error_of(recording), Contains("frame-000000: the colour picture's EXIF data says"));
+        CHECK_THAT(error_of(recording), Contains("frame-000000: the color picture's EXIF data says"));
     }
     SECTION("a pose beyond all rooms")
     {
@@ -221,7 +221,7 @@ TEST_CASE("a file that cannot be used is refused by byte", "[scan.sens]")
     {
         TestRun run;
         run.cancel_after(2);
-        CHECK_THROWS_AS(read(recording, run), fresco::Cancelled);
+        CHECK_THROWS_AS(read(recording, run), fresco::Canceled);
     }
 }
 

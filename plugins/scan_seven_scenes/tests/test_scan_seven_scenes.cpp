@@ -24,7 +24,7 @@ namespace
 
 const char* const pose_text = "0 -1 0 5\n1 0 0 6\n0 0 1 7\n0 0 0 1\n";
 
-/// Two sequences of two frames: colour 64x48, depth 32x24.
+/// Two sequences of two frames: color 64x48, depth 32x24.
 struct TinyScan
 {
     fresco::testing::TemporaryFolder folder;
@@ -94,13 +94,13 @@ TEST_CASE("a scan becomes frames of two cameras in recorded order", "[scan.seven
     CHECK(frames[3].number == 10);
     CHECK(frames[0].color.intrinsics == fresco::Intrinsics{64, 48, 50, 51, 32, 24});
     CHECK(frames[0].depth.intrinsics == fresco::Intrinsics{32, 24, 25, 26, 16, 12});
-    // The pose turns by 90 degrees about z and is the depth camera's. The colour camera's centre, X_color = 0, lies at
+    // The pose turns by 90 degrees about z and is the depth camera's. The color camera's center, X_color = 0, lies at
     // X_depth = (0.026, 0, -0.002), in the world at R X + t = (5, 6 + 0.026, 7 - 0.002).
     CHECK(frames[0].depth.world_from_camera.translation == fresco::Vec3d{5, 6, 7});
-    const auto centre = frames[0].color.world_from_camera.translation;
-    CHECK(centre.x == Approx(5));
-    CHECK(centre.y == Approx(6.026));
-    CHECK(centre.z == Approx(6.998));
+    const auto center = frames[0].color.world_from_camera.translation;
+    CHECK(center.x == Approx(5));
+    CHECK(center.y == Approx(6.026));
+    CHECK(center.z == Approx(6.998));
     CHECK(frames[1].color_picture.hash == fresco::file_hash(scan.path() / "seq-02/frame-000010.color.jpg"));
     CHECK(fresco::load_color(frames[0], &scan.images).at(5, 5) == 7);
     CHECK(fresco::load_depth(frames[0], &scan.images).at(5, 5) == Approx(1.5f));
@@ -161,7 +161,7 @@ TEST_CASE("options go before calibration files", "[scan.seven_scenes]")
     TestRun run;
     Result result;
     const fresco::Value::List k{fresco::Value(40.0), fresco::Value(41.0), fresco::Value(31.0), fresco::Value(23.0)};
-    run_scan(scan.path(), fresco::Value::Map{{"color_intrinsics", k}, {"pixel_centre", "integer"}, {"depth_unit_m", 0.0002}}, run,
+    run_scan(scan.path(), fresco::Value::Map{{"color_intrinsics", k}, {"pixel_center", "integer"}, {"depth_unit_m", 0.0002}}, run,
              result);
     CHECK(result.frames->frames[0].color.intrinsics == fresco::Intrinsics{64, 48, 40, 41, 31.5, 23.5});
     CHECK(result.frames->frames[0].depth_unit_m == 0.0002);
@@ -216,10 +216,10 @@ TEST_CASE("a scan that cannot be used is refused by name", "[scan.seven_scenes]"
         CHECK_THAT(error_of(scan), Contains("2 files are missing") && Contains("seq-02/frame-000002.depth.png") &&
                                        Contains("seq-10/frame-000010.pose.txt"));
     }
-    SECTION("two colour pictures")
+    SECTION("two color pictures")
     {
         fs::copy_file(scan.path() / "seq-02/frame-000002.color.jpg", scan.path() / "seq-02/frame-000002.color.png");
-        CHECK_THAT(error_of(scan), Contains("another colour picture"));
+        CHECK_THAT(error_of(scan), Contains("another color picture"));
     }
     SECTION("a pose with NaN")
     {
@@ -260,14 +260,14 @@ TEST_CASE("a scan that cannot be used is refused by name", "[scan.seven_scenes]"
         fresco::write_file(file, bytes);
         CHECK_THAT(error_of(scan), Contains("seq-10/frame-000002.depth.png: cut"));
     }
-    SECTION("a depth picture of 8 bits, or in colours")
+    SECTION("a depth picture of 8 bits, or in colors")
     {
         const auto file = scan.path() / "seq-10/frame-000002.depth.png";
         const auto size = scan.images.header(file);
         fresco::write_file(file, scan.images.encode_png(fresco::Raster8(size.width, size.height, 1, 7)));
         CHECK_THAT(error_of(scan), Contains("frame-000002.depth.png: expected a depth picture") && Contains("8 bits"));
         fresco::write_file(file, scan.images.encode_png(fresco::Raster16(size.width, size.height, 3, 7)));
-        CHECK_THAT(error_of(scan), Contains("expected a depth picture") && Contains("colours"));
+        CHECK_THAT(error_of(scan), Contains("expected a depth picture") && Contains("colors"));
     }
     SECTION("no mesh")
     {
@@ -282,7 +282,7 @@ TEST_CASE("missing inputs are of the kind that ends with exit code 3, and a run 
     TestRun run;
     run.cancel_after(2);
     Result result;
-    CHECK_THROWS_AS(run_scan(scan.path(), fresco::Value::Map{}, run, result), fresco::Cancelled);
+    CHECK_THROWS_AS(run_scan(scan.path(), fresco::Value::Map{}, run, result), fresco::Canceled);
     fs::remove(scan.path() / "mesh.ply");
     TestRun again;
     CHECK_THROWS_AS(run_scan(scan.path(), fresco::Value::Map{}, again, result), fresco::MissingInput);

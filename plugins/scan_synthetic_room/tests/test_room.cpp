@@ -32,11 +32,11 @@ struct Threads final : fresco::Progress
     int count;
 };
 
-Solid solid(Shape shape, Vec3f centre, Vec3f size)
+Solid solid(Shape shape, Vec3f center, Vec3f size)
 {
     Solid s;
     s.shape = shape;
-    s.centre = centre;
+    s.center = center;
     s.size = size;
     return s;
 }
@@ -216,7 +216,7 @@ TEST_CASE("the two cameras differ and the path keeps clear of the furniture", "[
         }
 }
 
-TEST_CASE("a view of six metres exists in a long room", "[room]")
+TEST_CASE("a view of six meters exists in a long room", "[room]")
 {
     const auto scene = room::furnish({7.5f, 3.6f, 2.6f}, 1);
     const room::Caster caster(scene);

@@ -69,7 +69,7 @@ std::map<std::string, std::string> files_of(const fs::path& folder)
 
 }  // namespace
 
-TEST_CASE("a room has frames of two cameras and a coloured mesh that fits inside", "[scan.synthetic_room]")
+TEST_CASE("a room has frames of two cameras and a colored mesh that fits inside", "[scan.synthetic_room]")
 {
     const auto& [run, result] = recorded();
     REQUIRE(result.frames->frames.size() == 6);
@@ -107,7 +107,7 @@ TEST_CASE("mesh and depth agree within the noise, through the depth camera alone
             if (!(p.z > 0.4 && p.x >= 1 && p.y >= 1 && p.x < 79 && p.y < 59))
                 continue;
             const auto x = static_cast<int>(p.x), y = static_cast<int>(p.y);
-            // Only where the surface is smooth: neighbours tell the same depth.
+            // Only where the surface is smooth: neighbors tell the same depth.
             bool smooth = true;
             for (int dy = -1; dy <= 1; ++dy)
                 for (int dx = -1; dx <= 1; ++dx)
@@ -130,7 +130,7 @@ TEST_CASE("mesh and depth agree within the noise, through the depth camera alone
     CHECK(static_cast<double>(seen_with_color_camera) < 0.2 * static_cast<double>(compared));
 }
 
-TEST_CASE("pictures show the mesh's colours where the colour camera stands", "[scan.synthetic_room]")
+TEST_CASE("pictures show the mesh's colors where the color camera stands", "[scan.synthetic_room]")
 {
     const auto& [run, result] = recorded();
     const RawImages images;
@@ -205,5 +205,5 @@ TEST_CASE("a recording can be stopped", "[scan.synthetic_room]")
     TestRun run;
     run.cancel_after(40);
     Result result;
-    CHECK_THROWS_AS(record(small(), run, result), fresco::Cancelled);
+    CHECK_THROWS_AS(record(small(), run, result), fresco::Canceled);
 }

@@ -28,7 +28,7 @@ int red(const Raster8& image, float u, float v)
 }
 }  // namespace
 
-TEST_CASE("the hidden half of a wall takes the seen half's colour and no texel keeps its initial value")
+TEST_CASE("the hidden half of a wall takes the seen half's color and no texel keeps its initial value")
 {
     Texture texture = blank_texture(size, 0.0F);
     see(texture, {0.1F, 0.1F}, {0.25F, 0.4F}, {0.8F, 0.4F, 0.2F});  // the left half of the left chart
@@ -43,7 +43,7 @@ TEST_CASE("the hidden half of a wall takes the seen half's colour and no texel k
         }
 }
 
-TEST_CASE("colours cross a seam at the right place and not the gutter")
+TEST_CASE("colors cross a seam at the right place and not the gutter")
 {
     // The left chart is seen, dark below and bright above; the right one is hidden and turned by 180 degrees.
     Texture texture = blank_texture(size, 0.0F);
@@ -120,7 +120,7 @@ TEST_CASE("unseen texels can be painted or kept, seen ones stay what they are")
     CHECK(red(filled, 0.15F, 0.25F) == 51);
 }
 
-TEST_CASE("what was optimised beside a chart is kept, what lies further out is gutter")
+TEST_CASE("what was optimized beside a chart is kept, what lies further out is gutter")
 {
     Texture texture = blank_texture(size, 0.6F);
     see(texture, {0.0F, 0.0F}, {1.0F, 1.0F}, {0.2F, 0.2F, 0.2F});  // everything is marked as seen
@@ -136,7 +136,7 @@ TEST_CASE("what was optimised beside a chart is kept, what lies further out is g
     CHECK(image.at(20, 20) == 51);
 }
 
-TEST_CASE("shares count the texels whose centres are in charts")
+TEST_CASE("shares count the texels whose centers are in charts")
 {
     Texture texture = blank_texture(size, 0.6F);
     see(texture, {0.0F, 0.0F}, {0.5F, 0.5F}, {0.2F, 0.2F, 0.2F});

@@ -47,5 +47,5 @@ TEST_CASE("the stage refuses what it cannot use")
                       Catch::Contains("unseen_color has 2 numbers"));
     CHECK_THROWS_WITH(baked(Value::Map{{"unseen", "blur"}}, texture, two_chart_wall(), run), Catch::Contains("unseen"));
     run.cancel_after(2);
-    CHECK_THROWS_AS(baked(Value::Map{{"unseen", "keep"}}, texture, two_chart_wall(), run), Cancelled);
+    CHECK_THROWS_AS(baked(Value::Map{{"unseen", "keep"}}, texture, two_chart_wall(), run), Canceled);
 }

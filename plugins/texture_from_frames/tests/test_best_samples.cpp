@@ -36,7 +36,7 @@ TEST_CASE("samples are kept in eight bytes")
     CHECK(KeptSample(1e-4F, {}).heavier_than(KeptSample(0.9e-4F, {})));
 }
 
-TEST_CASE("colours are weighted means, from which the last of all places is taken off")
+TEST_CASE("colors are weighted means, from which the last of all places is taken off")
 {
     const std::vector<KeptSample> two{sample(0.75F, 0.2F), sample(0.25F, 0.6F), {}};
     CHECK(blended(two, keep_all).rgb[1] == Approx(0.3).margin(1e-4));
@@ -51,7 +51,7 @@ TEST_CASE("colours are weighted means, from which the last of all places is take
     CHECK(blended(bright, keep_all).rgb[2] == 1);
 }
 
-TEST_CASE("a colour fades in as its view becomes one of the best")
+TEST_CASE("a color fades in as its view becomes one of the best")
 {
     float before = 0.2F;
     for (float weight = 0.26F; weight < 1; weight += 0.02F)

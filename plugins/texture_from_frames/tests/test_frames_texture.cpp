@@ -148,12 +148,12 @@ TEST_CASE("what one of five pictures shows alone does not enter the texture")
     CHECK(largest_error(texture_of(views, rules, run), smooth_paint) > 0.05);
 }
 
-TEST_CASE("colour does not bleed over a depth step when a picture is out of place")
+TEST_CASE("color does not bleed over a depth step when a picture is out of place")
 {
     // A red board 30 cm in front of the wall hides the right half of view 0, whose picture lies two pixels too far left. Of the
     // wall, only the left half is judged.
-    const Paint grey = [](double, double) { return Vec3f{0.25F, 0.25F, 0.25F}; };
-    View shifted = view_of(camera_at(1, 1, 2.6), 120, grey);
+    const Paint gray = [](double, double) { return Vec3f{0.25F, 0.25F, 0.25F}; };
+    View shifted = view_of(camera_at(1, 1, 2.6), 120, gray);
     for (int y = 0; y < 120; ++y)
         for (int x = 78; x < 160; ++x)
         {
@@ -165,7 +165,7 @@ TEST_CASE("colour does not bleed over a depth step when a picture is out of plac
             shifted.map.uv.at(x, y, 0) = 0.55F + 0.005F * static_cast<float>(x - 80);
             shifted.map.uv.at(x, y, 1) = 0.9F - 0.005F * static_cast<float>(y);
         }
-    const View other = view_of(camera_at(0.7, 1, 2.6), 120, grey);
+    const View other = view_of(camera_at(0.7, 1, 2.6), 120, gray);
     const auto reddest = [&](const std::vector<View>& views, double margin)
     {
         TextureRules rules = rules_of(64);
@@ -262,7 +262,7 @@ TEST_CASE("unseen texels continue the seen ones")
             CHECK(made.picture.at(x, y, 1) > 0.1F);
 }
 
-TEST_CASE("blurred pictures count less than their neighbours")
+TEST_CASE("blurred pictures count less than their neighbors")
 {
     const std::vector<std::string> walk(7, "walk");
     const auto factors = sharpness_factors({100, 100, 25, 100, 100, 400, 100}, walk, 1);
@@ -284,5 +284,5 @@ TEST_CASE("views that see nothing are refused, and a stop is heeded")
     blind.map.valid = Raster8(40, 30);
     CHECK_THROWS_WITH(texture_of({blind}, rules_of(16), run), Catch::Contains("no view shows a texel"));
     run.cancel_after(3);
-    CHECK_THROWS_AS(texture_of(five_views(30), rules_of(16), run), Cancelled);
+    CHECK_THROWS_AS(texture_of(five_views(30), rules_of(16), run), Canceled);
 }

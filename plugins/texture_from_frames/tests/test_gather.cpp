@@ -42,7 +42,7 @@ std::map<std::uint32_t, TexelSample> by_texel(const SampleBlocks& blocks)
     return result;
 }
 
-/// The obvious way: every texel asks every triangle of neighbouring pixels.
+/// The obvious way: every texel asks every triangle of neighboring pixels.
 std::map<std::uint32_t, TexelSample> slow_gather(const UvMap& map, const PixelLinks& links, const RasterF& weight,
                                                  const PicturePyramid& picture, int size)
 {
@@ -221,7 +221,7 @@ TEST_CASE("pixels count by angle and resolution, less at borders and beside step
     measured.at(30, 20) = 0.8F;
     const Camera camera = flat_camera(100, 40);
     const PixelLinks links(map, camera);
-    // The lower quartile of 0.2 and 0.1 per metre is 0.1 (the left links of both halves are 1 / 40 m and 2 / 40 m long).
+    // The lower quartile of 0.2 and 0.1 per meter is 0.1 (the left links of both halves are 1 / 40 m and 2 / 40 m long).
     REQUIRE(links.texture_per_m() == Approx(0.1).epsilon(1e-3));
     const auto found = view_weights(map, links, camera, measured, 1000, {2, 0.1});
     // 1600 * 0.8 / 1² px per m², 10 000 texels per m², so 0.128 px per texel of the 0.25 that are enough.

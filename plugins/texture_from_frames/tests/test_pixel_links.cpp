@@ -10,7 +10,7 @@ using namespace fresco::from_frames;
 namespace
 {
 
-/// Depths in metres, 0: nothing there. u grows by 1/100 a pixel, v by 1/100 against the rows.
+/// Depths in meters, 0: nothing there. u grows by 1/100 a pixel, v by 1/100 against the rows.
 UvMap map_of(const std::vector<std::vector<float>>& rows)
 {
     const int width = static_cast<int>(rows.front().size());
@@ -108,7 +108,7 @@ TEST_CASE("pixels beside steps and beside nothing are marked, those that see not
     CHECK(PixelLinks(nothing, camera_of(nothing)).at_steps().values == std::vector<std::uint8_t>(4, 0));
 }
 
-TEST_CASE("neighbours far apart in the texture are not of one chart, though of one surface")
+TEST_CASE("neighbors far apart in the texture are not of one chart, though of one surface")
 {
     // 2 m away at 100 px focal length: 2 cm a pixel, and 0.01 of the texture.
     const std::vector<std::vector<float>> wall(9, std::vector<float>(9, 2));
@@ -145,9 +145,9 @@ TEST_CASE("neighbours far apart in the texture are not of one chart, though of o
     }
 }
 
-TEST_CASE("the lower quartile of texture per metre is what a view has")
+TEST_CASE("the lower quartile of texture per meter is what a view has")
 {
-    // Three pixels in four lie twice as far away: half the texture per metre. A few have much more, and change nothing.
+    // Three pixels in four lie twice as far away: half the texture per meter. A few have much more, and change nothing.
     std::vector<std::vector<float>> rows(28, std::vector<float>(28, 4));
     for (int y = 0; y < 12; ++y)
         rows[static_cast<std::size_t>(y)].assign(28, 2);

@@ -64,9 +64,9 @@ struct Recording
         for (int y = 0; y < k.height; ++y)
             for (int x = 0; x < k.width; ++x)
             {
-                const double metres = point_at(frame.depth, x + 0.5, y + 0.5).depth;
+                const double meters = point_at(frame.depth, x + 0.5, y + 0.5).depth;
                 depth.at(x, y) =
-                    static_cast<std::uint16_t>(std::lround(1000 * (frame.name == "frame-0" && x < 80 ? 1.0 : metres)));
+                    static_cast<std::uint16_t>(std::lround(1000 * (frame.name == "frame-0" && x < 80 ? 1.0 : meters)));
             }
         frame.depth_picture.path = folder / (frame.name + ".depth.png");
         write_file(frame.depth_picture.path, testing::RawImages().encode_png(depth));

@@ -17,7 +17,7 @@ using fresco::texturing::displayed;
 namespace
 {
 
-/// Two pixels side by side, and two rows: 10 20 / 30 40, grey.
+/// Two pixels side by side, and two rows: 10 20 / 30 40, gray.
 Raster8 four_pixels()
 {
     Raster8 picture(2, 2, 3);
@@ -27,7 +27,7 @@ Raster8 four_pixels()
     return picture;
 }
 
-double grey(const Raster8& picture, double u, double v, Wrap wrap)
+double gray(const Raster8& picture, double u, double v, Wrap wrap)
 {
     return 255 * displayed(sample_wrapped(picture, {u, v}, wrap, wrap).x);
 }
@@ -57,23 +57,23 @@ TEST_CASE("pictures are wrapped as their material says", "[texture.from_model]")
 {
     const Raster8 picture = four_pixels();
     // The lower row is v = 0.25.
-    CHECK(grey(picture, 0.25, 0.25, Wrap::repeat) == Approx(30));
-    CHECK(grey(picture, 0.75, 0.75, Wrap::repeat) == Approx(20));
-    CHECK(grey(picture, 7.25, -4.75, Wrap::repeat) == Approx(30));
-    CHECK(grey(picture, -0.25, 0.25, Wrap::repeat) == Approx(40));
-    CHECK(grey(picture, -0.25, 0.25, Wrap::mirror) == Approx(30));
-    CHECK(grey(picture, 1.25, 0.25, Wrap::mirror) == Approx(40));
-    CHECK(grey(picture, 2.25, 3.75, Wrap::mirror) == Approx(30));
-    CHECK(grey(picture, 2.25, 1.25, Wrap::mirror) == Approx(10));
-    CHECK(grey(picture, 9, -9, Wrap::clamp) == Approx(40));
-    CHECK(grey(picture, -1e30, 1e30, Wrap::clamp) == Approx(10));
+    CHECK(gray(picture, 0.25, 0.25, Wrap::repeat) == Approx(30));
+    CHECK(gray(picture, 0.75, 0.75, Wrap::repeat) == Approx(20));
+    CHECK(gray(picture, 7.25, -4.75, Wrap::repeat) == Approx(30));
+    CHECK(gray(picture, -0.25, 0.25, Wrap::repeat) == Approx(40));
+    CHECK(gray(picture, -0.25, 0.25, Wrap::mirror) == Approx(30));
+    CHECK(gray(picture, 1.25, 0.25, Wrap::mirror) == Approx(40));
+    CHECK(gray(picture, 2.25, 3.75, Wrap::mirror) == Approx(30));
+    CHECK(gray(picture, 2.25, 1.25, Wrap::mirror) == Approx(10));
+    CHECK(gray(picture, 9, -9, Wrap::clamp) == Approx(40));
+    CHECK(gray(picture, -1e30, 1e30, Wrap::clamp) == Approx(10));
     // Half-way between texels, also around the border: the mean light.
     const auto mean = [](std::uint8_t a, std::uint8_t b)
     { return 255 * displayed((texturing::to_linear(a) + texturing::to_linear(b)) / 2); };
-    CHECK(grey(picture, 0.5, 0.25, Wrap::repeat) == Approx(mean(30, 40)));
-    CHECK(grey(picture, 1, 0.25, Wrap::repeat) == Approx(mean(40, 30)));
-    CHECK(grey(picture, 1, 0.25, Wrap::mirror) == Approx(40));
-    CHECK(grey(picture, 1, 0.25, Wrap::clamp) == Approx(40));
+    CHECK(gray(picture, 0.5, 0.25, Wrap::repeat) == Approx(mean(30, 40)));
+    CHECK(gray(picture, 1, 0.25, Wrap::repeat) == Approx(mean(40, 30)));
+    CHECK(gray(picture, 1, 0.25, Wrap::mirror) == Approx(40));
+    CHECK(gray(picture, 1, 0.25, Wrap::clamp) == Approx(40));
 }
 
 TEST_CASE("halving averages light, and keeps the last row and column of an odd picture", "[texture.from_model]")
@@ -138,7 +138,7 @@ TEST_CASE("pixels per meter go by the area of a face and of its texcoords", "[te
     CHECK(ModelColors(model, {Raster8(400, 400, 3)}).pixels_per_meter(0) == Approx(100));
 }
 
-TEST_CASE("a shaded box shows six tones, flat to its edges; a ball is lighter towards the lamp", "[texture.from_model]")
+TEST_CASE("a shaded box shows six tones, flat to its edges; a ball is lighter toward the lamp", "[texture.from_model]")
 {
     const auto lights = shape_lights(box());
     REQUIRE(lights.size() == 36);

@@ -59,17 +59,17 @@ double tent(const UvMap& map, int x, int y, int column, int row, int size)
 
 }  // namespace
 
-TEST_CASE("texel centres lie at +0.5 and row 0 at the top")
+TEST_CASE("texel centers lie at +0.5 and row 0 at the top")
 {
-    const auto texture = made(Value::Map{{"regulariser", 3.0}});
+    const auto texture = made(Value::Map{{"regularizer", 3.0}});
     texture->allocate(4);
     REQUIRE(texture->parameters().size() == 1);
-    CHECK(texture->parameters()[0].regulariser == 3);
+    CHECK(texture->parameters()[0].regularizer == 3);
     CHECK(at::equal(texture->parameters()[0].values, at::zeros({16, 3})));
     RasterF picture(4, 4, 3);
     picture.at(1, 0, 2) = 8;
     texture->set_picture(picture);
-    // The centre of texel (1, 0), the corner it shares with (2, 1), and a pixel that is not valid.
+    // The center of texel (1, 0), the corner it shares with (2, 1), and a pixel that is not valid.
     UvMap map{RasterF(3, 1, 2), RasterF(3, 1), RasterF(3, 1), Raster8(3, 1, 1, 1)};
     map.uv.values = {0.375F, 0.875F, 0.5F, 0.75F, 0.375F, 0.875F};
     map.valid.values[2] = 0;

@@ -43,7 +43,7 @@ RasterF random_picture(int size, std::uint64_t seed)
     return picture;
 }
 
-/// Pixel (x, y) looks at the centre of texel (x, y).
+/// Pixel (x, y) looks at the center of texel (x, y).
 UvMap identity_map(int size)
 {
     UvMap map{RasterF(size, size, 2), RasterF(size, size), RasterF(size, size), Raster8(size, size, 1, 1)};
@@ -73,7 +73,7 @@ TEST_CASE("set_picture and render give the picture back")
     for (const int layers : {1, 2, 4})
     {
         const Value options =
-            Value::Map{{"layers_count", layers}, {"regulariser", Value::List(static_cast<std::size_t>(layers), Value(1.0))}};
+            Value::Map{{"layers_count", layers}, {"regularizer", Value::List(static_cast<std::size_t>(layers), Value(1.0))}};
         const auto texture = made(options);
         texture->allocate(32);
         const auto picture = random_picture(32, 1);
@@ -134,7 +134,7 @@ TEST_CASE("a render is the sum of the layers' lookups, zero where invalid, and t
 
 TEST_CASE("the gradient agrees with finite differences")
 {
-    const auto texture = made(Value::Map{{"layers_count", 2}, {"regulariser", Value::List{1, 0}}});
+    const auto texture = made(Value::Map{{"layers_count", 2}, {"regularizer", Value::List{1, 0}}});
     texture->allocate(8);
     texture->set_picture(random_picture(8, 5));
     const auto view = texture->make_view(random_map(9, 7, 6));
@@ -204,14 +204,14 @@ TEST_CASE("sizes and lists that do not fit are refused")
     CHECK_THROWS_WITH(texture->allocate(100), Catch::Contains("multiple of 8"));
     CHECK_THROWS_AS(texture->allocate(8), Error);
     CHECK_NOTHROW(texture->allocate(16));
-    CHECK(texture->parameters()[1].regulariser == 4);
-    CHECK_THROWS_WITH(made(Value::Map{{"layers_count", 1}})->allocate(16), Catch::Contains("regulariser"));
+    CHECK(texture->parameters()[1].regularizer == 4);
+    CHECK_THROWS_WITH(made(Value::Map{{"layers_count", 1}})->allocate(16), Catch::Contains("regularizer"));
     CHECK_THROWS_AS(texture->set_picture(random_picture(8, 1)), std::invalid_argument);
 }
 
-TEST_CASE("layers with corners become layers with centres: a ramp stays a ramp")
+TEST_CASE("layers with corners become layers with centers: a ramp stays a ramp")
 {
-    const auto texture = made(Value::Map{{"lookup", "corners"}, {"layers_count", 2}, {"regulariser", Value::List{1, 0}}});
+    const auto texture = made(Value::Map{{"lookup", "corners"}, {"layers_count", 2}, {"regularizer", Value::List{1, 0}}});
     texture->allocate(16);
     // u and v themselves, in the finest layer: texel i at i / 15.
     float* values = texture->parameters()[0].values.data_ptr<float>();

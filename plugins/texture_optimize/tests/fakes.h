@@ -16,7 +16,7 @@
 #include <string>
 #include <vector>
 
-/// \file A tiny world: cameras that look straight at a square painted wall, one texture unit wide; and losses to optimise it
+/// \file A tiny world: cameras that look straight at a square painted wall, one texture unit wide; and losses to optimize it
 /// with.
 
 namespace fakes
@@ -170,10 +170,10 @@ class MeanLoss final : public Loss
         const auto content = selected - part.camera_selected(*features, "half", Pixels::all);
         const auto noise = static_cast<double>(part.seed() % 1000) * 1e-5;
         // Its gradient depends on a sum over everything, to the last bit.
-        const auto grey = ordered_mean(selected) - 0.4;
+        const auto gray = ordered_mean(selected) - 0.4;
         return {{"half", ordered_sum(away * away) * (1 + noise)},
                 {"half", ordered_mean(content * content) * 0.1},
-                {"half", grey * grey}};
+                {"half", gray * gray}};
     }
     TensorMap state() const override { return {{"running", running_}}; }
     void restore(const TensorMap& state) override { running_ = state.at("running").clone(); }
@@ -223,7 +223,7 @@ class AskingLoss final : public Loss
     std::vector<LossTerm> evaluate(Part& part) override
     {
         evaluated_ += 1;
-        progress_->check_cancelled();
+        progress_->check_canceled();
         if (--breaks_at_ == 0)
             throw Error("broken");
         return {{"", ordered_mean(part.image()) * evaluated_.item<double>()}};

@@ -52,7 +52,7 @@ struct Studio
                                    {"device", "cpu"},
                                    {"losses", losses},
                                    {"texture", Value::Map{{"type", "texture.laplacian"}}},
-                                   {"optimiser", Value::Map{{"type", "optimiser.adam"}, {"mode", "visible"}, {"beta2", 0.99}}}};
+                                   {"optimizer", Value::Map{{"type", "optimizer.adam"}, {"mode", "visible"}, {"beta2", 0.99}}}};
         for (auto& [name, value] : more)
             options.set(name, value);
         return options;
@@ -63,7 +63,7 @@ struct Studio
     {
         testing::TestFactory factory;
         factory.add("texture.laplacian", [] { return from_plugin(FRESCO_PLUGIN_texture_laplacian, "texture.laplacian"); });
-        factory.add("optimiser.adam", [] { return from_plugin(FRESCO_PLUGIN_optimiser_adam, "optimiser.adam"); });
+        factory.add("optimizer.adam", [] { return from_plugin(FRESCO_PLUGIN_optimizer_adam, "optimizer.adam"); });
         factory.add("features.half", [] { return std::make_shared<HalfNetwork>(); });
         factory.add("camera", [] { return std::make_shared<CameraLoss>(); });
         factory.add("mean", [] { return std::make_shared<MeanLoss>(); });

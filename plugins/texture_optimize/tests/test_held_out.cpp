@@ -20,7 +20,7 @@ std::vector<HeldOutLoss> history(const std::vector<double>& losses)
 
 }  // namespace
 
-TEST_CASE("held-out views lie in the middles of equal stretches, and the rest is optimised for")
+TEST_CASE("held-out views lie in the middles of equal stretches, and the rest is optimized for")
 {
     const std::vector<std::size_t> views{0, 2, 4, 6, 8, 10, 12, 14, 16, 18};
     CHECK(split_views(views, 0).trained == views);

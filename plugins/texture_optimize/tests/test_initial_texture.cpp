@@ -14,7 +14,7 @@
 using namespace fakes;
 using namespace fresco::optimize;
 
-TEST_CASE("the camera pictures gathered into the texture, recoloured, have the style's colours where seen")
+TEST_CASE("the camera pictures gathered into the texture, recolored, have the style's colors where seen")
 {
     const testing::TemporaryFolder folder;
     const Wall wall(folder.path(), 9, {30});
@@ -69,7 +69,7 @@ TEST_CASE("the camera pictures gathered into the texture, recoloured, have the s
         CHECK(v > 0.1F);
 }
 
-TEST_CASE("a texture begins with the style's mean colour, or at zero, and is marked where seen either way")
+TEST_CASE("a texture begins with the style's mean color, or at zero, and is marked where seen either way")
 {
     const testing::TemporaryFolder folder;
     const Wall wall(folder.path(), 3, {24, 30});
@@ -90,7 +90,7 @@ TEST_CASE("a texture begins with the style's mean colour, or at zero, and is mar
     CHECK(zeros.seen.at(15, 0) == 0);
 }
 
-TEST_CASE("a style of one colour, or with a channel that does not vary, begins with that colour as noise too")
+TEST_CASE("a style of one color, or with a channel that does not vary, begins with that color as noise too")
 {
     const testing::TemporaryFolder folder;
     const Wall wall(folder.path(), 3, {30});
@@ -132,7 +132,7 @@ Texture half_seen(int size_px, const std::array<float, 3>& rgb)
 
 }  // namespace
 
-TEST_CASE("a start texture of one colour becomes the style's mean, whatever its size, and what was not seen of it does not count")
+TEST_CASE("a start texture of one color becomes the style's mean, whatever its size, and what was not seen of it does not count")
 {
     const testing::TemporaryFolder folder;
     const Wall wall(folder.path(), 3, {24, 30});
@@ -200,7 +200,7 @@ TEST_CASE("a start texture that cannot be begun with is refused")
     CHECK_THROWS_WITH(begin("zeros", start), Catch::Contains("port 'start' is wired, but init is zeros"));
     start.values = "network";
     CHECK_THROWS_WITH(begin("frames", start),
-                      Catch::Contains("port 'start' holds \"network\" values; expected displayed colours"));
+                      Catch::Contains("port 'start' holds \"network\" values; expected displayed colors"));
     start.values = "display";
     start.seen = Raster8(16, 16);
     CHECK_THROWS_WITH(begin("frames", start), Catch::Contains("no texel that a frame saw"));

@@ -12,14 +12,14 @@ namespace
 
 struct Resumed
 {
-    bool cancelled = false;
+    bool canceled = false;
     std::size_t steps_before = 0;
     std::size_t steps = 0;  ///< Of both runs.
     std::vector<std::vector<std::byte>> bytes;
 };
 
-/// Cancelled at the `calls`-th time that the stage asks, and run again to its end.
-Resumed cancelled_and_resumed(Studio& studio, const Value& options, int calls)
+/// Canceled at the `calls`-th time that the stage asks, and run again to its end.
+Resumed canceled_and_resumed(Studio& studio, const Value& options, int calls)
 {
     Resumed result;
     testing::TestRun run;
@@ -28,12 +28,12 @@ Resumed cancelled_and_resumed(Studio& studio, const Value& options, int calls)
     {
         studio.paint(run, options);
     }
-    catch (const Cancelled&)
+    catch (const Canceled&)
     {
-        result.cancelled = true;
+        result.canceled = true;
     }
     result.steps_before = run.metrics["loss"].size();
-    if (!result.cancelled)
+    if (!result.canceled)
         run.metrics["loss"].clear();
     run.cancel_after(1000);
     result.bytes = bytes_in(studio.paint(run, options));
@@ -43,19 +43,19 @@ Resumed cancelled_and_resumed(Studio& studio, const Value& options, int calls)
 
 }  // namespace
 
-TEST_CASE("a run that is cancelled, or killed, goes on to the same bytes")
+TEST_CASE("a run that is canceled, or killed, goes on to the same bytes")
 {
     Studio studio;
     for (const char* mode : {"visible", "dense"})
     {
         auto options = Studio::options(mean_losses, {{"epochs", 2}, {"lambda_r", 0.01}, {"checkpoint_steps", 0}});
-        options.set("optimiser", Value::Map{{"type", "optimiser.adam"}, {"mode", mode}});
+        options.set("optimizer", Value::Map{{"type", "optimizer.adam"}, {"mode", mode}});
         testing::TestRun whole;
         const auto expected = bytes_in(studio.paint(whole, options));
 
         testing::TestRun interrupted;
         interrupted.cancel_after(3 + 14);  // 3 batches of views, then in the middle of a visit
-        CHECK_THROWS_AS(studio.paint(interrupted, options), Cancelled);
+        CHECK_THROWS_AS(studio.paint(interrupted, options), Canceled);
         CHECK(interrupted.metrics.at("loss").size() == 13);
         CHECK((bytes_in(studio.paint(interrupted, options)) == expected));
         CHECK(interrupted.metrics.at("loss").size() == 36);
@@ -66,12 +66,12 @@ TEST_CASE("a run that is cancelled, or killed, goes on to the same bytes")
         options.set("checkpoint_steps", 10);
         testing::TestRun killed;
         killed.cancel_after(3 + 21);
-        CHECK_THROWS_AS(studio.paint(killed, options), Cancelled);
+        CHECK_THROWS_AS(studio.paint(killed, options), Canceled);
         CHECK((bytes_in(studio.paint(killed, options)) == expected));
     }
 }
 
-TEST_CASE("a loss that asks within a step loses nothing when the run is cancelled")
+TEST_CASE("a loss that asks within a step loses nothing when the run is canceled")
 {
     Studio studio;
     const auto options = Studio::options(Value::Map{{"it", Value::Map{{"type", "asking"}}}}, {{"max_steps", 9}});
@@ -81,10 +81,10 @@ TEST_CASE("a loss that asks within a step loses nothing when the run is cancelle
     for (int calls = 1; calls < 24; ++calls)
     {
         CAPTURE(calls);
-        const Resumed resumed = cancelled_and_resumed(studio, options, calls);
+        const Resumed resumed = canceled_and_resumed(studio, options, calls);
         CHECK((resumed.bytes == expected));
         CHECK(resumed.steps == 9);
-        gone_on += resumed.cancelled && resumed.steps_before > 0;
+        gone_on += resumed.canceled && resumed.steps_before > 0;
     }
     CHECK(gone_on >= 8);
 }
@@ -145,9 +145,9 @@ TEST_CASE("where a loss is not finite the run goes back and halves the rate, and
     for (int calls = 1; calls < 12; ++calls)
     {
         CAPTURE(calls);
-        const Resumed resumed = cancelled_and_resumed(studio, options(0.04), calls);
+        const Resumed resumed = canceled_and_resumed(studio, options(0.04), calls);
         CHECK((resumed.bytes == expected));
-        interruptions += resumed.cancelled;
+        interruptions += resumed.canceled;
     }
     CHECK(interruptions >= 6);
 
@@ -170,7 +170,7 @@ TEST_CASE("a state that is bad when its checkpoint is due is thrown away, and th
     for (int calls = 1; calls < 20; ++calls)
     {
         CAPTURE(calls);
-        const Resumed resumed = cancelled_and_resumed(studio, options, calls);
+        const Resumed resumed = canceled_and_resumed(studio, options, calls);
         CHECK((resumed.bytes == expected));
     }
 }

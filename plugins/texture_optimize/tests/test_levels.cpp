@@ -99,7 +99,7 @@ TEST_CASE("a depth below, above, on and between heights goes to the levels that 
         }
 }
 
-TEST_CASE("erosion keeps pixels whose nine neighbours are in, and nothing at the border")
+TEST_CASE("erosion keeps pixels whose nine neighbors are in, and nothing at the border")
 {
     Raster8 mask(19, 13);
     for (std::size_t i = 0; i < mask.values.size(); ++i)
@@ -120,7 +120,7 @@ TEST_CASE("erosion keeps pixels whose nine neighbours are in, and nothing at the
     CHECK(eroded(Raster8(1, 1, 1, 1)).values[0] == 0);
 }
 
-TEST_CASE("depth levels: union eroded for the masks, weights eroded per role, both resampled by nearest neighbour")
+TEST_CASE("depth levels: union eroded for the masks, weights eroded per role, both resampled by nearest neighbor")
 {
     // Two heights, 8 and 16 px; R = 128 d. Columns 0..5 lie at R = 10 (level 0: 0.75, level 1: 0.25), the rest at R = 14 (level
     // 1: 0.75, level 0: 0.25): every pixel belongs to both, in different roles.

@@ -81,7 +81,7 @@ struct World
 
 }  // namespace
 
-TEST_CASE("a grid cell takes the pixel at its centre")
+TEST_CASE("a grid cell takes the pixel at its center")
 {
     Raster8 mask(5, 4);
     mask.at(1, 1) = 1;

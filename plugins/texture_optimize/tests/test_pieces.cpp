@@ -81,7 +81,7 @@ TEST_CASE("style sizes as the released code finds them")
     CHECK(messages.empty());
 }
 
-TEST_CASE("alpha is composited on white, grey spread, other pictures refused")
+TEST_CASE("alpha is composited on white, gray spread, other pictures refused")
 {
     const auto ignore = [](const std::string&) {};
     Raster8 rgba(64, 64, 4);

@@ -29,7 +29,7 @@ RasterF one_color(float r)
 TEST_CASE("texels take the mean of what is seen, weighted by cosine over depth")
 {
     TexelGatherer gatherer(4, true);
-    // The centre of the texel in row 0, column 1.
+    // The center of the texel in row 0, column 1.
     gatherer.add(one_pixel(0.375F, 0.875F, 2, 1), one_color(1));
     gatherer.add(one_pixel(0.375F, 0.875F, 1, 0.25F), one_color(0.25F));
     gatherer.mark(one_pixel(0.5F, 0.125F, 1, 1));

@@ -65,7 +65,7 @@ TEST_CASE("a texture pulled to the camera pictures becomes the painting, whateve
         }
 }
 
-TEST_CASE("a start texture that is wired is what the texture begins as, recoloured to the style")
+TEST_CASE("a start texture that is wired is what the texture begins as, recolored to the style")
 {
     Studio studio;
     const auto start = std::make_shared<Texture>();
@@ -188,7 +188,7 @@ TEST_CASE("losses are measured on held-out views, and a run that gains nothing m
 
     testing::TestRun resumed;
     resumed.cancel_after(static_cast<int>(4 + steps / 2));  // 4 batches of views first
-    CHECK_THROWS_AS(studio.paint(resumed, options(0.01)), Cancelled);
+    CHECK_THROWS_AS(studio.paint(resumed, options(0.01)), Canceled);
     CHECK((bytes_in(studio.paint(resumed, options(0.01))) == texture));
     CHECK(resumed.reported.at("steps").as_int() == steps);
     CHECK(resumed.reported.at("held_out").as_list().size() == early.reported.at("held_out").as_list().size());

@@ -28,7 +28,7 @@ bool has_line(const testing::TestRun& run, std::string_view text)
 
 }  // namespace
 
-TEST_CASE("a run that is cancelled anywhere goes on to the same bytes")
+TEST_CASE("a run that is canceled anywhere goes on to the same bytes")
 {
     const Studio wall = small_wall();
     testing::TestRun whole(1);
@@ -36,23 +36,23 @@ TEST_CASE("a run that is cancelled anywhere goes on to the same bytes")
     REQUIRE(whole.metrics.at("distance").size() == 6);
     int gone_on = 0;
     int checks = 1;
-    for (bool cancelled = true; cancelled; checks += 1 + checks / 6)
+    for (bool canceled = true; canceled; checks += 1 + checks / 6)
     {
         CAPTURE(checks);
         testing::TestRun run(checks % 2 + 1);
         run.cancel_after(checks);
-        cancelled = false;
+        canceled = false;
         try
         {
             wall.paint(run, small_options());
         }
-        catch (const Cancelled&)
+        catch (const Canceled&)
         {
-            cancelled = true;
+            canceled = true;
         }
         const std::size_t rounds = run.metrics["distance"].size();
         run.cancel_after(1 << 30);
-        if (!cancelled)
+        if (!canceled)
             break;
         CHECK((wall.paint(run, small_options()).bytes == expected));
         CHECK(run.metrics["distance"].size() == 6);
@@ -70,10 +70,10 @@ TEST_CASE("a run is interrupted twice, also on other numbers of threads")
     const auto expected = wall.paint(whole, small_options()).bytes;
     testing::TestRun run(3);
     run.cancel_after(60);
-    CHECK_THROWS_AS(wall.paint(run, small_options()), Cancelled);
+    CHECK_THROWS_AS(wall.paint(run, small_options()), Canceled);
     const std::size_t first = run.metrics["distance"].size();
     run.cancel_after(40);
-    CHECK_THROWS_AS(wall.paint(run, small_options()), Cancelled);
+    CHECK_THROWS_AS(wall.paint(run, small_options()), Canceled);
     CHECK(run.metrics["distance"].size() > first);
     run.cancel_after(1 << 30);
     CHECK((wall.paint(run, small_options()).bytes == expected));

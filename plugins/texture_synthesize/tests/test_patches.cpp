@@ -312,5 +312,5 @@ TEST_CASE("patches are the same for any number of threads")
     }
     CHECK(different == 0);
     five.cancel_after(3);
-    CHECK_THROWS_AS(Patches(box.surface, box.grid, box.upward, 9, 4, five), Cancelled);
+    CHECK_THROWS_AS(Patches(box.surface, box.grid, box.upward, 9, 4, five), Canceled);
 }

@@ -96,5 +96,5 @@ TEST_CASE("noise has the narrowest strokes, and any picture some")
     const Raster8 picture = brush_picture(150, 120, 2);
     CHECK(stroke_width_px(picture, single) == stroke_width_px(picture, five));
     five.cancel_after(2);
-    CHECK_THROWS_AS(stroke_width_px(picture, five), Cancelled);
+    CHECK_THROWS_AS(stroke_width_px(picture, five), Canceled);
 }

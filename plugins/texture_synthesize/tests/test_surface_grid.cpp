@@ -182,5 +182,5 @@ TEST_CASE("a surface of absurd size is refused, and says what to do")
     CHECK_THROWS_WITH(SurfaceGrid(corridor, 0.01, run), Catch::Contains("700") && Catch::Contains("65535") &&
                                                             Catch::Contains("stroke_cm") && Catch::Contains("in meters"));
     run.cancel_after(1);
-    CHECK_THROWS_AS(SurfaceGrid(corridor, 0.05, run), Cancelled);
+    CHECK_THROWS_AS(SurfaceGrid(corridor, 0.05, run), Canceled);
 }

@@ -33,7 +33,7 @@ TEST_CASE("what lies behind the camera is cut off, and all of it leaves nothing"
 {
     const Frustum frustum(square);
     CHECK(clipped({Vec3d{0, 0, -1}, {1, 0, -2}, {0, 1, -1}}, frustum).count == 0);
-    // A floor one metre below that goes on behind the camera: it ends at the guard, y / z = 3.
+    // A floor one meter below that goes on behind the camera: it ends at the guard, y / z = 3.
     const Clipped part = clipped({Vec3d{-1, 1, -5}, {1, 1, -5}, {0, 1, 5}}, frustum);
     REQUIRE(part.count >= 3);
     double lowest = 0;

@@ -71,9 +71,9 @@ std::vector<int> covers(const std::vector<Piece>& pieces)
 }
 }  // namespace
 
-TEST_CASE("a piece covers the pixel centres inside it, whichever way round it runs")
+TEST_CASE("a piece covers the pixel centers inside it, whichever way round it runs")
 {
-    // Pixels (i, j) with i, j >= 2 and i + j <= 9, its edges just beside the centres.
+    // Pixels (i, j) with i, j >= 2 and i + j <= 9, its edges just beside the centers.
     const Point a{31, 31};
     const Point b{31, 8 * 16 - 14};
     const Point c{8 * 16 - 14, 31};
@@ -88,7 +88,7 @@ TEST_CASE("a piece covers the pixel centres inside it, whichever way round it ru
 
 TEST_CASE("every pixel of a triangulated sheet belongs to one piece, also those on edges and corners")
 {
-    // Corners on pixel centres, halfway and anywhere; corners move too little to fold it.
+    // Corners on pixel centers, halfway and anywhere; corners move too little to fold it.
     std::mt19937 random(3);
     for (const int jitter : {1, 8, 16, 24})
     {
@@ -123,7 +123,7 @@ TEST_CASE("every pixel of a triangulated sheet belongs to one piece, also those 
     }
 }
 
-TEST_CASE("a fan about a pixel centre covers it once")
+TEST_CASE("a fan about a pixel center covers it once")
 {
     const Point middle{10 * 16, 10 * 16};
     std::vector<Piece> fan;
@@ -192,7 +192,7 @@ TEST_CASE("every kernel draws what is drawn in whole numbers of 64 bits")
             const auto point = [&]
             {
                 Point p{within(column, size), within(row, size)};
-                // Some right on pixel centres.
+                // Some right on pixel centers.
                 return face % 3 == 0 ? Point{p.x >> fine << fine, p.y >> fine << fine} : p;
             };
             const Point a = point();

@@ -62,7 +62,7 @@ TEST_CASE("faces are listed in the tiles they reach into, of every picture")
     Mesh mesh;
     mesh.positions = {{-0.6F, -0.6F, 1}, {0.6F, -0.6F, 1}, {-0.6F, 0.6F, 1},     // over most of the picture
                       {0.2F, 0.2F, 1},   {0.3F, 0.2F, 1},  {0.2F, 0.3F, 1},      // in one tile
-                      {0.001F, 0, 1},    {0.002F, 0, 1},   {0.001F, 0.001F, 1},  // between pixel centres
+                      {0.001F, 0, 1},    {0.002F, 0, 1},   {0.001F, 0.001F, 1},  // between pixel centers
                       {5, 5, 1},         {6, 5, 1},        {5, 6, 1},            // out of sight
                       {0.4F, -0.4F, 1},  {0.5F, -0.4F, 1}, {0.4F, -0.2F, -1}};   // reaches behind the camera
     for (std::uint32_t i = 0; i < 15; i += 3)

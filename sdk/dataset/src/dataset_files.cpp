@@ -174,7 +174,7 @@ Raster8 picture_from(std::span<const std::byte> npy, std::string_view source)
     return raster_of<std::uint8_t>(array, static_cast<int>(shape[1]), static_cast<int>(shape[0]), static_cast<int>(channels));
 }
 
-Raster16 quantised(const RasterF& uv)
+Raster16 quantized(const RasterF& uv)
 {
     Raster16 result(uv.width, uv.height, uv.channels);
     // In double: a product rounded to float first could be rounded to another step.

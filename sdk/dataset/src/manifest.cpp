@@ -22,10 +22,10 @@ constexpr int largest_height = 65536;
 
 Value conventions()
 {
-    return Value::Map{{"length_unit", "metre"},
+    return Value::Map{{"length_unit", "meter"},
                       {"camera_axes", "OpenCV: x right, y down, z forward"},
                       {"poses", "world_from_camera, 3 x 4, row by row"},
-                      {"pixel_centres", 0.5},
+                      {"pixel_centers", 0.5},
                       {"uv_origin", "lower left"},
                       {"rows", "top first"},
                       {"depth", "along the optical axis"},

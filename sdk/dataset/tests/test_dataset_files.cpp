@@ -18,14 +18,14 @@ TEST_CASE("texcoords as uint16 are off by half a step of 1/65535 at most, and ex
     RasterF uv(1000, 1, 2);
     for (std::size_t i = 0; i < uv.values.size(); ++i)
         uv.values[i] = static_cast<float>(i) / static_cast<float>(uv.values.size() - 1);
-    const RasterF back = dataset::restored(dataset::quantised(uv));
+    const RasterF back = dataset::restored(dataset::quantized(uv));
     for (std::size_t i = 0; i < uv.values.size(); ++i)
         CHECK(std::abs(back.values[i] - uv.values[i]) <= 0.5 / 65535 + 1e-7);
     CHECK(back.values.front() == 0);
     CHECK(back.values.back() == 1);
     uv.values = {-1e-6F, 1 + 1e-6F};
-    CHECK(dataset::quantised(uv).values[0] == 0);
-    CHECK(dataset::quantised(uv).values[1] == 65535);
+    CHECK(dataset::quantized(uv).values[0] == 0);
+    CHECK(dataset::quantized(uv).values[1] == 65535);
 }
 
 TEST_CASE("rasters read back from NPY, and only as what they are")

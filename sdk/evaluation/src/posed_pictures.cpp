@@ -106,11 +106,11 @@ const Mesh& shown_mesh(const TexturedMesh* textured, const Mesh* plain)
 
 Camera camera_of_picture(const Frame& frame, int width, int height, const fs::path& file)
 {
-    check_camera(frame.color, "the colour camera of " + frame.sequence + "/" + frame.name);
+    check_camera(frame.color, "the color camera of " + frame.sequence + "/" + frame.name);
     const Intrinsics& k = frame.color.intrinsics;
     const double aspect = static_cast<double>(width) * k.height / (static_cast<double>(height) * k.width);
     if (std::abs(aspect - 1) > 0.01)
-        throw Error(file.string() + ": is " + std::to_string(width) + "x" + std::to_string(height) + "; the colour camera of " +
+        throw Error(file.string() + ": is " + std::to_string(width) + "x" + std::to_string(height) + "; the color camera of " +
                     frame.sequence + "/" + frame.name + " has " + std::to_string(k.width) + "x" + std::to_string(k.height) +
                     ": pictures must show the camera's whole view");
     Camera camera = frame.color;

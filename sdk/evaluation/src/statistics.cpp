@@ -102,10 +102,10 @@ Interval wilson_interval(std::int64_t successes, std::int64_t trials)
     constexpr double z = 1.959963984540054;  // 97.5 % of the normal distribution lie below
     const auto n = static_cast<double>(trials);
     const double share = static_cast<double>(successes) / n;
-    const double centre = (share + z * z / (2 * n)) / (1 + z * z / n);
+    const double center = (share + z * z / (2 * n)) / (1 + z * z / n);
     const double half = z / (1 + z * z / n) * std::sqrt(share * (1 - share) / n + z * z / (4 * n * n));
     // At the ends the exact bounds are 0 and 1; rounding must not miss them.
-    return {successes == 0 ? 0 : std::max(0.0, centre - half), successes == trials ? 1 : std::min(1.0, centre + half)};
+    return {successes == 0 ? 0 : std::max(0.0, center - half), successes == trials ? 1 : std::min(1.0, center + half)};
 }
 
 std::string figure_text(double value, Interval interval)

@@ -78,7 +78,7 @@ TEST_CASE("pictures of nothing are refused")
     CHECK_THROWS_WITH(posed_pictures(twice, nullptr, folder.path(), run), Catch::Contains("two frames are called seq_01_b"));
 }
 
-TEST_CASE("a picture's camera is the colour camera at its size")
+TEST_CASE("a picture's camera is the color camera at its size")
 {
     const Frames frames = three_frames();
     CHECK(camera_of_picture(frames.frames[0], 80, 60, "p.png").intrinsics.fx == 40);

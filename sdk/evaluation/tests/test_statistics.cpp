@@ -26,10 +26,10 @@ TEST_CASE("the bootstrap interval of a mean is about two standard errors wide on
     for (int i = 0; i < 400; ++i)
         values.push_back(10 + random.normal());
     const Interval interval = bootstrap_mean(values, {});
-    const double centre = mean(values);
+    const double center = mean(values);
     const double half = 1.96 / std::sqrt(400.0);  // the normal distribution's 95 %
-    CHECK(interval.low == Approx(centre - half).margin(0.15 * half));
-    CHECK(interval.high == Approx(centre + half).margin(0.15 * half));
+    CHECK(interval.low == Approx(center - half).margin(0.15 * half));
+    CHECK(interval.high == Approx(center + half).margin(0.15 * half));
 }
 
 TEST_CASE("the bootstrap covers the true mean about as often as it says")

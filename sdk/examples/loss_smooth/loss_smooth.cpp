@@ -11,7 +11,7 @@ namespace
 using torch::indexing::None;
 using torch::indexing::Slice;
 
-/// Mean absolute difference of neighbouring pixels: total variation (Rudin, Osher, Fatemi 1992, the anisotropic form).
+/// Mean absolute difference of neighboring pixels: total variation (Rudin, Osher, Fatemi 1992, the anisotropic form).
 class SmoothLoss final : public fresco::Loss
 {
     fresco::LossNeeds needs() const override
@@ -39,4 +39,4 @@ class SmoothLoss final : public fresco::Loss
 
 }  // namespace
 
-FRESCO_COMPONENT("example.smooth", SmoothLoss, fresco::Loss, "Total variation: neighbouring pixels shall be alike")
+FRESCO_COMPONENT("example.smooth", SmoothLoss, fresco::Loss, "Total variation: neighboring pixels shall be alike")

@@ -8,7 +8,7 @@
 namespace example
 {
 
-/// Points in the world frame, metres. On disk: `points.npy`, float32 N x 3.
+/// Points in the world frame, meters. On disk: `points.npy`, float32 N x 3.
 struct PointCloud : fresco::Artifact
 {
     static constexpr std::string_view artifact_name = "example_point_cloud";

@@ -9,7 +9,7 @@ namespace
 class SamplePoints final : public fresco::Stage
 {
     fresco::Input<fresco::Mesh> mesh{this, "mesh", "Triangle mesh"};
-    fresco::Output<example::PointCloud> points{this, "points", "The centre of every face"};
+    fresco::Output<example::PointCloud> points{this, "points", "The center of every face"};
 
     void run(fresco::RunContext&) override
     {

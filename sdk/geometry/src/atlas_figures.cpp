@@ -164,12 +164,12 @@ void check_texcoords(const Mesh& mesh)
         throw std::invalid_argument("an atlas is a mesh with texcoords");
 }
 
-bool centre_inside(const Flat& t, Vec2d centre, double turn)
+bool center_inside(const Flat& t, Vec2d center, double turn)
 {
     for (std::size_t k = 0; k < 3; ++k)
     {
         const Vec2d side = t[(k + 1) % 3] - t[k];
-        if (!(turn * cross(side, centre - t[k]) > inside_by_texels * length(side)))
+        if (!(turn * cross(side, center - t[k]) > inside_by_texels * length(side)))
             return false;
     }
     return true;
@@ -244,7 +244,7 @@ std::size_t overlapping_texels(const Mesh& mesh, int size_px)
         const auto [y0, y1] = std::minmax({t[0].y, t[1].y, t[2].y});
         for (int y = cell(y0); y <= cell(y1); ++y)
             for (int x = cell(x0); x <= cell(x1); ++x)
-                if (faces.at(x, y) < 2 && centre_inside(t, {x + 0.5, y + 0.5}, turn))
+                if (faces.at(x, y) < 2 && center_inside(t, {x + 0.5, y + 0.5}, turn))
                     ++faces.at(x, y);
     }
     return static_cast<std::size_t>(std::count(faces.values.begin(), faces.values.end(), 2));

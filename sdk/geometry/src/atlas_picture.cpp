@@ -17,18 +17,18 @@ constexpr Rgb background{24, 24, 28};
 constexpr int samples = 3;
 
 /// Hues a golden section apart, so that numbers near each other differ most; two brightnesses and two saturations in turn.
-Rgb colour_of(std::uint32_t chart)
+Rgb color_of(std::uint32_t chart)
 {
     const double hue = std::fmod(0.618033988749895 * chart, 1.0) * 6;
     const double brightness = chart % 2 == 0 ? 245 : 190;
     const double saturation = chart % 4 < 2 ? 0.75 : 0.5;
-    Rgb colour{};
+    Rgb color{};
     for (std::size_t k = 0; k < 3; ++k)
     {
         const double away = std::abs(std::fmod(hue + 6 - 2 * static_cast<double>(k), 6.0) - 3);
-        colour[k] = brightness * (1 - saturation * (1 - std::clamp(away - 1, 0.0, 1.0)));
+        color[k] = brightness * (1 - saturation * (1 - std::clamp(away - 1, 0.0, 1.0)));
     }
-    return colour;
+    return color;
 }
 
 constexpr std::size_t faces_between_checks = 16384;
@@ -41,7 +41,7 @@ void for_each_covered(const Mesh& mesh, int side, const Progress* progress, Pain
     for (std::size_t f = 0; f < mesh.triangles.size(); ++f)
     {
         if (progress != nullptr && f % faces_between_checks == 0)
-            progress->check_cancelled();
+            progress->check_canceled();
         std::array<Vec2d, 3> t;
         for (std::size_t k = 0; k < 3; ++k)
             t[k] = Vec2d{mesh.texcoords[3 * f + k].x, 1.0 - mesh.texcoords[3 * f + k].y} * static_cast<double>(side);
@@ -52,7 +52,7 @@ void for_each_covered(const Mesh& mesh, int side, const Progress* progress, Pain
         for (int y = static_cast<int>(std::ceil(std::max(low - 0.5, 0.0))); y + 0.5 < last; ++y)
         {
             if (progress != nullptr && y % rows_between_checks == 0)
-                progress->check_cancelled();
+                progress->check_canceled();
             double left = side;
             double right = 0;
             for (std::size_t k = 0; k < 3; ++k)
@@ -78,16 +78,16 @@ Raster8 atlas_picture(const Mesh& mesh, int size_px, const Progress* progress)
     const auto charts = texcoord_charts(mesh);
     // Sums of what covers a pixel, and how many of its points are covered: at most once each in an atlas without overlaps.
     Raster<float> sums(size_px, size_px, 4);
-    std::vector<Rgb> colours;
+    std::vector<Rgb> colors;
     for (const auto chart : charts)
-        while (colours.size() <= chart)
-            colours.push_back(colour_of(static_cast<std::uint32_t>(colours.size())));
+        while (colors.size() <= chart)
+            colors.push_back(color_of(static_cast<std::uint32_t>(colors.size())));
     for_each_covered(mesh, size_px * samples, progress,
                      [&](int x, int y, std::size_t face)
                      {
-                         const auto& colour = colours[charts[face]];
+                         const auto& color = colors[charts[face]];
                          for (int k = 0; k < 3; ++k)
-                             sums.at(x / samples, y / samples, k) += static_cast<float>(colour[static_cast<std::size_t>(k)]);
+                             sums.at(x / samples, y / samples, k) += static_cast<float>(color[static_cast<std::size_t>(k)]);
                          sums.at(x / samples, y / samples, 3) += 1;
                      });
     Raster8 picture(size_px, size_px, 3);

@@ -14,7 +14,7 @@ constexpr std::size_t crumb_faces = 64;
 constexpr double crumb_texels = 256;
 /// A crumb may be laid out larger or smaller by this factor, to fit the edge that it joins at.
 constexpr double largest_scale = 1.25;
-/// Edges that are tried for each neighbouring chart, the longest ones.
+/// Edges that are tried for each neighboring chart, the longest ones.
 constexpr std::size_t tried_edges = 3;
 constexpr int rounds = 4;
 
@@ -49,7 +49,7 @@ class Attacher
         std::size_t placed = 0;
         for (const auto crumb : charts_.crumbs(limits_))
         {
-            progress.check_cancelled();
+            progress.check_canceled();
             if (charts_.is_crumb(crumb, limits_) && place(crumb))
                 ++placed;
         }
@@ -71,10 +71,10 @@ class Attacher
         std::map<std::uint32_t, std::vector<Seam>> seams;
         for (const std::uint32_t f : charts_.faces(crumb))
             for (std::uint32_t k = 0; k < 3; ++k)
-                if (const auto g = surface.neighbours[f][k]; g != none && flat.chart_of_face[g] != crumb)
+                if (const auto g = surface.neighbors[f][k]; g != none && flat.chart_of_face[g] != crumb)
                     seams[flat.chart_of_face[g]].push_back(
                         {f, k, g, length(flat.corners[3 * std::size_t{f} + (k + 1) % 3] - flat.corners[3 * std::size_t{f} + k])});
-        for (const auto chart : charts_.neighbours(crumb))
+        for (const auto chart : charts_.neighbors(crumb))
         {
             auto& edges = seams[chart];
             std::stable_sort(edges.begin(), edges.end(), [](const Seam& a, const Seam& b) { return a.length_m > b.length_m; });

@@ -12,7 +12,7 @@ namespace
 
 using Words = std::vector<std::uint64_t>;
 
-/// target |= source moved `by` bits towards bit 0.
+/// target |= source moved `by` bits toward bit 0.
 void or_down(std::span<std::uint64_t> target, std::span<const std::uint64_t> source, int by)
 {
     const auto words = static_cast<std::size_t>(by) / 64;

@@ -12,7 +12,7 @@ namespace
 {
 
 constexpr int smoothing_rounds = 10;
-/// Neighbours that turn by more than this (cosine) do not smooth each other.
+/// Neighbors that turn by more than this (cosine) do not smooth each other.
 constexpr double crease_cosine = 0.3;
 /// Charts of fewer faces do not hold their border against larger ones.
 constexpr std::size_t small_chart_faces = 32;
@@ -70,7 +70,7 @@ std::vector<std::uint32_t> seed_order(const Surface& surface, const std::vector<
 }  // namespace
 
 Surface::Surface(const Mesh& of)
-    : mesh(of), neighbours(face_neighbours(of.triangles, of.positions.size())), areas(of.triangles.size()),
+    : mesh(of), neighbors(face_neighbors(of.triangles, of.positions.size())), areas(of.triangles.size()),
       normals(of.triangles.size())
 {
     for (std::size_t f = 0; f < areas.size(); ++f)
@@ -96,7 +96,7 @@ std::vector<Vec3d> smoothed_normals(const Surface& surface, const Progress& prog
     std::vector<Vec3d> next(current.size());
     for (int round = 0; round < smoothing_rounds; ++round)
     {
-        progress.check_cancelled();
+        progress.check_canceled();
         parallel_for(current.size(), 1u << 14, progress.threads(),
                      [&](std::size_t begin, std::size_t end)
                      {
@@ -104,7 +104,7 @@ std::vector<Vec3d> smoothed_normals(const Surface& surface, const Progress& prog
                          {
                              Vec3d sum = current[f] * surface.areas[f];
                              const bool known = dot(current[f], current[f]) > 0;
-                             for (const auto g : surface.neighbours[f])
+                             for (const auto g : surface.neighbors[f])
                                  if (g != none)
                                  {
                                      const double agreement = known ? dot(current[f], current[g]) - crease_cosine : 1.0;
@@ -138,7 +138,7 @@ void grow_charts(const Surface& surface, const std::vector<Vec3d>& normals, doub
             const auto face = queue.top().face;
             queue.pop();
             if (++visited % faces_between_checks == 0)
-                progress.check_cancelled();
+                progress.check_canceled();
             const bool flat = dot(normals[face], normals[face]) == 0;
             if (partition.chart_of_face[face] != none || (!flat && 1 - dot(normals[face], axis) > limit))
                 continue;
@@ -146,7 +146,7 @@ void grow_charts(const Surface& surface, const std::vector<Vec3d>& normals, doub
             sum += normals[face] * surface.areas[face];
             if (dot(sum, sum) > 0)
                 axis = normalized(sum);
-            for (const auto g : surface.neighbours[face])
+            for (const auto g : surface.neighbors[face])
                 if (g != none && partition.chart_of_face[g] == none)
                     queue.push({1 - dot(normals[g], axis), g, chart});
         }
@@ -174,14 +174,14 @@ void settle_borders(const Surface& surface, const std::vector<Vec3d>& normals, d
     for (std::size_t visited = 0; !queue.empty(); ++visited)
     {
         if (visited % faces_between_checks == 0)
-            progress.check_cancelled();
+            progress.check_canceled();
         const auto next = queue.top();
         queue.pop();
         if (owner[next.face] != none || next.deviation > limit)
             continue;
         owner[next.face] = next.chart;
         sums[next.chart] += normals[next.face] * surface.areas[next.face];
-        for (const auto g : surface.neighbours[next.face])
+        for (const auto g : surface.neighbors[next.face])
             if (g != none && owner[g] == none)
             {
                 const bool flat = dot(normals[g], normals[g]) == 0;

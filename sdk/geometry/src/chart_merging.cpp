@@ -10,7 +10,7 @@ namespace fresco::geometry
 namespace
 {
 
-/// A chart of at most this many faces is a crumb: noise that may join a neighbour up to the merge limit.
+/// A chart of at most this many faces is a crumb: noise that may join a neighbor up to the merge limit.
 constexpr std::size_t crumb_faces = 64;
 constexpr int merging_rounds = 4;
 
@@ -20,14 +20,14 @@ struct Link
     double length_m;
 };
 
-/// Every chart's neighbours, longest common border first.
+/// Every chart's neighbors, longest common border first.
 std::vector<std::vector<Link>> chart_links(const Surface& surface, const Partition& partition)
 {
     std::vector<std::map<std::uint32_t, double>> lengths(partition.axes.size());
-    for (std::size_t f = 0; f < surface.neighbours.size(); ++f)
+    for (std::size_t f = 0; f < surface.neighbors.size(); ++f)
         for (std::size_t k = 0; k < 3; ++k)
         {
-            const auto g = surface.neighbours[f][k];
+            const auto g = surface.neighbors[f][k];
             if (g == none || partition.chart_of_face[g] == partition.chart_of_face[f])
                 continue;
             const auto& t = surface.mesh.triangles[f];
@@ -118,7 +118,7 @@ void merge_charts(const Surface& surface, const std::vector<Vec3d>& normals, con
 {
     for (int round = 0; round < merging_rounds; ++round)
     {
-        progress.check_cancelled();
+        progress.check_canceled();
         if (merge_once(surface, normals, options, partition) == 0)
             break;
     }

@@ -5,7 +5,7 @@ namespace fresco::geometry
 namespace
 {
 
-/// Corners of one vertex that differ by less (metres) are in one place.
+/// Corners of one vertex that differ by less (meters) are in one place.
 constexpr double same_place_m = 1e-9;
 constexpr int contractions = 20;
 
@@ -76,7 +76,7 @@ void PatchMaker::collect(std::uint32_t crumb, std::uint32_t chart, int steps, Fa
             for (std::size_t k = 0; k < 3; ++k)
             {
                 const auto f = patch[begin];
-                const auto g = surface.neighbours[f][k];
+                const auto g = surface.neighbors[f][k];
                 if (g == none || owner[g] != chart || place_[g] != none)
                     continue;
                 const auto& t = surface.mesh.triangles[f];
@@ -100,7 +100,7 @@ std::optional<CrumbPatch> PatchMaker::assemble(const FaceList& patch, std::uint3
     for (const auto f : patch)
         for (std::size_t k = 0; k < 3; ++k)
         {
-            const auto g = surface.neighbours[f][k];
+            const auto g = surface.neighbors[f][k];
             if (g == none)
                 continue;
             const bool of_chart = owner[f] == chart && owner[g] == chart;

@@ -37,7 +37,7 @@ class PatchMaker
     std::vector<std::uint32_t> place_;  ///< Of every face in the patch, or `none`.
 };
 
-/// Draws the crumb's vertices into the middle of their neighbours: a beginning for crumbs that the chart surrounds.
+/// Draws the crumb's vertices into the middle of their neighbors: a beginning for crumbs that the chart surrounds.
 void contract(CrumbPatch& patch);
 
 }  // namespace fresco::geometry

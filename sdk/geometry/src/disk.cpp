@@ -19,8 +19,8 @@ class Cutter
             for (std::uint32_t k = 0; k < 3; ++k)
             {
                 vertices_.push_back(surface.mesh.triangles[faces[i]][k]);
-                const auto at = std::lower_bound(faces.begin(), faces.end(), surface.neighbours[faces[i]][k]);
-                if (at == faces.end() || *at != surface.neighbours[faces[i]][k])
+                const auto at = std::lower_bound(faces.begin(), faces.end(), surface.neighbors[faces[i]][k]);
+                if (at == faces.end() || *at != surface.neighbors[faces[i]][k])
                     continue;
                 const auto j = static_cast<std::uint32_t>(at - faces.begin());
                 for (std::uint32_t m = 0; m < 3; ++m)

@@ -47,7 +47,7 @@ class Flattener
             parallel_for(pending.size(), 1, progress_.threads(),
                          [&](std::size_t begin, std::size_t end)
                          {
-                             progress_.check_cancelled();
+                             progress_.check_canceled();
                              for (auto i = begin; i < end; ++i)
                                  kept[i] = keep(pending[i]);
                          });
@@ -66,7 +66,7 @@ class Flattener
         flat_.count = flat_.axes.size();
     }
 
-    /// Joins crumbs with neighbours that suit them, and lays the joined charts again.
+    /// Joins crumbs with neighbors that suit them, and lays the joined charts again.
     void merge()
     {
         Partition partition{flat_.chart_of_face, flat_.axes};

@@ -46,7 +46,7 @@ std::vector<std::uint32_t> injective_part(const Surface& surface, const Corners&
     std::vector<std::array<std::uint32_t, 3>> around(faces.size(), {none, none, none});
     for (std::size_t i = 0; i < faces.size(); ++i)
         for (std::size_t k = 0; k < 3; ++k)
-            if (const auto g = surface.neighbours[faces[i]][k]; g != none)
+            if (const auto g = surface.neighbors[faces[i]][k]; g != none)
                 around[i][k] = place_of(faces, g);
 
     const auto overlaps = find_overlaps(corners, faces, tolerance);

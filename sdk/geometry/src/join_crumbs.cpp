@@ -34,7 +34,7 @@ class Joiner
         std::size_t joined = 0;
         for (const auto crumb : charts_.crumbs(limits_))
         {
-            progress.check_cancelled();
+            progress.check_canceled();
             // It may have grown by others, or be gone.
             if (charts_.is_crumb(crumb, limits_) && join(crumb))
                 ++joined;
@@ -45,12 +45,12 @@ class Joiner
   private:
     bool join(std::uint32_t crumb)
     {
-        const auto neighbours = charts_.neighbours(crumb);
-        for (std::size_t i = 0; i < std::min(neighbours.size(), tried_charts); ++i)
+        const auto neighbors = charts_.neighbors(crumb);
+        for (std::size_t i = 0; i < std::min(neighbors.size(), tried_charts); ++i)
             for (const int steps : tried_steps)
                 for (const bool contracted : {false, true})
                 {
-                    auto patch = patches_.make(crumb, neighbours[i], steps);
+                    auto patch = patches_.make(crumb, neighbors[i], steps);
                     if (!patch)
                         continue;
                     if (contracted)
@@ -58,11 +58,11 @@ class Joiner
                     if (!lies_well(relax(patch->shape, sweeps)))
                         continue;
                     const auto corners = corners_of(patch->shape);
-                    if (overlaps(*patch, corners, neighbours[i]))
+                    if (overlaps(*patch, corners, neighbors[i]))
                         continue;
                     for (std::size_t f = 0; f < patch->faces.size(); ++f)
-                        charts_.lay(patch->faces[f], neighbours[i], std::span(corners).subspan(3 * f).first<3>());
-                    charts_.dissolve(crumb, neighbours[i]);
+                        charts_.lay(patch->faces[f], neighbors[i], std::span(corners).subspan(3 * f).first<3>());
+                    charts_.dissolve(crumb, neighbors[i]);
                     return true;
                 }
         return false;

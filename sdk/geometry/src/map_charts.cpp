@@ -200,7 +200,7 @@ class ChartMapper
             result.pieces.push_back({chart, false});
         while (!open.empty())
         {
-            progress.check_cancelled();
+            progress.check_canceled();
             auto [faces, halvings] = std::move(open.back());
             open.pop_back();
             const bool too_many = faces.size() > most_mapped;
@@ -313,7 +313,7 @@ class ChartMapper
             for (std::uint32_t s = 0; s < front.size(); ++s)
                 side[front[s]] = s;
             for (std::size_t i = 0; i < front.size(); ++i)
-                for (const auto g : surface_.neighbours[faces[front[i]]])
+                for (const auto g : surface_.neighbors[faces[front[i]]])
                     if (g != none)
                         if (const auto j = place(g); j != none && side[j] == none)
                         {

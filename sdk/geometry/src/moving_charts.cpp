@@ -54,13 +54,13 @@ std::vector<std::uint32_t> MovingCharts::crumbs(const CrumbLimits& limits) const
     return found;
 }
 
-std::vector<std::uint32_t> MovingCharts::neighbours(std::uint32_t chart) const
+std::vector<std::uint32_t> MovingCharts::neighbors(std::uint32_t chart) const
 {
     std::map<std::uint32_t, double> borders;
     for (const auto f : faces_[chart])
         for (std::size_t k = 0; k < 3; ++k)
         {
-            const auto g = surface_.neighbours[f][k];
+            const auto g = surface_.neighbors[f][k];
             if (g == none || flat_.chart_of_face[g] == chart || faces_[flat_.chart_of_face[g]].size() < faces_[chart].size())
                 continue;
             const auto& t = surface_.mesh.triangles[f];

@@ -35,7 +35,7 @@ class MovingCharts
     /// All crumbs, those of the fewest faces first.
     std::vector<std::uint32_t> crumbs(const CrumbLimits& limits) const;
     /// The charts of no fewer faces that share edges with this one, longest common border first.
-    std::vector<std::uint32_t> neighbours(std::uint32_t chart) const;
+    std::vector<std::uint32_t> neighbors(std::uint32_t chart) const;
 
     /// Where a face, which has this vertex, has it: an index into the flat corners.
     std::size_t corner(std::uint32_t face, std::uint32_t vertex) const

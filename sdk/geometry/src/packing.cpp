@@ -109,7 +109,7 @@ class Packer
         return bitmap;
     }
 
-    /// Tries to place every chart at a scale (texels per metre).
+    /// Tries to place every chart at a scale (texels per meter).
     bool fits(double scale, std::vector<Placement>& placements, std::vector<Bitmap>& shapes) const
     {
         const int grid = options_.size_px / cell_px_;
@@ -119,7 +119,7 @@ class Packer
         parallel_for(order_.size(), 16, progress_.threads(),
                      [&](std::size_t begin, std::size_t end)
                      {
-                         progress_.check_cancelled();
+                         progress_.check_canceled();
                          for (auto i = begin; i < end; ++i)
                              shapes[order_[i]] = shape(order_[i], scale);
                      });
@@ -130,7 +130,7 @@ class Packer
         for (std::size_t i = 0; i < order_.size(); ++i)
         {
             if (i % 16 == 0)
-                progress_.check_cancelled();
+                progress_.check_canceled();
             const auto& upright = shapes[order_[i]];
             std::optional<Placement> best;
             int best_top = grid + 1;
@@ -223,7 +223,7 @@ class Packer
     Corners corners_;  ///< Turned, each chart's box beginning at the origin.
     std::vector<std::vector<std::uint32_t>> lists_;
     int cell_px_;
-    std::vector<Vec2d> extent_;  ///< Of the charts' boxes, metres.
+    std::vector<Vec2d> extent_;  ///< Of the charts' boxes, meters.
     std::vector<std::uint32_t> order_;
     double area_ = 0;
     double scale_ = 0;

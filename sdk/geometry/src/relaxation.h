@@ -13,7 +13,7 @@ struct FlatPatch
 {
     std::vector<Triangle> triangles;
     std::vector<Vec3d> points;  ///< 3 per triangle: its corners on the surface.
-    std::vector<Vec2d> places;  ///< One per vertex, in the plane; metres like the points.
+    std::vector<Vec2d> places;  ///< One per vertex, in the plane; meters like the points.
     std::vector<bool> movable;  ///< One per vertex.
 };
 
@@ -25,7 +25,7 @@ struct PatchFigures
 };
 
 /// Moves the movable vertices so that no face is folded over and each keeps its shape as far as the fixed vertices allow: Newton
-/// steps vertex by vertex on the regularised energy of Garanzha et al., "Foldover-free maps in 50 lines of code", SIGGRAPH 2021.
+/// steps vertex by vertex on the regularized energy of Garanzha et al., "Foldover-free maps in 50 lines of code", SIGGRAPH 2021.
 /// Begins from any places, folded or not. At most `sweeps` times over all vertices; the same result every time.
 PatchFigures relax(FlatPatch& patch, int sweeps);
 

@@ -210,7 +210,7 @@ Mesh repaired(const Mesh& input, RepairReport& report, const Progress& progress)
     report.vertices_welded = weld_zero_edges(mesh);
     report.degenerate_faces = remove_degenerate(mesh);
     report.duplicate_faces = remove_duplicates(mesh);
-    progress.check_cancelled();
+    progress.check_canceled();
 
     Mates mates(mesh.triangles.size() * 3, none);
     for_each_edge(mesh.triangles, mesh.positions.size(),
@@ -220,13 +220,13 @@ Mesh repaired(const Mesh& input, RepairReport& report, const Progress& progress)
                           ++report.complex_edges;
                       join_best(mesh, low, uses, mates);
                   });
-    progress.check_cancelled();
+    progress.check_canceled();
 
     std::vector<std::uint32_t> origin;
     auto triangles = split_fans(mesh, mates, origin);
     while (const auto detached = detach_misfits(triangles, origin.size(), mates))
     {
-        progress.check_cancelled();
+        progress.check_canceled();
         report.faces_detached += detached;
         triangles = split_fans(mesh, mates, origin);
     }

@@ -3,18 +3,18 @@
 namespace fresco::geometry
 {
 
-Neighbours face_neighbours(std::span<const Triangle> triangles, std::size_t vertex_count)
+Neighbors face_neighbors(std::span<const Triangle> triangles, std::size_t vertex_count)
 {
-    Neighbours neighbours(triangles.size(), {none, none, none});
+    Neighbors neighbors(triangles.size(), {none, none, none});
     for_each_edge(triangles, vertex_count,
                   [&](std::uint32_t, std::uint32_t, std::span<const EdgeUse> uses)
                   {
                       if (uses.size() != 2 || uses[0].forward == uses[1].forward || uses[0].face == uses[1].face)
                           return;
-                      neighbours[uses[0].face][uses[0].corner] = uses[1].face;
-                      neighbours[uses[1].face][uses[1].corner] = uses[0].face;
+                      neighbors[uses[0].face][uses[0].corner] = uses[1].face;
+                      neighbors[uses[1].face][uses[1].corner] = uses[0].face;
                   });
-    return neighbours;
+    return neighbors;
 }
 
 SurfaceCounts count_surface(const Mesh& mesh)

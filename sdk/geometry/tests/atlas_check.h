@@ -14,7 +14,7 @@
 struct AtlasFaults
 {
     std::size_t outside = 0;          ///< Texcoords not in [0,1].
-    std::size_t texels_twice = 0;     ///< Texel centres inside two faces (by more than a thousandth of a texel).
+    std::size_t texels_twice = 0;     ///< Texel centers inside two faces (by more than a thousandth of a texel).
     std::size_t texels_shared = 0;    ///< Texels touched by two charts.
     std::size_t gutter_breached = 0;  ///< Touched texels with another chart within the gutter.
     std::size_t split_charts = 0;     ///< Charts whose numbers leave gaps.

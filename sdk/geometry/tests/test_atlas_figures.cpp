@@ -13,7 +13,7 @@ using namespace fresco::geometry;
 namespace
 {
 
-/// 4 x 4 squares over [0,1]² metres, laid at uv = (x * sx, y * sy).
+/// 4 x 4 squares over [0,1]² meters, laid at uv = (x * sx, y * sy).
 Mesh laid_plane(float sx, float sy)
 {
     Mesh mesh = shapes::grid(4, [](float, float) { return 0.0F; });
@@ -114,7 +114,7 @@ TEST_CASE("two sides on one place overlap in its texels")
     auto mesh = laid_cube();
     for (std::size_t corner = 0; corner < 6; ++corner)
         mesh.texcoords[corner] = mesh.texcoords[corner + 6];
-    // 64 x 64 texels, less those whose centres lie on the diagonal, where they are inside neither face.
+    // 64 x 64 texels, less those whose centers lie on the diagonal, where they are inside neither face.
     CHECK(overlapping_texels(mesh, 512) == 64 * 64 - 64);
 }
 
@@ -135,20 +135,20 @@ TEST_CASE("charts by texcoords are numbered by their first face")
         CHECK(charts[f] == f / 2);
 }
 
-TEST_CASE("the picture shows every chart in a colour of its own, v upwards, and nothing elsewhere")
+TEST_CASE("the picture shows every chart in a color of its own, v upwards, and nothing elsewhere")
 {
     const auto picture = atlas_picture(laid_cube(), 64);
     REQUIRE(picture.width == 64);
     REQUIRE(picture.channels == 3);
-    const auto colour = [&](int x, int y) { return std::array{picture.at(x, y, 0), picture.at(x, y, 1), picture.at(x, y, 2)}; };
-    std::set<std::array<std::uint8_t, 3>> colours;
+    const auto color = [&](int x, int y) { return std::array{picture.at(x, y, 0), picture.at(x, y, 1), picture.at(x, y, 2)}; };
+    std::set<std::array<std::uint8_t, 3>> colors;
     for (int side = 0; side < 6; ++side)
     {
         // Squares of 8 pixels in the lowest rows, every 10 pixels.
-        colours.insert(colour(10 * side + 1, 57));
-        CHECK(colour(10 * side + 1, 57) == colour(10 * side + 6, 62));
-        CHECK(colour(10 * side + 1, 54) == colour(0, 0));
+        colors.insert(color(10 * side + 1, 57));
+        CHECK(color(10 * side + 1, 57) == color(10 * side + 6, 62));
+        CHECK(color(10 * side + 1, 54) == color(0, 0));
     }
-    colours.insert(colour(0, 0));
-    CHECK(colours.size() == 7);
+    colors.insert(color(0, 0));
+    CHECK(colors.size() == 7);
 }

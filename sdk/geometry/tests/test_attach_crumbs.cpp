@@ -45,7 +45,7 @@ bool connected(const Surface& surface, const FlatCharts& flat)
     for (std::uint32_t f = 0; f < flat.chart_of_face.size(); ++f)
         for (std::size_t k = 0; k < 3; ++k)
         {
-            const auto g = surface.neighbours[f][k];
+            const auto g = surface.neighbors[f][k];
             if (g == none || flat.chart_of_face[g] != flat.chart_of_face[f])
                 continue;
             bool agree = true;
@@ -111,7 +111,7 @@ TEST_CASE("a noisy surface of crumbs joins into few charts without overlaps")
     CHECK(overlap_free(flat, 1e-5));
 }
 
-TEST_CASE("a crumb of which the edge is much shorter in the neighbour's plane stays away")
+TEST_CASE("a crumb of which the edge is much shorter in the neighbor's plane stays away")
 {
     Mesh mesh;
     mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}};

@@ -49,7 +49,7 @@ std::size_t open_edges(const Surface& surface, const FlatCharts& flat)
     std::size_t open = 0;
     for (std::uint32_t f = 0; f < surface.areas.size(); ++f)
         for (std::size_t k = 0; k < 3; ++k)
-            if (const auto g = surface.neighbours[f][k]; g != none && g > f && flat.chart_of_face[f] == flat.chart_of_face[g])
+            if (const auto g = surface.neighbors[f][k]; g != none && g > f && flat.chart_of_face[f] == flat.chart_of_face[g])
                 for (const auto v : {surface.mesh.triangles[f][k], surface.mesh.triangles[f][(k + 1) % 3]})
                     open += length(corner_at(surface.mesh, flat, f, v) - corner_at(surface.mesh, flat, g, v)) > 1e-9 ? 1 : 0;
     return open;

@@ -103,7 +103,7 @@ TEST_CASE("a folded vertex inside a plane is unfolded in place")
 {
     auto mesh = shapes::grid(10, [](float, float) { return 0.0F; });
     auto& p = mesh.positions[5 * 11 + 5];
-    p = {p.x + 0.13F, p.y + 0.02F, 0.03F};  // past its neighbour
+    p = {p.x + 0.13F, p.y + 0.02F, 0.03F};  // past its neighbor
     const Surface surface(mesh);
     fresco::Progress progress;
     const auto flat = project_charts(surface, cut_into_charts(surface, {}, progress), {.charts = {}, .texel_m = 0.03}, progress);

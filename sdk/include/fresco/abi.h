@@ -8,7 +8,7 @@
  *   2  Files::loaded_from, ImageIo::check, LossTerm::network, Pixels::steep
  *   3  RunContext::reads_folder with a pattern, Cost::height_squares
  *   4  Slot that is optional though it has a default; Part::fine_among_selected
- *   5  Part::fine_among_selected gives numbers; TextureRepresentation::move_to, OptimiserRule::runs_on;
+ *   5  Part::fine_among_selected gives numbers; TextureRepresentation::move_to, OptimizerRule::runs_on;
  *      UvMaps::write_map with uv_bits
  *   6  Texture::atlas, UvMaps::atlas, ImageIo::read_with_alpha
  */

@@ -5,7 +5,7 @@
 namespace fresco
 {
 
-/// Pinhole intrinsics in pixels. The centre of pixel (0,0) is at (0.5, 0.5), so the image spans [0, width] x [0, height].
+/// Pinhole intrinsics in pixels. The center of pixel (0,0) is at (0.5, 0.5), so the image spans [0, width] x [0, height].
 struct Intrinsics
 {
     int width = 0;
@@ -22,13 +22,13 @@ struct Intrinsics
     friend bool operator==(const Intrinsics&, const Intrinsics&) = default;
 };
 
-/// A posed pinhole camera with OpenCV axes (x right, y down, z forward), metres.
+/// A posed pinhole camera with OpenCV axes (x right, y down, z forward), meters.
 struct Camera
 {
     Intrinsics intrinsics;
     RigidTransform world_from_camera;
 
-    /// Pixel coordinates (x, y) and depth z (metres along the optical axis) of a world point; x, y are meaningless for z <= 0.
+    /// Pixel coordinates (x, y) and depth z (meters along the optical axis) of a world point; x, y are meaningless for z <= 0.
     Vec3d project(Vec3d world_point) const;
     /// World direction through pixel coordinates (x, y), scaled so that its z in the camera is 1.
     Vec3d ray(double x, double y) const;

@@ -97,7 +97,7 @@ class SlotMap final : public detail::SlotBase
     }
 
     /// The word `auto` stands for the map `if_empty` (JSON) where the owner's option `option` is empty, else for `if_set`, in
-    /// which the text "${option}" is replaced by that option's value. Returns itself, to be called in the member initialiser.
+    /// which the text "${option}" is replaced by that option's value. Returns itself, to be called in the member initializer.
     SlotMap& auto_rule(const std::string& option, std::string_view if_empty, std::string_view if_set)
     {
         auto_option_ = option;

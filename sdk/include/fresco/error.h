@@ -24,11 +24,11 @@ class MissingInput : public Error
 };
 
 /// The run was asked to stop: the program ends with exit code 75 and the next run goes on.
-class Cancelled : public std::runtime_error
+class Canceled : public std::runtime_error
 {
   public:
-    Cancelled();
-    ~Cancelled() override;
+    Canceled();
+    ~Canceled() override;
 };
 
 }  // namespace fresco

@@ -32,7 +32,7 @@ struct Frame
     Camera depth;
     PictureFile color_picture;    ///< 8-bit picture of color.intrinsics' size; NPY (uint8 H x W x 3), PNG or JPEG.
     PictureFile depth_picture;    ///< 16-bit picture of depth.intrinsics' size; NPY (uint16 H x W) or PNG; may be empty.
-    double depth_unit_m = 0.001;  ///< Metres per step of the depth picture; 0 and 65535 mean none.
+    double depth_unit_m = 0.001;  ///< Meters per step of the depth picture; 0 and 65535 mean none.
 };
 
 /// Posed RGB-D frames in recorded order; pictures stay on disk.
@@ -56,15 +56,15 @@ class Frames : public Artifact
     static std::shared_ptr<Frames> load(const ArtifactFolder& folder);
 };
 
-/// The colour picture as RGB (3 channels), of exactly color.intrinsics' size. NPY needs no codec; other formats use `images`,
+/// The color picture as RGB (3 channels), of exactly color.intrinsics' size. NPY needs no codec; other formats use `images`,
 /// which may be null only then. Thread-safe. Throws Error naming the file if it changed, is damaged or of another size.
 Raster8 load_color(const Frame& frame, const ImageIo* images);
 /// The depth picture's values as stored. Throws as load_color; Error if the frame has no depth picture.
 Raster16 load_depth_steps(const Frame& frame, const ImageIo* images);
-/// Depth in metres along the optical axis, 0 = none. Throws as load_depth_steps.
+/// Depth in meters along the optical axis, 0 = none. Throws as load_depth_steps.
 RasterF load_depth(const Frame& frame, const ImageIo* images);
 
-/// Throws Error naming `source` unless the camera is usable: positive size, focal lengths and centre within a factor of 1e6 of
+/// Throws Error naming `source` unless the camera is usable: positive size, focal lengths and center within a factor of 1e6 of
 /// the longer side (so that rays keep a direction in single precision), finite entries, a pose that turns (rotation_error <=
 /// 1e-2, determinant positive) and stays within 1e7 m of the world's origin along each axis.
 void check_camera(const Camera& camera, std::string_view source);

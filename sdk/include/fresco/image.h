@@ -12,7 +12,7 @@ using Raster8 = Raster<std::uint8_t>;
 using Raster16 = Raster<std::uint16_t>;
 using RasterF = Raster<float>;
 
-/// An 8-bit sRGB picture: 1 (grey), 3 (RGB) or 4 (RGBA, straight alpha) channels. On disk: `image.npy`, uint8 H x W x C.
+/// An 8-bit sRGB picture: 1 (gray), 3 (RGB) or 4 (RGBA, straight alpha) channels. On disk: `image.npy`, uint8 H x W x C.
 struct Image : Artifact
 {
     static constexpr std::string_view artifact_name = "image";

@@ -16,7 +16,7 @@ struct ImageHeader
     int width = 0;
     int height = 0;
     int bits = 0;         ///< Per sample as stored; 0 = not looked at.
-    bool grey = false;    ///< One channel; meaningful where bits > 0.
+    bool gray = false;    ///< One channel; meaningful where bits > 0.
     int orientation = 1;  ///< EXIF's, 1 to 8, which read_rgb applies; 1 where it was not looked at.
 };
 
@@ -33,9 +33,9 @@ class ImageIo : public Component
     /// The same, with the kind of its samples, once the whole file was walked without decoding it: a picture that is cut is
     /// refused. The default calls header().
     virtual ImageHeader check(const std::filesystem::path& file) const;
-    /// 8-bit sRGB, 3 channels: EXIF orientation applied, alpha composited on white, grey, 16-bit and CMYK converted.
+    /// 8-bit sRGB, 3 channels: EXIF orientation applied, alpha composited on white, gray, 16-bit and CMYK converted.
     virtual Raster8 read_rgb(const std::filesystem::path& file) const = 0;
-    /// 16-bit, 1 channel, values as stored. Throws Error for a picture that is not 16-bit grey.
+    /// 16-bit, 1 channel, values as stored. Throws Error for a picture that is not 16-bit gray.
     virtual Raster16 read_depth(const std::filesystem::path& file) const = 0;
     /// PNG of 1, 3 or 4 channels. The same pixels give the same bytes.
     virtual std::vector<std::byte> encode_png(const Raster8& image) const = 0;

@@ -28,7 +28,7 @@ class KeptPieces
     /// Says that a piece is finished: its files, by name below folder(), and what else is to be known of it. Throws Error.
     void note(std::size_t piece, const std::vector<std::string>& files, Value about) const;
     /// Gives files the same names below another folder too: links, or copies where the file system has none. Nobody may change
-    /// them in place afterwards. Throws Error naming the file.
+    /// them in place afterward. Throws Error naming the file.
     void link(const std::vector<std::string>& files, const std::filesystem::path& to) const;
 
   private:

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdint>
 
-/// \file Small fixed-size vectors and rigid transforms. Metres and radians unless a name says otherwise.
+/// \file Small fixed-size vectors and rigid transforms. Meters and radians unless a name says otherwise.
 
 namespace fresco
 {

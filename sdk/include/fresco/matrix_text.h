@@ -26,8 +26,8 @@ std::vector<double> parse_numbers(std::string_view text, std::size_t count, std:
 RigidTransform rigid_transform(const std::vector<double>& matrix, std::string_view source);
 RigidTransform read_rigid_transform(const std::filesystem::path& file);
 
-/// Where a calibration puts the centre of the first pixel.
-enum class PixelCentre
+/// Where a calibration puts the center of the first pixel.
+enum class PixelCenter
 {
     half,    ///< At (0.5, 0.5), as fresco does: cx = width / 2 is the middle.
     integer  ///< At (0, 0), as OpenCV's calibration does: cx = (width - 1) / 2 is the middle, and 0.5 is added.
@@ -35,7 +35,7 @@ enum class PixelCentre
 
 /// Intrinsics of a row-major 3x3 or 4x4 matrix (fx 0 cx / 0 fy cy / 0 0 1). Throws Error naming `source` for skew, focal lengths
 /// that are not positive, entries that are not finite, or anything else in the places of 0 and 1.
-Intrinsics intrinsics_from_matrix(const std::vector<double>& matrix, PixelCentre centre, int width, int height,
+Intrinsics intrinsics_from_matrix(const std::vector<double>& matrix, PixelCenter center, int width, int height,
                                   std::string_view source);
 
 }  // namespace fresco

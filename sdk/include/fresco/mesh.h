@@ -14,7 +14,7 @@ namespace fresco
 
 using Triangle = std::array<std::uint32_t, 3>;
 
-/// An indexed triangle mesh, world frame, metres. Faces are counter-clockwise seen from outside.
+/// An indexed triangle mesh, world frame, meters. Faces are counter-clockwise seen from outside.
 /// On disk: `mesh.ply`, binary little-endian, with `list uchar float texcoord` and `int chart` per face where present.
 struct Mesh : Artifact
 {

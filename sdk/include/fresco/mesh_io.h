@@ -49,7 +49,7 @@ struct MeshMaterials
 };
 
 /// Strict PLY reader: ASCII, binary of both byte orders, float and double coordinates, any integer index and count type, vertex
-/// colours (uchar red/green/blue), corner texcoords (face list `texcoord`) or vertex ones (s,t / u,v / texture_u,texture_v), face
+/// colors (uchar red/green/blue), corner texcoords (face list `texcoord`) or vertex ones (s,t / u,v / texture_u,texture_v), face
 /// `chart`; unknown elements and properties are skipped. Throws Error naming `source`, the line (header, ASCII) or byte offset
 /// (binary), what was expected and what to do; a file cut at any byte, text after the data, counts beyond the file's size,
 /// indices out of range, coordinates that are not finite, 0 faces are errors.
@@ -59,7 +59,7 @@ Mesh parse_ply(std::span<const std::byte> bytes, std::string_view source, const 
 Mesh parse_ply(std::span<const std::byte> bytes, std::string_view source, const MeshLimits& limits, MeshReadReport* report,
                MeshMaterials& materials);
 
-/// Strict Wavefront OBJ reader: v (with optional colour), vt, vn, f with all index forms (negative too); groups, materials and
+/// Strict Wavefront OBJ reader: v (with optional color), vt, vn, f with all index forms (negative too); groups, materials and
 /// smoothing are skipped. Errors as above, by line. A file that does not end in a newline is taken as cut and refused.
 Mesh parse_obj(std::span<const std::byte> bytes, std::string_view source, const MeshLimits& limits = {},
                MeshReadReport* report = nullptr);

@@ -11,10 +11,10 @@
 
 /// \file The packed form of one uv map, as the store holds it. sdk/docs/uv_maps.md describes it byte by byte.
 ///
-/// Values are rounded to steps; a pixel's step count is predicted from its left, upper and upper left neighbours as if the
+/// Values are rounded to steps; a pixel's step count is predicted from its left, upper and upper left neighbors as if the
 /// surface went on flat (Ibarria, Lindstrom, Rossignac, Szymczak, "Out-of-core compression and decompression of large
 /// n-dimensional scalar fields", 2003), and the differences, mostly a few steps, are compressed as bytes. Invalid pixels lie on
-/// the plane through their neighbours and cost nothing.
+/// the plane through their neighbors and cost nothing.
 
 namespace fresco
 {

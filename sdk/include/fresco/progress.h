@@ -12,8 +12,8 @@ class Progress
     virtual ~Progress();
     /// `done` of `total` units ("frames", "faces", "steps"); total 0 = unknown. Cheap: call it as often as you like.
     virtual void progress(double done, double total, std::string_view unit);
-    /// Throws fresco::Cancelled when the run shall stop. Call it at least every second.
-    virtual void check_cancelled() const;
+    /// Throws fresco::Canceled when the run shall stop. Call it at least every second.
+    virtual void check_canceled() const;
     /// Threads this work may use; results do not depend on it.
     virtual int threads() const;
 };

@@ -36,7 +36,7 @@ struct Raster
     friend bool operator==(const Raster&, const Raster&) = default;
 };
 
-/// Area-averaged when shrinking, bilinear when enlarging; pixel centres at +0.5. Any channel count. Throws std::invalid_argument
+/// Area-averaged when shrinking, bilinear when enlarging; pixel centers at +0.5. Any channel count. Throws std::invalid_argument
 /// for an empty source or a target size < 1.
 Raster<std::uint8_t> resized(const Raster<std::uint8_t>& source, int width, int height);
 Raster<float> resized(const Raster<float>& source, int width, int height);

@@ -46,7 +46,7 @@ SymmetricEigen symmetric_eigen(const Mat3& a);
 
 /// The map that gives `from` the mean and covariance of `to` and moves colors least: matrix A^-1/2 (A^1/2 B A^1/2)^1/2 A^-1/2
 /// for the covariances A, B. Variances of A below 1e-4 (a standard deviation of 0.01 in [0,1]) count as 1e-4, so that a picture
-/// that is grey or flat is not given amplified noise for colors. The identity where either has no colors.
+/// that is gray or flat is not given amplified noise for colors. The identity where either has no colors.
 ColorMap monge_kantorovich(const ColorMoments& from, const ColorMoments& to);
 
 }  // namespace fresco

@@ -28,12 +28,12 @@ struct ViewFiles
     std::filesystem::path pose;
 };
 
-/// The recorder's two cameras. All colour pictures have the size of `color`, all depth pictures that of `depth`.
+/// The recorder's two cameras. All color pictures have the size of `color`, all depth pictures that of `depth`.
 struct RecorderCameras
 {
     Intrinsics color;
     Intrinsics depth;
-    RigidTransform depth_from_color;  ///< X_depth = depth_from_color(X_color), metres.
+    RigidTransform depth_from_color;  ///< X_depth = depth_from_color(X_color), meters.
 };
 
 /// Throws MissingInput that counts `missing`, names the first of them and says `rule`; does nothing if it is empty.
@@ -41,13 +41,13 @@ void refuse_missing(const std::vector<std::string>& missing, std::string_view ru
 
 /// Throws Error naming `source` if the principal point is outside of `picture`, for which `k` is: then the intrinsics are for
 /// pictures of another size.
-void check_centre(const Intrinsics& k, const std::string& source, const std::filesystem::path& picture);
+void check_center(const Intrinsics& k, const std::string& source, const std::filesystem::path& picture);
 
 /// Throws Error naming `file` if its EXIF data turns it, as ImageIo::check tells: the pose and lens that `source` states are for
 /// the pixels as they are stored.
 void check_not_turned(const std::filesystem::path& file, const ImageHeader& header, const std::string& source);
 
-/// Throws Error naming `file` unless ImageIo::check found 16-bit grey in it, or did not look.
+/// Throws Error naming `file` unless ImageIo::check found 16-bit gray in it, or did not look.
 void check_depth_kind(const std::filesystem::path& file, const ImageHeader& header);
 
 /// world_from_depth of a view; nothing where the recorder had lost track.
@@ -56,8 +56,8 @@ using PoseReader = std::function<std::optional<RigidTransform>(const ViewFiles&)
 /// Cameras and content hashes of the views, in their order; views without a pose are left out. world_from_color =
 /// world_from_depth * depth_from_color. Pictures are not decoded, but their files are walked to the end. `read_pose` is called
 /// from several threads.
-/// Throws Error naming the file: a picture that is cut or of another size than its camera's, a colour picture that EXIF turns, a
-/// depth picture that is not 16-bit grey, a pose that check_camera refuses, what `read_pose` throws.
+/// Throws Error naming the file: a picture that is cut or of another size than its camera's, a color picture that EXIF turns, a
+/// depth picture that is not 16-bit gray, a pose that check_camera refuses, what `read_pose` throws.
 Frames posed_frames(const std::vector<ViewFiles>& views, const RecorderCameras& cameras, const PoseReader& read_pose,
                     const ImageIo& images, Progress& progress);
 

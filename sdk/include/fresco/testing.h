@@ -31,7 +31,7 @@ class TemporaryFolder
     std::filesystem::path path_;
 };
 
-/// A RunContext that keeps what a stage says. cancel_after(n): the n-th check_cancelled throws.
+/// A RunContext that keeps what a stage says. cancel_after(n): the n-th check_canceled throws.
 class TestRun final : public RunContext
 {
   public:
@@ -47,7 +47,7 @@ class TestRun final : public RunContext
     void cancel_after(int checks) { checks_left_ = checks; }
 
     void progress(double done, double total, std::string_view unit) override;
-    void check_cancelled() const override;
+    void check_canceled() const override;
     int threads() const override { return threads_; }
     void message(std::string_view text) override;
     void warning(std::string_view text) override;

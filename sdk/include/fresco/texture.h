@@ -11,7 +11,7 @@ namespace fresco
 {
 
 /// A texture before baking. Layers are square, 3 channels, row 0 at the top (v = 1); the value at uv is the sum over
-/// layers of a bilinear lookup with texel centres at +0.5, clamped at the borders.
+/// layers of a bilinear lookup with texel centers at +0.5, clamped at the borders.
 /// On disk: `texture.json` and `layer_<i>.npy` (float32 S_i x S_i x 3), `seen.npy` (uint8 S x S).
 struct Texture : Artifact
 {
@@ -56,7 +56,7 @@ struct TexturedMesh : Artifact
     static std::shared_ptr<TexturedMesh> load(const ArtifactFolder& folder);
 };
 
-/// Bilinear value at (u, v) of a raster whose row 0 is v = 1: texel centres at +0.5, clamped at the borders.
+/// Bilinear value at (u, v) of a raster whose row 0 is v = 1: texel centers at +0.5, clamped at the borders.
 void sample_bilinear(const RasterF& texture, float u, float v, float* out);
 
 }  // namespace fresco

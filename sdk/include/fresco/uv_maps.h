@@ -13,11 +13,11 @@
 namespace fresco
 {
 
-/// What the mesh shows to one colour camera at one size, per pixel centre.
+/// What the mesh shows to one color camera at one size, per pixel center.
 struct UvMap
 {
     RasterF uv;     ///< H x W x 2, in [0,1], origin lower left; 0 where invalid.
-    RasterF depth;  ///< H x W, metres along the optical axis; 0 where invalid.
+    RasterF depth;  ///< H x W, meters along the optical axis; 0 where invalid.
     RasterF
         cosine;  ///< H x W, cos of the angle between the interpolated normal and the direction to the camera, clamped to [0,1].
     Raster8 valid;  ///< H x W, 1 = the mesh's front is seen here.
@@ -37,7 +37,7 @@ class UvMaps : public Artifact
     {
         std::string sequence;                    ///< As in the frames they were made from, …
         std::string frame;                       ///< … matched by (sequence, frame).
-        Camera camera;                           ///< The colour camera at full size.
+        Camera camera;                           ///< The color camera at full size.
         std::vector<std::int64_t> valid_pixels;  ///< Per height.
     };
 

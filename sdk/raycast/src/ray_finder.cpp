@@ -33,7 +33,7 @@ void RayFinder::find(std::span<const Camera> cameras, const Progress& progress, 
         blocks.size(), 1, progress.threads(),
         [&](std::size_t block, std::size_t)
         {
-            progress.check_cancelled();
+            progress.check_canceled();
             const Rows& rows = blocks[block];
             FaceMap& map = faces[rows.map];
             const auto width = static_cast<std::size_t>(map.width);

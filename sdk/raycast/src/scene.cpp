@@ -193,7 +193,7 @@ class Packet
     alignas(64) RTCRayHit16 rays_;
 };
 
-/// The direction turned by a millionth of a radian, micrometres on a wall.
+/// The direction turned by a millionth of a radian, micrometers on a wall.
 Vec3d nudged(Vec3d direction)
 {
     return direction + Vec3d{0.53, 0.31, 0.79} * (1e-6 * length(direction));

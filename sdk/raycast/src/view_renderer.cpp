@@ -29,7 +29,7 @@ void check_showable(const TexturedMesh& mesh, const Frames& frames)
     if (frames.frames.empty())
         throw Error("port 'frames' brings no frames: check the scan's path and the stages that drop frames");
     for (const Frame& frame : frames.frames)
-        check_camera(frame.color, "the colour camera of " + frame.sequence + "/" + frame.name);
+        check_camera(frame.color, "the color camera of " + frame.sequence + "/" + frame.name);
 }
 
 Lights lights_of(std::string_view shading)
@@ -63,7 +63,7 @@ double ViewRenderer::level_of_detail(const Camera& dense, int x, int y, const Hi
 {
     if (!options_.mip_maps)
         return 0;
-    // Between this ray and its neighbours, all on the triangle's plane.
+    // Between this ray and its neighbors, all on the triangle's plane.
     const double texels =
         texels_per_pixel(scene_.mesh(), hit.triangle, uv, dense, x + 0.5, y + 0.5, texture_.width(), texture_.height());
     return texels > 1 ? std::log2(texels) : 0;
@@ -114,7 +114,7 @@ Raster8 ViewRenderer::render(const Camera& camera, const Progress& progress) con
     parallel_for(static_cast<std::size_t>(camera.intrinsics.height), rows_per_block, progress.threads(),
                  [&](std::size_t begin, std::size_t end)
                  {
-                     progress.check_cancelled();
+                     progress.check_canceled();
                      render_rows(camera, dense, static_cast<int>(begin), static_cast<int>(end), image);
                  });
     return image;

@@ -20,7 +20,7 @@ TEST_CASE("mip-maps keep the mean and their place")
     CHECK(maps.sample({1.0 / 6, 0.5}, 1).x == Approx(20).epsilon(1e-3));
 }
 
-TEST_CASE("texels between neighbouring pixels follow distance, tilt and the picture's size")
+TEST_CASE("texels between neighboring pixels follow distance, tilt and the picture's size")
 {
     // A square of side 2 at z = 2 whose texcoords span the picture: 1 m is half of it.
     Mesh mesh;

@@ -64,13 +64,13 @@ void refuse_missing_pictures(const std::vector<RegisteredView>& views)
     refuse_missing(missing, source + (missing.size() == 1 ? " lists it" : " lists the first"));
 }
 
-/// Throws unless a depth picture can show what the colour picture shows: it has the same shape, within a pixel.
+/// Throws unless a depth picture can show what the color picture shows: it has the same shape, within a pixel.
 void check_shape(const fs::path& file, const ImageHeader& depth, const Intrinsics& color, const std::string& source)
 {
     const double wide = static_cast<double>(depth.width) * color.height, high = static_cast<double>(color.width) * depth.height;
     if (std::abs(wide - high) > shape_tolerance * high + std::max(color.width, color.height))
         throw Error(file.string() + ": the depth picture is " + size_text(depth.width, depth.height) +
-                    ", the colour picture that " + source + " gives it is " + size_text(color.width, color.height) +
+                    ", the color picture that " + source + " gives it is " + size_text(color.width, color.height) +
                     ": of another shape it cannot have that camera's field of view; was one of them turned or cropped?");
 }
 
@@ -93,7 +93,7 @@ class FrameMaker
                         "; give the intrinsics for pictures of this size");
         check_not_turned(view.color, header, view.source);
         check_camera({view.camera, view.world_from_camera}, view.source);
-        check_centre(view.camera, view.source, view.color);
+        check_center(view.camera, view.source, view.color);
 
         Frame frame;
         frame.sequence = view.sequence;
@@ -186,7 +186,7 @@ Frames registered_frames(const std::vector<RegisteredView>& views, const ImageIo
                  {
                      for (std::size_t i = begin; i < end; ++i)
                      {
-                         progress.check_cancelled();
+                         progress.check_canceled();
                          result.frames[i] = maker.make(views[i]);
                          progress.progress(static_cast<double>(++done), static_cast<double>(views.size()), "frames");
                      }

@@ -148,10 +148,10 @@ TEST_CASE("views that cannot be used are refused by name", "[recordings]")
                    Contains("frame-000000.color.png: its EXIF data says that it is to be turned (orientation 3), but "
                             "list.txt:1 means the pixels as they are stored"));
     }
-    SECTION("a centre outside")
+    SECTION("a center outside")
     {
         recording.views[1].camera.cx = 320;
-        CHECK_THAT(recording.error(), Contains("list.txt:2: the centre (320.0, 12.5) is outside"));
+        CHECK_THAT(recording.error(), Contains("list.txt:2: the center (320.0, 12.5) is outside"));
     }
     SECTION("no rotation")
     {
@@ -171,7 +171,7 @@ TEST_CASE("views that cannot be used are refused by name", "[recordings]")
     SECTION("depth of another shape")
     {
         fresco::write_file(recording.views[1].depth, recording.images.encode_png(fresco::Raster16(12, 16)));
-        CHECK_THAT(recording.error(), Contains("frame-000001.depth.png: the depth picture is 12x16, the colour picture that "
+        CHECK_THAT(recording.error(), Contains("frame-000001.depth.png: the depth picture is 12x16, the color picture that "
                                                "list.txt:2 gives it is 32x24: of another shape"));
         // A pixel is left to rounding.
         fresco::write_file(recording.views[1].depth, recording.images.encode_png(fresco::Raster16(10, 7)));
@@ -188,6 +188,6 @@ TEST_CASE("views that cannot be used are refused by name", "[recordings]")
         TestRun run;
         run.cancel_after(2);
         CHECK_THROWS_AS(fresco::recordings::registered_frames(recording.views, recording.images, recording.folder.path(), run),
-                        fresco::Cancelled);
+                        fresco::Canceled);
     }
 }

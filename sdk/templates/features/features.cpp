@@ -15,7 +15,7 @@ class MyPlugin final : public fresco::FeatureNetwork
     fresco::Option<double> contrast{this, "contrast", 4.0, fresco::range(0.1, 100), "Factor of all features"};
 
   public:
-    /// What is learnt or loaded, once a run. Nothing here.
+    /// What is learned or loaded, once a run. Nothing here.
     void prepare(const fresco::PrepareContext&) override {}
 
     std::vector<fresco::FeatureLayer> layers() const override
@@ -24,7 +24,7 @@ class MyPlugin final : public fresco::FeatureNetwork
     }
 
     /// Must be differentiable in the picture. Features of a cell depend on the pixels of the cell and of `margin_px` around it
-    /// alone: the optimiser encodes crops.
+    /// alone: the optimizer encodes crops.
     std::vector<torch::Tensor> encode(const torch::Tensor& picture, const std::vector<std::string>& names) const override
     {
         const auto padded = at::replication_pad2d(picture.unsqueeze(0), {0, 1, 0, 1}).squeeze(0);
@@ -41,4 +41,4 @@ class MyPlugin final : public fresco::FeatureNetwork
 
 }  // namespace
 
-FRESCO_COMPONENT("my.plugin", MyPlugin, fresco::FeatureNetwork, "Differences of neighbouring pixels, at two scales")
+FRESCO_COMPONENT("my.plugin", MyPlugin, fresco::FeatureNetwork, "Differences of neighboring pixels, at two scales")

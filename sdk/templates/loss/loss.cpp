@@ -9,14 +9,14 @@
 namespace
 {
 
-/// What is seen has the mean colour of the style picture: the sum over the channels of the squared difference of the means.
+/// What is seen has the mean color of the style picture: the sum over the channels of the squared difference of the means.
 class MyPlugin final : public fresco::Loss
 {
     fresco::Option<double> strength{this, "strength", 1.0, fresco::range(0, 10),
                                     "How far the mean moves from the camera picture's (0) to the style's (1)"};
 
   public:
-    /// The optimiser encodes only what losses ask for. This one reads pixels and no features.
+    /// The optimizer encodes only what losses ask for. This one reads pixels and no features.
     fresco::LossNeeds needs() const override
     {
         fresco::LossNeeds needs;
@@ -26,7 +26,7 @@ class MyPlugin final : public fresco::Loss
 
     void prepare(const fresco::PrepareContext& context) override { style_mean_ = context.style.fine.flatten(1).mean(1); }
 
-    /// One level of one frame. Depth levels, the angle filter and the scaling of gradients are the optimiser's: a part holds the
+    /// One level of one frame. Depth levels, the angle filter and the scaling of gradients are the optimizer's: a part holds the
     /// pixels that belong to it, and this looks at no others.
     std::vector<fresco::LossTerm> evaluate(fresco::Part& part) override
     {
@@ -46,4 +46,4 @@ class MyPlugin final : public fresco::Loss
 
 }  // namespace
 
-FRESCO_COMPONENT("my.plugin", MyPlugin, fresco::Loss, "The mean colour of what is seen is the style's")
+FRESCO_COMPONENT("my.plugin", MyPlugin, fresco::Loss, "The mean color of what is seen is the style's")

@@ -7,7 +7,7 @@
 namespace my_plugin
 {
 
-/// `mesh` scaled by `factor` about the middle of its bounding box. Texcoords, colours and the order of everything stay.
+/// `mesh` scaled by `factor` about the middle of its bounding box. Texcoords, colors and the order of everything stay.
 fresco::Mesh scaled(fresco::Mesh mesh, double factor);
 
 }  // namespace my_plugin

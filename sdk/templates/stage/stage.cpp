@@ -17,7 +17,7 @@ class MyPlugin final : public fresco::Stage
 
     void run(fresco::RunContext& run) override
     {
-        run.check_cancelled();  // In a longer stage: every second or so.
+        run.check_canceled();  // In a longer stage: every second or so.
         scaled = my_plugin::scaled(*mesh, *factor);
         run.report("vertices", mesh->positions.size());
     }

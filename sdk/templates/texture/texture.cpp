@@ -9,11 +9,11 @@
 namespace
 {
 
-/// The sum of one square image and of a second one, half as large, which spreads colour to texels that few frames see.
+/// The sum of one square image and of a second one, half as large, which spreads color to texels that few frames see.
 class MyPlugin final : public fresco::LayeredTexture
 {
-    fresco::Option<double> regulariser{this, "regulariser", 1.0, fresco::at_least(0),
-                                       "Factor k of the larger image's regulariser"};
+    fresco::Option<double> regularizer{this, "regularizer", 1.0, fresco::at_least(0),
+                                       "Factor k of the larger image's regularizer"};
 
   public:
     void allocate(int size_px) override
@@ -21,9 +21,9 @@ class MyPlugin final : public fresco::LayeredTexture
         if (size_px < 4 || size_px % 2 != 0)
             throw fresco::Error("a texture of " + std::to_string(size_px) +
                                 " texels cannot be halved; take an even number from 4 on");
-        // Finest first, each half as large as the one before, with its factor in the regulariser. Lookups and their gradients are
+        // Finest first, each half as large as the one before, with its factor in the regularizer. Lookups and their gradients are
         // LayeredTexture's.
-        allocate_layers({size_px, size_px / 2}, {*regulariser, 0});
+        allocate_layers({size_px, size_px / 2}, {*regularizer, 0});
     }
 
     void set_picture(const fresco::RasterF& picture) override

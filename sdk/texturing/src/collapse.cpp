@@ -17,7 +17,7 @@ namespace
 constexpr std::size_t rows_per_block = 32;
 constexpr std::array<float, 3> network_mean_bgr{103.939F, 116.779F, 123.68F};
 
-/// The two source texels of a full-size texel centre along one axis.
+/// The two source texels of a full-size texel center along one axis.
 struct Tap
 {
     int low = 0;
@@ -104,14 +104,14 @@ RasterF collapse(const Texture& texture, const Progress& progress)
         {
             if (!std::isfinite(row[i]))
                 throw Error("the texture is not finite at texel (" + std::to_string(i / 3) + ", " + std::to_string(y) +
-                            "): the optimisation diverged; use a lower learning rate");
+                            "): the optimization diverged; use a lower learning rate");
             target[i] = std::clamp(row[i], 0.0F, 1.0F);
         }
     };
     parallel_for(static_cast<std::size_t>(size), rows_per_block, progress.threads(),
                  [&](std::size_t begin, std::size_t end)
                  {
-                     progress.check_cancelled();
+                     progress.check_canceled();
                      for (std::size_t y = begin; y < end; ++y)
                          sum_row(static_cast<int>(y));
                  });

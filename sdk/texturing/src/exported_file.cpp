@@ -27,7 +27,7 @@ void check_written_mesh(const Mesh& found, const Mesh& meant)
             throw Error("the file does not hold what was to be written: " + what);
     };
     expect(found.positions == meant.positions, "other positions");
-    expect(found.colors == meant.colors, "other vertex colours");
+    expect(found.colors == meant.colors, "other vertex colors");
     expect(found.texcoords.size() == (meant.texcoords.empty() ? 0 : 3 * found.triangles.size()), "another number of texcoords");
     std::size_t next = 0;
     for (std::size_t face = 0; face < meant.triangles.size(); ++face)

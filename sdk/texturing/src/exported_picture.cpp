@@ -88,7 +88,7 @@ std::string PictureOptions::write(const TexturedMesh& textured, const std::files
     const std::string name = std::filesystem::path(mesh_path).replace_extension(extension).generic_string();
     const Raster8 picture = smaller_picture(textured, *max_texture_px_, run);
     const auto bytes = encoded_picture(picture, extension, *jpeg_quality_, *images_);
-    run.check_cancelled();
+    run.check_canceled();
     write_file(folder / name, bytes);
     check_picture_file(folder / name, picture, *images_);
     const std::string side = std::to_string(picture.width);

@@ -25,7 +25,7 @@ std::vector<int> nearest_rows(const Raster8& image, const std::vector<std::uint8
     parallel_for(width, columns_per_block, progress.threads(),
                  [&](std::size_t begin, std::size_t end)
                  {
-                     progress.check_cancelled();
+                     progress.check_canceled();
                      for (int y = 0; y < image.height; ++y)
                          for (std::size_t x = begin; x < end; ++x)
                          {
@@ -104,7 +104,7 @@ void fill_from_nearest(Raster8& image, const std::vector<std::uint8_t>& is_sourc
     parallel_for(static_cast<std::size_t>(image.height), rows_per_block, progress.threads(),
                  [&](std::size_t begin, std::size_t end)
                  {
-                     progress.check_cancelled();
+                     progress.check_canceled();
                      Envelope envelope(width);
                      for (std::size_t y = begin; y < end; ++y)
                      {

@@ -96,7 +96,7 @@ Raster8 smaller_picture(const TexturedMesh& textured, int max_px, const Progress
     parallel_for(static_cast<std::size_t>(max_px), rows_per_block, progress.threads(),
                  [&](std::size_t begin, std::size_t end)
                  {
-                     progress.check_cancelled();
+                     progress.check_canceled();
                      for (std::size_t y = begin; y < end; ++y)
                          for (int x = 0; x < max_px; ++x)
                          {

@@ -12,7 +12,7 @@ namespace fresco::texturing
 
 namespace
 {
-/// Orphans take their colours in patches of 2^3 texels, smoothed on the finer levels.
+/// Orphans take their colors in patches of 2^3 texels, smoothed on the finer levels.
 constexpr std::size_t orphan_level = 3;
 constexpr std::size_t patch_side = std::size_t{1} << orphan_level;
 constexpr std::size_t enough_nodes = 512;
@@ -20,7 +20,7 @@ constexpr int sweeps_at_coarsest = 200;
 constexpr int sweeps_per_level = 16;
 constexpr std::size_t nodes_per_check = std::size_t{1} << 20U;
 
-/// One colour and one point of the seen surface per patch.
+/// One color and one point of the seen surface per patch.
 struct SeenSamples
 {
     std::vector<Vec3f> points;
@@ -54,7 +54,7 @@ SeenSamples sample_seen(const Mesh& mesh, const TexelFaces& faces, const std::ve
     return samples;
 }
 
-/// Fixes every orphan at the nearest seen colour in space.
+/// Fixes every orphan at the nearest seen color in space.
 void anchor_orphans(TexelGraph& graph, const Mesh& mesh, const TexelFaces& faces, const std::vector<std::uint8_t>& seen,
                     const RasterF& rgb)
 {
@@ -92,7 +92,7 @@ void relax(TexelGraph& graph, int sweeps, const Progress& progress)
         for (std::size_t i = 0; i < count; ++i)
         {
             if (i % nodes_per_check == 0)
-                progress.check_cancelled();
+                progress.check_canceled();
             relax(graph, sweep % 2 == 0 ? i : count - 1 - i);
         }
 }
@@ -141,7 +141,7 @@ std::size_t fill_unseen(const Mesh& mesh, const Charts& charts, const TexelFaces
         return 0;
     while (levels.size() <= orphan_level || (levels.back().count() > enough_nodes && levels.back().size > 1))
     {
-        progress.check_cancelled();
+        progress.check_canceled();
         TexelGraph coarse = coarser_graph(levels.back());
         levels.push_back(std::move(coarse));
         if (levels.size() == orphan_level + 1)

@@ -32,11 +32,11 @@ class TriangleTest
             std::swap(corners_[1], corners_[2]);
     }
 
-    bool holds(Vec2d centre) const { return inside_by(centre, 0); }
+    bool holds(Vec2d center) const { return inside_by(center, 0); }
 
-    /// The square around `centre` and the triangle share a point. Separating axes are the square's (the caller's bounding box)
+    /// The square around `center` and the triangle share a point. Separating axes are the square's (the caller's bounding box)
     /// and the triangle's sides.
-    bool touches(Vec2d centre) const { return inside_by(centre, 0.5); }
+    bool touches(Vec2d center) const { return inside_by(center, 0.5); }
 
   private:
     bool inside_by(Vec2d p, double half_side) const
@@ -76,10 +76,10 @@ void draw_face(const Mesh& mesh, std::uint32_t face, TexelFaces& result)
         {
             const std::size_t texel =
                 static_cast<std::size_t>(y) * static_cast<std::size_t>(result.size) + static_cast<std::size_t>(x);
-            const Vec2d centre{x + 0.5, y + 0.5};
-            if (result.inside[texel] || !test.touches(centre))
+            const Vec2d center{x + 0.5, y + 0.5};
+            if (result.inside[texel] || !test.touches(center))
                 continue;
-            if (test.holds(centre))
+            if (test.holds(center))
             {
                 result.face[texel] = face;
                 result.inside[texel] = 1;
@@ -89,15 +89,15 @@ void draw_face(const Mesh& mesh, std::uint32_t face, TexelFaces& result)
         }
 }
 
-/// A chart too small to hold any texel centre owns the texels it touches.
+/// A chart too small to hold any texel center owns the texels it touches.
 void adopt_small_charts(const Charts& charts, TexelFaces& result)
 {
-    std::vector<std::uint8_t> has_centre(charts.count, 0);
+    std::vector<std::uint8_t> has_center(charts.count, 0);
     for (std::size_t texel = 0; texel < result.face.size(); ++texel)
         if (result.inside[texel])
-            has_centre[charts.of_face[result.face[texel]]] = 1;
+            has_center[charts.of_face[result.face[texel]]] = 1;
     for (std::size_t texel = 0; texel < result.face.size(); ++texel)
-        if (result.covered(texel) && !has_centre[charts.of_face[result.face[texel]]])
+        if (result.covered(texel) && !has_center[charts.of_face[result.face[texel]]])
             result.inside[texel] = 1;
 }
 }  // namespace
@@ -119,7 +119,7 @@ TexelFaces find_texel_faces(const Mesh& mesh, const Charts& charts, int size, co
     for (std::uint32_t face = 0; face < mesh.triangles.size(); ++face)
     {
         if (face % 1024 == 0)
-            progress.check_cancelled();
+            progress.check_canceled();
         draw_face(mesh, face, result);
     }
     adopt_small_charts(charts, result);
@@ -131,12 +131,12 @@ Vec3f texel_position(const Mesh& mesh, const TexelFaces& faces, std::size_t texe
     const auto size = static_cast<std::size_t>(faces.size);
     const std::uint32_t face = faces.face[texel];
     const Corners c = texel_corners(mesh, face, faces.size);
-    const Vec2d centre{static_cast<double>(texel % size) + 0.5, static_cast<double>(texel / size) + 0.5};
+    const Vec2d center{static_cast<double>(texel % size) + 0.5, static_cast<double>(texel / size) + 0.5};
     const double area = cross(c[1] - c[0], c[2] - c[0]);
     std::array<double, 3> weights{1, 1, 1};
     if (area != 0)
-        weights = {cross(c[1] - centre, c[2] - centre) / area, cross(c[2] - centre, c[0] - centre) / area,
-                   cross(c[0] - centre, c[1] - centre) / area};
+        weights = {cross(c[1] - center, c[2] - center) / area, cross(c[2] - center, c[0] - center) / area,
+                   cross(c[0] - center, c[1] - center) / area};
     double sum = 0;
     Vec3d point;
     for (std::size_t i = 0; i < 3; ++i)

@@ -33,7 +33,7 @@ class FinestGraph
         {
             const std::uint32_t texel = graph_.place[node];
             graph_.first_link.push_back(graph_.links.size());
-            for_each_neighbour(texel, [&](std::uint32_t other) { graph_.links.push_back(node_of(other)); });
+            for_each_neighbor(texel, [&](std::uint32_t other) { graph_.links.push_back(node_of(other)); });
             while (seam != across_.end() && seam->first < texel)
                 ++seam;
             for (; seam != across_.end() && seam->first == texel; ++seam)
@@ -62,7 +62,7 @@ class FinestGraph
     }
 
     template <class Visit>
-    void for_each_neighbour(std::uint32_t texel, const Visit& visit) const
+    void for_each_neighbor(std::uint32_t texel, const Visit& visit) const
     {
         const auto size = static_cast<std::uint32_t>(faces_.size);
         const auto visit_if_same_chart = [&](std::uint32_t other)

@@ -12,7 +12,7 @@
 namespace fresco::texturing
 {
 
-/// One level of the fill: nodes on the surface (texels, or groups of texels of one chart) and links between neighbours, also
+/// One level of the fill: nodes on the surface (texels, or groups of texels of one chart) and links between neighbors, also
 /// across seams. Only free nodes have links; a link named twice counts twice.
 struct TexelGraph
 {
@@ -21,7 +21,7 @@ struct TexelGraph
     int size = 0;                           ///< Of the level's grid: S / 2^level, rounded up.
     std::vector<std::uint32_t> place;       ///< N: y * size + x.
     std::vector<std::uint32_t> chart;       ///< N
-    std::vector<std::uint8_t> fixed;        ///< N: 1 = the colour is known.
+    std::vector<std::uint8_t> fixed;        ///< N: 1 = the color is known.
     std::vector<Vec3f> color;               ///< N
     std::vector<std::size_t> first_link;    ///< N + 1
     std::vector<std::uint32_t> links;       ///< Node numbers.
@@ -35,7 +35,7 @@ struct TexelGraph
     }
 };
 
-/// The finest level: the covered texels that were not seen (free), and the seen ones beside them (fixed, with their colour).
+/// The finest level: the covered texels that were not seen (free), and the seen ones beside them (fixed, with their color).
 /// `seen`: S x S; `rgb`: S x S x 3.
 TexelGraph texel_graph(const Charts& charts, const TexelFaces& faces, std::span<const std::uint8_t> seen,
                        std::span<const float> rgb);

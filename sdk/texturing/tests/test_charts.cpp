@@ -37,7 +37,7 @@ TEST_CASE("a mesh split along its seams is joined by position")
     CHECK(charts.seams.size() == 1);
 }
 
-TEST_CASE("a texel belongs to the face that holds its centre, or to one that touches it")
+TEST_CASE("a texel belongs to the face that holds its center, or to one that touches it")
 {
     Mesh mesh;
     mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
@@ -52,11 +52,11 @@ TEST_CASE("a texel belongs to the face that holds its centre, or to one that tou
         {
             const auto texel = static_cast<std::size_t>(y * 10 + x);
             const auto below_side = [](double px, double py) { return (px - 1.2) + (8.8 - py) <= 5; };
-            const bool centre = x + 0.5 >= 1.2 && y + 0.5 <= 8.8 && below_side(x + 0.5, y + 0.5);
+            const bool center = x + 0.5 >= 1.2 && y + 0.5 <= 8.8 && below_side(x + 0.5, y + 0.5);
             const bool touched = x + 1 >= 1.2 && y <= 8.8 && below_side(std::max<double>(x, 1.2), std::min(y + 1.0, 8.8));
             INFO(x << ", " << y);
             CHECK(faces.covered(texel) == touched);
-            CHECK(faces.inside[texel] == centre);
+            CHECK(faces.inside[texel] == center);
         }
     CHECK(texel_position(mesh, faces, 85).x == Approx((5.5 - 1.2) / 5));  // texel (5, 8)
     CHECK(texel_position(mesh, faces, 85).y == Approx((8.8 - 8.5) / 5));

@@ -37,7 +37,7 @@ Texture pyramid(int size, float scale)
 }
 }  // namespace
 
-TEST_CASE("layers are summed as the lookup at each texel centre sums them")
+TEST_CASE("layers are summed as the lookup at each texel center sums them")
 {
     const int size = 32;
     const Texture texture = pyramid(size, 0.33F);
@@ -59,7 +59,7 @@ TEST_CASE("layers are summed as the lookup at each texel centre sums them")
         }
 }
 
-TEST_CASE("a texel of a coarse layer is centred on its four fine texels")
+TEST_CASE("a texel of a coarse layer is centerd on its four fine texels")
 {
     Texture texture;
     texture.layers = {RasterF(4, 4, 3, 0.0F), RasterF(2, 2, 3, 0.0F)};
@@ -68,7 +68,7 @@ TEST_CASE("a texel of a coarse layer is centred on its four fine texels")
     testing::TestRun run;
     const RasterF rgb = collapse(texture, run);
     CHECK(rgb.at(0, 0) == 1);                    // clamped at the border
-    CHECK(rgb.at(1, 1) == Approx(0.75 * 0.75));  // a quarter of a coarse texel from its centre
+    CHECK(rgb.at(1, 1) == Approx(0.75 * 0.75));  // a quarter of a coarse texel from its center
     CHECK(rgb.at(2, 1) == Approx(0.25 * 0.75));
     CHECK(rgb.at(3, 3) == 0);
 }

@@ -7,7 +7,7 @@
 using namespace fresco;
 using namespace fresco::texturing;
 
-TEST_CASE("every gutter texel has the colour of a nearest source")
+TEST_CASE("every gutter texel has the color of a nearest source")
 {
     const int width = 61;
     const int height = 37;
@@ -22,7 +22,7 @@ TEST_CASE("every gutter texel has the colour of a nearest source")
             source[i] = (seed >> 16U) % 2000 < density;
         }
         source[700] = 1;
-        // A source's colour is its place.
+        // A source's color is its place.
         for (int y = 0; y < height; ++y)
             for (int x = 0; x < width; ++x)
                 if (source[static_cast<std::size_t>(y * width + x)])

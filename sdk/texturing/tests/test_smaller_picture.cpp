@@ -30,15 +30,15 @@ void add_chart(Mesh& mesh, int size, int left, int top, int right, int bottom)
         mesh.texcoords.push_back(uv);
 }
 
-void paint(Raster8& picture, int left, int top, int right, int bottom, std::uint8_t grey)
+void paint(Raster8& picture, int left, int top, int right, int bottom, std::uint8_t gray)
 {
     for (int y = top; y < bottom; ++y)
         for (int x = left; x < right; ++x)
             for (int c = 0; c < 3; ++c)
-                picture.at(x, y, c) = grey;
+                picture.at(x, y, c) = gray;
 }
 
-/// Two charts of one colour each that fill the halves of a picture of 32, but for a gutter of one texel on both sides of the
+/// Two charts of one color each that fill the halves of a picture of 32, but for a gutter of one texel on both sides of the
 /// middle, filled as texture.bake does it.
 TexturedMesh two_halves()
 {
@@ -85,7 +85,7 @@ TEST_CASE("a smaller picture averages light, not steps")
     CHECK(smaller_picture(textured, 0, run) == textured.image.pixels);
 }
 
-TEST_CASE("no colour crosses the gutter of a smaller picture, whatever the factor")
+TEST_CASE("no color crosses the gutter of a smaller picture, whatever the factor")
 {
     const TexturedMesh textured = two_halves();
     testing::TestRun run;
@@ -99,7 +99,7 @@ TEST_CASE("no colour crosses the gutter of a smaller picture, whatever the facto
     }
 }
 
-TEST_CASE("the smaller picture is the same for any number of threads, and a cancelled run stops")
+TEST_CASE("the smaller picture is the same for any number of threads, and a canceled run stops")
 {
     TexturedMesh textured = two_halves();
     std::uint32_t seed = 5;
@@ -109,7 +109,7 @@ TEST_CASE("the smaller picture is the same for any number of threads, and a canc
     testing::TestRun four(4);
     CHECK(smaller_picture(textured, 21, one) == smaller_picture(textured, 21, four));
     one.cancel_after(1);
-    CHECK_THROWS_AS(smaller_picture(textured, 21, one), Cancelled);
+    CHECK_THROWS_AS(smaller_picture(textured, 21, one), Canceled);
 }
 
 TEST_CASE("sizes and counts as people read them")
@@ -159,7 +159,7 @@ TEST_CASE("a mesh that was read again is compared to the last bit, but for faces
         return std::string();
     };
     CHECK_THAT(error([](Mesh& m) { m.positions[2].x += 1e-7F; }), Catch::Contains("other positions"));
-    CHECK_THAT(error([](Mesh& m) { m.colors.resize(m.positions.size()); }), Catch::Contains("other vertex colours"));
+    CHECK_THAT(error([](Mesh& m) { m.colors.resize(m.positions.size()); }), Catch::Contains("other vertex colors"));
     CHECK_THAT(error([](Mesh& m) { m.triangles[1] = {2, 3, 0}; }), Catch::Contains("triangle 2 is missing or another"));
     CHECK_THAT(error([](Mesh& m) { m.texcoords[4].y += 0.01F; }), Catch::Contains("triangle 2 has another texcoord"));
     CHECK_THAT(error([](Mesh& m) { m.texcoords.clear(); }), Catch::Contains("another number of texcoords"));

@@ -1,7 +1,7 @@
 // Destructors and defaults of the tensor contracts: their type information lives in this library.
 #include <fresco/torch/features.h>
 #include <fresco/torch/loss.h>
-#include <fresco/torch/optimiser_rule.h>
+#include <fresco/torch/optimizer_rule.h>
 #include <fresco/torch/texture_representation.h>
 
 #include <fresco/error.h>
@@ -14,7 +14,7 @@ Part::~Part() = default;
 Loss::~Loss() = default;
 TextureView::~TextureView() = default;
 TextureRepresentation::~TextureRepresentation() = default;
-OptimiserRule::~OptimiserRule() = default;
+OptimizerRule::~OptimizerRule() = default;
 
 FeatureLayer FeatureNetwork::layer(const std::string& name) const
 {
@@ -33,7 +33,7 @@ bool TextureRepresentation::move_to(const torch::Device& device)
     return device.is_cpu();
 }
 
-bool OptimiserRule::runs_on(const torch::Device& device) const
+bool OptimizerRule::runs_on(const torch::Device& device) const
 {
     return device.is_cpu();
 }

@@ -227,9 +227,9 @@ void shade_group(const Source& source, const Plane* planes, const std::uint32_t*
     const Floats x = step * static_cast<float>(source.across[0]) + static_cast<float>(ray[0]);
     const Floats y = step * static_cast<float>(source.across[1]) + static_cast<float>(ray[1]);
     const Floats z = step * static_cast<float>(source.across[2]) + static_cast<float>(ray[2]);
-    const Floats towards = values[3] * x + values[4] * y + values[5] * z;
+    const Floats toward = values[3] * x + values[4] * y + values[5] * z;
     const Floats squares = values[3] * values[3] + values[4] * values[4] + values[5] * values[5];
-    Floats cosine = -towards / roots(squares * (x * x + y * y + z * z));
+    Floats cosine = -toward / roots(squares * (x * x + y * y + z * z));
     cosine = where(cosine > 0, cosine);
     cosine = where(cosine < 1, cosine) + where(cosine >= 1, Floats{} + 1);
 

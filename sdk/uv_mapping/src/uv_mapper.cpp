@@ -58,7 +58,7 @@ const std::vector<CountedUvMap>& UvMapper::make(const Camera& camera, std::span<
         parallel_for(blocks_.size(), 1, progress.threads(),
                      [&](std::size_t block, std::size_t)
                      {
-                         progress.check_cancelled();
+                         progress.check_canceled();
                          work(blocks_[block], block_counts_[block]);
                      });
     };

@@ -114,7 +114,7 @@ void check_uv_mapping_inputs(const Mesh& mesh, const Frames& frames)
     if (frames.frames.empty())
         throw Error("port 'frames' brings no frames: check the scan's path and the stages that drop frames");
     for (const Frame& frame : frames.frames)
-        check_camera(frame.color, "the colour camera of " + frame.sequence + "/" + frame.name);
+        check_camera(frame.color, "the color camera of " + frame.sequence + "/" + frame.name);
 }
 
 void UvMappingStage::run(RunContext& run)
@@ -134,7 +134,7 @@ void UvMappingStage::run(RunContext& run)
     std::size_t found = 0;
     for (std::size_t i = 0; i < frames; ++i)
     {
-        run.check_cancelled();
+        run.check_canceled();
         const Frame& frame = frames_->frames[i];
         std::vector<PixelCounts> counts;
         if (const auto earlier = kept.find(i))

@@ -172,7 +172,7 @@ TEST_CASE("the cosine comes from area-weighted vertex normals")
     REQUIRE(map.valid.at(100, 50) == 1);
     CHECK(map.cosine.at(100, 50) == Approx(1).epsilon(1e-3));        // on the edge: smooth
     CHECK(map.cosine.at(100, 50) > std::cos(0.7));                   // a flat normal would give cos 45 degrees
-    CHECK(map.cosine.at(200, 50) < map.cosine.at(100, 50) - 1e-3F);  // and it bends towards the sides
+    CHECK(map.cosine.at(200, 50) < map.cosine.at(100, 50) - 1e-3F);  // and it bends toward the sides
 }
 
 TEST_CASE("maps equal those of a test of every face, also where faces cross the camera's plane")
@@ -200,9 +200,9 @@ TEST_CASE("a pose that is a rotation to four digits only shifts nothing")
     check_against_plain(cave(12), camera, 60, 1);
 }
 
-TEST_CASE("no pixel slips between faces whose edges and corners lie on pixel centres")
+TEST_CASE("no pixel slips between faces whose edges and corners lie on pixel centers")
 {
-    // A grid of squares, each cut in two by one of its diagonals, whose corners lie on every second pixel centre.
+    // A grid of squares, each cut in two by one of its diagonals, whose corners lie on every second pixel center.
     Mesh mesh;
     constexpr int cells = 20;
     for (int y = 0; y <= cells; ++y)
@@ -305,7 +305,7 @@ TEST_CASE("whatever the mesh, every value is finite and every pixel is counted o
 TEST_CASE("what is seen through a crack one pixel wide is invalid and counted, what is seen past an edge is not")
 {
     // Before the wall four rectangles about a hole of one pixel, (20, 20), and a slit that leads on to the right border: pixels
-    // in the slit have neighbours as deep as they.
+    // in the slit have neighbors as deep as they.
     const auto boards = [](float hole)
     {
         Mesh mesh = wall();
@@ -354,14 +354,14 @@ TEST_CASE("maps are equal for any number of threads and in any company")
     }
 }
 
-TEST_CASE("the search for faces can be cancelled")
+TEST_CASE("the search for faces can be canceled")
 {
     struct Stop final : Progress
     {
-        void check_cancelled() const override { throw Cancelled(); }
+        void check_canceled() const override { throw Canceled(); }
     };
     const Mesh mesh = wall();
     const Camera camera = straight(8, 6, 10);
     std::vector<FaceMap> faces(1, FaceMap(8, 6));
-    CHECK_THROWS_AS(make_finder(mesh)->find(std::span(&camera, 1), Stop{}, faces), Cancelled);
+    CHECK_THROWS_AS(make_finder(mesh)->find(std::span(&camera, 1), Stop{}, faces), Canceled);
 }

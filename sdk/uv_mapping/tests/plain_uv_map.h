@@ -92,7 +92,7 @@ inline void fill_pixel(const fresco::Mesh& mesh, const std::vector<fresco::Vec3f
     map.valid.at(x, y) = 1;
 }
 
-/// 5 cm and more behind each of eight neighbours.
+/// 5 cm and more behind each of eight neighbors.
 inline bool through_crack(const std::vector<Meeting>& met, int width, int height, int x, int y)
 {
     for (int dy = -1; dy <= 1; ++dy)

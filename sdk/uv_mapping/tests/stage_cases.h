@@ -22,7 +22,7 @@ std::shared_ptr<Mesh> shared_wall()
     return std::make_shared<Mesh>(cases::wall());
 }
 
-/// One frame before the wall, one that looks away; the depth cameras differ from the colour cameras.
+/// One frame before the wall, one that looks away; the depth cameras differ from the color cameras.
 std::shared_ptr<Frames> two_frames()
 {
     auto frames = std::make_shared<Frames>();
@@ -118,7 +118,7 @@ TEST_CASE("frames that an interrupted run had finished are not looked at again, 
             run_to(pieces.path(), run);
             ended = true;
         }
-        catch (const Cancelled&)
+        catch (const Canceled&)
         {
         }
     }
@@ -166,7 +166,7 @@ TEST_CASE("what the stage cannot use is refused with the way out")
           std::string::npos);
 }
 
-TEST_CASE("a cancelled run stops")
+TEST_CASE("a canceled run stops")
 {
     testing::TemporaryFolder folder;
     testing::TestRun run;
@@ -174,5 +174,5 @@ TEST_CASE("a cancelled run stops")
     testing::TestFactory factory;
     CHECK_THROWS_AS(testing::run_stage(stage(), Value::Map{}, {{"mesh", shared_wall()}, {"frames", two_frames()}}, folder.path(),
                                        run, factory),
-                    Cancelled);
+                    Canceled);
 }

@@ -18,7 +18,7 @@ RasterF rows(int width, std::vector<float> depths)
 }
 }  // namespace
 
-TEST_CASE("a pixel more than 5 cm behind all eight neighbours is seen through a crack")
+TEST_CASE("a pixel more than 5 cm behind all eight neighbors is seen through a crack")
 {
     CHECK(seen_through_crack(rows(3, {1, 1, 1, 1, 1.06F, 1, 1, 1, 1}), 1, 1));
     CHECK_FALSE(seen_through_crack(rows(3, {1, 1, 1, 1, 1.04F, 1, 1, 1, 1}), 1, 1));
@@ -27,7 +27,7 @@ TEST_CASE("a pixel more than 5 cm behind all eight neighbours is seen through a 
     CHECK_FALSE(seen_through_crack(rows(3, {1, 1, 1, 1, 0.5F, 1, 1, 1, 1}), 1, 1));
 }
 
-TEST_CASE("one neighbour as deep, or that meets nothing, is enough to see past an edge")
+TEST_CASE("one neighbor as deep, or that meets nothing, is enough to see past an edge")
 {
     for (std::size_t i = 0; i < 9; ++i)
     {

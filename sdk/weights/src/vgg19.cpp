@@ -58,12 +58,12 @@ bool is_of_classifier(std::string_view name)
     return name.starts_with("classifier.") || name.starts_with("fc");
 }
 
-class Recogniser
+class Recognizer
 {
   public:
-    Recogniser(const StateDict& contents, std::string_view source) : contents_(contents), source_(source) {}
+    Recognizer(const StateDict& contents, std::string_view source) : contents_(contents), source_(source) {}
 
-    Vgg19Weights recognise()
+    Vgg19Weights recognize()
     {
         Vgg19Weights result;
         if (contents_.find("features.0.weight") != nullptr)
@@ -79,7 +79,7 @@ class Recogniser
             if (is_of_classifier(tensor.name))
                 result.ignored.push_back(tensor.name);
             else if (!taken_.contains(tensor.name))
-                fail("tensor '" + tensor.name + "' is none of VGG-19's; give the weights of VGG-19 without batch normalisation");
+                fail("tensor '" + tensor.name + "' is none of VGG-19's; give the weights of VGG-19 without batch normalization");
         }
         result.input = input(result.keys);
         result.raw = is_raw(result.keys);
@@ -175,10 +175,10 @@ class Recogniser
                 fail("metadata 'scale' is \"" + *written + "\"; known are raw and other");
             return text == "raw";
         }
-        if (const auto* written = entry("normalised", text))
+        if (const auto* written = entry("normalized", text))
         {
             if (text.find("unit mean") == std::string::npos)
-                fail("metadata 'normalised' is \"" + *written + "\"; known is \"unit mean activation\"");
+                fail("metadata 'normalized' is \"" + *written + "\"; known is \"unit mean activation\"");
             return false;
         }
         return keys == Vgg19Keys::caffe;
@@ -215,9 +215,9 @@ std::string_view padding_text(Vgg19Padding padding)
     return padding == Vgg19Padding::zero ? "zero" : "reflect";
 }
 
-Vgg19Weights recognise_vgg19(const StateDict& contents, std::string_view source)
+Vgg19Weights recognize_vgg19(const StateDict& contents, std::string_view source)
 {
-    return Recogniser(contents, source).recognise();
+    return Recognizer(contents, source).recognize();
 }
 
 std::map<std::string, std::string> vgg19_metadata(const Vgg19Weights& weights)

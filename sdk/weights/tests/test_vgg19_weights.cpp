@@ -42,9 +42,9 @@ struct Contents
     }
 };
 
-Vgg19Weights recognised(const Contents& contents)
+Vgg19Weights recognized(const Contents& contents)
 {
-    return recognise_vgg19(contents.dict, "w.pth");
+    return recognize_vgg19(contents.dict, "w.pth");
 }
 
 }  // namespace
@@ -53,7 +53,7 @@ TEST_CASE("Layers are found by torchvision's names and by Caffe's")
 {
     Contents torchvision;
     torchvision.add("classifier.0.weight", {2, 2});
-    const auto first = recognised(torchvision);
+    const auto first = recognized(torchvision);
     CHECK(first.keys == Vgg19Keys::torchvision);
     CHECK(first.ignored == std::vector<std::string>{"classifier.0.weight"});
     REQUIRE(first.layers.size() == 3);
@@ -63,7 +63,7 @@ TEST_CASE("Layers are found by torchvision's names and by Caffe's")
     CHECK_FALSE(first.input.bgr);
     CHECK(first.input.padding == Vgg19Padding::zero);
 
-    const auto second = recognised(Contents({"conv1_1", "conv1_2"}));
+    const auto second = recognized(Contents({"conv1_1", "conv1_2"}));
     CHECK(second.keys == Vgg19Keys::caffe);
     CHECK(second.layers.size() == 2);
     CHECK(second.raw);
@@ -84,7 +84,7 @@ TEST_CASE("All sixteen layers, as long as they are there")
         contents.add("conv" + name + ".bias", {outputs});
         inputs = outputs;
     }
-    const auto weights = recognised(contents);
+    const auto weights = recognized(contents);
     REQUIRE(weights.layers.size() == 16);
     for (std::size_t i = 0; i < 16; ++i)
         CHECK(weights.layers[i].name == layers[i].first);
@@ -96,34 +96,34 @@ TEST_CASE("Metadata decides over names")
     Contents contents;
     auto& metadata = contents.dict.metadata;
     metadata["input"] = "BGR in 0..255 minus (103.939, 116.779, 123.68)";
-    CHECK(recognised(contents).input.bgr);
-    CHECK(recognised(contents).input.padding == Vgg19Padding::zero);
+    CHECK(recognized(contents).input.bgr);
+    CHECK(recognized(contents).input.padding == Vgg19Padding::zero);
     metadata["padding"] = "reflect";
-    CHECK(recognised(contents).input.padding == Vgg19Padding::reflect);
-    metadata["normalised"] = "weights rescaled to unit mean activation (Gatys)";
-    CHECK_FALSE(recognised(contents).raw);
+    CHECK(recognized(contents).input.padding == Vgg19Padding::reflect);
+    metadata["normalized"] = "weights rescaled to unit mean activation (Gatys)";
+    CHECK_FALSE(recognized(contents).raw);
     metadata["scale"] = "raw";
-    CHECK(recognised(contents).raw);
+    CHECK(recognized(contents).raw);
     Contents caffe({"conv1_1"});
-    caffe.dict.metadata["normalised"] = "unit mean activation";
-    CHECK_FALSE(recognised(caffe).raw);
+    caffe.dict.metadata["normalized"] = "unit mean activation";
+    CHECK_FALSE(recognized(caffe).raw);
     caffe.dict.metadata = {{"scale", "other"}};
-    CHECK_FALSE(recognised(caffe).raw);
+    CHECK_FALSE(recognized(caffe).raw);
     // What is written of weights is read again as the same.
     Contents again;
-    again.dict.metadata = vgg19_metadata(recognised(contents));
-    CHECK(vgg19_metadata(recognised(again)) == again.dict.metadata);
+    again.dict.metadata = vgg19_metadata(recognized(contents));
+    CHECK(vgg19_metadata(recognized(again)) == again.dict.metadata);
 
     const auto refused = [](Contents changed, const char* key, const char* value)
     {
         changed.dict.metadata[key] = value;
-        CHECK_THROWS_WITH(recognised(changed), Catch::Contains("w.pth") && Catch::Contains(key) && Catch::Contains(value));
+        CHECK_THROWS_WITH(recognized(changed), Catch::Contains("w.pth") && Catch::Contains(key) && Catch::Contains(value));
     };
     refused(contents, "padding", "circular");
     refused(contents, "input", "YUV");
     refused(contents, "scale", "perhaps");
     metadata.erase("scale");
-    refused(contents, "normalised", "perhaps");
+    refused(contents, "normalized", "perhaps");
 }
 
 TEST_CASE("What is not VGG-19 is refused with the tensor's name")
@@ -132,7 +132,7 @@ TEST_CASE("What is not VGG-19 is refused with the tensor's name")
     {
         Contents contents;
         change(contents);
-        CHECK_THROWS_WITH(recognised(contents), Catch::Contains("w.pth") && Catch::Contains(tensor));
+        CHECK_THROWS_WITH(recognized(contents), Catch::Contains("w.pth") && Catch::Contains(tensor));
     };
     refused([](Contents& c) { c.add("features.2.weight", {64, 32, 3, 3}); }, "'features.2.weight' is 64 x 32 x 3 x 3");
     refused([](Contents& c) { c.add("features.5.bias", {64}); }, "features.5.bias");
@@ -140,7 +140,7 @@ TEST_CASE("What is not VGG-19 is refused with the tensor's name")
     refused([](Contents& c) { c.remove("features.2.weight"); }, "features.2.weight");
     refused([](Contents& c) { c.remove("features.0.weight"); }, "features.0.weight");
     refused([](Contents& c) { c.add("features.0.weight", {64, 3, 3, 3}, ElementType::int32); }, "features.0.weight");
-    refused([](Contents& c) { c.add("features.1.running_mean", {64}); }, "batch normalisation");
+    refused([](Contents& c) { c.add("features.1.running_mean", {64}); }, "batch normalization");
 }
 
 TEST_CASE("The weights at hand say what they are")
@@ -149,7 +149,7 @@ TEST_CASE("The weights at hand say what they are")
     if (path.empty())
         return;
     const auto file = read_weights(path);
-    const auto weights = recognise_vgg19(file.contents, path.string());
+    const auto weights = recognize_vgg19(file.contents, path.string());
     CHECK(file.contents.form == Form::safetensors);
     CHECK(weights.layers.size() == 5);
     CHECK_FALSE(weights.raw);

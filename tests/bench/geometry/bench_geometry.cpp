@@ -34,7 +34,7 @@ std::optional<int> read_options(int argc, char** argv, Options& options)
     app.add_option("--scan", options.scans, "Recordings in the layout of 7-Scenes, whose meshes and poses to run over besides")
         ->check(CLI::ExistingDirectory);
     app.add_option("--json", options.json, "File for the same figures as JSON");
-    app.add_option("--edge-m", options.edge_m, "Edges of the generated room's mesh, metres")
+    app.add_option("--edge-m", options.edge_m, "Edges of the generated room's mesh, meters")
         ->check(CLI::Range(0.01, 0.2))
         ->capture_default_str();
     app.add_option("--keep", settings.keep, "Share of the faces that decimation leaves")

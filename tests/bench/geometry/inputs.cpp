@@ -23,7 +23,7 @@ constexpr float noise_m = 0.003F;
 /// So that the views together have seen most of the room.
 constexpr int scanning_views = 32;
 
-fresco::Vec3d box_centre(const fresco::Mesh& mesh)
+fresco::Vec3d box_center(const fresco::Mesh& mesh)
 {
     fresco::Vec3f low = mesh.positions.front();
     fresco::Vec3f high = low;
@@ -64,7 +64,7 @@ GeometryInput synthetic_room(double edge_m, int views, fresco::Progress& progres
 GeometryInput mesh_file(const std::filesystem::path& file, int views)
 {
     GeometryInput input{file.filename().string(), fresco::read_mesh(file), {}};
-    const auto centre = box_centre(input.mesh);
+    const auto center = box_center(input.mesh);
     for (int i = 0; i < views; ++i)
     {
         const double turn = 2 * std::numbers::pi * i / views;
@@ -72,7 +72,7 @@ GeometryInput mesh_file(const std::filesystem::path& file, int views)
         camera.intrinsics = {640, 480, 520, 520, 320, 240};
         // Columns: right, down (-z) and forward in the world, whose z points up.
         camera.world_from_camera.rotation.m = {std::sin(turn), 0, std::cos(turn), -std::cos(turn), 0, std::sin(turn), 0, -1, 0};
-        camera.world_from_camera.translation = centre;
+        camera.world_from_camera.translation = center;
         input.cameras.push_back(camera);
     }
     return input;

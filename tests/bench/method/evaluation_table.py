@@ -14,7 +14,7 @@ def pearson(n, x, y, xx, yy, xy):
 
 
 def circle_sums(runs):
-    """Of every picture, over the orders: sums of depth d, radius r in pixels and m in metres, and stretch, of its circles."""
+    """Of every picture, over the orders: sums of depth d, radius r in pixels and m in meters, and stretch, of its circles."""
     sums = {}
     for one in runs:
         for picture in one["circles"]["picture_circles"]:

@@ -51,11 +51,11 @@ stages:
 EXACT = ["repeats_count: 2", "measure_steps: 20"]
 # Each mode: the preset, who convolves, and what it changes.
 MODES = {
-    "reference": ("stylemesh-scannet", "plain", EXACT + ["execution: reference", "optimiser: {untouched: step}"]),
+    "reference": ("stylemesh-scannet", "plain", EXACT + ["execution: reference", "optimizer: {untouched: step}"]),
     "active work": ("stylemesh-scannet", "plain", EXACT),
     "+ minimal filtering": ("stylemesh-scannet", "auto", EXACT),
-    "+ visible Adam": ("stylemesh-scannet", "auto", EXACT + ["optimiser: {mode: visible}"]),
-    "+ frames as start": ("stylemesh-scannet", "auto", EXACT + ["optimiser: {mode: visible}", "init: frames"]),
+    "+ visible Adam": ("stylemesh-scannet", "auto", EXACT + ["optimizer: {mode: visible}"]),
+    "+ frames as start": ("stylemesh-scannet", "auto", EXACT + ["optimizer: {mode: visible}", "init: frames"]),
     "fast": ("fast", "auto", ["measure_steps: 5"]),
 }
 

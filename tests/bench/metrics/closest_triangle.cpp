@@ -90,11 +90,11 @@ void ClosestTriangle::build(std::size_t node, std::size_t begin, std::size_t end
     }
     const Vec3d size = high - low;
     const int widest = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
-    const auto centre = [&](std::uint32_t t)
+    const auto center = [&](std::uint32_t t)
     { return axis(triangles_[t][0], widest) + axis(triangles_[t][1], widest) + axis(triangles_[t][2], widest); };
     const std::size_t middle = (begin + end) / 2;
     const auto at = [&](std::size_t i) { return order_.begin() + static_cast<std::ptrdiff_t>(i); };
-    std::nth_element(at(begin), at(middle), at(end), [&](auto a, auto b) { return centre(a) < centre(b); });
+    std::nth_element(at(begin), at(middle), at(end), [&](auto a, auto b) { return center(a) < center(b); });
     const std::size_t children = nodes_.size();
     nodes_[node].first = static_cast<std::uint32_t>(children);
     nodes_.resize(children + 2);

@@ -95,11 +95,11 @@ DistanceFigures distances(const std::vector<Vec3d>& points, const ClosestTriangl
     return distance_figures(std::move(result));
 }
 
-/// The centre of a face and the points halfway to its corners.
+/// The center of a face and the points halfway to its corners.
 std::array<Vec3d, 4> probes(const Corners3& t)
 {
-    const Vec3d centre = (t[0] + t[1] + t[2]) * (1.0 / 3);
-    return {centre, (centre + t[0]) * 0.5, (centre + t[1]) * 0.5, (centre + t[2]) * 0.5};
+    const Vec3d center = (t[0] + t[1] + t[2]) * (1.0 / 3);
+    return {center, (center + t[0]) * 0.5, (center + t[1]) * 0.5, (center + t[2]) * 0.5};
 }
 
 }  // namespace

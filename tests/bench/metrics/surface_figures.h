@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-/// \file How near a simplified surface is to the one it was made from, whatever made it. Metres.
+/// \file How near a simplified surface is to the one it was made from, whatever made it. Meters.
 
 namespace bench
 {

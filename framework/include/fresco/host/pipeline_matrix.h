@@ -25,7 +25,7 @@ struct MatrixAxis
 inline constexpr std::size_t combination_limit = 1000;
 inline constexpr std::size_t axis_limit = 6;
 
-/// The axes of the document's matrix, each a list of values or a map label -> value. Values in a list are labelled by what
+/// The axes of the document's matrix, each a list of values or a map label -> value. Values in a list are labeled by what
 /// they are: a path by its stem, or as much more of it as tells it from the others; a number as "var=2"; a list or map by its
 /// place. What is wrong is reported; the var of a bad axis becomes an invalid node, so that nobody stumbles over it again.
 std::vector<MatrixAxis> read_matrix(PipelineDocument& document, ProblemList& problems);

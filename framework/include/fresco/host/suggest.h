@@ -8,7 +8,7 @@
 namespace fresco::host
 {
 
-/// Damerau-Levenshtein distance (optimal string alignment): insertions, deletions, substitutions and swaps of neighbours, by
+/// Damerau-Levenshtein distance (optimal string alignment): insertions, deletions, substitutions and swaps of neighbors, by
 /// byte.
 std::size_t edit_distance(std::string_view a, std::string_view b);
 

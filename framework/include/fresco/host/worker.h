@@ -51,13 +51,13 @@ enum WorkerExit
     worker_plugin = 4,
     worker_damaged_input = 10,  ///< The event "damaged" names the object.
     worker_lost_channel = 11,   ///< Something in the process closed the channel.
-    worker_cancelled = 75
+    worker_canceled = 75
 };
 
 /// The child: `fresco internal-run REQUEST.json`. Takes the key's lock, looks whether the result is there by now, checks the
 /// inputs against their hashes, runs the stage and publishes its result. Speaks JSON lines to the channel:
 ///   {"event": "waiting" | "running"}, {"event": "progress", done, total, unit, metrics}, {"event": "message" | "warning", text},
-///   {"event": "damaged", object, text}, {"event": "failed", text}, {"event": "cancelled"}, {"event": "done", object, references,
+///   {"event": "damaged", object, text}, {"event": "failed", text}, {"event": "canceled"}, {"event": "done", object, references,
 ///   stored, seconds, memory_mb, disk_mb}
 /// Does not return.
 [[noreturn]] void internal_run(const std::filesystem::path& request_file);

@@ -30,7 +30,7 @@ torch::Tensor flat(double red, double green, double blue)
 
 }  // namespace
 
-TEST_CASE("the loss is the squared distance of the mean colours, and gradients lead there")
+TEST_CASE("the loss is the squared distance of the mean colors, and gradients lead there")
 {
     const auto loss = made(fresco::Value::Map{}, flat(0.5, 0.25, 1));
     const auto picture = flat(0.25, 0.25, 0.5).set_requires_grad(true);

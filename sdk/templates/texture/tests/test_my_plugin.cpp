@@ -15,11 +15,11 @@ std::unique_ptr<fresco::TextureRepresentation> made()
 {
     auto object = fresco::testing::make_from_plugin(FRESCO_PLUGIN_FILE, "my.plugin");
     fresco::testing::TestFactory factory;
-    object->configure(fresco::Value::Map{{"regulariser", 3.0}}, factory);
+    object->configure(fresco::Value::Map{{"regularizer", 3.0}}, factory);
     return std::unique_ptr<fresco::TextureRepresentation>(dynamic_cast<fresco::TextureRepresentation*>(object.release()));
 }
 
-/// Two pixels: one at the centre of texel (1, 0) of 8 x 8, one that sees nothing.
+/// Two pixels: one at the center of texel (1, 0) of 8 x 8, one that sees nothing.
 fresco::UvMap two_pixels()
 {
     fresco::UvMap map{fresco::RasterF(2, 1, 2), fresco::RasterF(2, 1), fresco::RasterF(2, 1), fresco::Raster8(2, 1)};
@@ -45,7 +45,7 @@ TEST_CASE("a picture that was set is looked up again")
     CHECK(texture->to_texture().layers[0] == picture);
 }
 
-TEST_CASE("a gradient reaches both images, and the regulariser the fine one")
+TEST_CASE("a gradient reaches both images, and the regularizer the fine one")
 {
     const auto texture = made();
     texture->allocate(8);
@@ -53,8 +53,8 @@ TEST_CASE("a gradient reaches both images, and the regulariser the fine one")
     REQUIRE(gradients.size() == 2);
     for (const auto& gradient : gradients)
         CHECK(gradient.values.sum().item<float>() == Approx(3));  // One valid pixel, three channels; lookups' weights sum to 1.
-    CHECK(texture->parameters()[0].regulariser == 3);
-    CHECK(texture->parameters()[1].regulariser == 0);
+    CHECK(texture->parameters()[0].regularizer == 3);
+    CHECK(texture->parameters()[1].regularizer == 0);
     CHECK(texture->parameters()[1].values.size(0) == 16);
 }
 

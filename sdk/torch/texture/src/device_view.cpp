@@ -24,7 +24,7 @@ torch::Tensor as_tensor(const std::vector<From>& values, at::ScalarType type)
 /// Where coordinates in [0,1] fall between the texels of one axis: the first (int32) and the share of the one after it.
 std::pair<torch::Tensor, torch::Tensor> place(const torch::Tensor& coordinate, int size, TexelGrid grid)
 {
-    const auto texels = grid == TexelGrid::centres ? coordinate * size - 0.5 : coordinate * (size - 1);
+    const auto texels = grid == TexelGrid::centers ? coordinate * size - 0.5 : coordinate * (size - 1);
     const auto x = texels.clamp(0, size - 1);
     const auto first = x.to(at::kInt).clamp_max(size - 2);
     return {first, x - first};

@@ -23,7 +23,7 @@ struct Place
 Place place(float coordinate, int size, TexelGrid grid)
 {
     const float texels =
-        grid == TexelGrid::centres ? coordinate * static_cast<float>(size) - 0.5F : coordinate * static_cast<float>(size - 1);
+        grid == TexelGrid::centers ? coordinate * static_cast<float>(size) - 0.5F : coordinate * static_cast<float>(size - 1);
     const float x = std::clamp(texels, 0.0F, static_cast<float>(size - 1));
     const auto first = std::min(static_cast<std::int32_t>(x), static_cast<std::int32_t>(size - 2));
     return {first, x - static_cast<float>(first)};

@@ -95,8 +95,8 @@ class LayeredView final : public TextureView
     std::vector<LayerView> layers_;
 };
 
-/// A layer whose outermost texels lie on the border, looked up at texel centres.
-RasterF on_centres(const RasterF& layer)
+/// A layer whose outermost texels lie on the border, looked up at texel centers.
+RasterF on_centers(const RasterF& layer)
 {
     RasterF result(layer.width, layer.height, layer.channels);
     const float step = static_cast<float>(layer.width - 1) / static_cast<float>(layer.width);
@@ -125,7 +125,7 @@ RasterF on_centres(const RasterF& layer)
 
 LayeredTexture::~LayeredTexture() = default;
 
-void LayeredTexture::allocate_layers(const std::vector<int>& sizes, const std::vector<double>& regulariser, TexelGrid grid)
+void LayeredTexture::allocate_layers(const std::vector<int>& sizes, const std::vector<double>& regularizer, TexelGrid grid)
 {
     parameters_.clear();
     sizes_ = sizes;
@@ -133,7 +133,7 @@ void LayeredTexture::allocate_layers(const std::vector<int>& sizes, const std::v
     for (std::size_t i = 0; i < sizes.size(); ++i)
     {
         const std::int64_t size = sizes[i];
-        parameters_.push_back({"layer_" + std::to_string(i), lazy_zeros({size * size, 3}, at::kFloat), regulariser.at(i)});
+        parameters_.push_back({"layer_" + std::to_string(i), lazy_zeros({size * size, 3}, at::kFloat), regularizer.at(i)});
     }
 }
 
@@ -179,7 +179,7 @@ Texture LayeredTexture::to_texture() const
         const auto source = parameters_[i].values.to(at::kCPU);
         const float* values = source.data_ptr<float>();
         std::copy(values, values + layer.values.size(), layer.values.begin());
-        texture.layers.push_back(grid_ == TexelGrid::centres ? std::move(layer) : on_centres(layer));
+        texture.layers.push_back(grid_ == TexelGrid::centers ? std::move(layer) : on_centers(layer));
     }
     return texture;
 }

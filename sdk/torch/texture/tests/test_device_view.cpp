@@ -29,7 +29,7 @@ class TwoLayers final : public LayeredTexture
     TexelGrid grid_;
 };
 
-/// uv that crosses the borders and meets texel centres, some pixels invalid.
+/// uv that crosses the borders and meets texel centers, some pixels invalid.
 UvMap swirl(int width, int height)
 {
     UvMap map{RasterF(width, height, 2), RasterF(width, height), RasterF(width, height), Raster8(width, height)};
@@ -51,7 +51,7 @@ TEST_CASE("a view on another device looks up and gathers to the last bit what it
     RasterF picture(32, 32, 3);
     for (std::size_t i = 0; i < picture.values.size(); ++i)
         picture.values[i] = static_cast<float>(std::cos(0.3 * static_cast<double>(i)));
-    for (const auto grid : {TexelGrid::centres, TexelGrid::corners})
+    for (const auto grid : {TexelGrid::centers, TexelGrid::corners})
     {
         TwoLayers near(grid);
         TwoLayers far(grid);

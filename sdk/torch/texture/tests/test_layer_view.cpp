@@ -48,7 +48,7 @@ RasterF random_layer(int size, std::uint64_t seed)
 /// The weights of a lookup, texel by texel, in double precision.
 std::map<std::int64_t, double> slow_weights(double u, double v, int size, TexelGrid grid)
 {
-    const auto texels = [&](double w) { return grid == TexelGrid::centres ? w * size - 0.5 : w * (size - 1); };
+    const auto texels = [&](double w) { return grid == TexelGrid::centers ? w * size - 0.5 : w * (size - 1); };
     const double x = std::clamp(texels(u), 0.0, size - 1.0);
     const double y = std::clamp(texels(1 - v), 0.0, size - 1.0);
     std::map<std::int64_t, double> weights;
@@ -118,7 +118,7 @@ TEST_CASE("with corners the outermost texels lie on the border")
 TEST_CASE("gather is the transpose of the lookup")
 {
     for (const auto& [size, grid] :
-         {std::pair(2, TexelGrid::centres), std::pair(5, TexelGrid::centres), std::pair(64, TexelGrid::centres),
+         {std::pair(2, TexelGrid::centers), std::pair(5, TexelGrid::centers), std::pair(64, TexelGrid::centers),
           std::pair(2, TexelGrid::corners), std::pair(37, TexelGrid::corners)})
     {
         const auto map = random_map(31, 19, 3);

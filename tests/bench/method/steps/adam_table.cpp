@@ -3,7 +3,7 @@
 #include "method_tables.h"
 #include "scene.h"
 
-#include <fresco/torch/optimiser_rule.h>
+#include <fresco/torch/optimizer_rule.h>
 #include <fresco/torch/tensor.h>
 
 #include <ATen/ATen.h>
@@ -52,10 +52,10 @@ struct World
         const auto picture = fresco::to_tensor(generated_style(height_px * 4 / 3, height_px)) - 0.5;
         evaluation.gradients = view->gradient(picture);
     }
-    std::shared_ptr<fresco::OptimiserRule> rule(const Mode& mode)
+    std::shared_ptr<fresco::OptimizerRule> rule(const Mode& mode)
     {
-        return components.make<fresco::OptimiserRule>(
-            fresco::Value::Map{{"type", "optimiser.adam"}, {"mode", mode.mode}, {"untouched", mode.untouched}, {"beta2", 0.99}});
+        return components.make<fresco::OptimizerRule>(
+            fresco::Value::Map{{"type", "optimizer.adam"}, {"mode", mode.mode}, {"untouched", mode.untouched}, {"beta2", 0.99}});
     }
     std::int64_t touched() const
     {
@@ -120,7 +120,7 @@ fresco::Value compared(int size_px, const Mode& mode, int threads)
 Table adam_table(const MethodSettings& settings)
 {
     Table table("adam",
-                "optimiser.adam on all texels, on those that a view has moved, and on those that a view of 256 px sees; one "
+                "optimizer.adam on all texels, on those that a view has moved, and on those that a view of 256 px sees; one "
                 "step, four layers",
                 {{"size_px", "size px"},
                  {"mode", "mode"},

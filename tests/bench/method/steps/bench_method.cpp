@@ -1,4 +1,4 @@
-// One step of the optimisation: optimiser, texture lookups, losses and features, each against the obvious way.
+// One step of the optimization: optimizer, texture lookups, losses and features, each against the obvious way.
 #include "command_line.h"
 #include "components.h"
 #include "method_tables.h"
@@ -24,7 +24,7 @@ struct Options
 
 std::optional<int> read_options(int argc, char** argv, Options& options)
 {
-    CLI::App app{"Times the parts of an optimisation step on generated views"};
+    CLI::App app{"Times the parts of an optimization step on generated views"};
     auto& settings = options.settings;
     settings.threads = static_cast<int>(std::max(std::thread::hardware_concurrency(), 1U));
     app.add_option("--json", options.json, "File for the same figures as JSON");

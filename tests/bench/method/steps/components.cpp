@@ -47,7 +47,7 @@ torch::Tensor noise(const std::vector<std::int64_t>& shape, double deviation, st
 Components::Components()
 {
     for (const char* type :
-         {"loss.gram", "loss.content", "loss.patch_match", "features.vgg19", "texture.laplacian", "optimiser.adam"})
+         {"loss.gram", "loss.content", "loss.patch_match", "features.vgg19", "texture.laplacian", "optimizer.adam"})
         factory_.add(type, [type] { return from_plugin(type); });
 }
 

@@ -17,7 +17,7 @@ struct MethodSettings
     int step_size_px = 4096;  ///< Texture of whole steps.
 };
 
-/// optimiser.adam on the visible texels against all texels.
+/// optimizer.adam on the visible texels against all texels.
 Table adam_table(const MethodSettings& settings);
 
 /// texture.laplacian's lookup and sparse gradient against grid_sample with a dense gradient on every layer.

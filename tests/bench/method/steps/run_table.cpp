@@ -85,7 +85,7 @@ fresco::Value measured(const Case& one, const std::filesystem::path& folder, con
         {"style", components.make<fresco::Loss>(Map{{"type", "loss.gram"}, {"features", features}})},
         {"content", components.make<fresco::Loss>(Map{{"type", "loss.content"}, {"features", features}})}};
     const auto texture = components.make<fresco::TextureRepresentation>(Map{{"type", "texture.laplacian"}});
-    const auto rule = components.make<fresco::OptimiserRule>(Map{{"type", "optimiser.adam"}, {"mode", "visible"}});
+    const auto rule = components.make<fresco::OptimizerRule>(Map{{"type", "optimizer.adam"}, {"mode", "visible"}});
     const auto style = fresco::to_raster8(fresco::to_tensor(generated_style(400, 300)));
     LoopOptions options;
     options.size_px = one.size_px;
@@ -97,7 +97,7 @@ fresco::Value measured(const Case& one, const std::filesystem::path& folder, con
     measure.times(
         1,
         [&] {
-            optimised_texture({*recording.maps, recording.frames, style}, {losses, *texture, *rule, nullptr}, options, run);
+            optimized_texture({*recording.maps, recording.frames, style}, {losses, *texture, *rule, nullptr}, options, run);
         });
     return Map{
         {"size_px", one.size_px}, {"frames", one.frames}, {"ms_per_step", 1e3 * run.reported.at("seconds_per_step").as_double()}};

@@ -11,7 +11,7 @@ namespace bench
 /// valid. About a tenth of the texture is seen.
 fresco::UvMap generated_view(int height_px);
 
-/// RGB pictures: what a camera might see (smooth shades with edges), and a style (crossing strokes of a few colours).
+/// RGB pictures: what a camera might see (smooth shades with edges), and a style (crossing strokes of a few colors).
 fresco::RasterF generated_camera_picture(int width, int height);
 fresco::RasterF generated_style(int width, int height);
 

@@ -4,7 +4,7 @@
 #include "method_tables.h"
 #include "scene.h"
 
-#include <fresco/torch/optimiser_rule.h>
+#include <fresco/torch/optimizer_rule.h>
 #include <fresco/torch/tensor.h>
 #include <fresco/torch/tensor_memory.h>
 
@@ -40,7 +40,7 @@ const std::array networks{
     Network{"conv1_1..conv3_1", "conv3_1", "relu1_1, relu2_1, relu3_1", {1000, 1000, 10}, "relu3_1"},
     Network{"full", "conv5_1", "relu1_1, relu2_1, relu3_1, relu4_1, relu5_1", {1000, 1000, 10, 10, 1000}, "relu4_2"}};
 
-/// Distances in metres from the picture's lower to its upper border, as far as depth levels are concerned.
+/// Distances in meters from the picture's lower to its upper border, as far as depth levels are concerned.
 struct Room
 {
     const char* levels;
@@ -60,7 +60,7 @@ std::map<std::string, std::shared_ptr<fresco::Loss>> made_losses(Components& com
     std::map<std::string, std::shared_ptr<fresco::Loss>> losses;
     losses["style"] = components.make<fresco::Loss>(Map{{"type", "loss.gram"},
                                                         {"weight", 1e-4},
-                                                        {"centre", false},
+                                                        {"center", false},
                                                         {"targets", "both"},
                                                         {"layers", network.style_layers},
                                                         {"layer_weights", std::move(factors)},
@@ -76,7 +76,7 @@ struct Studio
     Components components;
     std::map<std::string, std::shared_ptr<fresco::Loss>> losses;
     std::shared_ptr<fresco::TextureRepresentation> texture;
-    std::shared_ptr<fresco::OptimiserRule> rule;
+    std::shared_ptr<fresco::OptimizerRule> rule;
     ViewData view;
 
     Studio(const Network& network, const Room& room, bool reference, const MethodSettings& settings,
@@ -91,8 +91,8 @@ struct Studio
         texture = components.make<fresco::TextureRepresentation>(fresco::Value::Map{{"type", "texture.laplacian"}});
         texture->allocate(settings.step_size_px);
         // As the preset has it.
-        rule = components.make<fresco::OptimiserRule>(
-            fresco::Value::Map{{"type", "optimiser.adam"}, {"mode", "dense"}, {"untouched", reference ? "step" : "skip"}});
+        rule = components.make<fresco::OptimizerRule>(
+            fresco::Value::Map{{"type", "optimizer.adam"}, {"mode", "dense"}, {"untouched", reference ? "step" : "skip"}});
         rule->attach(texture->parameters());
         load_levels(room);
     }

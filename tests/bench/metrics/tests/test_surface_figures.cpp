@@ -139,7 +139,7 @@ TEST_CASE("flipped, flat and non-manifold faces are counted")
     const auto faults = face_faults(mesh, reference, 2);
     CHECK(faults.flipped == 1);
     CHECK(faults.degenerate == 1);
-    CHECK(faults.non_manifold_edges_created > 0);  // the turned face disagrees with its neighbours
+    CHECK(faults.non_manifold_edges_created > 0);  // the turned face disagrees with its neighbors
 
     auto fin = reference;
     fin.positions.push_back({0.05F, 0.05F, 1});

@@ -36,7 +36,7 @@ RasterF raster_f_from(std::span<const std::byte> npy, int width, int height, int
 Raster8 picture_from(std::span<const std::byte> npy, std::string_view source);
 
 /// Texcoords as round(65535 u) and back; clamped to [0,1].
-Raster16 quantised(const RasterF& uv);
+Raster16 quantized(const RasterF& uv);
 RasterF restored(const Raster16& uv);
 
 /// Each throws Error naming `source`, the first pixel that is not as it must be, and what was expected: `valid` 0 or 1, and so

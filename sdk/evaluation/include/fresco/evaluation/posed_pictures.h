@@ -16,7 +16,7 @@
 namespace fresco::evaluation
 {
 
-/// A picture that shows what a frame's colour camera sees.
+/// A picture that shows what a frame's color camera sees.
 struct PosedPicture
 {
     std::size_t frame = 0;  ///< Index into the frames.
@@ -44,7 +44,7 @@ std::vector<PosedPicture> posed_pictures(const Frames& frames, const Files* view
 /// check_mesh refuses.
 const Mesh& shown_mesh(const TexturedMesh* textured, const Mesh* plain);
 
-/// The frame's colour camera at a picture's size. Throws Error naming `file` unless the aspect ratios agree within 1 % and the
+/// The frame's color camera at a picture's size. Throws Error naming `file` unless the aspect ratios agree within 1 % and the
 /// camera is usable.
 Camera camera_of_picture(const Frame& frame, int width, int height, const std::filesystem::path& file);
 

@@ -13,7 +13,7 @@ Mesh with_atlas(const Mesh& mesh, const FlatCharts& flat, const Packing& packing
 /// The largest angle between a plainly projected face with area and the direction of projection; 0 if there is none.
 double largest_angle_deg(const Surface& surface, const FlatCharts& flat);
 
-/// The size of a texel (metres) when 70 % of the texture are used.
+/// The size of a texel (meters) when 70 % of the texture are used.
 double expected_texel_m(const Surface& surface, int size_px);
 
 }  // namespace fresco::geometry

@@ -7,7 +7,7 @@ namespace fresco::geometry
 {
 
 /// A stage with the ports and options of `atlas.project`: cuts the mesh into charts, lays each flat by projection, packs them and
-/// reports figures. A parametriser derives from it and needs no more than `lay_flat` and its costs.
+/// reports figures. A parametrizer derives from it and needs no more than `lay_flat` and its costs.
 class AtlasStage : public Stage
 {
   public:
@@ -23,7 +23,7 @@ class AtlasStage : public Stage
     Option<double> angle_limit_deg_{this, "angle_limit_deg", 70.0, range(1, 89),
                                     "Largest angle between the smoothed surface normal and the direction of the chart"};
     Option<double> merge_limit_deg_{this, "merge_limit_deg", 80.0, range(1, 89),
-                                    "The same for single faces: crumbs join a neighbouring chart up to this angle"};
+                                    "The same for single faces: crumbs join a neighboring chart up to this angle"};
     Option<int> size_px_{this, "size_px", 2048, range(64, 32768), "Texture size for which the gutter holds"};
     Option<int> gutter_px_{this, "gutter_px", 4, range(0, 64), "Texels between charts at size_px"};
 };

@@ -12,8 +12,8 @@ namespace fresco::geometry
 struct Surface
 {
     const Mesh& mesh;
-    Neighbours neighbours;
-    std::vector<double> areas;   ///< F, square metres.
+    Neighbors neighbors;
+    std::vector<double> areas;   ///< F, square meters.
     std::vector<Vec3d> normals;  ///< F, unit; zero for faces without area.
 
     explicit Surface(const Mesh& of);
@@ -22,7 +22,7 @@ struct Surface
 struct ChartOptions
 {
     double angle_limit_deg = 70;  ///< Largest angle between the smoothed normal of a face and its chart's axis.
-    double merge_limit_deg = 80;  ///< The same for the true normals, and for crumbs that join a neighbour.
+    double merge_limit_deg = 80;  ///< The same for the true normals, and for crumbs that join a neighbor.
 };
 
 /// A partition of the faces. `none` in chart_of_face: not in a chart yet.
@@ -35,7 +35,7 @@ struct Partition
     std::vector<std::vector<std::uint32_t>> faces() const;
 };
 
-/// Face normals averaged over about ten rings without rounding edges off: neighbours count by area and by how well they agree.
+/// Face normals averaged over about ten rings without rounding edges off: neighbors count by area and by how well they agree.
 std::vector<Vec3d> smoothed_normals(const Surface& surface, const Progress& progress);
 
 /// Adds charts until every face has one: seeds in the order of how much area looks their way, grown over the surface while the
@@ -44,11 +44,11 @@ void grow_charts(const Surface& surface, const std::vector<Vec3d>& normals, doub
                  const Progress& progress);
 
 /// Moves the borders between charts to where the normals are equally far from both axes, and frees the faces of small charts that
-/// a larger one can take. What no chart takes is `none` afterwards.
+/// a larger one can take. What no chart takes is `none` afterward.
 void settle_borders(const Surface& surface, const std::vector<Vec3d>& normals, double angle_limit_deg, Partition& partition,
                     const Progress& progress);
 
-/// Joins charts with a larger neighbour whose axis suits all their faces: any chart within angle_limit_deg by `normals`, crumbs
+/// Joins charts with a larger neighbor whose axis suits all their faces: any chart within angle_limit_deg by `normals`, crumbs
 /// of a few faces within merge_limit_deg by the true normals. Charts are renumbered without gaps.
 void merge_charts(const Surface& surface, const std::vector<Vec3d>& normals, const ChartOptions& options, Partition& partition,
                   const Progress& progress);

@@ -17,7 +17,7 @@ struct FlatCharts
 {
     std::vector<std::uint32_t> chart_of_face;  ///< F
     std::size_t count = 0;
-    Corners corners;                      ///< 3F, metres, in the plane of the face's chart.
+    Corners corners;                      ///< 3F, meters, in the plane of the face's chart.
     std::vector<Vec3d> axes;              ///< Per chart: the direction it was projected along.
     std::vector<std::uint8_t> projected;  ///< F: 1 if the corners are the plain projection, 0 if they were moved.
     std::size_t unfolded_faces = 0;       ///< Crumbs that went into a chart beside them.
@@ -40,24 +40,24 @@ struct PlaneFrame
     Vec2d project(Vec3d point) const { return {dot(u, point), dot(v, point)}; }
 };
 
-/// Lays projected charts better where it can: moves corners, cuts charts up. No two faces of a chart overlap afterwards and all
+/// Lays projected charts better where it can: moves corners, cuts charts up. No two faces of a chart overlap afterward and all
 /// charts keep one scale; faces that it leaves without a chart (`none`) are projected anew.
 using LayFlat = std::function<void(FlatCharts& flat)>;
 
 /// Projects every chart along its mean normal. Faces that turn away from it by more than merge_limit_deg, and faces that would
 /// lie on others of their chart, leave it and make charts of their own. Crumbs of few faces then go into a chart beside them,
-/// unless merge_limit_deg is angle_limit_deg; `lay_flat`, if any, comes before that. Deterministic. Throws Cancelled.
+/// unless merge_limit_deg is angle_limit_deg; `lay_flat`, if any, comes before that. Deterministic. Throws Canceled.
 FlatCharts project_charts(const Surface& surface, const Partition& partition, const FlattenOptions& options, Progress& progress,
                           const LayFlat& lay_flat = {});
 
-/// Lays charts of a few faces and texels beside a neighbour, turned about an edge that both share and scaled by at most 1.25 to
-/// fit it, where nothing lies there yet. Nothing overlaps afterwards that did not before. Returns how many charts went; their
+/// Lays charts of a few faces and texels beside a neighbor, turned about an edge that both share and scaled by at most 1.25 to
+/// fit it, where nothing lies there yet. Nothing overlaps afterward that did not before. Returns how many charts went; their
 /// numbers stay unused.
 std::size_t attach_crumbs(const Surface& surface, FlatCharts& flat, double texel_m, const Progress& progress);
 
-/// Lays charts of a few faces and texels into a neighbour with all edges that both share: the chart's faces nearby give way, by a
+/// Lays charts of a few faces and texels into a neighbor with all edges that both share: the chart's faces nearby give way, by a
 /// relaxation that lets none fold over (Garanzha et al. 2021), and keep at least a twentieth of their area. Nothing overlaps
-/// afterwards that did not before. Returns how many charts went; their numbers stay unused.
+/// afterward that did not before. Returns how many charts went; their numbers stay unused.
 std::size_t join_crumbs(const Surface& surface, FlatCharts& flat, double texel_m, const Progress& progress);
 
 /// Of one chart's faces: a connected set without overlaps, by growing from its largest clean part; the faces that turn least from

@@ -8,7 +8,7 @@
 #include <optional>
 #include <string>
 
-/// \file Charts laid flat by a parametrisation in place of projection, whatever the parametrisation.
+/// \file Charts laid flat by a parametrization in place of projection, whatever the parametrization.
 
 namespace fresco::geometry
 {
@@ -32,7 +32,7 @@ struct MapCounts
 /// Replaces the projection of every chart by its map. Folded faces are relaxed with the faces around them; those that stay
 /// folded, keep less than a twentieth of their area, or overlap others are cut off (and have no chart then). A map that loses
 /// more than a tenth of the chart so, or whose L² stretch exceeds 1.2, is dropped: the chart is cut in two halves that are tried
-/// again, down to 64 faces; what still fails stays projected. The same result for any number of threads. Throws Cancelled.
+/// again, down to 64 faces; what still fails stays projected. The same result for any number of threads. Throws Canceled.
 MapCounts map_charts(const Surface& surface, FlatCharts& flat, const DiskMap& map, double tolerance_m, Progress& progress);
 
 /// Enters them into a stage's report.

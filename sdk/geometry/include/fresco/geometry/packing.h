@@ -28,7 +28,7 @@ double smallest_box_turn(std::vector<Vec2d> points);
 
 /// Puts every chart into the unit square at one scale, as large as it can find: turned to its smallest box, then, largest first,
 /// to the lowest and leftmost free place in one of four directions on a grid of about 1024 x 1024 cells. Throws Error if size_px
-/// is too small for that many charts, and Cancelled.
+/// is too small for that many charts, and Canceled.
 Packing pack_charts(const FlatCharts& flat, const PackOptions& options, Progress& progress);
 
 }  // namespace fresco::geometry

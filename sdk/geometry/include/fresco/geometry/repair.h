@@ -23,7 +23,7 @@ struct RepairReport
 /// The same surface as a manifold that a halfedge structure can hold: every edge has one or two faces of one orientation, the
 /// faces around every vertex form one fan or one disk. No face with area is lost: where sheets touch, the faces that continue
 /// each other best stay joined and vertices are copied for the others. Keeps the order of faces and of vertices (copies go to the
-/// end) and the colours; drops texcoords and charts.
+/// end) and the colors; drops texcoords and charts.
 Mesh repaired(const Mesh& mesh, RepairReport& report, const Progress& progress);
 
 /// What is wrong with a mesh, and how many pieces it has.

@@ -86,8 +86,8 @@ class DisjointSets
 
 /// F x 3: the face across the edge from corner k to the next, or `none` where the surface ends: at borders, where more than two
 /// faces meet, and where two faces disagree about which side is outside.
-using Neighbours = std::vector<std::array<std::uint32_t, 3>>;
-Neighbours face_neighbours(std::span<const Triangle> triangles, std::size_t vertex_count);
+using Neighbors = std::vector<std::array<std::uint32_t, 3>>;
+Neighbors face_neighbors(std::span<const Triangle> triangles, std::size_t vertex_count);
 
 /// What a mesh consists of.
 struct SurfaceCounts

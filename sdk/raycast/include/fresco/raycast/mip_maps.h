@@ -19,7 +19,7 @@ class MipMaps
     int width() const { return levels_.front().width; }
     int height() const { return levels_.front().height; }
 
-    /// The colour (0..255 per channel) at uv, origin lower left: bilinear with texel centres at +0.5, clamped at the borders, and
+    /// The color (0..255 per channel) at uv, origin lower left: bilinear with texel centers at +0.5, clamped at the borders, and
     /// linear between the two levels around `lod` (0 = full size, 1 = half, …).
     Vec3d sample(Vec2d uv, double lod) const;
 

@@ -6,7 +6,7 @@
 namespace fresco::raycast
 {
 
-/// Finds what pixels see by casting the ray of every pixel centre.
+/// Finds what pixels see by casting the ray of every pixel center.
 class RayFinder final : public FaceFinder
 {
   public:

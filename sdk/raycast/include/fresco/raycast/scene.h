@@ -42,8 +42,8 @@ class Scene
     /// The first hits of at most packet_size rays from one origin; `hits` is as long as `directions`. Thread-safe.
     void cast(Vec3d origin, std::span<const Vec3d> directions, std::span<Hit> hits) const;
 
-    /// The hits of the pixel centres of rows [first_row, end_row) of a camera, row-major, (end_row - first_row) x width. With
-    /// Camera::ray's directions a distance is the depth along the optical axis, metres. Thread-safe.
+    /// The hits of the pixel centers of rows [first_row, end_row) of a camera, row-major, (end_row - first_row) x width. With
+    /// Camera::ray's directions a distance is the depth along the optical axis, meters. Thread-safe.
     void cast_rows(const Camera& camera, int first_row, int end_row, std::span<Hit> hits) const;
 
     /// The faces of those hits alone, Hit::none where nothing is met. Thread-safe.

@@ -8,7 +8,7 @@ namespace fresco::raycast
 
 using fresco::Sight;
 
-/// Judges a hit of a ray whose length unit is a metre along the optical axis.
+/// Judges a hit of a ray whose length unit is a meter along the optical axis.
 Sight sight(const Hit& hit);
 
 std::array<Vec3d, 3> corners(const Mesh& mesh, std::uint32_t triangle);

@@ -48,8 +48,8 @@ struct RenderOptions
     Lights lights = {};        ///< By the vertex normals, interpolated.
 };
 
-/// Throws Error unless a stage with these on its ports `mesh` and `frames` can show the mesh as the frames' colour cameras do: a
-/// valid mesh with texcoords, and frames whose colour cameras are usable.
+/// Throws Error unless a stage with these on its ports `mesh` and `frames` can show the mesh as the frames' color cameras do: a
+/// valid mesh with texcoords, and frames whose color cameras are usable.
 void check_showable(const TexturedMesh& mesh, const Frames& frames);
 
 /// Draws a textured mesh as cameras see it.
@@ -60,7 +60,7 @@ class ViewRenderer
     ViewRenderer(const TexturedMesh& mesh, const RenderOptions& options);
 
     /// RGBA, straight alpha: the share of the pixel's rays that meet the front of a face (as uvmaps.raycast judges it), and the
-    /// mean colour of these. Equal for any progress.threads(). Throws Cancelled.
+    /// mean color of these. Equal for any progress.threads(). Throws Canceled.
     Raster8 render(const Camera& camera, const Progress& progress) const;
 
   private:

@@ -31,7 +31,7 @@ Intrinsics pinhole_without(const Lens& lens, const Intrinsics& camera, std::stri
 /// The picture that the camera `pinhole` would have taken in place of `camera` with its lens; `picture` has camera's aspect, of
 /// any size. Bilinear; clamped at the border.
 Raster8 undistorted(const Raster8& picture, const Intrinsics& camera, const Lens& lens, const Intrinsics& pinhole);
-/// The same of depth along the optical axis, 1 channel: nearest neighbour, so that no depth is made up between surfaces.
+/// The same of depth along the optical axis, 1 channel: nearest neighbor, so that no depth is made up between surfaces.
 Raster16 undistorted_depth(const Raster16& depth, const Intrinsics& camera, const Lens& lens, const Intrinsics& pinhole);
 
 }  // namespace fresco::recordings

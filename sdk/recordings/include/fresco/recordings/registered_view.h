@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-/// \file Views of one camera: recordings whose depth pictures, if there are any, were brought into the colour camera.
+/// \file Views of one camera: recordings whose depth pictures, if there are any, were brought into the color camera.
 namespace fresco::recordings
 {
 
@@ -21,7 +21,7 @@ struct RegisteredView
     long number = 0;
     std::filesystem::path color;
     std::filesystem::path depth;  ///< Empty: none. Of any size, the camera's shape and field of view.
-    Intrinsics camera;            ///< Of the colour picture.
+    Intrinsics camera;            ///< Of the color picture.
     Lens lens;
     RigidTransform world_from_camera;
     double depth_unit_m = 0.001;
@@ -41,9 +41,9 @@ void keep_every(std::vector<RegisteredView>& views, int every);
 
 /// Frames of the views, in their order. Pictures without a lens to undo stay where they are: paths and content hashes, their
 /// files walked to the end. Others are undistorted into `folder`: <sequence>/<name>.color.jpg (quality 95) and .depth.png; each
-/// thread holds one picture. A view without depth gives a frame without; its depth camera is the colour camera.
+/// thread holds one picture. A view without depth gives a frame without; its depth camera is the color camera.
 /// Throws MissingInput that names the pictures that are not there; Error naming the file or `source`: a picture that is cut or of
-/// another size than its camera, a depth picture that is not 16-bit grey or of another shape, a colour picture that EXIF turns, a
+/// another size than its camera, a depth picture that is not 16-bit gray or of another shape, a color picture that EXIF turns, a
 /// camera or pose that check_camera refuses, two views of one name.
 Frames registered_frames(const std::vector<RegisteredView>& views, const ImageIo& images, const std::filesystem::path& folder,
                          Progress& progress);

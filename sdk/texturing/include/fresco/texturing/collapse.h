@@ -12,7 +12,7 @@ namespace fresco::texturing
 void check_texture(const Texture& texture);
 
 /// The texture's picture at full size, S x S x 3: displayed RGB in [0,1], the sum over the layers of a bilinear lookup at each
-/// texel centre. Rows are shared among progress.threads() threads. Throws Error if a texel is not finite, Cancelled.
+/// texel center. Rows are shared among progress.threads() threads. Throws Error if a texel is not finite, Canceled.
 RasterF collapse(const Texture& texture, const Progress& progress);
 
 }  // namespace fresco::texturing

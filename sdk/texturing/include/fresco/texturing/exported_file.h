@@ -15,7 +15,7 @@ namespace fresco::texturing
 /// Throws Error naming `source` unless the mesh is one that can be exported: as check_mesh, with texcoords, and a square picture.
 void check_textured_mesh(const TexturedMesh& textured, std::string_view source);
 
-/// Compares a mesh that was read again with the one that was to be written: positions, vertex colours, triangles and texcoords,
+/// Compares a mesh that was read again with the one that was to be written: positions, vertex colors, triangles and texcoords,
 /// all bit by bit, but for faces that name a vertex twice, which readers drop. Throws Error naming the first difference.
 void check_written_mesh(const Mesh& found, const Mesh& meant);
 

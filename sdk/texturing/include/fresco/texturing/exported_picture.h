@@ -34,7 +34,7 @@ class PictureOptions
     explicit PictureOptions(Configurable* owner);
 
     /// Writes the picture, made smaller where that is asked for, below `folder` under the name of `mesh_path` with another
-    /// extension, reads it again and says so. Returns its name below the folder, which must exist. Throws Error, Cancelled.
+    /// extension, reads it again and says so. Returns its name below the folder, which must exist. Throws Error, Canceled.
     std::string write(const TexturedMesh& textured, const std::filesystem::path& folder, const std::string& mesh_path,
                       RunContext& run) const;
 

@@ -9,10 +9,10 @@
 namespace fresco::texturing
 {
 
-/// Gives every texel that is no source the colour of its nearest source (exact Euclidean distance between centres; of equally
-/// near ones the same is taken for any thread count), so that bilinear lookups and mip-maps find no foreign colour at a chart's
+/// Gives every texel that is no source the color of its nearest source (exact Euclidean distance between centers; of equally
+/// near ones the same is taken for any thread count), so that bilinear lookups and mip-maps find no foreign color at a chart's
 /// border. `is_source`: W x H. Felzenszwalb and Huttenlocher, "Distance Transforms of Sampled Functions" (2012). Throws Error if
-/// there is no source, Cancelled.
+/// there is no source, Canceled.
 void fill_from_nearest(Raster8& image, const std::vector<std::uint8_t>& is_source, const Progress& progress);
 
 }  // namespace fresco::texturing

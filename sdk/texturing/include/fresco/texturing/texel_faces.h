@@ -21,18 +21,18 @@ struct TexelFaces
     int size = 0;
     std::vector<std::uint32_t> face;  ///< size^2; none in the gutter.
     std::vector<std::uint8_t>
-        inside;  ///< size^2; 1 = the chart's own: its centre is inside, or the chart holds no centre at all.
+        inside;  ///< size^2; 1 = the chart's own: its center is inside, or the chart holds no center at all.
 
     bool covered(std::size_t texel) const { return face[texel] != none; }
     /// The texel that holds a texcoord; those on or beyond the border belong to the last one.
     std::size_t at(Vec2f uv) const;
 };
 
-/// Every texel that a face touches, however little; where several do, the one that holds the centre comes first, then the lower
-/// face. Throws Cancelled.
+/// Every texel that a face touches, however little; where several do, the one that holds the center comes first, then the lower
+/// face. Throws Canceled.
 TexelFaces find_texel_faces(const Mesh& mesh, const Charts& charts, int size, const Progress& progress);
 
-/// The surface point at a covered texel's centre (metres), one in its face near by where the centre is outside.
+/// The surface point at a covered texel's center (meters), one in its face near by where the center is outside.
 Vec3f texel_position(const Mesh& mesh, const TexelFaces& faces, std::size_t texel);
 
 }  // namespace fresco::texturing

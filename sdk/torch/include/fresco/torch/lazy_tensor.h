@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <span>
 
-/// \file Large tensors on the CPU of which often only a part differs from zero, such as a texture and what an optimiser remembers
+/// \file Large tensors on the CPU of which often only a part differs from zero, such as a texture and what an optimizer remembers
 /// of it: pages that nobody has written take no memory.
 
 namespace fresco

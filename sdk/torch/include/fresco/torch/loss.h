@@ -21,12 +21,12 @@ enum class Pixels
     steep  ///< Those of them that do not.
 };
 
-/// What a loss reads, so that the optimiser encodes no more than that and can cut a frame into crops.
+/// What a loss reads, so that the optimizer encodes no more than that and can cut a frame into crops.
 struct LossNeeds
 {
     struct Layers
     {
-        FeatureNetwork* network = nullptr;  ///< The optimiser prepares it.
+        FeatureNetwork* network = nullptr;  ///< The optimizer prepares it.
         std::vector<std::string> names;
         bool whole = false;   ///< features() as a map C x h x w; else only selected().
         bool camera = false;  ///< The same layers of the camera picture too.
@@ -42,7 +42,7 @@ struct FineColumns
     torch::Tensor others;
 };
 
-/// One rendered level of one step. Made and owned by the optimiser; valid during evaluate. Several losses share it, and each
+/// One rendered level of one step. Made and owned by the optimizer; valid during evaluate. Several losses share it, and each
 /// network encodes it once. Tensors are float32 on the run's device; do not change them in place.
 class Part
 {
@@ -62,9 +62,9 @@ class Part
     virtual torch::Tensor features(const FeatureNetwork& network, const std::string& layer) = 0;  ///< C x h x w
     virtual torch::Tensor camera_features(const FeatureNetwork& network,
                                           const std::string& layer) = 0;  ///< C x h x w, no gradient
-    /// The mask on a layer's grid (nearest neighbour): h x w, bool.
+    /// The mask on a layer's grid (nearest neighbor): h x w, bool.
     virtual torch::Tensor feature_mask(const FeatureNetwork& network, const std::string& layer, Pixels pixels) = 0;
-    /// The features inside the mask: C x N, N may be 0. Their order is the optimiser's own, one for the image and the camera: it
+    /// The features inside the mask: C x N, N may be 0. Their order is the optimizer's own, one for the image and the camera: it
     /// may differ from feature_mask's, because large frames are encoded in crops.
     virtual torch::Tensor selected(const FeatureNetwork& network, const std::string& layer, Pixels pixels) = 0;
     virtual torch::Tensor camera_selected(const FeatureNetwork& network, const std::string& layer, Pixels pixels) = 0;
@@ -72,7 +72,7 @@ class Part
     virtual FineColumns fine_among_selected(const FeatureNetwork& network, const std::string& layer) = 0;
 };
 
-/// A summand of a loss: a scalar tensor, and the network layer it belongs to ("" = none). The optimiser multiplies it by the
+/// A summand of a loss: a scalar tensor, and the network layer it belongs to ("" = none). The optimizer multiplies it by the
 /// loss's weight and by the level's share ŵ_l, which may depend on the layer's grid where `network` is given.
 struct LossTerm
 {
@@ -85,7 +85,7 @@ struct LossTerm
 using TensorMap = std::map<std::string, torch::Tensor>;
 
 /// What a picture should be like. Depth levels, angle filter, ŵ_l, gradient scaling, schedule and checkpoints are the
-/// optimiser's: a loss sees one part at a time and owns none of it. Used by one thread.
+/// optimizer's: a loss sees one part at a time and owns none of it. Used by one thread.
 class Loss : public Component
 {
   public:
@@ -95,7 +95,7 @@ class Loss : public Component
     Option<double> weight{this, "weight", 1.0, at_least(0), "Factor of this loss in the sum"};
 
     /// Valid from configure() on; networks need not be prepared yet. The names of a network's default layers are known, and
-    /// given, only once that network is prepared: the optimiser asks again then.
+    /// given, only once that network is prepared: the optimizer asks again then.
     virtual LossNeeds needs() const = 0;
     /// Once per run, after every network's prepare.
     virtual void prepare(const PrepareContext& context) = 0;

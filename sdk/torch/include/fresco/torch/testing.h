@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-/// \file For the tests of losses and feature networks: a part without an optimiser.
+/// \file For the tests of losses and feature networks: a part without an optimizer.
 
 namespace fresco::testing
 {

@@ -17,8 +17,8 @@ namespace fresco
 struct TextureParameter
 {
     std::string name;
-    torch::Tensor values;    ///< N x 3, float32, contiguous; changed in place by the optimiser rule. On the CPU, but see move_to.
-    double regulariser = 0;  ///< k_i of the pyramid (StyleMesh, section 3.1): the loss has λ_r k_i mean(values²).
+    torch::Tensor values;    ///< N x 3, float32, contiguous; changed in place by the optimizer rule. On the CPU, but see move_to.
+    double regularizer = 0;  ///< k_i of the pyramid (StyleMesh, section 3.1): the loss has λ_r k_i mean(values²).
 };
 
 /// The gradient of a step for one parameter, on the texels that the view touches.
@@ -39,7 +39,7 @@ class TextureView
     virtual std::vector<SparseGradient> gradient(const torch::Tensor& picture_gradient) const = 0;
 };
 
-/// How a texture is stored while it is optimised. Used by one thread, except make_view (a loader thread).
+/// How a texture is stored while it is optimized. Used by one thread, except make_view (a loader thread).
 class TextureRepresentation : public Component
 {
   public:

@@ -11,7 +11,7 @@
 namespace fresco
 {
 
-/// H x W: the face (its index in the mesh) that each pixel centre's ray meets first, or no_face.
+/// H x W: the face (its index in the mesh) that each pixel center's ray meets first, or no_face.
 using FaceMap = Raster<std::uint32_t>;
 inline constexpr std::uint32_t no_face = std::numeric_limits<std::uint32_t>::max();
 

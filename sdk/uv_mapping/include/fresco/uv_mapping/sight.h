@@ -15,7 +15,7 @@ enum class Sight
     too_near    ///< The front of a face nearer than nearest_surface_m along the optical axis.
 };
 
-/// Judges what was met at a depth (metres along the optical axis).
+/// Judges what was met at a depth (meters along the optical axis).
 Sight sight(bool front, double depth);
 
 }  // namespace fresco

@@ -18,7 +18,7 @@ class FaceFinder
     virtual ~FaceFinder();
 
     /// Fills `faces[i]`, which has the size of `cameras[i]`. The cameras are one camera at several sizes. Uses progress.threads()
-    /// threads; the result does not depend on their number. Throws Cancelled. Not to be called by two threads at once.
+    /// threads; the result does not depend on their number. Throws Canceled. Not to be called by two threads at once.
     virtual void find(std::span<const Camera> cameras, const Progress& progress, std::span<FaceMap> faces) = 0;
 };
 
@@ -36,7 +36,7 @@ class UvMapper
     UvMapper(const Mesh& mesh, std::unique_ptr<FaceFinder> finder);
 
     /// One map per height, of the width Intrinsics::width_at, intrinsics scaled per axis; there until the next call. Rows are
-    /// shared among progress.threads() threads; the maps do not depend on their number. Throws Cancelled.
+    /// shared among progress.threads() threads; the maps do not depend on their number. Throws Canceled.
     const std::vector<CountedUvMap>& make(const Camera& camera, std::span<const int> heights_px, const Progress& progress);
 
   private:

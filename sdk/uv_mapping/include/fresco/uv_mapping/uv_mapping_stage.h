@@ -11,7 +11,7 @@ namespace fresco
 {
 
 /// What the makers of uv maps ask of their inputs, named 'mesh' and 'frames'. Throws Error: a mesh that check_mesh refuses,
-/// without texcoords or with some outside [0,1] (the face is named); no frames; a colour camera that check_camera refuses.
+/// without texcoords or with some outside [0,1] (the face is named); no frames; a color camera that check_camera refuses.
 void check_uv_mapping_inputs(const Mesh& mesh, const Frames& frames);
 
 /// A stage with the ports, options and report of `uvmaps.raycast`: checks its inputs, makes the uv maps of every frame at every
@@ -28,7 +28,7 @@ class UvMappingStage : public Stage
 
   private:
     Input<Mesh> mesh_{this, "mesh", "Triangle mesh with texcoords, as an atlas.* stage makes it"};
-    Input<Frames> frames_{this, "frames", "The views; their colour cameras are used"};
+    Input<Frames> frames_{this, "frames", "The views; their color cameras are used"};
     Output<UvMaps> uvmaps_{this, "uvmaps", "Per pixel: texcoord, depth, cosine of the viewing angle, validity"};
     Option<std::vector<int>> heights_px_{this, "heights_px", {256}, range(16, 4096), "Heights of the maps; widths follow"};
     Option<int> texture_px_{this, "texture_px", 4096, range(8, 16384),

@@ -27,16 +27,16 @@ ValidPixels valid_pixels(const UvMap& map);
 /// Where the texels of a layer lie in the unit square.
 enum class TexelGrid
 {
-    centres,  ///< Texel i of S at (i + 0.5) / S; clamped at the borders.
+    centers,  ///< Texel i of S at (i + 0.5) / S; clamped at the borders.
     corners   ///< Texel i of S at i / (S - 1): the outermost lie on the border ("align corners").
 };
 
-/// The bilinear lookups of V valid pixels in a layer of S x S texels, S >= 2: row 0 at v = 1, with TexelGrid::centres rounded
+/// The bilinear lookups of V valid pixels in a layer of S x S texels, S >= 2: row 0 at v = 1, with TexelGrid::centers rounded
 /// exactly as fresco::sample_bilinear. Immutable after construction; any thread.
 class LayerView
 {
   public:
-    LayerView(const ValidPixels& pixels, int size, TexelGrid grid = TexelGrid::centres);
+    LayerView(const ValidPixels& pixels, int size, TexelGrid grid = TexelGrid::centers);
 
     std::size_t pixel_count() const { return base_.size(); }
     /// Adds to `out` (3 per valid pixel) the lookups in `texels` (3 S², row-major) for valid pixels [begin, end).

@@ -10,7 +10,7 @@ namespace fresco
 {
 
 /// A texture whose value at uv is the sum over square layers of a bilinear lookup: row 0 at v = 1, and unless said otherwise
-/// texel centres at +0.5, clamped at the borders (sample_bilinear to the last bit). A representation derives from it and says
+/// texel centers at +0.5, clamped at the borders (sample_bilinear to the last bit). A representation derives from it and says
 /// which layers there are.
 ///
 /// Layers are lazy_zeros(): of a texture that begins with zeros, the pages that are written take memory.
@@ -30,11 +30,11 @@ class LayeredTexture : public TextureRepresentation
   protected:
     static constexpr int largest_size_px = 16384;
 
-    /// Layers of zeros, `sizes` texels a side (2 to largest_size_px), finest first, with their factors k of the regulariser.
-    /// With TexelGrid::corners to_texture() resamples them bilinearly onto texel centres, where a texture artifact has its
+    /// Layers of zeros, `sizes` texels a side (2 to largest_size_px), finest first, with their factors k of the regularizer.
+    /// With TexelGrid::corners to_texture() resamples them bilinearly onto texel centers, where a texture artifact has its
     /// values.
-    void allocate_layers(const std::vector<int>& sizes, const std::vector<double>& regulariser,
-                         TexelGrid grid = TexelGrid::centres);
+    void allocate_layers(const std::vector<int>& sizes, const std::vector<double>& regularizer,
+                         TexelGrid grid = TexelGrid::centers);
     /// Throws std::invalid_argument unless `picture` has the finest layer's size and 3 channels.
     void check_picture(const RasterF& picture) const;
     /// Sets all layers; `layers` have their sizes and 3 channels.
@@ -43,7 +43,7 @@ class LayeredTexture : public TextureRepresentation
   private:
     std::vector<TextureParameter> parameters_;
     std::vector<int> sizes_;
-    TexelGrid grid_ = TexelGrid::centres;
+    TexelGrid grid_ = TexelGrid::centers;
 };
 
 }  // namespace fresco

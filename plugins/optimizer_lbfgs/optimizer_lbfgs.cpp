@@ -4,7 +4,7 @@
 #include <fresco/option.h>
 #include <fresco/plugin.h>
 #include <fresco/stage.h>
-#include <fresco/torch/optimiser_rule.h>
+#include <fresco/torch/optimizer_rule.h>
 
 #include <ATen/Parallel.h>
 #include <ATen/ops/empty.h>
@@ -19,7 +19,7 @@ namespace
 
 namespace lb = fresco::lbfgs;
 
-class OptimiserLbfgs final : public fresco::OptimiserRule
+class OptimizerLbfgs final : public fresco::OptimizerRule
 {
     fresco::Option<int> history_count{this, "history_count", 10, fresco::range(1, 100),
                                       "Steps whose changes shape the direction of the next"};
@@ -46,10 +46,10 @@ class OptimiserLbfgs final : public fresco::OptimiserRule
             size_ += static_cast<std::size_t>(parameter.values.numel());
         const double megabytes = lb::memory_bytes(size_, static_cast<std::size_t>(*history_count)) / 1e6;
         if (megabytes > *max_memory_mb)
-            throw fresco::Error("optimiser.lbfgs would need " + std::to_string(std::llround(megabytes)) + " MB for " +
+            throw fresco::Error("optimizer.lbfgs would need " + std::to_string(std::llround(megabytes)) + " MB for " +
                                 std::to_string(size_) + " values and `history_count` " + std::to_string(*history_count) +
                                 ", more than `max_memory_mb` " + std::to_string(*max_memory_mb) +
-                                ": take optimiser.adam, a smaller texture, a shorter history, or allow more");
+                                ": take optimizer.adam, a smaller texture, a shorter history, or allow more");
     }
 
     double step(std::vector<fresco::TextureParameter>& parameters, const fresco::Evaluate& evaluate, double rate,
@@ -57,7 +57,7 @@ class OptimiserLbfgs final : public fresco::OptimiserRule
     {
         auto x = flattened(parameters);
         if (x.size() != size_)
-            throw std::logic_error("optimiser.lbfgs: step() with other parameters than attach()");
+            throw std::logic_error("optimizer.lbfgs: step() with other parameters than attach()");
         double first_loss = 0;
         bool first = true;
         const auto function = [&](const lb::Vector& at, lb::Vector& gradient)
@@ -104,7 +104,7 @@ class OptimiserLbfgs final : public fresco::OptimiserRule
   private:
     [[noreturn]] static void does_not_fit(const std::string& what)
     {
-        throw fresco::Error("the checkpoint's state of optimiser.lbfgs has no '" + what +
+        throw fresco::Error("the checkpoint's state of optimizer.lbfgs has no '" + what +
                             "' that fits this texture; remove the checkpoint folder");
     }
 
@@ -126,7 +126,7 @@ class OptimiserLbfgs final : public fresco::OptimiserRule
         }
     }
 
-    /// Adds the sparse gradients and the regulariser's to `gradient`; returns the regulariser.
+    /// Adds the sparse gradients and the regularizer's to `gradient`; returns the regularizer.
     static double add_gradients(const std::vector<fresco::TextureParameter>& parameters,
                                 const std::vector<fresco::SparseGradient>& sparse, double lambda_r, lb::Vector& gradient)
     {
@@ -141,7 +141,7 @@ class OptimiserLbfgs final : public fresco::OptimiserRule
                 for (std::int64_t c = 0; c < 3; ++c)
                     out[3 * texels.data_ptr<std::int64_t>()[n] + c] += slopes.data_ptr<float>()[3 * n + c];
             // λ_r k mean(values²) and its derivative.
-            const double factor = lambda_r * parameters[i].regulariser / static_cast<double>(values.numel());
+            const double factor = lambda_r * parameters[i].regularizer / static_cast<double>(values.numel());
             const float* value = values.data_ptr<float>();
             double squares = 0;
             for (std::int64_t n = 0; factor > 0 && n < values.numel(); ++n)
@@ -178,5 +178,5 @@ class OptimiserLbfgs final : public fresco::OptimiserRule
 
 }  // namespace
 
-FRESCO_COMPONENT("optimiser.lbfgs", OptimiserLbfgs, fresco::OptimiserRule,
+FRESCO_COMPONENT("optimizer.lbfgs", OptimizerLbfgs, fresco::OptimizerRule,
                  "L-BFGS with a line search: few, dear steps, for small textures")

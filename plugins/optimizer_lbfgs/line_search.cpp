@@ -84,7 +84,7 @@ class Search
 
     bool flat(const Sample& sample) const { return std::abs(sample.slope) <= -options_.curvature * start_.slope; }
 
-    /// Algorithm 3.6: `low` has the smallest value so far and slopes down towards `high`.
+    /// Algorithm 3.6: `low` has the smallest value so far and slopes down toward `high`.
     Sample zoom(Sample low, Sample high)
     {
         while (left_ > 0)

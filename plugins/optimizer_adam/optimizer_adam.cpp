@@ -5,7 +5,7 @@
 #include <fresco/option.h>
 #include <fresco/stage.h>
 #include <fresco/torch/lazy_tensor.h>
-#include <fresco/torch/optimiser_rule.h>
+#include <fresco/torch/optimizer_rule.h>
 
 #include <ATen/Parallel.h>
 #include <ATen/ops/full.h>
@@ -16,7 +16,7 @@
 namespace
 {
 
-class OptimiserAdam final : public fresco::OptimiserRule
+class OptimizerAdam final : public fresco::OptimizerRule
 {
     fresco::Option<double> beta1{this, "beta1", 0.9, fresco::range(0, 0.999999), "Decay of the gradient's moving mean"};
     fresco::Option<double> beta2{this, "beta2", 0.999, fresco::range(0, 0.999999999), "Decay of the moving mean of its square"};
@@ -54,7 +54,7 @@ class OptimiserAdam final : public fresco::OptimiserRule
                 double lambda_r) override
     {
         if (parameters.size() != blocks_.size())
-            throw std::logic_error("optimiser.adam: step() with other parameters than attach()");
+            throw std::logic_error("optimizer.adam: step() with other parameters than attach()");
         const auto evaluation = evaluate();
         ++step_;
         const fresco::adam::Constants constants{*beta1, *beta2, *epsilon};
@@ -63,7 +63,7 @@ class OptimiserAdam final : public fresco::OptimiserRule
             auto& parameter = parameters[i];
             auto& state = blocks_[i];
             // The derivative of λ_r k mean(values²).
-            const double pull = 2 * lambda_r * parameter.regulariser / static_cast<double>(parameter.values.numel());
+            const double pull = 2 * lambda_r * parameter.regularizer / static_cast<double>(parameter.values.numel());
             if (!parameter.values.device().is_cpu())
             {
                 step_there(parameter, state, evaluation.gradients.at(i), rate, pull, constants);
@@ -162,7 +162,7 @@ class OptimiserAdam final : public fresco::OptimiserRule
     {
         const auto found = state.find(name);
         if (found == state.end() || found->second.scalar_type() != type || found->second.sizes() != shape)
-            throw fresco::Error("the checkpoint's state of optimiser.adam has no '" + name +
+            throw fresco::Error("the checkpoint's state of optimizer.adam has no '" + name +
                                 "' that fits this texture; remove the checkpoint folder");
         return found->second;
     }
@@ -173,4 +173,4 @@ class OptimiserAdam final : public fresco::OptimiserRule
 
 }  // namespace
 
-FRESCO_COMPONENT("optimiser.adam", OptimiserAdam, fresco::OptimiserRule, "Adam, on every texel or on the visible ones")
+FRESCO_COMPONENT("optimizer.adam", OptimizerAdam, fresco::OptimizerRule, "Adam, on every texel or on the visible ones")

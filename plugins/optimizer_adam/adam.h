@@ -46,7 +46,7 @@ struct Gradient
 };
 
 /// One textbook step, the `step`-th (from 1), of every texel: no entry means gradient 0. `pull` times the value is added to the
-/// gradient (the derivative of a regulariser). Results do not depend on `threads`.
+/// gradient (the derivative of a regularizer). Results do not depend on `threads`.
 ///
 /// Where nothing but zero has ever been, Adam's step is zero: with block.moved, runs that have no flag and no entry are neither
 /// read nor written, and the results are the same bytes. Runs with an entry get their flag.

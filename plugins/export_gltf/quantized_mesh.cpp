@@ -1,4 +1,4 @@
-#include "quantised_mesh.h"
+#include "quantized_mesh.h"
 
 #include <fresco/error.h>
 
@@ -64,10 +64,10 @@ std::int8_t normal_step(float component)
 }
 }  // namespace
 
-QuantisedMesh quantised(const WeldedMesh& mesh)
+QuantizedMesh quantized(const WeldedMesh& mesh)
 {
     const Box box = bounding_box(mesh.positions);
-    QuantisedMesh result;
+    QuantizedMesh result;
     result.origin = box.low;
     result.step_m = step_for(box);
     const auto along = [&](float p, float low) { return nearest_step((double{p} - double{low}) / double{result.step_m}); };

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""recolour.py --in FOLDER --out FOLDER [--turn DEGREES]: turns the colours of a textured mesh's picture around the grey axis.
+"""recolor.py --in FOLDER --out FOLDER [--turn DEGREES]: turns the colors of a textured mesh's picture around the gray axis.
 
 NumPy alone: a textured mesh is a folder with mesh.ply and image.npy, uint8 H x W x 3.
 """

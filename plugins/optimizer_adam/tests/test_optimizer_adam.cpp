@@ -2,7 +2,7 @@
 
 #include <fresco/error.h>
 #include <fresco/testing.h>
-#include <fresco/torch/optimiser_rule.h>
+#include <fresco/torch/optimizer_rule.h>
 
 #include <ATen/ops/arange.h>
 #include <ATen/ops/equal.h>
@@ -16,15 +16,15 @@ using namespace fresco;
 namespace
 {
 
-std::unique_ptr<OptimiserRule> made(const Value& options)
+std::unique_ptr<OptimizerRule> made(const Value& options)
 {
-    auto object = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "optimiser.adam");
+    auto object = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "optimizer.adam");
     testing::TestFactory factory;
     object->configure(options, factory);
-    auto* rule = dynamic_cast<OptimiserRule*>(object.get());
+    auto* rule = dynamic_cast<OptimizerRule*>(object.get());
     REQUIRE(rule != nullptr);
     object.release();
-    return std::unique_ptr<OptimiserRule>(rule);
+    return std::unique_ptr<OptimizerRule>(rule);
 }
 
 std::vector<TextureParameter> parameters()
@@ -141,7 +141,7 @@ TEST_CASE("leaving untouched texels out changes no byte, from zeros, from values
     CHECK_THROWS_AS(made(Value::Map{{"mode", "visible"}, {"untouched", "step"}})->attach(parameters()), Error);
 }
 
-TEST_CASE("the regulariser pulls on all texels, or on the visible ones")
+TEST_CASE("the regularizer pulls on all texels, or on the visible ones")
 {
     const Evaluate nothing_but_texel_2 = []
     {
@@ -162,7 +162,7 @@ TEST_CASE("the regulariser pulls on all texels, or on the visible ones")
     }
 }
 
-TEST_CASE("both modes follow the textbook in double precision, the regulariser's gradient included")
+TEST_CASE("both modes follow the textbook in double precision, the regularizer's gradient included")
 {
     const double rate = 0.02;
     const double lambda = 0.7;

@@ -2,7 +2,7 @@
 
 #include <fresco/error.h>
 #include <fresco/testing.h>
-#include <fresco/torch/optimiser_rule.h>
+#include <fresco/torch/optimizer_rule.h>
 
 #include <ATen/ops/arange.h>
 #include <ATen/ops/equal.h>
@@ -14,15 +14,15 @@ using namespace fresco;
 namespace
 {
 
-std::unique_ptr<OptimiserRule> made(const Value& options)
+std::unique_ptr<OptimizerRule> made(const Value& options)
 {
-    auto object = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "optimiser.lbfgs");
+    auto object = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "optimizer.lbfgs");
     testing::TestFactory factory;
     object->configure(options, factory);
-    auto* rule = dynamic_cast<OptimiserRule*>(object.get());
+    auto* rule = dynamic_cast<OptimizerRule*>(object.get());
     REQUIRE(rule != nullptr);
     object.release();
-    return std::unique_ptr<OptimiserRule>(rule);
+    return std::unique_ptr<OptimizerRule>(rule);
 }
 
 std::vector<TextureParameter> parameters()
@@ -104,9 +104,9 @@ TEST_CASE("the first step goes by the rate, returns the first loss and keeps to 
     CHECK(evaluation(p, 0)().loss < before);
 }
 
-TEST_CASE("the regulariser is part of what is minimised")
+TEST_CASE("the regularizer is part of what is minimized")
 {
-    // On one texel and channel: s (v - g)² + λ k v² / 18 with s = 2, g = 0 for block 0: only the regulariser acts on unseen
+    // On one texel and channel: s (v - g)² + λ k v² / 18 with s = 2, g = 0 for block 0: only the regularizer acts on unseen
     // texels.
     auto p = parameters();
     const auto rule = made(Value::Map{});
@@ -123,7 +123,7 @@ TEST_CASE("the regulariser is part of what is minimised")
     };
     for (int n = 0; n < 20; ++n)
         rule->step(p, linear, 0.1, 9.0);
-    // λ k mean(v²) = 9 · 2 / 18 Σ v²: the minimum of 0.2 v + v² is at -0.1, of v² at 0; the other parameter has no regulariser.
+    // λ k mean(v²) = 9 · 2 / 18 Σ v²: the minimum of 0.2 v + v² is at -0.1, of v² at 0; the other parameter has no regularizer.
     CHECK(p[0].values[0][0].item<float>() == Approx(-0.1).margin(1e-3));
     CHECK(p[0].values[5][2].item<float>() == Approx(0).margin(1e-3));
     CHECK(p[1].values[0][0].item<float>() == -0.5F);

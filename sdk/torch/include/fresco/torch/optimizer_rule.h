@@ -9,7 +9,7 @@
 namespace fresco
 {
 
-/// The loss at the parameters' current values and its gradients, one per parameter (without the regulariser).
+/// The loss at the parameters' current values and its gradients, one per parameter (without the regularizer).
 struct Evaluation
 {
     double loss = 0;
@@ -20,11 +20,11 @@ struct Evaluation
 using Evaluate = std::function<Evaluation()>;
 
 /// How a step changes the texture. Used by one thread.
-class OptimiserRule : public Component
+class OptimizerRule : public Component
 {
   public:
-    static constexpr std::string_view component_kind = "optimiser";
-    ~OptimiserRule() override;
+    static constexpr std::string_view component_kind = "optimizer";
+    ~OptimizerRule() override;
 
     /// Whether parameters and gradients may lie on `device`; the default knows the CPU alone.
     virtual bool runs_on(const torch::Device& device) const;

@@ -129,7 +129,7 @@ TEST_CASE("runs of texels that nothing has moved are left out, with the same byt
     {
         Memory all(texels);
         std::fill(all.values.begin(), all.values.end(), 0.0F);
-        // The regulariser moves what does not begin with zero; a moment moves on.
+        // The regularizer moves what does not begin with zero; a moment moves on.
         all.values[3 * 5 * texels_per_run] = 0.5F;
         all.first[3 * 9 * texels_per_run + 2] = 0.1F;
         all.second[3 * 12 * texels_per_run + 1] = 0.1F;

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <fresco/host/run_state.h>
+#include "run/run_state.h"
 
 #include <cstddef>
 #include <optional>

@@ -1,7 +1,7 @@
-#include "../pipeline/yaml_text.h"
-#include "commands.h"
+#include "main/commands.h"
+#include "pipeline/yaml_text.h"
 
-#include <fresco/host/plugin_search.h>
+#include "plugins/plugin_search.h"
 
 #include <cerrno>
 #include <cstdio>

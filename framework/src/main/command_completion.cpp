@@ -1,5 +1,5 @@
-#include "commands.h"
-#include "completion.h"
+#include "main/commands.h"
+#include "main/completion.h"
 
 #include <cstdio>
 #include <memory>

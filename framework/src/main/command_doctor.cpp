@@ -1,8 +1,8 @@
-#include "commands.h"
+#include "main/commands.h"
 
-#include <fresco/host/machine.h>
-#include <fresco/host/plugin_library.h>
-#include <fresco/host/plugin_search.h>
+#include "base/machine.h"
+#include "plugins/plugin_library.h"
+#include "plugins/plugin_search.h"
 
 #include <algorithm>
 #include <boost/version.hpp>

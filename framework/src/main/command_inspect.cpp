@@ -1,7 +1,7 @@
-#include "commands.h"
+#include "main/commands.h"
 
-#include <fresco/host/commands_inspect.h>
-#include <fresco/host/plugin_search.h>
+#include "plugins/plugin_search.h"
+#include "run/commands_inspect.h"
 
 #include <iostream>
 

@@ -1,9 +1,9 @@
-#include "commands.h"
+#include "main/commands.h"
 
-#include <fresco/host/plugin_probe.h>
-#include <fresco/host/report.h>
-#include <fresco/host/sweep_summary.h>
-#include <fresco/host/worker.h>
+#include "plugins/plugin_probe.h"
+#include "report/report.h"
+#include "report/sweep_summary.h"
+#include "worker/worker.h"
 
 namespace fresco::host
 {

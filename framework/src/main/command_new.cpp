@@ -1,9 +1,9 @@
-#include "commands.h"
+#include "main/commands.h"
 
+#include "plugins/plugin_search.h"
+#include "plugins/templates.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
-#include <fresco/host/plugin_search.h>
-#include <fresco/host/templates.h>
 
 #include <algorithm>
 #include <cctype>

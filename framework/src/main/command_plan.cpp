@@ -1,9 +1,9 @@
-#include "commands.h"
+#include "base/unit_text.h"
+#include "main/commands.h"
 
-#include <fresco/host/commands_inspect.h>
-#include <fresco/host/machine.h>
-#include <fresco/host/plan.h>
-#include <fresco/host/progress_display.h>
+#include "base/machine.h"
+#include "run/commands_inspect.h"
+#include "run/plan.h"
 
 #include <algorithm>
 #include <fmt/format.h>

@@ -1,7 +1,7 @@
-#include "commands.h"
+#include "main/commands.h"
 
-#include <fresco/host/plugin_search.h>
-#include <fresco/host/reference.h>
+#include "pipeline/reference.h"
+#include "plugins/plugin_search.h"
 
 #include <iostream>
 

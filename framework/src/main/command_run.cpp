@@ -1,14 +1,16 @@
-#include "commands.h"
+#include "base/unit_text.h"
+#include "display/display.h"
+#include "main/commands.h"
+#include "pipeline/pipeline_commands.h"
 
+#include "base/machine.h"
+#include "base/suggest.h"
+#include "report/report.h"
+#include "report/sweep_summary.h"
+#include "run/commands_inspect.h"
+#include "run/plan.h"
+#include "run/scheduler.h"
 #include <fresco/error.h>
-#include <fresco/host/command_stage.h>
-#include <fresco/host/commands_inspect.h>
-#include <fresco/host/machine.h>
-#include <fresco/host/plan.h>
-#include <fresco/host/report.h>
-#include <fresco/host/scheduler.h>
-#include <fresco/host/suggest.h>
-#include <fresco/host/sweep_summary.h>
 
 #include <algorithm>
 #include <chrono>

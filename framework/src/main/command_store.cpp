@@ -1,9 +1,9 @@
-#include "commands.h"
+#include "base/unit_text.h"
+#include "main/commands.h"
 
+#include "base/machine.h"
+#include "store/store_tidy.h"
 #include <fresco/error.h>
-#include <fresco/host/machine.h>
-#include <fresco/host/progress_display.h>
-#include <fresco/host/store_tidy.h>
 
 #include <ctime>
 #include <fmt/format.h>

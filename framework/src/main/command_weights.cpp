@@ -1,9 +1,9 @@
-#include "commands.h"
+#include "main/commands.h"
 
+#include "main/download.h"
+#include "plugins/plugin_search.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
-#include <fresco/host/download.h>
-#include <fresco/host/plugin_search.h>
 #include <fresco/weights/sha256.h>
 #include <fresco/weights/vgg19.h>
 

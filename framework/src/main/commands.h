@@ -1,7 +1,7 @@
 #pragma once
 
-#include <fresco/host/catalog.h>
-#include <fresco/host/pipeline.h>
+#include "pipeline/pipeline.h"
+#include "plugins/catalog.h"
 
 #include <CLI/CLI.hpp>
 

@@ -1,8 +1,8 @@
-#include "commands.h"
+#include "main/commands.h"
 
+#include "base/machine.h"
+#include "base/suggest.h"
 #include <fresco/error.h>
-#include <fresco/host/machine.h>
-#include <fresco/host/suggest.h>
 
 #include <csignal>
 #include <cstdio>

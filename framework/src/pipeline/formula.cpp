@@ -1,5 +1,5 @@
+#include "pipeline/formula.h"
 #include <fresco/error.h>
-#include <fresco/host/formula.h>
 
 #include <algorithm>
 #include <charconv>

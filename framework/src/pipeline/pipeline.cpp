@@ -1,12 +1,12 @@
+#include "pipeline/pipeline.h"
+#include "base/suggest.h"
+#include "pipeline/output_owners.h"
+#include "pipeline/pipeline_commands.h"
+#include "pipeline/pipeline_document.h"
+#include "pipeline/pipeline_sets.h"
+#include "pipeline/pipeline_sweep.h"
+#include "pipeline/pipeline_wiring.h"
 #include <fresco/error.h>
-#include <fresco/host/exports.h>
-#include <fresco/host/pipeline.h>
-#include <fresco/host/pipeline_commands.h>
-#include <fresco/host/pipeline_document.h>
-#include <fresco/host/pipeline_sets.h>
-#include <fresco/host/pipeline_sweep.h>
-#include <fresco/host/pipeline_wiring.h>
-#include <fresco/host/suggest.h>
 
 #include <algorithm>
 #include <map>

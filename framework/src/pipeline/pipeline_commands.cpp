@@ -1,11 +1,11 @@
-#include "worker/command_forms.h"
-#include "worker/command_words.h"
+#include "plugins/command_forms.h"
+#include "plugins/command_words.h"
 
+#include "base/process.h"
+#include "base/suggest.h"
+#include "pipeline/pipeline_commands.h"
+#include "pipeline/pipeline_document.h"
 #include <fresco/error.h>
-#include <fresco/host/pipeline_commands.h>
-#include <fresco/host/pipeline_document.h>
-#include <fresco/host/process.h>
-#include <fresco/host/suggest.h>
 
 #include <algorithm>
 #include <optional>

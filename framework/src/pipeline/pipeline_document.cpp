@@ -1,7 +1,7 @@
+#include "pipeline/pipeline_document.h"
+#include "base/suggest.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
-#include <fresco/host/pipeline_document.h>
-#include <fresco/host/suggest.h>
 
 #include <algorithm>
 

@@ -1,6 +1,6 @@
+#include "pipeline/pipeline_matrix.h"
+#include "base/suggest.h"
 #include <fresco/error.h>
-#include <fresco/host/pipeline_matrix.h>
-#include <fresco/host/suggest.h>
 
 #include <algorithm>
 #include <filesystem>

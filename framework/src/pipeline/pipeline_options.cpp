@@ -1,6 +1,6 @@
-#include <fresco/host/pipeline_commands.h>
-#include <fresco/host/pipeline_options.h>
-#include <fresco/host/suggest.h>
+#include "pipeline/pipeline_options.h"
+#include "base/suggest.h"
+#include "pipeline/pipeline_commands.h"
 
 #include <algorithm>
 

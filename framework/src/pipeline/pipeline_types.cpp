@@ -1,6 +1,6 @@
+#include "pipeline/pipeline_types.h"
+#include "base/suggest.h"
 #include <fresco/error.h>
-#include <fresco/host/pipeline_types.h>
-#include <fresco/host/suggest.h>
 
 #include <algorithm>
 

@@ -1,5 +1,5 @@
-#include <fresco/host/pipeline_options.h>
-#include <fresco/host/suggest.h>
+#include "base/suggest.h"
+#include "pipeline/pipeline_options.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
-#include <fresco/host/pipeline_variables.h>
-#include <fresco/host/suggest.h>
+#include "pipeline/pipeline_variables.h"
+#include "base/suggest.h"
 
 #include <algorithm>
 #include <optional>

@@ -1,5 +1,5 @@
-#include <fresco/host/pipeline_wiring.h>
-#include <fresco/host/suggest.h>
+#include "pipeline/pipeline_wiring.h"
+#include "base/suggest.h"
 
 #include <algorithm>
 #include <set>

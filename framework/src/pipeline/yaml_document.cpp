@@ -1,6 +1,6 @@
-#include <fresco/host/yaml_document.h>
+#include "pipeline/yaml_document.h"
 
-#include "yaml_text.h"
+#include "pipeline/yaml_text.h"
 
 #include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/exceptions.h>

@@ -1,5 +1,5 @@
-#include <fresco/host/plugin_library.h>
-#include <fresco/host/process.h>
+#include "base/process.h"
+#include "plugins/plugin_library.h"
 
 #include <cerrno>
 #include <cstring>

@@ -1,8 +1,8 @@
-#include "own_libraries.h"
+#include "plugins/own_libraries.h"
 
+#include "plugins/plugin_library.h"
 #include <fresco/compiler_stamp.h>
 #include <fresco/error.h>
-#include <fresco/host/plugin_library.h>
 
 #define BOOST_DLL_USE_STD_FS
 #include <boost/dll/shared_library.hpp>

@@ -1,7 +1,7 @@
+#include "plugins/plugin_probe.h"
+#include "base/process.h"
+#include "plugins/plugin_library.h"
 #include <fresco/error.h>
-#include <fresco/host/plugin_library.h>
-#include <fresco/host/plugin_probe.h>
-#include <fresco/host/process.h>
 #include <fresco/reader.h>
 #include <fresco/stage.h>
 

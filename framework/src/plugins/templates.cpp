@@ -1,9 +1,9 @@
-#include "built_in_texts.h"
+#include "plugins/built_in_texts.h"
 
-#include <fresco/host/templates.h>
+#include "plugins/templates.h"
 
+#include "plugins/plugin_library.h"
 #include <fresco/error.h>
-#include <fresco/host/plugin_library.h>
 
 #include <algorithm>
 #include <array>

@@ -1,10 +1,10 @@
-#include "page_child.h"
+#include "report/page_child.h"
 
 #include "worker/worker_factory.h"
 
+#include "base/process.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
-#include <fresco/host/process.h>
 
 #include <cstdio>
 #include <exception>

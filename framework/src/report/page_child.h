@@ -1,7 +1,7 @@
 #pragma once
 
-#include <fresco/host/catalog.h>
-#include <fresco/host/store.h>
+#include "plugins/catalog.h"
+#include "store/store.h"
 #include <fresco/image_io.h>
 #include <fresco/value.h>
 

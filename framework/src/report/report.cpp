@@ -1,11 +1,11 @@
-#include "page_child.h"
-#include "report_model.h"
+#include "report/page_child.h"
+#include "report/report_model.h"
 
+#include "base/machine.h"
+#include "report/report.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/hash.h>
-#include <fresco/host/machine.h>
-#include <fresco/host/report.h>
 
 #include <algorithm>
 #include <ctime>

@@ -1,6 +1,6 @@
-#include "report_charts.h"
+#include "report/report_charts.h"
 
-#include "report_figures.h"
+#include "report/report_figures.h"
 
 #include <fresco/error.h>
 #include <fresco/html.h>

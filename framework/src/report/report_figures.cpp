@@ -1,6 +1,6 @@
-#include "report_figures.h"
+#include "report/report_figures.h"
+#include "base/unit_text.h"
 
-#include <fresco/host/progress_display.h>
 #include <fresco/html.h>
 
 #include <algorithm>

@@ -1,7 +1,7 @@
-#include "report_media.h"
+#include "report/report_media.h"
 
-#include "report_figures.h"
-#include "report_room.h"
+#include "report/report_figures.h"
+#include "report/report_room.h"
 
 #include <fresco/error.h>
 #include <fresco/files.h>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <fresco/host/store.h>
+#include "store/store.h"
 #include <fresco/value.h>
 
 #include <array>

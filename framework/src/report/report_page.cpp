@@ -1,10 +1,10 @@
-#include "report_charts.h"
-#include "report_figures.h"
-#include "report_graph.h"
-#include "report_model.h"
-#include "report_parts.h"
+#include "base/unit_text.h"
+#include "report/report_charts.h"
+#include "report/report_figures.h"
+#include "report/report_graph.h"
+#include "report/report_model.h"
+#include "report/report_parts.h"
 
-#include <fresco/host/progress_display.h>
 #include <fresco/html.h>
 
 #include <algorithm>

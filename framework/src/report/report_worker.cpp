@@ -1,9 +1,9 @@
-#include "page_child.h"
-#include "report_media.h"
-#include "report_model.h"
+#include "report/page_child.h"
+#include "report/report_media.h"
+#include "report/report_model.h"
 
+#include "report/report.h"
 #include <fresco/files_io.h>
-#include <fresco/host/report.h>
 
 namespace fresco::host
 {

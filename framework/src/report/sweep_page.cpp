@@ -1,6 +1,6 @@
-#include "sweep_page.h"
+#include "report/sweep_page.h"
+#include "base/unit_text.h"
 
-#include <fresco/host/progress_display.h>
 #include <fresco/html.h>
 
 #include <algorithm>

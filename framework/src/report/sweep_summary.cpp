@@ -1,11 +1,11 @@
-#include "page_child.h"
-#include "sweep_page.h"
+#include "report/page_child.h"
+#include "report/sweep_page.h"
 
+#include "base/machine.h"
+#include "report/sweep_summary.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/hash.h>
-#include <fresco/host/machine.h>
-#include <fresco/host/sweep_summary.h>
 #include <fresco/html.h>
 #include <fresco/raster.h>
 

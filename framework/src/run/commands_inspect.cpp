@@ -1,8 +1,8 @@
-#include <fresco/host/command_stage.h>
-#include <fresco/host/commands_inspect.h>
-#include <fresco/host/dot.h>
-#include <fresco/host/pipeline_types.h>
-#include <fresco/host/schema.h>
+#include "run/commands_inspect.h"
+#include "pipeline/dot.h"
+#include "pipeline/pipeline_types.h"
+#include "pipeline/schema.h"
+#include "plugins/command_stage.h"
 
 #include <algorithm>
 #include <ostream>

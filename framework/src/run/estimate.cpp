@@ -1,8 +1,8 @@
+#include "run/estimate.h"
+#include "base/glob.h"
+#include "pipeline/formula.h"
+#include "plugins/declaration.h"
 #include <fresco/error.h>
-#include <fresco/host/declaration.h>
-#include <fresco/host/estimate.h>
-#include <fresco/host/formula.h>
-#include <fresco/host/glob.h>
 
 #include <algorithm>
 

@@ -1,8 +1,8 @@
-#include <fresco/host/command_stage.h>
-#include <fresco/host/estimate.h>
-#include <fresco/host/plan.h>
-#include <fresco/host/result_key.h>
-#include <fresco/host/stage_record.h>
+#include "run/plan.h"
+#include "pipeline/pipeline_commands.h"
+#include "run/estimate.h"
+#include "run/result_key.h"
+#include "store/stage_record.h"
 
 #include <algorithm>
 
@@ -27,7 +27,7 @@ std::string reason_to_run(const StageNode& node, const RunState& state, const Pi
         return "runs after " + above;
     if (!node.why_not.empty())
         return node.why_not;
-    const auto record = read_stage_record(store, pipeline, node.stage->name);
+    const auto record = read_stage_record(store, pipeline.file, node.stage->name);
     if (node.result)
         return "its result was removed from the store";
     if (!record)

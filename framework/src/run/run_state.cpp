@@ -1,7 +1,7 @@
+#include "run/run_state.h"
+#include "run/exports.h"
+#include "run/result_key.h"
 #include <fresco/error.h>
-#include <fresco/host/exports.h>
-#include <fresco/host/result_key.h>
-#include <fresco/host/run_state.h>
 
 #include <algorithm>
 

@@ -1,9 +1,10 @@
-#include "running_stage.h"
+#include "run/running_stage.h"
+#include "base/unit_text.h"
 
+#include "base/machine.h"
+#include "base/process_tree.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
-#include <fresco/host/machine.h>
-#include <fresco/host/process_tree.h>
 
 #include <csignal>
 #include <cstdlib>

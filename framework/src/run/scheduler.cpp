@@ -1,15 +1,15 @@
-#include "run_outcomes.h"
-#include "running_stage.h"
-#include "stage_failure.h"
-#include "stop_signals.h"
-#include "sweep_turns.h"
+#include "pipeline/pipeline_commands.h"
+#include "run/run_outcomes.h"
+#include "run/running_stage.h"
+#include "run/stage_failure.h"
+#include "run/stop_signals.h"
+#include "run/sweep_turns.h"
 
+#include "run/scheduler.h"
+#include "store/stage_record.h"
+#include "store/statistics.h"
+#include "store/store_tidy.h"
 #include <fresco/error.h>
-#include <fresco/host/command_stage.h>
-#include <fresco/host/scheduler.h>
-#include <fresco/host/stage_record.h>
-#include <fresco/host/statistics.h>
-#include <fresco/host/store_tidy.h>
 
 #include <algorithm>
 #include <csignal>
@@ -320,8 +320,9 @@ class Scheduler
                     continue;
                 taken_[node.stage->name] = node.result->object;
                 keep_books(
-                    [&] {
-                        write_stage_record(store_, *request_.pipeline,
+                    [&]
+                    {
+                        write_stage_record(store_, request_.pipeline->file,
                                            {node.stage->name, node.key, node.result->object, node.key_document, 0});
                     });
                 if (node.exports_files && !stopping())
@@ -366,7 +367,12 @@ class Scheduler
         RunSummary result{outcomes_.all(state_.nodes()), exporter_.files(),
                           stopping() ? int{worker_canceled} : exit_code_of(state_.nodes())};
         if (request_.until.empty() && !request_.pipeline->sweep.narrowed && result.exit_code == 0)
-            remove_old_records(store_, *request_.pipeline);
+        {
+            std::set<std::string> stages;
+            for (const PipelineStage& stage : request_.pipeline->stages)
+                stages.insert(stage.name);
+            remove_old_records(store_, request_.pipeline->file, stages);
+        }
         hashes_.save();
         return result;
     }

@@ -1,4 +1,5 @@
-#include "stage_failure.h"
+#include "run/stage_failure.h"
+#include "base/unit_text.h"
 
 #include <csignal>
 

@@ -1,7 +1,7 @@
+#include "run/stage_limits.h"
+#include "base/machine.h"
+#include "base/suggest.h"
 #include <fresco/error.h>
-#include <fresco/host/machine.h>
-#include <fresco/host/stage_limits.h>
-#include <fresco/host/suggest.h>
 
 #include <algorithm>
 #include <cctype>

@@ -1,4 +1,4 @@
-#include "stop_signals.h"
+#include "run/stop_signals.h"
 
 #include <fresco/error.h>
 

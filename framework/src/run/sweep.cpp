@@ -1,4 +1,5 @@
-#include <fresco/host/sweep.h>
+#include "run/sweep.h"
+#include "base/unit_text.h"
 
 #include <algorithm>
 #include <fmt/format.h>

@@ -1,8 +1,8 @@
+#include "store/publish.h"
+#include "base/fault.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/hash.h>
-#include <fresco/host/fault.h>
-#include <fresco/host/publish.h>
 
 #include <algorithm>
 #include <cerrno>

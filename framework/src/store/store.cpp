@@ -1,7 +1,7 @@
+#include "store/store.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/hash.h>
-#include <fresco/host/store.h>
 #include <fresco/parallel.h>
 
 #include <algorithm>

@@ -1,7 +1,7 @@
+#include "store/store_tidy.h"
+#include "store/stage_record.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
-#include <fresco/host/stage_record.h>
-#include <fresco/host/store_tidy.h>
 
 #include <algorithm>
 #include <chrono>

@@ -1,16 +1,16 @@
-#include "stack_overflow.h"
-#include "worker_context.h"
-#include "worker_factory.h"
+#include "base/unit_text.h"
+#include "worker/stack_overflow.h"
+#include "worker/worker_context.h"
+#include "worker/worker_factory.h"
 
+#include "base/fault.h"
+#include "base/machine.h"
+#include "base/process.h"
+#include "base/process_tree.h"
+#include "store/publish.h"
+#include "worker/worker.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
-#include <fresco/host/fault.h>
-#include <fresco/host/machine.h>
-#include <fresco/host/process.h>
-#include <fresco/host/process_tree.h>
-#include <fresco/host/progress_display.h>
-#include <fresco/host/publish.h>
-#include <fresco/host/worker.h>
 #include <fresco/reader.h>
 #include <fresco/stage.h>
 

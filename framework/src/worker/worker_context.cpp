@@ -1,4 +1,4 @@
-#include "worker_context.h"
+#include "worker/worker_context.h"
 
 #include <fresco/error.h>
 #include <fresco/files_io.h>

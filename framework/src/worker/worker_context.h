@@ -1,9 +1,9 @@
 #pragma once
 
-#include "display/metric_curves.h"
-#include "worker_channel.h"
+#include "worker/metric_curves.h"
+#include "worker/worker_channel.h"
 
-#include <fresco/host/store.h>
+#include "store/store.h"
 #include <fresco/run_context.h>
 
 #include <chrono>

@@ -1,9 +1,9 @@
-#include "worker_factory.h"
+#include "worker/worker_factory.h"
 
+#include "plugins/command_stage.h"
+#include "plugins/plugin_search.h"
 #include <fresco/error.h>
 #include <fresco/hash.h>
-#include <fresco/host/command_stage.h>
-#include <fresco/host/plugin_search.h>
 
 #include <algorithm>
 

@@ -1,0 +1,358 @@
+#include "program.h"
+
+#include "plugins/command_stage.h"
+
+#include <sys/stat.h>
+
+namespace
+{
+
+/// Adds one to the number in a table, by a script.
+const char* const pipeline = R"(version: 1
+vars: {by: 1, wait: 0}
+stages:
+  source: {type: test.source, value: 5, log: log}
+  more:
+    type: command
+    run: [sh, add.sh, "{number}", "{sum}", "${by}", "${wait}"]
+    files: [add.sh]
+    input: {number: source}
+    inputs: {number: table}
+    outputs: {sum: table}
+  text: {type: test.sink, input: more, path: sum.txt, log: log}
+)";
+
+const char* const script = R"(echo run >>"$(dirname "$0")/log"
+value=$(sed 's/.*\[\[\?\([0-9]*\).*/\1/' "$1" | grep -o '[0-9][0-9]*' | head -1)
+echo "fresco: progress 1/2 numbers"
+echo "fresco: metric loss 0.5"
+sleep "$4"
+echo "fresco: warning a small number"
+echo "fresco: report value [$value]"
+echo "adding $3" >&2
+printf '{"columns": ["value"], "rows": [[%d]]}' $((value + $3)) >"$2"
+)";
+
+/// A pipeline with one command that makes a table.
+std::string shell(const std::string& words)
+{
+    return "version: 1\nstages:\n  made:\n    type: command\n    run: [sh, -c, '" + words +
+           "', sh, \"{out}\"]\n    outputs: {out: table}\n  text: {type: test.sink, input: made, path: x.txt}\n"
+           "  other: {type: test.source, value: 2}\n  good: {type: test.sink, input: other, path: good.txt}\n";
+}
+
+/// Writes a table to the file that the first word names. In a word of `run` braces are doubled.
+const char* const table = "printf \"{\\\"columns\\\": [\\\"value\\\"], \\\"rows\\\": [[7]]}\" >\"$1\"";
+const char* const table_word = "printf \"{{\\\"columns\\\": [\\\"value\\\"], \\\"rows\\\": [[7]]}}\" >\"$1\"";
+
+}  // namespace
+
+TEST_CASE("a program is a stage: it takes inputs, makes outputs, tells how far it is, and is run again for a reason", "[command]")
+{
+    Workplace place;
+    place.write("room.yaml", pipeline);
+    place.write("add.sh", script);
+    const Finished first = place.run({"run", "room.yaml", "--json-log", "--set", "wait=0.2"});
+    INFO(first.err << first.out);
+    REQUIRE(first.code == 0);
+    CHECK(place.read("out/sum.txt") == "6.000000\n");
+    bool progress = false;
+    bool warned = false;
+    bool spoke = false;
+    for (const auto& event : events(first.out))
+    {
+        const std::string& name = event.at("event").as_string();
+        progress =
+            progress || (name == "progress" && event.at("total").as_double() == 2 && event.at("unit").as_string() == "numbers");
+        warned = warned || (name == "warning" && event.at("text").as_string() == "a small number");
+        spoke = spoke || (name == "message" && event.at("text").as_string() == "adding 1");
+    }
+    CHECK(progress);
+    CHECK(warned);
+    CHECK(spoke);
+    CHECK(fs::is_empty(place.file(".fresco/tmp")));
+
+    const auto runs = [&](const std::vector<std::string>& sets)
+    {
+        place.clear_log();
+        std::vector<std::string> arguments{"run", "room.yaml", "--set", "wait=0.2"};
+        arguments.insert(arguments.end(), sets.begin(), sets.end());
+        CHECK(place.run(arguments).code == 0);
+        const auto log = place.log();
+        return std::count(log.begin(), log.end(), "run");
+    };
+    CHECK(runs({}) == 0);
+    // What it takes is known of other settings, too.
+    const std::string other = place.run({"plan", "room.yaml", "--set", "by=3", "--set", "wait=0.2"}).out;
+    CHECK(contains(other, "more    run"));
+    CHECK(other.find('~', other.find("more    run")) > other.find("text    run"));
+    CHECK(runs({"--set", "by=3"}) == 1);
+    CHECK(place.read("out/sum.txt") == "8.000000\n");
+    CHECK(runs({"--set", "more.version=2"}) == 1);
+    CHECK(runs({}) == 0);
+    place.write("add.sh", std::string(script) + "# changed\n");
+    CHECK(contains(place.run({"plan", "room.yaml", "--set", "wait=0.2"}).out, "among the files, add.sh changed"));
+    CHECK(runs({}) == 1);
+    // Elsewhere the same script is the same script.
+    fs::create_directories(place.file("moved"));
+    fs::rename(place.file("add.sh"), place.file("moved/add.sh"));
+    fs::rename(place.file("room.yaml"), place.file("moved/room.yaml"));
+    place.clear_log();
+    CHECK(place.run({"run", "moved/room.yaml", "--set", "wait=0.2"}).code == 0);
+    CHECK(!fs::exists(place.file("moved/log")));
+}
+
+TEST_CASE("a program that fails is named with its command, its end and what it printed last, and nothing else is lost",
+          "[command]")
+{
+    const std::vector<std::pair<std::string, std::vector<std::string>>> ways{
+        {"echo first; echo last words >&2; exit 3", {"ended with exit code 3; the last it printed:", "| last words"}},
+        {"kill -SEGV $$", {"was ended by a signal: Segmentation fault (signal 11); it printed nothing"}},
+        {"true", {"the program ended well, but its output", "(table) cannot be used: ", "table.json was not written"}},
+        {"echo {{}} >\"$1\"", {"cannot be used: ", "columns"}},
+        {"exit 75", {"ended with exit code 75"}}};
+    Workplace place;
+    for (const auto& [words, expected] : ways)
+    {
+        INFO(words);
+        fs::remove_all(place.file("out"));
+        place.write("room.yaml", shell(words));
+        const Finished finished = place.run({"run", "room.yaml"});
+        CHECK(finished.code == 1);
+        CHECK(contains(finished.err, "room.yaml:3:3: error: stage made (command): "));
+        for (const auto& text : expected)
+            CHECK(contains(finished.err, text));
+        CHECK(fs::exists(place.file("out/good.txt")));
+        CHECK_FALSE(fs::exists(place.file("out/x.txt")));
+        CHECK(fs::is_empty(place.file(".fresco/tmp")));
+    }
+}
+
+TEST_CASE("a program runs in a folder of its own, with the cores it may use, and no shell in between", "[command]")
+{
+    Workplace place;
+    place.write("room.yaml",
+                shell(std::string("pwd; echo cores $FRESCO_THREADS; echo tmp $TMPDIR; ls; cat; ls /proc/self/fd | wc -l; ") +
+                      "echo \"rest $0\"; " + table_word));
+    const Finished finished = place.run({"run", "room.yaml", "--cores", "1"});
+    INFO(finished.err);
+    REQUIRE(finished.code == 0);
+    CHECK(contains(finished.err, ".fresco/tmp/"));
+    CHECK(contains(finished.err, "cores 1\n"));
+    CHECK(contains(finished.err, "tmp " + place.file(".fresco").string()));
+    // Input, output, error, and what ls opens itself.
+    CHECK(contains(finished.err, "made: 4\n"));
+
+    place.write("plain.yaml",
+                "version: 1\nstages:\n  made: {type: command, run: [echo, \"$(touch broken)\", \"; rm -rf *\", \"{o}\"], "
+                "outputs: {o: files}}\n");
+    const Finished plain = place.run({"run", "plain.yaml"});
+    CHECK(contains(plain.err, "made: $(touch broken) ; rm -rf * "));
+    CHECK(contains(plain.err, "no file was written into it"));
+    CHECK_FALSE(fs::exists(place.file("broken")));
+}
+
+TEST_CASE("files that a program makes are copied below --out", "[command]")
+{
+    Workplace place;
+    place.write(
+        "room.yaml",
+        "version: 1\nstages:\n  made: {type: command, run: [sh, -c, 'mkdir \"$1/deep\"; echo a >\"$1/deep/a.txt\"; echo b "
+        ">\"$1/b.txt\"', sh, \"{o}\"], outputs: {o: files}}\n");
+    REQUIRE(place.run({"run", "room.yaml"}).code == 0);
+    CHECK(place.read("out/deep/a.txt") == "a\n");
+    CHECK(place.read("out/b.txt") == "b\n");
+}
+
+TEST_CASE("a log without end is cut for people, and a program's strange bytes do no harm", "[command]")
+{
+    Workplace place;
+    place.write("room.yaml", shell("for i in $(seq 1000); do echo line $i; done; printf \"\\377\\033[31m\\001x\"; " +
+                                   std::string(table_word)));
+    const Finished finished = place.run({"run", "room.yaml"});
+    REQUIRE(finished.code == 0);
+    CHECK(contains(finished.err, "made: line 200\n"));
+    CHECK(finished.err.find("line 201\n") == std::string::npos);
+    CHECK(contains(finished.err, "it prints more; all of it is in --json-log"));
+    const Finished json = place.run({"run", "room.yaml", "--json-log", "--store", "again"});
+    REQUIRE(json.code == 0);
+    CHECK(contains(json.out, "line 1000"));
+    CHECK(contains(json.out, "\"text\":\"? x\""));
+}
+
+TEST_CASE("of words without end a result keeps the first", "[command]")
+{
+    Workplace place;
+    place.write("room.yaml", shell("for i in $(seq 1500); do echo fresco: message word $i; done; " + std::string(table_word)));
+    REQUIRE(place.run({"run", "room.yaml", "--until", "made"}).code == 0);
+    std::size_t kept = 0;
+    for (const auto& object : fs::directory_iterator(place.file(".fresco/objects")))
+        kept = fresco::parse_json(fresco::read_text_file(object.path() / "manifest.json")).at("messages").as_list().size();
+    CHECK(kept == 1001);
+}
+
+TEST_CASE("stopping a run stops the program and all it started", "[command]")
+{
+    Workplace place;
+    // The first sleeps in a process of its own; the second takes no hint.
+    const std::string words = GENERATE("sleep 300 & echo $! >\"$(dirname \"$0\")/pid\"; wait",
+                                       "trap : TERM; echo $$ >\"$(dirname \"$0\")/pid\"; while :; do sleep 0.1; done");
+    place.write("slow.sh", words);
+    place.write(
+        "room.yaml",
+        "version: 1\nstages:\n  made: {type: command, run: [sh, slow.sh, \"{o}\"], files: [slow.sh], outputs: {o: table}}\n");
+    const auto run = place.start({"run", "room.yaml"});
+    Workplace::wait_until([&] { return !place.read("pid").empty(); });
+    const pid_t pid = std::stoi(place.read("pid"));
+    run->signal(SIGTERM);
+    const Finished finished = run->wait();
+    CHECK(finished.code == 75);
+    CHECK(finished.seconds < 30);
+    // Nobody may have taken its end yet, but it runs no more: it has no words.
+    std::ifstream words_of("/proc/" + std::to_string(pid) + "/cmdline");
+    CHECK(words_of.get() == std::ifstream::traits_type::eof());
+    CHECK(fs::is_empty(place.file(".fresco/tmp")));
+}
+
+TEST_CASE("a program ends with the host, and so does all it started", "[command]")
+{
+    Workplace place;
+    place.write("slow.sh", "trap : TERM\n(trap : TERM; sh -c 'echo $PPID' >\"$1\"; while :; do sleep 0.1; done) &\nexec yes\n");
+    place.write("room.yaml", "version: 1\nstages:\n  made: {type: command, run: [sh, slow.sh, " + place.file("pid").string() +
+                                 ", \"{o}\"], files: [slow.sh], outputs: {o: table}}\n");
+    const auto run = place.start({"run", "room.yaml"});
+    Workplace::wait_until([&] { return !place.read("pid").empty(); });
+    const std::string pid = place.read("pid");
+    run->signal(SIGKILL);
+    run->wait();
+    Workplace::wait_until(
+        [&]
+        {
+            std::ifstream words_of("/proc/" + std::to_string(std::stoi(pid)) + "/cmdline");
+            return words_of.get() == std::ifstream::traits_type::eof();
+        });
+}
+
+TEST_CASE("what a program leaves behind ends before its outputs are taken", "[command]")
+{
+    Workplace place;
+    // A session of its own, and nobody who waits for it.
+    place.write("left.sh",
+                "setsid sh -c 'echo $$ >\"$0\"; while :; do echo more >>\"$1\"; sleep 0.01; done' \"$PWD/pid\" \"$1/log\" &\n"
+                "while [ ! -s pid ] || [ ! -s \"$1/log\" ]; do sleep 0.01; done; cp pid \"$1/pid\"\n");
+    place.write(
+        "room.yaml",
+        "version: 1\nstages:\n  made: {type: command, run: [sh, left.sh, \"{o}\"], files: [left.sh], outputs: {o: files}}\n");
+    const Finished finished = place.run({"run", "room.yaml"});
+    INFO(finished.err);
+    REQUIRE(finished.code == 0);
+    std::ifstream words_of("/proc/" + std::to_string(std::stoi(place.read("out/pid"))) + "/cmdline");
+    CHECK(words_of.get() == std::ifstream::traits_type::eof());
+    CHECK(place.run({"store", "verify"}).code == 0);
+}
+
+TEST_CASE("a program is found by a relative folder of PATH, too", "[command]")
+{
+    Workplace place;
+    place.write("tools/make-table", "#!/bin/sh\n" + std::string(table) + "\n");
+    chmod(place.file("tools/make-table").c_str(), 0755);
+    place.environment["PATH"] = ":tools:" + std::string(std::getenv("PATH"));
+    place.write("room.yaml", "version: 1\nstages:\n  made: {type: command, run: [make-table, \"{o}\"], outputs: {o: table}}\n");
+    const Finished finished = place.run({"run", "room.yaml"});
+    INFO(finished.err);
+    CHECK(finished.code == 0);
+}
+
+TEST_CASE("limits hold for programs, too", "[command][isolation]")
+{
+    Workplace place;
+    place.write("room.yaml", shell("sleep 300"));
+    const Finished late = place.run({"run", "room.yaml", "--isolate", "made", "--isolate-time", "0.3s"});
+    CHECK(late.code == 1);
+    CHECK(contains(late.err, "stage made (command): it ran longer than the "));
+    CHECK(late.seconds < 30);
+    place.write("room.yaml", shell("x=0123456789abcdef; while :; do x=$x$x; done"));
+    const Finished large = place.run({"run", "room.yaml", "--isolate", "made", "--isolate-memory", "200M"});
+    CHECK(large.code == 1);
+    CHECK(contains(large.err, "stage made (command): "));
+    CHECK(fs::exists(place.file("out/good.txt")));
+}
+
+TEST_CASE("a program that hears no signal is ended with all it started, wherever that went", "[command][isolation]")
+{
+    Workplace place;
+    place.write("deaf.sh", "trap : TERM\nif [ \"$2\" = left ]; then echo $$ >\"$1\"; else setsid sh \"$0\" \"$1\" left & fi\n"
+                           "while :; do sleep 0.1; done\n");
+    place.write("room.yaml", "version: 1\nstages:\n  made: {type: command, run: [sh, deaf.sh, " + place.file("pid").string() +
+                                 ", first, \"{o}\"], files: [deaf.sh], outputs: {o: table}}\n");
+    CHECK(place.run({"run", "room.yaml", "--isolate", "made", "--isolate-time", "0.5s"}).code == 1);
+    std::ifstream words_of("/proc/" + std::to_string(std::stoi(place.read("pid"))) + "/cmdline");
+    CHECK(words_of.get() == std::ifstream::traits_type::eof());
+}
+
+TEST_CASE("all that is wrong with a command is told before anything runs", "[command]")
+{
+    struct Wrong
+    {
+        const char* stage;
+        const char* told;
+        int code = 2;
+    };
+    const std::vector<Wrong> all{
+        {"run: [sh, \"{x}\"], outputs: {o: table}", "{x} in 'run' is neither a port nor among 'files' (there are: o)"},
+        {"run: [sh], outputs: {o: table}", "no word of 'run' says where the output 'o' goes: write \"{o}\""},
+        {"run: [sh, \"{o\"], outputs: {o: table}", "'{o' has a '{' without its other"},
+        {"run: [sh, {o: x}], outputs: {o: table}", "each entry is a word, got a map (a word with braces is written in quotes)"},
+        {"run: sh, outputs: {o: table}", "option 'run': expected a list of words, got the text 'sh'"},
+        {"run: [], outputs: {o: table}", "option 'run' is empty: name a program"},
+        {"run: [sh], outputs: {}", "there is no output, so nothing that could be kept"},
+        {"run: [sh, \"{o}\"], outputs: {o: tabel}", "'tabel' is no artifact that a program can make (did you mean 'table'?)"},
+        {"run: [sh, \"{o}\"], outputs: {o: {artifact: image, as: jpg}}", "as: expected one of npy, png, got the text 'jpg'"},
+        {"run: [sh, \"{o}\"], outputs: {o: {artifact: mesh, as: ply}}", "mesh has one form alone; leave 'as' out"},
+        {"run: [sh, \"{o}\"], outputs: {o: {artifact: mesh, form: ply}}", "has no 'form' (there are: artifact, as)"},
+        {"run: [sh, \"{o}\"], outputs: {o: }", "port 'o': expected an artifact such as mesh"},
+        {"run: [sh, \"{o}\"], outputs: {\"o o\": table}", "a name is made of letters, digits, '_' and '-'"},
+        {"run: [sh, \"{o}\"], outputs: {o: table}, inputs: {o: table}, input: source", "'o' is an input and an output"},
+        {"run: [sh, \"{o}\"], outputs: {o: table}, inputs: {i: table}", "needs the input 'i' (table)"},
+        {"run: [sh, \"{o}\"], outputs: {o: table}, input: source", "takes no input: declare its ports by 'inputs'"},
+        {"run: [sh, \"{o}\"], outputs: {o: table}, inputs: {i: mesh}, input: source", "input 'i' takes mesh, but"},
+        {"run: [sh, a.sh, \"{o}\"], outputs: {o: table}", "'a.sh' is a file here, but not among 'files': add it there"},
+        {"run: [./a.sh, \"{o}\"], outputs: {o: table}", "'./a.sh' is a relative path that is not among 'files'"},
+        {"run: [\"{o}\"], outputs: {o: table}", "the program cannot be a {name}"},
+        {"run: [sh, \"{o}\"], outputs: {o: table}, vesion: 2", "has no option 'vesion' (did you mean 'version'?)"},
+        {"run: [sh, \"{o}\"], outputs: {o: table}, files: [b.sh]", "option 'files': there is no file '", 3},
+        {"run: [a.sh, \"{o}\"], outputs: {o: table}, files: [a.sh]", "may not be executed: chmod +x", 3},
+        {"run: [fresco-no-such-program, \"{o}\"], outputs: {o: table}", "there is no program 'fresco-no-such-program' in PATH",
+         3},
+        {"run: [/no/such, \"{o}\"], outputs: {o: table}", "there is no program '/no/such'", 3}};
+    Workplace place;
+    place.write("a.sh", "echo a\n");
+    for (const Wrong& wrong : all)
+    {
+        INFO(wrong.stage);
+        place.write("room.yaml", std::string("version: 1\nstages:\n  source: {type: test.source}\n  made: {type: command, ") +
+                                     wrong.stage + "}\n");
+        const Finished finished = place.run({"check", "room.yaml"});
+        CHECK(finished.code == wrong.code);
+        CHECK(contains(finished.out + finished.err, wrong.told));
+        CHECK(contains(finished.out + finished.err, "room.yaml:4:"));
+    }
+}
+
+TEST_CASE("a script of the user's own is run by itself, and by files of the command line", "[command]")
+{
+    Workplace place;
+    place.write("a.sh", "#!/bin/sh\n" + std::string(table) + "\n");
+    chmod(place.file("a.sh").c_str(), 0755);
+    place.write("room.yaml",
+                "version: 1\nstages:\n  made: {type: command, run: [a.sh, \"{o}\"], files: [a.sh], outputs: {o: table}}\n"
+                "  text: {type: test.sink, input: made, path: x.txt}\n");
+    CHECK(place.run({"run", "room.yaml"}).code == 0);
+    CHECK(place.read("out/x.txt") == "7.000000\n");
+    for (const std::vector<std::string>& command : {std::vector<std::string>{"graph", "room.yaml"},
+
+                                                    {"schema"},
+                                                    {"stages"},
+                                                    {"describe", "command", "--json"}})
+        CHECK(contains(place.run(command).out, "command"));
+}

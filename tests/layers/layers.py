@@ -38,7 +38,10 @@ def check_host():
     for name in sorted(folders ^ set(below)):
         problems.append(f"framework/src/{name}: a folder without a layer in framework/CMakeLists.txt, or a layer without a folder")
     for layer in sorted(folders & set(below)):
-        for path, name in includes_of(root / "framework/src" / layer):
+        sources = list(includes_of(root / "framework/src" / layer))
+        if (root / "framework/tests" / layer).exists():
+            sources += includes_of(root / "framework/tests" / layer)
+        for path, name in sources:
             other = name.split("/")[0]
             if other in folders and other not in below[layer]:
                 problems.append(f"{path.relative_to(root)} includes {name}, but '{layer}' is not on '{other}'")

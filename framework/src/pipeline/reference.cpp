@@ -18,7 +18,7 @@ namespace
 namespace fs = std::filesystem;
 
 /// The first line of every page: how a page is told from other files.
-constexpr std::string_view mark = "<!-- Written by 'fresco reference' -->\n";
+constexpr std::string_view written_by = "<!-- Written by 'fresco reference' -->\n";
 constexpr const char* contents = "README.md";
 
 /// Text in a cell of a table.
@@ -114,7 +114,7 @@ std::string options(const TypeDeclaration& declaration, const TypeTable& types)
 std::string page_text(const TypeDescription& type, const TypeDeclaration& declaration, const TypeTable& types)
 {
     std::string text =
-        std::string(mark) + "# " + type.type + "\n\n" + cell(type.help) + ".\n\n" +
+        std::string(written_by) + "# " + type.type + "\n\n" + cell(type.help) + ".\n\n" +
         (type.kind == "stage" ? "A stage" : "A component of kind " + code(type.kind)) +
         (type.type == command_type_name ? ", built into the program" : ", in the plugin " + code(type.library.stem().string())) +
         ".\n";
@@ -147,7 +147,7 @@ std::string contents_text(const Catalog& catalog, const std::map<std::string, Us
     std::map<std::string, std::vector<std::vector<std::string>>> kinds;
     for (const TypeDescription* type : catalog.types())
         kinds[type->kind].push_back({link(type->type), cell(type->help)});
-    std::string text = std::string(mark) + "# Reference\n\nEvery stage and component, as `fresco describe TYPE` tells it too.\n";
+    std::string text = std::string(written_by) + "# Reference\n\nEvery stage and component, as `fresco describe TYPE` tells it too.\n";
     const auto add = [&](const std::string& kind, const std::string& title)
     {
         if (const auto found = kinds.find(kind); found != kinds.end())
@@ -168,15 +168,15 @@ std::string contents_text(const Catalog& catalog, const std::map<std::string, Us
 
 bool is_page(const fs::path& file)
 {
-    return file.extension() == ".md" && fs::is_regular_file(file) && read_text_file(file).starts_with(mark);
+    return file.extension() == ".md" && fs::is_regular_file(file) && read_text_file(file).starts_with(written_by);
 }
 
 /// The pages in the folder, by name.
 std::set<std::string> pages_in(const fs::path& folder)
 {
     std::set<std::string> result;
-    std::error_code none;
-    for (const auto& entry : fs::directory_iterator(folder, none))
+    std::error_code ignored;
+    for (const auto& entry : fs::directory_iterator(folder, ignored))
         if (is_page(entry.path()))
             result.insert(entry.path().filename().string());
     return result;

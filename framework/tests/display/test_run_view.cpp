@@ -1,3 +1,4 @@
+#include "display/display.h"
 #include "display/run_view.h"
 #include "display/terminal_line.h"
 #include "program.h"
@@ -388,4 +389,12 @@ TEST_CASE("a terminal that cannot move its cursor, and none at all, get whole li
     const Finished piped = place.run({"run", "room.yaml"});
     CHECK(piped.err.find('\x1b') == std::string::npos);
     CHECK(contains(piped.err, "one: done in "));
+}
+
+TEST_CASE("A figure that is no number is drawn without one")
+{
+    const auto live = make_display(DisplayKind::live);
+    live->stage_begins("mean", 1);
+    live->stage_progress("mean", 1, 2, "steps", fresco::Value::Map{{"loss", fresco::Value()}});
+    CHECK_NOTHROW(live->note("drawn"));
 }

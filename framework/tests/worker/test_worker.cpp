@@ -1,7 +1,5 @@
-#include "display/display.h"
 #include "program.h"
 
-#include "run/progress_display.h"
 #include "store/store.h"
 
 namespace
@@ -65,7 +63,7 @@ TEST_CASE("The manifest says how a result came about")
     CHECK(fs::is_empty(place.file(".fresco/tmp")));
 }
 
-TEST_CASE("A figure that is no number is null, in the live line and in the manifest")
+TEST_CASE("A figure that is no number is null, in the progress and in the manifest")
 {
     Workplace place;
     place.write("room.yaml", "version: 1\nstages:\n  mean: {type: test.unmeasured}\n");
@@ -84,11 +82,6 @@ TEST_CASE("A figure that is no number is null, in the live line and in the manif
     REQUIRE(progress.size() == 1);
     CHECK(progress[0].at("done").as_double() == 1);
     CHECK(progress[0].at("metrics").at("loss").is_null());
-    // Drawn for a person, too.
-    const auto live = fresco::host::make_display(fresco::host::DisplayKind::live);
-    live->stage_begins("mean", 1);
-    live->stage_progress("mean", 1, 2, "steps", progress[0].at("metrics"));
-    CHECK_NOTHROW(live->note("drawn"));
 }
 
 TEST_CASE("Equal components are one object, a file goes through its reader")

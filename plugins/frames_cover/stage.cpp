@@ -5,7 +5,7 @@
 #include <fresco/mesh.h>
 #include <fresco/parallel.h>
 #include <fresco/raycast/ray_finder.h>
-#include <fresco/sharpness.h>
+#include <fresco/images/sharpness.h>
 #include <fresco/stage.h>
 #include <fresco/uv_mapping/uv_mapping_stage.h>
 

@@ -50,14 +50,19 @@ def check_host():
 
 
 def check_plugins():
+    """The SDK stands alone; plugins/shared stands on it; a plugin includes nothing of another."""
+    shared = {path.name for path in (root / "plugins/shared").iterdir() if path.is_dir()}
+    for path, name in includes_of(root / "sdk"):
+        if re.match(rf"fresco/({'|'.join(shared)})/", name) and "templates" not in path.parts:
+            problems.append(f"{path.relative_to(root)} includes {name}, which is in plugins/shared")
     for path, name in list(includes_of(root / "sdk")) + list(includes_of(root / "plugins")):
         target = (path.parent / name).resolve()
         if not target.exists() or root.resolve() not in target.parents:
             continue
-        here = path.resolve().relative_to(root.resolve()).parts[:2]
-        there = target.relative_to(root.resolve()).parts[:2]
-        if here[0] == "sdk" and there[0] != "sdk" or there[0] in ("framework", "plugins") and here != there:
-            problems.append(f"{path.relative_to(root)} includes {name}, which is in {'/'.join(there)}")
+        here = path.resolve().relative_to(root.resolve()).parts
+        there = target.relative_to(root.resolve()).parts
+        if here[0] != there[0] or here[0] == "plugins" and here[1] != there[1]:
+            problems.append(f"{path.relative_to(root)} includes {name}, which is in {'/'.join(there[:2])}")
 
 
 check_host()

@@ -1,4 +1,4 @@
-#include "../../../sdk/tests/raw_images.h"
+#include "raw_images.h"
 #include "plugins/command_forms.h"
 
 #include <fresco/files.h>

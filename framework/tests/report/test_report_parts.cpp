@@ -1,4 +1,4 @@
-#include "../../../sdk/tests/stored_png.h"
+#include "stored_png.h"
 #include "report/report_charts.h"
 #include "report/report_figures.h"
 #include "report/report_graph.h"

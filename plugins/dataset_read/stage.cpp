@@ -21,7 +21,7 @@ class DatasetRead final : public Stage
     Output<Frames> frames{this, "frames", "Its views with their pictures, as NPY: no codec is needed to read them"};
     Output<Image> style{this, "style", "Its style picture; an empty one (0 x 0) where it holds none"};
     Output<Mesh> mesh{this, "mesh", "Its mesh, with texcoords"};
-    Option<InputFolder> path{this, "path", required, "The dataset's folder, in which dataset.json is"};
+    Option<InputFolder> path{this, "path", required, "The dataset's folder, with dataset.json in it"};
 
     Cost cost() const override
     {
@@ -123,4 +123,4 @@ class DatasetRead final : public Stage
 };
 }  // namespace
 
-FRESCO_STAGE("dataset.read", DatasetRead, "Reads a dataset's folder: uv maps, frames, style picture and mesh, all checked")
+FRESCO_STAGE("dataset.read", DatasetRead, "Reads and validates a dataset: uv maps, frames, style picture and mesh")

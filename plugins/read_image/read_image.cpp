@@ -11,7 +11,7 @@ namespace
 class ReadImage final : public fresco::FileReader
 {
     fresco::Slot<fresco::ImageIo> images{this, "images", "image.opencv", fresco::optional,
-                                         "What decodes PNG and JPEG files; none: NPY alone"};
+                                         "Decodes PNG and JPEG files; none: only NPY"};
 
     std::string artifact() const override { return std::string(fresco::Image::artifact_name); }
     std::vector<std::string> extensions() const override { return {".png", ".jpg", ".jpeg", ".npy"}; }

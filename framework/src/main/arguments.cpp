@@ -71,21 +71,17 @@ PipelineRequest PipelineArguments::request() const
 
 void PlaceArguments::add_store_to(CLI::App& command)
 {
-    command.add_option("--store", store, "Folder that keeps the results of stages")
-        ->capture_default_str()
-        ->check(empty_path_problem);
+    command.add_option("--store", store, "Folder for cached stage results")->capture_default_str()->check(empty_path_problem);
 }
 
 void PlaceArguments::add_out_to(CLI::App& command)
 {
-    command.add_option("--out", out, "Folder for the files that the pipeline makes")
-        ->capture_default_str()
-        ->check(empty_path_problem);
+    command.add_option("--out", out, "Folder for output files")->capture_default_str()->check(empty_path_problem);
 }
 
 void PipelineArguments::add_until_to(CLI::App& command)
 {
-    command.add_option("--until", until, "This stage and what it needs, nothing else");
+    command.add_option("--until", until, "Only this stage and those it needs");
 }
 
 std::filesystem::path PlaceArguments::out_folder() const

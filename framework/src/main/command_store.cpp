@@ -119,7 +119,7 @@ int tidy(const StoreArguments& arguments)
 
 void add_store_command(CLI::App& app, int& exit_code)
 {
-    CLI::App* command = app.add_subcommand("store", "Look at the store of results, check it, tidy it up");
+    CLI::App* command = app.add_subcommand("store", "List, verify or clean up stored results");
     command->require_subcommand(1);
     const auto arguments = std::make_shared<StoreArguments>();
     const auto add = [&](const char* name, const char* help, int (*action)(const StoreArguments&))
@@ -131,13 +131,13 @@ void add_store_command(CLI::App& app, int& exit_code)
         return sub;
     };
     add("ls", "List the results", list);
-    add("verify", "Re-read every result and compare with its hashes; exit code 1 if one is damaged", verify)
+    add("verify", "Verify every result against its hashes; exit code 1 if any is damaged", verify)
         ->add_flag("--remove", arguments->remove, "Remove damaged results");
-    CLI::App* gc = add("gc", "Remove what no pipeline's last run used and is older than --keep-days", tidy);
+    CLI::App* gc = add("gc", "Remove results that no pipeline's last run used and that are older than --keep-days", tidy);
     gc->add_option("--keep-days", arguments->keep_days, "Keep results and checkpoints younger than this")
         ->check(CLI::NonNegativeNumber)
         ->capture_default_str();
-    gc->add_flag("--dry-run", arguments->dry_run, "Say what would be removed, remove nothing");
+    gc->add_flag("--dry-run", arguments->dry_run, "Show what would be removed without removing it");
 }
 
 }  // namespace fresco::host

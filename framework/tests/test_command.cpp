@@ -305,10 +305,10 @@ TEST_CASE("all that is wrong with a command is told before anything runs", "[com
         {"run: [sh, {o: x}], outputs: {o: table}", "each entry is a word, got a map (a word with braces is written in quotes)"},
         {"run: sh, outputs: {o: table}", "option 'run': expected a list of words, got the text 'sh'"},
         {"run: [], outputs: {o: table}", "option 'run' is empty: name a program"},
-        {"run: [sh], outputs: {}", "there is no output, so nothing that could be kept"},
-        {"run: [sh, \"{o}\"], outputs: {o: tabel}", "'tabel' is no artifact that a program can make (did you mean 'table'?)"},
+        {"run: [sh], outputs: {}", "a command needs at least one output"},
+        {"run: [sh, \"{o}\"], outputs: {o: tabel}", "'tabel' is not an artifact that a program can make (did you mean 'table'?)"},
         {"run: [sh, \"{o}\"], outputs: {o: {artifact: image, as: jpg}}", "as: expected one of npy, png, got the text 'jpg'"},
-        {"run: [sh, \"{o}\"], outputs: {o: {artifact: mesh, as: ply}}", "mesh has one form alone; leave 'as' out"},
+        {"run: [sh, \"{o}\"], outputs: {o: {artifact: mesh, as: ply}}", "mesh has only one form; leave 'as' out"},
         {"run: [sh, \"{o}\"], outputs: {o: {artifact: mesh, form: ply}}", "has no 'form' (there are: artifact, as)"},
         {"run: [sh, \"{o}\"], outputs: {o: }", "port 'o': expected an artifact such as mesh"},
         {"run: [sh, \"{o}\"], outputs: {\"o o\": table}", "a name is made of letters, digits, '_' and '-'"},
@@ -320,11 +320,10 @@ TEST_CASE("all that is wrong with a command is told before anything runs", "[com
         {"run: [./a.sh, \"{o}\"], outputs: {o: table}", "'./a.sh' is a relative path that is not among 'files'"},
         {"run: [\"{o}\"], outputs: {o: table}", "the program cannot be a {name}"},
         {"run: [sh, \"{o}\"], outputs: {o: table}, vesion: 2", "has no option 'vesion' (did you mean 'version'?)"},
-        {"run: [sh, \"{o}\"], outputs: {o: table}, files: [b.sh]", "option 'files': there is no file '", 3},
+        {"run: [sh, \"{o}\"], outputs: {o: table}, files: [b.sh]", "option 'files': no such file '", 3},
         {"run: [a.sh, \"{o}\"], outputs: {o: table}, files: [a.sh]", "may not be executed: chmod +x", 3},
-        {"run: [fresco-no-such-program, \"{o}\"], outputs: {o: table}", "there is no program 'fresco-no-such-program' in PATH",
-         3},
-        {"run: [/no/such, \"{o}\"], outputs: {o: table}", "there is no program '/no/such'", 3}};
+        {"run: [fresco-no-such-program, \"{o}\"], outputs: {o: table}", "no program 'fresco-no-such-program' in PATH", 3},
+        {"run: [/no/such, \"{o}\"], outputs: {o: table}", "no program '/no/such'", 3}};
     Workplace place;
     place.write("a.sh", "echo a\n");
     for (const Wrong& wrong : all)

@@ -176,7 +176,7 @@ TEST_CASE("A plugin that was not built is named with the reason, until it is the
                    "./bootstrap build\n"));
     CHECK(
         contains(errors("test.in_the_tree"), "'test.in_the_tree' is not built (libtorch was not found): run ./bootstrap build"));
-    CHECK(contains(errors("test.elsewhere"), "2 room.yaml:3:18: error: stage 'source': no plugin has the type 'test.elsewhere'"));
+    CHECK(contains(errors("test.elsewhere"), "2 room.yaml:3:18: error: stage 'source': unknown type 'test.elsewhere'"));
     const Finished listed = place.run({"stages", "--all"});
     CHECK(contains(listed.out, "\n  loss.gram\n  test.in_the_tree: libtorch was not found\n"));
     const Finished doctor = place.run({"doctor"});

@@ -87,6 +87,6 @@ TEST_CASE("pages are written where they differ, and nothing else is touched", "[
     CHECK(fresco::read_text_file(place / "notes.md") == "Mine.\n");
 
     fresco::write_file(place / "README.md", "My own words.\n");
-    CHECK_THROWS_WITH(write_reference(pages, place), Contains("README.md: is there and no page of the reference"));
+    CHECK_THROWS_WITH(write_reference(pages, place), Contains("README.md: exists and is not a page of the reference"));
     CHECK(fresco::read_text_file(place / "README.md") == "My own words.\n");
 }

@@ -38,7 +38,7 @@ class DatasetRead final : public Stage
         const auto file = path->path / dataset::manifest_name;
         if (!std::filesystem::exists(file))
             throw MissingInput(path->path.string() + ": holds no " + std::string(dataset::manifest_name) +
-                               ": it is no dataset, or one that was not copied to its end");
+                               ": not a dataset, or an incomplete copy");
         // It stamps all other files: whatever a result was made from is known by it alone.
         run.reads_file(file);
         return dataset::parse_manifest(read_text_file(file, std::size_t{1} << 30U), file.string());

@@ -13,8 +13,7 @@ class PicturePattern final : public fresco::Stage
     fresco::Option<std::string> kind{
         this, "kind", "strokes", fresco::one_of({"strokes", "waves", "mosaic"}),
         "strokes: a swirling sky in short strokes; waves: outlined bands in long ones; mosaic: stones"};
-    fresco::Option<std::string> palette{this, "palette", "night", fresco::one_of({"night", "meadow", "ember", "sea"}),
-                                        "Colors"};
+    fresco::Option<std::string> palette{this, "palette", "night", fresco::one_of({"night", "meadow", "ember", "sea"}), "Colors"};
     fresco::Option<int> size_px{this, "size_px", 512, fresco::range(64, 2048), "Width and height"};
     fresco::Option<double> scale{this, "scale", 1.0, fresco::range(0.4, 3),
                                  "Size of strokes and stones; 1: about a twentieth of the picture"};

@@ -60,7 +60,7 @@ class RenderViews final : public Stage
             const Frame& frame = frames->frames[i];
             if (!names.insert(frame.sequence + "_" + frame.name).second)
                 throw Error("two frames would be written as " + frame.sequence + "_" + frame.name +
-                            ".png: give the scan's sequences names that differ");
+                            ".png: rename the scan's sequences so that they differ");
             result.push_back(&frame);
         }
         return result;

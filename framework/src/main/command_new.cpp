@@ -42,7 +42,7 @@ fs::path temporary_folder_in(const fs::path& parent)
 {
     std::string name = (parent / ".fresco-new-XXXXXX").string();
     if (::mkdtemp(name.data()) == nullptr)
-        throw Error(parent.string() + ": no folder can be made here: " + std::generic_category().message(errno));
+        throw Error(parent.string() + ": cannot create a folder here: " + std::generic_category().message(errno));
     return name;
 }
 
@@ -143,7 +143,7 @@ int begin_project(const NewArguments& arguments)
     for (const auto& file : files)
         fmt::print("{}\n", (folder / file.path).string());
     fmt::print("\nNow\n  cd {} && fresco run pipeline.yaml\nIt paints a generated room after a generated picture; the file says "
-               "how to take yours.\n",
+               "how to use your own.\n",
                quoted(folder.string()));
     return 0;
 }
@@ -162,7 +162,7 @@ int told(int (*action)(const NewArguments&), const NewArguments& arguments)
     }
     catch (const fs::filesystem_error& error)
     {
-        throw Error(error.path1().string() + ": cannot be made: " + error.code().message());
+        throw Error(error.path1().string() + ": cannot be created: " + error.code().message());
     }
 }
 

@@ -31,7 +31,7 @@ int run(const ReferenceArguments& given)
     for (const std::string& line : differences)
         std::cerr << "error: " << line << '\n';
     if (!differences.empty())
-        std::cerr << "write the pages anew: fresco reference " << given.folder << '\n';
+        std::cerr << "regenerate the pages: fresco reference " << given.folder << '\n';
     return differences.empty() ? 0 : exit_differs;
 }
 

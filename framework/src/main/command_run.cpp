@@ -145,7 +145,7 @@ bool fits_matrix(const RunArguments& arguments, const Pipeline& pipeline)
                                                          : nullptr;
     if (option != nullptr && pipeline.sweep.axes.empty())
     {
-        fmt::print(stderr, "{}: error: is for pipelines with a 'matrix', {} has none\n", option, arguments.pipeline.file);
+        fmt::print(stderr, "{}: error: only for pipelines with a 'matrix'; {} has none\n", option, arguments.pipeline.file);
         return false;
     }
     std::vector<std::string> names;
@@ -153,7 +153,7 @@ bool fits_matrix(const RunArguments& arguments, const Pipeline& pipeline)
         names.push_back(stage.own_name);
     if (arguments.thumbnails.empty() || std::find(names.begin(), names.end(), arguments.thumbnails) != names.end())
         return true;
-    fmt::print(stderr, "--thumbnails {}: error: there is no stage '{}'{}\n", arguments.thumbnails, arguments.thumbnails,
+    fmt::print(stderr, "--thumbnails {}: error: unknown stage '{}'{}\n", arguments.thumbnails, arguments.thumbnails,
                suggestion(arguments.thumbnails, names));
     return false;
 }

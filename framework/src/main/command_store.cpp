@@ -39,7 +39,7 @@ Store existing_store(const StoreArguments& arguments)
 {
     const std::filesystem::path folder = arguments.places.store_folder();
     if (!Store::is_at(folder))
-        throw MissingInput(folder.string() + ": there is no store here; name the folder with --store");
+        throw MissingInput(folder.string() + ": not a store; set its folder with --store");
     return Store(folder);
 }
 
@@ -77,16 +77,16 @@ int verify(const StoreArguments& arguments)
         const bool made_anew = arguments.remove && !discard_damaged(store, damage.object, available_cores());
         values.push_back(Value::Map{{"object", damage.object}, {"text", damage.text}, {"made_anew", made_anew}});
         if (!arguments.json)
-            fmt::print("damaged: {}{}\n", damage.text, made_anew ? "; a run made it anew meanwhile" : "");
+            fmt::print("damaged: {}{}\n", damage.text, made_anew ? "; a run has since recomputed it" : "");
     }
     if (arguments.json)
         fmt::print("{}\n", to_json(Value::Map{{"damaged", std::move(values)}, {"removed", arguments.remove}}, 2));
     else if (damages.empty())
-        fmt::print("every result is as it was written\n");
+        fmt::print("no result is damaged\n");
     else
         fmt::print("{} damaged {}: {}\n", damages.size(), damages.size() == 1 ? "result" : "results",
-                   arguments.remove ? "removed; the next run makes what it needs of them anew"
-                                    : "a run that reads one makes it anew; --remove removes them now");
+                   arguments.remove ? "removed; the next run recomputes those it needs"
+                                    : "a run that reads one recomputes it; --remove removes them now");
     return damages.empty() || arguments.remove ? 0 : 1;
 }
 

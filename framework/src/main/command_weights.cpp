@@ -162,7 +162,7 @@ int get(const WeightsArguments& arguments)
 {
     const fs::path to = place(arguments);
     const bool fetched = download({arguments.url, arguments.sha256, to});
-    std::fprintf(stderr, "%s\n", fetched ? "fetched; its SHA-256 is right" : "it was there already; its SHA-256 is right");
+    std::fprintf(stderr, "%s\n", fetched ? "downloaded; SHA-256 verified" : "already there; SHA-256 verified");
     fmt::print("{}\n", to.string());
     return 0;
 }

@@ -13,19 +13,19 @@ namespace fresco::host
 namespace
 {
 constexpr std::array<std::pair<std::string_view, OptionKind>, 14> option_kinds{{{"bool", OptionKind::boolean},
-                                                                         {"int", OptionKind::integer},
-                                                                         {"number", OptionKind::number},
-                                                                         {"text", OptionKind::text},
-                                                                         {"ints", OptionKind::integers},
-                                                                         {"numbers", OptionKind::numbers},
-                                                                         {"input_file", OptionKind::input_file},
-                                                                         {"input_folder", OptionKind::input_folder},
-                                                                         {"output_name", OptionKind::output_name},
-                                                                         {"component", OptionKind::component},
-                                                                         {"components", OptionKind::components},
-                                                                         {"texts", OptionKind::texts},
-                                                                         {"input_files", OptionKind::input_files},
-                                                                         {"ports", OptionKind::ports}}};
+                                                                                {"int", OptionKind::integer},
+                                                                                {"number", OptionKind::number},
+                                                                                {"text", OptionKind::text},
+                                                                                {"ints", OptionKind::integers},
+                                                                                {"numbers", OptionKind::numbers},
+                                                                                {"input_file", OptionKind::input_file},
+                                                                                {"input_folder", OptionKind::input_folder},
+                                                                                {"output_name", OptionKind::output_name},
+                                                                                {"component", OptionKind::component},
+                                                                                {"components", OptionKind::components},
+                                                                                {"texts", OptionKind::texts},
+                                                                                {"input_files", OptionKind::input_files},
+                                                                                {"ports", OptionKind::ports}}};
 
 std::string text_at(const Value& map, std::string_view key)
 {
@@ -59,7 +59,8 @@ OptionDeclaration read_option(const Value& description)
     OptionDeclaration option;
     option.name = description.at("name").as_string();
     const std::string& kind = description.at("kind").as_string();
-    const auto known = std::find_if(option_kinds.begin(), option_kinds.end(), [&](const auto& entry) { return entry.first == kind; });
+    const auto known =
+        std::find_if(option_kinds.begin(), option_kinds.end(), [&](const auto& entry) { return entry.first == kind; });
     if (known == option_kinds.end())
         throw Error("option '" + option.name + "' is of the unknown kind '" + kind + "'");
     option.kind = known->second;

@@ -214,7 +214,7 @@ std::vector<std::string> write_reference(const std::vector<ReferencePage>& pages
         gone.erase(page.file);
         const fs::path file = folder / page.file;
         if (fs::exists(file) && !is_page(file))
-            throw Error(file.string() + ": is there and no page of the reference; move it away");
+            throw Error(file.string() + ": exists and is not a page of the reference; move it away");
         if (fs::exists(file) && read_text_file(file) == page.text)
             continue;
         write_file(file, page.text);

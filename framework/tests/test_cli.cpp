@@ -164,7 +164,7 @@ TEST_CASE("Where results cannot go is said before anything runs")
         const Finished run = place.run({"run", "room.yaml", option, folder});
         CHECK(run.code == 2);
         CHECK(contains(run.err, "error: " + option + ": "));
-        CHECK(contains(run.err, "give another one with " + option));
+        CHECK(contains(run.err, "choose another with " + option));
         return run.err;
     };
     for (const char* option : {"--out", "--store"})

@@ -269,7 +269,7 @@ TEST_CASE("limits hold for programs, too", "[command][isolation]")
     place.write("room.yaml", shell("sleep 300"));
     const Finished late = place.run({"run", "room.yaml", "--isolate", "made", "--isolate-time", "0.3s"});
     CHECK(late.code == 1);
-    CHECK(contains(late.err, "stage made (command): it ran longer than the "));
+    CHECK(contains(late.err, "stage made (command): it exceeded the time limit of "));
     CHECK(late.seconds < 30);
     place.write("room.yaml", shell("x=0123456789abcdef; while :; do x=$x$x; done"));
     const Finished large = place.run({"run", "room.yaml", "--isolate", "made", "--isolate-memory", "200M"});

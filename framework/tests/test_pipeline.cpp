@@ -319,9 +319,9 @@ stages:
 
     folder.write("a.yaml", "version: 1\nbase: p.yaml\n");
     CHECK_THAT(lines(check(folder, "version: 1\nbase: ./a.yaml\n", catalog)).at(0),
-               Catch::Contains("a.yaml:2:7: error: 'base: p.yaml' leads back"));
+               Catch::Contains("a.yaml:2:7: error: cycle: 'base: p.yaml' leads back"));
     CHECK_THAT(lines(check(folder, "version: 1\nbase: p.yaml\n", catalog)).at(0),
-               Catch::StartsWith("p.yaml:2:7: error: 'base: p.yaml' leads back"));
+               Catch::StartsWith("p.yaml:2:7: error: cycle: 'base: p.yaml' leads back"));
     const PipelineResult missing = check(folder, "version: 1\nbase: none.yaml\n", catalog);
     CHECK_THAT(lines(missing).at(0), Catch::StartsWith("p.yaml:2:7: error: no such pipeline file '"));
     CHECK(missing.exit_code() == 3);

@@ -92,7 +92,7 @@ stages:
         "p.yaml:13:31: error: cycle: p → p",
         "p.yaml:13:41: error: stage 'p' (mesh.pass): option 'title': expected text, got 42 (write '42' in quotes)",
         "p.yaml:13:45: error: stage 'p' (mesh.pass): option 'size' has no value: leave the line out for the default, 1.0, or "
-        "give a number",
+        "set a number",
         "p.yaml:14:3: error: stage 'q' must be a map {type: …, option: …}, got nothing",
         "p.yaml:15:3: error: '1r' cannot name a stage: a name has letters, digits, '_' and '-' and begins with a letter or '_'",
         "p.yaml:16:25: error: stage 'two' (mesh.two) takes no input",
@@ -198,7 +198,7 @@ TEST_CASE("What is missing, and which plugin fails, leads to its own exit code",
     catalog.add(described("mesh.odd", "stage", R"({"options": [{"name": "x", "kind": "color"}]})"));
     const auto code = [&](const std::string& stages) { return check(folder, "version: 1\nstages: {" + stages + "}\n", catalog); };
     const PipelineResult missing = code("a: {type: scan.folder, path: nowhere}");
-    CHECK_THAT(lines(missing).at(0), Contains("there is not a folder '" + (folder.path() / "nowhere").string() + "'"));
+    CHECK_THAT(lines(missing).at(0), Contains("no such folder '" + (folder.path() / "nowhere").string() + "'"));
     CHECK(missing.exit_code() == 3);
     const PipelineResult twice = code("a: {type: scan.folder, path: nowhere}, b: {type: mesh.twice}");
     CHECK_THAT(lines(twice).at(1), Contains("several plugins have the type 'mesh.twice'") &&

@@ -53,7 +53,7 @@ TEST_CASE("every type has a page, made of its declaration", "[reference]")
           "| `path` | required | the path of an existing file | A file |\n"
           "| `note`° | `\"\"` | text | A note |\n"
           "| `style` | none | {type: …} of kind 'loss', or none | A loss |\n"
-          "\n° cannot change the result: another value runs nothing again.\n"
+          "\n° does not affect the result: changing it reruns nothing.\n"
           "\nFor `style`: [`loss.gram`](loss.gram.md).\n");
     CHECK_THAT(text_of(pages, "read.mesh.md"),
                Contains("A component of kind `reader`") && Contains("It reads `mesh` from files that end in `.ply`, `.obj`.\n"));

@@ -233,7 +233,7 @@ int run(const RunArguments& arguments)
     }
     std::fflush(stdout);
     if (summary.exit_code == 75 && !arguments.json_log)
-        fmt::print(stderr, "interrupted; the same command goes on from here\n");
+        fmt::print(stderr, "interrupted; run the same command to resume\n");
     return summary.exit_code;
 }
 

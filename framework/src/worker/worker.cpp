@@ -231,8 +231,8 @@ std::string memory_text()
     rlimit limit{};
     if (getrlimit(RLIMIT_DATA, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY)
         return std::string("there is not enough memory: close other programs, or ") + less;
-    return "it needs more memory than the " + size_text(static_cast<double>(limit.rlim_cur) / (1024.0 * 1024.0)) +
-           " that it may use: raise --isolate-memory, or " + less;
+    return "it needs more memory than the limit of " + size_text(static_cast<double>(limit.rlim_cur) / (1024.0 * 1024.0)) +
+           ": raise --isolate-memory, or " + less;
 }
 
 int guarded_run(const fs::path& request_file, WorkerChannel& channel)

@@ -109,7 +109,7 @@ TEST_CASE("a manifest that is not as described is refused by file and entry")
     CHECK_THAT(set("heights_px", Value::List{12, 6}), Contains("heights_px: numbers from 1"));
     CHECK_THAT(set("heights_px", Value::List{}), Contains("at least one height"));
     CHECK_THAT(set("heights_px", Value::List{6}), Contains("valid_pixels: 2 numbers; expected one per height, 1"));
-    CHECK_THAT(set("views", Value::List{}), Contains("views: at least one"));
+    CHECK_THAT(set("views", Value::List{}), Contains("views: expected at least one"));
     CHECK_THAT(set("has_style", 1), Contains("room/dataset.json: expected"));
     CHECK_THAT(set("comment", "x"), Contains("\"comment\" is not known"));
     CHECK_THAT(error_of([](Value& root) { root.find("conventions")->set("uv_origin", "upper left"); }),

@@ -125,10 +125,10 @@ TEST_CASE("A plugin that hangs is given up after five seconds, and remembered")
     const Finished first = place.run({"stages", "--all"});
     CHECK(first.code == 0);
     CHECK(first.seconds > 4);
-    CHECK(contains(first.out, "did not come back within 5 s when an object of type bad.loops was made"));
+    CHECK(contains(first.out, "did not return within 5 s when an object of type bad.loops was made"));
     const Finished second = place.run({"stages", "--all"});
     CHECK(second.seconds < 2);
-    CHECK(contains(second.out, "did not come back within 5 s"));
+    CHECK(contains(second.out, "did not return within 5 s"));
 }
 
 TEST_CASE("Of a type that two libraries have, neither is used")

@@ -168,7 +168,7 @@ bool finish(RunningProbe& running)
     take_lines(running);
     Probe& probe = running.probe;
     if (running.timed_out)
-        probe.refusal = "did not come back within 5 s when " + running.step;
+        probe.refusal = "did not return within 5 s when " + running.step;
     else if (end.signal != 0)
         probe.refusal = "crashed when " + running.step + ": " + signal_text(end.signal);
     else if (!running.foreign.empty())

@@ -155,8 +155,8 @@ class Part
     const bool answered = !fetched.status.empty() && fetched.status != "000";
     throw Error(url + ": not fetched (curl ended with " + std::to_string(fetched.exit_code) +
                 (answered ? ", the server answered " + fetched.status : "") + "); " +
-                (begun ? "what has arrived is kept in " + part.path().string() + ": run it again to go on"
-                       : "look at the address and your connection"));
+                (begun ? "the partial download is kept in " + part.path().string() + ": run again to resume"
+                       : "check the URL and the connection"));
 }
 
 void check_arguments(const Download& what)

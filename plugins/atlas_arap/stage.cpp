@@ -30,7 +30,7 @@ class AtlasArap final : public geo::AtlasStage
 
 }  // namespace
 
-FRESCO_STAGE("atlas.arap", AtlasArap, "Atlas of charts that are laid flat as rigidly as possible")
+FRESCO_STAGE("atlas.arap", AtlasArap, "Atlas of as-rigid-as-possible (ARAP) charts")
 #define FRESCO_TEXT_OF(number) #number
 #define FRESCO_VERSION_OF(world, major, minor) FRESCO_TEXT_OF(world) "." FRESCO_TEXT_OF(major) "." FRESCO_TEXT_OF(minor)
 FRESCO_LIBRARY("Eigen", FRESCO_VERSION_OF(EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION))

@@ -67,4 +67,4 @@ class AtlasKeep final : public fresco::Stage
 
 }  // namespace
 
-FRESCO_STAGE("atlas.keep", AtlasKeep, "Keep the mesh's own texture coordinates as its atlas")
+FRESCO_STAGE("atlas.keep", AtlasKeep, "Keeps the mesh's own texture coordinates as its atlas")

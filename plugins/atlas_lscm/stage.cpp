@@ -32,5 +32,5 @@ class AtlasLscm final : public geo::AtlasStage
 
 }  // namespace
 
-FRESCO_STAGE("atlas.lscm", AtlasLscm, "Atlas of least squares conformal charts")
+FRESCO_STAGE("atlas.lscm", AtlasLscm, "Atlas of least-squares conformal (LSCM) charts")
 FRESCO_LIBRARY("CGAL", CGAL_VERSION_STR)

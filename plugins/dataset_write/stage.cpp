@@ -29,10 +29,10 @@ class DatasetWrite final : public Stage
     Input<Frames> frames{this, "frames", "The frames that the uv maps were made from, with their pictures"};
     Input<Mesh> mesh{this, "mesh", "The mesh that the uv maps show, with texcoords"};
     Input<Image> style{this, "style", optional, "The style picture"};
-    Output<Files> files{this, "files", "The dataset's folder: its manifest and what that lists"};
+    Output<Files> files{this, "files", "The dataset's folder: its manifest and the files that it lists"};
     Option<OutputName> path{this, "path", OutputName{"dataset"}, "Folder to write, below --out"};
     Option<std::string> uv{this, "uv", "float32", one_of({"float32", "uint16"}),
-                           "How texcoords are stored: as they are, or as round(65535 u), in half the space"};
+                           "How texcoords are stored: unchanged, or as round(65535 u) in half the space"};
     Option<bool> pictures{this, "pictures", false,
                           "Also write transforms.json (nerfstudio), images/ and depth/ for other programs"};
     Option<std::string> layout{

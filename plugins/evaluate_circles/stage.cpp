@@ -27,9 +27,9 @@ struct Seen
 class EvaluateCircles final : public Stage
 {
     Input<Files> views{this, "views", optional, "Pictures to judge, as render.views makes them: <sequence>_<frame>.png"};
-    Input<Frames> frames{this, "frames", "The frames whose color cameras the pictures are seen from; their own are not read"};
+    Input<Frames> frames{this, "frames", "The frames whose color cameras took the pictures; their own pictures are not read"};
     Input<TexturedMesh> textured_mesh{this, "textured_mesh", optional, "The mesh that the pictures show, with its picture"};
-    Input<Mesh> mesh{this, "mesh", optional, "The room's mesh, where there is no textured one"};
+    Input<Mesh> mesh{this, "mesh", optional, "The room's mesh, if there is no textured one"};
     Output<Files> figures{this, "figures", "All figures and every circle as JSON, and the overlays"};
     Option<InputFolder> folder{this, "folder", InputFolder{},
                                "Folder of pictures made elsewhere (<sequence>_<frame>.png or .jpg), in place of port 'views'"};

@@ -23,7 +23,7 @@ class ExportGltf final : public Stage
 {
     ExportedMesh exported{this};
     Output<Files> files{this, "files", "One .glb file"};
-    Option<OutputName> path{this, "path", OutputName{"room.glb"}, "Where to write, below --out; ends in .glb"};
+    Option<OutputName> path{this, "path", OutputName{"room.glb"}, "Output path below --out; ends in .glb"};
     Option<std::string> material{
         this, "material", "unlit", one_of({"unlit", "pbr"}),
         "unlit: as painted (KHR_materials_unlit); pbr: lit, rough, smooth normals; always pbr without colors"};
@@ -31,14 +31,15 @@ class ExportGltf final : public Stage
                                      "How the picture is stored in the file"};
     Option<int> jpeg_quality{this, "jpeg_quality", 92, range(1, 100), "For image_format: jpeg"};
     Option<int> max_texture_px{this, "max_texture_px", 0, range(0, 65536),
-                               "Shrink the picture to this side, chart by chart in linear light; 0 = as it is"};
-    Option<bool> quantize{this, "quantize", false,
-                          "16-bit positions and texcoords, 8-bit normals (KHR_mesh_quantization): 12 bytes a vertex, not 20"};
+                               "Shrink the picture to this side, chart by chart in linear light; 0: do not shrink"};
+    Option<bool> quantize{
+        this, "quantize", false,
+        "16-bit positions and texcoords, 8-bit normals (KHR_mesh_quantization): 12 bytes per vertex instead of 20"};
     Option<std::string> compression{this, "compression", "none", one_of({"none", "meshopt"}),
                                     "meshopt: EXT_meshopt_compression, which not every viewer reads; triangles are reordered"};
     Option<std::string> up{this, "up", "keep", one_of({"keep", "z", "-y"}),
-                           "The world's axis that points up: the node is turned so that it becomes glTF's +Y; keep: not turned"};
-    Slot<ImageIo> images{this, "images", "image.opencv", "Encodes the picture, and reads it again"};
+                           "World axis that points up: the node is rotated so that it becomes glTF's +Y; keep: no rotation"};
+    Slot<ImageIo> images{this, "images", "image.opencv", "Encodes the picture and reads it back"};
 
     Cost cost() const override
     {

@@ -21,7 +21,7 @@ class ExportObj final : public Stage
 {
     ExportedMesh exported{this};
     Output<Files> files{this, "files", "An .obj file, and a .mtl and the picture of the same name beside it"};
-    Option<OutputName> path{this, "path", OutputName{"room.obj"}, "Where to write, below --out; ends in .obj, without spaces"};
+    Option<OutputName> path{this, "path", OutputName{"room.obj"}, "Output path below --out; ends in .obj, without spaces"};
     PictureOptions picture{this};
 
     Cost cost() const override

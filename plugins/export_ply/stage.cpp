@@ -22,10 +22,10 @@ class ExportPly final : public Stage
 {
     ExportedMesh exported{this};
     Output<Files> files{this, "files", "A .ply file, and the picture of the same name beside it"};
-    Option<OutputName> path{this, "path", OutputName{"room.ply"}, "Where to write, below --out; ends in .ply, without spaces"};
+    Option<OutputName> path{this, "path", OutputName{"room.ply"}, "Output path below --out; ends in .ply, without spaces"};
     Option<std::string> texcoords{
         this, "texcoords", "vertex", one_of({"vertex", "face", "none"}),
-        "vertex: s and t, split along seams, as Blender reads them; face: six numbers a face, as MeshLab does"};
+        "vertex: s and t, split along seams, as Blender reads them; face: six numbers per face, as MeshLab reads them"};
     Option<bool> colors{this, "colors", false, "Also the picture's color around each vertex, as vertex colors"};
     PictureOptions picture{this};
 

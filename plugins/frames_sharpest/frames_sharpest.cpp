@@ -21,9 +21,9 @@ class FramesSharpest final : public fresco::Stage
     fresco::Option<std::vector<int>> sharpness_size{this, "sharpness_size_px", std::vector<int>{320, 240},
                                                     fresco::range(8, 16'384), "Width and height at which sharpness is measured"};
     fresco::Option<int> window_count{this, "window_count", 1, fresco::range(1, 1'000'000),
-                                     "Keep the sharpest of so many consecutive frames of a sequence; 1: all"};
+                                     "Keep the sharpest of this many consecutive frames of a sequence; 1: all"};
     fresco::Option<int> max_frames{this, "max_frames", 0, fresco::range(0, 10'000'000),
-                                   "Keep at most so many, evenly spread, the sharpest of each stretch; 0: all"};
+                                   "Maximum number of frames, evenly spread, the sharpest of each stretch; 0: no limit"};
     fresco::Slot<fresco::ImageIo> images{this, "images", "image.opencv", "Reader and writer of pictures"};
 
     void run(fresco::RunContext& run) override

@@ -23,4 +23,4 @@ class MeshDecimate final : public fresco::geometry::SimplifyingStage
 
 }  // namespace
 
-FRESCO_STAGE("mesh.decimate", MeshDecimate, "Edge collapse into the best points until at most max_faces triangles are left")
+FRESCO_STAGE("mesh.decimate", MeshDecimate, "Quadric edge collapse down to at most max_faces triangles")

@@ -25,7 +25,7 @@ class MeshDecimateOpenMesh final : public fresco::geometry::SimplifyingStage
 
 }  // namespace
 
-FRESCO_STAGE("mesh.decimate_openmesh", MeshDecimateOpenMesh, "Edge collapse onto one of the ends by OpenMesh's decimater")
+FRESCO_STAGE("mesh.decimate_openmesh", MeshDecimateOpenMesh, "OpenMesh's decimater: edge collapse onto an existing vertex")
 /// "9.0" of 0x90000.
 constexpr char open_mesh_version[] = {'0' + OM_GET_VER, '.', '0' + OM_GET_MAJ, '\0'};
 FRESCO_LIBRARY("OpenMesh", open_mesh_version)

@@ -22,7 +22,7 @@ class MeshFuse final : public Stage
     Option<double> max_depth_m{this, "max_depth_m", 5, range(0.1, 1000),
                                "Leave out what is farther away: noise grows with distance"};
     Option<double> max_memory_gb{this, "max_memory_gb", 4, range(0.01, 10'000), "Stop with an error where the volume takes more"};
-    Slot<ImageIo> images{this, "images", "image.opencv", optional, "Reads pictures that are not NPY; none: there are no others"};
+    Slot<ImageIo> images{this, "images", "image.opencv", optional, "Reads pictures that are not NPY; none: all are NPY"};
 
     Cost cost() const override
     {

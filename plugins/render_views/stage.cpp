@@ -18,11 +18,11 @@ class RenderViews final : public Stage
 {
     Input<TexturedMesh> mesh{this, "mesh", "The mesh with its picture, as texture.bake makes it"};
     Input<Frames> frames{this, "frames", "The views; their color cameras are used, not their pictures"};
-    Output<Files> views{this, "views", "One RGBA PNG per view: <folder>/<sequence>_<frame>.png; alpha 0 = no surface"};
+    Output<Files> views{this, "views", "One RGBA PNG per view: <folder>/<sequence>_<frame>.png; alpha 0: no surface"};
     Option<OutputName> folder{this, "folder", OutputName{"views"}, "Folder of the pictures, below --out"};
     Option<int> height_px{this, "height_px", 0, range(0, 8192),
-                          "Height of the pictures, the width follows; 0 = the camera's own size"};
-    Option<int> every_count{this, "every_count", 1, range(1, 1'000'000), "Render the first of every so many frames"};
+                          "Height of the pictures, the width follows; 0: the camera's own size"};
+    Option<int> every_count{this, "every_count", 1, range(1, 1'000'000), "Render every n-th frame"};
     Option<int> samples{this, "samples", 2, range(1, 8),
                         "Rays per pixel along each side, against aliasing at edges and far away"};
     Option<std::string> filter{
@@ -60,7 +60,7 @@ class RenderViews final : public Stage
             const Frame& frame = frames->frames[i];
             if (!names.insert(frame.sequence + "_" + frame.name).second)
                 throw Error("two frames would be written as " + frame.sequence + "_" + frame.name +
-                            ".png: give the scan's sequences names that differ");
+                            ".png: rename the scan's sequences so that they differ");
             result.push_back(&frame);
         }
         return result;

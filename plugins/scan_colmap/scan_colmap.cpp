@@ -19,10 +19,10 @@ class ScanColmap final : public fresco::Stage
     fresco::Option<double> unit_m{this, "unit_m", 1.0, fresco::range(1e-6, 1e6), "Meters per unit of the reconstruction"};
     fresco::Option<double> depth_unit_m{this, "depth_unit_m", 0.001, fresco::range(1e-6, 1.0),
                                         "Meters per step of the depth pictures"};
-    fresco::Option<int> every{this, "every", 1, fresco::range(1, 1'000'000), "Take every n-th picture"};
+    fresco::Option<int> every{this, "every", 1, fresco::range(1, 1'000'000), "Use every n-th picture"};
     fresco::Slot<fresco::ImageIo> images{this, "images", "image.opencv", "Reader and writer of pictures"};
 
-    fresco::Output<fresco::Frames> frames{this, "frames", "The pictures that were placed, by name"};
+    fresco::Output<fresco::Frames> frames{this, "frames", "The registered pictures, by name"};
 
     void run(fresco::RunContext& run) override
     {

@@ -19,13 +19,13 @@ class ScanMatterport3d final : public fresco::Stage
     fresco::Option<fresco::InputFolder> path{this, "path", fresco::required,
                                              "Folder of the house, with undistorted_camera_parameters and the pictures in it"};
     fresco::Option<int> region{this, "region", -1, fresco::range(-1, 100'000),
-                               "Take this room alone: its mesh, and the pictures taken in it; -1: the whole house"};
+                               "Only this room: its mesh and the pictures taken in it; -1: the whole house"};
     fresco::Option<fresco::InputFile> mesh_file{this, "mesh", fresco::InputFile{},
                                                 "Mesh in the poses' world; empty: the region's, or the house's"};
     fresco::Option<std::string> image_origin{
         this, "image_origin", "bottom_left", fresco::one_of({"bottom_left", "top_left"}),
-        "Where the intrinsics count rows from: the data set says bottom_left; programs that wrote the file anew may not"};
-    fresco::Option<int> every{this, "every", 1, fresco::range(1, 1'000'000), "Take every n-th picture"};
+        "Where the intrinsics count rows from: the data set says bottom_left; programs that rewrote the file may not"};
+    fresco::Option<int> every{this, "every", 1, fresco::range(1, 1'000'000), "Use every n-th picture"};
     fresco::Slot<fresco::ImageIo> images{this, "images", "image.opencv", "Reader and writer of pictures"};
 
     fresco::Output<fresco::Frames> frames{this, "frames", "The undistorted pictures with their depth"};

@@ -28,9 +28,9 @@ class ScanMesh final : public fresco::Stage
         this, "transform", std::vector<double>{},
         "16 numbers, row by row: the world from the file, rigid, in meters, after unit_m and axes; empty: none"};
     fresco::Option<std::string> materials{this, "materials", "read", fresco::one_of({"read", "skip"}),
-                                          "skip: do not look for the materials and pictures that the file names"};
+                                          "skip: ignore the materials and pictures that the file names"};
     fresco::Slot<fresco::ImageIo> images{this, "images", "image.opencv", fresco::optional,
-                                         "Checks the pictures of a model; none: they are taken on trust"};
+                                         "Checks the pictures of a model; none: no check"};
 
     fresco::Output<fresco::Mesh> mesh{this, "mesh", "The surface in the world"};
     fresco::Output<fresco::Model> model{this, "model", "The same surface with its materials and pictures"};
@@ -119,4 +119,4 @@ class ScanMesh final : public fresco::Stage
 
 }  // namespace
 
-FRESCO_STAGE("scan.mesh", ScanMesh, "A mesh or textured model from a file, brought into the world and its unit")
+FRESCO_STAGE("scan.mesh", ScanMesh, "A mesh or textured model from a file, transformed to world axes and meters")

@@ -20,7 +20,7 @@ class ScanNerfstudio final : public fresco::Stage
     fresco::Option<double> unit_m{this, "unit_m", 1.0, fresco::range(1e-6, 1e6), "Meters per unit of the poses in that world"};
     fresco::Option<double> depth_unit_m{this, "depth_unit_m", 0.0, fresco::range(0, 1),
                                         "Meters per step of the depth pictures; 0: what the file says, else a millimeter"};
-    fresco::Option<int> every{this, "every", 1, fresco::range(1, 1'000'000), "Take every n-th frame"};
+    fresco::Option<int> every{this, "every", 1, fresco::range(1, 1'000'000), "Use every n-th frame"};
     fresco::Slot<fresco::ImageIo> images{this, "images", "image.opencv", "Reader and writer of pictures"};
 
     fresco::Output<fresco::Frames> frames{this, "frames", "The recorded views, by name"};
@@ -61,4 +61,4 @@ class ScanNerfstudio final : public fresco::Stage
 
 }  // namespace
 
-FRESCO_STAGE("scan.nerfstudio", ScanNerfstudio, "Posed frames of nerfstudio's transforms.json, as Polycam and Record3D give it")
+FRESCO_STAGE("scan.nerfstudio", ScanNerfstudio, "Posed frames of nerfstudio's transforms.json, as Polycam and Record3D write it")

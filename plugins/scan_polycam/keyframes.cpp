@@ -21,7 +21,7 @@ KeyframeFolders keyframe_folders(const fs::path& scan, bool recorded)
     for (const auto& folder : {plain.cameras, plain.images})
         if (!fs::is_directory(folder))
             throw fresco::MissingInput(folder.string() +
-                                       ": there is no such folder; expected Polycam's raw data export, with keyframes/cameras, "
+                                       ": no such folder; expected Polycam's raw data export, with keyframes/cameras, "
                                        "keyframes/images and keyframes/depth in it");
     return plain;
 }

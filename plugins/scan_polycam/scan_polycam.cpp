@@ -15,7 +15,7 @@ class ScanPolycam final : public fresco::Stage
         "corrected: if the export has them, else recorded (with a warning); recorded: as tracked by ARKit"};
     fresco::Option<std::string> world{this, "world", "recorded", fresco::one_of({"recorded", "mesh"}),
                                       "recorded: ARKit's, y up; mesh: that of raw.glb, by mesh_info.json"};
-    fresco::Option<int> every{this, "every", 1, fresco::range(1, 1'000'000), "Take every n-th keyframe"};
+    fresco::Option<int> every{this, "every", 1, fresco::range(1, 1'000'000), "Use every n-th keyframe"};
     fresco::Slot<fresco::ImageIo> images{this, "images", "image.opencv", "Reader and writer of pictures"};
 
     fresco::Output<fresco::Frames> frames{this, "frames", "The keyframes, by time"};

@@ -17,7 +17,7 @@ class ScanReplica final : public fresco::Stage
         this, "mesh", fresco::InputFile{}, "Mesh in the poses' world; empty: mesh.ply in path, or <scene>_mesh.ply beside it"};
     fresco::Option<fresco::InputFile> camera_file{this, "camera", fresco::InputFile{},
                                                   "Camera; empty: cam_params.json in path or beside it"};
-    fresco::Option<int> every{this, "every", 1, fresco::range(1, 1'000'000), "Take every n-th frame"};
+    fresco::Option<int> every{this, "every", 1, fresco::range(1, 1'000'000), "Use every n-th frame"};
     fresco::Slot<fresco::ImageIo> images{this, "images", "image.opencv", "Reader and writer of pictures"};
 
     fresco::Output<fresco::Frames> frames{this, "frames", "The rendered views"};

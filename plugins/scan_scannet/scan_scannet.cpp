@@ -13,8 +13,8 @@ class ScanScannet final : public fresco::Stage
                                              "Folder of the exported scene, with color, depth, pose and the mesh in it"};
     fresco::Option<fresco::InputFile> mesh_file{this, "mesh", fresco::InputFile{}, "Mesh; empty: the scene's own, by mesh_kind"};
     fresco::Option<std::string> mesh_kind{this, "mesh_kind", "auto", fresco::one_of({"auto", "full", "reduced"}),
-                                          "full: *_vh_clean.ply, reduced: *_vh_clean_2.ply, auto: the full one where it is"};
-    fresco::Option<int> every{this, "every", 1, fresco::range(1, 1'000'000), "Take every n-th view"};
+                                          "full: *_vh_clean.ply, reduced: *_vh_clean_2.ply, auto: full if it exists"};
+    fresco::Option<int> every{this, "every", 1, fresco::range(1, 1'000'000), "Use every n-th view"};
     fresco::Option<bool> align_axes{this, "align_axes", false,
                                     "Turn the scene by its axisAlignment, so that walls follow the axes"};
     fresco::Option<std::string> pixel_center{

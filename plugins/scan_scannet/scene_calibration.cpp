@@ -75,7 +75,7 @@ Properties parse_properties(std::string_view text, std::string_view source)
         const auto key = trimmed(line.substr(0, equals));
         if (end == std::string_view::npos && is_read(key))
             throw fresco::Error(place + ": the file ends within the line of " + key +
-                                ", it seems to be cut; copy it anew (or, if it is whole, end its last line)");
+                                ", it seems truncated; copy it again (or, if it is complete, end its last line)");
         if (!properties.emplace(key, trimmed(line.substr(equals + 1))).second)
             throw fresco::Error(place + ": the property " + key + " is given twice");
     }

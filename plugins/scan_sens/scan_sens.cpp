@@ -11,7 +11,7 @@ namespace
 class ScanSens final : public fresco::Stage
 {
     fresco::Option<fresco::InputFile> path{this, "path", fresco::required, "The recording, scene….sens"};
-    fresco::Option<int> every{this, "every", 1, fresco::range(1, 1'000'000), "Take every n-th frame"};
+    fresco::Option<int> every{this, "every", 1, fresco::range(1, 1'000'000), "Use every n-th frame"};
     fresco::Slot<fresco::ImageIo> images{this, "images", "image.opencv", "Reader and writer of pictures"};
 
     fresco::Output<fresco::Frames> frames{this, "frames", "The recorded views, color and depth camera each"};

@@ -87,7 +87,7 @@ class Extractor
         if (bytes > most + packing_loss)
             throw fresco::Error(place(offset, name) + ": " + std::to_string(bytes) + " bytes for a picture of " +
                                 std::to_string(camera.width) + "x" + std::to_string(camera.height) +
-                                "; the file is damaged, copy it anew");
+                                "; the file is damaged; copy it again");
         return file_.read_at(offset, bytes, name);
     }
 
@@ -100,7 +100,7 @@ class Extractor
                               static_cast<std::size_t>(camera.height);
         if (bytes.size() != expected)
             throw fresco::Error(where + ": " + std::to_string(bytes.size()) + " bytes where a raw picture has " +
-                                std::to_string(expected) + "; the file is damaged, copy it anew");
+                                std::to_string(expected) + "; the file is damaged; copy it again");
         fresco::Raster<T> picture(camera.width, camera.height, channels);
         std::memcpy(picture.values.data(), bytes.data(), bytes.size());
         return picture;
@@ -137,8 +137,8 @@ class Extractor
         }
         catch (const fresco::Error& error)
         {
-            throw fresco::Error(where + ": the color picture cannot be used; the file is damaged, copy it anew (" + error.what() +
-                                ")");
+            throw fresco::Error(where + ": the color picture cannot be used; the file is damaged; copy it again (" +
+                                error.what() + ")");
         }
     }
 

@@ -15,8 +15,8 @@ class ScanSevenScenes final : public fresco::Stage
     fresco::Option<fresco::InputFile> mesh_file{this, "mesh", fresco::InputFile{},
                                                 "Mesh in the poses' world; empty: mesh.ply in path"};
     fresco::Option<std::vector<int>> sequences{this, "sequences", std::vector<int>{}, fresco::range(0, 999'999),
-                                               "Numbers of the sequences to take; empty: all"};
-    fresco::Option<int> every{this, "every", 1, fresco::range(1, 1'000'000), "Take every n-th frame of each sequence"};
+                                               "Numbers of the sequences to read; empty: all"};
+    fresco::Option<int> every{this, "every", 1, fresco::range(1, 1'000'000), "Use every n-th frame of each sequence"};
     fresco::Option<std::vector<double>> color_k{
         this, "color_intrinsics", std::vector<double>{},
         "fx, fy, cx, cy of the color camera in pixels; empty: color-intrinsics.txt in path"};

@@ -26,7 +26,7 @@ std::string frame_name(std::size_t number)
 class ScanSyntheticRoom final : public fresco::Stage
 {
     fresco::Option<int> seed{this, "seed", 1, fresco::range(0, 1'000'000'000),
-                             "Another number, another room: colors, books, textures and noise"};
+                             "Another seed gives another room: colors, books, textures and noise"};
     fresco::Option<double> length_m{this, "length_m", 4.5, fresco::range(3.5, 12), "Length of the room"};
     fresco::Option<double> width_m{this, "width_m", 3.6, fresco::range(3, 8), "Width of the room"};
     fresco::Option<double> height_m{this, "height_m", 2.6, fresco::range(2.3, 4), "Height of the room"};
@@ -119,4 +119,4 @@ class ScanSyntheticRoom final : public fresco::Stage
 
 }  // namespace
 
-FRESCO_STAGE("scan.synthetic_room", ScanSyntheticRoom, "A furnished, textured room with its recording, made from a seed")
+FRESCO_STAGE("scan.synthetic_room", ScanSyntheticRoom, "Generates a furnished, textured room and its recording from a seed")

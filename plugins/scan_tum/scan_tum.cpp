@@ -14,7 +14,7 @@ class ScanTum final : public fresco::Stage
                                              "Folder of the recording, with rgb.txt, depth.txt and groundtruth.txt in it"};
     fresco::Option<std::string> camera{this, "camera", "auto",
                                        fresco::one_of({"auto", "freiburg1", "freiburg2", "freiburg3", "ros_default"}),
-                                       "Whose intrinsics and lens; auto: by the folder's name"};
+                                       "Camera whose intrinsics and distortion to use; auto: from the folder's name"};
     fresco::Option<std::vector<double>> intrinsics{
         this, "intrinsics", std::vector<double>{},
         "fx, fy, cx, cy in pixels, first pixel's center at (0, 0); replaces the camera's, without its lens"};
@@ -22,10 +22,10 @@ class ScanTum final : public fresco::Stage
         this, "distortion", std::vector<double>{},
         "k1, k2, p1, p2, k3 as in OpenCV; replaces the camera's, also with intrinsics"};
     fresco::Option<double> max_gap_s{this, "max_gap_s", 0.02, fresco::range(0, 10),
-                                     "How far apart in time a color picture may be from its depth picture and its pose"};
+                                     "Maximum time between a color picture and its depth picture or pose"};
     fresco::Option<double> depth_unit_m{this, "depth_unit_m", 0.0002, fresco::range(1e-6, 1.0),
                                         "Meters per step of the depth pictures"};
-    fresco::Option<int> every{this, "every", 1, fresco::range(1, 1'000'000), "Take every n-th view"};
+    fresco::Option<int> every{this, "every", 1, fresco::range(1, 1'000'000), "Use every n-th view"};
     fresco::Slot<fresco::ImageIo> images{this, "images", "image.opencv", "Reader and writer of pictures"};
 
     fresco::Output<fresco::Frames> frames{this, "frames", "The views that have color, depth and pose"};

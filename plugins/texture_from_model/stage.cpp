@@ -25,13 +25,14 @@ constexpr double least_seen_share = 0.9;
 
 class TextureFromModel final : public Stage
 {
-    Input<Model> model{this, "model", "The model as its file has it, with materials and pictures"};
+    Input<Model> model{this, "model", "The model with its materials and pictures"};
     Input<Mesh> mesh{this, "mesh", "The atlas of the same surface, decimated or not"};
     Output<Texture> texture{this, "texture", "The model's colors in the atlas, in one layer"};
 
     Option<int> size_px{this, "size_px", 2048, range(8, 16384), "Texels per side of the texture"};
-    Option<double> max_distance_m{this, "max_distance_m", 0, range(0, 1e6),
-                                  "Texels farther than this from the model are not seen; 0: 2 % of its box's diagonal"};
+    Option<double> max_distance_m{
+        this, "max_distance_m", 0, range(0, 1e6),
+        "Texels farther than this from the model count as unseen; 0: 2 % of its bounding box's diagonal"};
     Slot<ImageIo> images{this, "images", "image.opencv", "Reads the model's pictures"};
 
     Cost cost() const override
@@ -142,4 +143,4 @@ class TextureFromModel final : public Stage
 
 }  // namespace
 
-FRESCO_STAGE("texture.from_model", TextureFromModel, "The colors of a model's materials and pictures, moved to one atlas")
+FRESCO_STAGE("texture.from_model", TextureFromModel, "Transfers the colors of a model's materials and pictures to one atlas")

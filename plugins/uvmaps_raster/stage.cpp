@@ -23,4 +23,4 @@ class UvmapsRaster final : public fresco::UvMappingStage
 }  // namespace
 
 FRESCO_STAGE("uvmaps.raster", UvmapsRaster,
-             "Draws the mesh as the color cameras see it: uv, depth and angle per pixel, without Embree")
+             "Rasterizes the mesh for the color cameras: uv, depth and angle per pixel; needs no Embree")

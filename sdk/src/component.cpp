@@ -79,7 +79,7 @@ void SlotBase::wrong_contract(const Value& config) const
 
 void SlotBase::not_assigned() const
 {
-    throw Error("option \"" + name() + "\": no component of kind " + kind_ + " is given; name one by its type");
+    throw Error("option \"" + name() + "\": no component of kind " + kind_ + "; set one by its type");
 }
 
 }  // namespace detail

@@ -17,7 +17,7 @@ void check_name(const std::string& name, const fs::path& folder)
 {
     const fs::path path = name;
     if (name.empty() || path.is_absolute() || std::ranges::find(path, fs::path("..")) != path.end())
-        throw Error(folder.string() + ": \"" + name + "\" is no relative file name without \"..\"");
+        throw Error(folder.string() + ": \"" + name + "\" is not a relative file name without \"..\"");
     if (!fs::is_regular_file(folder / path))
         throw Error((folder / path).string() + ": is listed but was not written");
 }

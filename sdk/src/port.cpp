@@ -30,7 +30,7 @@ void InputPort::not_wired() const
 
 void InputPort::wrong_type() const
 {
-    throw Error("input \"" + name_ + "\" takes " + artifact_ + "; something else was given");
+    throw Error("input \"" + name_ + "\" takes " + artifact_ + ", got another type");
 }
 
 OutputPort::OutputPort(Configurable* owner, std::string name, std::string_view artifact, int version, std::string help)

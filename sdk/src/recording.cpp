@@ -68,7 +68,7 @@ void check_center(const Intrinsics& k, const std::string& source, const std::fil
 {
     if (k.cx <= 0 || k.cy <= 0 || k.cx >= k.width || k.cy >= k.height)
         throw Error(source + ": the center (" + to_json(k.cx) + ", " + to_json(k.cy) + ") is outside of " + picture.string() +
-                    ", which is " + size_text(k.width, k.height) + "; give the intrinsics for pictures of this size");
+                    ", which is " + size_text(k.width, k.height) + "; set intrinsics for pictures of this size");
 }
 
 void check_not_turned(const std::filesystem::path& file, const ImageHeader& header, const std::string& source)

@@ -25,7 +25,7 @@ std::uint64_t for_each_chunk(const std::filesystem::path& file, const std::funct
     {
     };
     if (fstat(fd.get(), &status) != 0 || !S_ISREG(status.st_mode))
-        throw Error(file.string() + ": is no regular file");
+        throw Error(file.string() + ": is not a regular file");
     std::vector<std::byte> buffer(std::min<std::uint64_t>(chunk_bytes, static_cast<std::uint64_t>(status.st_size) + 1));
     std::uint64_t total = 0;
     for (std::size_t index = 0;; ++index)

@@ -69,7 +69,7 @@ Dependency take_dependency(const std::filesystem::path& path, bool folder)
 {
     const auto before = stamp_of(place_of(path, folder));
     if (!before)
-        throw MissingInput(place_of(path, folder).string() + ": there is no such " + (folder ? "folder" : "file"));
+        throw MissingInput(place_of(path, folder).string() + ": no such " + (folder ? "folder" : "file"));
     return {path, folder, settled(*before), contents_of(path, folder)};
 }
 

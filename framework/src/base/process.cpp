@@ -217,7 +217,7 @@ Program start_program(const std::vector<std::string>& arguments, const Environme
 {
     const std::string file = find_program(arguments.front());
     if (file.empty())
-        throw Error(arguments.front() + ": there is no such program" +
+        throw Error(arguments.front() + ": no such program" +
                     (arguments.front().find('/') == std::string::npos ? " in PATH" : ", or it may not be executed"));
     std::vector<std::string> argument_texts = arguments;
     std::vector<std::string> environment_texts = merged_environment(environment);

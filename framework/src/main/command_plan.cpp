@@ -86,7 +86,7 @@ int plan(const PlanArguments& arguments)
 
 void add_plan_command(CLI::App& app, int& exit_code)
 {
-    CLI::App* command = app.add_subcommand("plan", "Say what a run would do, why, and about what it would cost");
+    CLI::App* command = app.add_subcommand("plan", "Show what a run would do, why, and its estimated cost");
     const auto arguments = std::make_shared<PlanArguments>();
     arguments->pipeline.add_to(*command);
     arguments->places.add_store_to(*command);

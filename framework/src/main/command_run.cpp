@@ -147,7 +147,7 @@ bool fits_matrix(const RunArguments& arguments, const Pipeline& pipeline)
                                                          : nullptr;
     if (option != nullptr && pipeline.sweep.axes.empty())
     {
-        fmt::print(stderr, "{}: error: is for pipelines with a 'matrix', {} has none\n", option, arguments.pipeline.file);
+        fmt::print(stderr, "{}: error: only for pipelines with a 'matrix'; {} has none\n", option, arguments.pipeline.file);
         return false;
     }
     std::vector<std::string> names;
@@ -155,7 +155,7 @@ bool fits_matrix(const RunArguments& arguments, const Pipeline& pipeline)
         names.push_back(stage.own_name);
     if (arguments.thumbnails.empty() || std::find(names.begin(), names.end(), arguments.thumbnails) != names.end())
         return true;
-    fmt::print(stderr, "--thumbnails {}: error: there is no stage '{}'{}\n", arguments.thumbnails, arguments.thumbnails,
+    fmt::print(stderr, "--thumbnails {}: error: unknown stage '{}'{}\n", arguments.thumbnails, arguments.thumbnails,
                suggestion(arguments.thumbnails, names));
     return false;
 }
@@ -235,7 +235,7 @@ int run(const RunArguments& arguments)
     }
     std::fflush(stdout);
     if (summary.exit_code == 75 && !arguments.json_log)
-        fmt::print(stderr, "interrupted; the same command goes on from here\n");
+        fmt::print(stderr, "interrupted; run the same command to resume\n");
     return summary.exit_code;
 }
 
@@ -243,7 +243,7 @@ int run(const RunArguments& arguments)
 
 void add_run_command(CLI::App& app, int& exit_code)
 {
-    CLI::App* command = app.add_subcommand("run", "Run a pipeline: what is stored already is not run again");
+    CLI::App* command = app.add_subcommand("run", "Run a pipeline, skipping cached stages");
     const auto arguments = std::make_shared<RunArguments>();
     arguments->pipeline.add_to(*command);
     arguments->places.add_out_to(*command);
@@ -251,25 +251,25 @@ void add_run_command(CLI::App& app, int& exit_code)
     command->add_option("--cores", arguments->cores, "Processor cores to use")->check(CLI::Range(1, 4096))->capture_default_str();
     command
         ->add_option("--memory", arguments->memory_mb,
-                     "Megabytes that stages side by side may be expected to take together (default: what is free now)")
+                     "Memory budget for parallel stages in megabytes (default: what is free now)")
         ->check(CLI::Range(1.0, 1e9));
     arguments->pipeline.add_until_to(*command);
-    command->add_option("--jobs", arguments->jobs, "Combinations of a matrix to have at work at once (default: 1)")
+    command->add_option("--jobs", arguments->jobs, "Combinations of a matrix to run in parallel (default: 1)")
         ->check(CLI::Range(1, 4096));
-    command->add_flag("--keep-going", arguments->keep_going, "Begin further combinations of a matrix after one failed");
+    command->add_flag("--keep-going", arguments->keep_going, "Start further combinations of a matrix after one has failed");
     auto* isolate = command->add_option("--isolate", arguments->isolation.stages,
-                                        "STAGE or all: hold the stage's process, and all it starts, to limits; may be repeated");
+                                        "STAGE or all: limit the memory and time of the stage's processes; may be repeated");
     const auto limit = [&](const char* name, std::vector<std::string>& values, const char* help)
     { command->add_option(name, values, help)->allow_extra_args(false)->needs(isolate); };
     isolate->allow_extra_args(false);
     limit("--isolate-memory", arguments->isolation.memory,
-          "4G or STAGE=4G: most memory of an isolated stage (90 % of the machine's)");
+          "4G or STAGE=4G: maximum memory of an isolated stage (default: 90 % of the machine's)");
     limit("--isolate-time", arguments->isolation.seconds,
-          "10m or STAGE=1h30m: longest time of an isolated stage (ten times what is expected, at least 10m)");
+          "10m or STAGE=1h30m: maximum time of an isolated stage (default: ten times the estimate, at least 10m)");
     command->add_option("--thumbnails", arguments->thumbnails,
-                        "Stage of a matrix whose pictures sweep.html shows (default: the last that makes some)");
+                        "Stage of a matrix whose pictures sweep.html shows (default: the last that makes pictures)");
     command->add_flag("--no-report", arguments->no_report, "Write no report.html");
-    command->add_flag("--quiet", arguments->quiet, "Print errors alone");
+    command->add_flag("--quiet", arguments->quiet, "Print only errors");
     command->add_flag("--json-log", arguments->json_log, "Print one JSON object per event to standard output");
     command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
 }

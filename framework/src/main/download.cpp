@@ -155,16 +155,16 @@ class Part
     const bool answered = !fetched.status.empty() && fetched.status != "000";
     throw Error(url + ": not fetched (curl ended with " + std::to_string(fetched.exit_code) +
                 (answered ? ", the server answered " + fetched.status : "") + "); " +
-                (begun ? "what has arrived is kept in " + part.path().string() + ": run it again to go on"
-                       : "look at the address and your connection"));
+                (begun ? "the partial download is kept in " + part.path().string() + ": run again to resume"
+                       : "check the URL and the connection"));
 }
 
 void check_arguments(const Download& what)
 {
     if (!what.url.starts_with("https://") && !what.url.starts_with("http://"))
-        throw Error("'" + what.url + "' is no address that begins with https:// or http://");
+        throw Error("'" + what.url + "' is not a URL that begins with https:// or http://");
     if (!weights::is_sha256_prefix(what.sha256_prefix))
-        throw Error("'" + what.sha256_prefix + "' is no beginning of a SHA-256; give 8 to 64 hexadecimal digits");
+        throw Error("'" + what.sha256_prefix + "' is not the beginning of a SHA-256; use 8 to 64 hexadecimal digits");
 }
 
 }  // namespace
@@ -177,7 +177,7 @@ bool download(const Download& what)
         const std::string hash = weights::sha256_of_file(what.to);
         if (weights::has_sha256_prefix(hash, what.sha256_prefix))
             return false;
-        throw Error(what.to.string() + ": is there already, but its SHA-256 is " + hash + ", which does not begin with " +
+        throw Error(what.to.string() + ": already exists, but its SHA-256 is " + hash + ", which does not begin with " +
                     what.sha256_prefix + "; remove it, or fetch to another place with --to");
     }
     if (what.to.has_parent_path())

@@ -33,7 +33,7 @@ bool names_unknown_command(const CLI::App& app, int argc, char** argv)
         if (!command->get_group().empty())
             names.push_back(command->get_name());
     }
-    std::fprintf(stderr, "error: there is no command '%s'%s\n", argv[1], fresco::host::suggestion(argv[1], names).c_str());
+    std::fprintf(stderr, "error: unknown command '%s'%s\n", argv[1], fresco::host::suggestion(argv[1], names).c_str());
     return true;
 }
 
@@ -126,7 +126,7 @@ int main(int argc, char** argv)
     }
     catch (...)
     {
-        std::fprintf(stderr, "error: something that is no exception was thrown\nThis is a bug in fresco; please report it.\n");
+        std::fprintf(stderr, "error: something other than an exception was thrown\nThis is a bug in fresco; please report it.\n");
     }
     return exit_bug;
 }

@@ -69,7 +69,7 @@ void check_until(const std::string& until, const YamlNode& stages, ProblemList& 
     std::vector<std::string> names;
     for (const YamlNode::Entry& entry : stages.entries)
         names.push_back(entry.key);
-    problems.add({"--until " + until, 0, 0}, "there is no stage '" + until + "'" + suggestion(until, names));
+    problems.add({"--until " + until, 0, 0}, "unknown stage '" + until + "'" + suggestion(until, names));
 }
 
 PipelineStage finished(StageDraft&& draft)

@@ -94,7 +94,7 @@ class PortChecker
                           where + ": expected an artifact such as mesh, or {artifact: …, as: …}, got " + node.summary());
         const auto known = known_.find(named.text);
         if (known == known_.end())
-            return refuse(named.position(), where + ": '" + named.text + "' is no artifact that a program can " +
+            return refuse(named.position(), where + ": '" + named.text + "' is not an artifact that a program can " +
                                                 (owner_.ends_with("'outputs'") ? "make" : "take") +
                                                 suggestion(named.text, names_of(known_)));
         std::string as = known->second.as.empty() ? "" : known->second.as.front();
@@ -106,7 +106,7 @@ class PortChecker
                 return refuse(key.position(), where + " has no '" + key.key + "'" + suggestion(key.key, {"artifact", "as"}));
             const auto& forms = known->second.as;
             if (forms.empty())
-                return refuse(key.position(), where + ": " + named.text + " has one form alone; leave 'as' out");
+                return refuse(key.position(), where + ": " + named.text + " has only one form; leave 'as' out");
             if (!key.value.is_scalar() || std::find(forms.begin(), forms.end(), key.value.text) == forms.end())
                 return refuse(key.position(),
                               where + ": as: expected one of " + join(forms, ", ") + ", got " + key.value.summary());
@@ -166,7 +166,7 @@ class WordsChecker
             if (!used_.contains(name))
                 report_unused(name);
         if (outputs_.empty())
-            problems_.add(place("outputs"), draft_.title() + ": there is no output, so nothing that could be kept");
+            problems_.add(place("outputs"), draft_.title() + ": a command needs at least one output");
     }
 
   private:
@@ -253,7 +253,7 @@ class WordsChecker
             report("'" + path + "' may not be executed: chmod +x, or put the program that runs it before it",
                    ProblemKind::missing_input);
         else
-            report("there is no program '" + path + "'" + (path.find('/') == std::string::npos ? " in PATH" : "") +
+            report("no program '" + path + "'" + (path.find('/') == std::string::npos ? " in PATH" : "") +
                        ": install it, or write its absolute path",
                    ProblemKind::missing_input);
     }

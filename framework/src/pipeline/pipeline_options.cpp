@@ -41,7 +41,7 @@ Value OptionChecker::complete(const KnownType& type, YamlNode config, const std:
         if (written && written->value.is_null())
         {
             problems_.add(written->position(), user + ": option '" + option.name + "' has no value: leave the line out" +
-                                                   default_text(option) + ", or give " + option.accepted());
+                                                   default_text(option) + ", or set " + option.accepted());
             continue;
         }
         if (!written && option.required)
@@ -111,7 +111,7 @@ Value OptionChecker::complete_component_map(const OptionDeclaration& option, con
     for (const YamlNode::Entry& entry : node.entries)
     {
         if (entry.value.is_null())
-            problems_.add(entry.position(), owner + "." + entry.key + "' has no value: give {type: …}, or leave the line out");
+            problems_.add(entry.position(), owner + "." + entry.key + "' has no value: set {type: …}, or leave the line out");
         else
             result.emplace_back(entry.key,
                                 complete_component(option.component_kind, entry.value, {}, owner + "." + entry.key + "'", uses));
@@ -135,7 +135,7 @@ Value OptionChecker::complete_component(std::string_view kind, const YamlNode& c
         return {};
     if (depth_ >= nesting_limit)
     {
-        problems_.add(at, user + ": the default components of '" + *name + "' hold one another without end", ProblemKind::plugin);
+        problems_.add(at, user + ": the default components of '" + *name + "' form a cycle", ProblemKind::plugin);
         return {};
     }
     uses.components.insert(type.description);

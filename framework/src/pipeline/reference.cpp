@@ -84,7 +84,7 @@ std::string components(const OptionDeclaration& option, const TypeTable& types)
         text += (i == 0 ? "" : ", ") + link(names[i]);
     text += names.empty() ? "no plugin is there.\n" : ".\n";
     if (option.auto_rule)
-        text += "`auto` is, where " + code(option.auto_rule->option) + " is empty,\n\n```yaml\n" +
+        text += "`auto` stands for, if " + code(option.auto_rule->option) + " is empty,\n\n```yaml\n" +
                 to_json(option.auto_rule->if_empty) + "\n```\n\nand otherwise\n\n```yaml\n" + to_json(option.auto_rule->if_set) +
                 "\n```\n";
     return text;
@@ -108,7 +108,7 @@ std::string options(const TypeDeclaration& declaration, const TypeTable& types)
             slots += components(option, types);
     }
     return "\n## Options\n\n" + table({"option", "default", "accepted", ""}, rows) +
-           (some_free ? "\n° cannot change the result: another value runs nothing again.\n" : "") + slots;
+           (some_free ? "\n° does not affect the result: changing it reruns nothing.\n" : "") + slots;
 }
 
 std::string page_text(const TypeDescription& type, const TypeDeclaration& declaration, const TypeTable& types)
@@ -147,7 +147,8 @@ std::string contents_text(const Catalog& catalog, const std::map<std::string, Us
     std::map<std::string, std::vector<std::vector<std::string>>> kinds;
     for (const TypeDescription* type : catalog.types())
         kinds[type->kind].push_back({link(type->type), cell(type->help)});
-    std::string text = std::string(written_by) + "# Reference\n\nEvery stage and component, as `fresco describe TYPE` tells it too.\n";
+    std::string text =
+        std::string(written_by) + "# Reference\n\nEvery stage and component. `fresco describe TYPE` prints the same.\n";
     const auto add = [&](const std::string& kind, const std::string& title)
     {
         if (const auto found = kinds.find(kind); found != kinds.end())
@@ -214,7 +215,7 @@ std::vector<std::string> write_reference(const std::vector<ReferencePage>& pages
         gone.erase(page.file);
         const fs::path file = folder / page.file;
         if (fs::exists(file) && !is_page(file))
-            throw Error(file.string() + ": is there and no page of the reference; move it away");
+            throw Error(file.string() + ": exists and is not a page of the reference; move it away");
         if (fs::exists(file) && read_text_file(file) == page.text)
             continue;
         write_file(file, page.text);

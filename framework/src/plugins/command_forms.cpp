@@ -27,7 +27,7 @@ std::shared_ptr<const T> loaded(const ArtifactFolder& stored, const Artifact* va
         return T::load(stored);
     const auto* typed = dynamic_cast<const T*>(value);
     if (typed == nullptr)
-        throw Error("the reader made something else than " + std::string(T::artifact_name));
+        throw Error("the reader did not make " + std::string(T::artifact_name));
     // Owned by whoever gave it, for longer than this.
     return {std::shared_ptr<const T>(), typed};
 }
@@ -35,7 +35,7 @@ std::shared_ptr<const T> loaded(const ArtifactFolder& stored, const Artifact* va
 const ImageIo& codec(const ImageIo* images)
 {
     if (images == nullptr)
-        throw Error("there is no picture codec for 'as: png'; name one by the option images");
+        throw Error("no picture codec for 'as: png'; set the option images");
     return *images;
 }
 
@@ -95,7 +95,7 @@ void take_picture(PictureFile& picture, const ArtifactFolder& published, const s
 {
     picture.path = picture.path.lexically_normal();
     if (!fs::is_regular_file(picture.path))
-        throw Error(where + ": there is no picture " + picture.path.string());
+        throw Error(where + ": no such picture: " + picture.path.string());
     if (const auto own = below(picture.path, published.path))
         picture.path = published.path / *own;
     else if (const auto stored = below(picture.path, published.store / "objects"))
@@ -117,7 +117,7 @@ void take_frames(const ArtifactFolder& published, RunContext& run)
     need_file(list);
     const auto frames = Frames::load(published);
     if (frames->frames.empty())
-        throw Error(list.string() + ": there is no frame in it");
+        throw Error(list.string() + ": no frames in it");
     for (Frame& frame : frames->frames)
         for (PictureFile* picture : {&frame.color_picture, &frame.depth_picture})
         {

@@ -125,7 +125,7 @@ class CommandOutput final : public OutputPort
         }
         catch (const Error& error)
         {
-            throw Error("the program ended well, but its output '" + name() + "' (" + artifact() +
+            throw Error("the program succeeded, but its output '" + name() + "' (" + artifact() +
                         ") cannot be used: " + error.what());
         }
     }
@@ -313,11 +313,10 @@ class CommandStage final : public Stage
     }
 
     Declared run_{this, "run", "texts", Value(),
-                  "The program and its words, not through a shell; {port} stands for the path of an input or output"};
+                  "The program and its arguments, run without a shell; {port} stands for the path of an input or output"};
     Declared files_{this, "files", "input_files", Value::List{},
-                    "Files that the program needs: scripts, settings; a word of run that names one becomes its path"};
-    Option<std::string> version_{this, "version", "",
-                                 "Change it to run again when something changed that is not among the files"};
+                    "Files that the program needs, such as scripts; an argument that names one becomes its path"};
+    Option<std::string> version_{this, "version", "", "Any text; change it after a change that is not in files"};
     Declared inputs_{this,
                      "inputs",
                      "ports",
@@ -355,7 +354,7 @@ TypeDescription command_type()
     TypeDescription type;
     type.type = command_type_name;
     type.kind = "stage";
-    type.help = "Any program, with ports that the pipeline declares";
+    type.help = "Any program as a stage, with ports declared in the pipeline";
     type.declaration = stage.describe();
     type.declaration.set("cost", Value::Map{{"seconds", cost.seconds},
                                             {"memory_mb", cost.memory_mb},

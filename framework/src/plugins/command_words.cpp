@@ -139,7 +139,7 @@ std::string filled_in(std::string_view word, const std::map<std::string, std::st
         {
             const auto value = values.find(name);
             if (value == values.end())
-                throw Error("'" + std::string(word) + "': nothing is called {" + name + "}");
+                throw Error("'" + std::string(word) + "': unknown name {" + name + "}");
             result += value->second;
         });
     return result;

@@ -172,7 +172,8 @@ void write(const ReportRequest& request, const Subject& subject, ReportOutcome& 
                                                 return of != nullptr && of->state == StageState::done;
                                             });
     if (fs::is_regular_file(outcome.file) && !begins_with(outcome.file, report_begin))
-        throw Error(outcome.file.string() + ": is no report of fresco and stays; move it away, or give another --out");
+        throw Error(outcome.file.string() +
+                    ": not a report that fresco wrote, so it is kept; move it away, or choose another --out");
     outcome.there = true;
     if (!worked && begins_with(outcome.file, report_mark(signature)))
         return;

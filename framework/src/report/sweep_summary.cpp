@@ -217,7 +217,7 @@ SweepSummaryFiles write_sweep_summary(const SweepSummaryRequest& request)
     std::error_code error;
     fs::create_directories(out, error);
     if (error)
-        throw Error(out.string() + ": cannot make the folder: " + error.message() + "; give another one with --out");
+        throw Error(out.string() + ": cannot make the folder: " + error.message() + "; choose another with --out");
     write_file(files.json, to_json(sweep_as_value(*request.run->pipeline, *request.summary, *request.outcomes, out), 1) + "\n");
     const Store store(request.run->store);
     SweepPage page = page_of(request, store);

@@ -159,7 +159,7 @@ void write_text(const TypeDescription& type, const TypeDeclaration& declaration,
 {
     out << type.type << " (" << type.kind << "): " << type.help << '\n';
     if (type.type == command_type_name)
-        out << "built in; its ports are those that a pipeline declares\n";
+        out << "built in; its ports are declared in the pipeline\n";
     else
         out << "in " << type.library.string() << '\n';
     if (!declaration.artifact.empty())

@@ -25,7 +25,7 @@ void copy_whole(const fs::path& from, const fs::path& to)
     std::error_code error;
     fs::create_directories(to.parent_path(), error);
     if (error)
-        throw Error(to.parent_path().string() + ": cannot make the folder: " + error.message() + "; give another one with --out");
+        throw Error(to.parent_path().string() + ": cannot make the folder: " + error.message() + "; choose another with --out");
     copy_file(from, to, [] { fault_point("export.written"); });
     sync_path(to.parent_path());
 }

@@ -281,7 +281,7 @@ class Scheduler
         reader.state = StageState::waiting;
         if (++repairs_[damage.object] > repairs_per_result)
         {
-            fail(reader, damage.text + "; it was made anew and is damaged again: check this machine's disk and memory",
+            fail(reader, damage.text + "; it was recomputed and is damaged again: check this machine's disk and memory",
                  worker_failed);
             return;
         }
@@ -289,7 +289,7 @@ class Scheduler
         {
             const bool removed = discard_damaged(store_, damage.object, request_.cores);
             display_.note(damage.text + ": the result " +
-                          (removed ? "is damaged and is made anew" : "was damaged; another run made it anew meanwhile"));
+                          (removed ? "is damaged and is recomputed" : "was damaged; another run has since recomputed it"));
         }
         catch (const Error& error)
         {

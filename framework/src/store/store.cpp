@@ -112,14 +112,14 @@ Store::Store(fs::path root) : root_(std::move(root))
         fs::create_directories(root_ / folder, error);
         if (error)
             throw Error((root_ / folder).string() + ": cannot make the store's folder: " + error.message() +
-                        "; give another place with --store");
+                        "; choose another with --store");
     }
     const fs::path format = root_ / "format";
     if (!fs::exists(format))
         write_file(format, store_format);
     else if (const std::string found = read_text_file(format); found != store_format)
         throw Error(format.string() + ": the store is \"" + found.substr(0, found.find('\n')) + "\", this program needs \"" +
-                    std::string(store_format.substr(0, store_format.size() - 1)) + "\"; give another place with --store");
+                    std::string(store_format.substr(0, store_format.size() - 1)) + "\"; choose another with --store");
 }
 
 fs::path Store::make_temporary(const std::string& prefix) const

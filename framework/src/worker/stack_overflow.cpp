@@ -19,7 +19,7 @@ std::uintptr_t highest = 0;
 
 // The line before may have been cut by the overflow.
 constexpr std::string_view overflow_event =
-    "\n{\"event\":\"failed\",\"text\":\"its stack overflowed: a recursion without end, or arrays "
+    "\n{\"event\":\"failed\",\"text\":\"its stack overflowed: infinite recursion, or arrays "
     "that are too large for it; please "
     "report it to the plugin's author\"}\n";
 

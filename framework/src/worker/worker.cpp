@@ -64,7 +64,7 @@ class Worker
         auto* stage = dynamic_cast<Stage*>(object.get());
         if (stage == nullptr)
             throw PluginFailure("plugin " + request_.libraries.at(request_.type).string() + ": " + request_.type +
-                                " is no stage");
+                                " is not a stage");
         stage->configure(request_.options, factory_);
         load_inputs(*stage);
         folder_ = store_.make_temporary(temporary_);
@@ -129,7 +129,7 @@ class Worker
                 const auto reader =
                     std::dynamic_pointer_cast<FileReader>(factory_.create(FileReader::component_kind, input.reader));
                 if (reader == nullptr)
-                    throw PluginFailure(input.reader.at("type").as_string() + " is no reader");
+                    throw PluginFailure(input.reader.at("type").as_string() + " is not a reader");
                 (*port)->set(reader->read(input.file));
             }
             else
@@ -231,8 +231,8 @@ std::string memory_text()
     rlimit limit{};
     if (getrlimit(RLIMIT_DATA, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY)
         return std::string("there is not enough memory: close other programs, or ") + less;
-    return "it needs more memory than the " + size_text(static_cast<double>(limit.rlim_cur) / (1024.0 * 1024.0)) +
-           " that it may use: give it more with --isolate-memory, or " + less;
+    return "it needs more memory than the limit of " + size_text(static_cast<double>(limit.rlim_cur) / (1024.0 * 1024.0)) +
+           ": raise --isolate-memory, or " + less;
 }
 
 int guarded_run(const fs::path& request_file, WorkerChannel& channel)
@@ -290,7 +290,7 @@ int guarded_run(const fs::path& request_file, WorkerChannel& channel)
     }
     catch (...)
     {
-        failed = "something that is no exception was thrown; please report it to the plugin's author";
+        failed = "something other than an exception was thrown; please report it to the plugin's author";
     }
     channel.send("failed", {{"text", failed}});
     return code;

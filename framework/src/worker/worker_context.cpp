@@ -219,7 +219,7 @@ void WorkerContext::reads_file(const fs::path& file)
 void WorkerContext::reads_folder(const fs::path& folder, std::string_view names)
 {
     if (names.empty() || names.find('/') != std::string_view::npos)
-        throw std::invalid_argument("reads_folder: \"" + std::string(names) + "\" is no pattern of names");
+        throw std::invalid_argument("reads_folder: \"" + std::string(names) + "\" is not a pattern of names");
     depend_on(folder / names, true);
 }
 

@@ -84,7 +84,7 @@ std::shared_ptr<Component> WorkerFactory::create(std::string_view kind, const Va
     std::unique_ptr<Configurable> object = make(type, kind);
     auto* component = dynamic_cast<Component*>(object.get());
     if (component == nullptr)
-        throw PluginFailure("plugin " + libraries_.at(type).string() + ": " + type + " is no component");
+        throw PluginFailure("plugin " + libraries_.at(type).string() + ": " + type + " is not a component");
     std::shared_ptr<Component> shared(component);
     (void)object.release();
     Value::Map options = config.as_map();

@@ -114,19 +114,19 @@ TEST_CASE("What the command line names must be there, and the nearest name is gi
     {
         const Finished until = place.run({command, "room.yaml", "--until", "sorce"});
         CHECK(until.code == 2);
-        CHECK(contains(until.err, "--until sorce: error: there is no stage 'sorce' (did you mean 'source'?)"));
+        CHECK(contains(until.err, "--until sorce: error: unknown stage 'sorce' (did you mean 'source'?)"));
     }
     CHECK(!fs::exists(place.file("log")));
     const Finished command = place.run({"chekc", "room.yaml"});
     CHECK(command.code == 2);
-    CHECK(contains(command.err, "there is no command 'chekc' (did you mean 'check'?)"));
+    CHECK(contains(command.err, "unknown command 'chekc' (did you mean 'check'?)"));
     CHECK(place.run({"run", "room.yaml", "--out", ""}).code == 2);
     CHECK(place.run({"run", "room.yaml", "--store", ""}).code == 2);
     for (const char* look : {"ls", "verify", "gc"})
     {
         const Finished nowhere = place.run({"store", look, "--store", "nowhere"});
         CHECK(nowhere.code == 3);
-        CHECK(contains(nowhere.err, "there is no store here"));
+        CHECK(contains(nowhere.err, "not a store"));
     }
     CHECK(!fs::exists(place.file("nowhere")));
 }
@@ -164,14 +164,14 @@ TEST_CASE("Where results cannot go is said before anything runs")
         const Finished run = place.run({"run", "room.yaml", option, folder});
         CHECK(run.code == 2);
         CHECK(contains(run.err, "error: " + option + ": "));
-        CHECK(contains(run.err, "give another one with " + option));
+        CHECK(contains(run.err, "choose another with " + option));
         return run.err;
     };
     for (const char* option : {"--out", "--store"})
     {
-        CHECK(contains(refused(option, "file.txt/below"), "file.txt is no folder"));
-        CHECK(contains(refused(option, "file.txt"), "file.txt is no folder"));
-        CHECK(contains(refused(option, "link/a"), "link is no folder"));
+        CHECK(contains(refused(option, "file.txt/below"), "file.txt is not a folder"));
+        CHECK(contains(refused(option, "file.txt"), "file.txt is not a folder"));
+        CHECK(contains(refused(option, "link/a"), "link is not a folder"));
         CHECK(contains(refused(option, "o\xff"), "is not UTF-8 text"));
     }
     CHECK_FALSE(fs::exists(place.file("out")));

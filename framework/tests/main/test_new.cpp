@@ -86,7 +86,7 @@ TEST_CASE("fresco new writes a folder, whole or not at all, and never over one")
     CHECK(known.code == 2);
     CHECK_THAT(known.err, Contains("'test.add' already exists, in "));
     CHECK(place.run({"new", "painting", "paint.other"}).code == 2);
-    CHECK_THAT(place.run({"new", "loss", "dots"}).err, Contains("'dots' is no name of a type"));
+    CHECK_THAT(place.run({"new", "loss", "dots"}).err, Contains("invalid type name 'dots'"));
 
     fs::create_directory(place.file("closed"));
     fs::permissions(place.file("closed"), fs::perms::owner_read | fs::perms::owner_exec);

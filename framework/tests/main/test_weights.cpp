@@ -142,7 +142,7 @@ TEST_CASE("weights get fetches a file once, checks it and goes on where it was i
 
     const Finished broken = place.run(get);
     CHECK(broken.code == 1);
-    CHECK(contains(broken.err, "run it again"));
+    CHECK(contains(broken.err, "run again to resume"));
     CHECK(contains(server.requests(), "/w.pth None"));
     const fs::path kept = place.root() / "home" / "cache" / "fresco" / "weights" / "vgg19-dcbb9e9d.pth";
     CHECK_FALSE(fs::exists(kept));

@@ -130,12 +130,11 @@ TEST_CASE("--set narrows an axis to the value of that name or text, or gives it 
     const std::string crossed = pipeline_with("{a: {one: two, two: x}}");
     CHECK(combination_names(check(folder, crossed, hand_made_catalog(), {{"a", "two"}})) == Words{"two"});
     CHECK(combination_names(check(folder, text, hand_made_catalog(), {{"a", "[p, q]"}, {"b", "2"}})) == Words{"p,b=2", "q,b=2"});
-    CHECK(
-        lines(check(folder, text, hand_made_catalog(), {{"a", "tow"}})) ==
-        Words{"--set a=tow: error: the axis 'a' of the matrix has no value 'tow' (did you mean 'two'?); for other values give a "
-              "list: --set 'a=[A, B]'"});
+    CHECK(lines(check(folder, text, hand_made_catalog(), {{"a", "tow"}})) ==
+          Words{"--set a=tow: error: the axis 'a' of the matrix has no value 'tow' (did you mean 'two'?); for other values, set "
+                "a list: --set 'a=[A, B]'"});
     CHECK(lines(check(folder, text, hand_made_catalog(), {{"a", "[p, p]"}})) ==
-          Words{"--set a=[p, p]: error: axis 'a': the text 'p' is here twice; the first is before it"});
+          Words{"--set a=[p, p]: error: axis 'a': the text 'p' appears twice; the first is before it"});
 }
 
 TEST_CASE("what is wrong with a matrix is reported with its place")
@@ -150,16 +149,15 @@ TEST_CASE("what is wrong with a matrix is reported with its place")
     CHECK(problems("{a: }") ==
           Words{"p.yaml:3:10: error: axis 'a' must be a list of values or a map {name: value}, got nothing"});
     CHECK(problems("{a: [x, y, x]}") ==
-          Words{"p.yaml:3:20: error: axis 'a': the text 'x' is here twice; the first is on line 3"});
-    CHECK(problems("{a: [x, ~]}") == Words{"p.yaml:3:17: error: axis 'a': a value is empty"});
-    CHECK(problems("{c: [x]}") == Words{"p.yaml:3:10: error: matrix: there is no var 'c' (there are: a, b)"});
+          Words{"p.yaml:3:20: error: axis 'a': the text 'x' appears twice; the first is on line 3"});
+    CHECK(problems("{a: [x, ~]}") == Words{"p.yaml:3:17: error: axis 'a': empty value"});
+    CHECK(problems("{c: [x]}") == Words{"p.yaml:3:10: error: matrix: unknown var 'c' (there are: a, b)"});
     CHECK(problems("{1c: [x]}").at(0) ==
           "p.yaml:3:10: error: '1c' cannot name a var: a name has letters, digits, '_' and '-' and "
           "begins with a letter or '_'");
-    CHECK(problems("{a: {a b: x}}").at(0).starts_with("p.yaml:3:14: error: axis 'a': 'a b' cannot be the name of a folder"));
+    CHECK(problems("{a: {a b: x}}").at(0).starts_with("p.yaml:3:14: error: axis 'a': 'a b' cannot name a folder of results"));
     CHECK(problems("{a: {Preview: x}}").at(0).starts_with("p.yaml:3:14: error: axis 'a': 'Preview' cannot be"));
-    CHECK(problems("{a: {p: x, P: y}}") ==
-          Words{"p.yaml:3:20: error: axis 'a': 'P' differs from another name by the case of letters alone"});
+    CHECK(problems("{a: {p: x, P: y}}") == Words{"p.yaml:3:20: error: axis 'a': 'P' differs from another name only in case"});
     std::string many;
     for (int i = 0; i < 40; ++i)
         many += (i == 0 ? "" : ", ") + std::to_string(i);
@@ -186,10 +184,10 @@ stages:
           Words{"p.yaml:5:44: error: stage 'first' (mesh.pass) has no option 'color' (there are: title, size, type, input)",
                 "p.yaml:6:49: error: stage 'second' (mesh.pass): option 'size': expected a number, got the text 'two' (with b "
                 "'two')",
-                "p.yaml:7:18: error: stage 'third': no plugin has the type 'mesh.x' (there are: export.gltf, frames.sharpest, "
+                "p.yaml:7:18: error: stage 'third': unknown type 'mesh.x' (there are: export.gltf, frames.sharpest, "
                 "mesh.decimate, mesh.future, mesh.judged, mesh.pass, mesh.two, scan.folder, texture.optimize, uvmaps.raycast) "
                 "(with a 'x')",
-                "p.yaml:7:18: error: stage 'third': no plugin has the type 'mesh.y' (there are: export.gltf, frames.sharpest, "
+                "p.yaml:7:18: error: stage 'third': unknown type 'mesh.y' (there are: export.gltf, frames.sharpest, "
                 "mesh.decimate, mesh.future, mesh.judged, mesh.pass, mesh.two, scan.folder, texture.optimize, uvmaps.raycast) "
                 "(with a 'y')"});
 }

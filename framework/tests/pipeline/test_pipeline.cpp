@@ -132,7 +132,7 @@ TEST_CASE("none leaves a slot empty that may be, whatever its default", "[pipeli
     CHECK(judged("") == R"({"loss":{"type":"loss.content","weight":70.0},)" + needed);
     CHECK(judged(", loss: none") == "{" + needed);
     CHECK(judged("", {{"a.loss", "none"}}) == "{" + needed);
-    CHECK_THAT(judged(", needed: none"), Catch::Contains("no plugin has the type 'none' (there are: loss.content, loss.gram)"));
+    CHECK_THAT(judged(", needed: none"), Catch::Contains("unknown type 'none' (there are: loss.content, loss.gram)"));
     CHECK_THAT(judged(", loss: [1]"), Catch::Contains("a type such as"));
 }
 
@@ -239,7 +239,7 @@ TEST_CASE("--set reaches into components, also those that are only defaults", "[
                Catch::Contains("there is no 'texture.losses.stile' (did you mean 'style'?)"));
     CHECK_THAT(texture({{"texture.losses.style.wieght", "5"}}),
                Catch::Contains("has no option 'wieght' (did you mean 'weight'?)"));
-    CHECK_THAT(texture({{"texture.size_px.deep", "5"}}), Catch::Contains("'texture.size_px' is no component"));
+    CHECK_THAT(texture({{"texture.size_px.deep", "5"}}), Catch::Contains("'texture.size_px' is not a component"));
     CHECK_THAT(texture({{"texture.rule.speed", "5"}}), Catch::Contains("holds no component yet"));
     CHECK_THAT(texture({{"texture.lozzes.style.weight", "5"}}),
                Catch::Contains("has no option 'lozzes' (did you mean 'losses'?)"));
@@ -264,16 +264,16 @@ TEST_CASE("--set of what does not exist is an error with the nearest spelling", 
         return result.problems.size() == 1 ? lines(result)[0]
                                            : "there are " + std::to_string(result.problems.size()) + " problems";
     };
-    CHECK(problem("dat", "x") == "--set dat=x: error: there is no var 'dat' in the pipeline (did you mean 'data'?)");
+    CHECK(problem("dat", "x") == "--set dat=x: error: unknown var 'dat' in the pipeline (did you mean 'data'?)");
     CHECK_THAT(problem("mesh", "x"), Catch::Contains("'mesh' is a stage"));
-    CHECK_THAT(problem("mehs.max_faces", "5"), Catch::Contains("there is no stage 'mehs' (did you mean 'mesh'?)"));
+    CHECK_THAT(problem("mehs.max_faces", "5"), Catch::Contains("unknown stage 'mehs' (did you mean 'mesh'?)"));
     CHECK_THAT(problem("mesh.max_face", "5"), Catch::Contains("has no option 'max_face' (did you mean 'max_faces'?)"));
     CHECK_THAT(problem("mesh.max_faces", "3"), Catch::Contains("3 is too small; expected an integer from 4 to 50000000"));
     CHECK_THAT(problem("mesh.max_faces", "[1"), Catch::Contains("--set mesh.max_faces=[1: error: a '[' is not closed"));
     CHECK_THAT(problem("mesh..x", "1"), Catch::Contains("expected NAME=VALUE"));
     CHECK_THAT(problem("uvmaps.heights_px", "64"), Catch::Contains("(write [64])"));
     CHECK(problem("picture", "no.jpg").find("--set") == std::string::npos);
-    CHECK_THAT(problem("picture", "no.jpg"), Catch::Contains("p.yaml:11:57: error:") && Catch::Contains("there is no file '"));
+    CHECK_THAT(problem("picture", "no.jpg"), Catch::Contains("p.yaml:11:57: error:") && Catch::Contains("no such file '"));
 }
 
 TEST_CASE("A pipeline file can build on another", "[pipeline]")
@@ -313,16 +313,16 @@ stages:
     const auto bad =
         lines(check(folder, "version: 1\nbase: presets/bad.yaml\nstages:\n  other: {type: mesh.pas}\n  gone:\n", catalog));
     REQUIRE(bad.size() == 3);
-    CHECK_THAT(bad[0], Catch::StartsWith("p.yaml:4:17: error: stage 'other': no plugin has the type 'mesh.pas'"));
+    CHECK_THAT(bad[0], Catch::StartsWith("p.yaml:4:17: error: stage 'other': unknown type 'mesh.pas'"));
     CHECK_THAT(bad[1], Catch::StartsWith("p.yaml:5:3: error: an empty value removes"));
-    CHECK_THAT(bad[2], Catch::StartsWith("presets/bad.yaml:3:16: error: stage 'mesh': no plugin has the type"));
+    CHECK_THAT(bad[2], Catch::StartsWith("presets/bad.yaml:3:16: error: stage 'mesh': unknown type"));
 
     folder.write("a.yaml", "version: 1\nbase: p.yaml\n");
     CHECK_THAT(lines(check(folder, "version: 1\nbase: ./a.yaml\n", catalog)).at(0),
-               Catch::Contains("a.yaml:2:7: error: 'base: p.yaml' leads back"));
+               Catch::Contains("a.yaml:2:7: error: cycle: 'base: p.yaml' leads back"));
     CHECK_THAT(lines(check(folder, "version: 1\nbase: p.yaml\n", catalog)).at(0),
-               Catch::StartsWith("p.yaml:2:7: error: 'base: p.yaml' leads back"));
+               Catch::StartsWith("p.yaml:2:7: error: cycle: 'base: p.yaml' leads back"));
     const PipelineResult missing = check(folder, "version: 1\nbase: none.yaml\n", catalog);
-    CHECK_THAT(lines(missing).at(0), Catch::StartsWith("p.yaml:2:7: error: there is no pipeline file '"));
+    CHECK_THAT(lines(missing).at(0), Catch::StartsWith("p.yaml:2:7: error: no such pipeline file '"));
     CHECK(missing.exit_code() == 3);
 }

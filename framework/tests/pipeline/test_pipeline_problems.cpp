@@ -57,12 +57,12 @@ stages:
     const std::vector<std::string> expected{
         "p.yaml:1:10: error: version must be 1, got 2",
         "p.yaml:2:1: error: unknown key 'var' (did you mean 'vars'?)",
-        "p.yaml:3:8: error: the var 'mesh' has the name of the stage on line 7: call it otherwise, so that --set mesh means one "
-        "thing",
-        "p.yaml:3:31: error: the var 'a' is made of itself: a → b → a",
-        "p.yaml:5:19: error: stage 'scan': no plugin has the type 'scan.foldr' (did you mean 'scan.folder'?)",
-        "p.yaml:5:37: error: there is no var 'data' (there are: a, b, mesh)",
-        "p.yaml:6:43: error: stage 'frames' (frames.sharpest): there is no stage 'scann' (did you mean 'scan'?)",
+        "p.yaml:3:8: error: the var 'mesh' has the name of the stage on line 7: rename one of them, so that --set mesh is "
+        "unambiguous",
+        "p.yaml:3:31: error: cycle of vars: a → b → a",
+        "p.yaml:5:19: error: stage 'scan': unknown type 'scan.foldr' (did you mean 'scan.folder'?)",
+        "p.yaml:5:37: error: unknown var 'data' (there are: a, b, mesh)",
+        "p.yaml:6:43: error: stage 'frames' (frames.sharpest): unknown stage 'scann' (did you mean 'scan'?)",
         "p.yaml:6:50: error: stage 'frames' (frames.sharpest) has no option 'min_sharpnes' (did you mean 'min_sharpness'?)",
         "p.yaml:7:43: error: stage 'mesh' (mesh.decimate): input 'mesh' takes mesh, but stage 'uvmaps' (uvmaps.raycast) makes "
         "maps (uv_maps)",
@@ -72,7 +72,7 @@ stages:
         "(write true)",
         "p.yaml:7:91: error: stage 'mesh' (mesh.decimate): option 'method': 'quadrik' is not known (did you mean 'quadric'?); "
         "expected one of quadric, edge",
-        "p.yaml:7:100: error: the key 'method' is here twice; the first is on line 7",
+        "p.yaml:7:100: error: the key 'method' appears twice; the first is on line 7",
         "p.yaml:8:50: error: anchors (&x) are not allowed in a pipeline file: use a var",
         "p.yaml:8:50: error: stage 'uvmaps' (uvmaps.raycast): stage 'frames' (frames.sharpest) has no output 'kep' (did you mean "
         "'kept'?)",
@@ -85,18 +85,18 @@ stages:
         "each entry a number",
         "p.yaml:8:122: error: stage 'uvmaps' (uvmaps.raycast): option 'weights': expected a list, each entry a number, got the "
         "text 'x'",
-        "p.yaml:12:21: error: stage 'texture' (texture.optimize): option 'losses.style': no plugin has the type 'loss.gran' (did "
+        "p.yaml:12:21: error: stage 'texture' (texture.optimize): option 'losses.style': unknown type 'loss.gran' (did "
         "you mean 'loss.gram'?)",
         "p.yaml:12:70: error: stage 'texture' (texture.optimize): option 'losses.b' (loss.gram): option 'features': 'loss.gram' "
-        "is of kind 'loss', and one of kind 'features' is needed here (there are: features.edges, features.vgg)",
-        "p.yaml:13:31: error: stage 'p' needs its own result: p → p",
+        "is of kind 'loss'; expected kind 'features' (there are: features.edges, features.vgg)",
+        "p.yaml:13:31: error: cycle: p → p",
         "p.yaml:13:41: error: stage 'p' (mesh.pass): option 'title': expected text, got 42 (write '42' in quotes)",
         "p.yaml:13:45: error: stage 'p' (mesh.pass): option 'size' has no value: leave the line out for the default, 1.0, or "
-        "give a number",
+        "set a number",
         "p.yaml:14:3: error: stage 'q' must be a map {type: …, option: …}, got nothing",
         "p.yaml:15:3: error: '1r' cannot name a stage: a name has letters, digits, '_' and '-' and begins with a letter or '_'",
         "p.yaml:16:25: error: stage 'two' (mesh.two) takes no input",
-        "p.yaml:17:31: error: stage 't' (mesh.pass): 'two' can be meant in several ways: name the port: {mesh: two.left} or "
+        "p.yaml:17:31: error: stage 't' (mesh.pass): 'two' is ambiguous: name the port: {mesh: two.left} or "
         "{mesh: two.right}",
         "p.yaml:18:40: error: stage 'f' (mesh.future): input 'mesh' takes mesh (version 2), but output 'right' of stage 'two' "
         "(mesh.two) is mesh",
@@ -130,14 +130,13 @@ TEST_CASE("Values of the wrong type are named with what is accepted and what was
     CHECK_THAT(height("4097"), Contains("4097 is too large; expected a list, each entry an integer from 16 to 4096"));
     CHECK_THAT(height("15"), Contains("15 is too small"));
     CHECK_THAT(height("16, 4096"), !Contains("heights_px"));
-    CHECK_THAT(problem_of("a: {title: x}"), Contains("3:3: error: stage 'a': there is no 'type'"));
-    CHECK_THAT(problem_of("a: {typ: mesh.pass}"), Contains("there is no 'type' (is 'typ' meant to be it?)"));
+    CHECK_THAT(problem_of("a: {title: x}"), Contains("3:3: error: stage 'a': missing 'type'"));
+    CHECK_THAT(problem_of("a: {typ: mesh.pass}"), Contains("missing 'type' (is 'typ' meant to be it?)"));
     CHECK_THAT(problem_of("s: {type: scan.folder, path: .}\n  u: {type: uvmaps.raycast, input: s}"),
-               Contains("can be meant in several ways: name the ports: {frames: s.frames, mesh: s.mesh}"));
-    CHECK_THAT(problem_of("a: {type: 5}"), Contains("a type such as 'mesh.decimate' is needed, got 5"));
+               Contains("is ambiguous: name the ports: {frames: s.frames, mesh: s.mesh}"));
+    CHECK_THAT(problem_of("a: {type: 5}"), Contains("expected a type such as 'mesh.decimate', got 5"));
     CHECK_THAT(problem_of("a: [1]"), Contains("stage 'a' must be a map"));
-    CHECK_THAT(problem_of("a: {type: loss.gram}"),
-               Contains("'loss.gram' is of kind 'loss', and one of kind 'stage' is needed here"));
+    CHECK_THAT(problem_of("a: {type: loss.gram}"), Contains("'loss.gram' is of kind 'loss'; expected kind 'stage'"));
     CHECK_THAT(problem_of("a: {type: mesh.pass, title: \"${x\"}"), Contains("a '${' is not closed"));
 }
 
@@ -147,11 +146,10 @@ TEST_CASE("Inputs that do not fit are named with what there is", "[pipeline]")
                Contains("must be a stage's name, {port: stage, …} or {file: PATH}, got a list"));
     CHECK_THAT(problem_of("a: {type: mesh.pass, input: }"), Contains("3:24: error: stage 'a' (mesh.pass): 'input' has no value"));
     CHECK_THAT(problem_of("a: {type: mesh.pass, input: room.ply}"),
-               Contains("there is no stage 'room'") && Contains("a file is written {file: room.ply}"));
+               Contains("unknown stage 'room'") && Contains("a file is written {file: room.ply}"));
     CHECK_THAT(problem_of("a: {type: mesh.pass, input: {mesh: {fil: x}}}"),
                Contains("must be a stage's name or {file: PATH}, got a map"));
-    CHECK_THAT(problem_of("a: {type: mesh.pass, input: {file: x.ply}}"),
-               Contains("3:38: error: ") && Contains("there is no file '"));
+    CHECK_THAT(problem_of("a: {type: mesh.pass, input: {file: x.ply}}"), Contains("3:38: error: ") && Contains("no such file '"));
     CHECK_THAT(problem_of("a: {type: mesh.pass, input: {file: x.ply, type: read.image}}"),
                Contains("'read.image' makes no mesh"));
     CHECK_THAT(problem_of("a: {type: mesh.pass, input: {file: x.ply, depth: 1}}"), Contains("has no option 'depth'"));
@@ -173,8 +171,8 @@ TEST_CASE("A var is checked whether it is used or not", "[pipeline]")
                     "stages:\n  s: {type: mesh.two}\n",
                     catalog));
     REQUIRE(found.size() == 2);
-    CHECK_THAT(found[0], Contains("p.yaml:4:6: error: there is no var 'nope'"));
-    CHECK_THAT(found[1], Contains("the var 'c' is made of itself"));
+    CHECK_THAT(found[0], Contains("p.yaml:4:6: error: unknown var 'nope'"));
+    CHECK_THAT(found[1], Contains("cycle of vars: c → d → c"));
 }
 
 TEST_CASE("Two stages do not write one file", "[pipeline]")
@@ -200,7 +198,7 @@ TEST_CASE("What is missing, and which plugin fails, leads to its own exit code",
     catalog.add(described("mesh.odd", "stage", R"({"options": [{"name": "x", "kind": "color"}]})"));
     const auto code = [&](const std::string& stages) { return check(folder, "version: 1\nstages: {" + stages + "}\n", catalog); };
     const PipelineResult missing = code("a: {type: scan.folder, path: nowhere}");
-    CHECK_THAT(lines(missing).at(0), Contains("there is no folder '" + (folder.path() / "nowhere").string() + "'"));
+    CHECK_THAT(lines(missing).at(0), Contains("no such folder '" + (folder.path() / "nowhere").string() + "'"));
     CHECK(missing.exit_code() == 3);
     const PipelineResult twice = code("a: {type: scan.folder, path: nowhere}, b: {type: mesh.twice}");
     CHECK_THAT(lines(twice).at(1), Contains("several plugins have the type 'mesh.twice'") &&
@@ -221,12 +219,12 @@ TEST_CASE("What is missing, and which plugin fails, leads to its own exit code",
     CHECK(unbuilt.exit_code() == 4);
     CHECK(code("a: {type: mesh.broken}, b: {type: nothing}").exit_code() == 2);
     folder.write("file.txt", "");
-    CHECK_THAT(lines(code("a: {type: scan.folder, path: file.txt}")).at(0), Contains("is no folder"));
+    CHECK_THAT(lines(code("a: {type: scan.folder, path: file.txt}")).at(0), Contains("is not a folder"));
     std::filesystem::create_directory(folder.path() / "folder.ply");
     CHECK_THAT(lines(code("a: {type: mesh.pass, input: {file: folder.ply}}")).at(0), Contains("is a folder, not a file"));
     const PipelineResult unset =
         check(folder, "version: 1\nvars: {data: }\nstages: {a: {type: scan.folder, path: \"${data}\"}}\n", catalog);
-    CHECK_THAT(lines(unset).at(0), Contains("p.yaml:3:39: error: the var 'data' has no value: give it with --set data=…"));
+    CHECK_THAT(lines(unset).at(0), Contains("p.yaml:3:39: error: the var 'data' has no value: set it with --set data=…"));
     CHECK(unset.exit_code() == 3);
 }
 
@@ -246,14 +244,14 @@ TEST_CASE("A file that is no pipeline is one clear problem", "[pipeline]")
     CHECK_THAT(only("version: 1\n"), StartsWith("p.yaml:1:1: error: there are no stages"));
     CHECK_THAT(only("version: 1\nstages:\n"), StartsWith("p.yaml:1:1: error: there are no stages"));
     CHECK_THAT(only("version: 1\nstages: []\n"), StartsWith("p.yaml:2:9: error: 'stages' must be a map"));
-    CHECK_THAT(only("stages: {a: {type: mesh.two}}\n"), StartsWith("p.yaml:1:1: error: there is no 'version: 1'"));
+    CHECK_THAT(only("stages: {a: {type: mesh.two}}\n"), StartsWith("p.yaml:1:1: error: missing 'version: 1'"));
     CHECK_THAT(only("version: 1\nstages: {a: {type: mesh.two}}\n---\n"), StartsWith("p.yaml:3:1: error: a second document"));
     CHECK_THAT(only(std::string(yaml_size_limit + 1, '#')), StartsWith("p.yaml: error: larger than 1 MiB"));
 
     const PipelineResult missing = load_pipeline({"none.yaml", {}, folder.path()}, catalog);
-    CHECK_THAT(lines(missing).at(0), StartsWith("none.yaml: error: there is no pipeline file '"));
+    CHECK_THAT(lines(missing).at(0), StartsWith("none.yaml: error: no such pipeline file '"));
     CHECK(missing.exit_code() == 3);
-    CHECK_THAT(lines(load_pipeline({folder.path(), {}, {}}, catalog)).at(0), Contains("is no regular file"));
+    CHECK_THAT(lines(load_pipeline({folder.path(), {}, {}}, catalog)).at(0), Contains("is not a regular file"));
 }
 
 TEST_CASE("A cycle of 1 000 stages is one short problem, at once", "[pipeline]")
@@ -265,8 +263,7 @@ TEST_CASE("A cycle of 1 000 stages is one short problem, at once", "[pipeline]")
     const auto start = std::chrono::steady_clock::now();
     const PipelineResult result = check(folder, text, hand_made_catalog());
     REQUIRE(result.problems.size() == 1);
-    CHECK(lines(result)[0] ==
-          "p.yaml:3:32: error: stage 's0' needs its own result: s0 → s1 → s2 → s3 → s4 → s5 → s6 → s7 → … (1000 stages) → s0");
+    CHECK(lines(result)[0] == "p.yaml:3:32: error: cycle: s0 → s1 → s2 → s3 → s4 → s5 → s6 → s7 → … (1000 stages) → s0");
     CHECK(result.exit_code() == 2);
     CHECK(std::chrono::steady_clock::now() - start < std::chrono::seconds(5));
 }

@@ -53,7 +53,7 @@ TEST_CASE("every type has a page, made of its declaration", "[reference]")
           "| `path` | required | the path of an existing file | A file |\n"
           "| `note`° | `\"\"` | text | A note |\n"
           "| `style` | none | {type: …} of kind 'loss', or none | A loss |\n"
-          "\n° cannot change the result: another value runs nothing again.\n"
+          "\n° does not affect the result: changing it reruns nothing.\n"
           "\nFor `style`: [`loss.gram`](loss.gram.md).\n");
     CHECK_THAT(text_of(pages, "read.mesh.md"),
                Contains("A component of kind `reader`") && Contains("It reads `mesh` from files that end in `.ply`, `.obj`.\n"));
@@ -87,6 +87,6 @@ TEST_CASE("pages are written where they differ, and nothing else is touched", "[
     CHECK(fresco::read_text_file(place / "notes.md") == "Mine.\n");
 
     fresco::write_file(place / "README.md", "My own words.\n");
-    CHECK_THROWS_WITH(write_reference(pages, place), Contains("README.md: is there and no page of the reference"));
+    CHECK_THROWS_WITH(write_reference(pages, place), Contains("README.md: exists and is not a page of the reference"));
     CHECK(fresco::read_text_file(place / "README.md") == "My own words.\n");
 }

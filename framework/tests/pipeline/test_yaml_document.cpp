@@ -88,7 +88,7 @@ TEST_CASE("What a pipeline file must not hold is named with its place", "[yaml]"
     CHECK_THAT(problem_of("x: &n\ny: 1\n"), StartsWith("f.yaml:1:4: error: anchors (&n)"));
     CHECK_THAT(problem_of("a: {b: 1}\n<<: {c: 2}\n"), StartsWith("f.yaml:2:1: error: merge keys (<<)"));
     CHECK_THAT(problem_of("a: 1\nb: 2\na: 3\n"),
-               StartsWith("f.yaml:3:1: error: the key 'a' is here twice; the first is on line 1"));
+               StartsWith("f.yaml:3:1: error: the key 'a' appears twice; the first is on line 1"));
     CHECK_THAT(problem_of("a: 1\n---\nb: 2\n"), StartsWith("f.yaml:2:1: error: a second document"));
     CHECK_THAT(problem_of("a: 1\n...\nb\n"), StartsWith("f.yaml:3:1: error: there is text after the end"));
     CHECK_THAT(problem_of("{a: 1} b\n"), StartsWith("f.yaml:1:8: error: there is text after the end"));
@@ -103,7 +103,7 @@ TEST_CASE("What a pipeline file must not hold is named with its place", "[yaml]"
     CHECK_THAT(problem_of("a: {b: ${x}/c}\n"), Contains("needs quotes"));
     CHECK_THAT(problem_of("a: 'never closed\nb: 2\n"), StartsWith("f.yaml:1:4: error: this quote is never closed"));
     CHECK_THAT(problem_of("a: \"never \\\"\n"), StartsWith("f.yaml:1:4: error: this quote is never closed"));
-    CHECK_THAT(problem_of("a: \xff\n"), StartsWith("f.yaml:1:4: error: a byte that is no UTF-8"));
+    CHECK_THAT(problem_of("a: \xff\n"), StartsWith("f.yaml:1:4: error: invalid UTF-8"));
     CHECK_THAT(problem_of(std::string("a: \0b\n", 6)), StartsWith("f.yaml:1:4: error: a byte"));
 }
 

@@ -174,7 +174,7 @@ TEST_CASE("frames are handed over with plain paths, and taken back with pictures
     CHECK(place.run.files_read == std::vector<fs::path>{outside});
     fs::remove(outside);
     CHECK_THROWS_WITH(take_back(port, place.published(), {place.published(), place.store()}, nullptr, place.run),
-                      Catch::Contains("seq-01/frame-000001: there is no picture " + outside.string()));
+                      Catch::Contains("seq-01/frame-000001: no such picture: " + outside.string()));
 }
 
 TEST_CASE("a picture is found by each of its paths, and refused where it will not stay", "[command]")

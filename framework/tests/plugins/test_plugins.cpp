@@ -125,10 +125,10 @@ TEST_CASE("A plugin that hangs is given up after five seconds, and remembered")
     const Finished first = place.run({"stages", "--all"});
     CHECK(first.code == 0);
     CHECK(first.seconds > 4);
-    CHECK(contains(first.out, "did not come back within 5 s when an object of type bad.loops was made"));
+    CHECK(contains(first.out, "did not return within 5 s when an object of type bad.loops was made"));
     const Finished second = place.run({"stages", "--all"});
     CHECK(second.seconds < 2);
-    CHECK(contains(second.out, "did not come back within 5 s"));
+    CHECK(contains(second.out, "did not return within 5 s"));
 }
 
 TEST_CASE("Of a type that two libraries have, neither is used")
@@ -176,7 +176,7 @@ TEST_CASE("A plugin that was not built is named with the reason, until it is the
                    "./bootstrap build\n"));
     CHECK(
         contains(errors("test.in_the_tree"), "'test.in_the_tree' is not built (libtorch was not found): run ./bootstrap build"));
-    CHECK(contains(errors("test.elsewhere"), "2 room.yaml:3:18: error: stage 'source': no plugin has the type 'test.elsewhere'"));
+    CHECK(contains(errors("test.elsewhere"), "2 room.yaml:3:18: error: stage 'source': unknown type 'test.elsewhere'"));
     const Finished listed = place.run({"stages", "--all"});
     CHECK(contains(listed.out, "\n  loss.gram\n  test.in_the_tree: libtorch was not found\n"));
     const Finished doctor = place.run({"doctor"});

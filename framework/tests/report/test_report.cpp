@@ -90,7 +90,7 @@ TEST_CASE("a stage's own report.html stays, and a report that cannot be written 
     place.write("mine/report.html", "<h1>My own</h1>");
     const Finished beside = place.run({"run", "room.yaml", "--out", "mine"});
     CHECK(beside.code == 0);
-    CHECK(contains(beside.err, "mine/report.html: is no report of fresco and stays"));
+    CHECK(contains(beside.err, "mine/report.html: not a report that fresco wrote"));
     CHECK(place.read("mine/report.html") == "<h1>My own</h1>");
 }
 

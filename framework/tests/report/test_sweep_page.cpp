@@ -137,7 +137,7 @@ TEST_CASE("a sweep ends with a page of small pictures, which stays where nothing
     CHECK(count(place.read("out/sweep.html"), as_uri("480x240 of 140")) == 1);
     CHECK(fs::is_empty(place.file(".fresco/tmp")));
     CHECK(contains(place.run({"run", "sweep.yaml", "--thumbnails", "veiw"}).err,
-                   "--thumbnails veiw: error: there is no stage 'veiw' (did you mean 'view'?)"));
+                   "--thumbnails veiw: error: unknown stage 'veiw' (did you mean 'view'?)"));
     REQUIRE(place.run({"run", "sweep.yaml", "--thumbnails", "one"}).code == 0);
     CHECK(count(place.read("out/sweep.html"), "no picture") == 3);
 }

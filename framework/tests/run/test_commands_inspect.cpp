@@ -89,7 +89,7 @@ TEST_CASE("describe tells ports, options, defaults and ranges", "[inspect]")
     CHECK(errors.str().empty());
 
     CHECK(write_description(catalog, "los.gram", false, out, errors) == 2);
-    CHECK_THAT(errors.str(), Contains("no plugin has the type 'los.gram' (did you mean 'loss.gram'?)"));
+    CHECK_THAT(errors.str(), Contains("unknown type 'los.gram' (did you mean 'loss.gram'?)"));
     CHECK(write_description(catalog, "loss.twice", false, out, errors) == 4);
     CHECK(write_description(catalog, "mesh.old", false, out, errors) == 4);
     CHECK_THAT(errors.str(), Contains("SDK ABI 0"));

@@ -42,19 +42,18 @@ TEST_CASE("What a stage does to its process ends that stage, by name, and nothin
         const char* told;
         std::vector<std::string> arguments;
     };
-    const std::vector<Way> ways{{"segfault", "crashed: Segmentation fault (signal 11)", {}},
-                                {"overflow", "its stack overflowed", {}},
-                                {"exit", "ended with exit code 3 before the stage was done", {}},
-                                {"exit_canceled", "ended with exit code 75 before the stage was done", {}},
-                                {"loop", "that it may: give it more with --isolate-time", {"--isolate-time", "bad=0.3s"}},
-                                {"allocate", "that it may", {"--isolate-memory", "bad=300M"}},
-                                {"allocate_elsewhere",
-                                 "more than the 300 MB that it may: give it more with --isolate-memory",
-                                 {"--isolate-memory", "300M"}},
-                                {"abort", "crashed: Aborted (signal 6)", {}},
-                                {"throw_int", "something that is no exception was thrown", {}},
-                                {"close_channel", "it closed descriptor 3, by which it speaks to the host", {}},
-                                {"garbage", "", {}}};
+    const std::vector<Way> ways{
+        {"segfault", "crashed: Segmentation fault (signal 11)", {}},
+        {"overflow", "its stack overflowed", {}},
+        {"exit", "ended with exit code 3 before the stage was done", {}},
+        {"exit_canceled", "ended with exit code 75 before the stage was done", {}},
+        {"loop", ": raise --isolate-time", {"--isolate-time", "bad=0.3s"}},
+        {"allocate", "--isolate-memory", {"--isolate-memory", "bad=300M"}},
+        {"allocate_elsewhere", "the limit is 300 MB: raise --isolate-memory", {"--isolate-memory", "300M"}},
+        {"abort", "crashed: Aborted (signal 6)", {}},
+        {"throw_int", "something other than an exception was thrown", {}},
+        {"close_channel", "it closed descriptor 3, by which it speaks to the host", {}},
+        {"garbage", "", {}}};
     Workplace place({"good", "misbehaving"});
     place.write("room.yaml", pipeline);
     for (const Way& way : ways)
@@ -86,7 +85,7 @@ TEST_CASE("A stage that prints without end does not keep the host from holding i
     place.write("room.yaml", pipeline);
     const Finished finished = place.run({"run", "room.yaml", "--set", "how=print", "--isolate", "bad", "--isolate-time", "0.3s"});
     CHECK(finished.code == 1);
-    CHECK(contains(finished.err, "give it more with --isolate-time, or find out where it hangs"));
+    CHECK(contains(finished.err, "raise --isolate-time, or find out where it hangs"));
     CHECK(place.read("out/good.txt") == "3.000000\n");
 }
 
@@ -151,7 +150,7 @@ TEST_CASE("Wrong limits are refused before anything runs", "[isolation]")
         CHECK(finished.code == 2);
         CHECK(contains(finished.out + finished.err, text));
     };
-    refused({"--isolate", "slwo"}, "--isolate slwo: there is no stage 'slwo' (did you mean 'slow'?)");
+    refused({"--isolate", "slwo"}, "--isolate slwo: unknown stage 'slwo' (did you mean 'slow'?)");
     refused({"--isolate-time", "10m"}, "--isolate");
     refused({"--isolate", "slow", "--isolate-time", "soon"}, "--isolate-time soon: expected a time such as 90s, 10m or 1h30m");
     refused({"--isolate", "slow", "--isolate-memory", "4"},

@@ -249,7 +249,7 @@ TEST_CASE("what a matrix alone has is refused without one")
     place.write("room.yaml", "version: 1\nstages:\n  one: {type: test.source, log: log}\n");
     const Finished jobs = place.run({"run", "room.yaml", "--jobs", "2"});
     CHECK(jobs.code == 2);
-    CHECK(contains(jobs.err, "--jobs: error: is for pipelines with a 'matrix', room.yaml has none"));
+    CHECK(contains(jobs.err, "--jobs: error: only for pipelines with a 'matrix'; room.yaml has none"));
     CHECK(contains(place.run({"run", "room.yaml", "--keep-going"}).err, "--keep-going: error: "));
     CHECK(place.log().empty());
     REQUIRE(place.run({"run", "room.yaml"}).code == 0);

@@ -165,7 +165,7 @@ class Fail final : public LoggedStage
         if (*how == "error")
             throw fresco::Error("mesh.ply:7: three vertices expected, two found");
         if (*how == "missing")
-            throw fresco::MissingInput("weights.safetensors: there is no such file");
+            throw fresco::MissingInput("weights.safetensors: no such file");
         if (*how == "exception")
             throw std::out_of_range("index 7 of 3");
         if (*how == "unknown")

@@ -24,9 +24,9 @@ TEST_CASE("Every way to fail is told in words, with the right exit code, and pub
 {
     const std::map<std::string, std::pair<int, std::string>> ways{
         {"error", {1, "three vertices expected"}},
-        {"missing", {3, "weights.safetensors: there is no such file"}},
+        {"missing", {3, "weights.safetensors: no such file"}},
         {"exception", {1, "unexpected error, please report it to the plugin's author: index 7 of 3"}},
-        {"unknown", {1, "something that is no exception"}},
+        {"unknown", {1, "something other than an exception"}},
         {"crash", {1, "Segmentation fault"}},
         {"exit", {1, "ended with exit code 0 before the stage was done"}},
         {"memory", {1, "not enough memory"}},
@@ -228,7 +228,7 @@ stages:
         end_other_run();
         const Finished verified = verify->wait();
         CHECK(verified.code == 0);
-        CHECK(contains(verified.out, "a run made it anew meanwhile"));
+        CHECK(contains(verified.out, "a run has since recomputed it"));
         CHECK(place.read(table) == whole);
     }
 }

@@ -165,7 +165,7 @@ TEST_CASE("text that cannot be used is refused by line", "[scan.colmap]")
     SECTION("a camera twice")
     {
         project.write("cameras.txt", "7 SIMPLE_PINHOLE 32 24 30 16 12\n7 SIMPLE_PINHOLE 32 24 30 16 12\n");
-        CHECK_THAT(error_of(project), Contains("cameras.txt:2: the camera 7 stands twice"));
+        CHECK_THAT(error_of(project), Contains("cameras.txt:2: the camera 7 appears twice"));
     }
     SECTION("lines of points that are none")
     {
@@ -224,7 +224,7 @@ TEST_CASE("hostile counts are refused before anything is allocated", "[scan.colm
     SECTION("more than there should be")
     {
         project.write("images.bin", project.text("images.bin") + "x");
-        CHECK_THAT(error_of(project), Contains("1 bytes follow where the end was expected"));
+        CHECK_THAT(error_of(project), Contains("1 bytes after the expected end"));
     }
     SECTION("a model that is not read")
     {

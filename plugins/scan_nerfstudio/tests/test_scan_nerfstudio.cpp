@@ -229,7 +229,7 @@ TEST_CASE("a file that cannot be used is refused by name", "[scan.nerfstudio]")
     SECTION("a pose that is none")
     {
         set_in_frame(scan, 2, "transform_matrix", Value::List{Value::List{1, 0, 0, 0}});
-        CHECK_THAT(error_of(scan), Contains("frame 2: \"transform_matrix\": 4 numbers where a 4x4 matrix"));
+        CHECK_THAT(error_of(scan), Contains("frame 2: \"transform_matrix\": 4 numbers; expected a 4x4 matrix"));
         set_in_frame(scan, 2, "transform_matrix", "x");
         CHECK_THAT(error_of(scan), Contains("frame 2: \"transform_matrix\" must be a list of rows"));
     }

@@ -108,7 +108,7 @@ TEST_CASE("a scene that cannot be used is refused by name", "[scan.replica]")
     SECTION("a pose that is none")
     {
         scene.write(scene.path() / "traj.txt", "1 2 3\n" + trajectory);
-        CHECK_THAT(error_of(scene), Contains("traj.txt:1: 3 numbers where 16"));
+        CHECK_THAT(error_of(scene), Contains("traj.txt:1: 3 numbers; expected 16"));
     }
     SECTION("no pictures")
     {
@@ -127,7 +127,7 @@ TEST_CASE("a scene that cannot be used is refused by name", "[scan.replica]")
         scene.write(scene.camera(), R"({"cameras": 3})");
         CHECK_THAT(error_of(scene), Contains("cam_params.json: expected {\"camera\""));
         scene.write(scene.camera(), R"({"camera": 3})");
-        CHECK_THAT(error_of(scene), Contains("cam_params.json: camera: a map was expected"));
+        CHECK_THAT(error_of(scene), Contains("cam_params.json: camera: expected a map"));
     }
 }
 

@@ -270,7 +270,7 @@ TEST_CASE("a scene that cannot be used is refused by name", "[scan.scannet]")
     SECTION("an alignment that is none")
     {
         scene.write("scene0000_00.txt", "axisAlignment = 1 0 0\n");
-        CHECK_THAT(error_of(scene), Contains("axisAlignment: 3 numbers where 16"));
+        CHECK_THAT(error_of(scene), Contains("axisAlignment: 3 numbers; expected 16"));
     }
     SECTION("extrinsics that are none")
     {

@@ -239,7 +239,7 @@ TEST_CASE("a scan that cannot be used is refused by name", "[scan.seven_scenes]"
     SECTION("intrinsics of another form")
     {
         scan.write("depth-intrinsics.txt", "25 0 16\n0 26 12\n");
-        CHECK_THAT(error_of(scan), Contains("depth-intrinsics.txt: 2 rows where a 3x3"));
+        CHECK_THAT(error_of(scan), Contains("depth-intrinsics.txt: 2 rows; expected a 3x3"));
     }
     SECTION("intrinsics for another size")
     {

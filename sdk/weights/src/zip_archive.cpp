@@ -27,7 +27,7 @@ bool saturated(std::uint64_t number)
 
 void ZipArchive::fail(std::size_t offset, const std::string& what) const
 {
-    throw Error(source_ + ": byte " + std::to_string(offset) + ": " + what + "; this is no zip archive as torch.save writes it");
+    throw Error(source_ + ": byte " + std::to_string(offset) + ": " + what + "; not a zip archive as torch.save writes it");
 }
 
 std::uint64_t ZipArchive::number(std::size_t offset, std::size_t bytes) const
@@ -149,7 +149,7 @@ std::string ZipArchive::only_name_with_end(std::string_view end) const
             result = name;
         }
     if (result.empty())
-        throw Error(source_ + ": no entry that ends with '" + std::string(end) + "'; this is no archive as torch.save writes it");
+        throw Error(source_ + ": no entry that ends with '" + std::string(end) + "'; not an archive as torch.save writes it");
     return result;
 }
 

@@ -78,9 +78,9 @@ Raster<T> raster_from(std::span<const std::byte> npy, int width, int height, int
     const NpyArray array = parse_npy(npy, source);
     const auto shape = shape_of(width, height, channels);
     if (array.shape != shape)
-        fail(source, "an array of " + text_of(array.shape) + "; " + text_of(shape) + " was expected");
+        fail(source, "an array of " + text_of(array.shape) + "; expected " + text_of(shape));
     if (array.type != npy_type<T>)
-        fail(source, std::string("an array of another type; ") + word_of(npy_type<T>) + " was expected");
+        fail(source, std::string("an array of another type; expected ") + word_of(npy_type<T>));
     return raster_of<T>(array, width, height, channels);
 }
 
@@ -105,8 +105,7 @@ void check_values(const Raster<T>& raster, std::string_view source, const char* 
     if (bad == raster.values.end())
         return;
     const auto at = static_cast<std::size_t>(bad - raster.values.begin()) / static_cast<std::size_t>(raster.channels);
-    fail(source,
-         pixel_text(at, raster.width) + " holds " + number_text(static_cast<double>(*bad)) + "; " + expected + " was expected");
+    fail(source, pixel_text(at, raster.width) + " holds " + number_text(static_cast<double>(*bad)) + "; expected " + expected);
 }
 
 }  // namespace
@@ -127,7 +126,7 @@ std::vector<std::byte> read_stamped(const std::filesystem::path& file, const Fil
         fail(file.string(),
              "has " + std::to_string(bytes.size()) + " bytes; dataset.json lists " + std::to_string(stamp.bytes) + way_out);
     if (content_hash(bytes) != stamp.hash)
-        fail(file.string(), "has not the contents that dataset.json lists: it was changed or damaged" + way_out);
+        fail(file.string(), "its contents differ from those that dataset.json lists: it was changed or damaged" + way_out);
     return bytes;
 }
 
@@ -168,9 +167,9 @@ Raster8 picture_from(std::span<const std::byte> npy, std::string_view source)
     const std::size_t channels = shape.size() == 3 ? shape[2] : 1;
     if (array.type != NpyType::uint8 || (shape.size() != 2 && shape.size() != 3) ||
         (channels != 1 && channels != 3 && channels != 4))
-        fail(source, "a picture, uint8 of height x width x 3 (or 1, or 4), was expected");
+        fail(source, "expected a picture, uint8 of height x width x 3 (or 1, or 4)");
     if (shape[0] == 0 || shape[1] == 0 || shape[0] > max_pixels / shape[1])
-        fail(source, "a picture of " + text_of(shape) + "; 1 to 200 million pixels were expected");
+        fail(source, "a picture of " + text_of(shape) + "; expected 1 to 200 million pixels");
     return raster_of<std::uint8_t>(array, static_cast<int>(shape[1]), static_cast<int>(shape[0]), static_cast<int>(channels));
 }
 
@@ -196,7 +195,7 @@ void check_valid(const Raster8& valid, std::int64_t ones, std::string_view sourc
     check_values(valid, source, "0 or 1", [](std::uint8_t v) { return v <= 1; });
     const auto found = std::ranges::count(valid.values, std::uint8_t{1});
     if (found != ones)
-        fail(source, std::to_string(found) + " valid pixels; " + std::to_string(ones) + " were expected");
+        fail(source, std::to_string(found) + " valid pixels; expected " + std::to_string(ones));
 }
 
 void check_uv(const RasterF& uv, std::string_view source)

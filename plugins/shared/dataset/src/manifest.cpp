@@ -69,16 +69,16 @@ View view_from(const Value& value, const std::vector<int>& heights_px)
     if (const Value& unit = entries.take("depth_unit_m"); !unit.is_null())
         view.depth_unit_m = unit.as_double();
     if (view.depth_unit_m && !(*view.depth_unit_m > 0))
-        throw Error("depth_unit_m: a number above 0 was expected, or null");
+        throw Error("depth_unit_m: expected a number above 0, or null");
     view.sharpness = entries.take("sharpness").as_double();
     if (!(view.sharpness >= 0))
-        throw Error("sharpness: a number that is not negative was expected");
+        throw Error("sharpness: expected a number that is not negative");
     for (const Value& count : entries.take("valid_pixels").as_list())
         view.valid_pixels.push_back(count.as_int());
     entries.refuse_others();
     if (view.valid_pixels.size() != heights_px.size())
-        throw Error("valid_pixels: " + std::to_string(view.valid_pixels.size()) + " numbers; one per height, " +
-                    std::to_string(heights_px.size()) + ", was expected");
+        throw Error("valid_pixels: " + std::to_string(view.valid_pixels.size()) + " numbers; expected one per height, " +
+                    std::to_string(heights_px.size()));
     for (std::size_t i = 0; i < heights_px.size(); ++i)
     {
         const std::int64_t most = std::int64_t{heights_px[i]} * view.color.intrinsics.width_at(heights_px[i]);
@@ -97,9 +97,9 @@ std::pair<std::string, FileStamp> file_from(const Value& value)
     const std::string hash = entries.take("hash").as_string();
     entries.refuse_others();
     if (bytes < 0)
-        throw Error("bytes: a number that is not negative was expected");
+        throw Error("bytes: expected a number that is not negative");
     if (hash.size() != 32 || hash.find_first_not_of("0123456789abcdef") != std::string::npos)
-        throw Error("hash: 32 hexadecimal digits in lower case were expected");
+        throw Error("hash: expected 32 lowercase hexadecimal digits");
     return {name, {static_cast<std::uint64_t>(bytes), hash}};
 }
 
@@ -110,11 +110,11 @@ std::vector<int> heights_from(const Value& value)
     {
         const std::int64_t px = height.as_int();
         if (px < 1 || px > largest_height || (!heights.empty() && px <= heights.back()))
-            throw Error("numbers from 1 to 65536, each larger than the one before, were expected");
+            throw Error("expected numbers from 1 to 65536 in ascending order");
         heights.push_back(static_cast<int>(px));
     }
     if (heights.empty())
-        throw Error("at least one height was expected");
+        throw Error("expected at least one height");
     return heights;
 }
 
@@ -124,14 +124,14 @@ UvType uv_type_from(const Value& value)
         return UvType::float32;
     if (value.as_string() == "uint16")
         return UvType::uint16;
-    throw Error("float32 or uint16 was expected");
+    throw Error("expected float32 or uint16");
 }
 
 void check_format(StrictMap& entries)
 {
     const Value& format = entries.take("format");
     if (!format.is_string() || format.as_string() != format_name)
-        throw Error("format: this is no dataset of fresco, whose format is \"" + std::string(format_name) + "\"");
+        throw Error("format: not a fresco dataset, whose format is \"" + std::string(format_name) + "\"");
     const std::int64_t version = entries.take("version").as_int();
     if (version != format_version)
         throw Error("version: " + std::to_string(version) + "; this fresco reads version " + std::to_string(format_version) +
@@ -140,8 +140,8 @@ void check_format(StrictMap& entries)
     const Value expected = conventions();
     for (const auto& [key, value] : expected.as_map())
         if (const Value* entry = found.find(key); entry == nullptr || *entry != value)
-            throw Error("conventions: " + key + ": " + to_json(value) + " was expected" +
-                        (entry == nullptr ? "" : ", not " + to_json(*entry)));
+            throw Error("conventions: " + key + ": expected " + to_json(value) +
+                        (entry == nullptr ? "" : ", got " + to_json(*entry)));
 }
 
 /// Calls `read` and says where, should it fail.
@@ -174,17 +174,17 @@ Manifest manifest_from(const Value& root)
         const std::string place = "views[" + std::to_string(manifest.views.size()) + "]";
         View view = at_place(place, [&] { return view_from(value, manifest.heights_px); });
         if (!frames.emplace(view.sequence, view.frame).second)
-            throw Error(place + ": " + view.sequence + "/" + view.frame + " stands twice");
+            throw Error(place + ": " + view.sequence + "/" + view.frame + " appears twice");
         manifest.views.push_back(std::move(view));
     }
     if (manifest.views.empty())
-        throw Error("views: at least one was expected");
+        throw Error("views: expected at least one");
     for (const Value& value : entries.take("files").as_list())
     {
         const std::string place = "files[" + std::to_string(manifest.files.size()) + "]";
         const auto [file, is_new] = manifest.files.insert(at_place(place, [&] { return file_from(value); }));
         if (!is_new)
-            throw Error(place + ": " + file->first + " stands twice");
+            throw Error(place + ": " + file->first + " appears twice");
     }
     entries.refuse_others();
     for (const std::string& name : needed_files(manifest))

@@ -24,7 +24,7 @@ double pose_entry(const RigidTransform& transform, int row, int column)
 
 RigidTransform pose_from(const Value& value)
 {
-    const auto fail = [] { throw Error("world_from_camera: three rows of four numbers were expected"); };
+    const auto fail = [] { throw Error("world_from_camera: expected three rows of four numbers"); };
     if (value.as_list().size() != rows)
         fail();
     RigidTransform pose;

@@ -103,17 +103,17 @@ TEST_CASE("a manifest that is not as described is refused by file and entry")
 {
     CHECK(error_of([](Value&) {}).empty());
     const auto set = [](const char* key, const Value& value) { return error_of([&](Value& root) { root.set(key, value); }); };
-    CHECK(set("format", "zip") == "room/dataset.json: format: this is no dataset of fresco, whose format is \"fresco.dataset\"");
+    CHECK(set("format", "zip") == "room/dataset.json: format: not a fresco dataset, whose format is \"fresco.dataset\"");
     CHECK_THAT(set("version", 2), Contains("version: 2; this fresco reads version 1"));
     CHECK_THAT(set("uv", "float16"), Contains("uv: float32 or uint16"));
     CHECK_THAT(set("heights_px", Value::List{12, 6}), Contains("heights_px: numbers from 1"));
     CHECK_THAT(set("heights_px", Value::List{}), Contains("at least one height"));
-    CHECK_THAT(set("heights_px", Value::List{6}), Contains("valid_pixels: 2 numbers; one per height, 1, was expected"));
-    CHECK_THAT(set("views", Value::List{}), Contains("views: at least one"));
+    CHECK_THAT(set("heights_px", Value::List{6}), Contains("valid_pixels: 2 numbers; expected one per height, 1"));
+    CHECK_THAT(set("views", Value::List{}), Contains("views: expected at least one"));
     CHECK_THAT(set("has_style", 1), Contains("room/dataset.json: expected"));
     CHECK_THAT(set("comment", "x"), Contains("\"comment\" is not known"));
     CHECK_THAT(error_of([](Value& root) { root.find("conventions")->set("uv_origin", "upper left"); }),
-               Contains("conventions: uv_origin: \"lower left\" was expected, not \"upper left\""));
+               Contains("conventions: uv_origin: expected \"lower left\", got \"upper left\""));
     CHECK_THAT(error_of([](Value& root) { std::erase_if(root.as_map(), [](const auto& e) { return e.first == "uv"; }); }),
                Contains("\"uv\" is missing"));
     CHECK_THROWS_WITH(dataset::parse_manifest("{", "room/dataset.json"), Contains("room/dataset.json: not valid JSON at byte"));
@@ -137,7 +137,7 @@ TEST_CASE("views that cannot be are refused")
     CHECK_THAT(error_of([](Value& root) { first_view(root).find("color_camera")->set("world_from_camera", Value::List{1}); }),
                Contains("three rows of four"));
     CHECK_THAT(error_of([](Value& root) { root.find("views")->as_list().push_back(first_view(root)); }),
-               Contains("views[1]: seq-01/frame-000008 stands twice"));
+               Contains("views[1]: seq-01/frame-000008 appears twice"));
 }
 
 TEST_CASE("names that lead out of the folder, or are missing, are refused")
@@ -155,5 +155,5 @@ TEST_CASE("names that lead out of the folder, or are missing, are refused")
     CHECK_THAT(error_of([](Value& root) { first_file(root).set("hash", "00"); }), Contains("files[0]: hash: 32"));
     CHECK_THAT(error_of([](Value& root) { first_file(root).set("bytes", -1); }), Contains("files[0]: bytes"));
     CHECK_THAT(error_of([](Value& root) { root.find("files")->as_list().push_back(first_file(root)); }),
-               Contains("mesh.ply stands twice"));
+               Contains("mesh.ply appears twice"));
 }

@@ -51,7 +51,7 @@ std::map<std::string, fs::path> by_stem(const std::vector<fs::path>& files, Exte
 std::map<std::string, fs::path> named_pictures(const Files* views, const fs::path& folder, RunContext& run, Extensions extensions)
 {
     if ((views != nullptr) != folder.empty())
-        throw Error("give either port 'views' (what render.views made) or option 'folder' (pictures made elsewhere)");
+        throw Error("set either port 'views' (what render.views made) or option 'folder' (pictures made elsewhere)");
     return by_stem(views != nullptr ? listed(*views) : listed(folder, extensions, run), extensions);
 }
 
@@ -79,7 +79,7 @@ std::vector<PosedPicture> posed_pictures(const Frames& frames, const Files* view
     {
         const std::string name = frames.frames[i].sequence + "_" + frames.frames[i].name;
         if (!names.insert(name).second)
-            throw Error("two frames are called " + name + ": give the scan's sequences names that differ");
+            throw Error("two frames are called " + name + ": rename the scan's sequences so that they differ");
         const auto picture = pictures.find(name);
         if (picture == pictures.end())
             continue;
@@ -98,7 +98,7 @@ std::vector<PosedPicture> posed_pictures(const Frames& frames, const Files* view
 const Mesh& shown_mesh(const TexturedMesh* textured, const Mesh* plain)
 {
     if ((textured != nullptr) == (plain != nullptr))
-        throw Error("give one of the ports 'textured_mesh' and 'mesh': depth is cast from it");
+        throw Error("wire one of the ports 'textured_mesh' and 'mesh': depth is cast from it");
     const Mesh& mesh = plain != nullptr ? *plain : textured->mesh;
     check_mesh(mesh, plain != nullptr ? "the mesh on port 'mesh'" : "the mesh on port 'textured_mesh'");
     return mesh;

@@ -94,8 +94,8 @@ TEST_CASE("one mesh is shown, and it is checked")
     textured.mesh = mesh;
     CHECK(&shown_mesh(&textured, nullptr) == &textured.mesh);
     CHECK(&shown_mesh(nullptr, &mesh) == &mesh);
-    CHECK_THROWS_WITH(shown_mesh(&textured, &mesh), Catch::Contains("give one of the ports"));
-    CHECK_THROWS_WITH(shown_mesh(nullptr, nullptr), Catch::Contains("give one of the ports"));
+    CHECK_THROWS_WITH(shown_mesh(&textured, &mesh), Catch::Contains("wire one of the ports"));
+    CHECK_THROWS_WITH(shown_mesh(nullptr, nullptr), Catch::Contains("wire one of the ports"));
     mesh.triangles[0][1] = 9;
     CHECK_THROWS_WITH(shown_mesh(nullptr, &mesh), Catch::Contains("port 'mesh'"));
 }

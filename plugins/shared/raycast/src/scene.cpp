@@ -30,7 +30,7 @@ const char* name(RTCError error)
 
 [[noreturn]] void fail(RTCError error)
 {
-    throw Error(std::string("the ray caster (Embree) could not take the mesh: ") + name(error) +
+    throw Error(std::string("the ray caster (Embree) rejected the mesh: ") + name(error) +
                 "; decimate the mesh or give the stage more memory");
 }
 

@@ -99,7 +99,7 @@ Intrinsics pinhole_without(const Lens& lens, const Intrinsics& camera, std::stri
         throw Error(
             std::string(source) +
             ": the lens' coefficients fold the picture or displace it by more than its size; expected those of OpenCV's model "
-            "(k1, k2, p1, p2, k3, …) for this camera: calibrate anew, or undistort the pictures with the recorder's own tool");
+            "(k1, k2, p1, p2, k3, …) for this camera: recalibrate, or undistort the pictures with the recorder's own tool");
     double low = smallest_zoom, high = greatest_zoom;
     if (sees_nothing_else(zoomed(camera, low), camera, lens))
         return zoomed(camera, low);

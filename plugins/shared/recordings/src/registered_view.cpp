@@ -45,7 +45,7 @@ void refuse_doubles(const std::vector<RegisteredView>& views)
     std::map<std::pair<std::string, std::string>, const RegisteredView*> seen;
     for (const auto& view : views)
         if (const auto [other, is_new] = seen.try_emplace({view.sequence, view.name}, &view); !is_new)
-            throw Error(view.source + ": the view " + view.sequence + "/" + view.name + " stands twice, also at " +
+            throw Error(view.source + ": the view " + view.sequence + "/" + view.name + " appears twice, also at " +
                         other->second->source + "; remove one");
 }
 
@@ -90,7 +90,7 @@ class FrameMaker
         if (header.width != view.camera.width || header.height != view.camera.height)
             throw Error(view.color.string() + ": the picture is " + size_text(header.width, header.height) + ", " + view.source +
                         " says " + size_text(view.camera.width, view.camera.height) +
-                        "; give the intrinsics for pictures of this size");
+                        "; set intrinsics for pictures of this size");
         check_not_turned(view.color, header, view.source);
         check_camera({view.camera, view.world_from_camera}, view.source);
         check_center(view.camera, view.source, view.color);

@@ -37,7 +37,7 @@ LineReader::LineReader(std::string_view text, std::string_view source) : rest_(t
 {
     if (text.empty() || text.back() != '\n')
         throw Error(source_ +
-                    ": the file does not end in a line's end, it seems to be cut; copy it anew (or, if it is whole, end its "
+                    ": the file does not end in a line's end, it seems truncated; copy it again (or, if it is complete, end its "
                     "last line)");
 }
 
@@ -86,7 +86,7 @@ double number_of(std::string_view word, const std::string& place)
     double number = 0;
     const auto [end, code] = std::from_chars(word.data(), word.data() + word.size(), number);
     if (code != std::errc{} || end != word.data() + word.size() || !std::isfinite(number))
-        throw Error(place + ": " + shown(word) + " where a finite number was expected");
+        throw Error(place + ": " + shown(word) + ": expected a finite number");
     return number;
 }
 
@@ -95,8 +95,8 @@ std::int64_t integer_of(std::string_view word, std::int64_t least, std::int64_t 
     std::int64_t number = 0;
     const auto [end, code] = std::from_chars(word.data(), word.data() + word.size(), number);
     if (code != std::errc{} || end != word.data() + word.size() || number < least || number > most)
-        throw Error(place + ": " + shown(word) + " where a whole number from " + std::to_string(least) + " to " +
-                    std::to_string(most) + " was expected");
+        throw Error(place + ": " + shown(word) + ": expected a whole number from " + std::to_string(least) + " to " +
+                    std::to_string(most));
     return number;
 }
 

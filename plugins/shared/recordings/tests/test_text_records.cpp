@@ -28,7 +28,7 @@ TEST_CASE("numbers are whole words, finite and within their range", "[recordings
 {
     CHECK(number_of("-2.5e3", "x") == -2500);
     for (const char* word : {"", "1,5", "nan", "inf", "1e999", "0x10", "3a", "+"})
-        CHECK_THROWS_WITH(number_of(word, "f:3"), Contains("f:3: \"" + std::string(word) + "\" where a finite number"));
+        CHECK_THROWS_WITH(number_of(word, "f:3"), Contains("f:3: \"" + std::string(word) + "\": expected a finite number"));
     CHECK(integer_of("12", 0, 12, "x") == 12);
     for (const char* word : {"13", "-1", "1.0", "", "99999999999999999999"})
         CHECK_THROWS_WITH(integer_of(word, 0, 12, "f:3"), Contains("f:3: ") && Contains("from 0 to 12"));

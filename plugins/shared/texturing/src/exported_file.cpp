@@ -16,7 +16,7 @@ void check_textured_mesh(const TexturedMesh& textured, std::string_view source)
     if (picture.empty() || picture.width != picture.height || picture.channels != 3)
         throw Error(std::string(source) + " has a picture of " + std::to_string(picture.width) + " x " +
                     std::to_string(picture.height) + " texels and " + std::to_string(picture.channels) +
-                    " channels; a square one of 3 was expected, as texture.bake makes it");
+                    " channels; expected a square one of 3, as texture.bake makes it");
 }
 
 void check_written_mesh(const Mesh& found, const Mesh& meant)

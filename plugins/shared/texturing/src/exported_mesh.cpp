@@ -8,7 +8,7 @@ namespace fresco::texturing
 
 ExportedMesh::ExportedMesh(Configurable* owner)
     : textured_(owner, "textured_mesh", optional, "The mesh with its picture, as texture.bake makes it"),
-      mesh_(owner, "mesh", optional, "In its place: a mesh or atlas without a picture, with its vertex colors")
+      mesh_(owner, "mesh", optional, "Alternatively, a mesh or atlas without a picture, with its vertex colors")
 {
 }
 

@@ -76,8 +76,8 @@ PictureOptions::PictureOptions(Configurable* owner)
     : image_format_(owner, "image_format", "png", one_of({"png", "jpeg"}), "How the picture is stored"),
       jpeg_quality_(owner, "jpeg_quality", 92, range(1, 100), "For image_format: jpeg"),
       max_texture_px_(owner, "max_texture_px", 0, range(0, 65536),
-                      "Shrink the picture to this side, chart by chart in linear light; 0 = as it is"),
-      images_(owner, "images", "image.opencv", "Encodes the picture, and reads it again")
+                      "Shrink the picture to this side, chart by chart in linear light; 0: do not shrink"),
+      images_(owner, "images", "image.opencv", "Encodes the picture and reads it back")
 {
 }
 

@@ -32,7 +32,7 @@ extern "C"
         const char* standard_library; /* with its ABI switch */
         const char* containers;       /* "release" or "debug": what the standard containers were built as */
         const char* torch;            /* version, where the plugin uses it */
-        const char* cuda;             /* version, where the plugin uses it */
+        const char* cuda;             /* major version, where its libtorch has it */
     };
 
     enum fresco_entry_kind

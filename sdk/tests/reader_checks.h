@@ -219,6 +219,21 @@ struct Flaw
     std::vector<std::string> said;
 };
 
+/// A file written anew, a part of it replaced, a file or folder removed: what makes a flaw. Paths are below the recording's.
+inline std::function<void(WrittenRecording&)> writing(const std::filesystem::path& file, const std::string& text)
+{
+    return [=](WrittenRecording& it) { it.write(file, text); };
+}
+inline std::function<void(WrittenRecording&)> replacing(const std::filesystem::path& file, const std::string& from,
+                                                        const std::string& to)
+{
+    return [=](WrittenRecording& it) { it.replace(file, from, to); };
+}
+inline std::function<void(WrittenRecording&)> removing(const std::filesystem::path& file)
+{
+    return [=](WrittenRecording& it) { it.remove(file); };
+}
+
 /// Checks that each flaw, made in a recording of its own, is refused with an error that says what it should.
 inline void check_flaws(const ReaderUnderTest& reader, const std::vector<Flaw>& flaws, const Value& options = Value::Map{})
 {
@@ -240,8 +255,8 @@ inline std::vector<Flaw> picture_flaws(const ReaderUnderTest& reader)
     const auto cut = [](const std::filesystem::path& file) { std::filesystem::resize_file(file, file_size(file) - 1); };
     const auto with = [](const std::filesystem::path& file, const auto& picture)
     { return [file, picture](WrittenRecording& it) { write_file(it.path / file, it.images.encode_png(picture)); }; };
-    return {{"no color picture", [&](auto& it) { it.remove(reader.color); }, {color, "1 file is missing"}},
-            {"no depth picture", [&](auto& it) { it.remove(reader.depth); }, {depth, "1 file is missing"}},
+    return {{"no color picture", removing(reader.color), {color, "1 file is missing"}},
+            {"no depth picture", removing(reader.depth), {depth, "1 file is missing"}},
             {"color cut", [=](auto& it) { cut(it.path / reader.color); }, {color + ": cut"}},
             {"depth cut", [=](auto& it) { cut(it.path / reader.depth); }, {depth + ": cut"}},
             {"color of another size", with(reader.color, Raster8(24, 32, 3)), {color + ": the picture is 24x32", "32x24"}},

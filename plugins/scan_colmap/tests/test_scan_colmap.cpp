@@ -7,7 +7,9 @@
 namespace fs = std::filesystem;
 using Catch::Contains;
 using fresco::Value;
+using fresco::testing::replacing;
 using fresco::testing::TestRun;
+using fresco::testing::writing;
 using fresco::testing::WrittenRecording;
 
 namespace
@@ -123,33 +125,29 @@ TEST_CASE("the reconstruction is found where tools put it", "[scan.colmap]")
 
 TEST_CASE("text that cannot be used is refused by line", "[scan.colmap]")
 {
-    const auto replaced = [](const fs::path& file, const char* from, const char* to)
-    { return [=](const WrittenRecording& it) { it.replace(file, from, to); }; };
-    const auto written = [](const fs::path& file, const char* text)
-    { return [=](const WrittenRecording& it) { it.write(file, text); }; };
     fresco::testing::check_flaws(
         text_reader,
         {{"a model that is not read",
-          replaced(cameras_file, "PINHOLE", "OPENCV_FISHEYE"),
+          replacing(cameras_file, "PINHOLE", "OPENCV_FISHEYE"),
           {"cameras.txt:3: the camera model \"OPENCV_FISHEYE\" is not read; SIMPLE_PINHOLE"}},
          {"another count of parameters",
-          replaced(cameras_file, "PINHOLE", "OPENCV"),
+          replacing(cameras_file, "PINHOLE", "OPENCV"),
           {"cameras.txt:3: 4 parameters where OPENCV has 8"}},
-         {"counts", replaced(images_file, "images: 3", "images: 4"), {"images.txt: 3 images where its head counts 4"}},
+         {"counts", replacing(images_file, "images: 3", "images: 4"), {"images.txt: 3 images where its head counts 4"}},
          {"a camera missing",
-          replaced(cameras_file, "\n7 ", "\n8 "),
+          replacing(cameras_file, "\n7 ", "\n8 "),
           {"images.txt:3: the camera 7 is not in the file of cameras"}},
          {"a camera twice",
-          written(cameras_file, "7 SIMPLE_PINHOLE 32 24 30 16 12\n7 SIMPLE_PINHOLE 32 24 30 16 12\n"),
+          writing(cameras_file, "7 SIMPLE_PINHOLE 32 24 30 16 12\n7 SIMPLE_PINHOLE 32 24 30 16 12\n"),
           {"cameras.txt:2: the camera 7 stands twice"}},
-         {"broken points", replaced(images_file, "1.5 2.5 -1", "1.5 2.5"), {"images.txt:6: expected an image's points"}},
+         {"broken points", replacing(images_file, "1.5 2.5 -1", "1.5 2.5"), {"images.txt:6: expected an image's points"}},
          {"a quaternion too short",
-          written(images_file, "1 0.5 0 0 0 1 2 3 7 view 000.png\n\n"),
+          writing(images_file, "1 0.5 0 0 0 1 2 3 7 view 000.png\n\n"),
           {"images.txt:1: ", "length 1, this one 0.5"}},
-         {"too few words", written(images_file, "1 1 0 0 0 1 2 3 7\n\n"), {"images.txt:1: 9 words"}},
-         {"no images", written(images_file, "# none\n"), {"images.txt: the reconstruction has no images"}},
+         {"too few words", writing(images_file, "1 1 0 0 0 1 2 3 7\n\n"), {"images.txt:1: 9 words"}},
+         {"no images", writing(images_file, "# none\n"), {"images.txt: the reconstruction has no images"}},
          {"a size too large",
-          replaced(cameras_file, "PINHOLE 32", "PINHOLE 320000"),
+          replacing(cameras_file, "PINHOLE 32", "PINHOLE 320000"),
           {"cameras.txt:3: a picture of 320000x24"}}});
 }
 

@@ -10,6 +10,8 @@
 namespace fs = std::filesystem;
 using Catch::Contains;
 using fresco::Value;
+using fresco::testing::removing;
+using fresco::testing::replacing;
 using fresco::testing::TestRun;
 using fresco::testing::WrittenRecording;
 
@@ -117,9 +119,7 @@ TEST_CASE("a house that cannot be used is refused by name", "[scan.matterport3d]
     const char* const kind = "dataset matterport";
     fresco::testing::check_flaws(
         reader,
-        {{"no camera file",
-          [](const auto& it) { it.remove(cameras_file); },
-          {"undistorted_camera_parameters: no camera file; expected <house>.conf"}},
+        {{"no camera file", removing(cameras_file), {"undistorted_camera_parameters: no camera file; expected <house>.conf"}},
          {"two camera files",
           [](const auto& it) { it.write("undistorted_camera_parameters/other.conf", it.text(cameras_file)); },
           {"2 camera files", "other.conf"}},
@@ -135,10 +135,10 @@ TEST_CASE("a house that cannot be used is refused by name", "[scan.matterport3d]
           {"'..' is no plain name"}}});
     fresco::testing::check_flaws(reader,
                                  {{"another number of panoramas",
-                                   [](const auto& it) { it.replace(house_file, "H tiny - 3 3", "H tiny - 3 5"); },
+                                   replacing(house_file, "H tiny - 3 3", "H tiny - 3 5"),
                                    {"promises 5 panoramas, there are 3"}},
                                   {"an unknown panorama",
-                                   [](const auto& it) { it.replace(house_file, "P 03a8325e000001", "P 03a8325e000009"); },
+                                   replacing(house_file, "P 03a8325e000001", "P 03a8325e000009"),
                                    {"panorama 03a8325e000001 of", "tiny.conf:"}}},
                                  Value::Map{{"region", 1}});
     const WrittenRecording house(reader);

@@ -9,7 +9,9 @@
 namespace fs = std::filesystem;
 using Catch::Contains;
 using fresco::Value;
+using fresco::testing::removing;
 using fresco::testing::TestRun;
+using fresco::testing::writing;
 using fresco::testing::WrittenRecording;
 
 namespace
@@ -185,9 +187,9 @@ TEST_CASE("a file that cannot be used is refused by name", "[scan.nerfstudio]")
     const std::string angle = "frame 1: \"camera_angle_x\" must be an angle of view in radians";
     fresco::testing::check_flaws(
         reader,
-        {{"no file", [](const auto& it) { it.remove("transforms.json"); }, {"transforms.json"}},
+        {{"no file", removing("transforms.json"), {"transforms.json"}},
          {"no frames",
-          [](const auto& it) { it.write("transforms.json", "{\"frames\": []}"); },
+          writing("transforms.json", "{\"frames\": []}"),
           {"transforms.json: \"frames\" must be a list of frames, not empty"}},
          {"another camera",
           set(1, {{"camera_model", "OPENCV_FISHEYE"}}),

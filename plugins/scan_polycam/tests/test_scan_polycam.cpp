@@ -8,6 +8,7 @@ namespace fs = std::filesystem;
 using Catch::Contains;
 using fresco::Value;
 using fresco::testing::TestRun;
+using fresco::testing::writing;
 using fresco::testing::WrittenRecording;
 
 namespace
@@ -25,6 +26,8 @@ const fresco::testing::ReaderUnderTest reader{.plugin = FRESCO_PLUGIN_FILE,
                                               .depth = "keyframes/depth/999.png",
                                               .pose_source = "corrected_cameras/999.json",
                                               .damaged = {{"keyframes/corrected_cameras/998.json", 200, 150}}};
+
+const char* const camera_file = "keyframes/corrected_cameras/999.json";
 
 // y up becomes z up, and 5 m along x; column by column.
 const char* const alignment = R"({"alignmentTransform": [1, 0, 0, 0,  0, 0, 1, 0,  0, -1, 0, 0,  5, 0, 0, 1]})";
@@ -75,20 +78,18 @@ TEST_CASE("frames are brought into the mesh's world", "[scan.polycam]")
 
 TEST_CASE("a capture that cannot be used is refused by name", "[scan.polycam]")
 {
-    const auto camera = [](const char* text)
-    { return [=](const WrittenRecording& it) { it.write("keyframes/corrected_cameras/999.json", text); }; };
-    fresco::testing::check_flaws(reader,
-                                 {{"no cameras",
-                                   [](const auto& it)
-                                   {
-                                       it.remove("keyframes/corrected_cameras");
-                                       fs::create_directory(it.path / "keyframes/corrected_cameras");
-                                   },
-                                   {"holds no views; each needs keyframes/corrected_cameras/N.json"}},
-                                  {"a value missing",
-                                   camera(R"({"width": 32, "height": 24, "fx": 30, "fy": 30, "cx": 16, "cy": 12, "t_00": 1})"),
-                                   {"999.json", "\"t_01\" is missing"}},
-                                  {"no JSON", camera("{"), {"999.json"}}});
+    fresco::testing::check_flaws(
+        reader, {{"no cameras",
+                  [](const auto& it)
+                  {
+                      it.remove("keyframes/corrected_cameras");
+                      fs::create_directory(it.path / "keyframes/corrected_cameras");
+                  },
+                  {"holds no views; each needs keyframes/corrected_cameras/N.json"}},
+                 {"a value missing",
+                  writing(camera_file, R"({"width": 32, "height": 24, "fx": 30, "fy": 30, "cx": 16, "cy": 12, "t_00": 1})"),
+                  {"999.json", "\"t_01\" is missing"}},
+                 {"no JSON", writing(camera_file, "{"), {"999.json"}}});
     const WrittenRecording capture(reader);
     capture.write("mesh_info.json", alignment);
     fresco::testing::check_damage(capture, {{"mesh_info.json", 200, 150}}, Value::Map{{"world", "mesh"}});

@@ -7,7 +7,9 @@
 namespace fs = std::filesystem;
 using Catch::Contains;
 using fresco::Value;
+using fresco::testing::removing;
 using fresco::testing::TestRun;
+using fresco::testing::writing;
 using fresco::testing::WrittenRecording;
 
 namespace
@@ -76,8 +78,6 @@ TEST_CASE("the mesh and the camera may be elsewhere, frames may be left out", "[
 
 TEST_CASE("a scene that cannot be used is refused by name", "[scan.replica]")
 {
-    const auto camera = [](const char* text)
-    { return [=](const WrittenRecording& it) { it.write("../cam_params.json", text); }; };
     fresco::testing::check_flaws(
         reader,
         {{"too few poses",
@@ -86,13 +86,15 @@ TEST_CASE("a scene that cannot be used is refused by name", "[scan.replica]")
          {"a short pose",
           [](const auto& it) { it.write("traj.txt", "1 2 3\n" + it.text("traj.txt")); },
           {"traj.txt:1: 3 numbers where 16"}},
-         {"no pictures",
-          [](const auto& it) { it.remove("results"); },
-          {"holds no views; each needs results/frameN.jpg (or .png) and results/depthN.png"}},
+         {"no pictures", removing("results"), {"holds no views; each needs results/frameN.jpg (or .png) and results/depthN.png"}},
          {"a number twice",
           [](const auto& it) { it.write("results/frame01.png", it.text("results/frame000001.jpg")); },
           {"there is another file of this number"}},
-         {"no scale", camera(R"({"camera": {"w": 32, "h": 24, "fx": 30}})"), {"cam_params.json: camera: \"scale\" is missing"}},
-         {"no camera", camera(R"({"cameras": 3})"), {"cam_params.json: expected {\"camera\""}},
-         {"a number as camera", camera(R"({"camera": 3})"), {"cam_params.json: camera: a map was expected"}}});
+         {"no scale",
+          writing("../cam_params.json", R"({"camera": {"w": 32, "h": 24, "fx": 30}})"),
+          {"cam_params.json: camera: \"scale\" is missing"}},
+         {"no camera", writing("../cam_params.json", R"({"cameras": 3})"), {"cam_params.json: expected {\"camera\""}},
+         {"a number as camera",
+          writing("../cam_params.json", R"({"camera": 3})"),
+          {"cam_params.json: camera: a map was expected"}}});
 }

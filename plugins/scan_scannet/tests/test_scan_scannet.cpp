@@ -7,7 +7,10 @@
 namespace fs = std::filesystem;
 using Catch::Contains;
 using fresco::Value;
+using fresco::testing::removing;
+using fresco::testing::rows_of;
 using fresco::testing::TestRun;
+using fresco::testing::writing;
 using fresco::testing::WrittenRecording;
 
 namespace
@@ -15,14 +18,6 @@ namespace
 
 const char* const lost_pose = "-inf -inf -inf -inf\n-inf -inf -inf -inf\n-inf -inf -inf -inf\n-inf -inf -inf -inf\n";
 const char* const properties = "scene0000_00.txt";
-
-std::string rows(const std::vector<double>& m)
-{
-    std::string text;
-    for (std::size_t i = 0; i < m.size(); i += 4)
-        text += fresco::testing::joined({m[i], m[i + 1], m[i + 2], m[i + 3]}) + "\n";
-    return text;
-}
 
 /// A scene of the views 0, 2, 10, with its full mesh and a reduced one of twice its size.
 fs::path write_scannet(const fresco::Frames& frames, const fs::path& scene)
@@ -36,7 +31,8 @@ fs::path write_scannet(const fresco::Frames& frames, const fs::path& scene)
         const std::string name = numbers[i];
         fresco::testing::copy_picture(frame.color_picture.path, scene / "color" / (name + ".jpg"));
         fresco::testing::copy_picture(frame.depth_picture.path, scene / "depth" / (name + ".png"));
-        fresco::write_file(scene / "pose" / (name + ".txt"), rows(fresco::testing::matrix_of(frame.depth.world_from_camera)));
+        fresco::write_file(scene / "pose" / (name + ".txt"),
+                           rows_of(fresco::testing::matrix_of(frame.depth.world_from_camera), 4));
     }
     const auto& first = frames.frames.front();
     // The recorder's own frame is a centimeter beside the depth camera's.
@@ -46,9 +42,9 @@ fs::path write_scannet(const fresco::Frames& frames, const fs::path& scene)
                                                    std::tuple{"depth.txt", first.depth.intrinsics, rig_from_depth}})
     {
         fresco::write_file(scene / "intrinsic" / (std::string("intrinsic_") + name),
-                           rows({k.fx, 0, k.cx - 0.5, 0, 0, k.fy, k.cy - 0.5, 0, 0, 0, 1, 0, 0, 0, 0, 1}));
+                           rows_of({k.fx, 0, k.cx - 0.5, 0, 0, k.fy, k.cy - 0.5, 0, 0, 0, 1, 0, 0, 0, 0, 1}, 4));
         fresco::write_file(scene / "intrinsic" / (std::string("extrinsic_") + name),
-                           rows(fresco::testing::matrix_of(rig_from_camera)));
+                           rows_of(fresco::testing::matrix_of(rig_from_camera), 4));
     }
     fresco::write_file(scene / properties,
                        "axisAlignment = 0 1 0 0 -1 0 0 0 0 0 1 2 0 0 0 1 \ncolorWidth = 64\nfx_color = 40\nfy_color = 41\n"
@@ -173,11 +169,9 @@ TEST_CASE("without the folder intrinsic the scene's properties are used", "[scan
 
 TEST_CASE("a scene that cannot be used is refused by name", "[scan.scannet]")
 {
-    const auto written = [](const char* file, const char* text)
-    { return [=](const WrittenRecording& it) { it.write(file, text); }; };
     fresco::testing::check_flaws(
         reader,
-        {{"a folder missing", [](const auto& it) { it.remove("pose"); }, {"3 files are missing", "pose/0.txt", "pose/N.txt"}},
+        {{"a folder missing", removing("pose"), {"3 files are missing", "pose/0.txt", "pose/N.txt"}},
          {"no views",
           [](const auto& it)
           {
@@ -195,12 +189,12 @@ TEST_CASE("a scene that cannot be used is refused by name", "[scan.scannet]")
          {"a number twice",
           [](const auto& it) { it.write("color/00.jpg", it.text("color/0.jpg")); },
           {"another file of this number"}},
-         {"a mirrored pose", written("pose/10.txt", "-1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n"), {"pose/10.txt", "not a rotation"}},
-         {"a short pose", written("pose/10.txt", "1 0 0 0\n0 1 0\n"), {"pose/10.txt:2: 3 numbers"}},
-         {"intrinsics missing", [](const auto& it) { it.remove("intrinsic/intrinsic_depth.txt"); }, {"intrinsic_depth.txt"}},
-         {"no property", written(properties, "colorWidth = 64\nnonsense\n"), {"scene0000_00.txt:2: expected"}},
-         {"a short alignment", written(properties, "axisAlignment = 1 0 0\n"), {"axisAlignment: 3 numbers where 16"}},
+         {"a mirrored pose", writing("pose/10.txt", "-1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n"), {"pose/10.txt", "not a rotation"}},
+         {"a short pose", writing("pose/10.txt", "1 0 0 0\n0 1 0\n"), {"pose/10.txt:2: 3 numbers"}},
+         {"intrinsics missing", removing("intrinsic/intrinsic_depth.txt"), {"intrinsic_depth.txt"}},
+         {"no property", writing(properties, "colorWidth = 64\nnonsense\n"), {"scene0000_00.txt:2: expected"}},
+         {"a short alignment", writing(properties, "axisAlignment = 1 0 0\n"), {"axisAlignment: 3 numbers where 16"}},
          {"extrinsics that scale",
-          written("intrinsic/extrinsic_depth.txt", "3 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n"),
+          writing("intrinsic/extrinsic_depth.txt", "3 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n"),
           {"extrinsic_depth.txt", "not a rotation"}}});
 }

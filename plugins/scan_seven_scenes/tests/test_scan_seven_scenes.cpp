@@ -10,22 +10,14 @@
 namespace fs = std::filesystem;
 using Catch::Contains;
 using fresco::Value;
-using fresco::testing::joined;
+using fresco::testing::removing;
+using fresco::testing::rows_of;
 using fresco::testing::TestRun;
+using fresco::testing::writing;
 using fresco::testing::WrittenRecording;
 
 namespace
 {
-
-std::string rows(const std::vector<double>& matrix, std::size_t columns)
-{
-    std::string text;
-    for (std::size_t i = 0; i < matrix.size(); i += columns)
-        text +=
-            joined({matrix.begin() + static_cast<std::ptrdiff_t>(i), matrix.begin() + static_cast<std::ptrdiff_t>(i + columns)}) +
-            "\n";
-    return text;
-}
 
 /// The layout of 7-Scenes, with the names and numbers of the frames.
 fs::path write_seven_scenes(const fresco::Frames& frames, const fs::path& folder)
@@ -35,13 +27,13 @@ fs::path write_seven_scenes(const fresco::Frames& frames, const fs::path& folder
         const auto stem = (folder / frame.sequence / frame.name).string();
         fresco::testing::copy_picture(frame.color_picture.path, stem + ".color.png");
         fresco::testing::copy_picture(frame.depth_picture.path, stem + ".depth.png");
-        fresco::write_file(stem + ".pose.txt", rows(fresco::testing::matrix_of(frame.depth.world_from_camera), 4));
+        fresco::write_file(stem + ".pose.txt", rows_of(fresco::testing::matrix_of(frame.depth.world_from_camera), 4));
     }
     const auto& first = frames.frames.front();
     for (const auto& [name, k] : {std::pair{"color", first.color.intrinsics}, std::pair{"depth", first.depth.intrinsics}})
-        fresco::write_file(folder / (std::string(name) + "-intrinsics.txt"), rows({k.fx, 0, k.cx, 0, k.fy, k.cy, 0, 0, 1}, 3));
+        fresco::write_file(folder / (std::string(name) + "-intrinsics.txt"), rows_of({k.fx, 0, k.cx, 0, k.fy, k.cy, 0, 0, 1}, 3));
     const auto color_from_depth = first.color.world_from_camera.inverse() * first.depth.world_from_camera;
-    fresco::write_file(folder / "color_from_depth.txt", rows(fresco::testing::matrix_of(color_from_depth), 4));
+    fresco::write_file(folder / "color_from_depth.txt", rows_of(fresco::testing::matrix_of(color_from_depth), 4));
     fresco::testing::write_mesh(folder / "mesh.ply");
     return folder;
 }
@@ -175,14 +167,12 @@ TEST_CASE("without calibration 640x480 is assumed with warnings and another size
 
 TEST_CASE("a scan that cannot be used is refused by name", "[scan.seven_scenes]")
 {
-    const auto written = [](const char* file, const char* text)
-    { return [=](const WrittenRecording& it) { it.write(file, text); }; };
     const auto copied = [](const char* to)
     { return [=](const WrittenRecording& it) { it.write(to, it.text("seq-01/frame-000001.color.png")); }; };
     const char* const pose = "seq-01/frame-000001.pose.txt";
     fresco::testing::check_flaws(
         reader,
-        {{"no sequences", [](const auto& it) { it.remove("seq-01"); }, {"no sequences; expected folders seq-01"}},
+        {{"no sequences", removing("seq-01"), {"no sequences; expected folders seq-01"}},
          {"no frames",
           [](const auto& it)
           {
@@ -201,15 +191,13 @@ TEST_CASE("a scan that cannot be used is refused by name", "[scan.seven_scenes]"
          {"two names of a number",
           [&](const auto& it) { fs::rename(it.path / pose, it.path / "seq-01/frame-01.pose.txt"); },
           {"frame-01.pose.txt: two names for number 1, the other is frame-000001"}},
-         {"a pose with NaN", written(pose, "nan 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n"), {pose, "not finite"}},
-         {"a pose that scales", written(pose, "1.1 0 0 0\n0 1.1 0 0\n0 0 1.1 0\n0 0 0 1\n"), {pose, "not a rotation"}},
+         {"a pose with NaN", writing(pose, "nan 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n"), {pose, "not finite"}},
+         {"a pose that scales", writing(pose, "1.1 0 0 0\n0 1.1 0 0\n0 0 1.1 0\n0 0 0 1\n"), {pose, "not a rotation"}},
          {"a pose in words",
-          written(pose, "1 0 0 0\n0 1 0 0\n0 0 one 0\n0 0 0 1\n"),
+          writing(pose, "1 0 0 0\n0 1 0 0\n0 0 one 0\n0 0 0 1\n"),
           {std::string(pose) + ":3: \"one\" is not a number"}},
-         {"a short matrix", written("depth-intrinsics.txt", "25 0 16\n0 26 12\n"), {"depth-intrinsics.txt: 2 rows where a 3x3"}},
-         {"no mesh",
-          [](const auto& it) { it.remove("mesh.ply"); },
-          {"the mesh is missing; expected", "mesh.ply, or the option mesh"}}});
+         {"a short matrix", writing("depth-intrinsics.txt", "25 0 16\n0 26 12\n"), {"depth-intrinsics.txt: 2 rows where a 3x3"}},
+         {"no mesh", removing("mesh.ply"), {"the mesh is missing; expected", "mesh.ply, or the option mesh"}}});
     const WrittenRecording without_mesh(reader);
     without_mesh.remove("mesh.ply");
     CHECK_THROWS_AS(without_mesh.read(), fresco::MissingInput);

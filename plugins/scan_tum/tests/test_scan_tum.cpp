@@ -8,7 +8,9 @@
 namespace fs = std::filesystem;
 using Catch::Contains;
 using fresco::Value;
+using fresco::testing::removing;
 using fresco::testing::TestRun;
+using fresco::testing::writing;
 using fresco::testing::WrittenRecording;
 
 namespace
@@ -125,16 +127,13 @@ TEST_CASE("a lens is undone, and pictures for another camera are refused", "[sca
 
 TEST_CASE("lists that cannot be used are refused by line", "[scan.tum]")
 {
-    const auto written = [](const char* file, const char* text)
-    { return [=](const WrittenRecording& it) { it.write(file, text); }; };
     fresco::testing::check_flaws(
-        reader,
-        {{"another form", written("rgb.txt", "1.0 rgb/a.png x\n"), {"rgb.txt:1: 3 words where \"timestamp filename\""}},
-         {"not in order", written("depth.txt", "2.0 a.png\n1.0 b.png\n"), {"depth.txt:2: the time 1.0 is not after"}},
-         {"empty", written("groundtruth.txt", "# nothing\n"), {"groundtruth.txt: the list is empty"}},
-         {"a quaternion of zeros",
-          written("groundtruth.txt", "1 0 0 0 0 0 0 0\n"),
-          {"groundtruth.txt:1: a rotation's quaternion has length 1"}},
-         {"a list missing", [](const auto& it) { it.remove("depth.txt"); }, {"depth.txt"}},
-         {"a picture missing", [](const auto& it) { it.remove(reader.color); }, {"rgb.txt:4 with option intrinsics lists it"}}});
+        reader, {{"another form", writing("rgb.txt", "1.0 rgb/a.png x\n"), {"rgb.txt:1: 3 words where \"timestamp filename\""}},
+                 {"not in order", writing("depth.txt", "2.0 a.png\n1.0 b.png\n"), {"depth.txt:2: the time 1.0 is not after"}},
+                 {"empty", writing("groundtruth.txt", "# nothing\n"), {"groundtruth.txt: the list is empty"}},
+                 {"a quaternion of zeros",
+                  writing("groundtruth.txt", "1 0 0 0 0 0 0 0\n"),
+                  {"groundtruth.txt:1: a rotation's quaternion has length 1"}},
+                 {"a list missing", removing("depth.txt"), {"depth.txt"}},
+                 {"a picture missing", removing(reader.color), {"rgb.txt:4 with option intrinsics lists it"}}});
 }

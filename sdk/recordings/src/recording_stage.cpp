@@ -64,7 +64,7 @@ void refuse_missing_files(const std::vector<RecordedView>& views, const std::str
 
 }  // namespace
 
-RecordingStage::RecordingStage(RecordingHelp help)
+RecordingStage::RecordingStage(const RecordingHelp& help)
     : path_(path_option(this, help)), every(this, "every", 1, range(1, 1'000'000), help.every),
       frames(this, "frames", help.frames)
 {

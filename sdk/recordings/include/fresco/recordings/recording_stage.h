@@ -41,7 +41,7 @@ struct RecordingHelp
 class RecordingStage : public Stage
 {
   protected:
-    explicit RecordingStage(RecordingHelp help);
+    explicit RecordingStage(const RecordingHelp& help);
 
     /// The views by their files; cameras and poses where they are in common files. Throws Error, MissingInput for missing files.
     virtual Recording list(RunContext& run) = 0;

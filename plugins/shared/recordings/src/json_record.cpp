@@ -3,7 +3,6 @@
 #include <fresco/error.h>
 
 #include <cmath>
-#include <vector>
 
 namespace fresco::recordings
 {
@@ -52,12 +51,12 @@ std::string JsonRecord::text(std::string_view key) const
     return value->as_string();
 }
 
-RigidTransform JsonRecord::transform(std::string_view key) const
+std::vector<double> JsonRecord::matrix(std::string_view key) const
 {
     const Value* value = find(key);
     if (value == nullptr || !value->is_list())
         fail(key, value == nullptr ? "is missing" : "must be a list of rows");
-    std::vector<double> matrix;
+    std::vector<double> entries;
     for (const Value& row : value->as_list())
     {
         if (!row.is_list() || row.as_list().size() != 4)
@@ -66,17 +65,22 @@ RigidTransform JsonRecord::transform(std::string_view key) const
         {
             if (!entry.is_number())
                 fail(key, "must have rows of 4 numbers");
-            matrix.push_back(entry.as_double());
+            entries.push_back(entry.as_double());
         }
     }
-    if (matrix.size() == 12)
-        matrix.insert(matrix.end(), {0, 0, 0, 1});
-    return rigid_transform(matrix, place_ + ": \"" + std::string(key) + "\"");
+    if (entries.size() == 12)
+        entries.insert(entries.end(), {0, 0, 0, 1});
+    return entries;
+}
+
+std::string JsonRecord::place_of(std::string_view key) const
+{
+    return place_ + ": \"" + std::string(key) + "\"";
 }
 
 void JsonRecord::fail(std::string_view key, const std::string& what) const
 {
-    throw Error(place_ + ": \"" + std::string(key) + "\" " + what);
+    throw Error(place_of(key) + " " + what);
 }
 
 }  // namespace fresco::recordings

@@ -13,6 +13,7 @@ namespace
 {
 
 constexpr std::size_t shown_word = 40;
+constexpr std::size_t most_digits = 18;  // Those that fit into a long.
 constexpr std::string_view blanks = " \t\r";
 
 bool is_digit(char c)
@@ -151,13 +152,23 @@ bool natural_less(std::string_view a, std::string_view b)
     return all_a < all_b;
 }
 
+std::optional<long> number_after(std::string_view text, std::string_view prefix)
+{
+    if (!text.starts_with(prefix))
+        return std::nullopt;
+    const auto digits = text.substr(prefix.size());
+    if (digits.empty() || digits_at(digits) != digits.size())
+        return std::nullopt;
+    return last_number(digits);
+}
+
 std::optional<long> last_number(std::string_view text)
 {
     const auto last = std::find_if(text.rbegin(), text.rend(), is_digit);
     const auto end = static_cast<std::size_t>(text.rend() - last);
     const auto first = std::find_if_not(last, text.rend(), is_digit);
     const auto begin = static_cast<std::size_t>(text.rend() - first);
-    if (begin == end || end - begin > 18)
+    if (begin == end || end - begin > most_digits)
         return std::nullopt;
     long number = 0;
     std::from_chars(text.data() + begin, text.data() + end, number);

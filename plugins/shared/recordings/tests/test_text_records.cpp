@@ -60,6 +60,10 @@ TEST_CASE("names go by the numbers in them", "[recordings]")
     for (const auto& a : names)
         for (const auto& b : names)
             CHECK((natural_less(a, b) ? 1 : 0) + (natural_less(b, a) ? 1 : 0) == (a == b ? 0 : 1));
+    CHECK(number_after("seq-01", "seq-") == 1);
+    CHECK(number_after("10", "") == 10);
+    for (const char* text : {"seq-", "seq--1", "seq-1b", "sea-1", "seq-1234567890123456789"})
+        CHECK_FALSE(number_after(text, "seq-"));
     CHECK(last_number("seq2-frame0012.x") == 12);
     CHECK(last_number("7") == 7);
     CHECK_FALSE(last_number("none"));

@@ -1,10 +1,10 @@
 #pragma once
 
-#include <fresco/matrix_text.h>
 #include <fresco/value.h>
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace fresco::recordings
 {
@@ -26,8 +26,10 @@ class JsonRecord
     double number(std::string_view key, double fallback) const;
     int pixels(std::string_view key) const;  ///< 1 to 65536.
     std::string text(std::string_view key) const;
-    /// A list of 3 or 4 rows of 4 numbers, as a rigid transform.
-    RigidTransform transform(std::string_view key) const;
+    /// A list of 3 or 4 rows of 4 numbers; row-major, the fourth row 0 0 0 1 where it is not there.
+    std::vector<double> matrix(std::string_view key) const;
+    /// The place and the key, for errors.
+    std::string place_of(std::string_view key) const;
     /// Throws Error: place, key, `what`.
     [[noreturn]] void fail(std::string_view key, const std::string& what) const;
 

@@ -44,6 +44,8 @@ RigidTransform quaternion_transform(double w, double x, double y, double z, Vec3
 
 /// Whether `a` goes before `b` where runs of digits count as numbers: "frame9" before "frame10". A total order.
 bool natural_less(std::string_view a, std::string_view b);
+/// The number of "seq-01" behind the prefix "seq-"; nothing if `text` is not the prefix and digits.
+std::optional<long> number_after(std::string_view text, std::string_view prefix);
 /// The last run of digits of a text, such as 12 of "frame_0012"; nothing without one or beyond 18 digits.
 std::optional<long> last_number(std::string_view text);
 

@@ -1,4 +1,4 @@
-#include <fresco/recordings/registered_view.h>
+#include <fresco/recordings/recorded_view.h>
 
 #include <fresco/error.h>
 #include <fresco/files_io.h>
@@ -40,28 +40,21 @@ std::string size_text(int width, int height)
     return std::to_string(width) + "x" + std::to_string(height);
 }
 
-void refuse_doubles(const std::vector<RegisteredView>& views)
+void refuse_doubles(const std::vector<RecordedView>& views)
 {
-    std::map<std::pair<std::string, std::string>, const RegisteredView*> seen;
+    std::map<std::pair<std::string, std::string>, const RecordedView*> seen;
     for (const auto& view : views)
         if (const auto [other, is_new] = seen.try_emplace({view.sequence, view.name}, &view); !is_new)
-            throw Error(view.source + ": the view " + view.sequence + "/" + view.name + " appears twice, also at " +
+            throw Error(view.source + ": the view " + view.sequence + "/" + view.name + " stands twice, also at " +
                         other->second->source + "; remove one");
 }
 
-void refuse_missing_pictures(const std::vector<RegisteredView>& views)
+void check_size(const fs::path& file, const ImageHeader& header, const Intrinsics& camera, const std::string& source)
 {
-    std::vector<std::string> missing;
-    std::string source;
-    for (const auto& view : views)
-        for (const auto& file : {view.color, view.depth})
-            if (std::error_code ignored; !file.empty() && !fs::is_regular_file(file, ignored))
-            {
-                if (missing.empty())
-                    source = view.source;
-                missing.push_back(file.string());
-            }
-    refuse_missing(missing, source + (missing.size() == 1 ? " lists it" : " lists the first"));
+    if (header.width != camera.width || header.height != camera.height)
+        throw Error(file.string() + ": the picture is " + size_text(header.width, header.height) + ", its camera (" + source +
+                    ") has pictures of " + size_text(camera.width, camera.height) +
+                    "; all pictures of one camera must have one size, the one its intrinsics are for");
 }
 
 /// Throws unless a depth picture can show what the color picture shows: it has the same shape, within a pixel.
@@ -74,59 +67,77 @@ void check_shape(const fs::path& file, const ImageHeader& depth, const Intrinsic
                     ": of another shape it cannot have that camera's field of view; was one of them turned or cropped?");
 }
 
-PictureFile original(const fs::path& file)
-{
-    return {fs::absolute(file), file_hash(file)};
-}
-
 class FrameMaker
 {
   public:
-    FrameMaker(const ImageIo& images, const fs::path& folder) : images_(images), folder_(folder) {}
-
-    Frame make(const RegisteredView& view) const
+    FrameMaker(const ImageIo& images, const fs::path& folder, const UnpackView& unpack)
+        : images_(images), folder_(folder), unpack_(unpack)
     {
-        const auto header = images_.check(view.color);
-        if (header.width != view.camera.width || header.height != view.camera.height)
-            throw Error(view.color.string() + ": the picture is " + size_text(header.width, header.height) + ", " + view.source +
-                        " says " + size_text(view.camera.width, view.camera.height) +
-                        "; set intrinsics for pictures of this size");
-        check_not_turned(view.color, header, view.source);
-        check_camera({view.camera, view.world_from_camera}, view.source);
-        check_center(view.camera, view.source, view.color);
+    }
 
+    Frame make(RecordedView view) const
+    {
+        check_camera({view.camera, view.world_from_camera}, view.source);
+        if (view.depth_camera)
+            check_camera(*view.depth_camera, view.source);
+        if (!unpack_ || !unpack_(view, folder_))
+            return frame_of(view, original);
+        try
+        {
+            return frame_of(view, [](const fs::path& file) { return PictureFile{file, ""}; });
+        }
+        // The picture has a name that the user has never seen.
+        catch (const Error& error)
+        {
+            throw Error(view.source + ": a picture in it cannot be used; if the file is damaged, copy it anew (" + error.what() +
+                        ")");
+        }
+    }
+
+  private:
+    template <class Reference>
+    Frame frame_of(const RecordedView& view, const Reference& reference) const
+    {
+        const auto color = images_.check(view.color);
+        check_size(view.color, color, view.camera, view.source);
+        check_not_turned(view.color, color, view.source);
+        check_center(view.camera, view.source, view.color);
         Frame frame;
         frame.sequence = view.sequence;
         frame.name = view.name;
         frame.number = view.number;
         frame.color = {pinhole_without(view.lens, view.camera, view.source), view.world_from_camera};
-        frame.depth = frame.color;
+        frame.depth = view.depth_camera.value_or(frame.color);
         frame.depth_unit_m = view.depth_unit_m;
-        frame.color_picture = view.lens.distorts() ? undistort_color(view, frame) : original(view.color);
-        if (!view.depth.empty())
+        frame.color_picture = view.lens.distorts() ? undistort_color(view, frame) : reference(view.color);
+        if (view.depth.empty())
+            return frame;
+        const auto depth = images_.check(view.depth);
+        check_depth_kind(view.depth, depth);
+        if (view.depth_camera)
+            check_size(view.depth, depth, frame.depth.intrinsics, view.source);
+        else
         {
-            const auto depth = images_.check(view.depth);
-            check_depth_kind(view.depth, depth);
             check_shape(view.depth, depth, view.camera, view.source);
             frame.depth.intrinsics = frame.color.intrinsics.scaled_to(depth.width, depth.height);
-            frame.depth_picture = view.lens.distorts() ? undistort_depth(view, frame) : original(view.depth);
         }
+        const bool has_lens = view.lens.distorts() && !view.depth_camera;
+        frame.depth_picture = has_lens ? undistort_depth(view, frame) : reference(view.depth);
         return frame;
     }
-
-  private:
+    static PictureFile original(const fs::path& file) { return {fs::absolute(file), file_hash(file)}; }
     PictureFile write(const Frame& frame, const std::string& ending, const std::vector<std::byte>& bytes) const
     {
         const auto file = folder_ / frame.sequence / (frame.name + ending);
         write_file(file, bytes);
         return {file, ""};
     }
-    PictureFile undistort_color(const RegisteredView& view, const Frame& frame) const
+    PictureFile undistort_color(const RecordedView& view, const Frame& frame) const
     {
         const auto picture = undistorted(images_.read_rgb(view.color), view.camera, view.lens, frame.color.intrinsics);
         return write(frame, ".color.jpg", images_.encode_jpeg(picture, jpeg_quality));
     }
-    PictureFile undistort_depth(const RegisteredView& view, const Frame& frame) const
+    PictureFile undistort_depth(const RecordedView& view, const Frame& frame) const
     {
         const auto depth = undistorted_depth(images_.read_depth(view.depth), view.camera, view.lens, frame.color.intrinsics);
         return write(frame, ".depth.png", images_.encode_png(depth));
@@ -134,21 +145,22 @@ class FrameMaker
 
     const ImageIo& images_;
     const fs::path& folder_;
+    const UnpackView& unpack_;
 };
 
 }  // namespace
 
-void name_by_picture(RegisteredView& view, const fs::path& listed)
+void name_by_picture(RecordedView& view, const fs::path& listed)
 {
     const auto parent = listed.lexically_normal().parent_path().generic_string();
     view.sequence = parent.empty() ? "scan" : file_name_safe(parent);
     view.name = file_name_safe(listed.stem().string());
 }
 
-void order_by_name(std::vector<RegisteredView>& views)
+void order_by_name(std::vector<RecordedView>& views)
 {
     std::stable_sort(views.begin(), views.end(),
-                     [](const RegisteredView& a, const RegisteredView& b)
+                     [](const RecordedView& a, const RecordedView& b)
                      { return a.sequence != b.sequence ? natural_less(a.sequence, b.sequence) : natural_less(a.name, b.name); });
     std::set<std::pair<std::string, long>> numbers;
     for (auto& view : views)
@@ -159,26 +171,15 @@ void order_by_name(std::vector<RegisteredView>& views)
         views[i].number = all_differ ? *last_number(views[i].name) : static_cast<long>(i);
 }
 
-void keep_every(std::vector<RegisteredView>& views, int every)
+Frames recorded_frames(const std::vector<RecordedView>& views, const ImageIo& images, const fs::path& folder, Progress& progress,
+                       const UnpackView& unpack)
 {
-    std::vector<RegisteredView> kept;
-    for (std::size_t i = 0; i < views.size(); i += static_cast<std::size_t>(every))
-        kept.push_back(std::move(views[i]));
-    views = std::move(kept);
-}
-
-Frames registered_frames(const std::vector<RegisteredView>& views, const ImageIo& images, const fs::path& folder,
-                         Progress& progress)
-{
-    Frames result;
-    if (views.empty())
-        return result;
     refuse_doubles(views);
-    refuse_missing_pictures(views);
     for (const auto& view : views)
         if (view.lens.distorts())
             fs::create_directories(folder / view.sequence);
-    const FrameMaker maker(images, folder);
+    const FrameMaker maker(images, folder, unpack);
+    Frames result;
     result.frames.resize(views.size());
     std::atomic<std::size_t> done{0};
     parallel_for(views.size(), 1, progress.threads(),

@@ -9,7 +9,7 @@
 #include <fresco/texturing/smaller_picture.h>
 
 #include "check_glb.h"
-#include "compression.h"
+#include "meshopt_compression.h"
 
 #include <string>
 #include <vector>
@@ -93,7 +93,7 @@ class ExportGltf final : public Stage
         write_file(file, make_glb(welded, encoded, options));
         run.check_canceled();
 
-        const auto written = read_file(file);
+        const std::string written = read_text_file(file, std::size_t{1} << 33U);
         const GlbModel model = read_glb(written, path->path);
         const GlbErrors errors = check_glb(model, welded, encoded, options);
         if (exported.has_picture())

@@ -2,6 +2,8 @@
 
 #include <fresco/error.h>
 
+#include <zlib.h>
+
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -15,17 +17,9 @@ namespace
 constexpr char magic[] = "FRESCOUV";
 constexpr std::uint32_t form = 2;
 
-/// The checksum of zlib, gzip and PNG, bit by bit: a header is short.
 std::uint32_t crc32(std::span<const std::byte> bytes)
 {
-    std::uint32_t remainder = 0xffffffffU;
-    for (const std::byte byte : bytes)
-    {
-        remainder ^= std::to_integer<std::uint32_t>(byte);
-        for (int bit = 0; bit < 8; ++bit)
-            remainder = (remainder >> 1U) ^ ((remainder & 1U) != 0 ? 0xedb88320U : 0U);
-    }
-    return ~remainder;
+    return static_cast<std::uint32_t>(crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
 }
 
 class Writer

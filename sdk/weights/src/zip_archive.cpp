@@ -2,6 +2,8 @@
 
 #include <fresco/error.h>
 
+#include <zlib.h>
+
 #include <algorithm>
 #include <cstring>
 #include <utility>
@@ -133,7 +135,7 @@ std::span<const std::byte> ZipArchive::contents(const std::string& name) const
     if (found == entries_.end())
         throw Error(source_ + ": the archive lacks the entry '" + name + "'");
     const auto data = bytes_.subspan(found->second.data, found->second.size);
-    if (crc32(data) != found->second.checksum)
+    if (crc32_z(0, reinterpret_cast<const Bytef*>(data.data()), data.size()) != found->second.checksum)
         fail(found->second.data, "the entry '" + name + "' is damaged: its checksum is wrong");
     return data;
 }

@@ -1,4 +1,4 @@
-// Pictures are not decoded here, and no file is opened by tinygltf itself.
+// tinygltf decodes no picture and opens no file.
 #define TINYGLTF_IMPLEMENTATION
 #define TINYGLTF_NO_STB_IMAGE
 #define TINYGLTF_NO_STB_IMAGE_WRITE
@@ -6,12 +6,9 @@
 #define TINYGLTF_NO_FS
 #include <fstream>  // which tinygltf uses but does not include then
 
-#include "gltf_file.h"
-
-#include "file_folder.h"
+#include <fresco/gltf/gltf_file.h>
 
 #include <fresco/error.h>
-#include <fresco/files_io.h>
 #include <fresco/value.h>
 
 #include <algorithm>
@@ -19,17 +16,13 @@
 #include <charconv>
 #include <cstdint>
 #include <cstring>
-#include <exception>
 #include <limits>
+#include <sstream>
 #include <string_view>
 #include <utility>
 
-namespace scan_mesh
+namespace fresco::gltf
 {
-
-namespace fs = std::filesystem;
-using fresco::Error;
-using fresco::Value;
 
 namespace
 {
@@ -39,9 +32,20 @@ constexpr std::size_t chunk_header_bytes = 8;
 constexpr std::uint32_t json_chunk = 0x4E4F534A;
 constexpr std::uint32_t binary_chunk = 0x004E4942;
 
-/// The lists of a document that are used; of the rest tinygltf learns nothing.
-constexpr std::array<std::string_view, 11> used_entries{"asset",    "scene",    "scenes",    "nodes",       "meshes", "materials",
-                                                        "textures", "samplers", "accessors", "bufferViews", "buffers"};
+/// The entries of a document that tinygltf parses. Buffers and images are read here.
+constexpr std::array<std::string_view, 12> parsed_entries{"asset",     "scene",       "scenes",         "nodes",
+                                                          "meshes",    "materials",   "textures",       "samplers",
+                                                          "accessors", "bufferViews", "extensionsUsed", "extensionsRequired"};
+
+/// Entries that are an index or a code, and entries that are a number of bytes or rows.
+constexpr std::array<std::string_view, 14> index_keys{"buffer",   "bufferView", "componentType", "index",   "indices",
+                                                      "material", "mesh",       "mode",          "sampler", "scene",
+                                                      "skin",     "source",     "texCoord",      "target"};
+constexpr std::array<std::string_view, 4> size_keys{"byteLength", "byteOffset", "byteStride", "count"};
+/// Lists and maps of indices.
+constexpr std::array<std::string_view, 4> index_lists{"attributes", "children", "nodes", "targets"};
+/// Of others' entries nothing is known.
+constexpr std::array<std::string_view, 2> read_extensions{"KHR_materials_pbrSpecularGlossiness", "KHR_texture_transform"};
 
 /// Extensions that change nothing here, or that are read.
 constexpr std::array<std::string_view, 16> known_extensions{"KHR_materials_unlit",
@@ -61,6 +65,12 @@ constexpr std::array<std::string_view, 16> known_extensions{"KHR_materials_unlit
                                                             "KHR_animation_pointer",
                                                             "KHR_node_visibility"};
 
+template <std::size_t N>
+bool contains(const std::array<std::string_view, N>& names, std::string_view name)
+{
+    return std::ranges::find(names, name) != names.end();
+}
+
 std::string_view text_of(std::span<const std::byte> bytes)
 {
     return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
@@ -75,38 +85,12 @@ std::uint32_t word_at(std::span<const std::byte> bytes, std::size_t at)
     return word;
 }
 
-struct Chunks
-{
-    std::string_view json;
-    std::span<const std::byte> binary;
-};
-
 std::span<const std::byte> chunk_at(std::span<const std::byte> file, std::size_t at, std::uint32_t type, const char* name)
 {
     const std::size_t length = word_at(file, at);
     if (word_at(file, at + 4) != type || length > file.size() - at - chunk_header_bytes)
         throw Error("byte " + std::to_string(at) + ": expected the " + name + " chunk, inside of the file");
     return file.subspan(at + chunk_header_bytes, length);
-}
-
-/// Splits a GLB; a glTF file is all JSON.
-Chunks chunks_of(std::span<const std::byte> file)
-{
-    if (!text_of(file).starts_with("glTF"))
-        return {text_of(file), {}};
-    if (word_at(file, 4) != 2)
-        throw Error("byte 4: GLB version " + std::to_string(word_at(file, 4)) +
-                    "; expected 2: export the model again as glTF 2.0");
-    if (word_at(file, 8) != file.size())
-        throw Error("byte 8: the header says " + std::to_string(word_at(file, 8)) + " bytes, the file has " +
-                    std::to_string(file.size()) + ": it is cut or damaged");
-    Chunks chunks;
-    const auto json = chunk_at(file, glb_header_bytes, json_chunk, "JSON");
-    chunks.json = text_of(json);
-    const std::size_t end = glb_header_bytes + chunk_header_bytes + json.size();
-    if (end < file.size())
-        chunks.binary = chunk_at(file, end, binary_chunk, "BIN");
-    return chunks;
 }
 
 void check_version(const Value& document)
@@ -135,7 +119,7 @@ void check_extensions(const Value& document)
     if (required == nullptr)
         return;
     for (const Value& name : required->as_list())
-        if (std::ranges::find(known_extensions, name.as_string()) == known_extensions.end())
+        if (!contains(known_extensions, name.as_string()))
             refuse_extension(name.as_string());
 }
 
@@ -146,130 +130,78 @@ const Value::List& list_of(const Value& document, std::string_view key)
     return list == nullptr ? empty : list->as_list();
 }
 
+/// tinygltf takes an index beyond 32 bits for its lower half, and a number of another kind for one that is not there.
+void check_numbers(const Value& value, std::string_view key, const std::string& place)
+{
+    const bool is_size = contains(size_keys, key);
+    const bool is_index = contains(index_keys, key) || (value.is_number() && contains(index_lists, key));
+    const std::int64_t greatest = is_size ? std::numeric_limits<std::int64_t>::max() : std::numeric_limits<std::int32_t>::max();
+    if (is_size || is_index)
+    {
+        if (!value.is_int() || value.as_int() < 0 || value.as_int() > greatest)
+            throw Error(place + ": expected a whole number from 0 to " + std::to_string(greatest) + ", not " +
+                        to_json(value).substr(0, 60));
+    }
+    else if (value.is_list())
+        for (std::size_t i = 0; i < value.as_list().size(); ++i)
+            check_numbers(value.as_list()[i], key, place + "[" + std::to_string(i) + "]");
+    else if (value.is_map())
+        for (const auto& [name, inner] : value.as_map())
+            if (name != "extras" && name != "sparse" && (key != "extensions" || contains(read_extensions, name)))
+                check_numbers(inner, key == "attributes" || key == "targets" ? key : std::string_view(name), place + "." + name);
+}
+
+std::string text_or_none(const Value& map, std::string_view key)
+{
+    const Value* const found = map.find(key);
+    return found == nullptr ? "" : found->as_string();
+}
+
 std::vector<GltfImage> images_of(const Value& document)
 {
     std::vector<GltfImage> images;
     for (const Value& value : list_of(document, "images"))
     {
-        GltfImage image;
-        if (const Value* const view = value.find("bufferView"))
-        {
-            const std::int64_t number = view->as_int();
-            if (number < 0 || number > std::numeric_limits<int>::max())
-                throw Error(entry("images", images.size()) + "bufferView is not an index");
-            image.buffer_view = static_cast<int>(number);
-        }
-        if (const Value* const uri = value.find("uri"))
-            image.uri = uri->as_string();
-        images.push_back(std::move(image));
+        const Value* const view = value.find("bufferView");
+        images.push_back({view == nullptr ? -1 : static_cast<int>(view->as_int()), text_or_none(value, "uri"),
+                          text_or_none(value, "mimeType")});
     }
     return images;
 }
 
-/// Hands the contents of buffers to tinygltf, which asks for "buffer-N".
-class BufferSource
+std::vector<tinygltf::Buffer> buffers_of(const Value& document, std::span<const std::byte> binary, const ReadBuffer& read_beside)
 {
-  public:
-    static constexpr std::string_view prefix = "buffer-";
-
-    BufferSource(const fs::path& file, std::span<const std::byte> binary, std::vector<fs::path>& files_read)
-        : folder_(file), binary_(binary), files_read_(files_read)
+    std::vector<tinygltf::Buffer> buffers;
+    for (const Value& value : list_of(document, "buffers"))
     {
-    }
-
-    /// Takes the URIs out of a document's buffers.
-    Value::List take_uris(const Value::List& buffers)
-    {
-        Value::List result;
-        for (const Value& buffer : buffers)
-        {
-            const Value* const uri = buffer.find("uri");
-            const std::int64_t length = buffer.at("byteLength").as_int();
-            if (length < 1)
-                throw Error(entry("buffers", result.size()) + "byteLength is " + std::to_string(length));
-            uris_.push_back(uri == nullptr ? "" : uri->as_string());
-            lengths_.push_back(static_cast<std::size_t>(length));
-            std::string asked(prefix);
-            asked += std::to_string(result.size());
-            Value::Map plain{{"byteLength", length}, {"uri", is_data_uri(uris_.back()) ? uris_.back() : asked}};
-            result.emplace_back(std::move(plain));
-        }
-        return result;
-    }
-
-    tinygltf::FsCallbacks callbacks()
-    {
-        return {[](const std::string&, void*) { return true; }, [](const std::string& name, void*) { return name; },
-                read_callback, nullptr, this};
-    }
-
-    /// What went wrong in a callback.
-    void rethrow() const
-    {
-        if (failure_)
-            std::rethrow_exception(failure_);
-    }
-
-  private:
-    static bool read_callback(std::vector<unsigned char>* out, std::string*, const std::string& name, void* self)
-    {
-        auto& source = *static_cast<BufferSource*>(self);
-        try
-        {
-            source.read(*out, name);
-            return true;
-        }
-        catch (...)
-        {
-            source.failure_ = std::current_exception();
-            return false;
-        }
-    }
-
-    void read(std::vector<unsigned char>& out, const std::string& name)
-    {
-        std::size_t number = 0;
-        std::from_chars(name.data() + prefix.size(), name.data() + name.size(), number);
-        const std::string place = entry("buffers", number);
-        std::vector<std::byte> file;
-        std::span<const std::byte> bytes = binary_;
-        if (!uris_.at(number).empty())
-        {
-            const fs::path path = folder_.find(decoded_uri(uris_[number]), place + "uri");
-            files_read_.push_back(path);
-            file = fresco::read_file(path);
-            bytes = file;
-        }
-        else if (number != 0 || binary_.empty())
+        const std::string place = entry("buffers", buffers.size());
+        const std::string uri = text_or_none(value, "uri");
+        const auto length = static_cast<std::size_t>(value.at("byteLength").as_int());
+        if (uri.empty() && (!buffers.empty() || binary.empty()))
             throw Error(place + "there is neither a uri nor a BIN chunk");
-        if (bytes.size() < lengths_[number])
-            throw Error(place + "byteLength is " + std::to_string(lengths_[number]) + ", but there are " +
-                        std::to_string(bytes.size()) + " bytes: the file is cut");
+        std::vector<std::byte> outside;
+        if (!uri.empty())
+            outside = is_data_uri(uri) ? data_uri_bytes(uri, place) : read_beside(uri, place);
+        const std::span<const std::byte> bytes = uri.empty() ? binary : outside;
+        if (length == 0 || bytes.size() < length)
+            throw Error(place + "byteLength is " + std::to_string(length) + ", but there are " + std::to_string(bytes.size()) +
+                        " bytes: the file is cut");
         const auto* const begin = reinterpret_cast<const unsigned char*>(bytes.data());
-        out.assign(begin, begin + lengths_[number]);
+        buffers.emplace_back().data.assign(begin, begin + length);
     }
+    return buffers;
+}
 
-    FileFolder folder_;
-    std::span<const std::byte> binary_;
-    std::vector<fs::path>& files_read_;
-    std::vector<std::string> uris_;
-    std::vector<std::size_t> lengths_;
-    std::exception_ptr failure_;
-};
-
-tinygltf::Model parsed(const Value& document, BufferSource& source)
+tinygltf::Model parsed(const Value& document)
 {
     Value::Map used;
     for (const auto& [key, value] : document.as_map())
-        if (key == "buffers")
-            used.emplace_back(key, source.take_uris(value.as_list()));
-        else if (std::ranges::find(used_entries, key) != used_entries.end())
+        if (contains(parsed_entries, key))
             used.emplace_back(key, value);
-    const std::string text = fresco::to_json(Value(std::move(used)));
+    const std::string text = to_json(Value(std::move(used)));
     if (text.size() > std::numeric_limits<unsigned int>::max())
         throw Error("the JSON part has more than 4 GiB");
     tinygltf::TinyGLTF loader;
-    loader.SetFsCallbacks(source.callbacks());
     tinygltf::Model model;
     std::string errors;
     std::string warnings;
@@ -282,7 +214,6 @@ tinygltf::Model parsed(const Value& document, BufferSource& source)
     {
         errors = error.what();
     }
-    source.rethrow();
     if (!good || !errors.empty())
     {
         std::ranges::replace(errors, '\n', ' ');
@@ -325,6 +256,25 @@ void check_views(const tinygltf::Model& model)
 
 }  // namespace
 
+Chunks chunks_of(std::span<const std::byte> file)
+{
+    if (!text_of(file).starts_with("glTF"))
+        return {text_of(file), {}};
+    if (word_at(file, 4) != 2)
+        throw Error("byte 4: GLB version " + std::to_string(word_at(file, 4)) +
+                    "; expected 2: export the model again as glTF 2.0");
+    if (word_at(file, 8) != file.size())
+        throw Error("byte 8: the header says " + std::to_string(word_at(file, 8)) + " bytes, the file has " +
+                    std::to_string(file.size()) + ": it is cut or damaged");
+    Chunks chunks;
+    const auto json = chunk_at(file, glb_header_bytes, json_chunk, "JSON");
+    chunks.json = text_of(json);
+    const std::size_t end = glb_header_bytes + chunk_header_bytes + json.size();
+    if (end < file.size())
+        chunks.binary = chunk_at(file, end, binary_chunk, "BIN");
+    return chunks;
+}
+
 std::string entry(const char* list, std::size_t at)
 {
     return std::string(list) + "[" + std::to_string(at) + "]: ";
@@ -358,7 +308,8 @@ std::vector<std::byte> data_uri_bytes(const std::string& uri, const std::string&
     std::vector<unsigned char> bytes;
     std::string type;
     if (!tinygltf::IsDataURI(uri) || !tinygltf::DecodeDataURI(&bytes, type, uri, 0, false))
-        throw Error(place + "expected \"data:image/png;base64,…\" or \"data:image/jpeg;base64,…\"");
+        throw Error(place + "expected \"data:image/png;base64,…\", \"data:image/jpeg;base64,…\" or, for buffers, "
+                            "\"data:application/octet-stream;base64,…\"");
     const auto* const begin = reinterpret_cast<const std::byte*>(bytes.data());
     return {begin, begin + bytes.size()};
 }
@@ -369,18 +320,28 @@ std::span<const unsigned char> view_bytes(const tinygltf::Model& model, std::siz
     return std::span(model.buffers[static_cast<std::size_t>(place.buffer)].data).subspan(place.byteOffset, place.byteLength);
 }
 
-GltfFile load_gltf(const fs::path& file, std::vector<fs::path>& files_read)
+std::string written_glb(const tinygltf::Model& model)
 {
-    const auto bytes = fresco::read_file(file);
-    const Chunks chunks = chunks_of(bytes);
-    const Value document = fresco::parse_json(chunks.json, "JSON");
+    std::ostringstream stream;
+    if (!tinygltf::TinyGLTF().WriteGltfSceneToStream(&model, stream, false, true) || !stream)
+        throw Error("tinygltf could not write the GLB");
+    return std::move(stream).str();
+}
+
+GltfFile load_gltf(std::span<const std::byte> file, const ReadBuffer& read_beside)
+{
+    const Chunks chunks = chunks_of(file);
+    const Value document = parse_json(chunks.json, "JSON");
     check_version(document);
     check_extensions(document);
-    BufferSource source(file, chunks.binary, files_read);
-    GltfFile result{parsed(document, source), images_of(document)};
+    for (const auto& [key, value] : document.as_map())
+        if (contains(parsed_entries, key) || key == "buffers" || key == "images")
+            check_numbers(value, key, key);
+    GltfFile result{parsed(document), images_of(document)};
     check_counts(document, result.model);
+    result.model.buffers = buffers_of(document, chunks.binary, read_beside);
     check_views(result.model);
     return result;
 }
 
-}  // namespace scan_mesh
+}  // namespace fresco::gltf

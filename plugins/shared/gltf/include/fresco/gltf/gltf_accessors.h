@@ -1,7 +1,5 @@
 #pragma once
 
-#include <fresco/math.h>
-
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -13,7 +11,7 @@ namespace tinygltf
 class Model;
 }
 
-namespace scan_mesh
+namespace fresco::gltf
 {
 
 /// The rows of an accessor, checked to lie inside of their view.
@@ -39,4 +37,4 @@ AccessorRows accessor_rows(const tinygltf::Model& model, int accessor, std::size
 /// lines and points give none. Throws Error for an index that is not below `vertex_count`.
 std::vector<std::uint32_t> triangle_indices(const tinygltf::Model& model, int indices, int mode, std::size_t vertex_count);
 
-}  // namespace scan_mesh
+}  // namespace fresco::gltf

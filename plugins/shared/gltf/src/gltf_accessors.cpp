@@ -1,6 +1,6 @@
-#include "gltf_accessors.h"
+#include <fresco/gltf/gltf_accessors.h>
 
-#include "gltf_file.h"
+#include <fresco/gltf/gltf_file.h>
 
 #include <fresco/error.h>
 
@@ -8,10 +8,8 @@
 #include <cstring>
 #include <numeric>
 
-namespace scan_mesh
+namespace fresco::gltf
 {
-
-using fresco::Error;
 
 namespace
 {
@@ -141,4 +139,4 @@ std::vector<std::uint32_t> triangle_indices(const tinygltf::Model& model, int in
     return triangles;
 }
 
-}  // namespace scan_mesh
+}  // namespace fresco::gltf

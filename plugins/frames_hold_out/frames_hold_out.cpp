@@ -13,8 +13,6 @@ class FramesHoldOut final : public fresco::Stage
     fresco::Option<int> first_count{this, "first_count", 6, fresco::range(0, 1'000'000),
                                     "Frames before the first one that is held out"};
 
-    fresco::Cost cost() const override { return {.seconds = "0.1"}; }
-
     void run(fresco::RunContext& run) override
     {
         fresco::Frames kept;

@@ -3,8 +3,8 @@
 #include <fresco/error.h>
 #include <fresco/host/command_stage.h>
 #include <fresco/host/commands_inspect.h>
+#include <fresco/host/estimate.h>
 #include <fresco/host/machine.h>
-#include <fresco/host/plan.h>
 #include <fresco/host/report.h>
 #include <fresco/host/scheduler.h>
 #include <fresco/host/suggest.h>
@@ -196,7 +196,7 @@ int run(const RunArguments& arguments)
     request.jobs = std::max(1, arguments.jobs);
     request.keep_going = arguments.keep_going;
     request.until = arguments.pipeline.until;
-    request.estimates = formula_figures(loaded->result.pipeline, arguments.cores).stages;
+    request.estimates = estimate_pipeline(loaded->result.pipeline, arguments.cores).stages;
     const auto expected = arguments.isolation.stages.empty() ? std::map<std::string, double>{} : expected_seconds(request);
     try
     {

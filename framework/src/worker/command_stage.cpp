@@ -4,6 +4,7 @@
 #include <fresco/error.h>
 #include <fresco/hash.h>
 #include <fresco/host/command_stage.h>
+#include <fresco/host/estimate.h>
 #include <fresco/host/process.h>
 #include <fresco/host/process_tree.h>
 #include <fresco/host/worker.h>
@@ -351,18 +352,12 @@ class CommandStage final : public Stage
 TypeDescription command_type()
 {
     const CommandStage stage;
-    const Cost cost = stage.cost();
     TypeDescription type;
     type.type = command_type_name;
     type.kind = "stage";
     type.help = "Any program, with ports that the pipeline declares";
     type.declaration = stage.describe();
-    type.declaration.set("cost", Value::Map{{"seconds", cost.seconds},
-                                            {"memory_mb", cost.memory_mb},
-                                            {"disk_mb", cost.disk_mb},
-                                            {"frames", cost.frames},
-                                            {"faces", cost.faces},
-                                            {"height_squares", cost.height_squares}});
+    type.declaration.set("cost", describe_cost(type.type, stage.cost(), type.declaration.at("options")));
     std::error_code error;
     type.library = fs::read_symlink("/proc/self/exe", error);
     type.library_hash = content_hash("command " + std::to_string(command_format));

@@ -21,11 +21,9 @@ class AtlasFaceBlocks final : public fresco::Stage
 
     fresco::Cost cost() const override
     {
-        return {.seconds = "0.1 + 0.0000002 * faces",
-                .memory_mb = "20 + 0.0001 * faces",
-                .disk_mb = "0.00005 * faces",
-                .frames = "",
-                .faces = ""};
+        return {.seconds = {.fixed = 0.1, .per_face = 2e-7},
+                .memory_mb = {.fixed = 20, .per_face = 1e-4},
+                .disk_mb = {.per_face = 5e-5}};
     }
 
     void run(fresco::RunContext& run) override

@@ -25,12 +25,12 @@ class DatasetRead final : public Stage
 
     Cost cost() const override
     {
-        return {.seconds = "1 + bytes(path, \"views/*/*.npy\") / 3e8",
-                .memory_mb = "50 + bytes(path, \"mesh.ply\") * 4e-6 + cores * (10 + bytes(path, \"views/000000/*.npy\") * 1e-6)",
-                .disk_mb = "bytes(path, \"**\") / 1e6",
-                .frames = "count(path, \"views/*/color.npy\")",
-                .faces = "bytes(path, \"mesh.ply\") / 50",
-                .height_squares = "bytes(path, \"views/000000/depth_*.npy\") / 5.33"};
+        return {.seconds = {.fixed = 0.5, .per_pixel = 1e-7},
+                .memory_mb = {.fixed = 50, .per_core = 30, .per_face = 2e-4},
+                .disk_mb = {.per_face = 5e-5, .per_pixel = 2.5e-5},
+                .frames = {.files = "path", .pattern = "views/*/color.npy"},
+                .faces = {.files = "path", .pattern = "mesh.ply", .bytes_each = 50},
+                .pixels = {.files = "path", .pattern = "views/000000/depth_*.npy", .bytes_each = 4}};
     }
 
     dataset::Manifest manifest(RunContext& run) const

@@ -44,7 +44,10 @@ class EvaluateCircles final : public Stage
 
     Cost cost() const override
     {
-        return {.seconds = "2 + frames * 3 / cores", .memory_mb = "300 + faces * 0.0004 + 40 * cores", .frames = {}, .faces = {}};
+        return {.seconds = {.fixed = 1, .per_frame = 0.8},
+                .parallel_share = 1,
+                .memory_mb = {.fixed = 50, .per_core = 20, .per_face = 2e-4},
+                .disk_mb = {.per_frame = 0.1}};
     }
 
     std::string name(const PosedPicture& posed) const

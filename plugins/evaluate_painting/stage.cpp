@@ -80,8 +80,10 @@ class EvaluatePainting final : public Stage
 
     Cost cost() const override
     {
-        return {
-            .seconds = "2 + frames * 0.5 / cores", .memory_mb = "400 + faces * 0.0004 + 80 * cores", .frames = {}, .faces = {}};
+        return {.seconds = {.fixed = 0.3, .per_frame = 0.15},
+                .parallel_share = 1,
+                .memory_mb = {.fixed = 60, .per_core = 20, .per_face = 1.5e-4},
+                .disk_mb = {.fixed = 0.1}};
     }
 
     void check_inputs() const

@@ -56,7 +56,10 @@ class EvaluateReprojection final : public Stage
 
     Cost cost() const override
     {
-        return {.seconds = "2 + frames * 2 / cores", .memory_mb = "500 + faces * 0.0004", .frames = {}, .faces = {}};
+        return {.seconds = {.fixed = 1, .per_frame = 0.5},
+                .parallel_share = 1,
+                .memory_mb = {.fixed = 200, .per_face = 2e-4},
+                .disk_mb = {.fixed = 0.1}};
     }
 
     Protocol rules() const { return evaluation::protocol_of(*protocol); }

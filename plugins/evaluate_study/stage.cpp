@@ -84,11 +84,12 @@ class EvaluateStudy final : public Stage
 
     Cost cost() const override
     {
-        return {.seconds = "1 + 4 * pictures_count * max_px * max_px * 1e-7 / cores",
-                .memory_mb = "80 + cores * 60 + 4 * pictures_count * max_px * max_px * 1e-6",
-                .disk_mb = "2 * pictures_count * max_px * max_px * 1e-6",
-                .frames = {},
-                .faces = {}};
+        return {.seconds = {.fixed = 0.5, .per_pixel = 3e-7},
+                .parallel_share = 0.9,
+                .memory_mb = {.fixed = 300, .per_core = 60},
+                .disk_mb = {.per_pixel = 1.5e-6},
+                .pixels = {.squares_of = "max_px"},
+                .steps = {.option = "pictures_count"}};
     }
 
     std::string sibling(const char* extension) const

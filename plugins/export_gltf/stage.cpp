@@ -43,11 +43,9 @@ class ExportGltf final : public Stage
 
     Cost cost() const override
     {
-        return {.seconds = "0.5 + faces * 2e-6",
-                .memory_mb = "140 + faces * 0.0004",
-                .disk_mb = "30 + faces * 3e-5",
-                .frames = {},
-                .faces = {}};
+        return {.seconds = {.fixed = 0.1, .per_face = 2e-7, .per_texel = 2.4e-7},
+                .memory_mb = {.fixed = 20, .per_face = 2e-4, .per_texel = 2.8e-5},
+                .disk_mb = {.per_face = 2.4e-5, .per_texel = 2e-6}};
     }
 
     GlbOptions glb_options() const

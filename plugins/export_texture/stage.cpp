@@ -26,7 +26,9 @@ class ExportTexture final : public Stage
 
     Cost cost() const override
     {
-        return {.seconds = "0.5", .memory_mb = "140 + faces * 0.0002", .disk_mb = "30", .frames = {}, .faces = {}};
+        return {.seconds = {.fixed = 0.1, .per_texel = 2.4e-7},
+                .memory_mb = {.fixed = 20, .per_face = 1e-4, .per_texel = 2.8e-5},
+                .disk_mb = {.per_texel = 2e-6}};
     }
 
     void run(RunContext& run) override

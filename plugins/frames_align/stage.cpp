@@ -54,11 +54,9 @@ class FramesAlign final : public Stage
 
     Cost cost() const override
     {
-        return {.seconds = "2 + faces * 2e-6 + frames * 0.15 / cores",
-                .memory_mb = "60 + faces * 0.0003 + frames * (0.45 + points_count * 0.000006)",
-                .disk_mb = "0",
-                .frames = "",
-                .faces = ""};
+        return {.seconds = {.fixed = 0.5, .per_frame = 0.06, .per_face = 1e-6},
+                .parallel_share = 0.9,
+                .memory_mb = {.fixed = 20, .per_frame = 0.55, .per_face = 2.2e-4}};
     }
 
     align::AlignedView view_of(const Frame& frame, const std::vector<align::SurfacePoint>& points,

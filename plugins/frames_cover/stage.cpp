@@ -52,12 +52,11 @@ class FramesCover final : public Stage
 
     Cost cost() const override
     {
-        return {.seconds = "1 + faces * 2e-6 + frames * (0.02 + height_px * height_px * 1.5e-7) / cores",
-                .memory_mb = "100 + faces * 0.0004 + cells_px * cells_px * 1e-6 + frames * "
-                             "min(cells_px * cells_px * 6e-7, height_px * height_px * 5.4e-6)",
-                .disk_mb = "0",
-                .frames = "max_share * frames",
-                .faces = ""};
+        return {.seconds = {.fixed = 0.5, .per_frame = 0.02, .per_face = 2e-6, .per_pixel = 1e-7},
+                .parallel_share = 0.8,
+                .memory_mb = {.fixed = 60, .per_frame = 0.3, .per_face = 3e-4},
+                .frames = {.times = {"max_share"}, .at_most = "max_frames"},
+                .pixels = {.squares_of = "height_px"}};
     }
 
     void run(RunContext& run) override

@@ -12,8 +12,6 @@ class FramesHoldOut final : public fresco::Stage
     fresco::Option<int> every_count{this, "every_count", 12, fresco::range(2, 1'000'000), "One frame of this many is held out"};
     fresco::Option<int> first_count{this, "first_count", 6, fresco::range(0, 1'000'000), "Frames before the first held-out one"};
 
-    fresco::Cost cost() const override { return {.seconds = "0.1"}; }
-
     void run(fresco::RunContext& run) override
     {
         fresco::Frames kept;

@@ -100,7 +100,10 @@ class FramesSharpest final : public fresco::Stage
 
     fresco::Cost cost() const override
     {
-        return {.seconds = "0.02 * frames / cores", .memory_mb = "40 + 10 * cores", .frames = "", .faces = ""};
+        return {.seconds = {.per_frame = 0.004},
+                .parallel_share = 1,
+                .memory_mb = {.fixed = 55, .per_core = 5},
+                .frames = {.at_most = "max_frames"}};
     }
 };
 

@@ -11,11 +11,10 @@ class MeshDecimateOpenMesh final : public fresco::geometry::SimplifyingStage
 {
     fresco::Cost cost() const override
     {
-        return {.seconds = "1 + 0.000002 * faces + 0.00002 * max(faces - max_faces, 0)",
-                .memory_mb = "60 + 0.0002 * faces",
-                .disk_mb = "0.000022 * min(faces, max_faces)",
-                .frames = "",
-                .faces = "min(faces, max_faces)"};
+        return {.seconds = {.fixed = 0.2, .per_face = 1.2e-5},
+                .memory_mb = {.fixed = 20, .per_face = 2e-4},
+                .disk_mb = {.per_face = 2.1e-5},
+                .faces = {.at_most = "max_faces"}};
     }
     fresco::Mesh simplify(const fresco::Mesh& mesh, std::size_t max_faces, fresco::RunContext& run) const override
     {

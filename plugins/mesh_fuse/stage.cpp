@@ -26,11 +26,10 @@ class MeshFuse final : public Stage
 
     Cost cost() const override
     {
-        return {.seconds = "2 + frames * 0.15",
-                .memory_mb = "150 + 0.06 / (voxel_m * voxel_m)",
-                .disk_mb = "0.002 / (voxel_m * voxel_m)",
-                .frames = {},
-                .faces = "80 / (voxel_m * voxel_m)"};
+        return {.seconds = {.fixed = 2, .per_frame = 0.15},
+                .memory_mb = {.fixed = 150, .per_face = 7.5e-4},
+                .disk_mb = {.per_face = 2.5e-5},
+                .faces = {.number = 80, .divided_by = {"voxel_m", "voxel_m"}}};
     }
 
     const ImageIo* codec() const { return images.has_value() ? images.get().get() : nullptr; }

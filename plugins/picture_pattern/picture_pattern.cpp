@@ -40,11 +40,10 @@ class PicturePattern final : public fresco::Stage
 
     fresco::Cost cost() const override
     {
-        return {.seconds = "size_px * size_px * 1e-5",
-                .memory_mb = "20 + size_px * size_px * 1e-4",
-                .disk_mb = "size_px * size_px * 3e-6",
-                .frames = "",
-                .faces = ""};
+        return {.seconds = {.per_texel = 1e-5},
+                .memory_mb = {.fixed = 10, .per_texel = 1e-4},
+                .disk_mb = {.per_texel = 3e-6},
+                .texels = {.squares_of = "size_px"}};
     }
 };
 

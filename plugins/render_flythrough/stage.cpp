@@ -62,11 +62,12 @@ class RenderFlythrough final : public Stage
 
     Cost cost() const override
     {
-        return {.seconds = "2 + faces * 2e-6 + seconds * fps * height_px * height_px * samples * samples * 4e-7 / cores",
-                .memory_mb = "100 + faces * 0.0002 + height_px * height_px * 4e-4",
-                .disk_mb = "seconds * fps * height_px * height_px * 3e-7",
-                .frames = {},
-                .faces = {}};
+        return {.seconds = {.fixed = 0.5, .per_face = 2e-6, .per_pixel = 6e-7},
+                .parallel_share = 0.95,
+                .memory_mb = {.fixed = 80, .per_face = 2e-4, .per_pixel = 3e-4},
+                .disk_mb = {.per_pixel = 2e-7},
+                .pixels = {.squares_of = "height_px"},
+                .steps = {.option = "seconds", .times = {"fps"}}};
     }
 
     /// Of the first frame's camera, in even numbers of pixels, which video codecs want.

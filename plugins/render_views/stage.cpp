@@ -34,13 +34,12 @@ class RenderViews final : public Stage
 
     Cost cost() const override
     {
-        return {
-            .seconds =
-                "2 + faces * 2e-6 + frames / every_count * max(height_px * height_px, 250000) * samples * samples * 4e-7 / cores",
-            .memory_mb = "140 + faces * 0.0002",
-            .disk_mb = "frames / every_count * max(height_px * height_px, 250000) * 3e-6",
-            .frames = {},
-            .faces = {}};
+        return {.seconds = {.fixed = 0.5, .per_face = 2e-6, .per_pixel = 7e-7},
+                .parallel_share = 0.95,
+                .memory_mb = {.fixed = 90, .per_face = 2e-4, .per_texel = 1.5e-5},
+                .disk_mb = {.per_pixel = 2.2e-6},
+                .pixels = {.squares_of = "height_px"},
+                .steps = {.divided_by = {"every_count"}}};
     }
 
     Camera camera_of(const Frame& frame) const

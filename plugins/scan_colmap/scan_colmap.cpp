@@ -37,9 +37,10 @@ class ScanColmap final : public RecordingStage
 
     fresco::Cost cost() const override
     {
-        return {.seconds = "1 + 0.05 * frames / cores",
-                .memory_mb = "50 + 60 * cores + 0.3 * frames",
-                .frames = "count(path, \"images/*\") / every"};
+        return {.seconds = {.fixed = 0.5, .per_frame = 0.05},
+                .parallel_share = 0.9,
+                .memory_mb = {.fixed = 50, .per_core = 60, .per_frame = 0.3},
+                .frames = {.files = "path", .pattern = "images/*", .divided_by = {"every"}}};
     }
 };
 

@@ -45,11 +45,10 @@ class ScanInspect final : public Stage
 
     Cost cost() const override
     {
-        return {.seconds = "0.5 + faces * 2e-6 + frames_count * 0.1",
-                .memory_mb = "100 + faces * 0.0004 + frames_count * 0.6 + pictures_count * 4",
-                .disk_mb = "pictures_count * 0.8",
-                .frames = "",
-                .faces = ""};
+        return {.seconds = {.fixed = 0.1, .per_face = 4e-7, .per_step = 0.03},
+                .memory_mb = {.fixed = 60, .per_face = 1.2e-4, .per_step = 0.6},
+                .disk_mb = {.fixed = 1},
+                .steps = {.option = "frames_count"}};
     }
 
     void run(RunContext& run) override

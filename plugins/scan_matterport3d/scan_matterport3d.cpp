@@ -87,11 +87,12 @@ class ScanMatterport3d final : public RecordingStage
 
     fresco::Cost cost() const override
     {
-        return {.seconds = "1 + 0.01 * frames / cores + faces / 2e6",
-                .memory_mb = "50 + faces * 100 / 1e6",
-                .disk_mb = "faces * 21 / 1e6",
-                .frames = "count(path, \"undistorted_color_images/*.jpg\") / every",
-                .faces = "1e6"};
+        return {.seconds = {.fixed = 0.5, .per_frame = 0.01, .per_face = 5e-7},
+                .parallel_share = 0.5,
+                .memory_mb = {.fixed = 20, .per_face = 1e-4},
+                .disk_mb = {.per_face = 2.1e-5},
+                .frames = {.files = "path", .pattern = "undistorted_color_images/*.jpg", .divided_by = {"every"}},
+                .faces = {.number = 1e6}};
     }
 
     matterport3d::HouseCameras cameras_;

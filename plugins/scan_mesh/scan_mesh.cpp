@@ -113,7 +113,10 @@ class ScanMesh final : public fresco::Stage
 
     fresco::Cost cost() const override
     {
-        return {.seconds = "1", .memory_mb = "50 + faces * 300 / 1e6", .disk_mb = "10 + faces * 70 / 1e6", .faces = "1e6"};
+        return {.seconds = {.fixed = 0.2, .per_face = 5e-7},
+                .memory_mb = {.fixed = 50, .per_face = 1.5e-4},
+                .disk_mb = {.per_face = 4e-5},
+                .faces = {.number = 1e6}};
     }
 };
 

@@ -87,11 +87,11 @@ class ScanPolycam final : public RecordingStage
 
     fresco::Cost cost() const override
     {
-        return {.seconds = "1 + 0.01 * frames / cores",
-                .memory_mb = "50",
-                .disk_mb = "0.1",
-                .frames = "count(path, \"keyframes/cameras/*.json\") / every",
-                .faces = {}};
+        return {.seconds = {.fixed = 0.5, .per_frame = 0.01},
+                .parallel_share = 0.9,
+                .memory_mb = {.fixed = 50},
+                .disk_mb = {.fixed = 0.1},
+                .frames = {.files = "path", .pattern = "keyframes/cameras/*.json", .divided_by = {"every"}}};
     }
 
     fresco::RigidTransform mesh_from_world_;

@@ -78,7 +78,11 @@ class ScanSens final : public RecordingStage
 
     fresco::Cost cost() const override
     {
-        return {.seconds = "60 / cores / every", .memory_mb = "60 + 15 * cores", .disk_mb = "2500 / every"};
+        return {.seconds = {.per_frame = 0.05},
+                .parallel_share = 1,
+                .memory_mb = {.fixed = 60, .per_core = 15},
+                .disk_mb = {.per_frame = 1.7},
+                .frames = {.number = 1500, .divided_by = {"every"}}};
     }
 
     std::optional<sens::SensFile> file_;

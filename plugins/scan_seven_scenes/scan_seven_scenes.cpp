@@ -67,11 +67,11 @@ class ScanSevenScenes final : public RecordingStage
 
     fresco::Cost cost() const override
     {
-        return {.seconds = "1 + 0.004 * frames / cores + faces / 2e6",
-                .memory_mb = "50 + faces * 100 / 1e6",
-                .disk_mb = "faces * 21 / 1e6",
-                .frames = "count(path, \"seq-*/frame-*.pose.txt\") / every",
-                .faces = "bytes(path, \"mesh.ply\") / 21"};
+        return {.seconds = {.fixed = 0.1, .per_frame = 0.001, .per_face = 5e-7},
+                .memory_mb = {.fixed = 20, .per_face = 1e-4},
+                .disk_mb = {.per_face = 2.1e-5},
+                .frames = {.files = "path", .pattern = "seq-*/frame-*.pose.txt", .divided_by = {"every"}},
+                .faces = {.files = "path", .pattern = "mesh.ply", .bytes_each = 21}};
     }
 
     seven_scenes::Calibration calibration_;

@@ -109,11 +109,13 @@ class ScanSyntheticRoom final : public fresco::Stage
 
     fresco::Cost cost() const override
     {
-        return {.seconds = "(3 + frames_count * color_width_px * color_height_px / 1.2e6) / cores",
-                .memory_mb = "80 + length_m * width_m * height_m / edge_m / edge_m / edge_m * 16 / 1e6",
-                .disk_mb = "frames_count * color_width_px * color_height_px / 1e6 * 0.8",
-                .frames = "frames_count",
-                .faces = "(length_m * width_m + length_m * height_m + width_m * height_m) * 5 / edge_m / edge_m"};
+        return {.seconds = {.per_face = 2e-5, .per_pixel = 1e-6},
+                .parallel_share = 1,
+                .memory_mb = {.fixed = 40, .per_face = 2.5e-4},
+                .disk_mb = {.per_face = 2.1e-5, .per_pixel = 6e-7},
+                .frames = {.option = "frames_count"},
+                .faces = {.number = 190, .divided_by = {"edge_m", "edge_m"}},
+                .pixels = {.squares_of = "color_height_px"}};
     }
 };
 

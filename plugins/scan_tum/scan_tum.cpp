@@ -68,10 +68,11 @@ class ScanTum final : public RecordingStage
 
     fresco::Cost cost() const override
     {
-        return {.seconds = "1 + 0.03 * frames / cores",
-                .memory_mb = "50 + 20 * cores",
-                .disk_mb = "frames * 0.4",
-                .frames = "count(path, \"rgb/*\") / every"};
+        return {.seconds = {.fixed = 0.5, .per_frame = 0.03},
+                .parallel_share = 0.9,
+                .memory_mb = {.fixed = 50, .per_core = 20},
+                .disk_mb = {.per_frame = 0.4},
+                .frames = {.files = "path", .pattern = "rgb/*", .divided_by = {"every"}}};
     }
 
     tum::RecordingCamera camera_;

@@ -23,11 +23,9 @@ class TextureBake final : public Stage
 
     Cost cost() const override
     {
-        return {.seconds = "0.5 + faces * 2e-6",
-                .memory_mb = "150 + faces * 0.0002",
-                .disk_mb = "55 + faces * 6e-5",
-                .frames = {},
-                .faces = {}};
+        return {.seconds = {.fixed = 0.1, .per_face = 2e-7, .per_texel = 2e-7},
+                .memory_mb = {.fixed = 25, .per_face = 8.5e-5, .per_texel = 3.5e-5},
+                .disk_mb = {.per_face = 4.8e-5, .per_texel = 3e-6}};
     }
 
     BakeOptions bake_options() const

@@ -44,11 +44,11 @@ class TextureFromFrames final : public Stage
 
     Cost cost() const override
     {
-        return {.seconds = "1 + (frames * 0.2 + size_px * size_px * 4e-7) / cores",
-                .memory_mb = "60 + size_px * size_px * (views_count + 1) * 0.000012 + size_px * size_px * 0.000013 + 60 * cores",
-                .disk_mb = "size_px * size_px * 0.000013",
-                .frames = {},
-                .faces = {}};
+        return {.seconds = {.fixed = 1, .per_frame = 0.2, .per_texel = 2e-7},
+                .parallel_share = 1,
+                .memory_mb = {.fixed = 60, .per_core = 30, .per_texel = 1.4e-4},
+                .disk_mb = {.per_texel = 1.3e-5},
+                .texels = {.squares_of = "size_px"}};
     }
 
     std::size_t level() const

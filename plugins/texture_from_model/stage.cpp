@@ -37,11 +37,11 @@ class TextureFromModel final : public Stage
 
     Cost cost() const override
     {
-        return {.seconds = "1 + faces * 2e-6 + size_px * size_px * 2e-6 / cores",
-                .memory_mb = "100 + faces * 0.0004 + size_px * size_px * 0.00007",
-                .disk_mb = "size_px * size_px * 0.000013",
-                .frames = {},
-                .faces = {}};
+        return {.seconds = {.fixed = 0.5, .per_face = 2e-6, .per_texel = 7e-7},
+                .parallel_share = 0.7,
+                .memory_mb = {.fixed = 30, .per_face = 2e-4, .per_texel = 3e-5},
+                .disk_mb = {.per_texel = 1.3e-5},
+                .texels = {.squares_of = "size_px"}};
     }
 
     void run(RunContext& run) override

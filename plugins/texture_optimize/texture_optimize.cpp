@@ -164,16 +164,13 @@ class TextureOptimize final : public fresco::Stage
 
     fresco::Cost cost() const override
     {
-        fresco::Cost cost;
-        // max_steps = 0 means no limit. Processor time of loss.patch_match on the generated room: 0.17 s a step at 192 px, which
-        // is 0.3 s at 256 px; other heights are scaled by their pixels. 20 s before the first step leave room for larger scans.
-        const std::string steps = "min(frames * epochs * repeats_count, max_steps + (1 - min(max_steps, 1)) * 1e12)";
-        const std::string squares = "max(65536, heights_px_squares + (1 - min(heights_px_squares, 1)) * height_squares)";
-        cost.seconds = "(20 + " + steps + " * 0.3 * " + squares + " / 65536) / cores";
-        // Of a texel: value, two moments and a count in all layers, if every one is seen, and the layers copied at the end.
-        cost.memory_mb = "1050 + size_px * size_px * 0.00007 + " + squares + " * 0.003";
-        cost.disk_mb = "size_px * size_px * 0.000017";
-        return cost;
+        return {.seconds = {.fixed = 2, .per_frame = 0.03, .per_pixel = 2.5e-6},
+                .parallel_share = 1,
+                .memory_mb = {.fixed = 400, .per_texel = 4e-5, .per_pixel = 1.1e-3},
+                .disk_mb = {.per_texel = 1.7e-5},
+                .texels = {.squares_of = "size_px"},
+                .pixels = {.squares_of = "heights_px"},
+                .steps = {.times = {"epochs", "repeats_count"}, .at_most = "max_steps"}};
     }
 
   private:

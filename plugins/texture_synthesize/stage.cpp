@@ -45,9 +45,11 @@ class TextureSynthesize final : public Stage
 
     Cost cost() const override
     {
-        return {.seconds = "2 + size_px * size_px * 1e-5 / cores",
-                .memory_mb = "200 + size_px * size_px * 0.00015",
-                .disk_mb = "size_px * size_px * 0.000019"};
+        return {.seconds = {.fixed = 30, .per_texel = 5e-7},
+                .parallel_share = 0.9,
+                .memory_mb = {.fixed = 800, .per_texel = 2.6e-5},
+                .disk_mb = {.per_texel = 1.9e-5},
+                .texels = {.squares_of = "size_px"}};
     }
 
     std::optional<Vec3f> given_up() const

@@ -3,7 +3,9 @@
 
 #include "base/machine.h"
 #include "run/commands_inspect.h"
+#include "run/estimate.h"
 #include "run/plan.h"
+#include "run/progress_display.h"
 
 #include <algorithm>
 #include <fmt/format.h>
@@ -75,10 +77,10 @@ int plan(const PlanArguments& arguments)
             fmt::print("{}\n", to_json(Value::Map{{"problems", problems_as_value(loaded->result.problems)}}, 2));
         return loaded->result.exit_code();
     }
-    const FormulaFigures formulas = formula_figures(loaded->result.pipeline, arguments.cores);
+    const PipelineEstimate estimate = estimate_pipeline(loaded->result.pipeline, arguments.cores);
     const Plan made =
-        make_plan(loaded->result.pipeline, arguments.places.store_folder(), arguments.pipeline.until, formulas.stages);
-    arguments.json ? print_json(made, formulas.notes) : print_text(made, formulas.notes);
+        make_plan(loaded->result.pipeline, arguments.places.store_folder(), arguments.pipeline.until, estimate.stages);
+    arguments.json ? print_json(made, estimate.notes) : print_text(made, estimate.notes);
     return 0;
 }
 

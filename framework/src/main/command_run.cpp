@@ -5,9 +5,11 @@
 
 #include "base/machine.h"
 #include "base/suggest.h"
+#include "plugins/command_stage.h"
 #include "report/report.h"
 #include "report/sweep_summary.h"
 #include "run/commands_inspect.h"
+#include "run/estimate.h"
 #include "run/plan.h"
 #include "run/scheduler.h"
 #include <fresco/error.h>
@@ -198,7 +200,7 @@ int run(const RunArguments& arguments)
     request.jobs = std::max(1, arguments.jobs);
     request.keep_going = arguments.keep_going;
     request.until = arguments.pipeline.until;
-    request.estimates = formula_figures(loaded->result.pipeline, arguments.cores).stages;
+    request.estimates = estimate_pipeline(loaded->result.pipeline, arguments.cores).stages;
     const auto expected = arguments.isolation.stages.empty() ? std::map<std::string, double>{} : expected_seconds(request);
     try
     {

@@ -17,7 +17,7 @@ struct TypeDescription
     std::string type;  ///< "mesh.decimate"
     std::string kind;  ///< "stage", or a component's contract: "loss", "features", "image_io", "reader", …
     std::string help;
-    /// Configurable::describe() — options, inputs, outputs — plus, for a stage, `cost` (map of formulas), and for a reader
+    /// Configurable::describe() — options, inputs, outputs — plus, for a stage, `cost` (describe_cost), and for a reader
     /// `artifact` and `extensions`.
     Value declaration;
     std::filesystem::path library;

@@ -5,6 +5,8 @@
 #include "base/process_tree.h"
 #include "base/worker_exit.h"
 #include "plugins/command_stage.h"
+#include "plugins/describe_cost.h"
+#include "worker/worker.h"
 #include <fresco/error.h>
 #include <fresco/hash.h>
 #include <fresco/stage.h>
@@ -350,18 +352,12 @@ class CommandStage final : public Stage
 TypeDescription command_type()
 {
     const CommandStage stage;
-    const Cost cost = stage.cost();
     TypeDescription type;
     type.type = command_type_name;
     type.kind = "stage";
     type.help = "Any program as a stage, with ports declared in the pipeline";
     type.declaration = stage.describe();
-    type.declaration.set("cost", Value::Map{{"seconds", cost.seconds},
-                                            {"memory_mb", cost.memory_mb},
-                                            {"disk_mb", cost.disk_mb},
-                                            {"frames", cost.frames},
-                                            {"faces", cost.faces},
-                                            {"height_squares", cost.height_squares}});
+    type.declaration.set("cost", describe_cost(type.type, stage.cost(), type.declaration.at("options")));
     std::error_code error;
     type.library = fs::read_symlink("/proc/self/exe", error);
     type.library_hash = content_hash("command " + std::to_string(command_format));

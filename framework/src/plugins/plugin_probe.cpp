@@ -1,5 +1,6 @@
 #include "plugins/plugin_probe.h"
 #include "base/process.h"
+#include "plugins/describe_cost.h"
 #include "plugins/plugin_library.h"
 #include <fresco/error.h>
 #include <fresco/reader.h>
@@ -37,15 +38,7 @@ Value describe_type(const PluginLibrary::Entry& entry, const Configurable& objec
 {
     Value declaration = object.describe();
     if (const auto* stage = dynamic_cast<const Stage*>(&object))
-    {
-        const Cost cost = stage->cost();
-        declaration.set("cost", Value::Map{{"seconds", cost.seconds},
-                                           {"memory_mb", cost.memory_mb},
-                                           {"disk_mb", cost.disk_mb},
-                                           {"frames", cost.frames},
-                                           {"faces", cost.faces},
-                                           {"height_squares", cost.height_squares}});
-    }
+        declaration.set("cost", describe_cost(entry.type, stage->cost(), declaration.at("options")));
     else if (entry.kind == "stage")
         throw Error("the type " + entry.type + " is registered as a stage but does not derive from fresco::Stage");
     if (const auto* reader = dynamic_cast<const FileReader*>(&object))

@@ -28,15 +28,7 @@ struct Plan
     CostFigures total;  ///< Seconds and disk: sums over stages that run; memory: the largest.
 };
 
-/// What the stages' own formulas say they cost, before anything was measured.
-struct FormulaFigures
-{
-    std::map<std::string, CostFigures> stages;
-    std::vector<std::string> notes;  ///< What had to be assumed.
-};
-FormulaFigures formula_figures(const Pipeline& pipeline, int cores);
-
-/// What a run would do. `estimates`: the formulas' figures per stage. Changes nothing but remembered file stamps.
+/// What a run would do. `estimates`: per stage, see estimate_pipeline. Changes nothing but remembered file stamps.
 Plan make_plan(const Pipeline& pipeline, const std::filesystem::path& store, const std::string& until,
                const std::map<std::string, CostFigures>& estimates);
 

@@ -31,7 +31,7 @@ struct StageStanding
 {
     std::string stage;
     StageState state = StageState::waiting;
-    double expected_s = 0;                 ///< What it should take, by its formula and earlier runs; 0: unknown.
+    double expected_s = 0;                 ///< What it should take, by its own account and earlier runs; 0: unknown.
     std::filesystem::path preview_folder;  ///< Where it puts pictures of its work, if it does.
 };
 

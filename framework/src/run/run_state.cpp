@@ -34,6 +34,14 @@ std::string_view to_string(StageState state)
     return "";
 }
 
+CostFigures remaining_cost(const StageNode& node, const std::map<std::string, CostFigures>& estimates)
+{
+    const auto found = estimates.find(node.stage->name);
+    CostFigures cost = found == estimates.end() ? CostFigures{} : found->second;
+    cost.seconds *= 1 - node.done_share;
+    return cost;
+}
+
 RunState::RunState(const Pipeline& pipeline, const Store& store, FileHashes& hashes, const std::string& until)
     : store_(store), hashes_(hashes), until_(until)
 {
@@ -102,6 +110,7 @@ void RunState::resolve(StageNode& node)
     {
         node.key_document = key_document(*node.stage, upstream, hashes_);
         node.key = key_of(node.key_document);
+        node.done_share = store_.checkpoint_share(node.key);
         node.upstream = std::move(upstream);
         node.resolved = true;
         node.why_not.clear();

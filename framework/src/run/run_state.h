@@ -2,6 +2,7 @@
 
 #include "base/file_stamp.h"
 #include "pipeline/pipeline.h"
+#include "store/statistics.h"
 #include "store/store.h"
 
 #include <cstddef>
@@ -41,6 +42,7 @@ struct StageNode
     std::string key;
     Value key_document;
     std::map<std::string, std::string> upstream;  ///< Results that the key was made with.
+    double done_share = 0;                        ///< Of its work, in the checkpoint of an interrupted run.
     std::optional<StoredResult> result;
     bool present = false;
     std::string why_not;  ///< Which outside file changed, where that is why there is no result.
@@ -48,6 +50,9 @@ struct StageNode
     std::string error;  ///< Of a failed one.
     int error_code = 0;
 };
+
+/// What `estimates` say of the stage, its seconds without those that a checkpoint saves.
+CostFigures remaining_cost(const StageNode& node, const std::map<std::string, CostFigures>& estimates);
 
 /// Which stages have their results in the store, which must run. Results are asked for from the ends: a stage whose result is
 /// gone runs only if something that must run reads it.

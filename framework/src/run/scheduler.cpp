@@ -101,12 +101,9 @@ class Scheduler
         }
     }
 
-    /// By its formula, as earlier runs corrected it.
     CostFigures expected(const StageNode& node) const
     {
-        const auto estimate = request_.estimates.find(node.stage->name);
-        return statistics_.corrected(cost_name(*node.stage),
-                                     estimate == request_.estimates.end() ? CostFigures{} : estimate->second);
+        return statistics_.corrected(cost_name(*node.stage), remaining_cost(node, request_.estimates));
     }
 
     /// Where one's state is another than the last time.
@@ -252,12 +249,11 @@ class Scheduler
 
     void remember_cost(const StageNode& node, const RunningStage& running)
     {
-        const auto estimate = request_.estimates.find(node.stage->name);
         keep_books(
             [&]
             {
                 record_cost(store_, cost_name(*node.stage), {running.seconds(), running.memory_mb(), running.disk_mb()},
-                            estimate == request_.estimates.end() ? CostFigures{} : estimate->second);
+                            remaining_cost(node, request_.estimates));
             });
     }
 

@@ -15,7 +15,7 @@ struct CostFigures
     double disk_mb = 0;
 };
 
-/// Remembers what a stage of this type took, together with what its formulas had said for the same options, in the store's
+/// Remembers what a stage of this type took, together with what its Stage::cost() had said for the same work, in the store's
 /// stats.json.
 void record_cost(const Store& store, const std::string& type, const CostFigures& measured, const CostFigures& estimated);
 
@@ -25,7 +25,7 @@ class Statistics
   public:
     explicit Statistics(const Store& store);
     bool knows(const std::string& type) const;
-    /// The formulas' figures, corrected by what earlier runs of the type took against theirs (median ratio). Where a formula said
+    /// Stage::cost()'s figures, corrected by what earlier runs of the type took against theirs (median ratio). Where it said
     /// nothing, the median of what was measured.
     CostFigures corrected(const std::string& type, const CostFigures& estimated) const;
 

@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <cstring>
 #include <fcntl.h>
+#include <fstream>
 #include <mutex>
 #include <sys/file.h>
 
@@ -185,6 +186,25 @@ bool Store::present(const StoredResult& result) const
 {
     return present(result.object) &&
            std::all_of(result.references.begin(), result.references.end(), [&](const auto& id) { return present(id); });
+}
+
+fs::path Store::checkpoint_file(std::string_view key, std::string_view extension) const
+{
+    return root_ / "checkpoints" / (std::string(key) + std::string(extension));
+}
+
+double Store::checkpoint_share(std::string_view key) const
+{
+    double share = 0;
+    std::ifstream(checkpoint_file(key, ".share")) >> share;
+    // An estimate of no time at all would count as unknown.
+    return std::clamp(share, 0.0, 0.99);
+}
+
+void Store::remove_checkpoint(std::string_view key) const
+{
+    for (const char* extension : {"", ".dependencies", ".curves", ".share"})
+        remove_quietly(checkpoint_file(key, extension));
 }
 
 std::string manifest_checksum(const Value& manifest)

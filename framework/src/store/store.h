@@ -33,7 +33,7 @@ struct Damage
 ///   objects/<id>/        one result: a folder per output, and manifest.json, written last; without it the folder is garbage
 ///   keys/<key>.json      what a key led to: up to 8 results, which differ in the outside files they were made from
 ///   stages/<pipeline>/   the last result of each stage of a pipeline: what `gc` keeps and `plan` compares with
-///   checkpoints/<key>/   of unfinished stages
+///   checkpoints/<key>/   of unfinished stages; beside it <key>.dependencies, <key>.curves and <key>.share
 ///   locks/, tmp/, files.json (content hashes by stamp), stats.json (measured costs)
 /// Safe for several processes at once; objects never change once they have a manifest.
 class Store
@@ -49,6 +49,12 @@ class Store
     std::filesystem::path manifest_file(std::string_view id) const { return object(id) / "manifest.json"; }
     std::filesystem::path key_file(std::string_view key) const { return root_ / "keys" / (std::string(key) + ".json"); }
     std::filesystem::path checkpoint(std::string_view key) const { return root_ / "checkpoints" / key; }
+    /// A file beside the checkpoint: ".dependencies", ".curves", ".share".
+    std::filesystem::path checkpoint_file(std::string_view key, std::string_view extension) const;
+    /// The share of the stage's work that its checkpoint holds, 0 to 0.99; 0 without one.
+    double checkpoint_share(std::string_view key) const;
+    /// The checkpoint and the files beside it.
+    void remove_checkpoint(std::string_view key) const;
     std::filesystem::path lock_file(std::string_view key) const { return root_ / "locks" / key; }
     /// A new empty folder below tmp/, whose name begins with `prefix` and a dot.
     std::filesystem::path make_temporary(const std::string& prefix = "run") const;

@@ -95,11 +95,7 @@ int remove_checkpoints(const Store& store, double keep_days, bool dry_run)
             continue;
         ++removed;
         if (!dry_run)
-        {
-            remove_quietly(path);
-            for (const char* log : {".dependencies", ".curves"})
-                remove_quietly(path.string() + log);
-        }
+            store.remove_checkpoint(key);
     }
     return removed;
 }

@@ -158,7 +158,7 @@ class Worker
         publication.dependencies = context_.settled_dependencies();
         publication.facts = facts();
         const StoredResult result = publish(store_, folder_, publication);
-        context_.remove_checkpoint();
+        store_.remove_checkpoint(request_.key);
         fault_point("publish.done");
         tell_done(result, false);
     }

@@ -51,7 +51,7 @@ TEST_CASE("plan says what would run and why")
     CHECK(contains(reason(plan, "add"), "run: option plus was 1"));
     CHECK(contains(reason(plan, "add"), "is 5"));
     CHECK(reason(plan, "text") == "run: runs after add");
-    // Measured by now: the formula's two seconds no longer count.
+    // Measured by now: the two seconds of its cost() no longer count.
     plan = planned(place, {"--set", "start=9"});
     CHECK(contains(reason(plan, "source"), "option value was 4"));
     CHECK(plan.at("total").at("seconds").as_double() < 1.5);

@@ -73,8 +73,8 @@ TEST_CASE("Files that are no whole library are named without being opened as one
 
 TEST_CASE("Bad plugins are refused by name, good ones beside them work")
 {
-    Workplace place({"good", "bad/throws", "bad/exits", "bad/crashes", "bad/channel", "bad/wrong_abi", "bad/wrong_magic",
-                     "bad/wrong_compiler", "bad/no_symbol", "bad/undefined_symbol"},
+    Workplace place({"good", "bad/throws", "bad/exits", "bad/crashes", "bad/channel", "bad/cost", "bad/wrong_abi",
+                     "bad/wrong_magic", "bad/wrong_compiler", "bad/no_symbol", "bad/undefined_symbol"},
                     true);
     const fs::path odd = place.root() / "odd";
     fs::create_directories(odd / "folder.so");
@@ -88,6 +88,7 @@ TEST_CASE("Bad plugins are refused by name, good ones beside them work")
     CHECK(listed.code == 0);
     for (const char* text :
          {"no license for today",
+          "bad.cost: cost(): the stage has no option \"max_facez\"",
           "bad_exits.so",
           "ended the process with exit code 0",
           "bad_crashes.so",

@@ -3,7 +3,11 @@
 #include "hand_made_catalog.h"
 
 #include "run/estimate.h"
+#include <fresco/error.h>
 
+#include <limits>
+
+using namespace fresco;
 using namespace fresco::host;
 using namespace fresco::host::testing;
 
@@ -28,108 +32,94 @@ stages:
   frames:  {type: frames.sharpest, input: scan}
   mesh:    {type: mesh.decimate,   input: scan, max_faces: 50}
   uvmaps:  {type: uvmaps.raycast,  input: {mesh: mesh, frames: frames}, heights_px: [100, 200]}
-  texture: {type: texture.optimize, input: {maps: uvmaps, frames: frames, style: {file: pic.jpg}}}
+  texture: {type: texture.optimize, input: {maps: uvmaps, frames: frames, style: {file: pic.jpg}}, size_px: 1000}
+  gltf:    {type: export.gltf, input: texture}
 )";
 
-const StageEstimate& of(const PipelineEstimate& estimate, const std::string& stage)
+PipelineEstimate estimated(const TemporaryFolder& folder, const std::string& text, const Sets& sets = {}, int cores = 2)
 {
-    for (const StageEstimate& entry : estimate.stages)
-        if (entry.stage == stage)
-            return entry;
-    throw std::runtime_error("no estimate for " + stage);
+    const Catalog catalog = hand_made_catalog();
+    const PipelineResult result = check(folder, text, catalog, sets);
+    REQUIRE(lines(result).empty());
+    return estimate_pipeline(result.pipeline, cores);
+}
+
+void expect(const PipelineEstimate& estimate, const std::string& stage, double seconds, double memory_mb, double disk_mb)
+{
+    INFO(stage);
+    const CostFigures& figures = estimate.stages.at(stage);
+    CHECK(figures.seconds == Approx(seconds));
+    CHECK(figures.memory_mb == Approx(memory_mb));
+    CHECK(figures.disk_mb == Approx(disk_mb));
 }
 }  // namespace
 
-TEST_CASE("Costs follow frames and faces along the wires", "[estimate]")
+TEST_CASE("Costs follow the sizes along the wires", "[estimate]")
 {
     const Scanned folder;
-    const Catalog catalog = hand_made_catalog();
-    const PipelineResult result = check(folder, stages, catalog);
-    REQUIRE(lines(result).empty());
-    const PipelineEstimate estimate = estimate_pipeline(result.pipeline, 2);
+    const PipelineEstimate estimate = estimated(folder, stages);
+    const double pixels = (100. * 100 + 200. * 200) * 4 / 3;
     // A stage without inputs counts by what it makes.
-    CHECK(of(estimate, "scan").frames == 3.0);
-    CHECK(of(estimate, "scan").faces == 200.0);
-    CHECK(*of(estimate, "scan").seconds == Approx(1.03));
-    CHECK(*of(estimate, "frames").seconds == Approx(0.02 * 3 / 2));
-    CHECK(of(estimate, "mesh").faces == 50.0);
-    // A mesh says nothing of frames, frames nothing of faces.
-    CHECK_FALSE(of(estimate, "mesh").frames.has_value());
-    CHECK_FALSE(of(estimate, "frames").faces.has_value());
-    CHECK(*of(estimate, "mesh").seconds == Approx(200 / 1e6));
-    CHECK(*of(estimate, "mesh").disk_mb == Approx(50 / 1e4));
-    CHECK(*of(estimate, "uvmaps").seconds == Approx(3 * (100. * 100 + 200. * 200) * 1e-6));
-    CHECK(*of(estimate, "uvmaps").memory_mb == 20);
-    CHECK(of(estimate, "uvmaps").faces == 50.0);
-    CHECK(of(estimate, "texture").seconds == 3.0);
-    CHECK(estimate.seconds == Approx(1.03 + 0.03 + 0.0002 + 0.15 + 3));
-    CHECK(estimate.memory_mb == Approx(100 + 200 / 1e4));
-    CHECK(estimate.disk_mb == Approx(1 + 0 + 0.005 + 3 + 1));
-    CHECK(estimate.complete);
-    for (const StageEstimate& stage : estimate.stages)
-        CHECK(stage.notes.empty());
+    expect(estimate, "scan", 1.03, 50, 1);
+    expect(estimate, "frames", 0.02 * 3 / 2, 20 + 2 * 10, 0);
+    // What comes in takes time, what goes out takes room.
+    expect(estimate, "mesh", 200 * 1e-6, 100 + 200 * 1e-4, 50 * 1e-4);
+    // Time is of every frame's pixels, memory of one frame's.
+    expect(estimate, "uvmaps", 3 * pixels * 1e-6, pixels * 1e-3, 3);
+    // Six steps, each on the pixels of the wired uv maps.
+    expect(estimate, "texture", 1 + 6 + 6 * pixels * 1e-6, 1, 1);
+    expect(estimate, "gltf", 1, 1, 5);
+    CHECK(estimate.notes.empty());
+    CHECK(estimated(folder, stages, {}, 1).stages.at("frames").seconds == Approx(0.06));
+    CHECK(estimated(folder, stages, {{"texture.max_steps", "4"}}).stages.at("texture").seconds ==
+          Approx(1 + 4 + 4 * pixels * 1e-6));
 }
 
-TEST_CASE("What earlier runs measured goes before formulas, for later stages too", "[estimate]")
+TEST_CASE("Unknown sizes are assumed, and that is said where it matters", "[estimate]")
 {
     const Scanned folder;
-    const Catalog catalog = hand_made_catalog();
-    const PipelineResult result = check(folder, stages, catalog);
-    REQUIRE(lines(result).empty());
-    MeasuredCost scan;
-    scan.frames = 100;
-    MeasuredCost frames;
-    frames.seconds = 7;
-    frames.frames = 10;
-    const PipelineEstimate estimate = estimate_pipeline(result.pipeline, 1, {{"scan", scan}, {"frames", frames}, {"other", {}}});
-    CHECK(*of(estimate, "scan").seconds == Approx(2));
-    CHECK_FALSE(of(estimate, "scan").measured);
-    CHECK(of(estimate, "frames").seconds == 7.0);
-    CHECK(of(estimate, "frames").measured);
-    CHECK(*of(estimate, "frames").memory_mb == 40);
-    CHECK(of(estimate, "texture").seconds == 10.0);
-}
-
-TEST_CASE("Unknown frames and faces are assumed, and that is said where it matters", "[estimate]")
-{
-    const Scanned folder;
-    const Catalog catalog = hand_made_catalog();
-    const PipelineResult result = check(folder, R"(version: 1
+    const PipelineEstimate estimate = estimated(folder, R"(version: 1
 stages:
   mesh: {type: mesh.decimate, input: {file: room.ply}}
   next: {type: mesh.pass, input: mesh}
-)",
-                                        catalog);
-    REQUIRE(lines(result).empty());
-    const PipelineEstimate estimate = estimate_pipeline(result.pipeline, 1);
-    CHECK(*of(estimate, "mesh").seconds == 1);
-    REQUIRE(of(estimate, "mesh").notes.size() == 1);
-    CHECK(of(estimate, "mesh").notes[0] == "1000000 faces assumed: no input says how many");
-    CHECK(of(estimate, "mesh").faces == 500'000.0);
-    // A type without a cost costs nothing and assumes nothing.
-    CHECK(of(estimate, "next").seconds == 0.0);
-    CHECK(of(estimate, "next").notes.empty());
+  last: {type: mesh.decimate, input: next}
+)");
+    CHECK(estimate.notes == std::vector<std::string>{"mesh: 1000000 faces assumed: no input says how many"});
+    expect(estimate, "mesh", 1, 200, 50);
+    // A type without a cost of its own passes sizes on.
+    expect(estimate, "next", 0, 20, 0);
+    expect(estimate, "last", 0.5, 150, 50);
 }
 
-TEST_CASE("A formula that fails is a note, not a figure", "[estimate]")
+TEST_CASE("A cost that does not fit its stage is refused", "[estimate]")
 {
-    const TemporaryFolder folder;
-    Catalog catalog;
-    catalog.add(described("odd.stage", "stage", R"json({
-        "options": [{"name": "steps", "kind": "int", "default": 0}, {"name": "fast", "kind": "bool", "default": true}],
-        "inputs": [], "outputs": [],
-        "cost": {"seconds": "1 / steps", "memory_mb": "stepz", "disk_mb": "-5 * fast", "frames": "1e308 * 10", "faces": ""}})json"));
-    const PipelineResult result = check(folder, "version: 1\nstages: {a: {type: odd.stage}}\n", catalog);
-    REQUIRE(lines(result).empty());
-    const PipelineEstimate estimate = estimate_pipeline(result.pipeline, 0);
-    const StageEstimate& stage = of(estimate, "a");
-    CHECK_FALSE(stage.seconds.has_value());
-    CHECK_FALSE(stage.memory_mb.has_value());
-    CHECK_FALSE(stage.frames.has_value());
-    CHECK(stage.disk_mb == 0.0);
-    CHECK_FALSE(estimate.complete);
-    REQUIRE(stage.notes.size() == 3);
-    CHECK_THAT(stage.notes[0], Catch::StartsWith("frames cannot be estimated:") && Catch::Contains("larger than any number"));
-    CHECK_THAT(stage.notes[1], Catch::StartsWith("seconds cannot be estimated:") && Catch::Contains("division by zero"));
-    CHECK_THAT(stage.notes[2], Catch::Contains("'stepz' is no name"));
+    const Value options = parse_json(R"([{"name": "path", "kind": "input_folder"}, {"name": "size_px", "kind": "int"},
+                                         {"name": "heights_px", "kind": "ints"}])");
+    const auto refusal = [&](const Cost& cost) -> std::string
+    {
+        try
+        {
+            describe_cost("odd.stage", cost, options);
+            return "";
+        }
+        catch (const Error& error)
+        {
+            return error.what();
+        }
+    };
+    CHECK(refusal({.frames = {.files = "path"},
+                   .texels = {.squares_of = "size_px"},
+                   .pixels = {.squares_of = "heights_px"},
+                   .steps = {.option = "size_px"}})
+              .empty());
+    CHECK(refusal({.frames = {.option = "sise_px"}}) == "odd.stage: cost(): the stage has no option \"sise_px\"");
+    CHECK_THAT(refusal({.faces = {.at_most = "none"}}), Catch::Contains("\"none\""));
+    CHECK_THAT(refusal({.texels = {.squares_of = "none"}}), Catch::Contains("\"none\""));
+    CHECK_THAT(refusal({.pixels = {.times = {"none"}}}), Catch::Contains("\"none\""));
+    CHECK_THAT(refusal({.steps = {.divided_by = {"size_px", "none"}}}), Catch::Contains("\"none\""));
+    CHECK_THAT(refusal({.faces = {.files = "size_px"}}), Catch::Contains("\"size_px\", whose kind is int"));
+    CHECK_THAT(refusal({.faces = {.option = "heights_px"}}), Catch::Contains("whose kind is ints"));
+    CHECK_THAT(refusal({.seconds = {.per_face = -1}}), Catch::Contains("per_face is -1"));
+    CHECK_THAT(refusal({.disk_mb = {.fixed = std::numeric_limits<double>::infinity()}}), Catch::Contains("fixed is"));
+    CHECK_THAT(refusal({.parallel_share = 1.5}), Catch::Contains("parallel_share is 1.5"));
 }

@@ -182,7 +182,16 @@ stages:
         CHECK(stopped.seconds < 8);
         CHECK(!fs::exists(place.file("out/count.txt")));
     }
+    // Of the six seconds that it says it takes, those of the steps that are done are not planned, nor taken for measured.
+    const auto plan = fresco::parse_json(place.run({"plan", "room.yaml", "--json"}).out);
+    const auto& slow = plan.at("stages").as_list().at(0);
+    const double seconds = slow.at("cost").at("seconds").as_double();
+    CHECK(seconds > 1);
+    CHECK(seconds < 5.8);
+    CHECK(slow.at("reason").as_string() == "interrupted at " + std::to_string(std::lround(100 * (1 - seconds / 6))) + " %");
     REQUIRE(place.run({"run", "room.yaml"}).code == 0);
+    const auto costs = fresco::parse_json(place.read(".fresco/stats.json"));
+    CHECK(costs.at("test.slow").as_list().at(0).at("estimated").as_list().at(0).as_double() == Approx(seconds));
     CHECK(place.read("out/count.txt") == "60.000000\n");
     const auto log = place.log();
     REQUIRE(log.size() == 6);

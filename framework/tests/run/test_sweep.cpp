@@ -118,7 +118,7 @@ TEST_CASE("combinations begin in their order, as many at once as are asked for")
 TEST_CASE("stages that are expected to take more memory than there is wait for one another")
 {
     Workplace place;
-    // The formula of test.source says 30 MB.
+    // The cost() of test.source says 30 MB.
     place.write("room.yaml", R"(version: 1
 stages:
   one: {type: test.source, value: 1, wait_ms: 300}

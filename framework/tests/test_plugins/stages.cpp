@@ -86,7 +86,7 @@ class Source final : public LoggedStage
         table = number(sum);
     }
 
-    fresco::Cost cost() const override { return {"2", "30", "1", "", ""}; }
+    fresco::Cost cost() const override { return {.seconds = {.fixed = 2}, .memory_mb = {.fixed = 30}, .disk_mb = {.fixed = 1}}; }
 };
 FRESCO_STAGE("test.source", Source, "A number from options and files")
 
@@ -115,6 +115,8 @@ class Slow final : public LoggedStage
     Output<Table> counted{this, "counted", "The last number"};
     Option<int> steps{this, "steps", 20, fresco::range(1, 100'000), "How far"};
     Option<int> step_ms{this, "step_ms", 20, fresco::range(0, 10'000), "Pause per step", fresco::not_in_key};
+
+    fresco::Cost cost() const override { return {.seconds = {.per_step = 0.1}, .steps = {.option = "steps"}}; }
 
     void run(RunContext& run) override
     {

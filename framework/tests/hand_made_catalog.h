@@ -2,7 +2,7 @@
 
 #include "pipeline/pipeline.h"
 #include "plugins/catalog.h"
-#include "run/estimate.h"
+#include "plugins/describe_cost.h"
 
 #include <filesystem>
 #include <fstream>

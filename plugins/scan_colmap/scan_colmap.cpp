@@ -12,8 +12,8 @@ class ScanColmap final : public RecordingStage
   public:
     ScanColmap()
         : RecordingStage({.path = "Folder of the project, with the reconstruction in it, in sparse/0 or in sparse",
-                          .frames = "The pictures that were placed, by name",
-                          .every = "Take every n-th picture"})
+                          .frames = "The registered pictures, by name",
+                          .every = "Use every n-th picture"})
     {
     }
 

@@ -19,18 +19,18 @@ class ScanMatterport3d final : public RecordingStage
     ScanMatterport3d()
         : RecordingStage({.path = "Folder of the house, with undistorted_camera_parameters and the pictures in it",
                           .frames = "The undistorted pictures with their depth",
-                          .every = "Take every n-th picture"})
+                          .every = "Use every n-th picture"})
     {
     }
 
   private:
     fresco::Option<int> region{this, "region", -1, fresco::range(-1, 100'000),
-                               "Take this room alone: its mesh, and the pictures taken in it; -1: the whole house"};
+                               "Only this room: its mesh and the pictures taken in it; -1: the whole house"};
     RecordedMesh mesh{this, "Mesh in the poses' world; empty: the region's, or the house's",
                       "The surface of the region or the house"};
     fresco::Option<std::string> image_origin{
         this, "image_origin", "bottom_left", fresco::one_of({"bottom_left", "top_left"}),
-        "Where the intrinsics count rows from: the data set says bottom_left; programs that wrote the file anew may not"};
+        "Where the intrinsics count rows from: the data set says bottom_left; programs that rewrote the file may not"};
 
     Recording list(fresco::RunContext& run) override
     {

@@ -50,4 +50,4 @@ class ScanNerfstudio final : public RecordingStage
 
 }  // namespace
 
-FRESCO_STAGE("scan.nerfstudio", ScanNerfstudio, "Posed frames of nerfstudio's transforms.json, as Polycam and Record3D give it")
+FRESCO_STAGE("scan.nerfstudio", ScanNerfstudio, "Posed frames of nerfstudio's transforms.json, as Polycam and Record3D write it")

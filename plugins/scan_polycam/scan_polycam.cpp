@@ -16,7 +16,7 @@ class ScanPolycam final : public RecordingStage
     ScanPolycam()
         : RecordingStage({.path = "Folder of the raw data export, with keyframes in it",
                           .frames = "The keyframes, by time",
-                          .every = "Take every n-th keyframe"})
+                          .every = "Use every n-th keyframe"})
     {
     }
 
@@ -73,7 +73,7 @@ class ScanPolycam final : public RecordingStage
         for (const char* name : {"cameras", "images"})
             if (!fs::is_directory(keyframes / name))
                 throw fresco::MissingInput((keyframes / name).string() +
-                                           ": there is no such folder; expected Polycam's raw data export, with "
+                                           ": no such folder; expected Polycam's raw data export, with "
                                            "keyframes/cameras, keyframes/images and keyframes/depth in it");
         return keyframes / "cameras";
     }

@@ -16,14 +16,14 @@ class ScanScannet final : public RecordingStage
     ScanScannet()
         : RecordingStage({.path = "Folder of the exported scene, with color, depth, pose and the mesh in it",
                           .frames = "The recorded views, color and depth camera each",
-                          .every = "Take every n-th view"})
+                          .every = "Use every n-th view"})
     {
     }
 
   private:
     RecordedMesh mesh{this, "Mesh; empty: the scene's own, by mesh_kind", "The scanned surface"};
     fresco::Option<std::string> mesh_kind{this, "mesh_kind", "auto", fresco::one_of({"auto", "full", "reduced"}),
-                                          "full: *_vh_clean.ply, reduced: *_vh_clean_2.ply, auto: the full one where it is"};
+                                          "full: *_vh_clean.ply, reduced: *_vh_clean_2.ply, auto: full if it exists"};
     fresco::Option<bool> align_axes{this, "align_axes", false,
                                     "Turn the scene by its axisAlignment, so that walls follow the axes"};
     PixelCenterOption pixel_center{this, "integer"};

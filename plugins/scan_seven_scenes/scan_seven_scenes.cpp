@@ -14,14 +14,14 @@ class ScanSevenScenes final : public RecordingStage
     ScanSevenScenes()
         : RecordingStage({.path = "Folder of the scan, with seq-01, seq-02, … in it",
                           .frames = "The recorded views, color and depth camera each",
-                          .every = "Take every n-th frame of each sequence"})
+                          .every = "Use every n-th frame of each sequence"})
     {
     }
 
   private:
     RecordedMesh mesh{this, "Mesh in the poses' world; empty: mesh.ply in path", "The scanned surface"};
     fresco::Option<std::vector<int>> sequences{this, "sequences", std::vector<int>{}, fresco::range(0, 999'999),
-                                               "Numbers of the sequences to take; empty: all"};
+                                               "Numbers of the sequences to read; empty: all"};
     fresco::Option<std::vector<double>> color_k{
         this, "color_intrinsics", std::vector<double>{},
         "fx, fy, cx, cy of the color camera in pixels; empty: color-intrinsics.txt in path"};

@@ -14,14 +14,14 @@ class ScanTum final : public RecordingStage
     ScanTum()
         : RecordingStage({.path = "Folder of the recording, with rgb.txt, depth.txt and groundtruth.txt in it",
                           .frames = "The views that have color, depth and pose",
-                          .every = "Take every n-th view"})
+                          .every = "Use every n-th view"})
     {
     }
 
   private:
     fresco::Option<std::string> camera{this, "camera", "auto",
                                        fresco::one_of({"auto", "freiburg1", "freiburg2", "freiburg3", "ros_default"}),
-                                       "Whose intrinsics and lens; auto: by the folder's name"};
+                                       "Camera whose intrinsics and distortion to use; auto: from the folder's name"};
     fresco::Option<std::vector<double>> intrinsics{
         this, "intrinsics", std::vector<double>{},
         "fx, fy, cx, cy in pixels, first pixel's center at (0, 0); replaces the camera's, without its lens"};
@@ -29,7 +29,7 @@ class ScanTum final : public RecordingStage
         this, "distortion", std::vector<double>{},
         "k1, k2, p1, p2, k3 as in OpenCV; replaces the camera's, also with intrinsics"};
     fresco::Option<double> max_gap_s{this, "max_gap_s", 0.02, fresco::range(0, 10),
-                                     "How far apart in time a color picture may be from its depth picture and its pose"};
+                                     "Maximum time between a color picture and its depth picture or pose"};
     fresco::Option<double> depth_unit_m = depth_unit_option(this, 0.0002);
 
     Recording list(fresco::RunContext& run) override

@@ -6,7 +6,6 @@
 #include "base/worker_exit.h"
 #include "plugins/command_stage.h"
 #include "plugins/describe_cost.h"
-#include "worker/worker.h"
 #include <fresco/error.h>
 #include <fresco/hash.h>
 #include <fresco/stage.h>

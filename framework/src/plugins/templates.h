@@ -12,7 +12,7 @@ struct TextFile
     std::string text;
 };
 
-/// Files of the folder `sdk/templates/NAME`, which are built into this program, as they are. Empty: there is no such folder.
+/// Files of the folder `sdk/templates/NAME`, which are built into this program, as they are. Empty: no such folder.
 std::vector<TextFile> template_files(const std::string& name);
 
 /// What `fresco new` can begin: "features", "loss", "stage", "texture".

@@ -22,7 +22,7 @@ struct RunRequest
     int cores = 1;
     double memory_mb = 0;                          ///< What stages side by side may be expected to take together; 0: no limit.
     int jobs = 1;                                  ///< Combinations of a matrix that are at work at once.
-    bool keep_going = false;                       ///< Begin further combinations of a matrix after one failed.
+    bool keep_going = false;                       ///< Start further combinations of a matrix after one has failed.
     std::string until;                             ///< Empty: everything.
     std::map<std::string, CostFigures> estimates;  ///< Per stage; kept beside what was measured.
     std::map<std::string, StageLimits> limits;     ///< Of the stages that have some.

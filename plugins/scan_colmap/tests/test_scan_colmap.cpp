@@ -139,7 +139,7 @@ TEST_CASE("text that cannot be used is refused by line", "[scan.colmap]")
           {"images.txt:3: the camera 7 is not in the file of cameras"}},
          {"a camera twice",
           writing(cameras_file, "7 SIMPLE_PINHOLE 32 24 30 16 12\n7 SIMPLE_PINHOLE 32 24 30 16 12\n"),
-          {"cameras.txt:2: the camera 7 stands twice"}},
+          {"cameras.txt:2: the camera 7 appears twice"}},
          {"broken points", replacing(images_file, "1.5 2.5 -1", "1.5 2.5"), {"images.txt:6: expected an image's points"}},
          {"a quaternion too short",
           writing(images_file, "1 0.5 0 0 0 1 2 3 7 view 000.png\n\n"),

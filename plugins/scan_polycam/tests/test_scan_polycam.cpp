@@ -50,8 +50,7 @@ TEST_CASE("a capture holds what every recording does, by time", "[scan.polycam]"
 TEST_CASE("without corrected cameras ARKit's are taken, with a warning", "[scan.polycam]")
 {
     const WrittenRecording capture(reader);
-    CHECK_THAT(capture.error(Value::Map{{"poses", "recorded"}}),
-               Contains("keyframes/cameras: there is no such folder; expected Polycam"));
+    CHECK_THAT(capture.error(Value::Map{{"poses", "recorded"}}), Contains("keyframes/cameras: no such folder; expected Polycam"));
     fresco::testing::write_polycam(capture.frames, capture.path, "");
     fs::remove_all(capture.path / "keyframes" / "corrected_images");
     TestRun run;

@@ -45,7 +45,7 @@ void refuse_doubles(const std::vector<RecordedView>& views)
     std::map<std::pair<std::string, std::string>, const RecordedView*> seen;
     for (const auto& view : views)
         if (const auto [other, is_new] = seen.try_emplace({view.sequence, view.name}, &view); !is_new)
-            throw Error(view.source + ": the view " + view.sequence + "/" + view.name + " stands twice, also at " +
+            throw Error(view.source + ": the view " + view.sequence + "/" + view.name + " appears twice, also at " +
                         other->second->source + "; remove one");
 }
 
@@ -89,7 +89,7 @@ class FrameMaker
         // The picture has a name that the user has never seen.
         catch (const Error& error)
         {
-            throw Error(view.source + ": a picture in it cannot be used; if the file is damaged, copy it anew (" + error.what() +
+            throw Error(view.source + ": a picture in it cannot be used; if the file is damaged; copy it again (" + error.what() +
                         ")");
         }
     }

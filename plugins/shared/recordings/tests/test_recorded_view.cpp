@@ -124,7 +124,7 @@ TEST_CASE("views that cannot be used are refused by name", "[recordings]")
     SECTION("a name twice")
     {
         recording.views[2].name = recording.views[0].name;
-        CHECK_THAT(recording.error(), Contains("list.txt:3: the view run/frame-000000 stands twice, also at list.txt:1"));
+        CHECK_THAT(recording.error(), Contains("list.txt:3: the view run/frame-000000 appears twice, also at list.txt:1"));
     }
     SECTION("another size")
     {
@@ -147,7 +147,7 @@ TEST_CASE("views that cannot be used are refused by name", "[recordings]")
     SECTION("no rotation")
     {
         recording.views[1].world_from_camera.rotation(0, 0) += 1;
-        CHECK_THAT(recording.error(), Contains("list.txt:2: the pose's upper left 3x3 is no rotation"));
+        CHECK_THAT(recording.error(), Contains("list.txt:2: the pose's upper left 3x3 is not a rotation"));
     }
     SECTION("beyond all rooms")
     {

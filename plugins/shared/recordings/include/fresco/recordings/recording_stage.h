@@ -30,7 +30,7 @@ struct RecordingHelp
 {
     std::string path;
     std::string frames;
-    std::string every = "Take every n-th frame";
+    std::string every = "Use every n-th frame";
     bool is_file = false;  ///< `path` is a file.
 };
 

@@ -26,7 +26,7 @@ double number_property(const Properties& properties, const std::string& key, con
     const auto found = properties.find(key);
     if (found == properties.end())
         throw fresco::Error(file.string() + ": the property " + key +
-                            " is missing, and there is not a folder intrinsic with intrinsic_color.txt and intrinsic_depth.txt");
+                            " is missing, and there is no folder intrinsic with intrinsic_color.txt and intrinsic_depth.txt");
     return fresco::parse_numbers(found->second, 1, file.string() + ": " + key)[0];
 }
 

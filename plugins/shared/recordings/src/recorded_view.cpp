@@ -89,7 +89,7 @@ class FrameMaker
         // The picture has a name that the user has never seen.
         catch (const Error& error)
         {
-            throw Error(view.source + ": a picture in it cannot be used; if the file is damaged; copy it again (" + error.what() +
+            throw Error(view.source + ": a picture in it cannot be used; if the file is damaged, copy it again (" + error.what() +
                         ")");
         }
     }

@@ -14,8 +14,8 @@
 namespace fresco::host
 {
 
-/// Whether the stage has an output of type "files".
-bool exports_files(const PipelineStage& stage);
+/// The stage's outputs of type "files".
+std::vector<std::string> files_outputs(const PipelineStage& stage);
 
 /// Which stage writes which file below `--out`: no two may write the same.
 class OutputOwners

@@ -24,7 +24,7 @@ std::shared_ptr<T> component(WorkerFactory& factory, const Value& config)
 {
     auto made = std::dynamic_pointer_cast<T>(factory.create(T::component_kind, config));
     if (made == nullptr)
-        throw PluginFailure(config.at("type").as_string() + " is no " + std::string(T::component_kind));
+        throw PluginFailure(config.at("type").as_string() + " is not a component of the kind " + std::string(T::component_kind));
     return made;
 }
 

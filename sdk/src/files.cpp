@@ -3,8 +3,10 @@
 #include <fresco/error.h>
 #include <fresco/files.h>
 #include <fresco/files_io.h>
+#include <fresco/preview.h>
 
 #include <algorithm>
+#include <iterator>
 
 namespace fresco
 {
@@ -45,6 +47,32 @@ std::shared_ptr<Files> Files::load(const ArtifactFolder& folder)
         files->names.push_back(name.as_string());
     }
     return files;
+}
+
+void Files::preview(Preview& page) const
+{
+    const auto attempt = [&](auto act)
+    {
+        try
+        {
+            act();
+        }
+        catch (const Error& error)
+        {
+            page.note(error.what());
+        }
+    };
+    std::vector<std::string> pictures;
+    std::ranges::copy_if(names, std::back_inserter(pictures),
+                         [&](const std::string& name) {
+                             return page.names.empty() ? is_picture(name)
+                                                       : std::ranges::find(page.names, name) != page.names.end();
+                         });
+    for (const std::size_t i : evenly_spread(pictures.size(), page.most_pictures))
+        attempt([&] { page.picture(pictures[i], page.images.read_rgb(loaded_from / pictures[i])); });
+    for (const std::string& name : names)
+        if (const fs::path kind = fs::path(name).extension(); page.names.empty() && (kind == ".mp4" || kind == ".webm"))
+            attempt([&] { page.video(name, loaded_from / name); });
 }
 
 void Table::save(const ArtifactFolder& folder) const

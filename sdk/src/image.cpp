@@ -1,6 +1,7 @@
 #include "artifact_files.h"
 
 #include <fresco/image.h>
+#include <fresco/preview.h>
 
 namespace fresco
 {
@@ -15,6 +16,12 @@ void Image::save(const ArtifactFolder& folder) const
 std::shared_ptr<Image> Image::load(const ArtifactFolder& folder)
 {
     return std::make_shared<Image>(detail::read_raster8(folder.path / "image.npy", 0));
+}
+
+void Image::preview(Preview& page) const
+{
+    if (!pixels.empty())
+        page.picture("", pixels);
 }
 
 }  // namespace fresco

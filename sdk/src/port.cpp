@@ -7,8 +7,9 @@ namespace fresco
 Artifact::~Artifact() = default;
 
 InputPort::InputPort(Configurable* owner, std::string name, std::string_view artifact, int version, bool is_optional,
-                     std::string help)
-    : name_(std::move(name)), artifact_(artifact), version_(version), optional_(is_optional), help_(std::move(help))
+                     bool has_preview, std::string help)
+    : name_(std::move(name)), artifact_(artifact), version_(version), optional_(is_optional), has_preview_(has_preview),
+      help_(std::move(help))
 {
     owner->inputs_.push_back(this);
 }
@@ -19,6 +20,8 @@ Value InputPort::describe() const
     Value description = Value::Map{{"name", name_}, {"artifact", artifact_}, {"version", version_}};
     if (optional_)
         description.set("optional", true);
+    if (has_preview_)
+        description.set("preview", true);
     description.set("help", help_);
     return description;
 }
@@ -33,8 +36,9 @@ void InputPort::wrong_type() const
     throw Error("input \"" + name_ + "\" takes " + artifact_ + ", got another type");
 }
 
-OutputPort::OutputPort(Configurable* owner, std::string name, std::string_view artifact, int version, std::string help)
-    : name_(std::move(name)), artifact_(artifact), version_(version), help_(std::move(help))
+OutputPort::OutputPort(Configurable* owner, std::string name, std::string_view artifact, int version, bool has_preview,
+                       std::string help)
+    : name_(std::move(name)), artifact_(artifact), version_(version), has_preview_(has_preview), help_(std::move(help))
 {
     owner->outputs_.push_back(this);
 }
@@ -42,7 +46,11 @@ OutputPort::~OutputPort() = default;
 
 Value OutputPort::describe() const
 {
-    return Value::Map{{"name", name_}, {"artifact", artifact_}, {"version", version_}, {"help", help_}};
+    Value description = Value::Map{{"name", name_}, {"artifact", artifact_}, {"version", version_}};
+    if (has_preview_)
+        description.set("preview", true);
+    description.set("help", help_);
+    return description;
 }
 
 void OutputPort::no_value() const

@@ -29,6 +29,7 @@ namespace
 
 struct RunArguments
 {
+    std::vector<std::string> words;  ///< Of the command line.
     PipelineArguments pipeline;
     PlaceArguments places;
     int cores = available_cores();
@@ -125,16 +126,15 @@ void print_json(const RunSummary& summary, const std::vector<ReportOutcome>& rep
 }
 
 /// Of a matrix: the summary beside the results, and a line per combination.
-void tell_combinations(const RunArguments& arguments, const LoadedPipeline& loaded, const RunRequest& request,
-                       const RunSummary& summary)
+void tell_combinations(const RunArguments& arguments, const ReportRequest& run)
 {
-    const auto outcomes = combination_outcomes(*request.pipeline, summary);
-    const SweepSummaryFiles files = write_sweep_summary({&request, &summary, &loaded.catalog, arguments.thumbnails, &outcomes});
+    const auto outcomes = combination_outcomes(*run.run->pipeline, *run.summary);
+    const SweepSummaryFiles files = write_sweep_summary({&run, arguments.thumbnails, &outcomes});
     if (!files.note.empty())
         fmt::print(stderr, "{}\n", files.note);
     if (arguments.quiet || arguments.json_log)
         return;
-    fmt::print("\n{}", sweep_table(request.pipeline->sweep, outcomes));
+    fmt::print("\n{}", sweep_table(run.run->pipeline->sweep, outcomes));
     for (const auto& file : {files.json, files.page})
         if (!file.empty())
             fmt::print("{}\n", short_path(file));
@@ -215,16 +215,17 @@ int run(const RunArguments& arguments)
     const auto begin = std::chrono::steady_clock::now();
     const RunSummary summary = run_pipeline(request, *display);
     const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
+    const ReportRequest ended{&request, &summary, &loaded->catalog, arguments.words, elapsed.count(), summary.exit_code == 75};
     std::vector<ReportOutcome> reports;
     if (!arguments.no_report)
-        reports = write_reports({&request, &summary, &loaded->catalog, elapsed.count(), summary.exit_code == 75});
+        reports = write_reports(ended);
     for (const ReportOutcome& report : reports)
         if (!report.note.empty())
             display->note(report.note);
     display.reset();  // off the terminal before anything else is printed
     const bool sweep = !request.pipeline->sweep.axes.empty();
     if (sweep)
-        tell_combinations(arguments, *loaded, request, summary);
+        tell_combinations(arguments, ended);
     if (arguments.json_log)
         print_json(summary, reports);
     else if (!arguments.quiet && !sweep)
@@ -243,10 +244,11 @@ int run(const RunArguments& arguments)
 
 }  // namespace
 
-void add_run_command(CLI::App& app, int& exit_code)
+void add_run_command(CLI::App& app, const std::vector<std::string>& words, int& exit_code)
 {
     CLI::App* command = app.add_subcommand("run", "Run a pipeline, skipping cached stages");
     const auto arguments = std::make_shared<RunArguments>();
+    arguments->words = words;
     arguments->pipeline.add_to(*command);
     arguments->places.add_out_to(*command);
     arguments->places.add_store_to(*command);
@@ -270,7 +272,7 @@ void add_run_command(CLI::App& app, int& exit_code)
           "10m or STAGE=1h30m: maximum time of an isolated stage (default: ten times the estimate, at least 10m)");
     command->add_option("--thumbnails", arguments->thumbnails,
                         "Stage of a matrix whose pictures sweep.html shows (default: the last that makes pictures)");
-    command->add_flag("--no-report", arguments->no_report, "Write no report.html");
+    command->add_flag("--no-report", arguments->no_report, "Write no run.json and no report.html");
     command->add_flag("--quiet", arguments->quiet, "Print only errors");
     command->add_flag("--json-log", arguments->json_log, "Print one JSON object per event to standard output");
     command->callback([arguments, &exit_code] { exit_code = run(*arguments); });

@@ -71,7 +71,7 @@ int run_command_line(int argc, char** argv)
         "loaded, 70 a bug, 75 interrupted (run again).");
     int exit_code = 0;
     fresco::host::add_new_commands(app, exit_code);
-    fresco::host::add_run_command(app, exit_code);
+    fresco::host::add_run_command(app, {argv, argv + argc}, exit_code);
     fresco::host::add_plan_command(app, exit_code);
     fresco::host::add_inspect_commands(app, exit_code);
     fresco::host::add_store_command(app, exit_code);

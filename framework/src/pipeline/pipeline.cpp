@@ -147,6 +147,7 @@ void load_sweep(const PipelineDocument& document, const std::vector<MatrixAxis>&
 void load(const PipelineRequest& request, const Catalog& catalog, PipelineResult& result, ProblemList& problems)
 {
     PipelineDocument document = read_pipeline_document(result.pipeline.file, request.file.string(), problems);
+    result.pipeline.texts = document.texts;
     Settings settings(request.sets, request.working_directory, problems);
     std::vector<MatrixAxis> axes = read_matrix(document, problems);
     settings.set_vars(document, axes);

@@ -83,11 +83,19 @@ struct Sweep
     bool narrowed = false;  ///< `--set` chose some of the values.
 };
 
+/// A pipeline file as it was read.
+struct PipelineText
+{
+    std::filesystem::path file;
+    std::string text;
+};
+
 /// A checked pipeline: stages in a topological order that keeps the file's order where it can. With a matrix, the stages of all
 /// combinations; one that does not depend on an axis is there once for all the axis's values.
 struct Pipeline
 {
     std::filesystem::path file;
+    std::vector<PipelineText> texts;  ///< The file, and those that it builds on.
     std::vector<PipelineStage> stages;
     Sweep sweep;
 

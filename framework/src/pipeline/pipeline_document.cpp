@@ -16,6 +16,7 @@ constexpr std::size_t base_limit = 16;
 /// One file, before it is merged with its base.
 struct Layer
 {
+    std::string text;
     YamlNode vars;
     YamlNode matrix;
     YamlNode stages;
@@ -88,8 +89,8 @@ Layer read_layer(const fs::path& file, const std::string& shown, const Position&
         layer.complete = false;
         return layer;
     }
-    const std::string text = read_text_file(file, yaml_size_limit);
-    YamlNode root = parse_yaml(text, source, problems, layer.complete);
+    layer.text = read_text_file(file, yaml_size_limit);
+    YamlNode root = parse_yaml(layer.text, source, problems, layer.complete);
     if (!root.is_map())
     {
         if (layer.complete)
@@ -252,6 +253,7 @@ PipelineDocument read_pipeline_document(const fs::path& file, const std::string&
     while (true)
     {
         layers.push_back(read_layer(files.back(), name, wanted_at, problems));
+        document.texts.push_back({files.back(), layers.back().text});
         document.complete = document.complete && layers.back().complete;
         const YamlNode& base = layers.back().base;
         if (base.is_null())

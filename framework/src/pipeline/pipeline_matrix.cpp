@@ -54,7 +54,7 @@ std::string without_case(std::string text)
 /// What the program itself writes below `--out`.
 bool is_taken(const std::string& label)
 {
-    static const std::set<std::string> own{"preview", "report.html", "sweep.html", "sweep.json"};
+    static const std::set<std::string> own{"preview", "report.html", "run.json", "sweep.html", "sweep.json"};
     return own.contains(without_case(label));
 }
 

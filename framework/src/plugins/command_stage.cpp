@@ -87,7 +87,7 @@ class CommandInput final : public InputPort
 {
   public:
     CommandInput(Configurable* owner, const std::string& name, const Value& port)
-        : InputPort(owner, name, port.at("artifact").as_string(), version_of(port), false, ""), port_(port_from(port))
+        : InputPort(owner, name, port.at("artifact").as_string(), version_of(port), false, false, ""), port_(port_from(port))
     {
     }
 
@@ -109,13 +109,14 @@ class CommandOutput final : public OutputPort
 {
   public:
     CommandOutput(Configurable* owner, const std::string& name, const Value& port)
-        : OutputPort(owner, name, port.at("artifact").as_string(), version_of(port), ""), port_(port_from(port))
+        : OutputPort(owner, name, port.at("artifact").as_string(), version_of(port), false, ""), port_(port_from(port))
     {
     }
 
     // It is in its folder once it was taken.
     void save() const override {}
     std::shared_ptr<const Artifact> value() const override { return nullptr; }
+    std::shared_ptr<const Artifact> load(const ArtifactFolder&) const override { return nullptr; }
 
     fs::path place(const fs::path& scratch) const { return place_for(port_, scratch, folder_.path); }
     void take(const fs::path& path, const ImageIo* images, RunContext& run) const

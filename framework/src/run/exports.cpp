@@ -11,15 +11,6 @@ namespace fs = std::filesystem;
 namespace
 {
 
-std::vector<std::string> files_outputs(const PipelineStage& stage)
-{
-    std::vector<std::string> names;
-    for (const auto& output : stage.type->declaration.at("outputs").as_list())
-        if (output.at("artifact").as_string() == Files::artifact_name)
-            names.push_back(output.at("name").as_string());
-    return names;
-}
-
 void copy_whole(const fs::path& from, const fs::path& to)
 {
     std::error_code error;
@@ -32,9 +23,13 @@ void copy_whole(const fs::path& from, const fs::path& to)
 
 }  // namespace
 
-bool exports_files(const PipelineStage& stage)
+std::vector<std::string> files_outputs(const PipelineStage& stage)
 {
-    return !files_outputs(stage).empty();
+    std::vector<std::string> names;
+    for (const auto& output : stage.type->declaration.at("outputs").as_list())
+        if (output.at("artifact").as_string() == Files::artifact_name)
+            names.push_back(output.at("name").as_string());
+    return names;
 }
 
 void Exporter::copy(const PipelineStage& stage, const std::string& object, const std::function<bool()>& stop)

@@ -15,8 +15,8 @@
 namespace fresco::host
 {
 
-/// Whether the stage has an output of type "files".
-bool exports_files(const PipelineStage& stage);
+/// The stage's outputs of type "files".
+std::vector<std::string> files_outputs(const PipelineStage& stage);
 
 /// Copies what stages made for the user to `--out`, each to its own place there.
 class Exporter

@@ -50,7 +50,7 @@ RunState::RunState(const Pipeline& pipeline, const Store& store, FileHashes& has
     {
         StageNode node;
         node.stage = &stage;
-        node.exports_files = exports_files(stage);
+        node.exports_files = !files_outputs(stage).empty();
         node.selected = until.empty();
         for (const auto& wire : stage.wires)
             if (!wire.from_stage.empty())

@@ -4,7 +4,6 @@
 #include <fresco/value.h>
 
 #include <cstddef>
-#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -29,10 +28,5 @@ std::vector<CombinationOutcome> combination_outcomes(const Pipeline& pipeline, c
 
 /// The table that ends a run on a terminal: a line per combination.
 std::string sweep_table(const Sweep& sweep, const std::vector<CombinationOutcome>& outcomes);
-
-/// {version, pipeline, axes, exit_code, combinations: [{name, values: {axis: label}, state, failed_stage, seconds, ran, stored,
-/// stages: [{stage, type, state, seconds, memory_mb, error}], files}]}; files relative to `out`.
-Value sweep_as_value(const Pipeline& pipeline, const RunSummary& summary, const std::vector<CombinationOutcome>& outcomes,
-                     const std::filesystem::path& out);
 
 }  // namespace fresco::host

@@ -1,5 +1,4 @@
 #include "program.h"
-#include "report/sweep_page.h"
 
 #include "report/sweep_summary.h"
 #include <fresco/html.h>
@@ -8,16 +7,6 @@ using namespace fresco::host;
 
 namespace
 {
-
-SweepCell cell(const std::vector<std::string>& values)
-{
-    SweepCell result;
-    for (const std::string& value : values)
-        result.name += (result.name.empty() ? "" : ",") + value;
-    result.values = values;
-    result.state = "done";
-    return result;
-}
 
 std::size_t count(const std::string& text, const std::string& part)
 {
@@ -41,49 +30,6 @@ stages:
 )";
 
 }  // namespace
-
-TEST_CASE("the page of a matrix is a table of its last two axes, one for each value of those before")
-{
-    SweepPage page{"a <b> & c.yaml", {"x", "y", "z"}, {}, ""};
-    for (const char* x : {"x=1", "b"})
-        for (const char* y : {"c", "d"})
-            for (const char* z : {"e", "f", "g"})
-                page.cells.push_back(cell({x, y, z}));
-    page.cells[0].pictures = {{"a b/50%.png", "data:image/jpeg;base64,AAAA"}, {"é.png", ""}};
-    page.cells[0].seconds = 65;
-    page.cells[0].report = "x=1,c,e/report.html";
-    page.cells[4].state = "failed";
-    page.cells[4].error = "<no>";
-    for (int i = 0; i < 70; ++i)
-        page.cells[5].files.push_back("f/" + std::to_string(i));
-    const std::string html = sweep_html(page);
-    CHECK(contains(html, "<title>a &lt;b&gt; &amp; c.yaml</title>"));
-    CHECK(contains(html, "12 combinations · 11 done · 1 failed"));
-    CHECK(count(html, "<table>") == 2);
-    CHECK(contains(html, "<h2>x=1</h2>"));
-    CHECK(contains(html, "<h2>x: b</h2>"));
-    CHECK(count(html, "<tr><th>c</th>") == 2);
-    CHECK(count(html, "<th>y \\ z</th><th>e</th><th>f</th><th>g</th></tr>") == 2);
-    CHECK(count(html, "<td>") == 12);
-    CHECK(contains(html, "<a href=\"a%20b/50%25.png\"><img loading=\"lazy\" alt=\"a b/50%.png\" "
-                         "src=\"data:image/jpeg;base64,AAAA\"></a>"));
-    CHECK(contains(html, "src=\"%C3%A9.png\""));
-    CHECK(contains(html, "done</span> · 1:05 min · <a href=\"x=1,c,e/report.html\">report</a>"));
-    CHECK(contains(html, "<span class=\"state failed\">failed</span></div><pre>&lt;no&gt;</pre>"));
-    CHECK(contains(html, "<summary>70 files</summary>"));
-    CHECK(contains(html, "<li>and 10 more</li>"));
-    CHECK(count(html, "no picture") == 11);
-    CHECK(count(html, "<script") == 0);
-    CHECK(count(html, "http") == 0);
-
-    page.axes = {"x"};
-    page.cells = {cell({"a"}), cell({"b"})};
-    page.note = "why";
-    const std::string cards = sweep_html(page);
-    CHECK(count(cards, "<article>") == 2);
-    CHECK(count(cards, "<table>") == 0);
-    CHECK(contains(cards, "<p class=\"about\">why</p>"));
-}
 
 TEST_CASE("pictures of a combination: of the last stage that made some for it alone, spread evenly")
 {
@@ -130,7 +76,16 @@ TEST_CASE("a sweep ends with a page of small pictures, which stays where nothing
     const std::string html = place.read("out/sweep.html");
     for (const char* text : {"480x240 of 110", "480x240 of 120", "480x240 of 130"})
         CHECK(count(html, as_uri(text)) == 1);
-    CHECK(contains(html, "<a href=\"n=120/view.png\">"));
+    const auto data = page_json(html, "data");
+    const auto& second = data.at("combinations").as_list().at(1);
+    CHECK(second.at("pictures") == fresco::Value(fresco::Value::List{"n=120/view.png"}));
+    CHECK(second.at("report").as_string() == "n=120/report.html");
+    CHECK(second.at("stages").as_list().size() == 2);
+    const auto written = fresco::parse_json(place.read("out/sweep.json"), "sweep.json");
+    CHECK(written.at("stages") == data.at("stages"));
+    CHECK(written.at("stages").as_list().at(0).at("figures").find("threads") != nullptr);
+    const auto media = page_json(html, "media");
+    CHECK(media.as_list().at(1).at("folder").as_string() == "n=120");
     REQUIRE(place.run({"run", "sweep.yaml"}).code == 0);
     CHECK(place.read("out/sweep.html") == html);
     REQUIRE(place.run({"run", "sweep.yaml", "--set", "n=[110, 140]"}).code == 0);
@@ -139,7 +94,7 @@ TEST_CASE("a sweep ends with a page of small pictures, which stays where nothing
     CHECK(contains(place.run({"run", "sweep.yaml", "--thumbnails", "veiw"}).err,
                    "--thumbnails veiw: error: unknown stage 'veiw' (did you mean 'view'?)"));
     REQUIRE(place.run({"run", "sweep.yaml", "--thumbnails", "one"}).code == 0);
-    CHECK(count(place.read("out/sweep.html"), "no picture") == 3);
+    CHECK(page_json(place.read("out/sweep.html"), "media").as_list().empty());
 }
 
 TEST_CASE("while a page is made the store is in use")
@@ -147,10 +102,10 @@ TEST_CASE("while a page is made the store is in use")
     Workplace place({"good", "pictures"});
     place.write("sweep.yaml", sweep);
     const auto run = place.start({"run", "sweep.yaml", "--no-report", "--set", "n=[15, 110]"});
-    Workplace::wait_until([&] { return fs::exists(place.file("out/open")); });
+    Workplace::wait_until([&] { return fs::exists(place.file("open")); });
     const fresco::host::Store store(place.file(".fresco"));
     CHECK_FALSE(fresco::host::store_lock(store).try_exclusive());
-    fs::remove(place.file("out/open"));
+    fs::remove(place.file("open"));
     CHECK(run->wait().code == 0);
     CHECK(count(place.read("out/sweep.html"), as_uri("480x240 of 15")) == 1);
     CHECK(fresco::host::store_lock(store).try_exclusive());
@@ -164,14 +119,14 @@ TEST_CASE("where a picture cannot be opened the page is there all the same")
     // The reader crashes, or there is none.
     const Finished crash = place.run({"run", "sweep.yaml", "--set", "n=[13, 110]"});
     CHECK(crash.code == 0);
-    CHECK(contains(crash.err, plugin ? "ended by Segmentation fault" : "no plugin reads and writes pictures"));
-    CHECK(contains(place.read("out/sweep.html"), "src=\"n=110/view.png\""));
+    CHECK(contains(plugin ? crash.err : place.read("out/sweep.html"),
+                   plugin ? "ended by Segmentation fault" : "no plugin reads and writes them"));
+    CHECK(contains(place.read("out/sweep.html"), "\"pictures\":[\"n=110/view.png\"]"));
     if (!plugin)
         return;
     // One picture is broken, the other is not.
     REQUIRE(place.run({"run", "sweep.yaml", "--set", "n=[14, 110]"}).code == 0);
     const std::string html = place.read("out/sweep.html");
     CHECK(contains(html, "view.png: is cut"));
-    CHECK(contains(html, "src=\"n=14/view.png\""));
     CHECK(contains(html, as_uri("480x240 of 110")));
 }

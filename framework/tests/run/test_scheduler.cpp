@@ -220,7 +220,7 @@ stages:
     run->signal(SIGINT);
     CHECK(run->wait().code == 75);
     CHECK(copied() < 400);
-    CHECK(contains(place.read("out/report.html"), "room.yaml: <span class=\"bad\">interrupted"));
+    CHECK(contains(place.read("out/run.json"), "\"outcome\": \"interrupted\""));
     REQUIRE(place.run({"run", "room.yaml"}).code == 0);
     CHECK(copied() == 400);
 }

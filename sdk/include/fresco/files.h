@@ -31,6 +31,8 @@ struct Files : Artifact
     /// Writes `files.json`. Throws Error if a listed file is missing.
     void save(const ArtifactFolder& folder) const;
     static std::shared_ptr<Files> load(const ArtifactFolder& folder);
+    /// The pictures and videos among them.
+    void preview(Preview& page) const override;
 };
 
 /// A table: named columns, one Value per cell. On disk: `table.json` {"columns": […], "rows": [[…], …]}.

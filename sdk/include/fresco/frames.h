@@ -54,6 +54,8 @@ class Frames : public Artifact
 
     void save(const ArtifactFolder& folder) const;
     static std::shared_ptr<Frames> load(const ArtifactFolder& folder);
+    /// What the cameras saw where stages made pictures under the frames' names, <sequence>_<frame>.png; and where to stand.
+    void preview(Preview& page) const override;
 };
 
 /// The color picture as RGB (3 channels), of exactly color.intrinsics' size. NPY needs no codec; other formats use `images`,

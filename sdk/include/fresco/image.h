@@ -30,6 +30,8 @@ struct Image : Artifact
 
     void save(const ArtifactFolder& folder) const;
     static std::shared_ptr<Image> load(const ArtifactFolder& folder);
+    /// Itself.
+    void preview(Preview& page) const override;
 };
 
 }  // namespace fresco

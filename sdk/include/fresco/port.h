@@ -28,7 +28,8 @@ class InputPort
     virtual void set(std::shared_ptr<const Artifact> value) = 0;
 
   protected:
-    InputPort(Configurable* owner, std::string name, std::string_view artifact, int version, bool is_optional, std::string help);
+    InputPort(Configurable* owner, std::string name, std::string_view artifact, int version, bool is_optional, bool has_preview,
+              std::string help);
     [[noreturn]] void not_wired() const;
     [[noreturn]] void wrong_type() const;
 
@@ -37,6 +38,7 @@ class InputPort
     std::string artifact_;
     int version_;
     bool optional_;
+    bool has_preview_;
     std::string help_;
 };
 
@@ -46,11 +48,11 @@ class Input final : public InputPort
 {
   public:
     Input(Configurable* owner, std::string name, std::string help)
-        : InputPort(owner, std::move(name), T::artifact_name, T::artifact_version, false, std::move(help))
+        : InputPort(owner, std::move(name), T::artifact_name, T::artifact_version, false, has_preview<T>, std::move(help))
     {
     }
     Input(Configurable* owner, std::string name, Optional, std::string help)
-        : InputPort(owner, std::move(name), T::artifact_name, T::artifact_version, true, std::move(help))
+        : InputPort(owner, std::move(name), T::artifact_name, T::artifact_version, true, has_preview<T>, std::move(help))
     {
     }
 
@@ -91,9 +93,11 @@ class OutputPort
     /// After `run`: writes the value; throws Error if the stage gave none.
     virtual void save() const = 0;
     virtual std::shared_ptr<const Artifact> value() const = 0;
+    /// Loads a value of this output's type from a stored artifact's folder.
+    virtual std::shared_ptr<const Artifact> load(const ArtifactFolder& folder) const = 0;
 
   protected:
-    OutputPort(Configurable* owner, std::string name, std::string_view artifact, int version, std::string help);
+    OutputPort(Configurable* owner, std::string name, std::string_view artifact, int version, bool has_preview, std::string help);
     [[noreturn]] void no_value() const;
     ArtifactFolder folder_;
 
@@ -101,6 +105,7 @@ class OutputPort
     std::string name_;
     std::string artifact_;
     int version_;
+    bool has_preview_;
     std::string help_;
 };
 
@@ -110,7 +115,7 @@ class Output final : public OutputPort
 {
   public:
     Output(Configurable* owner, std::string name, std::string help)
-        : OutputPort(owner, std::move(name), T::artifact_name, T::artifact_version, std::move(help))
+        : OutputPort(owner, std::move(name), T::artifact_name, T::artifact_version, has_preview<T>, std::move(help))
     {
     }
 
@@ -128,6 +133,7 @@ class Output final : public OutputPort
         value_->save(folder_);
     }
     std::shared_ptr<const Artifact> value() const override { return value_; }
+    std::shared_ptr<const Artifact> load(const ArtifactFolder& folder) const override { return T::load(folder); }
 
   private:
     std::shared_ptr<const T> value_;

@@ -54,6 +54,8 @@ struct TexturedMesh : Artifact
 
     void save(const ArtifactFolder& folder) const;
     static std::shared_ptr<TexturedMesh> load(const ArtifactFolder& folder);
+    /// The atlas and the room to turn around, of the last textured mesh of a pipeline.
+    void preview(Preview& page) const override;
 };
 
 /// Bilinear value at (u, v) of a raster whose row 0 is v = 1: texel centers at +0.5, clamped at the borders.

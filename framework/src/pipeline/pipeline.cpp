@@ -144,6 +144,20 @@ void load_sweep(const PipelineDocument& document, const std::vector<MatrixAxis>&
         merger.merge_into(pipeline);
 }
 
+StageGraph graph_of(const std::vector<PipelineStage>& stages)
+{
+    StageGraph graph(stages.size());
+    std::map<std::string_view, std::size_t> places;
+    for (std::size_t i = 0; i < stages.size(); ++i)
+    {
+        places[stages[i].name] = i;
+        for (const Wire& wire : stages[i].wires)
+            if (!wire.from_stage.empty())
+                graph.add_edge(places.at(wire.from_stage), i);
+    }
+    return graph;
+}
+
 void load(const PipelineRequest& request, const Catalog& catalog, PipelineResult& result, ProblemList& problems)
 {
     PipelineDocument document = read_pipeline_document(result.pipeline.file, request.file.string(), problems);
@@ -201,6 +215,7 @@ PipelineResult load_pipeline(const PipelineRequest& request, const Catalog& cata
         result.pipeline.stages.clear();
         result.pipeline.sweep = {};
     }
+    result.pipeline.graph = std::make_shared<const StageGraph>(graph_of(result.pipeline.stages));
     return result;
 }
 

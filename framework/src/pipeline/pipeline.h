@@ -38,6 +38,8 @@ struct Problem
 /// "file:line:column: error: text" ("--set x=…: error: text" without a line).
 std::string to_string(const Problem& problem);
 
+class StageGraph;
+
 /// What feeds one input port: another stage's output, or a user's file through a reader.
 struct Wire
 {
@@ -97,6 +99,7 @@ struct Pipeline
     std::filesystem::path file;
     std::vector<PipelineText> texts;  ///< The file, and those that it builds on.
     std::vector<PipelineStage> stages;
+    std::shared_ptr<const StageGraph> graph;  ///< Which stage needs which, by their places in `stages`.
     Sweep sweep;
 
     const PipelineStage* find(std::string_view name) const;

@@ -1,4 +1,5 @@
 #include "run/run_state.h"
+#include "pipeline/graph.h"
 #include "run/exports.h"
 #include "run/result_key.h"
 #include <fresco/error.h>
@@ -43,40 +44,31 @@ CostFigures remaining_cost(const StageNode& node, const std::map<std::string, Co
 }
 
 RunState::RunState(const Pipeline& pipeline, const Store& store, FileHashes& hashes, const std::string& until)
-    : store_(store), hashes_(hashes), until_(until)
+    : store_(store), hashes_(hashes)
 {
-    std::map<std::string, std::size_t> places;
     for (const auto& stage : pipeline.stages)
     {
+        const std::size_t place = nodes_.size();
         StageNode node;
         node.stage = &stage;
+        node.producers = pipeline.graph->needs(place);
+        node.consumers = pipeline.graph->needed_by(place);
         node.exports_files = !files_outputs(stage).empty();
         node.selected = until.empty();
-        for (const auto& wire : stage.wires)
-            if (!wire.from_stage.empty())
-            {
-                const std::size_t producer = places.at(wire.from_stage);
-                if (std::find(node.producers.begin(), node.producers.end(), producer) == node.producers.end())
-                {
-                    node.producers.push_back(producer);
-                    nodes_[producer].consumers.push_back(nodes_.size());
-                }
-            }
-        places[stage.name] = nodes_.size();
         nodes_.push_back(std::move(node));
     }
     if (until.empty())
         return;
     bool found = false;
-    for (StageNode& node : nodes_)
-        if (node.stage->own_name == until)
-            found = node.selected = true;
+    for (std::size_t i = 0; i < nodes_.size(); ++i)
+        if (nodes_[i].stage->own_name == until)
+        {
+            found = true;
+            for (const std::size_t needed : pipeline.graph->ancestors(i))
+                nodes_[needed].selected = true;
+        }
     if (!found)
         throw Error("--until " + until + ": the pipeline has no stage of this name");
-    for (std::size_t i = nodes_.size(); i-- > 0;)
-        if (nodes_[i].selected)
-            for (const std::size_t producer : nodes_[i].producers)
-                nodes_[producer].selected = true;
 }
 
 StageNode* RunState::find(std::string_view stage)

@@ -77,7 +77,6 @@ class RunState
     const Store& store_;
     FileHashes& hashes_;
     std::vector<StageNode> nodes_;
-    std::string until_;
 };
 
 }  // namespace fresco::host

@@ -1,4 +1,5 @@
 #include "run/stage_failure.h"
+#include "base/machine.h"
 #include "base/unit_text.h"
 
 #include <csignal>
@@ -39,9 +40,12 @@ std::string failure_text(const RunningStage& running)
         text = "it closed descriptor " + std::to_string(child_channel) +
                ", by which it speaks to the host; please report it to the author of the plugin " +
                running.node().stage->type->library.string();
-    else if (end.signal == SIGKILL)
+    else if (end.signal == SIGKILL && end.peak_memory_mb > machine_memory_mb() / 4)
         text = "its process was killed, most likely because the memory ran out (it had used " + size_text(end.peak_memory_mb) +
                "): close other programs or ask for less";
+    else if (end.signal == SIGKILL)
+        text = "its process was killed from outside: by a user, a debugger, or the system (it had used " +
+               size_text(end.peak_memory_mb) + " of memory); run again to resume";
     else if (end.signal != 0)
         text = "its process crashed: " + signal_text(end.signal) + "; please report it to the author of the plugin " +
                running.node().stage->type->library.string();

@@ -7,7 +7,7 @@
 #include <fresco/host/plan.h>
 #include <fresco/host/report.h>
 #include <fresco/host/scheduler.h>
-#include <fresco/host/suggest.h>
+#include <fresco/wording.h>
 #include <fresco/host/sweep_summary.h>
 
 #include <algorithm>

@@ -6,7 +6,7 @@
 #include <fresco/host/pipeline_sets.h>
 #include <fresco/host/pipeline_sweep.h>
 #include <fresco/host/pipeline_wiring.h>
-#include <fresco/host/suggest.h>
+#include <fresco/wording.h>
 
 #include <algorithm>
 #include <map>

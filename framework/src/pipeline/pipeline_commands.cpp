@@ -5,7 +5,7 @@
 #include <fresco/host/pipeline_commands.h>
 #include <fresco/host/pipeline_document.h>
 #include <fresco/host/process.h>
-#include <fresco/host/suggest.h>
+#include <fresco/wording.h>
 
 #include <algorithm>
 #include <optional>

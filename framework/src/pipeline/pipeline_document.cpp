@@ -1,7 +1,7 @@
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/host/pipeline_document.h>
-#include <fresco/host/suggest.h>
+#include <fresco/wording.h>
 
 #include <algorithm>
 

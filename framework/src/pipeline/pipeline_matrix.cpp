@@ -1,6 +1,6 @@
 #include <fresco/error.h>
 #include <fresco/host/pipeline_matrix.h>
-#include <fresco/host/suggest.h>
+#include <fresco/wording.h>
 
 #include <algorithm>
 #include <filesystem>

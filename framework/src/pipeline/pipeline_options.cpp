@@ -1,6 +1,6 @@
 #include <fresco/host/pipeline_commands.h>
 #include <fresco/host/pipeline_options.h>
-#include <fresco/host/suggest.h>
+#include <fresco/wording.h>
 
 #include <algorithm>
 
@@ -69,7 +69,7 @@ Value OptionChecker::check_plain(const OptionDeclaration& option, const YamlNode
         return check_input_files(option, node, user, uses, problems_);
     if (option.kind == OptionKind::ports)
         return check_ports(option, node, user, types_, problems_);
-    Value value = check_value(option, node, user, problems_);
+    Value value = value_of(option, node, user, problems_);
     if (value.is_null() || !value.is_string() || value.as_string().empty())
         return value;
     const std::string owner = user + ": option '" + option.name + "'";
@@ -85,39 +85,17 @@ Value OptionChecker::check_plain(const OptionDeclaration& option, const YamlNode
 Value OptionChecker::complete_slot(const OptionDeclaration& option, const YamlNode& node, const std::string& user,
                                    OptionUses& uses)
 {
-    if (option.kind == OptionKind::components)
-        return complete_component_map(option, node, user, uses);
-    if (option.optional && node.is_scalar() && node.text == "none")
-        return {};
-    return complete_component(option.component_kind, node, {}, user + ": option '" + option.name + "'", uses);
-}
-
-Value OptionChecker::complete_component_map(const OptionDeclaration& option, const YamlNode& node, const std::string& user,
-                                            OptionUses& uses)
-{
+    const bool is_formed = !value_of(option, node, user, problems_).is_null();
     const std::string owner = user + ": option '" + option.name;
-    if (!node.is_map())
-    {
-        if (node.is_valid())
-            problems_.add(node.position(), owner + "': expected " + option.accepted() + ", got " + node.summary());
-        return {};
-    }
-    if (node.find("type") && node.find("type")->value.is_scalar())
-    {
-        problems_.add(node.position(), owner + "' holds several components: give each a name, {name: {type: …}}");
-        return {};
-    }
+    if (option.kind == OptionKind::component)
+        return is_formed ? complete_component(option.component_kind, node, {}, owner + "'", uses) : Value();
     Value::Map result;
     for (const YamlNode::Entry& entry : node.entries)
-    {
-        if (entry.value.is_null())
-            problems_.add(entry.position(), owner + "." + entry.key + "' has no value: give {type: …}, or leave the line out");
-        else
+        if (is_formed || (!node.find("type") && (entry.value.is_map() || entry.value.is_scalar())))
             result.emplace_back(entry.key,
                                 complete_component(option.component_kind, entry.value, {}, owner + "." + entry.key + "'", uses));
-    }
     std::sort(result.begin(), result.end(), [](const Value::Entry& a, const Value::Entry& b) { return a.first < b.first; });
-    return result;
+    return is_formed ? Value(std::move(result)) : Value();
 }
 
 Value OptionChecker::complete_component(std::string_view kind, const YamlNode& config, const std::vector<std::string>& taken,

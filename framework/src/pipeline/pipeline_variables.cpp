@@ -1,5 +1,5 @@
 #include <fresco/host/pipeline_variables.h>
-#include <fresco/host/suggest.h>
+#include <fresco/wording.h>
 
 #include <algorithm>
 #include <optional>

@@ -1,5 +1,5 @@
 #include <fresco/host/pipeline_wiring.h>
-#include <fresco/host/suggest.h>
+#include <fresco/wording.h>
 
 #include <algorithm>
 #include <set>
@@ -262,10 +262,8 @@ void Wiring::wire_file(StageDraft& stage, const Ports& inputs, const YamlNode& n
 {
     const YamlNode& file = node.find("file")->value;
     const std::string user = stage.title() + ": input" + (inputs.size() == 1 ? " '" + inputs[0]->name + "'" : "");
-    OptionDeclaration declared;
-    declared.name = "file";
-    declared.kind = OptionKind::input_file;
-    const Value path = file.is_null() ? Value() : check_value(declared, file, user, problems_);
+    const OptionDeclaration declared{.name = "file", .kind = OptionKind::input_file};
+    const Value path = file.is_null() ? Value() : value_of(declared, file, user, problems_);
     if (file.is_null())
         problems_.add(file.position(), user + ": 'file' has no value: give " + declared.accepted());
     if (path.is_null())

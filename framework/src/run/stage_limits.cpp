@@ -1,7 +1,7 @@
 #include <fresco/error.h>
 #include <fresco/host/machine.h>
 #include <fresco/host/stage_limits.h>
-#include <fresco/host/suggest.h>
+#include <fresco/wording.h>
 
 #include <algorithm>
 #include <cctype>

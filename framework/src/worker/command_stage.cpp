@@ -40,34 +40,25 @@ class Declared final : public Parameter
   public:
     using Assigned = std::function<void(const Value&)>;
 
-    Declared(Configurable* owner, const char* name, const char* kind, Value default_value, const char* help,
+    Declared(Configurable* owner, const char* name, OptionKind kind, Value default_value, const char* help,
              Assigned assigned = {})
-        : Parameter(owner, name, help), kind_(kind), default_(std::move(default_value)), assigned_(std::move(assigned))
+        : Parameter(
+              owner,
+              {.name = name, .kind = kind, .default_value = default_value, .required = default_value.is_null(), .help = help}),
+          assigned_(std::move(assigned))
     {
     }
 
     const Value& operator*() const { return value_; }
 
-    Value describe() const override
-    {
-        Value description = Value::Map{{"name", name()}, {"kind", kind_}};
-        if (default_.is_null())
-            description.set("required", true);
-        else
-            description.set("default", default_);
-        description.set("help", help());
-        return description;
-    }
-    void assign(const Value& value, ComponentFactory&) override
+  private:
+    void set(const Value& value, ComponentFactory&) override
     {
         value_ = value;
         if (assigned_)
             assigned_(value_);
     }
 
-  private:
-    const char* kind_;
-    Value default_;
     Assigned assigned_;
     Value value_{Value::Map{}};
 };
@@ -312,15 +303,15 @@ class CommandStage final : public Stage
         return text;
     }
 
-    Declared run_{this, "run", "texts", Value(),
+    Declared run_{this, "run", OptionKind::texts, Value(),
                   "The program and its words, not through a shell; {port} stands for the path of an input or output"};
-    Declared files_{this, "files", "input_files", Value::List{},
+    Declared files_{this, "files", OptionKind::input_files, Value::List{},
                     "Files that the program needs: scripts, settings; a word of run that names one becomes its path"};
     Option<std::string> version_{this, "version", "",
                                  "Change it to run again when something changed that is not among the files"};
     Declared inputs_{this,
                      "inputs",
-                     "ports",
+                     OptionKind::ports,
                      Value::Map{},
                      "Ports that other stages or files are wired to by input",
                      [this](const Value& ports)
@@ -330,7 +321,7 @@ class CommandStage final : public Stage
                      }};
     Declared outputs_{this,
                       "outputs",
-                      "ports",
+                      OptionKind::ports,
                       Value(),
                       "Ports that the program makes",
                       [this](const Value& ports)

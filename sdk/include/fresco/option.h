@@ -80,54 +80,46 @@ class Option final : public Parameter
 {
   public:
     Option(Configurable* owner, std::string name, T value, std::string help)
-        : Option(owner, std::move(name), std::move(value), false, std::nullopt, {}, std::move(help), true)
+        : Option(owner, std::move(value), {.name = std::move(name), .help = std::move(help)})
     {
     }
     Option(Configurable* owner, std::string name, T value, std::string help, NotInKey)
-        : Option(owner, std::move(name), std::move(value), false, std::nullopt, {}, std::move(help), false)
+        : Option(owner, std::move(value), {.name = std::move(name), .in_key = false, .help = std::move(help)})
     {
     }
     Option(Configurable* owner, std::string name, T value, Range accepted, std::string help)
-        : Option(owner, std::move(name), std::move(value), false, accepted, {}, std::move(help), true)
+        : Option(owner, std::move(value),
+                 {.name = std::move(name), .min = accepted.min, .max = accepted.max, .help = std::move(help)})
     {
     }
     Option(Configurable* owner, std::string name, T value, Range accepted, std::string help, NotInKey)
-        : Option(owner, std::move(name), std::move(value), false, accepted, {}, std::move(help), false)
+        : Option(owner, std::move(value),
+                 {.name = std::move(name), .min = accepted.min, .max = accepted.max, .in_key = false, .help = std::move(help)})
     {
     }
     Option(Configurable* owner, std::string name, T value, OneOf accepted, std::string help)
-        : Option(owner, std::move(name), std::move(value), false, std::nullopt, std::move(accepted.words), std::move(help), true)
+        : Option(owner, std::move(value),
+                 {.name = std::move(name), .choices = std::move(accepted.words), .help = std::move(help)})
     {
     }
     Option(Configurable* owner, std::string name, Required, std::string help)
-        : Option(owner, std::move(name), T{}, true, std::nullopt, {}, std::move(help), true)
+        : Option(owner, T{}, {.name = std::move(name), .required = true, .help = std::move(help)})
     {
     }
     Option(Configurable* owner, std::string name, Required, Range accepted, std::string help)
-        : Option(owner, std::move(name), T{}, true, accepted, {}, std::move(help), true)
+        : Option(owner, T{},
+                 {.name = std::move(name), .required = true, .min = accepted.min, .max = accepted.max, .help = std::move(help)})
     {
     }
 
     const T& operator*() const { return value_; }
     const T* operator->() const { return &value_; }
 
-    Value describe() const override;
-    void assign(const Value& value, ComponentFactory& factory) override;
-
   private:
-    Option(Configurable* owner, std::string name, T value, bool is_required, std::optional<Range> accepted,
-           std::vector<std::string> words, std::string help, bool in_key)
-        : Parameter(owner, std::move(name), std::move(help)), value_(value), default_(std::move(value)), required_(is_required),
-          range_(accepted), words_(std::move(words)), in_key_(in_key)
-    {
-    }
+    Option(Configurable* owner, T value, OptionDeclaration declaration);
+    void set(const Value& value, ComponentFactory& factory) override;
 
     T value_;
-    T default_;
-    bool required_;
-    std::optional<Range> range_;
-    std::vector<std::string> words_;
-    bool in_key_;
 };
 
 extern template class Option<bool>;

@@ -1,8 +1,11 @@
-#include <fresco/host/suggest.h>
+#include <fresco/wording.h>
 
 #include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
 
-namespace fresco::host
+namespace fresco
 {
 namespace
 {
@@ -95,4 +98,13 @@ std::string join(const std::vector<std::string>& words, std::string_view before_
     return text;
 }
 
-}  // namespace fresco::host
+std::string number_text(double number)
+{
+    std::array<char, 64> buffer{};
+    const bool whole = std::abs(number) < 1e15 && number == std::floor(number);
+    const auto end = whole ? std::to_chars(buffer.data(), buffer.data() + buffer.size(), static_cast<long long>(number)).ptr
+                           : std::to_chars(buffer.data(), buffer.data() + buffer.size(), number).ptr;
+    return std::string(buffer.data(), end);
+}
+
+}  // namespace fresco

@@ -9,86 +9,95 @@ namespace fresco
 namespace
 {
 
-/// How one C++ type is declared, written as a Value and read back from one that was checked.
 template <class T>
-struct Kind;
-
+constexpr OptionKind kind_of = OptionKind::integer;
 template <>
-struct Kind<bool>
-{
-    static constexpr OptionKind kind = OptionKind::boolean;
-    static Value write(bool v) { return v; }
-    static bool read(const Value& value) { return value.as_bool(); }
-};
-
+constexpr OptionKind kind_of<bool> = OptionKind::boolean;
 template <>
-struct Kind<int>
-{
-    static constexpr OptionKind kind = OptionKind::integer;
-    static Value write(int v) { return v; }
-    static int read(const Value& value) { return static_cast<int>(value.as_int()); }
-};
-
+constexpr OptionKind kind_of<double> = OptionKind::number;
 template <>
-struct Kind<std::int64_t>
-{
-    static constexpr OptionKind kind = OptionKind::integer;
-    static Value write(std::int64_t v) { return v; }
-    static std::int64_t read(const Value& value) { return value.as_int(); }
-};
-
+constexpr OptionKind kind_of<std::string> = OptionKind::text;
 template <>
-struct Kind<double>
-{
-    static constexpr OptionKind kind = OptionKind::number;
-    static Value write(double v) { return v; }
-    static double read(const Value& value) { return value.as_double(); }
-};
-
+constexpr OptionKind kind_of<std::vector<int>> = OptionKind::integers;
 template <>
-struct Kind<std::string>
-{
-    static constexpr OptionKind kind = OptionKind::text;
-    static Value write(const std::string& v) { return v; }
-    static std::string read(const Value& value) { return value.as_string(); }
-};
+constexpr OptionKind kind_of<std::vector<double>> = OptionKind::numbers;
+template <>
+constexpr OptionKind kind_of<InputFile> = OptionKind::input_file;
+template <>
+constexpr OptionKind kind_of<InputFiles> = OptionKind::input_files;
+template <>
+constexpr OptionKind kind_of<InputFolder> = OptionKind::input_folder;
+template <>
+constexpr OptionKind kind_of<CommandLine> = OptionKind::command_line;
+template <>
+constexpr OptionKind kind_of<OutputName> = OptionKind::output_name;
 
-template <class Element>
-struct Kind<std::vector<Element>>
+template <class T>
+Value written(const T& v)
 {
-    static constexpr OptionKind kind = std::is_same_v<Element, int> ? OptionKind::integers : OptionKind::numbers;
-    static Value write(const std::vector<Element>& v) { return Value::List(v.begin(), v.end()); }
-    static std::vector<Element> read(const Value& value)
+    if constexpr (std::is_same_v<T, InputFile> || std::is_same_v<T, InputFolder>)
+        return v.path.string();
+    else if constexpr (std::is_same_v<T, OutputName>)
+        return v.path;
+    else if constexpr (std::is_same_v<T, CommandLine>)
+        return Value::List(v.words.begin(), v.words.end());
+    else if constexpr (std::is_same_v<T, InputFiles>)
     {
-        std::vector<Element> result;
-        for (const Value& element : value.as_list())
-            result.push_back(Kind<Element>::read(element));
-        return result;
+        Value::List names;
+        for (const auto& [name, path] : v.paths)
+            names.emplace_back(name);
+        return names;
     }
-};
+    else if constexpr (kind_of<T> == OptionKind::integers || kind_of<T> == OptionKind::numbers)
+        return Value::List(v.begin(), v.end());
+    else
+        return v;
+}
 
-template <class Path, OptionKind its_kind>
-struct PathKind
+/// From a value that was checked.
+void read(const Value& value, bool& v)
 {
-    static constexpr OptionKind kind = its_kind;
-    static Value write(const Path& v) { return std::filesystem::path(v.path).generic_string(); }
-    static Path read(const Value& value) { return Path{value.as_string()}; }
-};
-
-template <>
-struct Kind<InputFile> : PathKind<InputFile, OptionKind::input_file>
+    v = value.as_bool();
+}
+void read(const Value& value, int& v)
 {
-};
-
-template <>
-struct Kind<InputFolder> : PathKind<InputFolder, OptionKind::input_folder>
+    v = static_cast<int>(value.as_int());
+}
+void read(const Value& value, std::int64_t& v)
 {
-};
-
-template <>
-struct Kind<OutputName> : PathKind<OutputName, OptionKind::output_name>
+    v = value.as_int();
+}
+void read(const Value& value, double& v)
 {
-};
+    v = value.as_double();
+}
+void read(const Value& value, std::string& v)
+{
+    v = value.as_string();
+}
+template <class Element>
+void read(const Value& value, std::vector<Element>& v)
+{
+    v.clear();
+    for (const Value& element : value.as_list())
+        read(element, v.emplace_back());
+}
+void read(const Value& value, InputFiles& v)
+{
+    v.paths.clear();
+    for (const auto& [name, path] : value.as_map())
+        v.paths[name] = path.as_string();
+}
+void read(const Value& value, CommandLine& v)
+{
+    read(value, v.words);
+}
+/// Of the rest: the paths.
+template <class Path>
+void read(const Value& value, Path& v)
+{
+    v.path = value.as_string();
+}
 
 std::string unit_of(const std::string& name)
 {
@@ -102,10 +111,10 @@ std::string unit_of(const std::string& name)
 template <class T>
 OptionDeclaration completed(OptionDeclaration option, const T& value)
 {
-    option.kind = Kind<T>::kind;
+    option.kind = kind_of<T>;
     option.unit = unit_of(option.name);
     if (!option.required)
-        option.default_value = Kind<T>::write(value);
+        option.default_value = written(value);
     if constexpr (std::is_same_v<T, int> || std::is_same_v<T, std::vector<int>>)
     {
         // What fits the type: a check without the plugin refuses what the plugin would.
@@ -131,7 +140,7 @@ Option<T>::Option(Configurable* owner, T value, OptionDeclaration declaration)
 template <class T>
 void Option<T>::set(const Value& value, ComponentFactory&)
 {
-    value_ = Kind<T>::read(value);
+    read(value, value_);
 }
 
 template class Option<bool>;
@@ -142,6 +151,8 @@ template class Option<std::string>;
 template class Option<std::vector<int>>;
 template class Option<std::vector<double>>;
 template class Option<InputFile>;
+template class Option<InputFiles>;
+template class Option<CommandLine>;
 template class Option<InputFolder>;
 template class Option<OutputName>;
 

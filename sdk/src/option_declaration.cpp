@@ -24,9 +24,10 @@ constexpr std::array kind_names{KindName{"bool", OptionKind::boolean},
                                 KindName{"output_name", OptionKind::output_name},
                                 KindName{"component", OptionKind::component},
                                 KindName{"components", OptionKind::components},
-                                KindName{"texts", OptionKind::texts},
                                 KindName{"input_files", OptionKind::input_files},
-                                KindName{"ports", OptionKind::ports}};
+                                KindName{"command_line", OptionKind::command_line},
+                                KindName{"input_ports", OptionKind::input_ports},
+                                KindName{"output_ports", OptionKind::output_ports}};
 
 std::string text_at(const Value& map, std::string_view key)
 {
@@ -81,6 +82,7 @@ OptionDeclaration OptionDeclaration::from(const Value& description)
         option.kind == OptionKind::component && (option.default_value.is_null() || flag_at(description, "optional", false));
     if (const Value* rule = description.find("auto"))
         option.auto_rule = AutoRule{rule->at("option").as_string(), rule->at("if_empty"), rule->at("if_set")};
+    option.for_form = text_at(description, "for_form");
     option.help = text_at(description, "help");
     return option;
 }
@@ -110,6 +112,8 @@ Value OptionDeclaration::describe() const
     if (auto_rule)
         description.set(
             "auto", Value::Map{{"option", auto_rule->option}, {"if_empty", auto_rule->if_empty}, {"if_set", auto_rule->if_set}});
+    if (!for_form.empty())
+        description.set("for_form", for_form);
     description.set("help", help);
     return description;
 }
@@ -140,11 +144,12 @@ std::string OptionDeclaration::accepted() const
         return "{type: …} of kind '" + component_kind + "'" + (optional ? ", or none" : "");
     case OptionKind::components:
         return "a map {name: {type: …}} of kind '" + component_kind + "'" + (auto_rule ? ", or auto" : "");
-    case OptionKind::texts:
-        return "a list of words";
     case OptionKind::input_files:
         return "a list of paths of existing files";
-    case OptionKind::ports:
+    case OptionKind::command_line:
+        return "a list of words";
+    case OptionKind::input_ports:
+    case OptionKind::output_ports:
         return "a map {port: artifact} or {port: {artifact: …, as: …}}";
     }
     return {};

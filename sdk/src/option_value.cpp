@@ -16,7 +16,7 @@ std::string output_name_problem(const std::string& text)
 {
     const std::filesystem::path path(text);
     const auto has_part = [&](const char* part) { return std::ranges::find(path, std::filesystem::path(part)) != path.end(); };
-    const std::string refused = "'" + text + "' is not accepted";
+    std::string refused = "'" + text + "' is not accepted";
     if (text.find('\\') != std::string::npos)
         return refused + ": its folders are parted by '/', not by '\\'";
     if (path.is_absolute() || has_part(".."))
@@ -24,6 +24,11 @@ std::string output_name_problem(const std::string& text)
     if (has_part("."))
         return refused + ": leave out the '.'";
     return text.back() == '/' ? refused + ": it names a folder" : "";
+}
+
+Value as_value(const std::string& text)
+{
+    return text;
 }
 
 class ValueChecker
@@ -60,10 +65,13 @@ class ValueChecker
             return component(value);
         case OptionKind::components:
             return components(value);
-        case OptionKind::texts:
+        case OptionKind::command_line:
+            return words(value);
         case OptionKind::input_files:
-        case OptionKind::ports:
-            return value;
+            return files(value);
+        case OptionKind::input_ports:
+        case OptionKind::output_ports:
+            return ports(value);
         }
         return {};
     }
@@ -132,6 +140,101 @@ class ValueChecker
                 problems_.push_back({place_, "", "{type: …} of kind '" + option_.component_kind + "'"});
         }
         return value;
+    }
+
+    Value words(const Value& value)
+    {
+        if (!value.is_list())
+            return wrong_kind();
+        for (std::size_t i = 0; i < value.as_list().size(); ++i)
+        {
+            place_ = {std::to_string(i)};
+            if (!value.as_list()[i].is_string())
+                refuse("", "a word");
+        }
+        return value;
+    }
+
+    /// A list as written, or the map that is made of it.
+    Value files(const Value& value)
+    {
+        if (!value.is_map())
+            return words(value).is_null() ? Value() : files_by_name(value);
+        for (const auto& [name, path] : value.as_map())
+        {
+            place_ = {name};
+            if (!path.is_string())
+                refuse("", "a path");
+        }
+        return value;
+    }
+
+    static Value files_by_name(const Value& list)
+    {
+        Value files = Value::Map{};
+        for (const Value& file : list.as_list())
+            if (file.is_string())
+                files.set(file.as_string(), file);
+        return files;
+    }
+
+    Value ports(const Value& value)
+    {
+        if (!value.is_map())
+            return wrong_kind();
+        Value accepted = Value::Map{};
+        for (const auto& [name, written] : value.as_map())
+        {
+            place_ = {name};
+            accepted.set(name, port(name, written));
+        }
+        return accepted;
+    }
+
+    Value port(const std::string& name, const Value& written)
+    {
+        const std::string where = "port '" + name + "'";
+        if (!is_name(name))
+            return refuse(where + ": a name is made of letters, digits, '_' and '-'", "");
+        const Value* inner = written.find("artifact");
+        const Value& named = inner != nullptr ? *inner : written;
+        if (!named.is_string() || named.as_string().empty())
+            return refuse(where + ": expected an artifact such as mesh, or {artifact: …, as: …}", "");
+        const std::string& artifact = named.as_string();
+        if (inner != nullptr)
+            place_ = {name, "artifact"};
+        const auto known = option_.artifacts.find(artifact);
+        if (known == option_.artifacts.end())
+        {
+            std::vector<std::string> names;
+            for (const auto& [each, form] : option_.artifacts)
+                names.push_back(each);
+            return refuse(where + ": there is no artifact '" + artifact + "'" + suggestion(artifact, names), "");
+        }
+        const std::vector<std::string>& forms = known->second.as;
+        Value result =
+            Value::Map{{"artifact", artifact}, {"version", known->second.version}, {"as", forms.empty() ? "" : forms.front()}};
+        const auto refuse_key = [&](const std::string& key) {
+            return refuse(where + " has no '" + key + "'" + suggestion(key, {"artifact", "as"}), "");
+        };
+        const auto refuse_as = [&]
+        {
+            return forms.empty() ? refuse(where + ": " + artifact + " has only one form; leave 'as' out", "")
+                                 : refuse("", "one of " + join(forms, ", ") + " for 'as' of " + where);
+        };
+        for (const auto& [key, entry] : inner != nullptr ? written.as_map() : Value::Map{})
+        {
+            place_ = {name, key};
+            if (key == "artifact" || (key == "version" && entry == result.at("version")))
+                continue;
+            if (key != "as")
+                return refuse_key(key);
+            const bool is_form = forms.empty() ? entry == Value("") : std::ranges::find(forms, entry, as_value) != forms.end();
+            if (!is_form)
+                return refuse_as();
+            result.set("as", entry);
+        }
+        return result;
     }
 
     Value wrong_kind() { return refuse(""); }

@@ -6,9 +6,19 @@ namespace fresco
 
 Artifact::~Artifact() = default;
 
-InputPort::InputPort(Configurable* owner, std::string name, std::string_view artifact, int version, bool is_optional,
-                     std::string help)
-    : name_(std::move(name)), artifact_(artifact), version_(version), optional_(is_optional), help_(std::move(help))
+namespace
+{
+Value described(const std::string& name, const ArtifactType& type)
+{
+    Value description = Value::Map{{"name", name}, {"artifact", type.name}, {"version", type.version}};
+    if (const auto forms = type.form_names(); !forms.empty())
+        description.set("as", Value::List(forms.begin(), forms.end()));
+    return description;
+}
+}  // namespace
+
+InputPort::InputPort(Configurable* owner, std::string name, const ArtifactType& type, bool is_optional, std::string help)
+    : name_(std::move(name)), type_(type), optional_(is_optional), help_(std::move(help))
 {
     owner->inputs_.push_back(this);
 }
@@ -16,7 +26,7 @@ InputPort::~InputPort() = default;
 
 Value InputPort::describe() const
 {
-    Value description = Value::Map{{"name", name_}, {"artifact", artifact_}, {"version", version_}};
+    Value description = described(name_, type_);
     if (optional_)
         description.set("optional", true);
     description.set("help", help_);
@@ -30,11 +40,11 @@ void InputPort::not_wired() const
 
 void InputPort::wrong_type() const
 {
-    throw Error("input \"" + name_ + "\" takes " + artifact_ + "; something else was given");
+    throw Error("input \"" + name_ + "\" takes " + type_.name + "; something else was given");
 }
 
-OutputPort::OutputPort(Configurable* owner, std::string name, std::string_view artifact, int version, std::string help)
-    : name_(std::move(name)), artifact_(artifact), version_(version), help_(std::move(help))
+OutputPort::OutputPort(Configurable* owner, std::string name, const ArtifactType& type, std::string help)
+    : name_(std::move(name)), type_(type), help_(std::move(help))
 {
     owner->outputs_.push_back(this);
 }
@@ -42,7 +52,9 @@ OutputPort::~OutputPort() = default;
 
 Value OutputPort::describe() const
 {
-    return Value::Map{{"name", name_}, {"artifact", artifact_}, {"version", version_}, {"help", help_}};
+    Value description = described(name_, type_);
+    description.set("help", help_);
+    return description;
 }
 
 void OutputPort::no_value() const

@@ -98,6 +98,13 @@ std::string join(const std::vector<std::string>& words, std::string_view before_
     return text;
 }
 
+bool is_name(std::string_view text)
+{
+    const auto is_letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; };
+    const auto is_inner = [&](char c) { return is_letter(c) || (c >= '0' && c <= '9') || c == '-'; };
+    return !text.empty() && is_letter(text.front()) && std::ranges::all_of(text, is_inner);
+}
+
 std::string number_text(double number)
 {
     std::array<char, 64> buffer{};

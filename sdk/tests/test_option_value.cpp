@@ -44,6 +44,9 @@ const char* const output = R"("kind": "output_name", "default": "a.png")";
 const char* const no_output = R"("kind": "output_name", "default": "")";
 const char* const slot = R"("kind": "component", "component_kind": "loss", "default": {"type": "loss.gram"})";
 const char* const free_slot = R"("kind": "component", "component_kind": "loss")";
+const char* const line = R"("kind": "command_line")";
+const char* const files = R"("kind": "input_files")";
+const char* const ports = R"("kind": "input_ports")";
 const char* const slots = R"("kind": "components", "component_kind": "loss", "default": {})";
 
 const Case cases[] = {
@@ -102,6 +105,26 @@ const Case cases[] = {
     {slots, R"({"type": "loss.gram"})", "", "several components are expected: give each a name, {name: {type: …}}"},
     {slots, R"({"a": null, "b": 4})", "",
      "a: 'a' has no value: give {type: …}, or leave the line out\nb: ; {type: …} of kind 'loss'"},
+    {line, R"(["sh", "-c", ""])", R"(["sh", "-c", ""])"},
+    {line, R"("sh")", "", "; a list of words"},
+    {line, R"(["sh", {"o": null}, 1])", "", "1: ; a word\n2: ; a word"},
+    {files, "[]", "{}"},
+    {files, R"(["a.sh", "b/c"])", R"({"a.sh": "a.sh", "b/c": "b/c"})"},
+    {files, R"({"a.sh": "/x/a.sh"})", R"({"a.sh": "/x/a.sh"})"},
+    {files, R"("a.sh")", "", "; a list of paths of existing files"},
+    {files, R"(["a.sh", 1])", "", "1: ; a word"},
+    {ports, R"({"a": "mesh", "b": {"artifact": "image", "as": "png"}, "c": "image"})",
+     R"({"a": {"artifact": "mesh", "version": 3, "as": ""}, "b": {"artifact": "image", "version": 1, "as": "png"},
+         "c": {"artifact": "image", "version": 1, "as": "npy"}})"},
+    {ports, R"({"a": "mash", "b c": "mesh", "d": {"artifact": "mesh", "as": "ply"}})", "",
+     "a: port 'a': there is no artifact 'mash' (did you mean 'mesh'?)\n"
+     "b c: port 'b c': a name is made of letters, digits, '_' and '-'\n"
+     "d: as: port 'd': mesh has only one form; leave 'as' out"},
+    {ports, R"({"a": {"artifact": "image", "as": "jpg"}, "b": {"artifact": "mesh", "sa": 1}, "c": null})", "",
+     "a: as: ; one of npy, png for 'as' of port 'a'\n"
+     "b: sa: port 'b' has no 'sa' (did you mean 'as'?)\n"
+     "c: port 'c': expected an artifact such as mesh, or {artifact: …, as: …}"},
+    {ports, R"(["mesh"])", "", "; a map {port: artifact} or {port: {artifact: …, as: …}}"},
 };
 
 }  // namespace
@@ -111,8 +134,9 @@ TEST_CASE("A value fits what is declared, or all that is wrong with it is told, 
     for (const Case& each : cases)
     {
         INFO(each.option << " " << each.value);
-        const OptionDeclaration option =
+        OptionDeclaration option =
             OptionDeclaration::from(parse_json(R"({"name": "it", "help": "", )" + std::string(each.option) + "}"));
+        option.artifacts = {{"mesh", {3, {}}}, {"image", {1, {"npy", "png"}}}};
         const CheckedValue checked = check_value(option, parse_json(each.value));
         CHECK(text_of(checked.problems) == each.problem);
         CHECK(checked.value == parse_json(*each.accepted ? each.accepted : "null"));

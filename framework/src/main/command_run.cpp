@@ -1,14 +1,14 @@
 #include "commands.h"
 
 #include <fresco/error.h>
-#include <fresco/host/command_stage.h>
 #include <fresco/host/commands_inspect.h>
 #include <fresco/host/machine.h>
+#include <fresco/host/pipeline_ports.h>
 #include <fresco/host/plan.h>
 #include <fresco/host/report.h>
 #include <fresco/host/scheduler.h>
-#include <fresco/wording.h>
 #include <fresco/host/sweep_summary.h>
+#include <fresco/wording.h>
 
 #include <algorithm>
 #include <chrono>

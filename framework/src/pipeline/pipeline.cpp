@@ -1,8 +1,8 @@
 #include <fresco/error.h>
 #include <fresco/host/exports.h>
 #include <fresco/host/pipeline.h>
-#include <fresco/host/pipeline_commands.h>
 #include <fresco/host/pipeline_document.h>
+#include <fresco/host/pipeline_ports.h>
 #include <fresco/host/pipeline_sets.h>
 #include <fresco/host/pipeline_sweep.h>
 #include <fresco/host/pipeline_wiring.h>
@@ -47,8 +47,8 @@ std::vector<StageDraft> draft_stages(const YamlNode& stages, TypeTable& types, O
             draft.type = types.require(*type, "stage", draft.title(), draft.config.find("type")->value.position(), problems);
         if (draft.type)
             draft.options = checker.complete(draft.type, draft.config, {"type", "input"}, draft.title(), draft.uses);
-        if (draft.type && draft.type.description->type == command_type_name)
-            complete_command(draft, checker, types, problems);
+        if (draft.type)
+            settle_declared_ports(draft, types, problems);
     }
     return drafts;
 }

@@ -47,27 +47,52 @@ std::string hint(OptionKind kind, const YamlNode& node, const Value& value)
     return {};
 }
 
-/// The tree that a node stands for. Scalars that cannot be read, and numbers where text is wanted, are refused as null is.
-Value plain_value(const YamlNode& node, bool wants_text)
+/// How an option reads scalars.
+enum class Reading
+{
+    resolved,    ///< By the rules of YAML.
+    text,        ///< The same, but on the command line quotes are the shell's: a number there is text.
+    as_written,  ///< Every scalar is text.
+};
+
+Reading reading_of(OptionKind kind)
+{
+    switch (kind)
+    {
+    case OptionKind::text:
+    case OptionKind::input_file:
+    case OptionKind::input_folder:
+    case OptionKind::output_name:
+        return Reading::text;
+    case OptionKind::command_line:
+    case OptionKind::input_files:
+        return Reading::as_written;
+    default:
+        return Reading::resolved;
+    }
+}
+
+/// The tree that a node stands for; null for scalars that cannot be read.
+Value plain_value(const YamlNode& node, Reading reading)
 {
     if (node.is_list())
     {
         Value::List list;
         for (const YamlNode& item : node.items)
-            list.push_back(plain_value(item, wants_text));
+            list.push_back(plain_value(item, reading));
         return list;
     }
     if (node.is_map())
     {
         Value::Map map;
         for (const YamlNode::Entry& entry : node.entries)
-            map.emplace_back(entry.key, plain_value(entry.value, wants_text));
+            map.emplace_back(entry.key, plain_value(entry.value, reading));
         return map;
     }
     if (!node.is_scalar())
         return {};
-    // On the command line quotes are the shell's: a number there is text where text is wanted.
-    return wants_text && node.from_command_line() ? Value(node.text) : resolve_scalar(node).value;
+    const bool is_text = reading == Reading::as_written || (reading == Reading::text && node.from_command_line());
+    return is_text ? Value(node.text) : resolve_scalar(node).value;
 }
 
 const YamlNode& part_of(const YamlNode& node, const std::vector<std::string>& place)
@@ -76,12 +101,6 @@ const YamlNode& part_of(const YamlNode& node, const std::vector<std::string>& pl
     for (const std::string& step : place)
         part = part->is_list() ? &part->items[std::stoul(step)] : &part->find(step)->value;
     return *part;
-}
-
-bool wants_text(OptionKind kind)
-{
-    return kind == OptionKind::text || kind == OptionKind::input_file || kind == OptionKind::input_folder ||
-           kind == OptionKind::output_name;
 }
 
 std::string problem_text(const OptionDeclaration& option, const ValueProblem& problem, const YamlNode& part)
@@ -97,14 +116,16 @@ std::string problem_text(const OptionDeclaration& option, const ValueProblem& pr
         kind = OptionKind::integer;
     if (!problem.place.empty() && kind == OptionKind::numbers)
         kind = OptionKind::number;
-    return "expected " + problem.expected + ", got " + part.summary() +
-           (part.is_scalar() ? hint(kind, part, resolved.value) : "");
+    std::string meant = part.is_scalar() ? hint(kind, part, resolved.value) : "";
+    if (part.is_map() && reading_of(kind) == Reading::as_written)
+        meant = " (a word with braces is written in quotes)";
+    return "expected " + problem.expected + ", got " + part.summary() + meant;
 }
 }  // namespace
 
 Value value_of(const OptionDeclaration& option, const YamlNode& node, const std::string& user, ProblemList& problems)
 {
-    CheckedValue checked = check_value(option, plain_value(node, wants_text(option.kind)));
+    CheckedValue checked = check_value(option, plain_value(node, reading_of(option.kind)));
     for (const ValueProblem& problem : checked.problems)
         if (const YamlNode& part = part_of(node, problem.place); part.is_valid())
             problems.add(part.position(), user + ": option '" + option.name + "': " + problem_text(option, problem, part));

@@ -39,6 +39,13 @@ std::vector<std::string> names_of(const std::vector<PortDeclaration>& ports)
     return names;
 }
 
+/// Where the stage's inputs would be declared, if the pipeline does that.
+std::string declared_by(const TypeDeclaration& type)
+{
+    const auto option = std::ranges::find(type.options, OptionKind::input_ports, &OptionDeclaration::kind);
+    return option == type.options.end() ? "" : ": declare its ports by '" + option->name + "'";
+}
+
 bool looks_like_path(const std::string& text)
 {
     return text.find('/') != std::string::npos || std::filesystem::path(text).has_extension();
@@ -77,8 +84,7 @@ void Wiring::wire(StageDraft& stage)
     else if (input && type.inputs.empty())
     {
         if (!(input->value.is_map() && input->value.entries.empty()))
-            problems_.add(input->position(),
-                          stage.title() + " takes no input" + (stage.own_type ? ": declare its ports by 'inputs'" : ""));
+            problems_.add(input->position(), stage.title() + " takes no input" + declared_by(type));
         follow_blindly(stage, input->value);
     }
     else if (input)

@@ -3,7 +3,6 @@
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/hash.h>
-#include <fresco/host/command_stage.h>
 #include <fresco/host/file_stamp.h>
 #include <fresco/host/plugin_library.h>
 #include <fresco/host/plugin_probe.h>
@@ -266,7 +265,6 @@ Catalog load_catalog(bool again)
         add_to_catalog(catalog, probe, cache);
     }
     cache.save();
-    catalog.add(command_type());
     for (const auto& folder : plugin_folders())
         add_unbuilt(catalog, folder.path);
     return catalog;

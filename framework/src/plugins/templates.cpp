@@ -75,7 +75,7 @@ std::string plugin_folder_name(const std::string& type)
 
 std::vector<TextFile> new_plugin(const std::string& kind, const std::string& type)
 {
-    if (!is_type_name(type))
+    if (!is_type_name(type) || type.find('.') == std::string::npos)
         throw Error("'" + type + "' is no name of a type: take small letters, digits and '_', with a dot between, such as my." +
                     kind);
     if (std::isdigit(static_cast<unsigned char>(type.front())) != 0 || type.front() == '_' ||

@@ -61,7 +61,7 @@ std::string run_page_child(const std::string& command, const Value& request, con
     write_file(folder.file(), to_json(request));
     const Child child = start_child({command, folder.file().string()});
     LineBuffer output;
-    ChildEnd end;
+    ProcessEnd end;
     std::string text;
     std::string line;
     for (bool open = true; open;)

@@ -1,4 +1,3 @@
-#include <fresco/host/command_stage.h>
 #include <fresco/host/commands_inspect.h>
 #include <fresco/host/dot.h>
 #include <fresco/host/pipeline_types.h>
@@ -158,10 +157,7 @@ void write_options(const TypeDeclaration& declaration, const TypeTable& types, s
 void write_text(const TypeDescription& type, const TypeDeclaration& declaration, const TypeTable& types, std::ostream& out)
 {
     out << type.type << " (" << type.kind << "): " << type.help << '\n';
-    if (type.type == command_type_name)
-        out << "built in; its ports are those that a pipeline declares\n";
-    else
-        out << "in " << type.library.string() << '\n';
+    out << "in " << type.library.string() << '\n';
     if (!declaration.artifact.empty())
     {
         out << "reads " << declaration.artifact << " from";

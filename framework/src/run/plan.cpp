@@ -1,5 +1,5 @@
-#include <fresco/host/command_stage.h>
 #include <fresco/host/estimate.h>
+#include <fresco/host/pipeline_ports.h>
 #include <fresco/host/plan.h>
 #include <fresco/host/result_key.h>
 #include <fresco/host/stage_record.h>

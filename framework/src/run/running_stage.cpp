@@ -3,7 +3,7 @@
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/host/machine.h>
-#include <fresco/host/process_tree.h>
+#include <fresco/process_tree.h>
 
 #include <csignal>
 #include <cstdlib>

@@ -5,7 +5,7 @@
 #include "sweep_turns.h"
 
 #include <fresco/error.h>
-#include <fresco/host/command_stage.h>
+#include <fresco/host/pipeline_ports.h>
 #include <fresco/host/scheduler.h>
 #include <fresco/host/stage_record.h>
 #include <fresco/host/statistics.h>
@@ -221,7 +221,7 @@ class Scheduler
     void finish(RunningStage& running)
     {
         StageNode& node = running.node();
-        const ChildEnd& end = running.end();
+        const ProcessEnd& end = running.end();
         if (running.result() && end.exit_code == 0 && store_.present(*running.result()))
         {
             node.result = running.result();

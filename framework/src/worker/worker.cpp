@@ -7,10 +7,10 @@
 #include <fresco/host/fault.h>
 #include <fresco/host/machine.h>
 #include <fresco/host/process.h>
-#include <fresco/host/process_tree.h>
 #include <fresco/host/progress_display.h>
 #include <fresco/host/publish.h>
 #include <fresco/host/worker.h>
+#include <fresco/process_tree.h>
 #include <fresco/reader.h>
 #include <fresco/stage.h>
 
@@ -60,6 +60,7 @@ class Worker
         channel_.send("running");
         start_ = std::chrono::steady_clock::now();
         verify_inputs();
+        factory_.open_all();
         std::unique_ptr<Configurable> object = factory_.make(request_.type, "stage");
         auto* stage = dynamic_cast<Stage*>(object.get());
         if (stage == nullptr)

@@ -11,12 +11,13 @@
  *   5  Part::fine_among_selected gives numbers; TextureRepresentation::move_to, OptimizerRule::runs_on;
  *      UvMaps::write_map with uv_bits
  *   6  Texture::atlas, UvMaps::atlas, ImageIo::read_with_alpha
+ *   7  Parameter with an OptionDeclaration, virtual Artifact::save and write_exchange, ports with an ArtifactType
  */
 #include <stddef.h>
 #include <stdint.h>
 
 #define FRESCO_MAGIC 0x46524553u /* "FRES" */
-#define FRESCO_ABI 6u
+#define FRESCO_ABI 7u
 
 #ifdef __cplusplus
 extern "C"

@@ -19,6 +19,12 @@ class Component : public Configurable
     ~Component() override;
 };
 
+/// Argument of a slot whose default is left out unless a port that the pipeline declares (DeclaredPorts) has this exchange form.
+struct ForForm
+{
+    std::string name;
+};
+
 namespace detail
 {
 /// Untyped half of Slot and SlotMap.
@@ -50,6 +56,17 @@ class Slot final : public detail::SlotBase
     }
     Slot(Configurable* owner, std::string name, const std::string& default_config, Optional, std::string help)
         : SlotBase(owner, {.name = std::move(name), .kind = OptionKind::component, .optional = true, .help = std::move(help)},
+                   T::component_kind, default_config)
+    {
+    }
+
+    Slot(Configurable* owner, std::string name, const std::string& default_config, ForForm form, std::string help)
+        : SlotBase(owner,
+                   {.name = std::move(name),
+                    .kind = OptionKind::component,
+                    .optional = true,
+                    .for_form = std::move(form.name),
+                    .help = std::move(help)},
                    T::component_kind, default_config)
     {
     }

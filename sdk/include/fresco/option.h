@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <initializer_list>
 #include <limits>
+#include <map>
 #include <optional>
 #include <string>
 #include <utility>
@@ -28,6 +29,19 @@ struct InputFolder
 {
     std::filesystem::path path;
     bool empty() const { return path.empty(); }
+};
+
+/// Files that must exist when the pipeline is checked: a list. Their contents enter the cache key, not where they lie.
+struct InputFiles
+{
+    std::map<std::string, std::filesystem::path> paths{};  ///< Each by its name in the pipeline.
+};
+
+/// A program and its words, not through a shell: a list. A word that is spelled like a file of the stage's InputFiles is that
+/// file; {name} stands for such a file or for the path of a port. check_command_line says what is checked before the stage runs.
+struct CommandLine
+{
+    std::vector<std::string> words{};
 };
 
 /// A relative path below `--out`, without `..`.
@@ -73,8 +87,9 @@ struct NotInKey
 };
 inline constexpr NotInKey not_in_key{};
 
-/// Of the types bool, int, std::int64_t, double, std::string, std::vector<int>, std::vector<double>, InputFile, InputFolder,
-/// OutputName. `*option` is the value, valid from configure() on (in `run` and `prepare`), the default before.
+/// Of the types bool, int, std::int64_t, double, std::string, std::vector<int>, std::vector<double>, InputFile, InputFiles,
+/// InputFolder, CommandLine, OutputName. `*option` is the value, valid from configure() on (in `run` and `prepare`), the default
+/// before.
 template <class T>
 class Option final : public Parameter
 {
@@ -130,6 +145,8 @@ extern template class Option<std::string>;
 extern template class Option<std::vector<int>>;
 extern template class Option<std::vector<double>>;
 extern template class Option<InputFile>;
+extern template class Option<InputFiles>;
+extern template class Option<CommandLine>;
 extern template class Option<InputFolder>;
 extern template class Option<OutputName>;
 

@@ -2,6 +2,7 @@
 
 #include <fresco/value.h>
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -25,9 +26,10 @@ enum class OptionKind
     output_name,
     component,
     components,
-    texts,        ///< A list of words. This and the following: of the built-in type `command` alone.
-    input_files,  ///< A list of files; a map name as written -> absolute path once it is checked.
-    ports         ///< A map of ports; name -> {artifact, version, as} once it is checked.
+    input_files,   ///< A list of files; a map name as written -> absolute path once it is checked.
+    command_line,  ///< A program and its words, which name files and ports of the same stage in braces.
+    input_ports,   ///< A map of ports; name -> {artifact, version, as} once it is checked, `as` empty where there is one form.
+    output_ports
 };
 
 /// `auto` of a components option: `if_empty` where the owner's option `option` is empty, else `if_set` with "${option}" replaced.
@@ -36,6 +38,13 @@ struct AutoRule
     std::string option;
     Value if_empty;
     Value if_set;
+};
+
+/// An artifact that a port may have.
+struct PortArtifact
+{
+    int version = 1;
+    std::vector<std::string> as{};  ///< Its exchange forms, the default first; empty where there is one only.
 };
 
 struct OptionDeclaration
@@ -52,6 +61,9 @@ struct OptionDeclaration
     std::string component_kind{};
     bool optional = false;  ///< Of a component: the word `none` leaves it empty.
     std::optional<AutoRule> auto_rule{};
+    std::string for_form{};  ///< Of a component: left out by default unless a port of the stage has this exchange form.
+    /// Of ports: what a port may be, by name. Not described: whoever checks knows more of them than the plugin.
+    std::map<std::string, PortArtifact> artifacts{};
     std::string help{};
 
     /// What describe() gave. Throws Error naming the option where it is something else.
@@ -59,6 +71,7 @@ struct OptionDeclaration
     /// As a map with the keys name, kind, default, min, max, choices, help, …; those that say nothing are left out.
     Value describe() const;
 
+    bool is_ports() const { return kind == OptionKind::input_ports || kind == OptionKind::output_ports; }
     bool is_slot() const { return kind == OptionKind::component || kind == OptionKind::components; }
     /// What is accepted, in words: "an integer from 4 to 50000000", "one of unlit, pbr", "the path of an existing file".
     std::string accepted() const;

@@ -1,7 +1,8 @@
 #pragma once
 
-#include <fresco/host/catalog.h>
-#include <fresco/host/pipeline.h>
+#include "pipeline/pipeline.h"
+#include "plugins/catalog.h"
+#include "plugins/describe_cost.h"
 
 #include <filesystem>
 #include <fstream>
@@ -16,13 +17,15 @@
 namespace fresco::host::testing
 {
 
-inline TypeDescription described(const std::string& type, const std::string& kind, const std::string& json)
+inline TypeDescription described(const std::string& type, const std::string& kind, const std::string& json, const Cost& cost = {})
 {
     TypeDescription description;
     description.type = type;
     description.kind = kind;
     description.help = "What " + type + " does";
     description.declaration = parse_json(json, type);
+    if (kind == "stage")
+        description.declaration.set("cost", describe_cost(type, cost, description.declaration.at("options")));
     description.library = "/plugins/" + type + ".so";
     description.library_hash = "00";
     return description;
@@ -37,33 +40,42 @@ inline Catalog hand_made_catalog()
                     {"name": "every", "kind": "int", "default": 1, "min": 1.0, "help": "Take one frame in so many"}],
         "inputs": [],
         "outputs": [{"name": "frames", "artifact": "frames", "version": 1, "help": "Posed frames"},
-                    {"name": "mesh", "artifact": "mesh", "version": 1, "help": "The scanned surface"}],
-        "cost": {"seconds": "1 + frames / 100", "memory_mb": "50", "disk_mb": "1",
-                 "frames": "count(path, \"*.png\") / every", "faces": "bytes(path, \"mesh.ply\") / 10"}})json"));
+                    {"name": "mesh", "artifact": "mesh", "version": 1, "help": "The scanned surface"}]})json",
+                          {.seconds = {.fixed = 1, .per_frame = 0.01},
+                           .memory_mb = {.fixed = 50},
+                           .disk_mb = {.fixed = 1},
+                           .frames = {.files = "path", .pattern = "*.png", .divided_by = {"every"}},
+                           .faces = {.files = "path", .pattern = "mesh.ply", .bytes_each = 10}}));
     catalog.add(described("frames.sharpest", "stage", R"json({
         "options": [{"name": "min_sharpness", "kind": "number", "default": 100.0, "min": 0.0, "help": "Below this a frame is blurry"}],
         "inputs": [{"name": "frames", "artifact": "frames", "version": 1, "help": "Frames"}],
-        "outputs": [{"name": "kept", "artifact": "frames", "version": 1, "help": "The sharp ones"}],
-        "cost": {"seconds": "0.02 * frames / cores", "memory_mb": "40", "disk_mb": "0", "frames": "", "faces": ""}})json"));
+        "outputs": [{"name": "kept", "artifact": "frames", "version": 1, "help": "The sharp ones"}]})json",
+                          {.seconds = {.per_frame = 0.02}, .parallel_share = 1, .memory_mb = {.fixed = 20, .per_core = 10}}));
     catalog.add(described("mesh.decimate", "stage", R"json({
         "options": [{"name": "max_faces", "kind": "int", "default": 500000, "min": 4.0, "max": 50000000.0, "unit": "count",
                      "help": "Stop at this many triangles"},
                     {"name": "keep_borders", "kind": "bool", "default": true, "help": "Keep open borders"},
                     {"name": "method", "kind": "text", "default": "quadric", "choices": ["quadric", "edge"], "help": "How"}],
         "inputs": [{"name": "mesh", "artifact": "mesh", "version": 1, "help": "Mesh"}],
-        "outputs": [{"name": "simplified", "artifact": "mesh", "version": 1, "help": "Fewer triangles"}],
-        "cost": {"seconds": "faces / 1e6", "memory_mb": "100 + faces / 1e4", "disk_mb": "min(faces, max_faces) / 1e4",
-                 "frames": "", "faces": "min(faces, max_faces)"}})json"));
+        "outputs": [{"name": "simplified", "artifact": "mesh", "version": 1, "help": "Fewer triangles"}]})json",
+                          {.seconds = {.per_face = 1e-6},
+                           .memory_mb = {.fixed = 100, .per_face = 1e-4},
+                           .disk_mb = {.per_face = 1e-4},
+                           .faces = {.at_most = "max_faces"}}));
     catalog.add(described("uvmaps.raycast", "stage", R"json({
         "options": [{"name": "heights_px", "kind": "ints", "default": [256], "min": 16.0, "max": 4096.0, "unit": "px", "help": "Heights"},
                     {"name": "weights", "kind": "numbers", "default": [], "help": "Weights"}],
         "inputs": [{"name": "mesh", "artifact": "mesh", "version": 1, "help": "Mesh"},
                    {"name": "frames", "artifact": "frames", "version": 1, "help": "Frames"}],
-        "outputs": [{"name": "maps", "artifact": "uv_maps", "version": 1, "help": "Uv maps"}],
-        "cost": {"seconds": "frames * heights_px_squares * 1e-6", "memory_mb": "10 * heights_px_count", "disk_mb": "frames",
-                 "frames": "", "faces": ""}})json"));
+        "outputs": [{"name": "maps", "artifact": "uv_maps", "version": 1, "help": "Uv maps"}]})json",
+                          {.seconds = {.per_pixel = 1e-6},
+                           .memory_mb = {.per_pixel = 1e-3},
+                           .disk_mb = {.per_frame = 1},
+                           .pixels = {.squares_of = "heights_px"}}));
     catalog.add(described("texture.optimize", "stage", R"json({
         "options": [{"name": "size_px", "kind": "int", "default": 2048, "min": 64.0, "max": 16384.0, "unit": "px", "help": "Side"},
+                    {"name": "epochs", "kind": "int", "default": 2, "help": "Visits of every view"},
+                    {"name": "max_steps", "kind": "int", "default": 0, "help": "Last step"},
                     {"name": "weights", "kind": "input_file", "default": "", "help": "Weights of VGG-19"},
                     {"name": "preview", "kind": "output_name", "default": "", "in_key": false, "help": "Preview picture"},
                     {"name": "losses", "kind": "components", "component_kind": "loss", "default": "auto",
@@ -77,13 +89,17 @@ inline Catalog hand_made_catalog()
                    {"name": "frames", "artifact": "frames", "version": 1, "help": "Frames"},
                    {"name": "style", "artifact": "image", "version": 1, "help": "The style picture"},
                    {"name": "mask", "artifact": "image", "version": 1, "optional": true, "help": "Where to paint"}],
-        "outputs": [{"name": "texture", "artifact": "texture", "version": 1, "help": "The texture"}],
-        "cost": {"seconds": "frames", "memory_mb": "1", "disk_mb": "1", "frames": "", "faces": ""}})json"));
+        "outputs": [{"name": "texture", "artifact": "texture", "version": 1, "help": "The texture"}]})json",
+                          {.seconds = {.fixed = 1, .per_pixel = 1e-6, .per_step = 1},
+                           .memory_mb = {.per_texel = 1e-6},
+                           .disk_mb = {.fixed = 1},
+                           .texels = {.squares_of = "size_px"},
+                           .steps = {.times = {"epochs"}, .at_most = "max_steps"}}));
     catalog.add(described("export.gltf", "stage", R"json({
         "options": [{"name": "path", "kind": "output_name", "default": "room.glb", "help": "Name of the file"}],
         "inputs": [{"name": "texture", "artifact": "texture", "version": 1, "help": "The texture"}],
-        "outputs": [{"name": "files", "artifact": "files", "version": 1, "help": "What was written"}],
-        "cost": {"seconds": "1", "memory_mb": "10", "disk_mb": "5", "frames": "", "faces": ""}})json"));
+        "outputs": [{"name": "files", "artifact": "files", "version": 1, "help": "What was written"}]})json",
+                          {.seconds = {.fixed = 1}, .memory_mb = {.per_texel = 1e-6}, .disk_mb = {.fixed = 5}}));
     catalog.add(described("mesh.two", "stage", R"json({"options": [], "inputs": [],
         "outputs": [{"name": "left", "artifact": "mesh", "version": 1, "help": ""}, {"name": "right", "artifact": "mesh", "version": 1, "help": ""}]})json"));
     catalog.add(described("mesh.pass", "stage", R"json({

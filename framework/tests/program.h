@@ -192,6 +192,16 @@ inline std::map<std::string, std::string> states(const Finished& finished)
     return result;
 }
 
+/// What a page holds in its script "data" or "media".
+inline fresco::Value page_json(const std::string& page, const std::string& id)
+{
+    const std::string begin = "<script type=\"application/json\" id=\"" + id + "\">";
+    const std::size_t from = page.find(begin);
+    REQUIRE(from != std::string::npos);
+    const std::size_t at = from + begin.size();
+    return fresco::parse_json(page.substr(at, page.find("</script>", at) - at), id);
+}
+
 inline bool contains(const std::string& text, const std::string& part)
 {
     const bool found = text.find(part) != std::string::npos;

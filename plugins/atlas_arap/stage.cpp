@@ -14,11 +14,9 @@ class AtlasArap final : public geo::AtlasStage
 {
     fresco::Cost cost() const override
     {
-        return {.seconds = "1 + 0.00002 * faces",
-                .memory_mb = "100 + 0.0008 * faces",
-                .disk_mb = "0.00005 * faces",
-                .frames = "",
-                .faces = ""};
+        return {.seconds = {.fixed = 1, .per_face = 2e-5},
+                .memory_mb = {.fixed = 20, .per_face = 8e-4},
+                .disk_mb = {.per_face = 5e-5}};
     }
 
     void lay_flat(const geo::Surface& surface, geo::FlatCharts& flat, const geo::FlattenOptions& options,
@@ -30,7 +28,7 @@ class AtlasArap final : public geo::AtlasStage
 
 }  // namespace
 
-FRESCO_STAGE("atlas.arap", AtlasArap, "Atlas of charts that are laid flat as rigidly as possible")
+FRESCO_STAGE("atlas.arap", AtlasArap, "Atlas of as-rigid-as-possible (ARAP) charts")
 #define FRESCO_TEXT_OF(number) #number
 #define FRESCO_VERSION_OF(world, major, minor) FRESCO_TEXT_OF(world) "." FRESCO_TEXT_OF(major) "." FRESCO_TEXT_OF(minor)
 FRESCO_LIBRARY("Eigen", FRESCO_VERSION_OF(EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION))

@@ -13,19 +13,17 @@ namespace blocks = fresco::face_blocks;
 
 class AtlasFaceBlocks final : public fresco::Stage
 {
-    fresco::Input<fresco::Mesh> mesh{this, "mesh", "Triangle mesh; texture coordinates it has are replaced"};
+    fresco::Input<fresco::Mesh> mesh{this, "mesh", "Triangle mesh; existing texture coordinates are replaced"};
     fresco::Output<fresco::Mesh> atlas{this, "atlas", "The same mesh with texture coordinates, every face a chart of its own"};
     fresco::Option<int> size_px{this, "size_px", 4096, fresco::range(64, 32768),
-                                "Texture size that the blocks are for; the optimizer's must be the same"};
-    fresco::Option<int> block_px{this, "block_px", 4, fresco::range(2, 64), "Texels along a side of a face's block"};
+                                "Texture size that the blocks fit; texture.optimize needs the same size_px"};
+    fresco::Option<int> block_px{this, "block_px", 4, fresco::range(2, 64), "Texels per side of a face's block"};
 
     fresco::Cost cost() const override
     {
-        return {.seconds = "0.1 + 0.0000002 * faces",
-                .memory_mb = "20 + 0.0001 * faces",
-                .disk_mb = "0.00005 * faces",
-                .frames = "",
-                .faces = ""};
+        return {.seconds = {.fixed = 0.1, .per_face = 2e-7},
+                .memory_mb = {.fixed = 20, .per_face = 1e-4},
+                .disk_mb = {.per_face = 5e-5}};
     }
 
     void run(fresco::RunContext& run) override
@@ -51,4 +49,4 @@ class AtlasFaceBlocks final : public fresco::Stage
 
 }  // namespace
 
-FRESCO_STAGE("atlas.face_blocks", AtlasFaceBlocks, "A small block of texels for every face, as large as any other's")
+FRESCO_STAGE("atlas.face_blocks", AtlasFaceBlocks, "Atlas of equal blocks of texels, one per face")

@@ -36,11 +36,9 @@ class AtlasKeep final : public fresco::Stage
 
     fresco::Cost cost() const override
     {
-        return {.seconds = "0.5 + 0.000001 * faces",
-                .memory_mb = "60 + 0.0002 * faces",
-                .disk_mb = "0.00005 * faces",
-                .frames = "",
-                .faces = ""};
+        return {.seconds = {.fixed = 0.2, .per_face = 1e-6},
+                .memory_mb = {.fixed = 10, .per_face = 2e-4},
+                .disk_mb = {.per_face = 5e-5}};
     }
 
     void run(fresco::RunContext& run) override
@@ -67,4 +65,4 @@ class AtlasKeep final : public fresco::Stage
 
 }  // namespace
 
-FRESCO_STAGE("atlas.keep", AtlasKeep, "Keep the mesh's own texture coordinates as its atlas")
+FRESCO_STAGE("atlas.keep", AtlasKeep, "Keeps the mesh's own texture coordinates as its atlas")

@@ -14,11 +14,9 @@ class AtlasLscm final : public geo::AtlasStage
 {
     fresco::Cost cost() const override
     {
-        return {.seconds = "1 + 0.00002 * faces",
-                .memory_mb = "100 + 0.0005 * faces",
-                .disk_mb = "0.00005 * faces",
-                .frames = "",
-                .faces = ""};
+        return {.seconds = {.fixed = 1, .per_face = 2e-5},
+                .memory_mb = {.fixed = 20, .per_face = 5e-4},
+                .disk_mb = {.per_face = 5e-5}};
     }
 
     void lay_flat(const geo::Surface& surface, geo::FlatCharts& flat, const geo::FlattenOptions& options,
@@ -32,5 +30,5 @@ class AtlasLscm final : public geo::AtlasStage
 
 }  // namespace
 
-FRESCO_STAGE("atlas.lscm", AtlasLscm, "Atlas of least squares conformal charts")
+FRESCO_STAGE("atlas.lscm", AtlasLscm, "Atlas of least-squares conformal (LSCM) charts")
 FRESCO_LIBRARY("CGAL", CGAL_VERSION_STR)

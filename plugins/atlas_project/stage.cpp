@@ -7,11 +7,9 @@ class AtlasProject final : public fresco::geometry::AtlasStage
 {
     fresco::Cost cost() const override
     {
-        return {.seconds = "1 + 0.00001 * faces",
-                .memory_mb = "60 + 0.0004 * faces",
-                .disk_mb = "0.00005 * faces",
-                .frames = "",
-                .faces = ""};
+        return {.seconds = {.fixed = 0.5, .per_face = 7e-6},
+                .memory_mb = {.fixed = 10, .per_face = 2.8e-4},
+                .disk_mb = {.per_face = 4.8e-5}};
     }
 };
 

@@ -105,12 +105,11 @@ class Command final : public fresco::Stage
 {
     fresco::Option<fresco::CommandLine> run_{
         this, "run", fresco::required,
-        "The program and its words, not through a shell; {port} stands for the path of an input or output"};
+        "The program and its arguments, run without a shell; {port} stands for the path of an input or output"};
     fresco::Option<fresco::InputFiles> files_{
         this, "files", fresco::InputFiles{},
-        "Files that the program needs: scripts, settings; a word of run that names one becomes its path"};
-    fresco::Option<std::string> version_{this, "version", "",
-                                         "Change it to run again when something changed that is not among the files"};
+        "Files that the program needs, such as scripts; an argument that names one becomes its path"};
+    fresco::Option<std::string> version_{this, "version", "", "Any text; change it after a change that is not in files"};
     fresco::InputPorts inputs_{this, "inputs", "Ports that other stages or files are wired to by input"};
     fresco::OutputPorts outputs_{this, "outputs", "Ports that the program makes"};
     fresco::Slot<fresco::ImageIo> images_{this, "images", "image.opencv", fresco::ForForm{"png"},
@@ -139,7 +138,7 @@ class Command final : public fresco::Stage
             }
             catch (const fresco::Error& error)
             {
-                throw fresco::Error("the program ended well, but its output '" + port->name() + "' (" + port->type().name +
+                throw fresco::Error("the program succeeded, but its output '" + port->name() + "' (" + port->type().name +
                                     ") cannot be used: " + error.what());
             }
     }
@@ -173,4 +172,4 @@ class Command final : public fresco::Stage
 
 }  // namespace
 
-FRESCO_STAGE("command", Command, "Any program, with ports that the pipeline declares")
+FRESCO_STAGE("command", Command, "Any program as a stage, with ports declared in the pipeline")

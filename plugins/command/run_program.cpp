@@ -63,7 +63,7 @@ ProcessEnd run_program(const std::vector<std::string>& words, const EnvironmentC
 {
     const std::string file = find_program(words.front());
     if (file.empty())
-        throw Error(words.front() + ": there is no such program" +
+        throw Error(words.front() + ": no such program" +
                     (words.front().find('/') == std::string::npos ? " in PATH" : ", or it may not be executed"));
     const HostWatch host;
     const Process program =

@@ -21,16 +21,16 @@ class DatasetRead final : public Stage
     Output<Frames> frames{this, "frames", "Its views with their pictures, as NPY: no codec is needed to read them"};
     Output<Image> style{this, "style", "Its style picture; an empty one (0 x 0) where it holds none"};
     Output<Mesh> mesh{this, "mesh", "Its mesh, with texcoords"};
-    Option<InputFolder> path{this, "path", required, "The dataset's folder, in which dataset.json is"};
+    Option<InputFolder> path{this, "path", required, "The dataset's folder, with dataset.json in it"};
 
     Cost cost() const override
     {
-        return {.seconds = "1 + bytes(path, \"views/*/*.npy\") / 3e8",
-                .memory_mb = "50 + bytes(path, \"mesh.ply\") * 4e-6 + cores * (10 + bytes(path, \"views/000000/*.npy\") * 1e-6)",
-                .disk_mb = "bytes(path, \"**\") / 1e6",
-                .frames = "count(path, \"views/*/color.npy\")",
-                .faces = "bytes(path, \"mesh.ply\") / 50",
-                .height_squares = "bytes(path, \"views/000000/depth_*.npy\") / 5.33"};
+        return {.seconds = {.fixed = 0.5, .per_pixel = 1e-7},
+                .memory_mb = {.fixed = 50, .per_core = 30, .per_face = 2e-4},
+                .disk_mb = {.per_face = 5e-5, .per_pixel = 2.5e-5},
+                .frames = {.files = "path", .pattern = "views/*/color.npy"},
+                .faces = {.files = "path", .pattern = "mesh.ply", .bytes_each = 50},
+                .pixels = {.files = "path", .pattern = "views/000000/depth_*.npy", .bytes_each = 4}};
     }
 
     dataset::Manifest manifest(RunContext& run) const
@@ -38,7 +38,7 @@ class DatasetRead final : public Stage
         const auto file = path->path / dataset::manifest_name;
         if (!std::filesystem::exists(file))
             throw MissingInput(path->path.string() + ": holds no " + std::string(dataset::manifest_name) +
-                               ": it is no dataset, or one that was not copied to its end");
+                               ": not a dataset, or an incomplete copy");
         // It stamps all other files: whatever a result was made from is known by it alone.
         run.reads_file(file);
         return dataset::parse_manifest(read_text_file(file, std::size_t{1} << 30U), file.string());
@@ -123,4 +123,4 @@ class DatasetRead final : public Stage
 };
 }  // namespace
 
-FRESCO_STAGE("dataset.read", DatasetRead, "Reads a dataset's folder: uv maps, frames, style picture and mesh, all checked")
+FRESCO_STAGE("dataset.read", DatasetRead, "Reads and validates a dataset: uv maps, frames, style picture and mesh")

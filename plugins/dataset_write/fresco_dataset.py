@@ -26,7 +26,7 @@ class Dataset:
         self.folder = pathlib.Path(folder)
         manifest = self.folder / "dataset.json"
         if not manifest.is_file():
-            raise FileNotFoundError(f"{manifest}: is missing: this is no dataset, or one that was not copied to its end")
+            raise FileNotFoundError(f"{manifest}: is missing: not a dataset, or an incomplete copy")
         self.manifest = json.loads(manifest.read_text(encoding="utf-8"))
         if self.manifest.get("format") != "fresco.dataset" or self.manifest.get("version") != 1:
             raise ValueError(f"{manifest}: format fresco.dataset, version 1, was expected")

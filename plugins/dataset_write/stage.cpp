@@ -29,10 +29,10 @@ class DatasetWrite final : public Stage
     Input<Frames> frames{this, "frames", "The frames that the uv maps were made from, with their pictures"};
     Input<Mesh> mesh{this, "mesh", "The mesh that the uv maps show, with texcoords"};
     Input<Image> style{this, "style", optional, "The style picture"};
-    Output<Files> files{this, "files", "The dataset's folder: its manifest and what that lists"};
+    Output<Files> files{this, "files", "The dataset's folder: its manifest and the files that it lists"};
     Option<OutputName> path{this, "path", OutputName{"dataset"}, "Folder to write, below --out"};
     Option<std::string> uv{this, "uv", "float32", one_of({"float32", "uint16"}),
-                           "How texcoords are stored: as they are, or as round(65535 u), in half the space"};
+                           "How texcoords are stored: unchanged, or as round(65535 u) in half the space"};
     Option<bool> pictures{this, "pictures", false,
                           "Also write transforms.json (nerfstudio), images/ and depth/ for other programs"};
     Option<std::string> layout{
@@ -44,11 +44,10 @@ class DatasetWrite final : public Stage
 
     Cost cost() const override
     {
-        return {.seconds = "1 + frames * (0.02 + height_squares * 1.5e-7) / cores",
-                .memory_mb = "50 + faces * 0.0003 + cores * (10 + height_squares * 1.5e-5)",
-                .disk_mb = "5 + faces * 5e-5 + frames * (2 + height_squares * 2.7e-5)",
-                .frames = {},
-                .faces = {}};
+        return {.seconds = {.fixed = 1, .per_frame = 0.02, .per_pixel = 1.1e-7},
+                .parallel_share = 0.95,
+                .memory_mb = {.fixed = 50, .per_core = 20, .per_face = 3e-4, .per_pixel = 2e-5},
+                .disk_mb = {.fixed = 5, .per_frame = 2, .per_face = 5e-5, .per_pixel = 2e-5}};
     }
 
     void check_inputs() const

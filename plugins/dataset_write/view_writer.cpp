@@ -5,7 +5,7 @@
 
 #include <fresco/dataset/dataset_files.h>
 #include <fresco/error.h>
-#include <fresco/sharpness.h>
+#include <fresco/images/sharpness.h>
 #include <fresco/view_frames.h>
 
 #include <set>

@@ -27,9 +27,9 @@ struct Seen
 class EvaluateCircles final : public Stage
 {
     Input<Files> views{this, "views", optional, "Pictures to judge, as render.views makes them: <sequence>_<frame>.png"};
-    Input<Frames> frames{this, "frames", "The frames whose color cameras the pictures are seen from; their own are not read"};
+    Input<Frames> frames{this, "frames", "The frames whose color cameras took the pictures; their own pictures are not read"};
     Input<TexturedMesh> textured_mesh{this, "textured_mesh", optional, "The mesh that the pictures show, with its picture"};
-    Input<Mesh> mesh{this, "mesh", optional, "The room's mesh, where there is no textured one"};
+    Input<Mesh> mesh{this, "mesh", optional, "The room's mesh, if there is no textured one"};
     Output<Files> figures{this, "figures", "All figures and every circle as JSON, and the overlays"};
     Option<InputFolder> folder{this, "folder", InputFolder{},
                                "Folder of pictures made elsewhere (<sequence>_<frame>.png or .jpg), in place of port 'views'"};
@@ -44,7 +44,10 @@ class EvaluateCircles final : public Stage
 
     Cost cost() const override
     {
-        return {.seconds = "2 + frames * 3 / cores", .memory_mb = "300 + faces * 0.0004 + 40 * cores", .frames = {}, .faces = {}};
+        return {.seconds = {.fixed = 1, .per_frame = 0.8},
+                .parallel_share = 1,
+                .memory_mb = {.fixed = 50, .per_core = 20, .per_face = 2e-4},
+                .disk_mb = {.per_frame = 0.1}};
     }
 
     std::string name(const PosedPicture& posed) const

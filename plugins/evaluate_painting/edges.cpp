@@ -3,7 +3,7 @@
 #include "filters.h"
 
 #include <fresco/evaluation/statistics.h>
-#include <fresco/lab.h>
+#include <fresco/images/lab.h>
 
 #include <algorithm>
 #include <cmath>

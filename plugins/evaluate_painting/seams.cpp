@@ -1,6 +1,6 @@
 #include "seams.h"
 
-#include <fresco/lab.h>
+#include <fresco/images/lab.h>
 #include <fresco/parallel.h>
 #include <fresco/texturing/collapse.h>
 

@@ -65,10 +65,11 @@ constexpr Wanted largest_share_wanted{-infinity, 0.05};
 class EvaluatePainting final : public Stage
 {
     Input<Files> views{this, "views", optional, "Pictures to judge, as render.views makes them: RGBA, <sequence>_<frame>.png"};
-    Input<Frames> frames{this, "frames", optional, "The frames the pictures are seen from; their color pictures give 'edges'"};
-    Input<Image> style{this, "style", optional, "The picture that the room is painted after"};
+    Input<Frames> frames{this, "frames", optional,
+                         "The frames whose color cameras took the pictures; their own pictures are the reference of 'edges'"};
+    Input<Image> style{this, "style", optional, "The style picture of the room"};
     Input<TexturedMesh> textured_mesh{this, "textured_mesh", optional, "The painted mesh; gives the seams"};
-    Input<Texture> start{this, "start", optional, "The texture that the painting began from, of the same atlas, in any size"};
+    Input<Texture> start{this, "start", optional, "The texture that the painting started from, in the same atlas, of any size"};
     Input<SourceMap> source{this, "source", optional, "Where in the picture each texel comes from"};
     Output<Files> figures{this, "figures", "All figures, and those of every view, as JSON"};
     Option<InputFolder> folder{this, "folder", InputFolder{},
@@ -79,8 +80,10 @@ class EvaluatePainting final : public Stage
 
     Cost cost() const override
     {
-        return {
-            .seconds = "2 + frames * 0.5 / cores", .memory_mb = "400 + faces * 0.0004 + 80 * cores", .frames = {}, .faces = {}};
+        return {.seconds = {.fixed = 0.3, .per_frame = 0.15},
+                .parallel_share = 1,
+                .memory_mb = {.fixed = 60, .per_core = 20, .per_face = 1.5e-4},
+                .disk_mb = {.fixed = 0.1}};
     }
 
     void check_inputs() const
@@ -298,4 +301,4 @@ class EvaluatePainting final : public Stage
 };
 }  // namespace
 
-FRESCO_STAGE("evaluate.painting", EvaluatePainting, "Measures whether a painted room looks painted after its picture")
+FRESCO_STAGE("evaluate.painting", EvaluatePainting, "Measures whether a room looks painted in the style of its picture")

@@ -28,7 +28,7 @@ class EvaluateReprojection final : public Stage
     Input<Files> views{this, "views", optional, "Pictures to judge, as render.views makes them: <sequence>_<frame>.png"};
     Input<Frames> frames{this, "frames", "The frames whose color cameras took the pictures; their own pictures are not read"};
     Input<TexturedMesh> textured_mesh{this, "textured_mesh", optional, "The mesh that 'views' shows, with its picture"};
-    Input<Mesh> mesh{this, "mesh", optional, "The room's mesh, where there is no textured one"};
+    Input<Mesh> mesh{this, "mesh", optional, "The room's mesh, if there is no textured one"};
     Output<Files> figures{this, "figures", "All figures and every pair as JSON"};
     Option<InputFolder> folder{this, "folder", InputFolder{},
                                "Folder of pictures made elsewhere (<sequence>_<frame>.png or .jpg), in place of port 'views'"};
@@ -39,7 +39,7 @@ class EvaluateReprojection final : public Stage
     Option<int> long_gap{this, "long_gap", 0, range(0, 1'000'000),
                          "The same for the long range; 0: 20 recorded numbers (paper), 10 list positions (released)"};
     Option<int> height_px{this, "height_px", 0, range(0, 8192),
-                          "Height at which is measured; 0: the pictures' own (paper), 256 (released)"};
+                          "Height to measure at; 0: the pictures' own (paper), 256 (released)"};
     Option<int> every{this, "every", 1, range(1, 1'000'000),
                       "Measure the pairs of every n-th picture only; skipped pictures still serve as targets"};
     Option<double> min_covisible{this, "min_covisible", 0.2, range(0, 1),
@@ -56,7 +56,10 @@ class EvaluateReprojection final : public Stage
 
     Cost cost() const override
     {
-        return {.seconds = "2 + frames * 2 / cores", .memory_mb = "500 + faces * 0.0004", .frames = {}, .faces = {}};
+        return {.seconds = {.fixed = 1, .per_frame = 0.5},
+                .parallel_share = 1,
+                .memory_mb = {.fixed = 200, .per_face = 2e-4},
+                .disk_mb = {.fixed = 0.1}};
     }
 
     Protocol rules() const { return evaluation::protocol_of(*protocol); }
@@ -213,5 +216,5 @@ class EvaluateReprojection final : public Stage
 }  // namespace
 
 FRESCO_STAGE("evaluate.reprojection", EvaluateReprojection,
-             "Measures how consistent pictures are across views, beside what resampling alone costs")
+             "Measures how consistent pictures are across views, against the error of resampling itself")
 FRESCO_LIBRARY("Embree", raycast::embree_version())

@@ -57,13 +57,13 @@ class EvaluateStudy final : public Stage
 {
     Input<Files> first{this, "first", optional, "Pictures of one method, as render.views makes them"};
     Input<Files> second{this, "second", optional, "Pictures of another method"};
-    Output<Files> files{this, "files", "The page, its key, and the figures where there are results"};
-    Option<std::string> first_name{this, "first_name", "first", "What the method on port 'first' is called in the figures"};
+    Output<Files> files{this, "files", "The page, its key, and the figures if there are results"};
+    Option<std::string> first_name{this, "first_name", "first", "Name of the method on port 'first' in the figures"};
     Option<std::string> second_name{this, "second_name", "second", "The same for port 'second'"};
-    Option<InputFolder> folder{this, "folder", InputFolder{}, "Folder with a subfolder of pictures per method, called after it"};
+    Option<InputFolder> folder{this, "folder", InputFolder{}, "Folder with a subfolder of pictures per method, named after it"};
     Option<std::string> questions{this, "questions", default_questions, "What is asked about a pair, separated by |"};
     Option<std::string> ours{this, "ours", "",
-                             "Compare only this method with the others, as the paper did; empty: every two methods"};
+                             "Compare only this method with the others, as the paper did; empty: all pairs of methods"};
     Option<std::string> question_order{this, "question_order", "grouped", one_of({"grouped", "mixed"}),
                                        "One question after the other, or in random order"};
     Option<InputFile> hints{this, "hints", InputFile{}, "Rectangles to draw into pictures: JSON, see the README"};
@@ -75,20 +75,21 @@ class EvaluateStudy final : public Stage
     Option<std::string> image_format{this, "image_format", "jpeg", one_of({"jpeg", "png"}),
                                      "How pictures are stored in the page"};
     Option<int> jpeg_quality{this, "jpeg_quality", 90, range(1, 100), "For image_format: jpeg"};
-    Option<int> seed{this, "seed", 1, range(0, 2'000'000'000), "Of the pictures' numbers and of the resampling"};
-    Option<InputFolder> results{this, "results", InputFolder{}, "Folder of the files that participants' pages made (*.json)"};
-    Option<InputFile> key{this, "key", InputFile{}, "Key of an earlier study whose results these are, in place of its pictures"};
+    Option<int> seed{this, "seed", 1, range(0, 2'000'000'000), "Seed of the pictures' numbers and of the resampling"};
+    Option<InputFolder> results{this, "results", InputFolder{}, "Folder of the participants' results (*.json)"};
+    Option<InputFile> key{this, "key", InputFile{}, "Key of the earlier study that the results come from; replaces its pictures"};
     Option<int> bootstrap_count{this, "bootstrap_count", 2000, range(100, 1'000'000), "Resamples behind the 95 % intervals"};
     Option<OutputName> path{this, "path", OutputName{"study.html"}, "Name of the page, below --out; ends in .html"};
     Slot<ImageIo> images{this, "images", "image.opencv", "Reads and encodes the pictures"};
 
     Cost cost() const override
     {
-        return {.seconds = "1 + 4 * pictures_count * max_px * max_px * 1e-7 / cores",
-                .memory_mb = "80 + cores * 60 + 4 * pictures_count * max_px * max_px * 1e-6",
-                .disk_mb = "2 * pictures_count * max_px * max_px * 1e-6",
-                .frames = {},
-                .faces = {}};
+        return {.seconds = {.fixed = 0.5, .per_pixel = 3e-7},
+                .parallel_share = 0.9,
+                .memory_mb = {.fixed = 300, .per_core = 60},
+                .disk_mb = {.per_pixel = 1.5e-6},
+                .pixels = {.squares_of = "max_px"},
+                .steps = {.option = "pictures_count"}};
     }
 
     std::string sibling(const char* extension) const

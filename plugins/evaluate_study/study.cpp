@@ -256,7 +256,7 @@ Study key_from(std::string_view text, std::string_view source)
             study.pictures.push_back({picture.take("method").as_string(), picture.take("name").as_string()});
             picture.refuse_others();
             if (!known.emplace(study.pictures.back().method, study.pictures.back().name).second)
-                throw Error("pictures: " + study.pictures.back().name + " of " + study.pictures.back().method + " stands twice");
+                throw Error("pictures: " + study.pictures.back().name + " of " + study.pictures.back().method + " appears twice");
         }
         entries.refuse_others();
         check_design(study);

@@ -6,6 +6,9 @@
 #include <string>
 #include <vector>
 
+inline constexpr const char* unlit_extension = "KHR_materials_unlit";
+inline constexpr const char* quantization_extension = "KHR_mesh_quantization";
+
 enum class GltfMaterial
 {
     unlit,  ///< Shown as painted (KHR_materials_unlit).
@@ -30,7 +33,6 @@ struct GlbOptions
 };
 
 /// A binary glTF 2.0 file of one mesh, with one picture unless `image` is empty. glTF's v runs downwards: 1 - v is written.
-/// Indices take 16 bits where these suffice. Throws Error where the file would exceed glTF's 4 GiB, for texcoords that `quantize`
-/// cannot hold, and for `compress` where can_compress() is false.
-std::vector<std::byte> make_glb(const fresco::texturing::WeldedMesh& mesh, const std::vector<std::byte>& image,
-                                const GlbOptions& options);
+/// Indices take 16 bits where these suffice. Throws Error where the file would exceed glTF's 4 GiB, and for texcoords that
+/// `quantize` cannot hold.
+std::string make_glb(const fresco::texturing::WeldedMesh& mesh, const std::vector<std::byte>& image, const GlbOptions& options);

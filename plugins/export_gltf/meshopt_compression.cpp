@@ -1,29 +1,24 @@
-#include "compression.h"
+#include "meshopt_compression.h"
 
 #include <fresco/error.h>
+#include <fresco/gltf/gltf_file.h>
+#include <fresco/value.h>
 
 #include <meshoptimizer.h>
 
+#include <algorithm>
+#include <array>
 #include <cstring>
+#include <span>
+#include <vector>
 
 using namespace fresco;
+using fresco::gltf::entry;
 using fresco::texturing::WeldedMesh;
 
 namespace
 {
-const unsigned char* raw(std::span<const std::byte> bytes)
-{
-    return reinterpret_cast<const unsigned char*>(bytes.data());
-}
-
-std::vector<std::byte> first_bytes(const std::vector<unsigned char>& bytes, std::size_t count)
-{
-    if (count == 0 || count > bytes.size())
-        throw Error("meshoptimizer could not compress the mesh");
-    std::vector<std::byte> result(count);
-    std::memcpy(result.data(), bytes.data(), count);
-    return result;
-}
+constexpr const char* extension = "EXT_meshopt_compression";
 
 template <class T>
 void reorder(std::vector<T>& values, const std::vector<unsigned>& remap)
@@ -34,12 +29,115 @@ void reorder(std::vector<T>& values, const std::vector<unsigned>& remap)
     meshopt_remapVertexBuffer(result.data(), values.data(), values.size(), sizeof(T), remap.data());
     values = std::move(result);
 }
-}  // namespace
 
-bool can_compress()
+void align(std::string& bytes)
 {
-    return true;
+    bytes.resize((bytes.size() + 3) / 4 * 4);
 }
+
+std::string first_bytes(std::string stream, std::size_t count)
+{
+    if (count == 0 || count > stream.size())
+        throw Error("meshoptimizer could not compress the mesh");
+    stream.resize(count);
+    return stream;
+}
+
+unsigned char* raw(std::string& bytes)
+{
+    return reinterpret_cast<unsigned char*>(bytes.data());
+}
+
+std::string encoded_rows(std::string_view rows, std::size_t stride)
+{
+    // The versions that EXT_meshopt_compression names, here and below.
+    meshopt_encodeVertexVersion(0);
+    std::string stream(meshopt_encodeVertexBufferBound(rows.size() / stride, stride), '\0');
+    return first_bytes(stream, meshopt_encodeVertexBuffer(raw(stream), stream.size(), rows.data(), rows.size() / stride, stride));
+}
+
+std::string encoded_triangles(std::string_view bytes, std::size_t stride)
+{
+    std::vector<unsigned> indices(bytes.size() / stride);
+    for (std::size_t i = 0; i < indices.size(); ++i)
+        std::memcpy(&indices[i], bytes.data() + i * stride, stride);
+    meshopt_encodeIndexVersion(1);
+    std::string stream(meshopt_encodeIndexBufferBound(indices.size(), *std::ranges::max_element(indices) + std::size_t{1}), '\0');
+    return first_bytes(stream, meshopt_encodeIndexBuffer(raw(stream), stream.size(), indices.data(), indices.size()));
+}
+
+std::size_t size_at(const Value& map, std::string_view key)
+{
+    const Value* const found = map.find(key);
+    return found == nullptr ? 0 : static_cast<std::size_t>(found->as_int());
+}
+
+/// The bytes that a view, or its compressed form, names.
+std::string_view stored(std::string_view binary, const Value& view, const std::string& place)
+{
+    const std::size_t offset = size_at(view, "byteOffset");
+    const std::size_t length = size_at(view, "byteLength");
+    if (size_at(view, "buffer") != 0 || offset > binary.size() || length > binary.size() - offset)
+        throw Error(place + std::to_string(length) + " bytes at " + std::to_string(offset) +
+                    " do not fit into the BIN chunk of " + std::to_string(binary.size()));
+    return binary.substr(offset, length);
+}
+
+std::string decoded(std::string_view stream, const Value& compressed, const std::string& place)
+{
+    const std::size_t count = size_at(compressed, "count");
+    const std::size_t stride = size_at(compressed, "byteStride");
+    const std::string& mode = compressed.at("mode").as_string();
+    const bool is_rows = mode == "ATTRIBUTES";
+    if (!is_rows && mode != "TRIANGLES")
+        throw Error(place + "mode: expected ATTRIBUTES or TRIANGLES");
+    // No stream holds more; and the decoder takes what it is told for granted.
+    const bool is_possible = is_rows ? stride > 0 && stride <= 256 && stride % 4 == 0 && count / 256 <= stream.size()
+                                     : (stride == 2 || stride == 4) && count % 3 == 0 && count / 3 <= stream.size();
+    std::string result(is_possible ? count * stride : 0, '\0');
+    const auto* const begin = reinterpret_cast<const unsigned char*>(stream.data());
+    if (result.empty() || (is_rows ? meshopt_decodeVertexBuffer(result.data(), count, stride, begin, stream.size())
+                                   : meshopt_decodeIndexBuffer(result.data(), count, stride, begin, stream.size())) != 0)
+        throw Error(place + "a compressed stream of " + std::to_string(stream.size()) + " bytes does not hold " +
+                    std::to_string(count) + (is_rows ? " rows of " : " indices of ") + std::to_string(stride) + " bytes");
+    return result;
+}
+
+struct Parts
+{
+    Value document;
+    std::string_view binary;
+};
+
+Parts parts_of(std::string_view glb)
+{
+    const auto chunks = gltf::chunks_of(std::as_bytes(std::span(glb)));
+    return {parse_json(chunks.json, "JSON"), {reinterpret_cast<const char*>(chunks.binary.data()), chunks.binary.size()}};
+}
+
+std::string assembled(const Value& document, const std::string& binary)
+{
+    std::string json = to_json(document);
+    json.resize((json.size() + 3) / 4 * 4, ' ');
+    const auto words = [](auto... numbers)
+    {
+        const std::array<std::uint32_t, sizeof...(numbers)> row{static_cast<std::uint32_t>(numbers)...};
+        return std::string(reinterpret_cast<const char*>(row.data()), sizeof row);
+    };
+    return "glTF" + words(2, 28 + json.size() + binary.size(), json.size()) + "JSON" + json + words(binary.size()) +
+           std::string("BIN\0", 4) + binary;
+}
+
+/// The extensions that a list of the document names, without this one.
+Value::List others(const Value& document, const char* key)
+{
+    Value::List names;
+    if (const Value* const list = document.find(key))
+        names = list->as_list();
+    std::erase(names, Value(extension));
+    return names;
+}
+}  // namespace
 
 void order_for_compression(WeldedMesh& mesh)
 {
@@ -55,42 +153,86 @@ void order_for_compression(WeldedMesh& mesh)
     reorder(mesh.colors, remap);
 }
 
-std::vector<std::byte> compressed_rows(std::span<const std::byte> rows, std::size_t stride)
+std::string compressed_glb(std::string_view glb)
 {
-    // The versions that EXT_meshopt_compression names.
-    meshopt_encodeVertexVersion(0);
-    std::vector<unsigned char> stream(meshopt_encodeVertexBufferBound(rows.size() / stride, stride));
-    return first_bytes(stream,
-                       meshopt_encodeVertexBuffer(stream.data(), stream.size(), rows.data(), rows.size() / stride, stride));
+    auto [document, plain] = parts_of(glb);
+    // Views of accessors come first, in the accessors' order; then the picture's, which stays as it is. Views of compressed data
+    // lie in buffer 1, which no file holds.
+    const Value::List& accessors = document.at("accessors").as_list();
+    Value::List& views = document.find("bufferViews")->as_list();
+    std::string binary;
+    std::size_t restored_bytes = 0;
+    for (std::size_t i = 0; i < views.size(); ++i)
+    {
+        Value& view = views[i];
+        const std::string_view bytes = stored(plain, view, entry("bufferViews", i));
+        const std::size_t offset = binary.size();
+        if (i < accessors.size())
+        {
+            const std::size_t count = size_at(accessors[i], "count");
+            const std::size_t stride = bytes.size() / std::max(count, std::size_t{1});
+            const bool is_rows = size_at(view, "target") == TINYGLTF_TARGET_ARRAY_BUFFER;
+            binary += is_rows ? encoded_rows(bytes, stride) : encoded_triangles(bytes, stride);
+            view.set("extensions", Value::Map{{extension, Value::Map{{"buffer", 0},
+                                                                     {"byteOffset", offset},
+                                                                     {"byteLength", binary.size() - offset},
+                                                                     {"byteStride", stride},
+                                                                     {"count", count},
+                                                                     {"mode", is_rows ? "ATTRIBUTES" : "TRIANGLES"}}}});
+            view.set("buffer", 1);
+            view.set("byteOffset", restored_bytes);
+            if (is_rows)
+                view.set("byteStride", stride);
+            restored_bytes = (restored_bytes + bytes.size() + 3) / 4 * 4;
+        }
+        else
+        {
+            binary += bytes;
+            view.set("byteOffset", offset);
+        }
+        align(binary);
+    }
+    document.set("buffers", Value::List{Value::Map{{"byteLength", binary.size()}},
+                                        Value::Map{{"byteLength", restored_bytes},
+                                                   {"extensions", Value::Map{{extension, Value::Map{{"fallback", true}}}}}}});
+    for (const char* const key : {"extensionsUsed", "extensionsRequired"})
+    {
+        Value::List names = others(document, key);
+        names.emplace_back(extension);
+        document.set(key, std::move(names));
+    }
+    return assembled(document, binary);
 }
 
-std::vector<std::byte> compressed_triangles(std::span<const std::uint32_t> indices, std::size_t vertices)
+std::string restored_glb(std::string_view glb)
 {
-    meshopt_encodeIndexVersion(1);
-    std::vector<unsigned char> stream(meshopt_encodeIndexBufferBound(indices.size(), vertices));
-    return first_bytes(stream, meshopt_encodeIndexBuffer(stream.data(), stream.size(), indices.data(), indices.size()));
-}
-
-std::vector<std::byte> restored_rows(std::span<const std::byte> stream, std::size_t rows, std::size_t stride)
-{
-    // No stream holds more; and the decoder takes what it is told for granted.
-    if (rows == 0 || rows / 256 > stream.size() || stride == 0 || stride > 256 || stride % 4 != 0)
-        throw Error("a compressed stream of " + std::to_string(stream.size()) + " bytes cannot hold " + std::to_string(rows) +
-                    " rows of " + std::to_string(stride) + " bytes");
-    std::vector<std::byte> result(rows * stride);
-    if (meshopt_decodeVertexBuffer(result.data(), rows, stride, raw(stream), stream.size()) != 0)
-        throw Error("a compressed stream does not hold " + std::to_string(rows) + " rows of " + std::to_string(stride) +
-                    " bytes");
-    return result;
-}
-
-std::vector<std::uint32_t> restored_triangles(std::span<const std::byte> stream, std::size_t indices)
-{
-    if (indices == 0 || indices % 3 != 0 || indices / 3 > stream.size())
-        throw Error("a compressed stream of " + std::to_string(stream.size()) + " bytes cannot hold " + std::to_string(indices) +
-                    " indices of triangles");
-    std::vector<std::uint32_t> result(indices);
-    if (meshopt_decodeIndexBuffer(result.data(), indices, sizeof(std::uint32_t), raw(stream), stream.size()) != 0)
-        throw Error("a compressed stream does not hold " + std::to_string(indices) + " indices");
-    return result;
+    auto [document, compressed] = parts_of(glb);
+    std::string binary(compressed);
+    Value* const views = document.find("bufferViews");
+    for (std::size_t i = 0; views != nullptr && i < views->as_list().size(); ++i)
+    {
+        Value& view = views->as_list()[i];
+        const Value* const extensions = view.find("extensions");
+        const Value* const form = extensions == nullptr ? nullptr : extensions->find(extension);
+        if (form == nullptr)
+            continue;
+        const std::string place = entry("bufferViews", i);
+        const std::string rows = decoded(stored(compressed, *form, place), *form, place);
+        if (rows.size() != size_at(view, "byteLength"))
+            throw Error(place + "byteLength: expected count x byteStride, " + std::to_string(rows.size()));
+        view.set("extensions", Value::Map{});
+        view.set("buffer", 0);
+        view.set("byteOffset", binary.size());
+        binary += rows;
+        align(binary);
+    }
+    if (binary.size() == compressed.size())
+        return {};
+    Value::List required = others(document, "extensionsRequired");
+    if (required.size() == document.at("extensionsRequired").as_list().size())
+        throw Error("extensionsRequired: expected " + std::string(extension) + ", which bufferViews use");
+    document.set("extensionsRequired", std::move(required));
+    document.set("extensionsUsed", others(document, "extensionsUsed"));
+    document.set("buffers", Value::List{Value::Map{{"byteLength", binary.size()}}});
+    return assembled(document, binary);
 }

@@ -4,7 +4,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -21,8 +20,9 @@ struct GlbModel
     std::vector<std::byte> image;
 };
 
-/// Reads a GLB file of one mesh and at most one picture and holds everything in it against the specification: chunks and their
-/// lengths, views inside of their buffers, accessors inside of their views and aligned, "min" and "max" against the values,
-/// indices in range, numbers finite, normals of unit length, extensions that are required known and used ones declared, the
-/// picture's signature. Throws Error naming `source`, the offset or the entry, and what was expected.
-GlbModel read_glb(std::span<const std::byte> file, std::string_view source);
+/// Reads a GLB of one mesh and at most one picture by the reader of `scan.mesh`, which shares nothing with the writer, and holds
+/// everything in it against the specification: chunks and their lengths, views inside of their buffers, accessors inside of their
+/// views and aligned, "min" and "max" against the values, indices in range, numbers finite, normals of unit length, extensions
+/// that are required known and used ones declared, the picture's signature. Throws Error naming `source`, the offset or the
+/// entry, and what was expected.
+GlbModel read_glb(std::string_view file, std::string_view source);

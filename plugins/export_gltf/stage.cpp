@@ -9,7 +9,7 @@
 #include <fresco/texturing/smaller_picture.h>
 
 #include "check_glb.h"
-#include "compression.h"
+#include "meshopt_compression.h"
 
 #include <string>
 #include <vector>
@@ -23,7 +23,7 @@ class ExportGltf final : public Stage
 {
     ExportedMesh exported{this};
     Output<Files> files{this, "files", "One .glb file"};
-    Option<OutputName> path{this, "path", OutputName{"room.glb"}, "Where to write, below --out; ends in .glb"};
+    Option<OutputName> path{this, "path", OutputName{"room.glb"}, "Output path below --out; ends in .glb"};
     Option<std::string> material{
         this, "material", "unlit", one_of({"unlit", "pbr"}),
         "unlit: as painted (KHR_materials_unlit); pbr: lit, rough, smooth normals; always pbr without colors"};
@@ -31,22 +31,21 @@ class ExportGltf final : public Stage
                                      "How the picture is stored in the file"};
     Option<int> jpeg_quality{this, "jpeg_quality", 92, range(1, 100), "For image_format: jpeg"};
     Option<int> max_texture_px{this, "max_texture_px", 0, range(0, 65536),
-                               "Shrink the picture to this side, chart by chart in linear light; 0 = as it is"};
-    Option<bool> quantize{this, "quantize", false,
-                          "16-bit positions and texcoords, 8-bit normals (KHR_mesh_quantization): 12 bytes a vertex, not 20"};
+                               "Shrink the picture to this side, chart by chart in linear light; 0: do not shrink"};
+    Option<bool> quantize{
+        this, "quantize", false,
+        "16-bit positions and texcoords, 8-bit normals (KHR_mesh_quantization): 12 bytes per vertex instead of 20"};
     Option<std::string> compression{this, "compression", "none", one_of({"none", "meshopt"}),
                                     "meshopt: EXT_meshopt_compression, which not every viewer reads; triangles are reordered"};
     Option<std::string> up{this, "up", "keep", one_of({"keep", "z", "-y"}),
-                           "The world's axis that points up: the node is turned so that it becomes glTF's +Y; keep: not turned"};
-    Slot<ImageIo> images{this, "images", "image.opencv", "Encodes the picture, and reads it again"};
+                           "World axis that points up: the node is rotated so that it becomes glTF's +Y; keep: no rotation"};
+    Slot<ImageIo> images{this, "images", "image.opencv", "Encodes the picture and reads it back"};
 
     Cost cost() const override
     {
-        return {.seconds = "0.5 + faces * 2e-6",
-                .memory_mb = "140 + faces * 0.0004",
-                .disk_mb = "30 + faces * 3e-5",
-                .frames = {},
-                .faces = {}};
+        return {.seconds = {.fixed = 0.1, .per_face = 2e-7, .per_texel = 2.4e-7},
+                .memory_mb = {.fixed = 20, .per_face = 2e-4, .per_texel = 2.8e-5},
+                .disk_mb = {.per_face = 2.4e-5, .per_texel = 2e-6}};
     }
 
     GlbOptions glb_options() const
@@ -92,7 +91,7 @@ class ExportGltf final : public Stage
         write_file(file, make_glb(welded, encoded, options));
         run.check_canceled();
 
-        const auto written = read_file(file);
+        const std::string written = read_text_file(file, std::size_t{1} << 33U);
         const GlbModel model = read_glb(written, path->path);
         const GlbErrors errors = check_glb(model, welded, encoded, options);
         if (exported.has_picture())

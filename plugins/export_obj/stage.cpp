@@ -21,16 +21,14 @@ class ExportObj final : public Stage
 {
     ExportedMesh exported{this};
     Output<Files> files{this, "files", "An .obj file, and a .mtl and the picture of the same name beside it"};
-    Option<OutputName> path{this, "path", OutputName{"room.obj"}, "Where to write, below --out; ends in .obj, without spaces"};
+    Option<OutputName> path{this, "path", OutputName{"room.obj"}, "Output path below --out; ends in .obj, without spaces"};
     PictureOptions picture{this};
 
     Cost cost() const override
     {
-        return {.seconds = "0.5 + faces * 2e-6",
-                .memory_mb = "140 + faces * 0.0002",
-                .disk_mb = "30 + faces * 7e-5",
-                .frames = {},
-                .faces = {}};
+        return {.seconds = {.fixed = 0.1, .per_face = 1e-6, .per_texel = 2.4e-7},
+                .memory_mb = {.fixed = 20, .per_face = 2e-4, .per_texel = 2.8e-5},
+                .disk_mb = {.per_face = 7e-5, .per_texel = 2e-6}};
     }
 
     void run(RunContext& run) override

@@ -22,20 +22,18 @@ class ExportPly final : public Stage
 {
     ExportedMesh exported{this};
     Output<Files> files{this, "files", "A .ply file, and the picture of the same name beside it"};
-    Option<OutputName> path{this, "path", OutputName{"room.ply"}, "Where to write, below --out; ends in .ply, without spaces"};
+    Option<OutputName> path{this, "path", OutputName{"room.ply"}, "Output path below --out; ends in .ply, without spaces"};
     Option<std::string> texcoords{
         this, "texcoords", "vertex", one_of({"vertex", "face", "none"}),
-        "vertex: s and t, split along seams, as Blender reads them; face: six numbers a face, as MeshLab does"};
+        "vertex: s and t, split along seams, as Blender reads them; face: six numbers per face, as MeshLab reads them"};
     Option<bool> colors{this, "colors", false, "Also the picture's color around each vertex, as vertex colors"};
     PictureOptions picture{this};
 
     Cost cost() const override
     {
-        return {.seconds = "0.5 + faces * 2e-6",
-                .memory_mb = "140 + faces * 0.0003",
-                .disk_mb = "30 + faces * 5e-5",
-                .frames = {},
-                .faces = {}};
+        return {.seconds = {.fixed = 0.1, .per_face = 5e-7, .per_texel = 2.4e-7},
+                .memory_mb = {.fixed = 20, .per_face = 2e-4, .per_texel = 2.8e-5},
+                .disk_mb = {.per_face = 5e-5, .per_texel = 2e-6}};
     }
 
     PlyTexcoords place() const

@@ -21,12 +21,14 @@ class ExportTexture final : public Stage
     Option<OutputName> path{this, "path", OutputName{"room.png"}, "Output path below --out; ends in .png, .jpg, .jpeg or .npy"};
     Option<int> jpeg_quality{this, "jpeg_quality", 92, range(1, 100), "For .jpg"};
     Option<int> max_texture_px{this, "max_texture_px", 0, range(0, 65536),
-                               "Shrink the picture to this side, chart by chart in linear light; 0 = as it is"};
-    Slot<ImageIo> images{this, "images", "image.opencv", "Encodes the picture, and reads it again"};
+                               "Shrink the picture to this side, chart by chart in linear light; 0: do not shrink"};
+    Slot<ImageIo> images{this, "images", "image.opencv", "Encodes the picture and reads it back"};
 
     Cost cost() const override
     {
-        return {.seconds = "0.5", .memory_mb = "140 + faces * 0.0002", .disk_mb = "30", .frames = {}, .faces = {}};
+        return {.seconds = {.fixed = 0.1, .per_texel = 2.4e-7},
+                .memory_mb = {.fixed = 20, .per_face = 1e-4, .per_texel = 2.8e-5},
+                .disk_mb = {.per_texel = 2e-6}};
     }
 
     void run(RunContext& run) override
@@ -51,4 +53,4 @@ class ExportTexture final : public Stage
 };
 }  // namespace
 
-FRESCO_STAGE("export.texture", ExportTexture, "Writes the picture of a textured mesh alone")
+FRESCO_STAGE("export.texture", ExportTexture, "Writes only the picture of a textured mesh")

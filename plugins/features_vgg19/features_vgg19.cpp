@@ -45,21 +45,19 @@ class FeaturesVgg19 final : public fresco::FeatureNetwork
                                               "Weights of VGG-19: safetensors, or a state dict as .pth; may end at any layer"};
     fresco::Option<std::string> sha256{this, "sha256", "",
                                        "The first 8 to 64 hexadecimal digits of the file's SHA-256; empty: not checked"};
-    fresco::Option<std::string> pooling{this, "pooling", "max", fresco::one_of({"max", "average"}), "How 2x2 cells are joined"};
+    fresco::Option<std::string> pooling{this, "pooling", "max", fresco::one_of({"max", "average"}), "How 2x2 cells are pooled"};
     fresco::Option<std::string> padding{this, "padding", "auto", fresco::one_of({"auto", "zero", "reflect"}),
                                         "What lies beyond the border; auto: as the weights say"};
     fresco::Option<bool> rescale{this, "rescale", true,
                                  "Scale activations to match StyleMesh's loss weights, unless the weights are raw"};
     fresco::Option<std::string> convolutions{
         this, "convolutions", "auto", fresco::one_of({"auto", "libtorch", "plain"}),
-        "By minimal filtering where that is possible (float32 on the CPU; two to three times "
-        "faster, relatively apart by some 1e-6), or always libtorch's own; plain: with the channels outermost in memory, as "
-        "PyTorch "
-        "does where nobody says, for comparisons"};
-    fresco::Option<std::string> precision{
-        this, "precision", "full", fresco::one_of({"full", "mixed"}),
-        "What libtorch convolves in: float32, or bfloat16 behind the first layer (CUDA, or `convolutions: libtorch`); what is "
-        "compared is float32"};
+        "auto: minimal filtering where possible (float32 on the CPU; two to three times faster, relative difference about 1e-6), "
+        "else libtorch's; libtorch: always its own; plain: libtorch's with channels outermost in memory, PyTorch's default, for "
+        "comparisons"};
+    fresco::Option<std::string> precision{this, "precision", "full", fresco::one_of({"full", "mixed"}),
+                                          "Precision of libtorch's convolutions: float32, or bfloat16 after the first layer "
+                                          "(CUDA, or `convolutions: libtorch`); features are compared in float32"};
 
   public:
     void prepare(const fresco::PrepareContext& context) override

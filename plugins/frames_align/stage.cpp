@@ -44,20 +44,19 @@ class FramesAlign final : public Stage
     Input<Frames> frames{this, "frames", "Recorded frames"};
     Output<Frames> aligned{this, "frames", "The same frames, the poses of their color cameras corrected"};
     Option<int> points_count{this, "points_count", 60'000, range(100, 10'000'000),
-                             "Compare the views at so many points of the surface, at most"};
-    Option<int> rounds_count{this, "rounds_count", 40, range(1, 10'000), "Steps at each of the three picture sizes, at most"};
+                             "Maximum number of surface points at which views are compared"};
+    Option<int> rounds_count{this, "rounds_count", 40, range(1, 10'000),
+                             "Maximum number of steps at each of the three picture sizes"};
     Option<double> likely_turn_deg{this, "likely_turn_deg", 1, range(0.001, 90),
                                    "How far a camera's direction is usually off; a prior, not a limit"};
-    Option<double> likely_shift_m{this, "likely_shift_m", 0.02, range(1e-5, 100), "How far its place is usually off"};
-    Slot<ImageIo> images{this, "images", "image.opencv", optional, "Reads pictures that are not NPY; none: there are no others"};
+    Option<double> likely_shift_m{this, "likely_shift_m", 0.02, range(1e-5, 100), "How far its position is usually off"};
+    Slot<ImageIo> images{this, "images", "image.opencv", optional, "Reads pictures that are not NPY; none: all are NPY"};
 
     Cost cost() const override
     {
-        return {.seconds = "2 + faces * 2e-6 + frames * 0.15 / cores",
-                .memory_mb = "60 + faces * 0.0003 + frames * (0.45 + points_count * 0.000006)",
-                .disk_mb = "0",
-                .frames = "",
-                .faces = ""};
+        return {.seconds = {.fixed = 0.5, .per_frame = 0.06, .per_face = 1e-6},
+                .parallel_share = 0.9,
+                .memory_mb = {.fixed = 20, .per_frame = 0.55, .per_face = 2.2e-4}};
     }
 
     align::AlignedView view_of(const Frame& frame, const std::vector<align::SurfacePoint>& points,

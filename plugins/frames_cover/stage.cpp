@@ -5,7 +5,7 @@
 #include <fresco/mesh.h>
 #include <fresco/parallel.h>
 #include <fresco/raycast/ray_finder.h>
-#include <fresco/sharpness.h>
+#include <fresco/images/sharpness.h>
 #include <fresco/stage.h>
 #include <fresco/uv_mapping/uv_mapping_stage.h>
 
@@ -32,32 +32,31 @@ class FramesCover final : public Stage
 {
     Input<Mesh> mesh{this, "mesh", "The room, with texcoords, as an atlas.* stage makes it"};
     Input<Frames> frames{this, "frames", "The frames to choose from; their color cameras are used"};
-    Output<Frames> chosen{this, "frames", "The fewest of them that see what is to be seen, in the same order"};
+    Output<Frames> chosen{this, "frames", "The chosen frames, in the same order"};
     Option<double> target_coverage{this, "target_coverage", 0.99, range(0.01, 1),
-                                   "Stop when this share of the cells that all frames see is seen"};
-    Option<int> max_frames{this, "max_frames", 0, range(0, 10'000'000), "Choose at most so many frames; 0: as the target needs"};
-    Option<double> max_share{this, "max_share", 1, range(1e-6, 1), "Choose at most this share of the frames"};
-    Option<int> cells_px{this, "cells_px", 1024, range(16, 4096),
-                         "Side of the grid of cells over the texture, of which each is to be seen"};
-    Option<int> height_px{this, "height_px", 256, range(16, 4096), "Height at which frames look at the mesh; the width follows"};
+                                   "Stop when this share of all visible cells is covered"};
+    Option<int> max_frames{this, "max_frames", 0, range(0, 10'000'000),
+                           "Maximum number of frames; 0: as many as the target needs"};
+    Option<double> max_share{this, "max_share", 1, range(1e-6, 1), "Maximum share of the frames"};
+    Option<int> cells_px{this, "cells_px", 1024, range(16, 4096), "Cells along a side of the grid over the texture"};
+    Option<int> height_px{this, "height_px", 256, range(16, 4096), "Height at which frames view the mesh; the width follows"};
     Option<double> angle_weight{this, "angle_weight", 0.3, range(0, 100),
-                                "Worth of seeing a cell straight on, beside 1 for seeing it"};
+                                "Value of seeing a cell straight on, added to 1 for seeing it at all"};
     Option<double> sharpness_weight{this, "sharpness_weight", 0.1, range(0, 100),
-                                    "Worth of a picture at least as sharp as the median; 0: no picture is read"};
+                                    "Value of a picture at least as sharp as the median; 0: do not read pictures"};
     Option<std::vector<int>> sharpness_size{this, "sharpness_size_px", std::vector<int>{320, 240}, range(8, 16'384),
                                             "Width and height at which sharpness is measured"};
-    Slot<ImageIo> images{this, "images", "image.opencv", optional, "Reads pictures that are not NPY; none: there are no others"};
+    Slot<ImageIo> images{this, "images", "image.opencv", optional, "Reads pictures that are not NPY; none: all are NPY"};
 
     using SeenByFrame = std::vector<std::vector<cover::SeenCell>>;
 
     Cost cost() const override
     {
-        return {.seconds = "1 + faces * 2e-6 + frames * (0.02 + height_px * height_px * 1.5e-7) / cores",
-                .memory_mb = "100 + faces * 0.0004 + cells_px * cells_px * 1e-6 + frames * "
-                             "min(cells_px * cells_px * 6e-7, height_px * height_px * 5.4e-6)",
-                .disk_mb = "0",
-                .frames = "max_share * frames",
-                .faces = ""};
+        return {.seconds = {.fixed = 0.5, .per_frame = 0.02, .per_face = 2e-6, .per_pixel = 1e-7},
+                .parallel_share = 0.8,
+                .memory_mb = {.fixed = 60, .per_frame = 0.3, .per_face = 3e-4},
+                .frames = {.times = {"max_share"}, .at_most = "max_frames"},
+                .pixels = {.squares_of = "height_px"}};
     }
 
     void run(RunContext& run) override

@@ -10,10 +10,7 @@ class FramesHoldOut final : public fresco::Stage
     fresco::Output<fresco::Frames> training{this, "training", "The frames to optimize with"};
     fresco::Output<fresco::Frames> held_out{this, "held_out", "The frames to judge the result on"};
     fresco::Option<int> every_count{this, "every_count", 12, fresco::range(2, 1'000'000), "One frame of this many is held out"};
-    fresco::Option<int> first_count{this, "first_count", 6, fresco::range(0, 1'000'000),
-                                    "Frames before the first one that is held out"};
-
-    fresco::Cost cost() const override { return {.seconds = "0.1"}; }
+    fresco::Option<int> first_count{this, "first_count", 6, fresco::range(0, 1'000'000), "Frames before the first held-out one"};
 
     void run(fresco::RunContext& run) override
     {
@@ -36,4 +33,4 @@ class FramesHoldOut final : public fresco::Stage
 
 }  // namespace
 
-FRESCO_STAGE("frames.hold_out", FramesHoldOut, "Sets frames aside, to judge a result on views it was not made from")
+FRESCO_STAGE("frames.hold_out", FramesHoldOut, "Sets frames aside to judge a result on views it was not made from")

@@ -3,7 +3,7 @@
 #include <fresco/frames.h>
 #include <fresco/image_io.h>
 #include <fresco/parallel.h>
-#include <fresco/sharpness.h>
+#include <fresco/images/sharpness.h>
 #include <fresco/stage.h>
 
 #include <algorithm>
@@ -21,9 +21,9 @@ class FramesSharpest final : public fresco::Stage
     fresco::Option<std::vector<int>> sharpness_size{this, "sharpness_size_px", std::vector<int>{320, 240},
                                                     fresco::range(8, 16'384), "Width and height at which sharpness is measured"};
     fresco::Option<int> window_count{this, "window_count", 1, fresco::range(1, 1'000'000),
-                                     "Keep the sharpest of so many consecutive frames of a sequence; 1: all"};
+                                     "Keep the sharpest of this many consecutive frames of a sequence; 1: all"};
     fresco::Option<int> max_frames{this, "max_frames", 0, fresco::range(0, 10'000'000),
-                                   "Keep at most so many, evenly spread, the sharpest of each stretch; 0: all"};
+                                   "Maximum number of frames, evenly spread, the sharpest of each stretch; 0: no limit"};
     fresco::Slot<fresco::ImageIo> images{this, "images", "image.opencv", "Reader and writer of pictures"};
 
     void run(fresco::RunContext& run) override
@@ -100,7 +100,10 @@ class FramesSharpest final : public fresco::Stage
 
     fresco::Cost cost() const override
     {
-        return {.seconds = "0.02 * frames / cores", .memory_mb = "40 + 10 * cores", .frames = "", .faces = ""};
+        return {.seconds = {.per_frame = 0.004},
+                .parallel_share = 1,
+                .memory_mb = {.fixed = 55, .per_core = 5},
+                .frames = {.at_most = "max_frames"}};
     }
 };
 

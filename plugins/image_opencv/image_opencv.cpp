@@ -84,5 +84,5 @@ class OpenCvImages final : public fresco::ImageIo
 
 }  // namespace
 
-FRESCO_COMPONENT("image.opencv", OpenCvImages, fresco::ImageIo, "PNG and JPEG files by OpenCV, checked before they are decoded")
+FRESCO_COMPONENT("image.opencv", OpenCvImages, fresco::ImageIo, "PNG and JPEG files through OpenCV, validated before decoding")
 FRESCO_LIBRARY("OpenCV", image_opencv::opencv_version())

@@ -1,6 +1,8 @@
 #include "exif.h"
 #include "picture_info.h"
 
+#include <zlib.h>
+
 #include <algorithm>
 #include <array>
 
@@ -11,27 +13,6 @@ namespace
 
 constexpr std::array<unsigned, 8> signature{0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
 constexpr std::uint32_t max_chunk_bytes = 0x7FFFFFFF;
-
-/// CRC-32 of the PNG specification, annex D: reflected polynomial 0xEDB88320.
-std::uint32_t crc32(std::span<const std::byte> bytes)
-{
-    static constexpr auto table = []
-    {
-        std::array<std::uint32_t, 256> entries{};
-        for (std::uint32_t n = 0; n < entries.size(); ++n)
-        {
-            std::uint32_t c = n;
-            for (int bit = 0; bit < 8; ++bit)
-                c = (c & 1U) != 0 ? 0xEDB88320U ^ (c >> 1U) : c >> 1U;
-            entries[n] = c;
-        }
-        return entries;
-    }();
-    std::uint32_t crc = 0xFFFFFFFFU;
-    for (const std::byte b : bytes)
-        crc = table[(crc ^ std::to_integer<std::uint32_t>(b)) & 0xFFU] ^ (crc >> 8U);
-    return crc ^ 0xFFFFFFFFU;
-}
 
 constexpr std::uint32_t name(const char (&text)[5])
 {
@@ -95,7 +76,7 @@ class PngWalk
         type = bytes_.u32(begin_ + 4);
         const auto checked = bytes_.part(begin_ + 4, std::size_t{length} + 4);
         next_ = begin_ + 12 + length;
-        if (bytes_.u32(next_ - 4) != crc32(checked))
+        if (bytes_.u32(next_ - 4) != crc32_z(0, reinterpret_cast<const Bytef*>(checked.data()), checked.size()))
             bytes_.fail(begin_, "the chunk's checksum is wrong: the file is damaged; copy it again");
         return checked.subspan(4);
     }

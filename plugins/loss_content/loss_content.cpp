@@ -15,7 +15,7 @@ class LossContent final : public fresco::Loss
 {
     fresco::Slot<fresco::FeatureNetwork> features{this, "features", "features.vgg19", "Network whose features are compared"};
     fresco::Option<std::string> layers{this, "layers", "",
-                                       "Layers to compare, such as \"relu4_2\"; empty: the network's own choice for contents"};
+                                       "Layers to compare, such as \"relu4_2\"; empty: the network's own choice for content"};
 
     fresco::Option<bool> relative{this, "relative", false,
                                   "Divide by the mean square of the camera picture's features: the same weight for any scaling"};
@@ -72,5 +72,5 @@ class LossContent final : public fresco::Loss
 
 }  // namespace
 
-FRESCO_COMPONENT("loss.content", LossContent, fresco::Loss, "Mean square difference to the camera picture's features")
+FRESCO_COMPONENT("loss.content", LossContent, fresco::Loss, "Mean squared difference from the camera picture's features")
 FRESCO_LIBRARY("libtorch", TORCH_VERSION)

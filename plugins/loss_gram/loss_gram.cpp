@@ -28,10 +28,10 @@ class LossGram final : public fresco::Loss
     fresco::Option<std::string> rule{this, "rule", "printed", fresco::one_of({"printed", "released"}),
                                      "The coarse target on all pixels at once (printed), or on those that pass and those that "
                                      "fail the angle filter, each on their own (released)"};
-    fresco::Option<std::string> fine_layers{
-        this, "fine_layers", "", "Of the layers, those that the fine target is for, such as \"relu4_1, relu5_1\"; empty: all"};
+    fresco::Option<std::string> fine_layers{this, "fine_layers", "",
+                                            "Layers that the fine target applies to, such as \"relu4_1, relu5_1\"; empty: all"};
     fresco::Option<int> average_views_count{this, "average_views_count", 1, fresco::range(1, 1000),
-                                            "Compare the mean of the moments of the last so many views"};
+                                            "Number of recent views whose moments are averaged"};
 
     struct Targets
     {

@@ -17,9 +17,9 @@ class LossNnfm final : public fresco::Loss
 {
     fresco::StyleOptions style{this};
     fresco::Option<int> max_style_samples{this, "max_style_samples", 4096, fresco::range(16, 1'000'000),
-                                          "Most features of the style per layer that are searched"};
+                                          "Maximum number of style features searched per layer"};
     fresco::Option<int> max_samples{this, "max_samples", 16'384, fresco::range(16, 10'000'000),
-                                    "Most features of a view per layer that look for theirs"};
+                                    "Maximum number of features of a view compared per layer"};
 
     /// One size of the style picture: unit features of a layer, M x C, and the pixels that are compared with them.
     struct Target
@@ -80,5 +80,5 @@ class LossNnfm final : public fresco::Loss
 }  // namespace
 
 FRESCO_COMPONENT("loss.nnfm", LossNnfm, fresco::Loss,
-                 "Draws every feature to its nearest feature of the style picture, by the angle between them")
+                 "Pulls each feature toward its nearest style feature, by the angle between them")
 FRESCO_LIBRARY("libtorch", TORCH_VERSION)

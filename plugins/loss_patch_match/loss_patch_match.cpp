@@ -27,16 +27,15 @@ class LossPatchMatch final : public fresco::Loss
     fresco::Option<int> scales{this, "scales", 3, fresco::range(1, 6), "Sizes at which patches are compared, each half the last"};
     fresco::Option<int> stride_px{this, "stride_px", 2, fresco::range(1, 7), "Distance between neighboring patches"};
     fresco::Option<int> refresh_steps{this, "refresh_steps", 8, fresco::range(1, 1'000'000),
-                                      "Look for the nearest style patches anew after so many steps on one view"};
+                                      "Search for the nearest style patches again after this many steps on one view"};
     fresco::Option<int> dimensions{this, "dimensions", 32, fresco::range(1, 147),
-                                   "Principal directions in which patches are searched"};
+                                   "Principal components that patches are compared in"};
     fresco::Option<int> max_style_patches{this, "max_style_patches", 24'000, fresco::range(100, 1'000'000),
-                                          "Most style patches per size; a larger picture is taken more coarsely"};
+                                          "Maximum number of style patches per size; larger pictures are sampled more coarsely"};
     fresco::Option<double> exponent{this, "exponent", 0.8, fresco::range(0.1, 2),
                                     "Exponent on the distance of a patch to its style patch"};
-    fresco::Option<double> completeness{
-        this, "completeness", 0.03, fresco::range(1e-6, 1e6),
-        "The smaller, the more every part of the style is asked for; in variances of style patches"};
+    fresco::Option<double> completeness{this, "completeness", 0.03, fresco::range(1e-6, 1e6),
+                                        "Smaller values use all parts of the style more evenly; in variances of style patches"};
     fresco::Option<double> guide{this, "guide", 0.5, fresco::at_least(0),
                                  "Weight of the recolored camera picture in the search; 0.2 keeps fewer room edges, 1 more"};
 
@@ -220,5 +219,5 @@ class LossPatchMatch final : public fresco::Loss
 }  // namespace
 
 FRESCO_COMPONENT("loss.patch_match", LossPatchMatch, fresco::Loss,
-                 "Draws every patch to its nearest patch of the style picture: brush strokes without a network")
+                 "Pulls each patch toward its nearest style patch: brush strokes without a network")
 FRESCO_LIBRARY("libtorch", TORCH_VERSION)

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <fresco/recolor.h>
+#include <fresco/images/recolor.h>
 
 #include <torch/types.h>
 

@@ -9,11 +9,11 @@ class MeshDecimate final : public fresco::geometry::SimplifyingStage
 {
     fresco::Cost cost() const override
     {
-        return {.seconds = "0.2 + 0.000001 * faces + 0.000006 * max(faces - max_faces, 0) / cores",
-                .memory_mb = "30 + 0.00026 * faces",
-                .disk_mb = "0.000022 * min(faces, max_faces)",
-                .frames = "",
-                .faces = "min(faces, max_faces)"};
+        return {.seconds = {.per_face = 4e-6},
+                .parallel_share = 0.8,
+                .memory_mb = {.fixed = 10, .per_face = 2.6e-4},
+                .disk_mb = {.per_face = 2.1e-5},
+                .faces = {.at_most = "max_faces"}};
     }
     fresco::Mesh simplify(const fresco::Mesh& mesh, std::size_t max_faces, fresco::RunContext& run) const override
     {
@@ -23,4 +23,4 @@ class MeshDecimate final : public fresco::geometry::SimplifyingStage
 
 }  // namespace
 
-FRESCO_STAGE("mesh.decimate", MeshDecimate, "Edge collapse into the best points until at most max_faces triangles are left")
+FRESCO_STAGE("mesh.decimate", MeshDecimate, "Quadric edge collapse down to at most max_faces triangles")

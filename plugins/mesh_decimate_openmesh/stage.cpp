@@ -11,11 +11,10 @@ class MeshDecimateOpenMesh final : public fresco::geometry::SimplifyingStage
 {
     fresco::Cost cost() const override
     {
-        return {.seconds = "1 + 0.000002 * faces + 0.00002 * max(faces - max_faces, 0)",
-                .memory_mb = "60 + 0.0002 * faces",
-                .disk_mb = "0.000022 * min(faces, max_faces)",
-                .frames = "",
-                .faces = "min(faces, max_faces)"};
+        return {.seconds = {.fixed = 0.2, .per_face = 1.2e-5},
+                .memory_mb = {.fixed = 20, .per_face = 2e-4},
+                .disk_mb = {.per_face = 2.1e-5},
+                .faces = {.at_most = "max_faces"}};
     }
     fresco::Mesh simplify(const fresco::Mesh& mesh, std::size_t max_faces, fresco::RunContext& run) const override
     {
@@ -25,7 +24,7 @@ class MeshDecimateOpenMesh final : public fresco::geometry::SimplifyingStage
 
 }  // namespace
 
-FRESCO_STAGE("mesh.decimate_openmesh", MeshDecimateOpenMesh, "Edge collapse onto one of the ends by OpenMesh's decimater")
+FRESCO_STAGE("mesh.decimate_openmesh", MeshDecimateOpenMesh, "OpenMesh's decimater: edge collapse onto an existing vertex")
 /// "9.0" of 0x90000.
 constexpr char open_mesh_version[] = {'0' + OM_GET_VER, '.', '0' + OM_GET_MAJ, '\0'};
 FRESCO_LIBRARY("OpenMesh", open_mesh_version)

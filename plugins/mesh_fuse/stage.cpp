@@ -22,15 +22,14 @@ class MeshFuse final : public Stage
     Option<double> max_depth_m{this, "max_depth_m", 5, range(0.1, 1000),
                                "Leave out what is farther away: noise grows with distance"};
     Option<double> max_memory_gb{this, "max_memory_gb", 4, range(0.01, 10'000), "Stop with an error where the volume takes more"};
-    Slot<ImageIo> images{this, "images", "image.opencv", optional, "Reads pictures that are not NPY; none: there are no others"};
+    Slot<ImageIo> images{this, "images", "image.opencv", optional, "Reads pictures that are not NPY; none: all are NPY"};
 
     Cost cost() const override
     {
-        return {.seconds = "2 + frames * 0.15",
-                .memory_mb = "150 + 0.06 / (voxel_m * voxel_m)",
-                .disk_mb = "0.002 / (voxel_m * voxel_m)",
-                .frames = {},
-                .faces = "80 / (voxel_m * voxel_m)"};
+        return {.seconds = {.fixed = 2, .per_frame = 0.15},
+                .memory_mb = {.fixed = 150, .per_face = 7.5e-4},
+                .disk_mb = {.per_face = 2.5e-5},
+                .faces = {.number = 80, .divided_by = {"voxel_m", "voxel_m"}}};
     }
 
     const ImageIo* codec() const { return images.has_value() ? images.get().get() : nullptr; }

@@ -21,14 +21,13 @@ class OptimizerAdam final : public fresco::OptimizerRule
     fresco::Option<double> beta1{this, "beta1", 0.9, fresco::range(0, 0.999999), "Decay of the gradient's moving mean"};
     fresco::Option<double> beta2{this, "beta2", 0.999, fresco::range(0, 0.999999999), "Decay of the moving mean of its square"};
     fresco::Option<double> epsilon{this, "epsilon", 1e-8, fresco::range(1e-30, 1),
-                                   "Added to the root, in the unit of the gradient"};
+                                   "Added to the root of the moving mean square, in units of the gradient"};
     fresco::Option<std::string> mode{
         this, "mode", "dense", fresco::one_of({"dense", "visible"}),
-        "dense: the textbook, every texel in every step; visible: only the texels the step's view sees"};
-    fresco::Option<std::string> untouched{
-        this, "untouched", "skip", fresco::one_of({"skip", "step"}),
-        "With mode dense, texels that are zero and never had a gradient: left out, or stepped all the same for comparison; the "
-        "same values"};
+        "dense: textbook Adam, every texel in every step; visible: only the texels the step's view sees"};
+    fresco::Option<std::string> untouched{this, "untouched", "skip", fresco::one_of({"skip", "step"}),
+                                          "With mode dense: skip texels that are zero and never had a gradient, or step them "
+                                          "too, for comparison; the values are the same"};
 
   public:
     bool runs_on(const torch::Device&) const override { return true; }
@@ -173,4 +172,4 @@ class OptimizerAdam final : public fresco::OptimizerRule
 
 }  // namespace
 
-FRESCO_COMPONENT("optimizer.adam", OptimizerAdam, fresco::OptimizerRule, "Adam, on every texel or on the visible ones")
+FRESCO_COMPONENT("optimizer.adam", OptimizerAdam, fresco::OptimizerRule, "Adam, on all texels or only the visible ones")

@@ -22,19 +22,19 @@ namespace lb = fresco::lbfgs;
 class OptimizerLbfgs final : public fresco::OptimizerRule
 {
     fresco::Option<int> history_count{this, "history_count", 10, fresco::range(1, 100),
-                                      "Steps whose changes shape the direction of the next"};
+                                      "Past steps that shape the search direction"};
     fresco::Option<std::string> line_search{
         this, "line_search", "strong_wolfe", fresco::one_of({"strong_wolfe", "backtracking"}),
-        "How far to go: until value and slope have fallen enough, or halve until the value has"};
+        "strong_wolfe: until value and slope have fallen enough; backtracking: halve until the value has"};
     fresco::Option<int> max_evaluations{this, "max_evaluations", 8, fresco::range(2, 100),
-                                        "Most evaluations of the losses in a step, the first one included"};
+                                        "Maximum number of loss evaluations per step, including the first"};
     fresco::Option<double> max_change{this, "max_change", 10.0, fresco::range(1e-3, 1e9),
                                       "Largest change of a value in a step, in learning rates"};
     fresco::Option<int> max_memory_mb{this,
                                       "max_memory_mb",
                                       4096,
                                       fresco::range(1, 10'000'000),
-                                      "Refuse textures for which more memory would be needed",
+                                      "Reject textures that would need more memory",
                                       fresco::not_in_key};
 
   public:
@@ -179,4 +179,4 @@ class OptimizerLbfgs final : public fresco::OptimizerRule
 }  // namespace
 
 FRESCO_COMPONENT("optimizer.lbfgs", OptimizerLbfgs, fresco::OptimizerRule,
-                 "L-BFGS with a line search: few, dear steps, for small textures")
+                 "L-BFGS with a line search: few, expensive steps, for small textures")

@@ -13,13 +13,12 @@ class PicturePattern final : public fresco::Stage
     fresco::Option<std::string> kind{
         this, "kind", "strokes", fresco::one_of({"strokes", "waves", "mosaic"}),
         "strokes: a swirling sky in short strokes; waves: outlined bands in long ones; mosaic: stones"};
-    fresco::Option<std::string> palette{this, "palette", "night", fresco::one_of({"night", "meadow", "ember", "sea"}),
-                                        "Its colors"};
+    fresco::Option<std::string> palette{this, "palette", "night", fresco::one_of({"night", "meadow", "ember", "sea"}), "Colors"};
     fresco::Option<int> size_px{this, "size_px", 512, fresco::range(64, 2048), "Width and height"};
     fresco::Option<double> scale{this, "scale", 1.0, fresco::range(0.4, 3),
                                  "Size of strokes and stones; 1: about a twentieth of the picture"};
-    fresco::Option<int> seed{this, "seed", 1, fresco::range(0, 1'000'000'000), "Another number, another picture"};
-    fresco::Output<fresco::Image> picture{this, "picture", "A picture like a painting, RGB"};
+    fresco::Option<int> seed{this, "seed", 1, fresco::range(0, 1'000'000'000), "Another seed gives another picture"};
+    fresco::Output<fresco::Image> picture{this, "picture", "The generated picture, RGB"};
 
     void run(fresco::RunContext& run) override
     {
@@ -41,14 +40,13 @@ class PicturePattern final : public fresco::Stage
 
     fresco::Cost cost() const override
     {
-        return {.seconds = "size_px * size_px * 1e-5",
-                .memory_mb = "20 + size_px * size_px * 1e-4",
-                .disk_mb = "size_px * size_px * 3e-6",
-                .frames = "",
-                .faces = ""};
+        return {.seconds = {.per_texel = 1e-5},
+                .memory_mb = {.fixed = 10, .per_texel = 1e-4},
+                .disk_mb = {.per_texel = 3e-6},
+                .texels = {.squares_of = "size_px"}};
     }
 };
 
 }  // namespace
 
-FRESCO_STAGE("picture.pattern", PicturePattern, "A picture like a painting, made from a seed")
+FRESCO_STAGE("picture.pattern", PicturePattern, "Generates a painting-like picture from a seed")

@@ -11,7 +11,7 @@ namespace
 class ReadImage final : public fresco::FileReader
 {
     fresco::Slot<fresco::ImageIo> images{this, "images", "image.opencv", fresco::optional,
-                                         "What decodes PNG and JPEG files; none: NPY alone"};
+                                         "Decodes PNG and JPEG files; none: only NPY"};
 
     std::string artifact() const override { return std::string(fresco::Image::artifact_name); }
     std::vector<std::string> extensions() const override { return {".png", ".jpg", ".jpeg", ".npy"}; }
@@ -23,7 +23,7 @@ class ReadImage final : public fresco::FileReader
             return std::make_shared<fresco::Image>(read_image::image_from_npy(file));
         if (!images.has_value())
             throw fresco::Error(file.string() +
-                                ": no picture codec is at hand (option \"images\"); only NPY pictures can be read without one");
+                                ": no picture codec (option \"images\"); only NPY pictures can be read without one");
         return std::make_shared<fresco::Image>(images->read_rgb(file));
     }
 };

@@ -20,11 +20,10 @@ class RenderAtlas final : public Stage
 
     Cost cost() const override
     {
-        return {.seconds = "0.2 + faces * 1e-6 + picture_px * picture_px * 2e-7",
-                .memory_mb = "60 + faces * 0.0001 + picture_px * picture_px * 2.5e-5",
-                .disk_mb = "picture_px * picture_px * 1e-6",
-                .frames = {},
-                .faces = {}};
+        return {.seconds = {.fixed = 0.1, .per_face = 1e-6, .per_texel = 2e-7},
+                .memory_mb = {.fixed = 60, .per_face = 1e-4, .per_texel = 2.5e-5},
+                .disk_mb = {.per_texel = 1e-6},
+                .texels = {.squares_of = "picture_px"}};
     }
 
     void run(RunContext& run) override

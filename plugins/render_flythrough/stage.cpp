@@ -40,34 +40,34 @@ Raster8 on_background(const Raster8& rgba)
 class RenderFlythrough final : public Stage
 {
     Input<TexturedMesh> mesh{this, "mesh", "The mesh with its picture, as texture.bake makes it"};
-    Input<Frames> frames{this, "frames", "The recording: its way and its color camera"};
+    Input<Frames> frames{this, "frames", "The recording: its path and its color camera"};
     Output<Files> video{this, "video", "<name>.mp4 or .webm, or <name>/000000.png and so on"};
     Option<OutputName> name{this, "name", OutputName{"flythrough"}, "Name below --out, without extension"};
     Option<std::string> format{this, "format", "mp4", one_of({"mp4", "webm", "png"}),
                                "mp4: H.264, else MPEG-4; webm: VP9, else VP8; png: one picture per video frame"};
-    Option<std::string> path{
-        this, "path", "recorded", one_of({"recorded", "orbit"}),
-        "recorded: along the recording, smoothed; orbit: around from the middle of where it was made, over the "
-        "directions in which there is a room"};
-    Option<double> seconds{this, "seconds", 12, range(0.1, 3600), "How long it is"};
-    Option<double> fps{this, "fps", 25, range(1, 120), "Pictures per second"};
+    Option<std::string> path{this, "path", "recorded", one_of({"recorded", "orbit"}),
+                             "recorded: along the recording, smoothed; orbit: a circle in the middle of the recording, over the "
+                             "directions that show the room"};
+    Option<double> seconds{this, "seconds", 12, range(0.1, 3600), "Duration"};
+    Option<double> fps{this, "fps", 25, range(1, 120), "Video frames per second"};
     Option<int> height_px{this, "height_px", 480, range(16, 4320), "Height; the width follows from the camera, both even"};
     Option<int> samples{this, "samples", 2, range(1, 8), "Rays per pixel along each side"};
     Option<std::string> shading{this, "shading", "none", one_of({"none", "scannet", "matterport3d"}),
                                 "Lamps: none, or those of StyleMesh's published viewer for a data set"};
     Option<double> smoothing_count{this, "smoothing_count", 6, range(0.1, 10'000),
                                    "Standard deviation of the smoothing, in recorded frames"};
-    Option<double> radius_m{this, "radius_m", 0.3, range(0, 100), "Of the orbit"};
+    Option<double> radius_m{this, "radius_m", 0.3, range(0, 100), "Radius of the orbit"};
     Option<double> down_deg{this, "down_deg", 10, range(-89, 89), "How far the orbit looks down"};
     Slot<ImageIo> images{this, "images", "image.opencv", "Encodes PNG pictures"};
 
     Cost cost() const override
     {
-        return {.seconds = "2 + faces * 2e-6 + seconds * fps * height_px * height_px * samples * samples * 4e-7 / cores",
-                .memory_mb = "100 + faces * 0.0002 + height_px * height_px * 4e-4",
-                .disk_mb = "seconds * fps * height_px * height_px * 3e-7",
-                .frames = {},
-                .faces = {}};
+        return {.seconds = {.fixed = 0.5, .per_face = 2e-6, .per_pixel = 6e-7},
+                .parallel_share = 0.95,
+                .memory_mb = {.fixed = 80, .per_face = 2e-4, .per_pixel = 3e-4},
+                .disk_mb = {.per_pixel = 2e-7},
+                .pixels = {.squares_of = "height_px"},
+                .steps = {.option = "seconds", .times = {"fps"}}};
     }
 
     /// Of the first frame's camera, in even numbers of pixels, which video codecs want.

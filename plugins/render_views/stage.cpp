@@ -18,11 +18,11 @@ class RenderViews final : public Stage
 {
     Input<TexturedMesh> mesh{this, "mesh", "The mesh with its picture, as texture.bake makes it"};
     Input<Frames> frames{this, "frames", "The views; their color cameras are used, not their pictures"};
-    Output<Files> views{this, "views", "One RGBA PNG per view: <folder>/<sequence>_<frame>.png; alpha 0 = no surface"};
+    Output<Files> views{this, "views", "One RGBA PNG per view: <folder>/<sequence>_<frame>.png; alpha 0: no surface"};
     Option<OutputName> folder{this, "folder", OutputName{"views"}, "Folder of the pictures, below --out"};
     Option<int> height_px{this, "height_px", 0, range(0, 8192),
-                          "Height of the pictures, the width follows; 0 = the camera's own size"};
-    Option<int> every_count{this, "every_count", 1, range(1, 1'000'000), "Render the first of every so many frames"};
+                          "Height of the pictures, the width follows; 0: the camera's own size"};
+    Option<int> every_count{this, "every_count", 1, range(1, 1'000'000), "Render every n-th frame"};
     Option<int> samples{this, "samples", 2, range(1, 8),
                         "Rays per pixel along each side, against aliasing at edges and far away"};
     Option<std::string> filter{
@@ -34,13 +34,12 @@ class RenderViews final : public Stage
 
     Cost cost() const override
     {
-        return {
-            .seconds =
-                "2 + faces * 2e-6 + frames / every_count * max(height_px * height_px, 250000) * samples * samples * 4e-7 / cores",
-            .memory_mb = "140 + faces * 0.0002",
-            .disk_mb = "frames / every_count * max(height_px * height_px, 250000) * 3e-6",
-            .frames = {},
-            .faces = {}};
+        return {.seconds = {.fixed = 0.5, .per_face = 2e-6, .per_pixel = 7e-7},
+                .parallel_share = 0.95,
+                .memory_mb = {.fixed = 90, .per_face = 2e-4, .per_texel = 1.5e-5},
+                .disk_mb = {.per_pixel = 2.2e-6},
+                .pixels = {.squares_of = "height_px"},
+                .steps = {.divided_by = {"every_count"}}};
     }
 
     Camera camera_of(const Frame& frame) const
@@ -60,7 +59,7 @@ class RenderViews final : public Stage
             const Frame& frame = frames->frames[i];
             if (!names.insert(frame.sequence + "_" + frame.name).second)
                 throw Error("two frames would be written as " + frame.sequence + "_" + frame.name +
-                            ".png: give the scan's sequences names that differ");
+                            ".png: rename the scan's sequences so that they differ");
             result.push_back(&frame);
         }
         return result;

@@ -36,7 +36,7 @@ void check_count(std::optional<std::int64_t> expected, std::size_t count, std::s
     if (expected && static_cast<std::uint64_t>(*expected) != count)
         throw fresco::Error(std::string(source) + ": " + std::to_string(count) + " " + std::string(what) +
                             " where its head counts " + std::to_string(*expected) +
-                            "; the file is cut or was changed by hand: copy it anew or correct the head");
+                            "; the file is cut or was edited by hand: copy it again or correct the head");
 }
 
 /// The rest of a line behind its first `count` words, without blanks around it: names may have blanks inside.
@@ -94,7 +94,7 @@ Cameras parse_cameras_text(std::string_view text, std::string_view source)
         auto camera =
             model_camera(model, static_cast<std::uint64_t>(width), static_cast<std::uint64_t>(height), parameters, place);
         if (!cameras.emplace(id, std::move(camera)).second)
-            throw fresco::Error(place + ": the camera " + std::to_string(id) + " stands twice");
+            throw fresco::Error(place + ": the camera " + std::to_string(id) + " appears twice");
     }
     check_count(expected, cameras.size(), source, "cameras");
     return cameras;

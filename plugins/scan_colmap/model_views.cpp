@@ -15,23 +15,24 @@ constexpr std::size_t images_limit = std::size_t{1} << 32U;
 
 }  // namespace
 
-std::vector<fs::path> model_folders(const fs::path& path)
+ModelFiles find_model(const fs::path& path, fresco::RunContext& run)
 {
-    return {path, path / "sparse" / "0", path / "sparse", path / "colmap" / "sparse" / "0"};
-}
-
-ModelFiles find_model(const std::vector<fs::path>& folders)
-{
-    for (const auto& folder : folders)
+    std::string names;
+    for (const auto& folder : {path, path / "sparse/0", path / "sparse", path / "colmap/sparse/0"})
+    {
         for (const char* ending : {".bin", ".txt"})
         {
             const ModelFiles files{folder / ("cameras" + std::string(ending)), folder / ("images" + std::string(ending))};
-            if (fs::is_regular_file(files.cameras) && fs::is_regular_file(files.images))
-                return files;
+            for (const auto& file : {files.cameras, files.images})
+                fresco::recordings::looks_for(file, run);
+            if (!fs::is_regular_file(files.cameras) || !fs::is_regular_file(files.images))
+                continue;
+            run.reads_file(files.cameras);
+            run.reads_file(files.images);
+            return files;
         }
-    std::string names;
-    for (const auto& folder : folders)
         names += (names.empty() ? "" : ", ") + folder.string();
+    }
     throw fresco::MissingInput(
         "no reconstruction of COLMAP; expected cameras.bin and images.bin, or cameras.txt and images.txt, in " + names);
 }
@@ -48,19 +49,19 @@ std::vector<ModelImage> read_images(const fs::path& file)
                                       : parse_images_text(fresco::read_text_file(file, images_limit), file.string());
 }
 
-std::vector<fresco::recordings::RegisteredView> model_views(const Cameras& cameras, const std::vector<ModelImage>& images,
-                                                            const fs::path& images_file, const ViewOptions& options)
+std::vector<fresco::recordings::RecordedView> model_views(const Cameras& cameras, const std::vector<ModelImage>& images,
+                                                          const fs::path& images_file, const ViewOptions& options)
 {
     if (images.empty())
         throw fresco::Error(images_file.string() + ": the reconstruction has no images: COLMAP placed none of them");
-    std::vector<fresco::recordings::RegisteredView> views;
+    std::vector<fresco::recordings::RecordedView> views;
     for (const auto& image : images)
     {
         const auto camera = cameras.find(image.camera);
         if (camera == cameras.end())
             throw fresco::Error(image.source + ": the camera " + std::to_string(image.camera) +
                                 " is not in the file of cameras; both files must be of one reconstruction");
-        fresco::recordings::RegisteredView view;
+        fresco::recordings::RecordedView view;
         fresco::recordings::name_by_picture(view, image.name);
         view.color = options.pictures / image.name;
         if (!options.depth.empty())

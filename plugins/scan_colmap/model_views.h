@@ -2,7 +2,7 @@
 
 #include "model.h"
 
-#include <fresco/recordings/registered_view.h>
+#include <fresco/recordings/recording_files.h>
 
 #include <filesystem>
 #include <vector>
@@ -17,12 +17,9 @@ struct ModelFiles
     std::filesystem::path images;
 };
 
-/// The folders below `path` in which a reconstruction is looked for, in this order.
-std::vector<std::filesystem::path> model_folders(const std::filesystem::path& path);
-
-/// cameras.bin and images.bin, or else cameras.txt and images.txt, in the first of `folders` that has them. Throws MissingInput
-/// if none has.
-ModelFiles find_model(const std::vector<std::filesystem::path>& folders);
+/// cameras.bin and images.bin, or else cameras.txt and images.txt, in the first of the folders below `path` in which tools put a
+/// reconstruction. Throws MissingInput if none has them.
+ModelFiles find_model(const std::filesystem::path& path, fresco::RunContext& run);
 
 /// Throws what the parsers throw.
 Cameras read_cameras(const std::filesystem::path& file);
@@ -38,7 +35,7 @@ struct ViewOptions
 
 /// The views of the images, by name. Throws Error naming the image's place if its camera is not among `cameras`, or if there are
 /// no images.
-std::vector<fresco::recordings::RegisteredView> model_views(const Cameras& cameras, const std::vector<ModelImage>& images,
-                                                            const std::filesystem::path& images_file, const ViewOptions& options);
+std::vector<fresco::recordings::RecordedView> model_views(const Cameras& cameras, const std::vector<ModelImage>& images,
+                                                          const std::filesystem::path& images_file, const ViewOptions& options);
 
 }  // namespace colmap

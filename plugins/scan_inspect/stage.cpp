@@ -33,12 +33,11 @@ RasterF sampled(const RasterF& depth, int width, int height)
 
 class ScanInspect final : public Stage
 {
-    Input<Mesh> mesh{this, "mesh", "The room, as the scan has it"};
+    Input<Mesh> mesh{this, "mesh", "The room as scanned"};
     Input<Frames> frames{this, "frames", "The recorded frames"};
-    Output<Files> pictures{this, "pictures",
-                           "A PNG of mesh and frames laid over each other, and a JSON file of what was measured"};
-    Option<int> frames_count{this, "frames_count", 12, range(1, 10'000), "Look at so many frames, evenly spread"};
-    Option<int> pictures_count{this, "pictures_count", 4, range(1, 64), "Draw so many of them"};
+    Output<Files> pictures{this, "pictures", "A PNG that overlays mesh and frames, and the measurements as JSON"};
+    Option<int> frames_count{this, "frames_count", 12, range(1, 10'000), "Number of frames to inspect, evenly spread"};
+    Option<int> pictures_count{this, "pictures_count", 4, range(1, 64), "Number of them to draw"};
     Option<OutputName> path{this, "path", OutputName{"inspect.png"},
                             "File of the picture, below --out; the JSON file lies beside it"};
     Option<bool> fail{this, "fail", false, "End with an error instead of a warning if something is wrong"};
@@ -46,11 +45,10 @@ class ScanInspect final : public Stage
 
     Cost cost() const override
     {
-        return {.seconds = "0.5 + faces * 2e-6 + frames_count * 0.1",
-                .memory_mb = "100 + faces * 0.0004 + frames_count * 0.6 + pictures_count * 4",
-                .disk_mb = "pictures_count * 0.8",
-                .frames = "",
-                .faces = ""};
+        return {.seconds = {.fixed = 0.1, .per_face = 4e-7, .per_step = 0.03},
+                .memory_mb = {.fixed = 60, .per_face = 1.2e-4, .per_step = 0.6},
+                .disk_mb = {.fixed = 1},
+                .steps = {.option = "frames_count"}};
     }
 
     void run(RunContext& run) override
@@ -193,6 +191,5 @@ class ScanInspect final : public Stage
 
 }  // namespace
 
-FRESCO_STAGE("scan.inspect", ScanInspect,
-             "Lays mesh and frames over each other, measures how they agree and names the likely mistake")
+FRESCO_STAGE("scan.inspect", ScanInspect, "Overlays mesh and frames, measures how well they agree and names the likely mistake")
 FRESCO_LIBRARY("Embree", raycast::embree_version())

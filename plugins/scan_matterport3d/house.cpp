@@ -72,11 +72,4 @@ fs::path camera_file(const fs::path& folder)
     return found.front();
 }
 
-std::vector<fs::path> mesh_candidates(const fs::path& folder, const std::string& house, int region)
-{
-    if (region >= 0)
-        return {folder / "region_segmentations" / ("region" + std::to_string(region) + ".ply")};
-    return {folder / "house_segmentations" / (house + ".ply"), folder / "poisson_meshes" / (house + ".ply")};
-}
-
 }  // namespace matterport3d

@@ -4,7 +4,6 @@
 #include <map>
 #include <string>
 #include <string_view>
-#include <vector>
 
 namespace matterport3d
 {
@@ -17,8 +16,5 @@ std::map<std::string, int> parse_regions(std::string_view text, std::string_view
 /// The house's camera file, undistorted_camera_parameters/<house>.conf; its stem is the house's name. Throws MissingInput if
 /// there is none, Error if there are several.
 std::filesystem::path camera_file(const std::filesystem::path& folder);
-
-/// Where the mesh of a region, or of the whole house (-1), is looked for, in this order.
-std::vector<std::filesystem::path> mesh_candidates(const std::filesystem::path& folder, const std::string& house, int region);
 
 }  // namespace matterport3d

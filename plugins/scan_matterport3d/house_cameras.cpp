@@ -1,7 +1,7 @@
 #include "house_cameras.h"
 
 #include <fresco/error.h>
-#include <fresco/matrix_text.h>
+#include <fresco/recordings/cameras.h>
 #include <fresco/recordings/text_records.h>
 
 #include <optional>
@@ -33,15 +33,6 @@ std::vector<double> numbers(const Words& words, std::size_t first, const std::st
     for (std::size_t i = first; i < words.size(); ++i)
         values.push_back(fresco::recordings::number_of(words[i], place));
     return values;
-}
-
-/// world_from_camera with OpenCV axes of one with OpenGL's (y up, z backward).
-fresco::RigidTransform pose_of(std::vector<double> matrix, const std::string& place)
-{
-    for (const std::size_t row : {0U, 1U, 2U})
-        for (const std::size_t column : {1U, 2U})
-            matrix[4 * row + column] = -matrix[4 * row + column];
-    return fresco::rigid_transform(matrix, place);
 }
 
 }  // namespace
@@ -84,7 +75,7 @@ HouseCameras parse_cameras(std::string_view text, std::string_view source)
             view.color = file_name(words[2], place);
             view.panorama = view.color.substr(0, view.color.find('_'));
             view.intrinsics = intrinsics;
-            view.world_from_camera = pose_of(numbers(words, 3, place), place);
+            view.world_from_camera = fresco::recordings::opencv_pose(numbers(words, 3, place), place);
             view.source = place;
             house.views.push_back(std::move(view));
         }

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <fresco/recordings/registered_view.h>
+#include <fresco/camera.h>
 
 #include <string>
 #include <string_view>

@@ -11,6 +11,8 @@ namespace scan_mesh
 {
 
 using fresco::Error;
+using fresco::gltf::entry;
+using fresco::gltf::GltfFile;
 
 namespace
 {
@@ -173,7 +175,7 @@ int GltfPictures::number_of(int image)
 
 FilePicture GltfPictures::picture(std::size_t image) const
 {
-    const GltfImage& source = gltf_.images[image];
+    const fresco::gltf::GltfImage& source = gltf_.images[image];
     const std::string place = entry("images", image);
     FilePicture result{file_.string() + ": image " + std::to_string(image), {}, {}};
     if (source.buffer_view >= 0)
@@ -181,14 +183,14 @@ FilePicture GltfPictures::picture(std::size_t image) const
         if (static_cast<std::size_t>(source.buffer_view) >= gltf_.model.bufferViews.size())
             throw Error(place + "bufferView " + std::to_string(source.buffer_view) + " of " +
                         std::to_string(gltf_.model.bufferViews.size()));
-        const auto bytes = std::as_bytes(view_bytes(gltf_.model, static_cast<std::size_t>(source.buffer_view)));
+        const auto bytes = std::as_bytes(fresco::gltf::view_bytes(gltf_.model, static_cast<std::size_t>(source.buffer_view)));
         result.bytes.assign(bytes.begin(), bytes.end());
     }
-    else if (is_data_uri(source.uri))
-        result.bytes = data_uri_bytes(source.uri, place);
+    else if (fresco::gltf::is_data_uri(source.uri))
+        result.bytes = fresco::gltf::data_uri_bytes(source.uri, place);
     else
     {
-        result.file = folder_.find(decoded_uri(source.uri), place + "uri", shape_only);
+        result.file = folder_.find(fresco::gltf::decoded_uri(source.uri), place + "uri", shape_only);
         result.name = result.file.string();
         model_.files_read.push_back(result.file);
         return result;

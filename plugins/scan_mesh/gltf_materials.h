@@ -2,8 +2,8 @@
 
 #include "file_folder.h"
 #include "file_model.h"
-#include "gltf_file.h"
 
+#include <fresco/gltf/gltf_file.h>
 #include <fresco/math.h>
 #include <fresco/model.h>
 
@@ -25,13 +25,13 @@ struct GltfLook
 
 /// The color and picture of a material; white for -1. Without a picture where pictures are not wanted. Throws Error naming the
 /// material or texture for numbers and indices that are wrong.
-GltfLook look_of(const GltfFile& gltf, int material, bool with_pictures);
+GltfLook look_of(const fresco::gltf::GltfFile& gltf, int material, bool with_pictures);
 
 /// Adds pictures to a model, each image of the file once.
 class GltfPictures
 {
   public:
-    GltfPictures(const GltfFile& gltf, const std::filesystem::path& file, FileModel& model)
+    GltfPictures(const fresco::gltf::GltfFile& gltf, const std::filesystem::path& file, FileModel& model)
         : gltf_(gltf), file_(file), folder_(file), model_(model)
     {
     }
@@ -42,7 +42,7 @@ class GltfPictures
   private:
     FilePicture picture(std::size_t image) const;
 
-    const GltfFile& gltf_;
+    const fresco::gltf::GltfFile& gltf_;
     const std::filesystem::path& file_;
     FileFolder folder_;
     FileModel& model_;

@@ -1,8 +1,9 @@
 #include "file_model.h"
-#include "gltf_accessors.h"
 #include "gltf_materials.h"
 
 #include <fresco/error.h>
+#include <fresco/files_io.h>
+#include <fresco/gltf/gltf_accessors.h>
 #include <fresco/texturing/linear_light.h>
 
 #include <array>
@@ -18,6 +19,10 @@ namespace scan_mesh
 namespace fs = std::filesystem;
 using fresco::Error;
 using fresco::Vec3d;
+using fresco::gltf::accessor_rows;
+using fresco::gltf::AccessorRows;
+using fresco::gltf::entry;
+using fresco::gltf::GltfFile;
 
 namespace
 {
@@ -194,7 +199,7 @@ class SceneReader
         };
         is_posed_ = is_posed_ || !primitive.targets.empty();
         const AccessorRows positions = accessor_rows(gltf_.model, attribute("POSITION"), 3, 3);
-        const auto corners = triangle_indices(gltf_.model, primitive.indices, primitive.mode, positions.count);
+        const auto corners = fresco::gltf::triangle_indices(gltf_.model, primitive.indices, primitive.mode, positions.count);
         if (corners.empty())
         {
             ++skipped_;
@@ -331,7 +336,12 @@ FileModel read_gltf_model(const fs::path& file, bool with_materials)
     model.split_vertices = true;
     try
     {
-        const GltfFile gltf = load_gltf(file, model.files_read);
+        const auto read_beside = [&](const std::string& uri, const std::string& place)
+        {
+            model.files_read.push_back(FileFolder(file).find(fresco::gltf::decoded_uri(uri), place + "uri"));
+            return fresco::read_file(model.files_read.back());
+        };
+        const GltfFile gltf = fresco::gltf::load_gltf(fresco::read_file(file), read_beside);
         SceneReader(gltf, file, with_materials, model).read();
     }
     catch (const fresco::MissingInput& error)

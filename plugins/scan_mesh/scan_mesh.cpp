@@ -28,9 +28,9 @@ class ScanMesh final : public fresco::Stage
         this, "transform", std::vector<double>{},
         "16 numbers, row by row: the world from the file, rigid, in meters, after unit_m and axes; empty: none"};
     fresco::Option<std::string> materials{this, "materials", "read", fresco::one_of({"read", "skip"}),
-                                          "skip: do not look for the materials and pictures that the file names"};
+                                          "skip: ignore the materials and pictures that the file names"};
     fresco::Slot<fresco::ImageIo> images{this, "images", "image.opencv", fresco::optional,
-                                         "Checks the pictures of a model; none: they are taken on trust"};
+                                         "Checks the pictures of a model; none: no check"};
 
     fresco::Output<fresco::Mesh> mesh{this, "mesh", "The surface in the world"};
     fresco::Output<fresco::Model> model{this, "model", "The same surface with its materials and pictures"};
@@ -113,10 +113,13 @@ class ScanMesh final : public fresco::Stage
 
     fresco::Cost cost() const override
     {
-        return {.seconds = "1", .memory_mb = "50 + faces * 300 / 1e6", .disk_mb = "10 + faces * 70 / 1e6", .faces = "1e6"};
+        return {.seconds = {.fixed = 0.2, .per_face = 5e-7},
+                .memory_mb = {.fixed = 50, .per_face = 1.5e-4},
+                .disk_mb = {.per_face = 4e-5},
+                .faces = {.number = 1e6}};
     }
 };
 
 }  // namespace
 
-FRESCO_STAGE("scan.mesh", ScanMesh, "A mesh or textured model from a file, brought into the world and its unit")
+FRESCO_STAGE("scan.mesh", ScanMesh, "A mesh or textured model from a file, transformed to world axes and meters")

@@ -1,6 +1,7 @@
 #include "transforms.h"
 
 #include <fresco/error.h>
+#include <fresco/recordings/cameras.h>
 #include <fresco/recordings/json_record.h>
 
 #include <algorithm>
@@ -16,7 +17,7 @@ namespace
 namespace fs = std::filesystem;
 using fresco::Value;
 using fresco::recordings::JsonRecord;
-using fresco::recordings::RegisteredView;
+using fresco::recordings::RecordedView;
 
 fresco::Intrinsics intrinsics_of(const Value& frame, const JsonRecord& record)
 {
@@ -70,15 +71,6 @@ fresco::recordings::Lens lens_of(const JsonRecord& record)
     return lens;
 }
 
-/// Camera axes of OpenGL in those of OpenCV: y and z turn around.
-fresco::RigidTransform opencv_axes(fresco::RigidTransform world_from_camera)
-{
-    for (int row = 0; row < 3; ++row)
-        for (int column = 1; column < 3; ++column)
-            world_from_camera.rotation(row, column) = -world_from_camera.rotation(row, column);
-    return world_from_camera;
-}
-
 /// The recorder's world from that of the file: saved = scale * applied(original).
 struct WorldChange
 {
@@ -130,16 +122,18 @@ Transforms parse_transforms(std::string_view text, const fs::path& file, const R
                        "is missing, so the recorder's own world is not known; take `world: saved`, and turn the "
                        "mesh by scan.mesh where it is in another");
         if (root.find("applied_transform") != nullptr)
-            world.original_from_saved = whole.transform("applied_transform").inverse();
+            world.original_from_saved =
+                fresco::rigid_transform(whole.matrix("applied_transform"), whole.place_of("applied_transform")).inverse();
         applied_scale = applied_scale_of(whole);
     }
 
     Transforms result;
+    std::size_t with_depth = 0;
     for (std::size_t i = 0; i < frames->as_list().size(); ++i)
     {
         const Value& own = frames->as_list()[i];
         const JsonRecord record(own, root, file.string() + ": frame " + std::to_string(i));
-        RegisteredView view;
+        RecordedView view;
         view.source = record.place();
         const fs::path listed = record.text("file_path");
         fresco::recordings::name_by_picture(view, listed);
@@ -155,17 +149,19 @@ Transforms parse_transforms(std::string_view text, const fs::path& file, const R
                             "is " + view.depth.filename().string() +
                                 "; depth is read from PNG of 16 bits: convert it, or take the key out of every frame");
             view.depth_unit_m = depth_unit_of(record, reading.depth_unit_m);
-            ++result.with_depth;
+            ++with_depth;
         }
         result.has_masks = result.has_masks || own.find("mask_path") != nullptr;
         view.camera = intrinsics_of(own, record);
         view.lens = lens_of(record);
-        view.world_from_camera = world(opencv_axes(record.transform("transform_matrix")), applied_scale);
+        view.world_from_camera =
+            world(fresco::recordings::opencv_pose(record.matrix("transform_matrix"), record.place_of("transform_matrix")),
+                  applied_scale);
         result.views.push_back(std::move(view));
     }
-    if (result.with_depth != 0 && result.with_depth != result.views.size())
-        throw fresco::Error(file.string() + ": " + std::to_string(result.with_depth) + " of " +
-                            std::to_string(result.views.size()) + " frames have a depth_file_path; expected all of them or none");
+    if (with_depth != 0 && with_depth != result.views.size())
+        throw fresco::Error(file.string() + ": " + std::to_string(with_depth) + " of " + std::to_string(result.views.size()) +
+                            " frames have a depth_file_path; expected all of them or none");
     fresco::recordings::order_by_name(result.views);
     return result;
 }

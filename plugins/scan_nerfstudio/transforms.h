@@ -1,6 +1,6 @@
 #pragma once
 
-#include <fresco/recordings/registered_view.h>
+#include <fresco/recordings/recorded_view.h>
 
 #include <filesystem>
 #include <string>
@@ -27,8 +27,7 @@ struct Reading
 
 struct Transforms
 {
-    std::vector<fresco::recordings::RegisteredView> views;  ///< By name.
-    std::size_t with_depth = 0;                             ///< Views that have a depth picture: all or none.
+    std::vector<fresco::recordings::RecordedView> views;  ///< By name.
     bool has_masks = false;
 };
 

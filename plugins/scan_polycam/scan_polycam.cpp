@@ -1,70 +1,100 @@
 #include "keyframes.h"
 
+#include <fresco/error.h>
 #include <fresco/files_io.h>
-#include <fresco/stage.h>
+#include <fresco/recordings/recording_stage.h>
 
 namespace
 {
 
-class ScanPolycam final : public fresco::Stage
+namespace fs = std::filesystem;
+using namespace fresco::recordings;
+
+class ScanPolycam final : public RecordingStage
 {
-    fresco::Option<fresco::InputFolder> path{this, "path", fresco::required,
-                                             "Folder of the raw data export, with keyframes in it"};
+  public:
+    ScanPolycam()
+        : RecordingStage({.path = "Folder of the raw data export, with keyframes in it",
+                          .frames = "The keyframes, by time",
+                          .every = "Use every n-th keyframe"})
+    {
+    }
+
+  private:
     fresco::Option<std::string> poses{
         this, "poses", "corrected", fresco::one_of({"corrected", "recorded"}),
         "corrected: if the export has them, else recorded (with a warning); recorded: as tracked by ARKit"};
     fresco::Option<std::string> world{this, "world", "recorded", fresco::one_of({"recorded", "mesh"}),
                                       "recorded: ARKit's, y up; mesh: that of raw.glb, by mesh_info.json"};
-    fresco::Option<int> every{this, "every", 1, fresco::range(1, 1'000'000), "Take every n-th keyframe"};
-    fresco::Slot<fresco::ImageIo> images{this, "images", "image.opencv", "Reader and writer of pictures"};
 
-    fresco::Output<fresco::Frames> frames{this, "frames", "The keyframes, by time"};
-
-    void run(fresco::RunContext& run) override
+    Recording list(fresco::RunContext& run) override
     {
-        const auto folders = polycam::keyframe_folders(path->path, *poses == "recorded");
-        for (const char* name : {"corrected_cameras", "corrected_images"})
-            run.reads_folder(path->path / "keyframes", name);
-        run.reads_folder(folders.cameras, "*.json");
-        auto views = polycam::list_keyframes(path->path, folders);
-        fresco::recordings::keep_every(views, *every);
-        fresco::RigidTransform mesh_from_world;
+        const auto cameras = camera_folder(run);
+        const auto pictures = cameras.parent_path() / (cameras.filename() == "cameras" ? "images" : "corrected_images");
+        Recording recording{.files = "keyframes/" + cameras.filename().string() + "/N.json, " + pictures.filename().string() +
+                                     "/N.jpg and depth/N.png"};
         if (*world == "mesh")
         {
-            const auto file = path->path / "mesh_info.json";
-            run.reads_file(file);
-            mesh_from_world = polycam::parse_alignment(fresco::read_text_file(file), file.string());
+            const auto file = path() / "mesh_info.json";
+            mesh_from_world_ = polycam::parse_alignment(recorded_text(file, run), file.string());
         }
-        for (auto& view : views)
+        looks_for(cameras / "*.json", run);
+        for (const auto& entry : fs::directory_iterator(cameras))
         {
-            const std::filesystem::path file = view.source;
-            run.reads_file(file);
-            polycam::parse_camera(fresco::read_text_file(file), file, view);
-            view.world_from_camera = mesh_from_world * view.world_from_camera;
+            if (entry.path().extension() != ".json")
+                continue;
+            const auto stem = entry.path().stem().string();
+            RecordedView view;
+            name_by_picture(view, fs::path("keyframes") / stem);
+            view.pose = entry.path();
+            view.color = pictures / (stem + ".jpg");
+            view.depth = path() / "keyframes/depth" / (stem + ".png");
+            recording.views.push_back(std::move(view));
         }
-        frames = fresco::recordings::registered_frames(views, *images, frames.folder().path, run);
-        for (const auto& view : views)
+        order_by_name(recording.views);
+        run.report("corrected", cameras.filename() != "cameras");
+        return recording;
+    }
+
+    /// The corrected ones where both of their folders are there, else those as recorded.
+    fs::path camera_folder(fresco::RunContext& run) const
+    {
+        const auto keyframes = path() / "keyframes";
+        for (const char* name : {"corrected_cameras", "corrected_images"})
+            looks_for(keyframes / name, run);
+        if (*poses == "corrected")
         {
-            run.reads_file(view.color);
-            run.reads_file(view.depth);
-        }
-        if (!folders.corrected && *poses == "corrected")
+            if (fs::is_directory(keyframes / "corrected_cameras") && fs::is_directory(keyframes / "corrected_images"))
+                return keyframes / "corrected_cameras";
             run.warning(
                 "the export has no corrected cameras and images: poses as ARKit tracked them are taken, and the pictures' "
                 "distortion stays; frames.align mends poses");
-        run.report("frames", views.size());
-        run.report("corrected", folders.corrected);
-        run.message(std::to_string(views.size()) + " keyframes");
+        }
+        for (const char* name : {"cameras", "images"})
+            if (!fs::is_directory(keyframes / name))
+                throw fresco::MissingInput((keyframes / name).string() +
+                                           ": no such folder; expected Polycam's raw data export, with "
+                                           "keyframes/cameras, keyframes/images and keyframes/depth in it");
+        return keyframes / "cameras";
+    }
+
+    bool locate(RecordedView& view, fresco::RunContext& /*run*/) override
+    {
+        polycam::parse_camera(fresco::read_text_file(view.pose), view);
+        view.world_from_camera = mesh_from_world_ * view.world_from_camera;
+        return true;
     }
 
     fresco::Cost cost() const override
     {
-        return {.seconds = "1 + 0.01 * frames / cores",
-                .memory_mb = "50",
-                .disk_mb = "0.1",
-                .frames = "count(path, \"keyframes/cameras/*.json\") / every",
-                .faces = {}};
+        return {.seconds = {.fixed = 0.5, .per_frame = 0.01},
+                .parallel_share = 0.9,
+                .memory_mb = {.fixed = 50},
+                .disk_mb = {.fixed = 0.1},
+                .frames = {.files = "path", .pattern = "keyframes/cameras/*.json", .divided_by = {"every"}}};
     }
+
+    fresco::RigidTransform mesh_from_world_;
 };
 
 }  // namespace

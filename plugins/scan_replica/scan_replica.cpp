@@ -1,76 +1,74 @@
 #include "replica_scene.h"
 
-#include <fresco/component.h>
+#include <fresco/error.h>
 #include <fresco/files_io.h>
-#include <fresco/mesh.h>
-#include <fresco/mesh_io.h>
-#include <fresco/stage.h>
+#include <fresco/recordings/recording_stage.h>
 
 namespace
 {
 
-class ScanReplica final : public fresco::Stage
+namespace fs = std::filesystem;
+using namespace fresco::recordings;
+
+class ScanReplica final : public RecordingStage
 {
-    fresco::Option<fresco::InputFolder> path{this, "path", fresco::required,
-                                             "Folder of the scene, with results and traj.txt in it"};
-    fresco::Option<fresco::InputFile> mesh_file{
-        this, "mesh", fresco::InputFile{}, "Mesh in the poses' world; empty: mesh.ply in path, or <scene>_mesh.ply beside it"};
+  public:
+    ScanReplica()
+        : RecordingStage({.path = "Folder of the scene, with results and traj.txt in it", .frames = "The rendered views"})
+    {
+    }
+
+  private:
+    RecordedMesh mesh{this, "Mesh in the poses' world; empty: mesh.ply in path, or <scene>_mesh.ply beside it",
+                      "The scene's surface"};
     fresco::Option<fresco::InputFile> camera_file{this, "camera", fresco::InputFile{},
                                                   "Camera; empty: cam_params.json in path or beside it"};
-    fresco::Option<int> every{this, "every", 1, fresco::range(1, 1'000'000), "Take every n-th frame"};
-    fresco::Slot<fresco::ImageIo> images{this, "images", "image.opencv", "Reader and writer of pictures"};
 
-    fresco::Output<fresco::Frames> frames{this, "frames", "The rendered views"};
-    fresco::Output<fresco::Mesh> mesh{this, "mesh", "The scene's surface"};
-
-    void run(fresco::RunContext& run) override
+    Recording list(fresco::RunContext& run) override
     {
-        const auto& folder = path->path;
-        const auto results = folder / "results";
-        run.reads_folder(folder, "results");
-        const auto pictures = replica::list_pictures(results);
-        for (const char* names : {"frame*", "depth*.png"})
-            run.reads_folder(results, names);
-        const auto trajectory_file = folder / "traj.txt";
-        run.reads_file(trajectory_file);
-        const auto camera = find(*camera_file, replica::camera_candidates(folder), "the scene's camera", run);
-        const auto surface = find(*mesh_file, replica::mesh_candidates(folder), "the scene's mesh", run);
-        const auto views = replica::scene_views(
-            pictures, replica::parse_trajectory(fresco::read_text_file(trajectory_file), trajectory_file.string()),
-            trajectory_file, replica::parse_camera(fresco::read_text_file(camera), camera.string()), *every);
-        mesh = fresco::read_mesh(surface);
-        frames = fresco::recordings::registered_frames(views, *images, frames.folder().path, run);
-        for (const auto& view : views)
+        const auto results = path() / "results";
+        auto views = numbered_views({results, "frame", {".jpg", ".png"}}, {results, "depth", {".png"}}, {}, run);
+        const auto scene = fs::weakly_canonical(path());
+        const auto beside = scene.parent_path();
+        mesh.read({path() / "mesh.ply", beside / (scene.filename().string() + "_mesh.ply")}, run);
+        const auto parameters = first_file(*camera_file, {path() / "cam_params.json", beside / "cam_params.json"},
+                                           "the scene's camera", "camera", run);
+        const auto camera = replica::parse_camera(fresco::read_text_file(parameters), parameters.string());
+        trajectory_ = replica::parse_trajectory(recorded_text(trajectory_file(), run), trajectory_file().string());
+        for (auto& view : views)
         {
-            run.reads_file(view.color);
-            run.reads_file(view.depth);
+            view.sequence = "results";
+            view.camera = camera.intrinsics;
+            view.depth_unit_m = camera.depth_unit_m;
         }
-        run.report("frames", views.size());
-        run.report("mesh", surface.filename().string());
-        run.message(std::to_string(views.size()) + " frames");
+        return {.views = std::move(views), .files = "results/frameN.jpg (or .png) and results/depthN.png"};
     }
 
-    /// The file that an option gives, else the first candidate; says what the result depends on.
-    static std::filesystem::path find(const fresco::InputFile& given, const std::vector<std::filesystem::path>& candidates,
-                                      std::string_view what, fresco::RunContext& run)
+    bool locate(RecordedView& view, fresco::RunContext& /*run*/) override
     {
-        if (!given.empty())
-            return given.path;
-        for (const auto& candidate : candidates)
-            run.reads_folder(candidate.parent_path(), candidate.filename().string());
-        auto file = replica::first_file(candidates, what);
-        run.reads_file(file);
-        return file;
+        const auto line = static_cast<std::size_t>(view.number);
+        if (line >= trajectory_.size())
+            throw fresco::Error(trajectory_file().string() + ": " + std::to_string(trajectory_.size()) +
+                                " poses, but there are pictures of frame " + std::to_string(view.number) +
+                                "; expected a line for each frame, from frame 0 on: the file is cut, or of another scene");
+        view.world_from_camera = trajectory_[line];
+        view.source = trajectory_file().string() + ":" + std::to_string(line + 1);
+        return true;
     }
+
+    fs::path trajectory_file() const { return path() / "traj.txt"; }
 
     fresco::Cost cost() const override
     {
-        return {.seconds = "1 + 0.006 * frames / cores + faces / 2e6",
-                .memory_mb = "50 + faces * 100 / 1e6",
-                .disk_mb = "faces * 21 / 1e6",
-                .frames = "count(path, \"results/frame*\") / every",
-                .faces = "1e6"};
+        return {.seconds = {.fixed = 0.5, .per_frame = 0.006, .per_face = 5e-7},
+                .parallel_share = 0.5,
+                .memory_mb = {.fixed = 20, .per_face = 1e-4},
+                .disk_mb = {.per_face = 2.1e-5},
+                .frames = {.files = "path", .pattern = "results/frame*", .divided_by = {"every"}},
+                .faces = {.number = 1e6}};
     }
+
+    std::vector<fresco::RigidTransform> trajectory_;
 };
 
 }  // namespace

@@ -1,94 +1,92 @@
-#include "scene_frames.h"
+#include "scene_calibration.h"
+#include "scene_folder.h"
 
-#include <fresco/image_io.h>
+#include <fresco/error.h>
 #include <fresco/mesh_io.h>
-#include <fresco/stage.h>
+#include <fresco/recordings/recording_stage.h>
 
 namespace
 {
 
-class ScanScannet final : public fresco::Stage
+using namespace fresco::recordings;
+
+class ScanScannet final : public RecordingStage
 {
-    fresco::Option<fresco::InputFolder> path{this, "path", fresco::required,
-                                             "Folder of the exported scene, with color, depth, pose and the mesh in it"};
-    fresco::Option<fresco::InputFile> mesh_file{this, "mesh", fresco::InputFile{}, "Mesh; empty: the scene's own, by mesh_kind"};
+  public:
+    ScanScannet()
+        : RecordingStage({.path = "Folder of the exported scene, with color, depth, pose and the mesh in it",
+                          .frames = "The recorded views, color and depth camera each",
+                          .every = "Use every n-th view"})
+    {
+    }
+
+  private:
+    RecordedMesh mesh{this, "Mesh; empty: the scene's own, by mesh_kind", "The scanned surface"};
     fresco::Option<std::string> mesh_kind{this, "mesh_kind", "auto", fresco::one_of({"auto", "full", "reduced"}),
-                                          "full: *_vh_clean.ply, reduced: *_vh_clean_2.ply, auto: the full one where it is"};
-    fresco::Option<int> every{this, "every", 1, fresco::range(1, 1'000'000), "Take every n-th view"};
+                                          "full: *_vh_clean.ply, reduced: *_vh_clean_2.ply, auto: full if it exists"};
     fresco::Option<bool> align_axes{this, "align_axes", false,
                                     "Turn the scene by its axisAlignment, so that walls follow the axes"};
-    fresco::Option<std::string> pixel_center{
-        this, "pixel_center", "integer", fresco::one_of({"half", "integer"}),
-        "Where the intrinsics put the center of the first pixel: at (0.5, 0.5) or at (0, 0)"};
-    fresco::Option<double> depth_unit_m{this, "depth_unit_m", 0.001, fresco::range(1e-6, 1.0),
-                                        "Meters per step of the depth pictures"};
-    fresco::Slot<fresco::ImageIo> images{this, "images", "image.opencv", "Reader and writer of pictures"};
+    PixelCenterOption pixel_center{this, "integer"};
+    fresco::Option<double> depth_unit_m = depth_unit_option(this);
 
-    fresco::Output<fresco::Frames> frames{this, "frames", "The recorded views, color and depth camera each"};
-    fresco::Output<fresco::Mesh> mesh{this, "mesh", "The scanned surface"};
-
-    void run(fresco::RunContext& run) override
+    Recording list(fresco::RunContext& run) override
     {
-        const auto& folder = path->path;
-        const auto views = scannet::list_views(folder, *every);
-        const auto properties = scannet::find_properties(folder);
-        const auto calibration = scannet::read_scene_calibration(folder, properties);
-        if (*align_axes && !calibration.aligned_from_world)
-            throw fresco::Error(folder.string() + ": the scene has no axisAlignment; leave align_axes out");
-        const auto surface_file = mesh_file->empty() ? scannet::find_mesh(folder, *mesh_kind) : mesh_file->path;
-        record_names(properties, surface_file, run);
-        record_files(views, calibration, surface_file, run);
+        auto views = numbered_views({path() / "color", "", {".jpg", ".png"}}, {path() / "depth", "", {".png"}},
+                                    {path() / "pose", "", {".txt"}}, run);
+        for (auto& view : views)
+        {
+            view.sequence = "scene";
+            view.name = std::to_string(view.number);
+            view.depth_unit_m = *depth_unit_m;
+        }
+        calibration_ = scannet::read_scene_calibration(path(), scannet::find_properties(path(), run), run);
+        if (*align_axes && !calibration_.aligned_from_world)
+            throw fresco::Error(path().string() + ": the scene has no axisAlignment; leave align_axes out");
+        read_surface(run);
+        return {.views = std::move(views), .files = "color/N.jpg (or .png), depth/N.png and pose/N.txt"};
+    }
 
-        auto surface = fresco::read_mesh(surface_file);
-        const auto center = *pixel_center == "half" ? fresco::PixelCenter::half : fresco::PixelCenter::integer;
-        auto scene = scannet::scene_frames(views, calibration, center, *images, run);
-        for (auto& frame : scene.frames.frames)
-            frame.depth_unit_m = *depth_unit_m;
+    void read_surface(fresco::RunContext& run)
+    {
+        const auto file = mesh.given().empty() ? scannet::find_mesh(path(), *mesh_kind, run) : mesh.given().path;
+        run.reads_file(file);
+        auto surface = fresco::read_mesh(file);
         if (*align_axes)
-            scannet::transform_scene(*calibration.aligned_from_world, scene.frames, surface);
-
-        run.report("frames", scene.frames.frames.size());
-        run.report("poses_not_tracked", scene.not_tracked);
-        run.report("mesh", surface_file.filename().string());
-        run.message(std::to_string(scene.frames.frames.size()) + " frames, " + std::to_string(scene.not_tracked) +
-                    " left out because their pose is not finite");
-        frames = std::move(scene.frames);
+            for (auto& position : surface.positions)
+                position = fresco::vec_cast<float>(calibration_.aligned_from_world->point(fresco::vec_cast<double>(position)));
         mesh = std::move(surface);
+        run.report("mesh", file.filename().string());
     }
 
-    void record_names(const std::filesystem::path& properties, const std::filesystem::path& surface_file,
-                      fresco::RunContext& run) const
+    bool locate(RecordedView& view, fresco::RunContext& /*run*/) override
     {
-        const auto& folder = path->path;
-        for (const char* names : {"color/*.jpg", "color/*.png", "depth/*.png", "pose/*.txt", "intrinsic/*.txt"})
-            if (const auto pattern = folder / names; std::filesystem::exists(pattern.parent_path()))
-                run.reads_folder(pattern.parent_path(), pattern.filename().string());
-        run.reads_folder(folder, "intrinsic");
-        run.reads_folder(folder, scannet::properties_names(folder, properties));
-        if (mesh_file->empty())
-            for (const auto& names : scannet::mesh_names(surface_file, *mesh_kind))
-                run.reads_folder(folder, names);
-    }
-
-    void record_files(const std::vector<fresco::ViewFiles>& views, const scannet::SceneCalibration& calibration,
-                      const std::filesystem::path& surface_file, fresco::RunContext& run) const
-    {
-        for (const auto& file : calibration.files)
-            run.reads_file(file);
-        for (const auto& view : views)
-            for (const auto& file : {view.color, view.depth, view.pose})
-                run.reads_file(file);
-        run.reads_file(surface_file);
+        view.source = view.pose.string();
+        if (cameras_.color.width == 0)
+            cameras_ = {intrinsics_for(calibration_.color, *pixel_center, codec().header(view.color), view.color),
+                        intrinsics_for(calibration_.depth, *pixel_center, codec().header(view.depth), view.depth),
+                        calibration_.depth_from_color};
+        const auto pose = tracked_pose(fresco::read_matrix_text(view.pose, 4, 4), view.source);
+        if (!pose)
+            return false;
+        cameras_.place(view, *pose);
+        if (*align_axes)
+            for (auto* world_from_camera : {&view.world_from_camera, &view.depth_camera->world_from_camera})
+                *world_from_camera = *calibration_.aligned_from_world * *world_from_camera;
+        return true;
     }
 
     fresco::Cost cost() const override
     {
-        return {.seconds = "1 + 0.006 * frames / cores + faces / 2e6",
-                .memory_mb = "50 + faces * 100 / 1e6",
-                .disk_mb = "faces * 21 / 1e6",
-                .frames = "count(path, \"pose/*.txt\") / every",
-                .faces = "bytes(path, \"*_vh_clean*.ply\") / 21"};
+        return {.seconds = {.fixed = 0.5, .per_frame = 0.006, .per_face = 5e-7},
+                .parallel_share = 0.5,
+                .memory_mb = {.fixed = 20, .per_face = 1e-4},
+                .disk_mb = {.per_face = 2.1e-5},
+                .frames = {.files = "path", .pattern = "pose/*.txt", .divided_by = {"every"}},
+                .faces = {.files = "path", .pattern = "*_vh_clean*.ply", .bytes_each = 21}};
     }
+
+    scannet::SceneCalibration calibration_;
+    RecorderCameras cameras_;
 };
 
 }  // namespace

@@ -1,7 +1,7 @@
 #include "scene_calibration.h"
 
 #include <fresco/error.h>
-#include <fresco/files_io.h>
+#include <fresco/recordings/recording_files.h>
 
 namespace fs = std::filesystem;
 
@@ -30,23 +30,25 @@ double number_property(const Properties& properties, const std::string& key, con
     return fresco::parse_numbers(found->second, 1, file.string() + ": " + key)[0];
 }
 
-CameraMatrix camera_of_properties(const Properties& properties, const std::string& camera, const fs::path& file)
+fresco::recordings::CameraMatrix camera_of_properties(const Properties& properties, const std::string& camera,
+                                                      const fs::path& file)
 {
     const auto get = [&](const std::string& name) { return number_property(properties, name + "_" + camera, file); };
     return {{get("fx"), 0, get("mx"), 0, 0, get("fy"), get("my"), 0, 0, 0, 1, 0, 0, 0, 0, 1}, file.string()};
 }
 
-CameraMatrix camera_of_file(const fs::path& file, SceneCalibration& calibration)
+fresco::recordings::CameraMatrix camera_of_file(const fs::path& file, fresco::RunContext& run)
 {
-    calibration.files.push_back(file);
+    run.reads_file(file);
     return {fresco::read_matrix_text(file, 4, 4), file.string()};
 }
 
-fresco::RigidTransform extrinsic_of_file(const fs::path& file, SceneCalibration& calibration)
+fresco::RigidTransform extrinsic_of_file(const fs::path& file, fresco::RunContext& run)
 {
+    fresco::recordings::looks_for(file, run);
     if (!fs::exists(file))
         return {};
-    calibration.files.push_back(file);
+    run.reads_file(file);
     return fresco::read_rigid_transform(file);
 }
 
@@ -75,29 +77,27 @@ Properties parse_properties(std::string_view text, std::string_view source)
         const auto key = trimmed(line.substr(0, equals));
         if (end == std::string_view::npos && is_read(key))
             throw fresco::Error(place + ": the file ends within the line of " + key +
-                                ", it seems to be cut; copy it anew (or, if it is whole, end its last line)");
+                                ", it seems truncated; copy it again (or, if it is complete, end its last line)");
         if (!properties.emplace(key, trimmed(line.substr(equals + 1))).second)
             throw fresco::Error(place + ": the property " + key + " is given twice");
     }
     return properties;
 }
 
-SceneCalibration read_scene_calibration(const fs::path& path, const fs::path& properties_file)
+SceneCalibration read_scene_calibration(const fs::path& path, const fs::path& properties_file, fresco::RunContext& run)
 {
     SceneCalibration calibration;
     Properties properties;
     if (!properties_file.empty())
-    {
-        calibration.files.push_back(properties_file);
-        properties = parse_properties(fresco::read_text_file(properties_file), properties_file.string());
-    }
+        properties = parse_properties(fresco::recordings::recorded_text(properties_file, run), properties_file.string());
     const fs::path folder = path / "intrinsic";
+    fresco::recordings::looks_for(folder, run);
     if (fs::is_directory(folder))
     {
-        calibration.color = camera_of_file(folder / "intrinsic_color.txt", calibration);
-        calibration.depth = camera_of_file(folder / "intrinsic_depth.txt", calibration);
-        const auto rig_from_color = extrinsic_of_file(folder / "extrinsic_color.txt", calibration);
-        const auto rig_from_depth = extrinsic_of_file(folder / "extrinsic_depth.txt", calibration);
+        calibration.color = camera_of_file(folder / "intrinsic_color.txt", run);
+        calibration.depth = camera_of_file(folder / "intrinsic_depth.txt", run);
+        const auto rig_from_color = extrinsic_of_file(folder / "extrinsic_color.txt", run);
+        const auto rig_from_depth = extrinsic_of_file(folder / "extrinsic_depth.txt", run);
         calibration.depth_from_color = rig_from_depth.inverse() * rig_from_color;
     }
     else if (!properties_file.empty())

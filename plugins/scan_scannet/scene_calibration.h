@@ -1,13 +1,13 @@
 #pragma once
 
-#include <fresco/matrix_text.h>
+#include <fresco/recordings/cameras.h>
+#include <fresco/run_context.h>
 
 #include <filesystem>
 #include <map>
 #include <optional>
 #include <string>
 #include <string_view>
-#include <vector>
 
 namespace scannet
 {
@@ -16,26 +16,19 @@ namespace scannet
 /// a camera's property in a last line that does not end.
 std::map<std::string, std::string> parse_properties(std::string_view text, std::string_view source);
 
-/// A camera's intrinsics before the pictures' size is known, and where they are from.
-struct CameraMatrix
-{
-    std::vector<double> matrix;  ///< Row-major 4x4, pixels.
-    std::string source;
-};
-
 struct SceneCalibration
 {
-    CameraMatrix color;
-    CameraMatrix depth;
+    fresco::recordings::CameraMatrix color;
+    fresco::recordings::CameraMatrix depth;
     fresco::RigidTransform depth_from_color;
     std::optional<fresco::RigidTransform> aligned_from_world;  ///< axisAlignment, where the scene has one.
-    std::vector<std::filesystem::path> files;                  ///< The files it was read from.
 };
 
 /// From `path`/intrinsic/{intrinsic_color, intrinsic_depth, extrinsic_color, extrinsic_depth}.txt where that folder is, else from
 /// the properties fx_color, …, my_depth (both cameras then in one place: exported depth is registered to color). The extrinsics
 /// map a camera's points to the recorder's: depth_from_color = inverse(extrinsic_depth) * extrinsic_color; a missing pair is the
 /// identity. `properties` may be empty. Throws MissingInput if neither is there, Error naming file and line, or the property.
-SceneCalibration read_scene_calibration(const std::filesystem::path& path, const std::filesystem::path& properties);
+SceneCalibration read_scene_calibration(const std::filesystem::path& path, const std::filesystem::path& properties,
+                                        fresco::RunContext& run);
 
 }  // namespace scannet

@@ -1,39 +1,93 @@
-#include "sens_frames.h"
+#include "sens_pictures.h"
 
-#include <fresco/component.h>
-#include <fresco/stage.h>
+#include <fresco/recordings/recording_stage.h>
 
+#include <optional>
 #include <zlib.h>
 
 namespace
 {
 
-class ScanSens final : public fresco::Stage
+using namespace fresco::recordings;
+
+std::string frame_name(std::size_t number)
 {
-    fresco::Option<fresco::InputFile> path{this, "path", fresco::required, "The recording, scene….sens"};
-    fresco::Option<int> every{this, "every", 1, fresco::range(1, 1'000'000), "Take every n-th frame"};
-    fresco::Slot<fresco::ImageIo> images{this, "images", "image.opencv", "Reader and writer of pictures"};
+    const auto digits = std::to_string(number);
+    return "frame-" + std::string(digits.size() < 6 ? 6 - digits.size() : 0, '0') + digits;
+}
 
-    fresco::Output<fresco::Frames> frames{this, "frames", "The recorded views, color and depth camera each"};
-
-    void run(fresco::RunContext& run) override
+class ScanSens final : public RecordingStage
+{
+  public:
+    ScanSens()
+        : RecordingStage({.path = "The recording, scene….sens",
+                          .frames = "The recorded views, color and depth camera each",
+                          .is_file = true})
     {
-        const sens::SensFile file(path->path);
-        const auto index = sens::read_index(file);
-        auto extracted = sens::extract_frames(file, index, *every, *images, frames.folder().path, run);
-        const auto count = extracted.frames.frames.size();
-        run.report("recorded", index.frames.size());
-        run.report("frames", count);
-        run.report("poses_not_tracked", extracted.not_tracked);
-        run.message(std::to_string(count) + " of " + std::to_string(index.frames.size()) + " frames, " +
-                    std::to_string(extracted.not_tracked) + " left out because their pose is not finite");
-        frames = std::move(extracted.frames);
+    }
+
+  private:
+    Recording list(fresco::RunContext& run) override
+    {
+        file_.emplace(path());
+        index_ = sens::read_index(*file_);
+        cameras_ = {intrinsics(index_.color, "the color camera"), intrinsics(index_.depth, "the depth camera"),
+                    fresco::rigid_transform(index_.depth.extrinsics, source("the depth camera's extrinsics")).inverse() *
+                        fresco::rigid_transform(index_.color.extrinsics, source("the color camera's extrinsics"))};
+        Recording recording{.files = "a pose and two pictures",
+                            .note = ", " + std::to_string(index_.frames.size()) + " recorded"};
+        for (std::size_t i = 0; i < index_.frames.size(); ++i)
+        {
+            RecordedView view;
+            view.sequence = "scene";
+            view.name = frame_name(i);
+            view.number = static_cast<long>(i);
+            view.depth_unit_m = index_.depth_unit_m;
+            view.source = source("byte " + std::to_string(index_.frames[i].color_offset) + ", " + view.name);
+            recording.views.push_back(std::move(view));
+        }
+        run.report("recorded", index_.frames.size());
+        return recording;
+    }
+
+    bool locate(RecordedView& view, fresco::RunContext& /*run*/) override
+    {
+        const auto pose = tracked_pose(frame_of(view).world_from_depth, view.source + ": the pose");
+        if (pose)
+            cameras_.place(view, *pose);
+        return pose.has_value();
+    }
+
+    bool unpack(RecordedView& view, const std::filesystem::path& folder) const override
+    {
+        view.color = sens::write_color(*file_, index_, frame_of(view), codec(), folder, view.name);
+        view.depth = sens::write_depth(*file_, index_, frame_of(view), codec(), folder, view.name);
+        return true;
+    }
+
+    const sens::SensFrame& frame_of(const RecordedView& view) const
+    {
+        return index_.frames[static_cast<std::size_t>(view.number)];
+    }
+    std::string source(const std::string& what) const { return path().string() + ": " + what; }
+    fresco::Intrinsics intrinsics(const sens::SensCamera& camera, const std::string& what) const
+    {
+        return intrinsics_for({camera.intrinsics, source(what)}, fresco::PixelCenter::integer, {camera.width, camera.height},
+                              path());
     }
 
     fresco::Cost cost() const override
     {
-        return {.seconds = "60 / cores / every", .memory_mb = "60 + 15 * cores", .disk_mb = "2500 / every"};
+        return {.seconds = {.per_frame = 0.05},
+                .parallel_share = 1,
+                .memory_mb = {.fixed = 60, .per_core = 15},
+                .disk_mb = {.per_frame = 1.7},
+                .frames = {.number = 1500, .divided_by = {"every"}}};
     }
+
+    std::optional<sens::SensFile> file_;
+    sens::SensIndex index_;
+    RecorderCameras cameras_;
 };
 
 }  // namespace

@@ -16,7 +16,7 @@ fresco::Raster16 unpack_depth(std::span<const std::byte> packed, int width, int 
     const auto fail = [&](const std::string& what)
     {
         throw fresco::Error(place + ": " + what + " where a depth picture of " + std::to_string(expected) +
-                            " bytes, packed by zlib, was expected; the file is damaged, copy it anew");
+                            " bytes, packed by zlib, was expected; the file is damaged; copy it again");
     };
     if (packed.size() > std::numeric_limits<uInt>::max() || expected > std::numeric_limits<uInt>::max())
         fail("more than 4 GiB");

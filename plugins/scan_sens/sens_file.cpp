@@ -39,7 +39,7 @@ class Walk
     {
         if (count > left())
             fail(what + " is said to have " + std::to_string(count) + " bytes, " + std::to_string(left()) +
-                 " are left; the file is cut or damaged, copy it anew");
+                 " are left; the file is truncated or damaged; copy it again");
         offset_ += count;
     }
     [[noreturn]] void fail(const std::string& text) const
@@ -109,7 +109,7 @@ std::vector<std::byte> SensFile::read_at(std::uint64_t offset, std::uint64_t cou
     const auto fail = [&](const std::string& why)
     { throw fresco::Error(path_.string() + ": byte " + std::to_string(offset) + ": " + what + " " + why); };
     if (offset > size_ || count > size_ - offset)
-        fail("needs " + std::to_string(count) + " bytes, but the file ends before; it is cut or damaged, copy it anew");
+        fail("needs " + std::to_string(count) + " bytes, but the file ends before; it is truncated or damaged; copy it again");
     std::vector<std::byte> bytes(static_cast<std::size_t>(count));
     for (std::size_t done = 0; done < bytes.size();)
     {
@@ -135,7 +135,7 @@ SensIndex read_index(const SensFile& file)
     const auto name_length = first.read<std::uint64_t>("the name's length");
     if (name_length > longest_name)
         throw fresco::Error(file.path().string() + ": byte 4: a sensor's name of " + std::to_string(name_length) +
-                            " bytes; at most 4096 are read: the file is damaged, copy it anew");
+                            " bytes; at most 4096 are read: the file is damaged; copy it again");
     walk.pass(name_length, "the sensor's name");
 
     const auto head = walk.take(head_bytes, "the head");
@@ -152,13 +152,13 @@ SensIndex read_index(const SensFile& file)
     set_size(index.depth, depth_width, depth_height, walk, "depth");
     const auto shift = static_cast<double>(cursor.read<float>("the depth shift"));
     if (!(shift >= 1 && shift <= 1e6))
-        walk.fail("the depth shift, steps per meter, must be from 1 to 1000000; the file is damaged, copy it anew");
+        walk.fail("the depth shift, steps per meter, must be from 1 to 1000000; the file is damaged; copy it again");
     index.depth_unit_m = 1 / shift;
 
     const auto count = cursor.read<std::uint64_t>("the count of frames");
     if (count > walk.left() / frame_head_bytes)
         walk.fail(std::to_string(count) + " frames do not fit into the " + std::to_string(walk.left()) +
-                  " bytes that are left; the file is cut or damaged, copy it anew");
+                  " bytes that are left; the file is truncated or damaged; copy it again");
     for (std::uint64_t i = 0; i < count; ++i)
     {
         const std::string name = "frame " + std::to_string(i);

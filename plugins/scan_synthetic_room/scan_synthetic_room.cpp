@@ -26,7 +26,7 @@ std::string frame_name(std::size_t number)
 class ScanSyntheticRoom final : public fresco::Stage
 {
     fresco::Option<int> seed{this, "seed", 1, fresco::range(0, 1'000'000'000),
-                             "Another number, another room: colors, books, textures and noise"};
+                             "Another seed gives another room: colors, books, textures and noise"};
     fresco::Option<double> length_m{this, "length_m", 4.5, fresco::range(3.5, 12), "Length of the room"};
     fresco::Option<double> width_m{this, "width_m", 3.6, fresco::range(3, 8), "Width of the room"};
     fresco::Option<double> height_m{this, "height_m", 2.6, fresco::range(2.3, 4), "Height of the room"};
@@ -109,14 +109,16 @@ class ScanSyntheticRoom final : public fresco::Stage
 
     fresco::Cost cost() const override
     {
-        return {.seconds = "(3 + frames_count * color_width_px * color_height_px / 1.2e6) / cores",
-                .memory_mb = "80 + length_m * width_m * height_m / edge_m / edge_m / edge_m * 16 / 1e6",
-                .disk_mb = "frames_count * color_width_px * color_height_px / 1e6 * 0.8",
-                .frames = "frames_count",
-                .faces = "(length_m * width_m + length_m * height_m + width_m * height_m) * 5 / edge_m / edge_m"};
+        return {.seconds = {.per_face = 2e-5, .per_pixel = 1e-6},
+                .parallel_share = 1,
+                .memory_mb = {.fixed = 40, .per_face = 2.5e-4},
+                .disk_mb = {.per_face = 2.1e-5, .per_pixel = 6e-7},
+                .frames = {.option = "frames_count"},
+                .faces = {.number = 190, .divided_by = {"edge_m", "edge_m"}},
+                .pixels = {.squares_of = "color_height_px"}};
     }
 };
 
 }  // namespace
 
-FRESCO_STAGE("scan.synthetic_room", ScanSyntheticRoom, "A furnished, textured room with its recording, made from a seed")
+FRESCO_STAGE("scan.synthetic_room", ScanSyntheticRoom, "Generates a furnished, textured room and its recording from a seed")

@@ -1,20 +1,27 @@
 #include "tum_camera.h"
 #include "tum_lists.h"
 
-#include <fresco/component.h>
-#include <fresco/files_io.h>
-#include <fresco/stage.h>
+#include <fresco/recordings/recording_stage.h>
 
 namespace
 {
 
-class ScanTum final : public fresco::Stage
+using namespace fresco::recordings;
+
+class ScanTum final : public RecordingStage
 {
-    fresco::Option<fresco::InputFolder> path{this, "path", fresco::required,
-                                             "Folder of the recording, with rgb.txt, depth.txt and groundtruth.txt in it"};
+  public:
+    ScanTum()
+        : RecordingStage({.path = "Folder of the recording, with rgb.txt, depth.txt and groundtruth.txt in it",
+                          .frames = "The views that have color, depth and pose",
+                          .every = "Use every n-th view"})
+    {
+    }
+
+  private:
     fresco::Option<std::string> camera{this, "camera", "auto",
                                        fresco::one_of({"auto", "freiburg1", "freiburg2", "freiburg3", "ros_default"}),
-                                       "Whose intrinsics and lens; auto: by the folder's name"};
+                                       "Camera whose intrinsics and distortion to use; auto: from the folder's name"};
     fresco::Option<std::vector<double>> intrinsics{
         this, "intrinsics", std::vector<double>{},
         "fx, fy, cx, cy in pixels, first pixel's center at (0, 0); replaces the camera's, without its lens"};
@@ -22,68 +29,53 @@ class ScanTum final : public fresco::Stage
         this, "distortion", std::vector<double>{},
         "k1, k2, p1, p2, k3 as in OpenCV; replaces the camera's, also with intrinsics"};
     fresco::Option<double> max_gap_s{this, "max_gap_s", 0.02, fresco::range(0, 10),
-                                     "How far apart in time a color picture may be from its depth picture and its pose"};
-    fresco::Option<double> depth_unit_m{this, "depth_unit_m", 0.0002, fresco::range(1e-6, 1.0),
-                                        "Meters per step of the depth pictures"};
-    fresco::Option<int> every{this, "every", 1, fresco::range(1, 1'000'000), "Take every n-th view"};
-    fresco::Slot<fresco::ImageIo> images{this, "images", "image.opencv", "Reader and writer of pictures"};
+                                     "Maximum time between a color picture and its depth picture or pose"};
+    fresco::Option<double> depth_unit_m = depth_unit_option(this, 0.0002);
 
-    fresco::Output<fresco::Frames> frames{this, "frames", "The views that have color, depth and pose"};
-
-    void run(fresco::RunContext& run) override
+    Recording list(fresco::RunContext& run) override
     {
-        const auto& folder = path->path;
-        const auto read = [&](const char* name)
+        camera_ = tum::recording_camera(*camera, *intrinsics, *distortion, path());
+        const auto parsed = [&](const char* name, const auto& parse)
         {
-            run.reads_file(folder / name);
-            return fresco::read_text_file(folder / name);
+            const auto file = path() / name;
+            return parse(recorded_text(file, run), file.string());
         };
-        const auto source = [&](const char* name) { return (folder / name).string(); };
-        const auto with = tum::recording_camera(*camera, *intrinsics, *distortion, folder);
-        auto found = tum::associate(tum::parse_pictures(read("rgb.txt"), source("rgb.txt")),
-                                    tum::parse_pictures(read("depth.txt"), source("depth.txt")),
-                                    tum::parse_poses(read("groundtruth.txt"), source("groundtruth.txt")), *max_gap_s, folder);
-        fresco::recordings::keep_every(found.views, *every);
-        set_cameras(found.views, with);
-        frames = fresco::recordings::registered_frames(found.views, *images, frames.folder().path, run);
-        for (const auto& view : found.views)
-        {
-            run.reads_file(view.color);
-            run.reads_file(view.depth);
-        }
-        run.report("frames", found.views.size());
+        const auto color = parsed("rgb.txt", tum::parse_pictures), depth = parsed("depth.txt", tum::parse_pictures);
+        auto found = tum::associate(color, depth, parsed("groundtruth.txt", tum::parse_poses), *max_gap_s, path());
+        for (auto& view : found.views)
+            view.source += " with " + camera_.source;
         run.report("without_depth", found.without_depth);
         run.report("without_pose", found.without_pose);
-        run.report("camera", with.source);
-        run.message(std::to_string(found.views.size()) + " frames; left out " + std::to_string(found.without_depth) +
-                    " without depth and " + std::to_string(found.without_pose) + " without pose at their time");
+        run.report("camera", camera_.source);
+        return {.views = std::move(found.views),
+                .note = "; left out " + std::to_string(found.without_depth) + " without depth and " +
+                        std::to_string(found.without_pose) + " without pose at their time"};
     }
 
-    void set_cameras(std::vector<fresco::recordings::RegisteredView>& views, const tum::RecordingCamera& with) const
+    bool locate(RecordedView& view, fresco::RunContext& /*run*/) override
     {
-        auto k = with.intrinsics;
-        if (k.width == 0)
+        if (camera_.intrinsics.width == 0)
         {
-            const auto size = images->header(views.front().color);
-            k.width = size.width;
-            k.height = size.height;
+            const auto size = codec().header(view.color);
+            camera_.intrinsics.width = size.width;
+            camera_.intrinsics.height = size.height;
         }
-        for (auto& view : views)
-        {
-            view.camera = k;
-            view.lens = with.lens;
-            view.depth_unit_m = *depth_unit_m;
-            view.source += " with " + with.source;
-        }
+        view.camera = camera_.intrinsics;
+        view.lens = camera_.lens;
+        view.depth_unit_m = *depth_unit_m;
+        return true;
     }
 
     fresco::Cost cost() const override
     {
-        return {.seconds = "1 + 0.03 * frames / cores",
-                .memory_mb = "50 + 20 * cores",
-                .disk_mb = "frames * 0.4",
-                .frames = "count(path, \"rgb/*\") / every"};
+        return {.seconds = {.fixed = 0.5, .per_frame = 0.03},
+                .parallel_share = 0.9,
+                .memory_mb = {.fixed = 50, .per_core = 20},
+                .disk_mb = {.per_frame = 0.4},
+                .frames = {.files = "path", .pattern = "rgb/*", .divided_by = {"every"}}};
     }
+
+    tum::RecordingCamera camera_;
 };
 
 }  // namespace

@@ -104,7 +104,7 @@ Association associate(const std::vector<StampedPicture>& color, const std::vecto
             ++result.without_pose;
             continue;
         }
-        RegisteredView view;
+        RecordedView view;
         name_by_picture(view, color[i].name);
         view.number = static_cast<long>(i);
         view.color = folder / color[i].name;

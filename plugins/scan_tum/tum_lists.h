@@ -1,7 +1,7 @@
 #pragma once
 
 #include <fresco/math.h>
-#include <fresco/recordings/registered_view.h>
+#include <fresco/recordings/recorded_view.h>
 
 #include <filesystem>
 #include <string>
@@ -34,8 +34,8 @@ std::vector<StampedPose> parse_poses(std::string_view text, std::string_view sou
 
 struct Association
 {
-    std::vector<fresco::recordings::RegisteredView>
-        views;                      ///< Without cameras; numbered by the line of their color picture, from 0.
+    /// Without cameras; numbered by the line of their color picture, from 0.
+    std::vector<fresco::recordings::RecordedView> views;
     std::size_t without_depth = 0;  ///< Color pictures left out because no depth picture is near.
     std::size_t without_pose = 0;   ///< The same for poses.
 };

@@ -13,20 +13,19 @@ namespace
 {
 class TextureBake final : public Stage
 {
-    Input<Texture> texture{this, "texture", "The optimized texture; its size is the picture's size"};
+    Input<Texture> texture{this, "texture", "The texture; the picture gets its size"};
     Input<Mesh> mesh{this, "mesh", "The mesh whose texcoords the texture was made for"};
     Output<TexturedMesh> textured_mesh{this, "textured_mesh", "The mesh with its 8-bit picture"};
-    Option<std::string> unseen{this, "unseen", "fill", one_of({"fill", "color", "keep"}),
-                               "Texels that no frame saw: fill from the seen surface around, paint in unseen_color, or keep"};
+    Option<std::string> unseen{
+        this, "unseen", "fill", one_of({"fill", "color", "keep"}),
+        "Texels that no frame saw: fill from the seen surface around them, paint in unseen_color, or keep"};
     Option<std::vector<int>> unseen_color{this, "unseen_color", {128, 128, 128}, range(0, 255), "RGB for unseen: color"};
 
     Cost cost() const override
     {
-        return {.seconds = "0.5 + faces * 2e-6",
-                .memory_mb = "150 + faces * 0.0002",
-                .disk_mb = "55 + faces * 6e-5",
-                .frames = {},
-                .faces = {}};
+        return {.seconds = {.fixed = 0.1, .per_face = 2e-7, .per_texel = 2e-7},
+                .memory_mb = {.fixed = 25, .per_face = 8.5e-5, .per_texel = 3.5e-5},
+                .disk_mb = {.per_face = 4.8e-5, .per_texel = 3e-6}};
     }
 
     BakeOptions bake_options() const

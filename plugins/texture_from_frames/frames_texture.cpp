@@ -4,8 +4,8 @@
 
 #include <fresco/error.h>
 #include <fresco/parallel.h>
-#include <fresco/push_pull.h>
-#include <fresco/sharpness.h>
+#include <fresco/images/push_pull.h>
+#include <fresco/images/sharpness.h>
 
 #include <algorithm>
 #include <cmath>

@@ -23,33 +23,32 @@ class TextureFromFrames final : public Stage
     Input<Frames> frames{this, "frames", "The frames that the uv maps were made for, with their pictures"};
     Output<Texture> texture{this, "texture", "What the pictures show, in one layer"};
 
-    Option<int> size_px{this, "size_px", 2048, range(8, 16384), "Texels a side of the texture"};
-    Option<int> height_px{this, "height_px", 0, range(0, 8192), "Which height of the uv maps to go by; 0: the largest"};
-    Option<InputFolder> pictures{
-        this, "pictures", InputFolder{},
-        "Folder of pictures in place of the cameras' (<sequence>_<frame>.png, .jpg or .npy), in any size of "
-        "the camera's aspect ratio: stylized frames, for one"};
+    Option<int> size_px{this, "size_px", 2048, range(8, 16384), "Texels per side of the texture"};
+    Option<int> height_px{this, "height_px", 0, range(0, 8192), "Height of the uv maps to use; 0: the largest"};
+    Option<InputFolder> pictures{this, "pictures", InputFolder{},
+                                 "Folder of pictures in place of the cameras' (<sequence>_<frame>.png, .jpg or .npy), in any "
+                                 "size of the camera's aspect ratio, such as stylized frames"};
     Option<std::string> exposure{this, "exposure", "gain", one_of({"gain", "none"}),
                                  "gain: solve a factor per picture and channel so that they agree"};
     Option<std::string> outliers{this, "outliers", "reject", one_of({"reject", "keep"}),
                                  "reject: leave out samples that disagree with the others of their texel"};
-    Option<int> views_count{this, "views_count", 16, range(1, 63), "Blend the best so many views of each texel"};
+    Option<int> views_count{this, "views_count", 16, range(1, 63), "Number of views to blend per texel, the best ones"};
     Option<double> edge_margin_px{this, "edge_margin_px", 3, range(0, 1000),
-                                  "Distrust pixels so near a depth step; pixels of the cameras' full size"};
+                                  "Distrust pixels this close to a depth step; in pixels of the camera's full size"};
     Option<double> sensor_tolerance_m{
         this, "sensor_tolerance_m", 0.1, range(0, 1000),
-        "Reject pixels whose measured depth differs from the mesh's by more (and 5 %); 0: do not look"};
+        "Reject pixels whose measured depth differs from the mesh's by more (and 5 %); 0: do not check"};
     Option<double> sharpness_power{this, "sharpness_power", 2, range(0, 8),
-                                   "Weigh pictures by their sharpness against the neighboring ones', to this power; 0: alike"};
-    Slot<ImageIo> images{this, "images", "image.opencv", optional, "Reads pictures that are not NPY; none: there are no others"};
+                                   "Weight pictures by their sharpness relative to their neighbors', to this power; 0: equally"};
+    Slot<ImageIo> images{this, "images", "image.opencv", optional, "Reads pictures that are not NPY; none: all are NPY"};
 
     Cost cost() const override
     {
-        return {.seconds = "1 + (frames * 0.2 + size_px * size_px * 4e-7) / cores",
-                .memory_mb = "60 + size_px * size_px * (views_count + 1) * 0.000012 + size_px * size_px * 0.000013 + 60 * cores",
-                .disk_mb = "size_px * size_px * 0.000013",
-                .frames = {},
-                .faces = {}};
+        return {.seconds = {.fixed = 1, .per_frame = 0.2, .per_texel = 2e-7},
+                .parallel_share = 1,
+                .memory_mb = {.fixed = 60, .per_core = 30, .per_texel = 1.4e-4},
+                .disk_mb = {.per_texel = 1.3e-5},
+                .texels = {.squares_of = "size_px"}};
     }
 
     std::size_t level() const
@@ -150,4 +149,5 @@ class TextureFromFrames final : public Stage
 
 }  // namespace
 
-FRESCO_STAGE("texture.from_frames", TextureFromFrames, "A plain texture from the camera pictures, or from others in their place")
+FRESCO_STAGE("texture.from_frames", TextureFromFrames,
+             "A photographic texture from the camera pictures, or from others in their place")

@@ -26,7 +26,7 @@ Raster8 read_rgb(const std::filesystem::path& file, const ImageIo* images)
     if (file.extension() != ".npy")
     {
         if (images == nullptr)
-            throw Error(file.string() + ": no picture codec is at hand (option \"images\"); only NPY can be read without one");
+            throw Error(file.string() + ": no picture codec (option \"images\"); only NPY can be read without one");
         return images->read_rgb(file);
     }
     const NpyArray array = read_npy(file);

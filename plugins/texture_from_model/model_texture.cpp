@@ -3,7 +3,7 @@
 #include "surface_search.h"
 
 #include <fresco/parallel.h>
-#include <fresco/push_pull.h>
+#include <fresco/images/push_pull.h>
 #include <fresco/texturing/charts.h>
 #include <fresco/texturing/linear_light.h>
 #include <fresco/texturing/texel_faces.h>

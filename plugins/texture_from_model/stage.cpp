@@ -25,22 +25,23 @@ constexpr double least_seen_share = 0.9;
 
 class TextureFromModel final : public Stage
 {
-    Input<Model> model{this, "model", "The model as its file has it, with materials and pictures"};
+    Input<Model> model{this, "model", "The model with its materials and pictures"};
     Input<Mesh> mesh{this, "mesh", "The atlas of the same surface, decimated or not"};
     Output<Texture> texture{this, "texture", "The model's colors in the atlas, in one layer"};
 
     Option<int> size_px{this, "size_px", 2048, range(8, 16384), "Texels per side of the texture"};
-    Option<double> max_distance_m{this, "max_distance_m", 0, range(0, 1e6),
-                                  "Texels farther than this from the model are not seen; 0: 2 % of its box's diagonal"};
+    Option<double> max_distance_m{
+        this, "max_distance_m", 0, range(0, 1e6),
+        "Texels farther than this from the model count as unseen; 0: 2 % of its bounding box's diagonal"};
     Slot<ImageIo> images{this, "images", "image.opencv", "Reads the model's pictures"};
 
     Cost cost() const override
     {
-        return {.seconds = "1 + faces * 2e-6 + size_px * size_px * 2e-6 / cores",
-                .memory_mb = "100 + faces * 0.0004 + size_px * size_px * 0.00007",
-                .disk_mb = "size_px * size_px * 0.000013",
-                .frames = {},
-                .faces = {}};
+        return {.seconds = {.fixed = 0.5, .per_face = 2e-6, .per_texel = 7e-7},
+                .parallel_share = 0.7,
+                .memory_mb = {.fixed = 30, .per_face = 2e-4, .per_texel = 3e-5},
+                .disk_mb = {.per_texel = 1.3e-5},
+                .texels = {.squares_of = "size_px"}};
     }
 
     void run(RunContext& run) override
@@ -142,4 +143,4 @@ class TextureFromModel final : public Stage
 
 }  // namespace
 
-FRESCO_STAGE("texture.from_model", TextureFromModel, "The colors of a model's materials and pictures, moved to one atlas")
+FRESCO_STAGE("texture.from_model", TextureFromModel, "Transfers the colors of a model's materials and pictures to one atlas")

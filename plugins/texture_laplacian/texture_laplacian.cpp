@@ -4,7 +4,7 @@
 #include <fresco/option.h>
 #include <fresco/plugin.h>
 #include <fresco/stage.h>
-#include <fresco/torch/layered_texture.h>
+#include <fresco/layered_texture/layered_texture.h>
 
 #include <ATen/Parallel.h>
 
@@ -21,7 +21,7 @@ class TextureLaplacian final : public fresco::LayeredTexture
                                                     "regularizer",
                                                     {8, 4, 2, 0},
                                                     fresco::at_least(0),
-                                                    "Factor k of each layer's regularizer, finest first; as many as layers"};
+                                                    "Factor k of each layer's regularizer, finest first; one per layer"};
 
     fresco::Option<std::string> lookup{this, "lookup", "centers", fresco::one_of({"centers", "corners"}),
                                        "Texel i of S lies at (i + 0.5) / S, or at i / (S - 1)"};

@@ -5,8 +5,8 @@
 
 #include <fresco/error.h>
 #include <fresco/parallel.h>
-#include <fresco/push_pull.h>
-#include <fresco/recolor.h>
+#include <fresco/images/push_pull.h>
+#include <fresco/images/recolor.h>
 
 #include <algorithm>
 #include <cmath>

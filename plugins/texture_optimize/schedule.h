@@ -10,7 +10,7 @@ namespace fresco::optimize
 struct ScheduleOptions
 {
     std::vector<std::size_t> views;  ///< The views to visit, in recorded order; not empty.
-    int epochs = 1;                  ///< How often every view is visited.
+    int epochs = 1;                  ///< Number of visits to every view.
     int repeats = 1;                 ///< Consecutive steps of a visit.
     std::int64_t max_steps = 0;      ///< 0 = no limit.
     bool shuffled = true;

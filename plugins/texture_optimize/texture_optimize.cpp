@@ -31,30 +31,30 @@ class TextureOptimize final : public fresco::Stage
 {
     fresco::Input<fresco::UvMaps> uvmaps{this, "uvmaps", "Which texel each pixel of each view sees"};
     fresco::Input<fresco::Frames> frames{this, "frames", "The frames that the uv maps were made for, with their color pictures"};
-    fresco::Input<fresco::Image> style{this, "style", "The picture whose style the texture takes"};
+    fresco::Input<fresco::Image> style{this, "style", "Style picture"};
     fresco::Input<fresco::Texture> start{
         this, "start", fresco::optional,
-        "With init: frames, the texture to recolor and begin with; otherwise colors are gathered from the pictures"};
+        "With init: frames, the texture to recolor and start from; not wired: colors come from the pictures"};
     fresco::Output<fresco::Texture> texture{this, "texture", "The optimized texture, layer by layer"};
 
     fresco::Option<int> size_px{this, "size_px", 2048, fresco::range(8, 16384),
                                 "Texels per side; a multiple of 8 for the default texture"};
     fresco::Option<std::vector<int>> heights_px{this, "heights_px", std::vector<int>{}, fresco::at_least(1),
                                                 "Heights of the uv maps to render, each a level; empty: all"};
-    fresco::Option<int> epochs{this, "epochs", 2, fresco::range(1, 100000), "How often every view is visited"};
+    fresco::Option<int> epochs{this, "epochs", 2, fresco::range(1, 100000), "Number of visits to every view"};
     fresco::Option<int> repeats_count{this, "repeats_count", 8, fresco::range(1, 100000),
                                       "Consecutive steps on a view at each visit"};
-    fresco::Option<std::int64_t> max_steps{this, "max_steps", 0, fresco::at_least(0), "End after so many steps; 0: no limit"};
+    fresco::Option<std::int64_t> max_steps{this, "max_steps", 0, fresco::at_least(0), "Maximum number of steps; 0: no limit"};
     fresco::Option<std::string> order{this, "order", "shuffled", fresco::one_of({"shuffled", "recorded"}),
                                       "Order of the views in an epoch; shuffled: seeded, and evenly spread over the recording"};
-    fresco::Option<double> rate{this, "rate", 0.02, fresco::range(0, 1e6), "Learning rate, in the unit of `values`"};
+    fresco::Option<double> rate{this, "rate", 0.02, fresco::range(0, 1e6), "Learning rate, in units of `values`"};
     fresco::Option<std::string> decay{
         this, "decay", "cosine", fresco::one_of({"cosine", "step"}),
         "cosine: full rate for decay_start, then down to 0; step: times step_factor every step_epochs"};
     fresco::Option<double> decay_start{this, "decay_start", 0.5, fresco::range(0, 1),
                                        "With decay cosine: share of the steps at the full rate"};
-    fresco::Option<int> step_epochs{this, "step_epochs", 3, fresco::at_least(1), "With decay step: epochs between two falls"};
-    fresco::Option<double> step_factor{this, "step_factor", 0.1, fresco::range(0, 1), "With decay step: factor of a fall"};
+    fresco::Option<int> step_epochs{this, "step_epochs", 3, fresco::at_least(1), "With decay step: epochs between two drops"};
+    fresco::Option<double> step_factor{this, "step_factor", 0.1, fresco::range(0, 1), "With decay step: factor of a drop"};
     fresco::Option<std::string> values{this, "values", "display", fresco::one_of({"display", "network"}),
                                        "What is stored: RGB in [0,1], or BGR in 0..255 minus the network's mean"};
     fresco::Option<std::string> clamp{
@@ -77,12 +77,12 @@ class TextureOptimize final : public fresco::Stage
                                         "θ_min: height in pixels of a length θ_d seen from 1 m"};
     fresco::Option<std::string> level_weight{
         this, "level_weight", "nearest", fresco::one_of({"nearest", "printed"}),
-        "Share of the nearest height between two: larger the nearer (nearest), or the paper's formula (printed)"};
+        "Weight of the nearest height between two: larger the nearer (nearest), or the paper's formula (printed)"};
     fresco::Option<std::string> level_depth{this, "level_depth", "mesh", fresco::one_of({"mesh", "sensor", "sensor_or_lowest"}),
                                             "Depth for the levels; pixels the sensor has not measured take part in none, or in "
                                             "the lowest"};
     fresco::Option<std::string> level_share{this, "level_share", "pixels", fresco::one_of({"pixels", "features"}),
-                                            "What a level counts in the sum: by its pixels, or by its cells of each layer"};
+                                            "Weight of a level in the sum: its pixels, or its cells in each layer"};
     fresco::Option<double> angle_limit_deg{this, "angle_limit_deg", 90, fresco::range(0, 90),
                                            "Largest angle between normal and view for the fine style; 90: all pixels"};
     fresco::Option<std::string> angle_rule{this, "angle_rule", "at_most", fresco::one_of({"at_most", "below"}),
@@ -98,7 +98,7 @@ class TextureOptimize final : public fresco::Stage
     fresco::Option<std::string> style_sizes{this, "style_sizes", "printed", fresco::one_of({"printed", "released"}),
                                             "How the fine and the coarse style picture are sized"};
     fresco::Option<double> train_share{this, "train_share", 1, fresco::range(0.01, 1),
-                                       "Share of the views, the first ones, to use"};
+                                       "Share of the views to use, the first ones"};
     fresco::Option<int> held_out_count{this, "held_out_count", 0, fresco::range(0, 16),
                                        "Evenly spread views to keep out of the optimization and to measure the losses on"};
     fresco::Option<int> measure_steps{this, "measure_steps", 50, fresco::at_least(1),
@@ -107,35 +107,35 @@ class TextureOptimize final : public fresco::Stage
                                      "With held_out_count: end when three measurements have not lowered the loss by this share; "
                                      "0: make all steps"};
     fresco::Option<std::string> execution{this, "execution", "active", fresco::one_of({"active", "reference"}),
-                                          "active: encode the parts of a frame that a level has pixels in, and the camera "
-                                          "picture once a visit; reference: whole frames and everything in every step, for "
+                                          "active: encode only the parts of a frame that a level has pixels in, and the camera "
+                                          "picture once per visit; reference: whole frames and everything in every step, for "
                                           "comparison"};
     fresco::Option<std::int64_t> seed{this, "seed", 0, fresco::at_least(0),
-                                      "Of the views' order, of what losses draw and of the noise that `init: noise` begins with"};
+                                      "Seed of the views' order, of the losses' sampling and of the noise of `init: noise`"};
     fresco::Option<std::string> device{this, "device", "auto", fresco::one_of({"auto", "cpu", "cuda"}),
                                        "Where losses are computed"};
     fresco::Option<fresco::InputFile> weights{this, "weights", fresco::InputFile{},
-                                              "VGG-19 weights for `losses: auto`; none: losses without a network"};
+                                              "VGG-19 weights for `losses: auto`; empty: losses without a network"};
     // In the key: where a run goes back to after a loss that is not finite depends on it.
     fresco::Option<int> checkpoint_steps{this, "checkpoint_steps", 200, fresco::at_least(0),
-                                         "Steps between two checkpoints that a run may go back to; 0: none"};
+                                         "Steps between two checkpoints that a run may roll back to; 0: none"};
     fresco::Option<double> checkpoint_seconds{
         this,
         "checkpoint_seconds",
         30,
         fresco::range(0, 86400),
-        "Seconds of work that a killed run loses at most, or twenty times what keeping it takes; 0: what checkpoint_steps says",
+        "Maximum seconds of work that a killed run loses, at least twenty times the cost of a checkpoint; 0: by checkpoint_steps",
         fresco::not_in_key};
     fresco::Option<int> preview_every{
         this, "preview_every", 100, fresco::at_least(0), "Steps between two preview pictures; 0: none", fresco::not_in_key};
 
-    fresco::SlotMap<fresco::Loss> losses{this, "losses", "auto", "What the rendered views should be like"};
+    fresco::SlotMap<fresco::Loss> losses{this, "losses", "auto", "Losses on the rendered views"};
     fresco::Slot<fresco::TextureRepresentation> representation{this, "texture", "texture.laplacian", "How the texture is stored"};
     fresco::Slot<fresco::OptimizerRule> optimizer{this, "optimizer",
                                                   R"({"type": "optimizer.adam", "mode": "visible", "beta1": 0.9, "beta2": 0.99})",
-                                                  "How a step changes it"};
+                                                  "How a step changes the texture"};
     fresco::Slot<fresco::ImageIo> images{this, "images", "image.opencv", fresco::optional,
-                                         "Reads pictures that are not NPY, writes previews; none: NPY alone, no previews"};
+                                         "Reads pictures that are not NPY, writes previews; none: only NPY, no previews"};
 
   public:
     TextureOptimize()
@@ -164,16 +164,13 @@ class TextureOptimize final : public fresco::Stage
 
     fresco::Cost cost() const override
     {
-        fresco::Cost cost;
-        // max_steps = 0 means no limit. Processor time of loss.patch_match on the generated room: 0.17 s a step at 192 px, which
-        // is 0.3 s at 256 px; other heights are scaled by their pixels. 20 s before the first step leave room for larger scans.
-        const std::string steps = "min(frames * epochs * repeats_count, max_steps + (1 - min(max_steps, 1)) * 1e12)";
-        const std::string squares = "max(65536, heights_px_squares + (1 - min(heights_px_squares, 1)) * height_squares)";
-        cost.seconds = "(20 + " + steps + " * 0.3 * " + squares + " / 65536) / cores";
-        // Of a texel: value, two moments and a count in all layers, if every one is seen, and the layers copied at the end.
-        cost.memory_mb = "1050 + size_px * size_px * 0.00007 + " + squares + " * 0.003";
-        cost.disk_mb = "size_px * size_px * 0.000017";
-        return cost;
+        return {.seconds = {.fixed = 2, .per_frame = 0.03, .per_pixel = 2.5e-6},
+                .parallel_share = 1,
+                .memory_mb = {.fixed = 400, .per_texel = 4e-5, .per_pixel = 1.1e-3},
+                .disk_mb = {.per_texel = 1.7e-5},
+                .texels = {.squares_of = "size_px"},
+                .pixels = {.squares_of = "heights_px"},
+                .steps = {.times = {"epochs", "repeats_count"}, .at_most = "max_steps"}};
     }
 
   private:
@@ -233,5 +230,5 @@ class TextureOptimize final : public fresco::Stage
 
 }  // namespace
 
-FRESCO_STAGE("texture.optimize", TextureOptimize, "Optimize a texture so that its views have a picture's style")
+FRESCO_STAGE("texture.optimize", TextureOptimize, "Optimizes a texture so that its views have a picture's style")
 FRESCO_LIBRARY("libtorch", TORCH_VERSION)

@@ -4,7 +4,7 @@
 #include "variety.h"
 
 #include <fresco/error.h>
-#include <fresco/lab.h>
+#include <fresco/images/lab.h>
 #include <fresco/noise.h>
 #include <fresco/parallel.h>
 

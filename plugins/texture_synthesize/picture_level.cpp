@@ -1,7 +1,7 @@
 #include "picture_level.h"
 
 #include <fresco/error.h>
-#include <fresco/lab.h>
+#include <fresco/images/lab.h>
 #include <fresco/matrix_multiply.h>
 
 #include <Eigen/Eigenvalues>

@@ -18,26 +18,26 @@ class TextureSynthesize final : public Stage
     Input<Mesh> mesh{this, "mesh", "The mesh with its atlas"};
     Input<Texture> start{this, "start", "What to paint over: a photographic texture, or any other of the same atlas"};
     Input<Image> style{this, "style", "The picture whose brush strokes are copied"};
-    Input<Frames> frames{this, "frames", optional, "Frames whose cameras tell which way is up"};
+    Input<Frames> frames{this, "frames", optional, "Frames whose cameras show which way is up"};
     Output<Texture> texture{this, "texture", "The painted texture"};
     Output<SourceMap> source{this, "source", "Where in the picture each texel comes from"};
 
-    Option<int> size_px{this, "size_px", 2048, range(16, 16384), "Texels a side of the texture"};
+    Option<int> size_px{this, "size_px", 2048, range(16, 16384), "Texels per side of the texture"};
     Option<double> stroke_cm{this, "stroke_cm", 3.5, range(0.1, 1000),
                              "Width of the picture's brush strokes on the surface, whatever the texture size"};
     Option<double> painterly{this, "painterly", 0.5, range(0, 1),
                              "0: keep what the start shows; 1: let the picture's own motifs take over"};
-    Option<bool> recolor{this, "recolor", true, "Give the start the picture's colors first; false: it has them already"};
+    Option<bool> recolor{this, "recolor", true, "Recolor the start with the picture's colors first; false: it has them already"};
     Option<double> completeness{this, "completeness", 2.0, range(0.01, 1000),
                                 "Smaller values use all parts of the picture more evenly"};
     Option<std::vector<double>> up{this, "up", std::vector<double>{},
                                    "Upward direction [x, y, z]; empty: by the frames' cameras, or else by the mesh"};
-    Option<int> patch_px{this, "patch_px", 11, range(5, 21), "Texels along a copied patch, odd; strokes are 8 wide there"};
+    Option<int> patch_px{this, "patch_px", 11, range(5, 21), "Side of a copied patch in texels, odd; strokes are 8 texels wide"};
     Option<int> levels_count{this, "levels_count", 2, range(1, 4), "Scales to paint at, each half as fine as the next"};
     Option<int> rounds_count{this, "rounds_count", 6, range(1, 100), "Rounds of search and vote at each scale"};
-    Option<int> seed{this, "seed", 0, range(0, 2147483647), "Another seed is another painting"};
+    Option<int> seed{this, "seed", 0, range(0, 2147483647), "Another seed gives another painting"};
     Option<double> checkpoint_seconds{
-        this,      "checkpoint_seconds", 10.0, at_least(0), "Seconds of work that a killed run loses at most; 0: no checkpoints",
+        this,      "checkpoint_seconds", 10.0, at_least(0), "Maximum seconds of work that a killed run loses; 0: no checkpoints",
         not_in_key};
     Option<double> preview_seconds{
         this, "preview_seconds", 5.0, at_least(0), "Seconds between previews; 0: after each round", not_in_key};
@@ -45,9 +45,11 @@ class TextureSynthesize final : public Stage
 
     Cost cost() const override
     {
-        return {.seconds = "2 + size_px * size_px * 1e-5 / cores",
-                .memory_mb = "200 + size_px * size_px * 0.00015",
-                .disk_mb = "size_px * size_px * 0.000019"};
+        return {.seconds = {.fixed = 30, .per_texel = 5e-7},
+                .parallel_share = 0.9,
+                .memory_mb = {.fixed = 800, .per_texel = 2.6e-5},
+                .disk_mb = {.per_texel = 1.9e-5},
+                .texels = {.squares_of = "size_px"}};
     }
 
     std::optional<Vec3f> given_up() const

@@ -1,7 +1,7 @@
 #include "start_picture.h"
 
 #include <fresco/error.h>
-#include <fresco/recolor.h>
+#include <fresco/images/recolor.h>
 #include <fresco/texturing/collapse.h>
 #include <fresco/texturing/surface_fill.h>
 

@@ -1,6 +1,6 @@
 #include "stroke_width.h"
 
-#include <fresco/lab.h>
+#include <fresco/images/lab.h>
 #include <fresco/parallel.h>
 
 #include <algorithm>

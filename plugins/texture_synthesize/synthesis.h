@@ -12,7 +12,7 @@ namespace fresco::synthesize
 
 struct SynthesisOptions
 {
-    int size_px = 2048;       ///< Texels a side of the texture.
+    int size_px = 2048;       ///< Texels per side of the texture.
     double stroke_m = 0.035;  ///< How wide the picture's strokes are on the surface.
     double painterly = 0.5;   ///< 0 … 1
     double completeness = 2;  ///< See SearchOptions.
@@ -20,7 +20,7 @@ struct SynthesisOptions
     int levels = 2;           ///< Each half as fine as the next.
     int rounds = 6;           ///< Per level.
     std::uint32_t seed = 0;
-    double checkpoint_s = 10;  ///< Seconds of work that a killed run loses at most; 0: no checkpoints.
+    double checkpoint_s = 10;  ///< Maximum seconds of work that a killed run loses; 0: no checkpoints.
     double preview_s = 5;      ///< Seconds between previews.
 };
 

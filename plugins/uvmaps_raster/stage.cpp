@@ -8,12 +8,11 @@ class UvmapsRaster final : public fresco::UvMappingStage
 {
     fresco::Cost cost() const override
     {
-        return {.seconds = "frames * (faces * 2e-8 + heights_px_squares * 2e-8) / cores + frames * heights_px_squares * 1.5e-7",
-                .memory_mb = "60 + faces * (0.00005 + heights_px_count * 0.00005) + heights_px_squares * 6e-5",
-                .disk_mb = "frames * heights_px_squares * 2.5e-6",
-                .frames = {},
-                .faces = {},
-                .height_squares = "heights_px_squares"};
+        return {.seconds = {.fixed = 0.1, .per_pixel = 1e-7},
+                .parallel_share = 1,
+                .memory_mb = {.fixed = 10, .per_face = 1.2e-4, .per_pixel = 4e-5},
+                .disk_mb = {.per_pixel = 1.3e-6},
+                .pixels = {.squares_of = "heights_px"}};
     }
     std::unique_ptr<fresco::FaceFinder> finder(const fresco::Mesh& mesh, const fresco::RunContext&) const override
     {
@@ -23,4 +22,4 @@ class UvmapsRaster final : public fresco::UvMappingStage
 }  // namespace
 
 FRESCO_STAGE("uvmaps.raster", UvmapsRaster,
-             "Draws the mesh as the color cameras see it: uv, depth and angle per pixel, without Embree")
+             "Rasterizes the mesh for the color cameras: uv, depth and angle per pixel; needs no Embree")

@@ -7,12 +7,11 @@ class UvmapsRaycast final : public fresco::UvMappingStage
 {
     fresco::Cost cost() const override
     {
-        return {.seconds = "faces * 2e-6 + frames * heights_px_squares * (7e-8 / cores + 1.5e-7)",
-                .memory_mb = "100 + faces * 0.0004 + heights_px_squares * 6e-5",
-                .disk_mb = "frames * heights_px_squares * 2.5e-6",
-                .frames = {},
-                .faces = {},
-                .height_squares = "heights_px_squares"};
+        return {.seconds = {.fixed = 0.1, .per_face = 2e-6, .per_pixel = 9e-8},
+                .parallel_share = 1,
+                .memory_mb = {.fixed = 10, .per_face = 1.8e-4, .per_pixel = 2.5e-5},
+                .disk_mb = {.per_pixel = 1.3e-6},
+                .pixels = {.squares_of = "heights_px"}};
     }
     std::unique_ptr<fresco::FaceFinder> finder(const fresco::Mesh& mesh, const fresco::RunContext&) const override
     {

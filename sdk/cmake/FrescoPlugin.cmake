@@ -18,6 +18,7 @@
 
 set(FRESCO_PLUGIN_ENTRY_SOURCE ${CMAKE_CURRENT_LIST_DIR}/plugin_entry.cpp)
 set(FRESCO_TEST_MAIN_SOURCE ${CMAKE_CURRENT_LIST_DIR}/test_main.cpp)
+set(FRESCO_TEST_HEADERS ${CMAKE_CURRENT_LIST_DIR}/test_headers)
 
 macro(_fresco_own_options target)
     target_compile_features(${target} PUBLIC cxx_std_20)
@@ -133,6 +134,7 @@ function(fresco_add_test NAME)
     else()
         find_package(Catch2 2 REQUIRED)
         target_sources(${NAME} PRIVATE ${FRESCO_TEST_MAIN_SOURCE})
+        target_include_directories(${NAME} PRIVATE ${FRESCO_TEST_HEADERS})
         target_link_libraries(${NAME} PRIVATE Catch2::Catch2)
     endif()
     _fresco_own_options(${NAME})

@@ -76,8 +76,13 @@ function(fresco_find_torch)
         list(APPEND libraries ${FRESCO_LIB_${logger}})
     endforeach()
     set(kind "CPU")
+    set(cuda "")
     if(EXISTS ${folder}/libtorch_cuda.so)
-        set(kind "CUDA")
+        # The major version, within which CUDA's libraries are exchangeable, as the loader knows it.
+        file(STRINGS ${folder}/libc10_cuda.so runtimes REGEX "^libcudart[^ ]*\\.so\\.[0-9]+")
+        string(REGEX MATCH "\\.so\\.([0-9]+)" whole "${runtimes}")
+        set(cuda "${CMAKE_MATCH_1}")
+        set(kind "CUDA ${cuda}")
         # Nothing calls it by name: it makes itself known when it is loaded. What it needs in turn it finds by itself.
         foreach(library torch_cuda c10_cuda)
             list(APPEND libraries "-Wl,--push-state,--no-as-needed,${folder}/lib${library}.so,--pop-state")
@@ -88,6 +93,7 @@ function(fresco_find_torch)
     # System headers: their warnings are not ours.
     set_target_properties(fresco::libtorch PROPERTIES INTERFACE_SYSTEM_INCLUDE_DIRECTORIES "${include};${FRESCO_TORCH_API}"
                                                       INTERFACE_INCLUDE_DIRECTORIES "${include};${FRESCO_TORCH_API}"
+                                                      INTERFACE_COMPILE_DEFINITIONS "FRESCO_TORCH_CUDA=\"${cuda}\""
                                                       INTERFACE_LINK_LIBRARIES "${libraries}")
     set(FRESCO_TORCH_FOUND ON PARENT_SCOPE)
     set(FRESCO_TORCH_ROOT ${root} PARENT_SCOPE)

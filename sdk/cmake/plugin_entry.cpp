@@ -34,11 +34,13 @@ const fresco_plugin_info* fresco_plugin_info_1()
 {
 #ifdef FRESCO_PLUGIN_USES_TORCH
     static constexpr const char* torch = TORCH_VERSION;
+    static constexpr const char* cuda = FRESCO_TORCH_CUDA;
 #else
     static constexpr const char* torch = "";
+    static constexpr const char* cuda = "";
 #endif
     static constexpr fresco_plugin_info info{
-        FRESCO_MAGIC, FRESCO_ABI, FRESCO_COMPILER_STAMP, FRESCO_STANDARD_LIBRARY_STAMP, FRESCO_CONTAINERS_STAMP, torch, ""};
+        FRESCO_MAGIC, FRESCO_ABI, FRESCO_COMPILER_STAMP, FRESCO_STANDARD_LIBRARY_STAMP, FRESCO_CONTAINERS_STAMP, torch, cuda};
     return &info;
 }
 

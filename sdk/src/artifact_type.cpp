@@ -72,7 +72,7 @@ void check_exchange_files(const std::vector<ExchangeForm>& forms, const Exchange
 {
     const auto form = std::ranges::find(forms, from.as, &ExchangeForm::as);
     if (form == forms.end())
-        throw Error("there is no exchange form '" + from.as + "'");
+        throw Error("unknown exchange form '" + from.as + "'");
     for (const std::string& file : form->files)
         if (!std::filesystem::is_regular_file(from.folder.path / file))
             throw Error((from.folder.path / file).string() + " was not written");

@@ -84,7 +84,7 @@ class Checker
             if (!option_.empty() && !used_.contains(name))
                 report_unused(name);
         if (!outputs_.option.empty() && outputs_.values.empty())
-            problems_.push_back({outputs_.option, -1, "there is no output, so nothing that could be kept"});
+            problems_.push_back({outputs_.option, -1, "a command needs at least one output"});
         return std::move(problems_);
     }
 
@@ -152,9 +152,7 @@ class Checker
         if (is_file || fs::exists(path))
             report(0, "'" + path + "' may not be executed: chmod +x, or put the program that runs it before it", true);
         else
-            report(0,
-                   "there is no program '" + path + "'" + (has_folder ? "" : " in PATH") +
-                       ": install it, or write its absolute path",
+            report(0, "no program '" + path + "'" + (has_folder ? "" : " in PATH") + ": install it, or write its absolute path",
                    true);
     }
 
@@ -190,7 +188,7 @@ std::string filled_in(std::string_view word, const std::map<std::string, std::st
         {
             const auto value = values.find(name);
             if (value == values.end())
-                throw Error("'" + std::string(word) + "': nothing is called {" + name + "}");
+                throw Error("'" + std::string(word) + "': unknown name {" + name + "}");
             result += value->second;
         });
     return result;

@@ -74,8 +74,7 @@ void SlotBase::wrong_contract(const Value& config) const
 
 void SlotBase::not_assigned() const
 {
-    throw Error("option \"" + name() + "\": no component of kind " + declaration_.component_kind +
-                " is given; name one by its type");
+    throw Error("option \"" + name() + "\": no component of kind " + declaration_.component_kind + "; set one by its type");
 }
 
 }  // namespace detail

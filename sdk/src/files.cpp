@@ -3,8 +3,10 @@
 #include <fresco/error.h>
 #include <fresco/files.h>
 #include <fresco/files_io.h>
+#include <fresco/preview.h>
 
 #include <algorithm>
+#include <iterator>
 
 namespace fresco
 {
@@ -17,7 +19,7 @@ void check_name(const std::string& name, const fs::path& folder)
 {
     const fs::path path = name;
     if (name.empty() || path.is_absolute() || std::ranges::find(path, fs::path("..")) != path.end())
-        throw Error(folder.string() + ": \"" + name + "\" is no relative file name without \"..\"");
+        throw Error(folder.string() + ": \"" + name + "\" is not a relative file name without \"..\"");
     if (!fs::is_regular_file(folder / path))
         throw Error((folder / path).string() + ": is listed but was not written");
 }
@@ -65,6 +67,32 @@ std::shared_ptr<Files> Files::from_exchange(const Exchange& from)
 std::vector<ExchangeForm> Table::exchange_forms()
 {
     return {{.files = {"table.json"}, .is_folder = false, .taken_in_place = false, .made_in_place = false}};
+}
+
+void Files::preview(Preview& page) const
+{
+    const auto attempt = [&](auto act)
+    {
+        try
+        {
+            act();
+        }
+        catch (const Error& error)
+        {
+            page.note(error.what());
+        }
+    };
+    std::vector<std::string> pictures;
+    std::ranges::copy_if(names, std::back_inserter(pictures),
+                         [&](const std::string& name) {
+                             return page.names.empty() ? is_picture(name)
+                                                       : std::ranges::find(page.names, name) != page.names.end();
+                         });
+    for (const std::size_t i : evenly_spread(pictures.size(), page.most_pictures))
+        attempt([&] { page.picture(pictures[i], page.images.read_rgb(loaded_from / pictures[i])); });
+    for (const std::string& name : names)
+        if (const fs::path kind = fs::path(name).extension(); page.names.empty() && (kind == ".mp4" || kind == ".webm"))
+            attempt([&] { page.video(name, loaded_from / name); });
 }
 
 void Table::save(const ArtifactFolder& folder) const

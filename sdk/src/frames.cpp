@@ -99,7 +99,7 @@ void settle_picture(PictureFile& picture, const ArtifactFolder& folder, const st
 {
     picture.path = picture.path.lexically_normal();
     if (!fs::is_regular_file(picture.path))
-        throw Error(where + ": there is no picture " + picture.path.string());
+        throw Error(where + ": no such picture: " + picture.path.string());
     if (const auto own = really_below(picture.path, folder.path))
         picture.path = folder.path / *own;
     else if (const auto stored = really_below(picture.path, folder.store / "objects"))
@@ -118,14 +118,13 @@ void settle_picture(PictureFile& picture, const ArtifactFolder& folder, const st
 void check_unchanged(const PictureFile& picture)
 {
     if (!picture.hash.empty() && file_hash(picture.path) != picture.hash)
-        throw Error(picture.path.string() + ": changed since the scan was read; run again so that it is read anew");
+        throw Error(picture.path.string() + ": changed since the scan was read; run again to read it again");
 }
 
 const ImageIo& codec(const ImageIo* images, const fs::path& file)
 {
     if (images == nullptr)
-        throw Error(file.string() +
-                    ": no picture codec is at hand (option \"images\"); only NPY pictures can be read without one");
+        throw Error(file.string() + ": no picture codec (option \"images\"); only NPY pictures can be read without one");
     return *images;
 }
 
@@ -181,7 +180,7 @@ std::shared_ptr<Frames> Frames::from_exchange(const Exchange& from)
     const std::string list = (from.folder.path / "frames.json").string();
     auto result = load(from.folder);
     if (result->frames.empty())
-        throw Error(list + ": there is no frame in it");
+        throw Error(list + ": no frames in it");
     for (Frame& frame : result->frames)
         for (PictureFile* picture : {&frame.color_picture, &frame.depth_picture})
         {
@@ -246,7 +245,7 @@ void check_camera(const Camera& camera, std::string_view source)
     const double error = camera.world_from_camera.rotation_error();
     if (error > 1e-2)
         fail(std::isinf(error) ? "the pose has an entry that is not finite, or its rotation mirrors"
-                               : "the pose's upper left 3x3 is no rotation (it deviates by " +
+                               : "the pose's upper left 3x3 is not a rotation (it deviates by " +
                                      to_json(std::round(error * 1e4) / 1e4) + " from one; 0.01 is accepted)");
     const Vec3d& at = camera.world_from_camera.translation;
     for (const double along : {at.x, at.y, at.z})

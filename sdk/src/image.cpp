@@ -4,6 +4,7 @@
 #include <fresco/files_io.h>
 #include <fresco/image.h>
 #include <fresco/image_io.h>
+#include <fresco/preview.h>
 
 namespace fresco
 {
@@ -15,7 +16,7 @@ constexpr const char* png = "png";
 const ImageIo& codec(const Exchange& exchange)
 {
     if (exchange.images == nullptr)
-        throw Error("there is no picture codec for 'as: png'; name one by the option images");
+        throw Error("no picture codec for 'as: png'; set the option images");
     return *exchange.images;
 }
 
@@ -54,6 +55,12 @@ void Image::write_exchange(const Exchange& to) const
 std::shared_ptr<Image> Image::from_exchange(const Exchange& from)
 {
     return from.as == png ? std::make_shared<Image>(codec(from).read_rgb(from.folder.path / "image.png")) : load(from.folder);
+}
+
+void Image::preview(Preview& page) const
+{
+    if (!pixels.empty())
+        page.picture("", pixels);
 }
 
 }  // namespace fresco

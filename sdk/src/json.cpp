@@ -127,7 +127,7 @@ class Reader final : public nlohmann::json_sax<nlohmann::json>
     bool key(string_t& name) override
     {
         if (open_.back()->find(name) != nullptr)
-            return fail("the key \"" + name + "\" stands twice");
+            return fail("the key \"" + name + "\" appears twice");
         key_ = std::move(name);
         return true;
     }

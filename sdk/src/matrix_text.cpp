@@ -85,7 +85,7 @@ std::vector<double> parse_matrix_text(std::string_view text, int rows, int colum
         if (row.empty())
             continue;
         if (rows_read == rows)
-            throw Error(place + ": a " + shape_text(rows, columns) + " matrix was expected, but here is another row");
+            throw Error(place + ": expected a " + shape_text(rows, columns) + " matrix, but here is another row");
         if (row.size() != static_cast<std::size_t>(columns))
             throw Error(place + ": " + std::to_string(row.size()) + " numbers where a row of a " + shape_text(rows, columns) +
                         " matrix has " + std::to_string(columns));
@@ -93,8 +93,8 @@ std::vector<double> parse_matrix_text(std::string_view text, int rows, int colum
         ++rows_read;
     }
     if (rows_read != rows)
-        throw Error(std::string(source) + ": " + std::to_string(rows_read) + " rows where a " + shape_text(rows, columns) +
-                    " matrix was expected");
+        throw Error(std::string(source) + ": " + std::to_string(rows_read) + " rows; expected a " + shape_text(rows, columns) +
+                    " matrix");
     return values;
 }
 
@@ -107,8 +107,7 @@ std::vector<double> parse_numbers(std::string_view text, std::size_t count, std:
 {
     auto values = parse_row(text, std::string(source));
     if (values.size() != count)
-        throw Error(std::string(source) + ": " + std::to_string(values.size()) + " numbers where " + std::to_string(count) +
-                    " were expected");
+        throw Error(std::string(source) + ": " + std::to_string(values.size()) + " numbers; expected " + std::to_string(count));
     return values;
 }
 
@@ -133,7 +132,7 @@ RigidTransform rigid_transform(const std::vector<double>& matrix, std::string_vi
 {
     const std::string name(source);
     if (matrix.size() != 16)
-        throw Error(name + ": " + std::to_string(matrix.size()) + " numbers where a 4x4 matrix was expected");
+        throw Error(name + ": " + std::to_string(matrix.size()) + " numbers; expected a 4x4 matrix");
     for (const double entry : matrix)
         if (!std::isfinite(entry))
             throw Error(name + ": the transform has an entry that is not finite; leave this frame out");

@@ -33,7 +33,7 @@ Value to_value(const ModelMaterial& material)
 const Value& item(const Value& list, std::size_t at, std::size_t expected)
 {
     if (list.as_list().size() != expected)
-        throw Error("a list of " + std::to_string(expected) + " items was expected");
+        throw Error("expected a list of " + std::to_string(expected) + " items");
     return list.as_list()[at];
 }
 

@@ -193,8 +193,8 @@ template <class T>
 std::span<const T> NpyArray::as() const
 {
     if (type != type_of<T>())
-        throw Error("array of type " + std::string(name_of(type).descr) + " where " + std::string(name_of(type_of<T>()).descr) +
-                    " is expected");
+        throw Error("array of type " + std::string(name_of(type).descr) + "; expected " +
+                    std::string(name_of(type_of<T>()).descr));
     // The bytes come from operator new, aligned for every element type.
     return {reinterpret_cast<const T*>(bytes.data()), count()};
 }

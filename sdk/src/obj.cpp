@@ -63,7 +63,7 @@ class ObjReader
         {
             joined.append(line.substr(0, line.size() - 1)).append(" ");
             if (!lines_.next(line))
-                lines_.fail("the file ends after a line that shall be continued: it is cut");
+                lines_.fail("the file ends after a line that must continue: it is truncated");
         }
         return joined.append(line);
     }

@@ -135,7 +135,7 @@ class ValueChecker
         {
             place_ = {name};
             if (config.is_null())
-                refuse("'" + name + "' has no value: give {type: …}, or leave the line out", "");
+                refuse("'" + name + "' has no value: set {type: …}, or leave the line out", "");
             else if (!config.is_string() && !config.is_map())
                 problems_.push_back({place_, "", "{type: …} of kind '" + option_.component_kind + "'"});
         }
@@ -209,7 +209,7 @@ class ValueChecker
             std::vector<std::string> names;
             for (const auto& [each, form] : option_.artifacts)
                 names.push_back(each);
-            return refuse(where + ": there is no artifact '" + artifact + "'" + suggestion(artifact, names), "");
+            return refuse(where + ": unknown artifact '" + artifact + "'" + suggestion(artifact, names), "");
         }
         const std::vector<std::string>& forms = known->second.as;
         Value result =

@@ -110,7 +110,7 @@ float largest_depth(const UvMap& map, std::string_view source)
         while (bits_at(bad) < infinity)
             ++bad;
         throw Error(std::string(source) + ": depth: " + pixel_text(bad, map.depth.width) + " holds " +
-                    std::to_string(depth[bad]) + "; a distance in meters was expected");
+                    std::to_string(depth[bad]) + "; expected a distance in meters");
     }
     return std::bit_cast<float>(largest);
 }
@@ -123,7 +123,7 @@ float largest_depth(const UvMap& map, std::string_view source)
         const float value = raster.values[i];
         if (valid.values[pixel] != 0 && !(value >= -uv_rounding && value <= 1 + uv_rounding))
             throw Error(std::string(source) + ": " + std::string(what) + ": " + pixel_text(pixel, raster.width) + " holds " +
-                        std::to_string(value) + "; a number from 0 to 1 was expected");
+                        std::to_string(value) + "; expected a number from 0 to 1");
     }
     throw std::logic_error("no value is out of range");
 }
@@ -134,16 +134,16 @@ void check_rasters(const UvMap& map, std::string_view source)
     {
         if (raster.width != map.valid.width || raster.height != map.valid.height || raster.channels != channels)
             throw Error(std::string(source) + ": " + what + ": is " + std::to_string(raster.width) + "x" +
-                        std::to_string(raster.height) + "x" + std::to_string(raster.channels) + "; the validity is " +
-                        std::to_string(map.valid.width) + "x" + std::to_string(map.valid.height) + ", " +
-                        std::to_string(channels) + " channels were expected");
+                        std::to_string(raster.height) + "x" + std::to_string(raster.channels) + "; expected " +
+                        std::to_string(map.valid.width) + "x" + std::to_string(map.valid.height) + "x" +
+                        std::to_string(channels) + ", as the validity has it");
     };
     check(map.valid, 1, "validity");
     check(map.uv, 2, "uv");
     check(map.depth, 1, "depth");
     check(map.cosine, 1, "cosine");
     if (map.valid.empty() || map.valid.values.size() > most_pixels)
-        throw Error(std::string(source) + ": 1 to " + std::to_string(most_pixels) + " pixels were expected, there are " +
+        throw Error(std::string(source) + ": expected 1 to " + std::to_string(most_pixels) + " pixels, got " +
                     std::to_string(map.valid.values.size()));
 }
 
@@ -233,7 +233,7 @@ struct Quantity
 int uv_bits_for_texture(int size_px)
 {
     if (size_px < 1 || size_px > 4096 << (max_uv_bits - min_uv_bits))
-        throw std::invalid_argument("a texture of 1 to 262144 texels a side was expected, not " + std::to_string(size_px));
+        throw std::invalid_argument("expected a texture of 1 to 262144 texels per side, got " + std::to_string(size_px));
     return std::max(min_uv_bits, min_uv_bits - 12 + static_cast<int>(std::bit_width(static_cast<unsigned>(size_px - 1))));
 }
 
@@ -260,7 +260,7 @@ int uv_bits_of(const UvMap& map)
 std::vector<std::byte> pack_uv_map(const UvMap& map, int uv_bits, std::string_view source)
 {
     if (uv_bits < min_uv_bits || uv_bits > max_uv_bits)
-        throw std::invalid_argument("16 to 22 bits of texcoords were expected, not " + std::to_string(uv_bits));
+        throw std::invalid_argument("expected 16 to 22 bits of texcoords, got " + std::to_string(uv_bits));
     check_rasters(map, source);
     const int width = map.valid.width;
     const int height = map.valid.height;

@@ -2,6 +2,8 @@
 
 #include <fresco/error.h>
 
+#include <zlib.h>
+
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -15,17 +17,9 @@ namespace
 constexpr char magic[] = "FRESCOUV";
 constexpr std::uint32_t form = 2;
 
-/// The checksum of zlib, gzip and PNG, bit by bit: a header is short.
 std::uint32_t crc32(std::span<const std::byte> bytes)
 {
-    std::uint32_t remainder = 0xffffffffU;
-    for (const std::byte byte : bytes)
-    {
-        remainder ^= std::to_integer<std::uint32_t>(byte);
-        for (int bit = 0; bit < 8; ++bit)
-            remainder = (remainder >> 1U) ^ ((remainder & 1U) != 0 ? 0xedb88320U : 0U);
-    }
-    return ~remainder;
+    return static_cast<std::uint32_t>(crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
 }
 
 class Writer
@@ -70,7 +64,7 @@ class Reader
 void fail_packed(std::string_view source, std::size_t offset, std::string_view what)
 {
     throw Error(std::string(source) + ": offset " + std::to_string(offset) + ": " + std::string(what) +
-                "; the file is damaged: have the stage that wrote it make it anew ('fresco store verify' finds its result)");
+                "; the file is damaged: rerun the stage that wrote it ('fresco store verify' finds its result)");
 }
 
 std::array<std::byte, PackedUvMapHeader::bytes> PackedUvMapHeader::write() const
@@ -97,12 +91,12 @@ PackedUvMapHeader PackedUvMapHeader::read(std::span<const std::byte> file, std::
     if (file.size() < bytes)
         fail_packed(source, file.size(), "ends within the header of " + std::to_string(bytes) + " bytes");
     if (std::memcmp(file.data(), magic, std::strlen(magic)) != 0)
-        fail_packed(source, 0, "\"FRESCOUV\", with which a packed uv map begins, was expected");
+        fail_packed(source, 0, "expected \"FRESCOUV\", the beginning of a packed uv map");
     Reader reader(file);
     reader.number();
     reader.number();
     if (const std::uint32_t found = reader.number(); found != form)
-        fail_packed(source, 8, "form " + std::to_string(form) + " was expected, this is " + std::to_string(found));
+        fail_packed(source, 8, "expected form " + std::to_string(form) + ", got " + std::to_string(found));
     PackedUvMapHeader header;
     header.width = reader.number();
     header.height = reader.number();
@@ -123,11 +117,11 @@ PackedUvMapHeader PackedUvMapHeader::read(std::span<const std::byte> file, std::
 
     const auto& [u, v, cosine, depth] = header.bits;
     if (u < 16 || u > 22 || v != u || cosine != 8 || (depth != 16 && depth != 22))
-        fail_packed(source, 24, "16 to 22 bits of u and as many of v, 8 of the cosine, 16 or 22 of depth were expected");
+        fail_packed(source, 24, "expected 16 to 22 bits of u and as many of v, 8 of the cosine, 16 or 22 of depth");
     // Too few would make infinite depths of sound steps.
     if (!(header.depth_steps_per_meter > 0 && header.depth_steps_per_meter <= 1000) ||
         !std::isfinite(4194303.0F / header.depth_steps_per_meter))
-        fail_packed(source, 28, "steps of depth per meter, above 0 and at most 1000, were expected");
+        fail_packed(source, 28, "expected steps of depth per meter above 0 and at most 1000");
     return header;
 }
 

@@ -70,7 +70,7 @@ class LayoutReader
         for (const auto& element : header_.elements)
             if (element.name == name)
                 return element;
-        fail("there is no element " + in_quotes(name) + "; export the scan as a triangle mesh");
+        fail("missing element " + in_quotes(name) + "; export the scan as a triangle mesh");
     }
 
     static std::optional<std::size_t> find(const PlyElement& element, std::string_view name)

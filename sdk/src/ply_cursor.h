@@ -243,7 +243,7 @@ class AsciiCursor
     {
         const auto word = words_.next();
         if (word.empty())
-            fail("the line ends where a value of type " + std::string(name_of(type)) + " was expected");
+            fail("the line ends; expected a value of type " + std::string(name_of(type)));
         return word;
     }
     [[noreturn]] void wrong(PlyType type, std::string_view word) const

@@ -44,7 +44,7 @@ class HeaderReader
     {
         std::string_view line;
         if (!text_.starts_with("ply\n") && !text_.starts_with("ply\r\n"))
-            lines_.fail_at(1, "expected the line 'ply': this is no PLY file, or it is cut");
+            lines_.fail_at(1, "expected the line 'ply': not a PLY file, or truncated");
         lines_.next(line);
         if (next_statement() != "format")
             lines_.fail("expected 'format ascii 1.0', 'format binary_little_endian 1.0' or 'format binary_big_endian 1.0'");

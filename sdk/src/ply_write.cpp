@@ -51,11 +51,11 @@ void check_fits_int(const Mesh& mesh)
 {
     constexpr std::uint32_t greatest = std::numeric_limits<std::int32_t>::max();
     if (mesh.positions.size() > greatest)
-        throw Error("a PLY file takes at most " + std::to_string(greatest) + " vertices, not " +
+        throw Error("a PLY file holds at most " + std::to_string(greatest) + " vertices, not " +
                     std::to_string(mesh.positions.size()));
     for (const std::uint32_t chart : mesh.charts)
         if (chart > greatest)
-            throw Error("a PLY file takes chart numbers up to " + std::to_string(greatest) + ", not " + std::to_string(chart));
+            throw Error("a PLY file holds chart numbers up to " + std::to_string(greatest) + ", not " + std::to_string(chart));
 }
 
 }  // namespace

@@ -13,6 +13,8 @@ Value described(const std::string& name, const ArtifactType& type)
     Value description = Value::Map{{"name", name}, {"artifact", type.name}, {"version", type.version}};
     if (const auto forms = type.form_names(); !forms.empty())
         description.set("as", Value::List(forms.begin(), forms.end()));
+    if (type.has_preview)
+        description.set("preview", true);
     return description;
 }
 }  // namespace
@@ -40,7 +42,7 @@ void InputPort::not_wired() const
 
 void InputPort::wrong_type() const
 {
-    throw Error("input \"" + name_ + "\" takes " + type_.name + "; something else was given");
+    throw Error("input \"" + name_ + "\" takes " + type_.name + ", got another type");
 }
 
 OutputPort::OutputPort(Configurable* owner, std::string name, const ArtifactType& type, std::string help)

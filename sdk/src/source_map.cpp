@@ -63,11 +63,11 @@ std::shared_ptr<SourceMap> SourceMap::load(const ArtifactFolder& folder)
     result->picture_height = static_cast<int>(root.at("picture_height").as_int());
     result->pixels_per_texel = static_cast<float>(root.at("pixels_per_texel").as_double());
     if (result->picture_width < 1 || result->picture_height < 1 || !(result->pixels_per_texel > 0))
-        throw Error(file.string() + ": the picture's size and pixels_per_texel are expected to be positive");
+        throw Error(file.string() + ": expected positive numbers for the picture's size and pixels_per_texel");
     const auto places_file = folder.path / "places.npy";
     result->places = detail::read_raster16(places_file, 3);
     if (result->places.width != result->places.height)
-        throw Error(places_file.string() + ": the map of a texture is expected to be square");
+        throw Error(places_file.string() + ": expected a square map");
     return result;
 }
 

@@ -157,7 +157,7 @@ std::unique_ptr<Configurable> make_from_plugin(const fs::path& library, std::str
     const auto info = reinterpret_cast<fresco_plugin_info_function>(::dlsym(handle, FRESCO_INFO_SYMBOL));
     const auto entries = reinterpret_cast<fresco_plugin_entries_function>(::dlsym(handle, FRESCO_ENTRIES_SYMBOL));
     if (info == nullptr || entries == nullptr || info()->magic != FRESCO_MAGIC || info()->abi != FRESCO_ABI)
-        throw Error(library.string() + ": is no plugin of this version");
+        throw Error(library.string() + ": not a plugin of this version");
     std::size_t count = 0;
     const fresco_plugin_entry* list = entries(&count);
     for (std::size_t i = 0; i < count; ++i)

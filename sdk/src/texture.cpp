@@ -41,7 +41,7 @@ std::shared_ptr<Texture> Texture::load(const ArtifactFolder& folder)
         if (layer.width != size >> i || layer.height != size >> i)
             throw Error(layer_file.string() + ": is " + std::to_string(layer.width) + "x" + std::to_string(layer.height) +
                         "; layer " + std::to_string(i) + " of a texture of " + std::to_string(size) +
-                        " texels is expected to be half the one before");
+                        " texels must be half the one before");
     }
     texture->seen = detail::read_raster8(folder.path / "seen.npy", 1);
     if (texture->seen.width != size || texture->seen.height != size)

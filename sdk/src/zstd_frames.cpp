@@ -70,12 +70,12 @@ std::uint32_t FrameWriter::append(std::span<const std::uint8_t> contents)
 std::string read_frame(std::span<const std::byte> frame, std::span<std::uint8_t> bytes)
 {
     if (bytes.empty())
-        return frame.empty() ? "" : "no bytes were expected";
+        return frame.empty() ? "" : "expected no bytes";
     const auto says = ZSTD_getFrameContentSize(frame.data(), frame.size());
     if (says == ZSTD_CONTENTSIZE_ERROR || says == ZSTD_CONTENTSIZE_UNKNOWN)
-        return "a Zstandard frame that says its size was expected";
+        return "expected a Zstandard frame with its size";
     if (says != bytes.size())
-        return "a frame of " + std::to_string(bytes.size()) + " bytes was expected, this is one of " + std::to_string(says);
+        return "expected a frame of " + std::to_string(bytes.size()) + " bytes, got " + std::to_string(says);
     const std::size_t size = ZSTD_decompressDCtx(decompressor(), bytes.data(), bytes.size(), frame.data(), frame.size());
     return ZSTD_isError(size) != 0 ? ZSTD_getErrorName(size) : "";
 }

@@ -109,6 +109,15 @@ inline std::string joined(const std::vector<double>& numbers)
     return text;
 }
 
+/// A row-major matrix, a row per line.
+inline std::string rows_of(const std::vector<double>& matrix, std::size_t columns)
+{
+    std::string text;
+    for (auto row = matrix.begin(); row != matrix.end(); row += static_cast<std::ptrdiff_t>(columns))
+        text += joined({row, row + static_cast<std::ptrdiff_t>(columns)}) + "\n";
+    return text;
+}
+
 inline std::string numbered(const std::string& prefix, std::size_t number, const std::string& ending, std::size_t digits = 6)
 {
     const auto text = std::to_string(number);

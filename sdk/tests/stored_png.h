@@ -113,7 +113,7 @@ inline fresco::Raster8 decode(const std::vector<std::uint8_t>& png)
     return image;
 }
 
-class Codec final : public fresco::ImageIo
+class Codec : public fresco::ImageIo
 {
   public:
     fresco::ImageHeader header(const std::filesystem::path& file) const override

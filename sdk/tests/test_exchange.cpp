@@ -214,7 +214,7 @@ TEST_CASE("frames are handed over with plain paths, and taken back with pictures
     CHECK(kept.at(2).at("color_picture").at("ref").as_string() == "own:new.npy");
     CHECK(place.run.files_read == std::vector<fs::path>{outside});
     fs::remove(outside);
-    CHECK_THROWS_WITH(ports.take_back(), Catch::Contains("seq-01/frame-000001: there is no picture " + outside.string()));
+    CHECK_THROWS_WITH(ports.take_back(), Catch::Contains("seq-01/frame-000001: no such picture: " + outside.string()));
 }
 
 TEST_CASE("a picture is found by each of its paths, and refused where it will not stay", "[exchange]")

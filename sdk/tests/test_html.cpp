@@ -23,9 +23,8 @@ TEST_CASE("base64 gives the test vectors of RFC 4648")
     CHECK(fresco::data_uri("text/plain", std::as_bytes(std::span("foo", 3))) == "data:text/plain;base64,Zm9v");
 }
 
-TEST_CASE("text and JSON cannot leave the place they are put in")
+TEST_CASE("JSON cannot leave the script that it is put in")
 {
-    CHECK(fresco::html_escaped("a<b> & \"c\" 'd'\n\x01ä") == "a&lt;b&gt; &amp; &quot;c&quot; &#39;d&#39;\n ä");
     const fresco::Value value = fresco::Value::Map{{"x", "</script><!--"}};
     const std::string text = fresco::script_json(value);
     CHECK(text.find('<') == std::string::npos);

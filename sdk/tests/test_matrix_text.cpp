@@ -23,10 +23,10 @@ TEST_CASE("errors of a matrix name the line", "[matrix_text]")
     CHECK_THROWS_WITH(fresco::parse_matrix_text("1 2\n3\n", 2, 2, "m.txt"), Contains("m.txt:2: 1 numbers"));
     CHECK_THROWS_WITH(fresco::parse_matrix_text("1 2\n3 4\n\n5 6\n", 2, 2, "m.txt"),
                       Contains("m.txt:4: ") && Contains("another row"));
-    CHECK_THROWS_WITH(fresco::parse_matrix_text("1 2\n", 2, 2, "m.txt"), Contains("1 rows where a 2x2"));
+    CHECK_THROWS_WITH(fresco::parse_matrix_text("1 2\n", 2, 2, "m.txt"), Contains("1 rows; expected a 2x2"));
     CHECK_THROWS_WITH(fresco::parse_matrix_text("1e999", 1, 1, "m.txt"), Contains("range"));
     CHECK_THROWS_AS(fresco::read_matrix_text("/nowhere/m.txt", 1, 1), fresco::MissingInput);
-    CHECK_THROWS_WITH(fresco::parse_numbers("1 2 3", 4, "list"), Contains("3 numbers where 4"));
+    CHECK_THROWS_WITH(fresco::parse_numbers("1 2 3", 4, "list"), Contains("3 numbers; expected 4"));
 }
 
 TEST_CASE("a rigid transform is rotation and translation, anything else is refused", "[matrix_text]")

@@ -106,7 +106,7 @@ TEST_CASE("OBJ: errors name the line and what was expected", "[obj]")
     refused("curv 0 1 1 2\n", 1, "unknown statement 'curv'");
     refused("vertex 0 0 0\n", 1, "unknown statement");
     refused(square, 4, "without a triangle");
-    refused(square + "f 1 2 3\\\n", 5, "shall be continued");
+    refused(square + "f 1 2 3\\\n", 5, "must continue");
     CHECK_THROWS_AS(parse(""), Error);
 }
 

@@ -104,7 +104,7 @@ const Case cases[] = {
     {slots, R"("loss.gram")", "", "; a map {name: {type: …}} of kind 'loss'"},
     {slots, R"({"type": "loss.gram"})", "", "several components are expected: give each a name, {name: {type: …}}"},
     {slots, R"({"a": null, "b": 4})", "",
-     "a: 'a' has no value: give {type: …}, or leave the line out\nb: ; {type: …} of kind 'loss'"},
+     "a: 'a' has no value: set {type: …}, or leave the line out\nb: ; {type: …} of kind 'loss'"},
     {line, R"(["sh", "-c", ""])", R"(["sh", "-c", ""])"},
     {line, R"("sh")", "", "; a list of words"},
     {line, R"(["sh", {"o": null}, 1])", "", "1: ; a word\n2: ; a word"},
@@ -117,7 +117,7 @@ const Case cases[] = {
      R"({"a": {"artifact": "mesh", "version": 3, "as": ""}, "b": {"artifact": "image", "version": 1, "as": "png"},
          "c": {"artifact": "image", "version": 1, "as": "npy"}})"},
     {ports, R"({"a": "mash", "b c": "mesh", "d": {"artifact": "mesh", "as": "ply"}})", "",
-     "a: port 'a': there is no artifact 'mash' (did you mean 'mesh'?)\n"
+     "a: port 'a': unknown artifact 'mash' (did you mean 'mesh'?)\n"
      "b c: port 'b c': a name is made of letters, digits, '_' and '-'\n"
      "d: as: port 'd': mesh has only one form; leave 'as' out"},
     {ports, R"({"a": {"artifact": "image", "as": "jpg"}, "b": {"artifact": "mesh", "sa": 1}, "c": null})", "",

@@ -187,7 +187,7 @@ TEST_CASE("PLY: errors name the file, the place and what was expected", "[ply]")
                           Contains("expected a value of type float instead of '" + std::string(bad)));
     CHECK_THROWS_WITH(parse(triangle_ply(xyz, three, index_list, "", 0)), Contains("no faces"));
     CHECK_THROWS_WITH(parse(""), Contains("room.ply:1: expected the line 'ply'"));
-    CHECK_THROWS_WITH(parse("solid cube\n"), Contains("no PLY file"));
+    CHECK_THROWS_WITH(parse("solid cube\n"), Contains("not a PLY file"));
 
     Mesh bad = folded_square();
     bad.positions[2].y = std::nanf("");

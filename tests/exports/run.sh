@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# run.sh FRESCO SOURCE COMPRESSION: COMPRESSION is meshopt, or none where export.gltf is built without.
+# run.sh FRESCO SOURCE
 source "$(dirname "$0")/../program_test.sh"
-fresco=$1 source=$2 compression=$3
+fresco=$1 source=$2
 
 cat >"$work/room.yaml" <<YAML
 version: 1
@@ -15,10 +15,10 @@ stages:
   lit: {type: export.gltf, input: bake, path: lit.glb, material: pbr, image_format: jpeg, up: z}
   small: {type: export.gltf, input: bake, path: small.glb, quantize: true, max_texture_px: 128, image_format: jpeg, jpeg_quality: 80}
   small_lit: {type: export.gltf, input: bake, path: small_lit.glb, quantize: true, material: pbr, up: z}
-  packed: {type: export.gltf, input: bake, path: packed.glb, quantize: true, material: pbr, compression: $compression}
-  packed_floats: {type: export.gltf, input: bake, path: packed_floats.glb, compression: $compression}
+  packed: {type: export.gltf, input: bake, path: packed.glb, quantize: true, material: pbr, compression: meshopt}
+  packed_floats: {type: export.gltf, input: bake, path: packed_floats.glb, compression: meshopt}
   bare: {type: export.gltf, input: atlas, path: bare.glb}
-  bare_small: {type: export.gltf, input: scan.mesh, path: bare_small.glb, quantize: true, material: pbr, up: z, compression: $compression}
+  bare_small: {type: export.gltf, input: scan.mesh, path: bare_small.glb, quantize: true, material: pbr, up: z, compression: meshopt}
   obj: {type: export.obj, input: bake, path: obj/room.obj}
   ply: {type: export.ply, input: bake, path: vertex.ply, colors: true}
   ply_faces: {type: export.ply, input: bake, path: face.ply, texcoords: face, image_format: jpeg}

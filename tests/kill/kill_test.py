@@ -76,7 +76,7 @@ class Site:
     def files(self):
         """What the run made, but for the report, which tells times."""
         return {str(file.relative_to(self.out)): hashlib.sha256(file.read_bytes()).hexdigest()
-                for file in sorted(self.out.rglob("*")) if file.is_file() and file.name != "report.html"}
+                for file in sorted(self.out.rglob("*")) if file.is_file() and file.name not in ("report.html", "run.json")}
 
 
 def steps(events):

@@ -1,10 +1,11 @@
 // look.mjs CHROMIUM REPORT.html [SHOTS]: the page as somebody sees it who opens it: the room is drawn and turns, the slider moves, nothing is
 // fetched, no complaints. With a folder for it, pictures of the page.
 import assert from "node:assert/strict";
-import { writeFileSync } from "node:fs";
-import { resolve } from "node:path";
+import { readFileSync, writeFileSync } from "node:fs";
+import { dirname, resolve } from "node:path";
 import { pathToFileURL } from "node:url";
 import { Browser } from "../browser/browser.mjs";
+import { checkPage } from "./pages.mjs";
 
 const [program, page, shots] = process.argv.slice(2);
 const url = pathToFileURL(resolve(page)).href;
@@ -77,23 +78,23 @@ assert(views >= 2 && views <= 12, `${views} views`);
 const first = await browser.evaluate(`document.querySelector(".compare img").src.length + document.getElementById("view-name").textContent`);
 await click(".thumbs button:last-child");
 assert.notEqual(await browser.evaluate(`document.querySelector(".compare img").src.length + document.getElementById("view-name").textContent`), first);
-const broken = await browser.evaluate(`Promise.all(Array.from(document.images).map(image => image.decode().then(() => "", () => image.alt))).then(names => names.filter(Boolean))`);
-assert.deepEqual(broken, []);
 await click("#stand-here");
 assert.notEqual((await seen()).sum, inside.sum, "the last view's place is the first one's");
 
-// The page holds together on a narrow screen too.
-for (const [name, width, height, mobile] of [["wide", 1280, 900, false], ["phone", 390, 800, true]]) {
-    await browser.send("Emulation.setDeviceMetricsOverride", { width, height, deviceScaleFactor: 1, mobile });
-    assert(await browser.evaluate(`document.documentElement.scrollWidth <= window.innerWidth + 1`), `the ${name} page is wider than its window`);
-    if (shots) {
-        const { data } = await browser.send("Page.captureScreenshot", { captureBeyondViewport: true, clip: { x: 0, y: 0, width, height: await browser.evaluate("document.documentElement.scrollHeight"), scale: 1 } });
-        writeFileSync(`${shots}/${name}.png`, Buffer.from(data, "base64"));
-    }
-}
+// What the run began with, and how. What it said stays text.
+const text = selector => browser.evaluate(`document.querySelector(${JSON.stringify(selector)}).textContent`);
+assert.deepEqual(await browser.evaluate(`Array.from(document.querySelectorAll(".given figcaption")).map(each => each.textContent)`), ["pattern: picture", "style: demo.jpg"]);
+assert.match(await text("pre.command"), /fresco run .*room\.yaml --store .* --cores 2$/);
+assert.equal(await browser.evaluate(`document.getElementById("evil")`), null);
+assert((await text("main")).includes("</script><b id=evil>"));
+assert.deepEqual(JSON.parse(await text("#data")), JSON.parse(readFileSync(`${dirname(page)}/run.json`, "utf8")));
+for (const title of ["The pipeline", "The room", "Camera and render", "The atlas", "Frames kept and dropped", "Stages", "Files", "How it was made"])
+    assert(await browser.evaluate(`Array.from(document.querySelectorAll("h2")).some(each => each.textContent === ${JSON.stringify(title)})`), `no "${title}"`);
+await checkPage(browser, url, "run", shots);
 
-// The driver remarks that reading the canvas back, as this test does, takes time.
-assert.deepEqual(browser.problems.filter(problem => !problem.includes("GPU stall due to ReadPixels")), []);
-assert.deepEqual(browser.requests.filter(request => request !== url && !request.startsWith("data:") && !request.startsWith("blob:")), []);
+// Without scripts it says where the data are.
+await browser.send("Emulation.setScriptExecutionDisabled", { value: true });
+await browser.go(() => browser.send("Page.navigate", { url }));
+assert((await browser.evaluate("document.body.innerText")).includes("run.json"));
 await browser.close();
 console.log(`the room fills ${inside.shown.toFixed(2)} of its canvas, ${views} views`);

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# run.sh FRESCO SOURCE: a generated room's run, and its report in Chromium.
+# run.sh FRESCO SOURCE: a generated room's run and a matrix of it, and their pages in Chromium.
 source "$(dirname "$0")/../program_test.sh"
 fresco=$1 source=$2
 
@@ -22,3 +22,6 @@ if [ -z "$chromium" ] || ! command -v node >/dev/null; then
     exit 0
 fi
 timeout 200 node "$source/look.mjs" "$chromium" "$page" ${FRESCO_REPORT_SHOTS:+"$FRESCO_REPORT_SHOTS"}
+
+"$fresco" run "$source/sweep.yaml" --store "$work/store" --out "$work/sweep" --cores 2 >"$work/sweep.log" 2>&1 || { cat "$work/sweep.log"; exit 1; }
+timeout 100 node "$source/look_at_sweep.mjs" "$chromium" "$work/sweep/sweep.html" ${FRESCO_REPORT_SHOTS:+"$FRESCO_REPORT_SHOTS"}

@@ -1,7 +1,7 @@
-#include "live_display.h"
-#include "progress_rate.h"
-#include "run_view.h"
-#include "terminal_line.h"
+#include "display/live_display.h"
+#include "display/progress_rate.h"
+#include "display/run_view.h"
+#include "display/terminal_line.h"
 
 #include <algorithm>
 #include <cerrno>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <fresco/host/progress_display.h>
+#include "run/progress_display.h"
 
 #include <memory>
 

@@ -1,31 +1,11 @@
-#include "progress_rate.h"
-
-#include <fresco/host/progress_display.h>
+#include "display/progress_rate.h"
+#include "base/unit_text.h"
 
 #include <cmath>
 #include <fmt/format.h>
 
 namespace fresco::host
 {
-
-std::string duration_text(double seconds)
-{
-    if (seconds < 10)
-        return fmt::format("{:.1f} s", seconds);
-    const auto whole = static_cast<long>(std::lround(seconds));
-    if (whole < 60)
-        return fmt::format("{} s", whole);
-    if (whole < 3600)
-        return fmt::format("{}:{:02} min", whole / 60, whole % 60);
-    return fmt::format("{}:{:02}:{:02} h", whole / 3600, whole / 60 % 60, whole % 60);
-}
-
-std::string size_text(double megabytes)
-{
-    if (megabytes >= 10'240)
-        return fmt::format("{:.1f} GB", megabytes / 1024);
-    return megabytes >= 10 ? fmt::format("{:.0f} MB", megabytes) : fmt::format("{:.1f} MB", megabytes);
-}
 
 void ProgressRate::update(double done, double total, const std::string& unit)
 {

@@ -1,7 +1,6 @@
-#include "run_view.h"
-#include "terminal_line.h"
-
-#include <fresco/host/progress_display.h>
+#include "display/run_view.h"
+#include "base/unit_text.h"
+#include "display/terminal_line.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <fresco/host/run_state.h>
+#include "run/run_state.h"
 
 #include <cstddef>
 #include <optional>
@@ -20,7 +20,7 @@ struct ViewStage
     bool waits = false;     ///< Running, but another run makes the result.
     int threads = 0;        ///< Of a running one.
     double seconds = 0;     ///< What it took, or has been running for.
-    double expected_s = 0;  ///< By its formula, as earlier runs corrected it; 0: unknown.
+    double expected_s = 0;  ///< By its own account, as earlier runs corrected it; 0: unknown.
     double done = 0;
     double total = 0;                                                    ///< 0: unknown.
     std::string unit;                                                    ///< Empty: it has told of no progress.

@@ -1,4 +1,4 @@
-#include "terminal_line.h"
+#include "display/terminal_line.h"
 
 #include <algorithm>
 

@@ -1,7 +1,7 @@
-#include "../pipeline/yaml_text.h"
-#include "commands.h"
+#include "main/commands.h"
+#include "pipeline/yaml_text.h"
 
-#include <fresco/host/plugin_search.h>
+#include "plugins/plugin_search.h"
 
 #include <cerrno>
 #include <cstdio>
@@ -14,7 +14,7 @@ namespace
 {
 std::string empty_path_problem(const std::string& text)
 {
-    return text.empty() ? "an empty text names no folder" : "";
+    return text.empty() ? "the path is empty" : "";
 }
 
 /// Results name each other by their paths, in JSON.
@@ -23,7 +23,7 @@ std::string name_problem(const std::string& option, const std::filesystem::path&
     if (!first_bad_byte(folder.string()))
         return "";
     return option + ": the name of the folder " + folder.string() +
-           " is not UTF-8 text without control characters: rename it, or give another one with " + option;
+           " is not UTF-8 text without control characters: rename it, or choose another with " + option;
 }
 
 /// Of a folder that is there, or of the one that it would be made in.
@@ -34,9 +34,9 @@ std::string writing_problem(const std::string& option, const std::filesystem::pa
     fs::path there = folder;
     while (!fs::exists(fs::symlink_status(there, error)) && there.has_relative_path())
         there = there.parent_path();
-    const std::string other = ": give another one with " + option;
+    const std::string other = ": choose another with " + option;
     if (!fs::is_directory(there, error))
-        return option + ": " + there.string() + " is no folder" + other;
+        return option + ": " + there.string() + " is not a folder" + other;
     if (access(there.c_str(), W_OK | X_OK) != 0)
         return option + ": " + there.string() + " cannot be written: " + std::strerror(errno) + other;
     return "";
@@ -71,21 +71,17 @@ PipelineRequest PipelineArguments::request() const
 
 void PlaceArguments::add_store_to(CLI::App& command)
 {
-    command.add_option("--store", store, "Folder that keeps the results of stages")
-        ->capture_default_str()
-        ->check(empty_path_problem);
+    command.add_option("--store", store, "Folder for cached stage results")->capture_default_str()->check(empty_path_problem);
 }
 
 void PlaceArguments::add_out_to(CLI::App& command)
 {
-    command.add_option("--out", out, "Folder for the files that the pipeline makes")
-        ->capture_default_str()
-        ->check(empty_path_problem);
+    command.add_option("--out", out, "Folder for output files")->capture_default_str()->check(empty_path_problem);
 }
 
 void PipelineArguments::add_until_to(CLI::App& command)
 {
-    command.add_option("--until", until, "This stage and what it needs, nothing else");
+    command.add_option("--until", until, "Only this stage and those it needs");
 }
 
 std::filesystem::path PlaceArguments::out_folder() const

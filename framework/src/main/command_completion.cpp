@@ -1,5 +1,5 @@
-#include "commands.h"
-#include "completion.h"
+#include "main/commands.h"
+#include "main/completion.h"
 
 #include <cstdio>
 #include <memory>
@@ -21,7 +21,7 @@ struct CompletionArguments
 void add_completion_commands(CLI::App& app)
 {
     const auto arguments = std::make_shared<CompletionArguments>();
-    CLI::App* script = app.add_subcommand("completion", "Print the script that completes this command line in a shell");
+    CLI::App* script = app.add_subcommand("completion", "Print a completion script for the shell");
     script->add_option("shell", arguments->shell, "bash or zsh")->required()->check(CLI::IsMember({"bash", "zsh"}));
     script->callback([arguments] { std::fputs(completion_script(arguments->shell), stdout); });
 

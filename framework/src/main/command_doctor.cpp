@@ -1,8 +1,8 @@
-#include "commands.h"
+#include "main/commands.h"
 
-#include <fresco/host/machine.h>
-#include <fresco/host/plugin_library.h>
-#include <fresco/host/plugin_search.h>
+#include "base/machine.h"
+#include "plugins/plugin_library.h"
+#include "plugins/plugin_search.h"
 
 #include <algorithm>
 #include <boost/version.hpp>
@@ -114,8 +114,8 @@ void print_text(const Catalog& catalog)
 
 void add_doctor_command(CLI::App& app, int& exit_code)
 {
-    CLI::App* command = app.add_subcommand(
-        "doctor", "Look at the libraries, the graphics card and every plugin; exit code 4 if a plugin is refused");
+    CLI::App* command =
+        app.add_subcommand("doctor", "Show libraries, graphics card and plugins; exit code 4 if a plugin is refused");
     const auto json = std::make_shared<bool>(false);
     command->add_flag("--json", *json, "Print JSON");
     command->callback(

@@ -1,7 +1,7 @@
-#include "commands.h"
+#include "main/commands.h"
 
-#include <fresco/host/commands_inspect.h>
-#include <fresco/host/plugin_search.h>
+#include "plugins/plugin_search.h"
+#include "run/commands_inspect.h"
 
 #include <iostream>
 
@@ -35,7 +35,7 @@ void add_inspect_commands(CLI::App& app, int& exit_code)
         return command;
     };
 
-    CLI::App* check = add("check", "Report everything that is wrong with a pipeline, run nothing",
+    CLI::App* check = add("check", "Report every problem of a pipeline without running it",
                           [](const InspectArguments& given, const Catalog& catalog)
                           { return write_check(load(given, catalog), given.json, given.json ? std::cout : std::cerr); });
     arguments->pipeline.add_to(*check);
@@ -44,10 +44,11 @@ void add_inspect_commands(CLI::App& app, int& exit_code)
     CLI::App* stages = add("stages", "List the stages and components that plugins provide",
                            [](const InspectArguments& given, const Catalog& catalog)
                            { return write_stages(catalog, given.all, given.json, std::cout); });
-    stages->add_flag("--all", arguments->all, "Also where each comes from, what cannot be loaded or is not built, and why");
+    stages->add_flag("--all", arguments->all,
+                     "Also show where each comes from, and why plugins cannot be loaded or are not built");
     stages->add_flag("--json", arguments->json, "Print JSON");
 
-    CLI::App* describe = add("describe", "Ports, options, defaults, ranges and help of one stage or component",
+    CLI::App* describe = add("describe", "Show the ports, options, defaults, ranges and help of a stage or component",
                              [](const InspectArguments& given, const Catalog& catalog)
                              { return write_description(catalog, given.type, given.json, std::cout, std::cerr); });
     describe->add_option("type", arguments->type, "Type, as in a pipeline file: mesh.decimate")->required();

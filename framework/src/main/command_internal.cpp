@@ -1,9 +1,9 @@
-#include "commands.h"
+#include "main/commands.h"
 
-#include <fresco/host/plugin_probe.h>
-#include <fresco/host/report.h>
-#include <fresco/host/sweep_summary.h>
-#include <fresco/host/worker.h>
+#include "plugins/plugin_probe.h"
+#include "report/report.h"
+#include "report/sweep_summary.h"
+#include "worker/worker.h"
 
 namespace fresco::host
 {
@@ -17,12 +17,9 @@ void add_internal_commands(CLI::App& app, int& exit_code)
     CLI::App* run = app.add_subcommand("internal-run", "Run one stage from store paths; the host calls this")->group("");
     run->add_option("request", *file)->required();
     run->callback([file] { internal_run(*file); });
-    CLI::App* sweep = app.add_subcommand("internal-sweep", "Write the page of a matrix; the host calls this")->group("");
-    sweep->add_option("request", *file)->required();
-    sweep->callback([file, &exit_code] { exit_code = internal_sweep(*file); });
-    CLI::App* report = app.add_subcommand("internal-report", "Write the report of a run; the host calls this")->group("");
-    report->add_option("request", *file)->required();
-    report->callback([file, &exit_code] { exit_code = internal_report(*file); });
+    CLI::App* page = app.add_subcommand("internal-page", "Write a page of results; the host calls this")->group("");
+    page->add_option("request", *file)->required();
+    page->callback([file, &exit_code] { exit_code = internal_page(*file); });
 }
 
 }  // namespace fresco::host

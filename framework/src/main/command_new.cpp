@@ -1,9 +1,9 @@
-#include "commands.h"
+#include "main/commands.h"
 
+#include "plugins/plugin_search.h"
+#include "plugins/templates.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
-#include <fresco/host/plugin_search.h>
-#include <fresco/host/templates.h>
 
 #include <algorithm>
 #include <cctype>
@@ -42,7 +42,7 @@ fs::path temporary_folder_in(const fs::path& parent)
 {
     std::string name = (parent / ".fresco-new-XXXXXX").string();
     if (::mkdtemp(name.data()) == nullptr)
-        throw Error(parent.string() + ": no folder can be made here: " + std::generic_category().message(errno));
+        throw Error(parent.string() + ": cannot create a folder here: " + std::generic_category().message(errno));
     return name;
 }
 
@@ -143,7 +143,7 @@ int begin_project(const NewArguments& arguments)
     for (const auto& file : files)
         fmt::print("{}\n", (folder / file.path).string());
     fmt::print("\nNow\n  cd {} && fresco run pipeline.yaml\nIt paints a generated room after a generated picture; the file says "
-               "how to take yours.\n",
+               "how to use your own.\n",
                quoted(folder.string()));
     return 0;
 }
@@ -162,7 +162,7 @@ int told(int (*action)(const NewArguments&), const NewArguments& arguments)
     }
     catch (const fs::filesystem_error& error)
     {
-        throw Error(error.path1().string() + ": cannot be made: " + error.code().message());
+        throw Error(error.path1().string() + ": cannot be created: " + error.code().message());
     }
 }
 
@@ -171,17 +171,17 @@ int told(int (*action)(const NewArguments&), const NewArguments& arguments)
 void add_new_commands(CLI::App& app, int& exit_code)
 {
     const auto arguments = std::make_shared<NewArguments>();
-    CLI::App* init =
-        app.add_subcommand("init", "Begin a project: a folder with a commented pipeline that runs with nothing at hand");
-    init->add_option("folder", arguments->folder, "Folder to make")->required();
+    CLI::App* init = app.add_subcommand("init", "Create a project: a folder with a commented pipeline that needs no data");
+    init->add_option("folder", arguments->folder, "Folder to create")->required();
     init->callback([arguments, &exit_code] { exit_code = told(begin_project, *arguments); });
 
-    CLI::App* plugin = app.add_subcommand("new", "Begin a plugin: a folder that builds, tests and installs by itself");
+    CLI::App* plugin = app.add_subcommand("new", "Create a plugin: a folder that builds, tests and installs by itself");
     plugin->add_option("kind", arguments->kind, "stage, loss, features or texture")
         ->required()
         ->check(CLI::IsMember(plugin_kinds()));
-    plugin->add_option("type", arguments->type, "What pipelines will call it: my.dots, in the folder my_dots")->required();
-    plugin->add_option("--in", arguments->in, "Folder to make its folder in")->capture_default_str();
+    plugin->add_option("type", arguments->type, "Type name in pipelines, such as my.dots; the folder is then my_dots")
+        ->required();
+    plugin->add_option("--in", arguments->in, "Parent of the new folder")->capture_default_str();
     plugin->callback([arguments, &exit_code] { exit_code = told(begin_plugin, *arguments); });
 }
 

@@ -1,9 +1,11 @@
-#include "commands.h"
+#include "base/unit_text.h"
+#include "main/commands.h"
 
-#include <fresco/host/commands_inspect.h>
-#include <fresco/host/machine.h>
-#include <fresco/host/plan.h>
-#include <fresco/host/progress_display.h>
+#include "base/machine.h"
+#include "run/commands_inspect.h"
+#include "run/estimate.h"
+#include "run/plan.h"
+#include "run/progress_display.h"
 
 #include <algorithm>
 #include <fmt/format.h>
@@ -75,10 +77,10 @@ int plan(const PlanArguments& arguments)
             fmt::print("{}\n", to_json(Value::Map{{"problems", problems_as_value(loaded->result.problems)}}, 2));
         return loaded->result.exit_code();
     }
-    const FormulaFigures formulas = formula_figures(loaded->result.pipeline, arguments.cores);
+    const PipelineEstimate estimate = estimate_pipeline(loaded->result.pipeline, arguments.cores);
     const Plan made =
-        make_plan(loaded->result.pipeline, arguments.places.store_folder(), arguments.pipeline.until, formulas.stages);
-    arguments.json ? print_json(made, formulas.notes) : print_text(made, formulas.notes);
+        make_plan(loaded->result.pipeline, arguments.places.store_folder(), arguments.pipeline.until, estimate.stages);
+    arguments.json ? print_json(made, estimate.notes) : print_text(made, estimate.notes);
     return 0;
 }
 
@@ -86,7 +88,7 @@ int plan(const PlanArguments& arguments)
 
 void add_plan_command(CLI::App& app, int& exit_code)
 {
-    CLI::App* command = app.add_subcommand("plan", "Say what a run would do, why, and about what it would cost");
+    CLI::App* command = app.add_subcommand("plan", "Show what a run would do, why, and its estimated cost");
     const auto arguments = std::make_shared<PlanArguments>();
     arguments->pipeline.add_to(*command);
     arguments->places.add_store_to(*command);

@@ -1,7 +1,7 @@
-#include "commands.h"
+#include "main/commands.h"
 
-#include <fresco/host/plugin_search.h>
-#include <fresco/host/reference.h>
+#include "pipeline/reference.h"
+#include "plugins/plugin_search.h"
 
 #include <iostream>
 
@@ -31,7 +31,7 @@ int run(const ReferenceArguments& given)
     for (const std::string& line : differences)
         std::cerr << "error: " << line << '\n';
     if (!differences.empty())
-        std::cerr << "write the pages anew: fresco reference " << given.folder << '\n';
+        std::cerr << "regenerate the pages: fresco reference " << given.folder << '\n';
     return differences.empty() ? 0 : exit_differs;
 }
 
@@ -40,7 +40,7 @@ int run(const ReferenceArguments& given)
 void add_reference_command(CLI::App& app, int& exit_code)
 {
     const auto arguments = std::make_shared<ReferenceArguments>();
-    CLI::App* command = app.add_subcommand("reference", "Write a page of Markdown for every stage and component");
+    CLI::App* command = app.add_subcommand("reference", "Write a Markdown page for every stage and component");
     command->add_option("folder", arguments->folder, "Folder for the pages")->required();
     command->add_flag("--check", arguments->check, "Write nothing; name the pages that differ and end with 1 if there are any");
     command->callback([arguments, &exit_code] { exit_code = run(*arguments); });

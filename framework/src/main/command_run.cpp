@@ -1,13 +1,16 @@
-#include "commands.h"
+#include "base/unit_text.h"
+#include "display/display.h"
+#include "main/commands.h"
 
+#include "base/machine.h"
+#include "pipeline/pipeline_ports.h"
+#include "report/report.h"
+#include "report/sweep_summary.h"
+#include "run/commands_inspect.h"
+#include "run/estimate.h"
+#include "run/plan.h"
+#include "run/scheduler.h"
 #include <fresco/error.h>
-#include <fresco/host/commands_inspect.h>
-#include <fresco/host/machine.h>
-#include <fresco/host/pipeline_ports.h>
-#include <fresco/host/plan.h>
-#include <fresco/host/report.h>
-#include <fresco/host/scheduler.h>
-#include <fresco/host/sweep_summary.h>
 #include <fresco/wording.h>
 
 #include <algorithm>
@@ -25,6 +28,7 @@ namespace
 
 struct RunArguments
 {
+    std::vector<std::string> words;  ///< Of the command line.
     PipelineArguments pipeline;
     PlaceArguments places;
     int cores = available_cores();
@@ -121,16 +125,15 @@ void print_json(const RunSummary& summary, const std::vector<ReportOutcome>& rep
 }
 
 /// Of a matrix: the summary beside the results, and a line per combination.
-void tell_combinations(const RunArguments& arguments, const LoadedPipeline& loaded, const RunRequest& request,
-                       const RunSummary& summary)
+void tell_combinations(const RunArguments& arguments, const ReportRequest& run)
 {
-    const auto outcomes = combination_outcomes(*request.pipeline, summary);
-    const SweepSummaryFiles files = write_sweep_summary({&request, &summary, &loaded.catalog, arguments.thumbnails, &outcomes});
+    const auto outcomes = combination_outcomes(*run.run->pipeline, *run.summary);
+    const SweepSummaryFiles files = write_sweep_summary({&run, arguments.thumbnails, &outcomes});
     if (!files.note.empty())
         fmt::print(stderr, "{}\n", files.note);
     if (arguments.quiet || arguments.json_log)
         return;
-    fmt::print("\n{}", sweep_table(request.pipeline->sweep, outcomes));
+    fmt::print("\n{}", sweep_table(run.run->pipeline->sweep, outcomes));
     for (const auto& file : {files.json, files.page})
         if (!file.empty())
             fmt::print("{}\n", short_path(file));
@@ -145,7 +148,7 @@ bool fits_matrix(const RunArguments& arguments, const Pipeline& pipeline)
                                                          : nullptr;
     if (option != nullptr && pipeline.sweep.axes.empty())
     {
-        fmt::print(stderr, "{}: error: is for pipelines with a 'matrix', {} has none\n", option, arguments.pipeline.file);
+        fmt::print(stderr, "{}: error: only for pipelines with a 'matrix'; {} has none\n", option, arguments.pipeline.file);
         return false;
     }
     std::vector<std::string> names;
@@ -153,7 +156,7 @@ bool fits_matrix(const RunArguments& arguments, const Pipeline& pipeline)
         names.push_back(stage.own_name);
     if (arguments.thumbnails.empty() || std::find(names.begin(), names.end(), arguments.thumbnails) != names.end())
         return true;
-    fmt::print(stderr, "--thumbnails {}: error: there is no stage '{}'{}\n", arguments.thumbnails, arguments.thumbnails,
+    fmt::print(stderr, "--thumbnails {}: error: unknown stage '{}'{}\n", arguments.thumbnails, arguments.thumbnails,
                suggestion(arguments.thumbnails, names));
     return false;
 }
@@ -196,7 +199,7 @@ int run(const RunArguments& arguments)
     request.jobs = std::max(1, arguments.jobs);
     request.keep_going = arguments.keep_going;
     request.until = arguments.pipeline.until;
-    request.estimates = formula_figures(loaded->result.pipeline, arguments.cores).stages;
+    request.estimates = estimate_pipeline(loaded->result.pipeline, arguments.cores).stages;
     const auto expected = arguments.isolation.stages.empty() ? std::map<std::string, double>{} : expected_seconds(request);
     try
     {
@@ -211,16 +214,17 @@ int run(const RunArguments& arguments)
     const auto begin = std::chrono::steady_clock::now();
     const RunSummary summary = run_pipeline(request, *display);
     const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
+    const ReportRequest ended{&request, &summary, &loaded->catalog, arguments.words, elapsed.count(), summary.exit_code == 75};
     std::vector<ReportOutcome> reports;
     if (!arguments.no_report)
-        reports = write_reports({&request, &summary, &loaded->catalog, elapsed.count(), summary.exit_code == 75});
+        reports = write_reports(ended);
     for (const ReportOutcome& report : reports)
         if (!report.note.empty())
             display->note(report.note);
     display.reset();  // off the terminal before anything else is printed
     const bool sweep = !request.pipeline->sweep.axes.empty();
     if (sweep)
-        tell_combinations(arguments, *loaded, request, summary);
+        tell_combinations(arguments, ended);
     if (arguments.json_log)
         print_json(summary, reports);
     else if (!arguments.quiet && !sweep)
@@ -233,41 +237,42 @@ int run(const RunArguments& arguments)
     }
     std::fflush(stdout);
     if (summary.exit_code == 75 && !arguments.json_log)
-        fmt::print(stderr, "interrupted; the same command goes on from here\n");
+        fmt::print(stderr, "interrupted; run the same command to resume\n");
     return summary.exit_code;
 }
 
 }  // namespace
 
-void add_run_command(CLI::App& app, int& exit_code)
+void add_run_command(CLI::App& app, const std::vector<std::string>& words, int& exit_code)
 {
-    CLI::App* command = app.add_subcommand("run", "Run a pipeline: what is stored already is not run again");
+    CLI::App* command = app.add_subcommand("run", "Run a pipeline, skipping cached stages");
     const auto arguments = std::make_shared<RunArguments>();
+    arguments->words = words;
     arguments->pipeline.add_to(*command);
     arguments->places.add_out_to(*command);
     arguments->places.add_store_to(*command);
     command->add_option("--cores", arguments->cores, "Processor cores to use")->check(CLI::Range(1, 4096))->capture_default_str();
     command
         ->add_option("--memory", arguments->memory_mb,
-                     "Megabytes that stages side by side may be expected to take together (default: what is free now)")
+                     "Memory budget for parallel stages in megabytes (default: what is free now)")
         ->check(CLI::Range(1.0, 1e9));
     arguments->pipeline.add_until_to(*command);
-    command->add_option("--jobs", arguments->jobs, "Combinations of a matrix to have at work at once (default: 1)")
+    command->add_option("--jobs", arguments->jobs, "Combinations of a matrix to run in parallel (default: 1)")
         ->check(CLI::Range(1, 4096));
-    command->add_flag("--keep-going", arguments->keep_going, "Begin further combinations of a matrix after one failed");
+    command->add_flag("--keep-going", arguments->keep_going, "Start further combinations of a matrix after one has failed");
     auto* isolate = command->add_option("--isolate", arguments->isolation.stages,
-                                        "STAGE or all: hold the stage's process, and all it starts, to limits; may be repeated");
+                                        "STAGE or all: limit the memory and time of the stage's processes; may be repeated");
     const auto limit = [&](const char* name, std::vector<std::string>& values, const char* help)
     { command->add_option(name, values, help)->allow_extra_args(false)->needs(isolate); };
     isolate->allow_extra_args(false);
     limit("--isolate-memory", arguments->isolation.memory,
-          "4G or STAGE=4G: most memory of an isolated stage (90 % of the machine's)");
+          "4G or STAGE=4G: maximum memory of an isolated stage (default: 90 % of the machine's)");
     limit("--isolate-time", arguments->isolation.seconds,
-          "10m or STAGE=1h30m: longest time of an isolated stage (ten times what is expected, at least 10m)");
+          "10m or STAGE=1h30m: maximum time of an isolated stage (default: ten times the estimate, at least 10m)");
     command->add_option("--thumbnails", arguments->thumbnails,
-                        "Stage of a matrix whose pictures sweep.html shows (default: the last that makes some)");
-    command->add_flag("--no-report", arguments->no_report, "Write no report.html");
-    command->add_flag("--quiet", arguments->quiet, "Print errors alone");
+                        "Stage of a matrix whose pictures sweep.html shows (default: the last that makes pictures)");
+    command->add_flag("--no-report", arguments->no_report, "Write no run.json and no report.html");
+    command->add_flag("--quiet", arguments->quiet, "Print only errors");
     command->add_flag("--json-log", arguments->json_log, "Print one JSON object per event to standard output");
     command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
 }

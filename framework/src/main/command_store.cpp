@@ -1,9 +1,9 @@
-#include "commands.h"
+#include "base/unit_text.h"
+#include "main/commands.h"
 
+#include "base/machine.h"
+#include "store/store_tidy.h"
 #include <fresco/error.h>
-#include <fresco/host/machine.h>
-#include <fresco/host/progress_display.h>
-#include <fresco/host/store_tidy.h>
 
 #include <ctime>
 #include <fmt/format.h>
@@ -39,7 +39,7 @@ Store existing_store(const StoreArguments& arguments)
 {
     const std::filesystem::path folder = arguments.places.store_folder();
     if (!Store::is_at(folder))
-        throw MissingInput(folder.string() + ": there is no store here; name the folder with --store");
+        throw MissingInput(folder.string() + ": not a store; set its folder with --store");
     return Store(folder);
 }
 
@@ -77,16 +77,16 @@ int verify(const StoreArguments& arguments)
         const bool made_anew = arguments.remove && !discard_damaged(store, damage.object, available_cores());
         values.push_back(Value::Map{{"object", damage.object}, {"text", damage.text}, {"made_anew", made_anew}});
         if (!arguments.json)
-            fmt::print("damaged: {}{}\n", damage.text, made_anew ? "; a run made it anew meanwhile" : "");
+            fmt::print("damaged: {}{}\n", damage.text, made_anew ? "; a run has since recomputed it" : "");
     }
     if (arguments.json)
         fmt::print("{}\n", to_json(Value::Map{{"damaged", std::move(values)}, {"removed", arguments.remove}}, 2));
     else if (damages.empty())
-        fmt::print("every result is as it was written\n");
+        fmt::print("no result is damaged\n");
     else
         fmt::print("{} damaged {}: {}\n", damages.size(), damages.size() == 1 ? "result" : "results",
-                   arguments.remove ? "removed; the next run makes what it needs of them anew"
-                                    : "a run that reads one makes it anew; --remove removes them now");
+                   arguments.remove ? "removed; the next run recomputes those it needs"
+                                    : "a run that reads one recomputes it; --remove removes them now");
     return damages.empty() || arguments.remove ? 0 : 1;
 }
 
@@ -119,7 +119,7 @@ int tidy(const StoreArguments& arguments)
 
 void add_store_command(CLI::App& app, int& exit_code)
 {
-    CLI::App* command = app.add_subcommand("store", "Look at the store of results, check it, tidy it up");
+    CLI::App* command = app.add_subcommand("store", "List, verify or clean up stored results");
     command->require_subcommand(1);
     const auto arguments = std::make_shared<StoreArguments>();
     const auto add = [&](const char* name, const char* help, int (*action)(const StoreArguments&))
@@ -131,13 +131,13 @@ void add_store_command(CLI::App& app, int& exit_code)
         return sub;
     };
     add("ls", "List the results", list);
-    add("verify", "Re-read every result and compare with its hashes; exit code 1 if one is damaged", verify)
+    add("verify", "Verify every result against its hashes; exit code 1 if any is damaged", verify)
         ->add_flag("--remove", arguments->remove, "Remove damaged results");
-    CLI::App* gc = add("gc", "Remove what no pipeline's last run used and is older than --keep-days", tidy);
+    CLI::App* gc = add("gc", "Remove results that no pipeline's last run used and that are older than --keep-days", tidy);
     gc->add_option("--keep-days", arguments->keep_days, "Keep results and checkpoints younger than this")
         ->check(CLI::NonNegativeNumber)
         ->capture_default_str();
-    gc->add_flag("--dry-run", arguments->dry_run, "Say what would be removed, remove nothing");
+    gc->add_flag("--dry-run", arguments->dry_run, "Show what would be removed without removing it");
 }
 
 }  // namespace fresco::host

@@ -1,9 +1,9 @@
-#include "commands.h"
+#include "main/commands.h"
 
+#include "main/download.h"
+#include "plugins/plugin_search.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
-#include <fresco/host/download.h>
-#include <fresco/host/plugin_search.h>
 #include <fresco/weights/sha256.h>
 #include <fresco/weights/vgg19.h>
 
@@ -162,7 +162,7 @@ int get(const WeightsArguments& arguments)
 {
     const fs::path to = place(arguments);
     const bool fetched = download({arguments.url, arguments.sha256, to});
-    std::fprintf(stderr, "%s\n", fetched ? "fetched; its SHA-256 is right" : "it was there already; its SHA-256 is right");
+    std::fprintf(stderr, "%s\n", fetched ? "downloaded; SHA-256 verified" : "already there; SHA-256 verified");
     fmt::print("{}\n", to.string());
     return 0;
 }
@@ -171,7 +171,7 @@ int get(const WeightsArguments& arguments)
 
 void add_weights_command(CLI::App& app, int& exit_code)
 {
-    CLI::App* command = app.add_subcommand("weights", "Look at files with the weights of VGG-19, convert them, fetch them");
+    CLI::App* command = app.add_subcommand("weights", "Inspect, convert or download VGG-19 weights");
     command->require_subcommand(1);
     const auto arguments = std::make_shared<WeightsArguments>();
     const auto add = [&](const char* name, const char* help, int (*action)(const WeightsArguments&))
@@ -182,31 +182,31 @@ void add_weights_command(CLI::App& app, int& exit_code)
     };
     const char* file_help = "Weights of VGG-19: safetensors, or a state dict as .pth";
 
-    CLI::App* look = add("inspect", "Print form, layers, shapes, what the input must be like, SHA-256", inspect);
+    CLI::App* look = add("inspect", "Print format, layers, shapes, expected input and SHA-256", inspect);
     look->add_option("file", arguments->file, file_help)->required();
     look->add_flag("--json", arguments->json, "Print JSON");
 
-    CLI::App* change = add("convert", "Write the convolutions as safetensors that say what they are", convert);
+    CLI::App* change = add("convert", "Write the convolutions as safetensors, with metadata", convert);
     change->add_option("file", arguments->file, file_help)->required();
     change->add_option("out", arguments->out, "The safetensors file to write")->required();
-    change->add_option("--input", arguments->input, "Say what the input is: bgr (0..255 minus Caffe's mean), rgb (torchvision's)")
+    change->add_option("--input", arguments->input, "Override the input: bgr (0..255 minus Caffe's mean), rgb (torchvision's)")
         ->check(CLI::IsMember({"auto", "bgr", "rgb"}))
         ->capture_default_str();
-    change->add_option("--padding", arguments->padding, "Say what lies beyond the border")
+    change->add_option("--padding", arguments->padding, "Override the padding beyond the border")
         ->check(CLI::IsMember({"auto", "zero", "reflect"}))
         ->capture_default_str();
-    change->add_option("--scale", arguments->scale, "Say whether activations are Simonyan and Zisserman's own (raw)")
+    change->add_option("--scale", arguments->scale, "Override the scale: raw for Simonyan and Zisserman's own activations")
         ->check(CLI::IsMember({"auto", "raw", "other"}))
         ->capture_default_str();
-    change->add_option("--until", arguments->until, "The last layer to write, such as relu4_1 (default: all there are)");
+    change->add_option("--until", arguments->until, "The last layer to write, such as relu4_1 (default: all)");
     change->add_flag("--half", arguments->half, "Write 16-bit floating-point numbers: half the size, precise to 11 bits");
 
     CLI::App* fetch =
-        add("get", "Fetch torchvision's file with curl, or the rest of it, check its SHA-256, print where it is", get);
+        add("get", "Download torchvision's file with curl, or the rest of it, verify its SHA-256 and print its path", get);
     fetch->add_option("network", arguments->network, "vgg19 (548 MB)")->required()->check(CLI::IsMember({"vgg19"}));
-    fetch->add_option("--url", arguments->url, "Another address of it")->capture_default_str();
-    fetch->add_option("--sha256", arguments->sha256, "The first 8 to 64 digits of its SHA-256")->capture_default_str();
-    fetch->add_option("--to", arguments->to, "File or folder to keep it in; default: weights/ in the user's cache");
+    fetch->add_option("--url", arguments->url, "URL to download from")->capture_default_str();
+    fetch->add_option("--sha256", arguments->sha256, "First 8 to 64 digits of the expected SHA-256")->capture_default_str();
+    fetch->add_option("--to", arguments->to, "Destination file or folder (default: weights/ in the user's cache)");
 }
 
 }  // namespace fresco::host

@@ -1,7 +1,7 @@
 #pragma once
 
-#include <fresco/host/catalog.h>
-#include <fresco/host/pipeline.h>
+#include "pipeline/pipeline.h"
+#include "plugins/catalog.h"
 
 #include <CLI/CLI.hpp>
 
@@ -14,7 +14,8 @@ namespace fresco::host
 {
 
 /// Each adds one command; when it is the one chosen, it leaves the program's exit code in `exit_code`.
-void add_run_command(CLI::App& app, int& exit_code);
+/// `words`: of the whole command line, for the run's report.
+void add_run_command(CLI::App& app, const std::vector<std::string>& words, int& exit_code);
 void add_inspect_commands(CLI::App& app, int& exit_code);
 void add_plan_command(CLI::App& app, int& exit_code);
 void add_store_command(CLI::App& app, int& exit_code);

@@ -1,9 +1,9 @@
-#include "completion.h"
+#include "main/completion.h"
 
-#include <fresco/host/declaration.h>
-#include <fresco/host/pipeline_document.h>
-#include <fresco/host/plugin_search.h>
-#include <fresco/host/templates.h>
+#include "pipeline/pipeline_document.h"
+#include "plugins/declaration.h"
+#include "plugins/plugin_search.h"
+#include "plugins/templates.h"
 
 #include <algorithm>
 #include <exception>

@@ -1,7 +1,7 @@
-#include "commands.h"
+#include "main/commands.h"
 
+#include "base/machine.h"
 #include <fresco/error.h>
-#include <fresco/host/machine.h>
 #include <fresco/wording.h>
 
 #include <csignal>
@@ -33,7 +33,7 @@ bool names_unknown_command(const CLI::App& app, int argc, char** argv)
         if (!command->get_group().empty())
             names.push_back(command->get_name());
     }
-    std::fprintf(stderr, "error: there is no command '%s'%s\n", argv[1], fresco::suggestion(argv[1], names).c_str());
+    std::fprintf(stderr, "error: unknown command '%s'%s\n", argv[1], fresco::suggestion(argv[1], names).c_str());
     return true;
 }
 
@@ -71,7 +71,7 @@ int run_command_line(int argc, char** argv)
         "loaded, 70 a bug, 75 interrupted (run again).");
     int exit_code = 0;
     fresco::host::add_new_commands(app, exit_code);
-    fresco::host::add_run_command(app, exit_code);
+    fresco::host::add_run_command(app, {argv, argv + argc}, exit_code);
     fresco::host::add_plan_command(app, exit_code);
     fresco::host::add_inspect_commands(app, exit_code);
     fresco::host::add_store_command(app, exit_code);
@@ -126,7 +126,7 @@ int main(int argc, char** argv)
     }
     catch (...)
     {
-        std::fprintf(stderr, "error: something that is no exception was thrown\nThis is a bug in fresco; please report it.\n");
+        std::fprintf(stderr, "error: something other than an exception was thrown\nThis is a bug in fresco; please report it.\n");
     }
     return exit_bug;
 }

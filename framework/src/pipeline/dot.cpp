@@ -1,4 +1,4 @@
-#include <fresco/host/dot.h>
+#include "pipeline/dot.h"
 
 #include <map>
 #include <ostream>

@@ -1,4 +1,4 @@
-#include <fresco/host/graph.h>
+#include "pipeline/graph.h"
 
 #include <boost/graph/adjacency_list.hpp>
 #include <boost/graph/breadth_first_search.hpp>

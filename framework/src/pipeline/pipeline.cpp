@@ -1,11 +1,11 @@
+#include "pipeline/pipeline.h"
+#include "pipeline/output_owners.h"
+#include "pipeline/pipeline_document.h"
+#include "pipeline/pipeline_ports.h"
+#include "pipeline/pipeline_sets.h"
+#include "pipeline/pipeline_sweep.h"
+#include "pipeline/pipeline_wiring.h"
 #include <fresco/error.h>
-#include <fresco/host/exports.h>
-#include <fresco/host/pipeline.h>
-#include <fresco/host/pipeline_document.h>
-#include <fresco/host/pipeline_ports.h>
-#include <fresco/host/pipeline_sets.h>
-#include <fresco/host/pipeline_sweep.h>
-#include <fresco/host/pipeline_wiring.h>
 #include <fresco/wording.h>
 
 #include <algorithm>
@@ -69,7 +69,7 @@ void check_until(const std::string& until, const YamlNode& stages, ProblemList& 
     std::vector<std::string> names;
     for (const YamlNode::Entry& entry : stages.entries)
         names.push_back(entry.key);
-    problems.add({"--until " + until, 0, 0}, "there is no stage '" + until + "'" + suggestion(until, names));
+    problems.add({"--until " + until, 0, 0}, "unknown stage '" + until + "'" + suggestion(until, names));
 }
 
 PipelineStage finished(StageDraft&& draft)
@@ -147,6 +147,7 @@ void load_sweep(const PipelineDocument& document, const std::vector<MatrixAxis>&
 void load(const PipelineRequest& request, const Catalog& catalog, PipelineResult& result, ProblemList& problems)
 {
     PipelineDocument document = read_pipeline_document(result.pipeline.file, request.file.string(), problems);
+    result.pipeline.texts = document.texts;
     Settings settings(request.sets, request.working_directory, problems);
     std::vector<MatrixAxis> axes = read_matrix(document, problems);
     settings.set_vars(document, axes);

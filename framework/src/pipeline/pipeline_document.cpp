@@ -1,6 +1,6 @@
+#include "pipeline/pipeline_document.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
-#include <fresco/host/pipeline_document.h>
 #include <fresco/wording.h>
 
 #include <algorithm>
@@ -16,6 +16,7 @@ constexpr std::size_t base_limit = 16;
 /// One file, before it is merged with its base.
 struct Layer
 {
+    std::string text;
     YamlNode vars;
     YamlNode matrix;
     YamlNode stages;
@@ -39,7 +40,7 @@ void check_version(const YamlNode& root, bool complete, ProblemList& problems)
     if (!version)
     {
         if (complete)
-            problems.add(root.position(), "there is no 'version: 1'");
+            problems.add(root.position(), "missing 'version: 1'");
     }
     else if (!version->value.is_word("1") && version->value.is_valid())
         problems.add(version->value.position(), "version must be 1, got " + version->value.summary());
@@ -75,7 +76,7 @@ Layer read_layer(const fs::path& file, const std::string& shown, const Position&
     {
         const bool exists = fs::exists(status);
         problems.add(wanted_at,
-                     exists ? "'" + file.string() + "' is no regular file" : "there is no pipeline file '" + file.string() + "'",
+                     exists ? "'" + file.string() + "' is not a regular file" : "no such pipeline file '" + file.string() + "'",
                      exists ? ProblemKind::invalid : ProblemKind::missing_input);
         layer.complete = false;
         return layer;
@@ -84,12 +85,12 @@ Layer read_layer(const fs::path& file, const std::string& shown, const Position&
     const auto source = std::make_shared<const YamlSource>(YamlSource{shown, file.parent_path(), false});
     if (!failure && size > yaml_size_limit)
     {
-        problems.add({shown, 0, 0}, "larger than 1 MiB: this is no pipeline file");
+        problems.add({shown, 0, 0}, "larger than 1 MiB: not a pipeline file");
         layer.complete = false;
         return layer;
     }
-    const std::string text = read_text_file(file, yaml_size_limit);
-    YamlNode root = parse_yaml(text, source, problems, layer.complete);
+    layer.text = read_text_file(file, yaml_size_limit);
+    YamlNode root = parse_yaml(layer.text, source, problems, layer.complete);
     if (!root.is_map())
     {
         if (layer.complete)
@@ -120,7 +121,7 @@ Layer read_layer(const fs::path& file, const std::string& shown, const Position&
     }
     else if (const YamlNode::Entry* stages = root.find("stages");
              layer.complete && (!stages || stages->value.is_null() || (stages->value.is_map() && layer.stages.entries.empty())))
-        problems.add(root.position(), "there are no stages: a pipeline needs 'stages: {name: {type: …}}'");
+        problems.add(root.position(), "missing stages: a pipeline needs 'stages: {name: {type: …}}'");
     return layer;
 }
 
@@ -230,8 +231,8 @@ void check_stages(const YamlNode& stages, const YamlNode& vars, ProblemList& pro
     for (const YamlNode::Entry& var : vars.entries)
         if (const YamlNode::Entry* stage = stages.find(var.key))
             problems.add(var.position(), "the var '" + var.key + "' has the name of the stage on line " +
-                                             std::to_string(stage->line) + ": call it otherwise, so that --set " + var.key +
-                                             " means one thing");
+                                             std::to_string(stage->line) + ": rename one of them, so that --set " + var.key +
+                                             " is unambiguous");
 }
 }  // namespace
 
@@ -245,6 +246,7 @@ PipelineDocument read_pipeline_document(const fs::path& file, const std::string&
     while (true)
     {
         layers.push_back(read_layer(files.back(), name, wanted_at, problems));
+        document.texts.push_back({files.back(), layers.back().text});
         document.complete = document.complete && layers.back().complete;
         const YamlNode& base = layers.back().base;
         if (base.is_null())
@@ -254,8 +256,8 @@ PipelineDocument read_pipeline_document(const fs::path& file, const std::string&
         const bool again = std::any_of(files.begin(), files.end(), [&](const fs::path& seen) { return same_file(seen, next); });
         if (again || files.size() >= base_limit)
         {
-            problems.add(wanted_at, again ? "'base: " + base.text + "' leads back to a file that builds on this one"
-                                          : "more than " + std::to_string(base_limit) + " files build on one another");
+            problems.add(wanted_at, again ? "cycle: 'base: " + base.text + "' leads back to this file"
+                                          : "more than " + std::to_string(base_limit) + " nested base files");
             document.complete = false;
             break;
         }

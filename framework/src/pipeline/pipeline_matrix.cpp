@@ -1,5 +1,5 @@
+#include "pipeline/pipeline_matrix.h"
 #include <fresco/error.h>
-#include <fresco/host/pipeline_matrix.h>
 #include <fresco/wording.h>
 
 #include <algorithm>
@@ -54,7 +54,7 @@ std::string without_case(std::string text)
 /// What the program itself writes below `--out`.
 bool is_taken(const std::string& label)
 {
-    static const std::set<std::string> own{"preview", "report.html", "sweep.html", "sweep.json"};
+    static const std::set<std::string> own{"preview", "report.html", "run.json", "sweep.html", "sweep.json"};
     return own.contains(without_case(label));
 }
 
@@ -146,11 +146,11 @@ bool check_values(const MatrixAxis& axis, ProblemList& problems)
     {
         const YamlNode& value = axis.choices[i].value;
         if (value.is_null())
-            report(value, "a value is empty");
+            report(value, "empty value");
         const auto first = std::find_if(axis.choices.begin(), axis.choices.begin() + static_cast<std::ptrdiff_t>(i),
                                         [&](const MatrixAxis::Choice& other) { return same_value(other.value, value); });
         if (!value.is_null() && first != axis.choices.begin() + static_cast<std::ptrdiff_t>(i))
-            report(value, value.summary() + " is here twice; the first is " + place_text(first->value));
+            report(value, value.summary() + " appears twice; the first is " + place_text(first->value));
         good = good && value.is_valid();
     }
     return good;
@@ -165,13 +165,12 @@ bool read_named(MatrixAxis& axis, const YamlNode& map, ProblemList& problems)
         const bool fits = label_of(entry.key) == entry.key && !is_taken(entry.key);
         if (!fits)
             problems.add(entry.position(), "axis '" + axis.var + "': '" + entry.key +
-                                               "' cannot be the name of a folder of results: take letters, digits, '_', '-', "
+                                               "' cannot name a folder of results: use letters, digits, '_', '-', "
                                                "'.', '+' and '=', at most " +
-                                               std::to_string(longest_label) + ", and none of the program's own names");
+                                               std::to_string(longest_label) + ", and none of fresco's own names");
         const bool fresh = seen.insert(without_case(entry.key)).second;
         if (!fresh)
-            problems.add(entry.position(),
-                         "axis '" + axis.var + "': '" + entry.key + "' differs from another name by the case of letters alone");
+            problems.add(entry.position(), "axis '" + axis.var + "': '" + entry.key + "' differs from another name only in case");
         good = good && fits && fresh;
         axis.choices.push_back({entry.key, entry.value});
     }
@@ -216,7 +215,7 @@ std::vector<MatrixAxis> read_matrix(PipelineDocument& document, ProblemList& pro
     {
         YamlNode::Entry* var = document.vars.find(entry.key);
         if (!var && document.complete)
-            problems.add(entry.position(), "matrix: there is no var '" + entry.key + "'" +
+            problems.add(entry.position(), "matrix: unknown var '" + entry.key + "'" +
                                                (vars.empty() ? ": declare it under 'vars'" : suggestion(entry.key, vars)));
         MatrixAxis axis{entry.key, {}};
         const bool good = read_axis(axis, entry.value, problems);
@@ -257,7 +256,7 @@ void set_axis(MatrixAxis& axis, const YamlNode& value, ProblemList& problems)
     {
         const std::string what = value.is_scalar() ? "'" + value.text + "'" : value.summary();
         problems.add(value.position(), "the axis '" + axis.var + "' of the matrix has no value " + what +
-                                           suggestion(value.text, labels) + "; for other values give a list: --set '" + axis.var +
+                                           suggestion(value.text, labels) + "; for other values, set a list: --set '" + axis.var +
                                            "=[A, B]'");
         return;
     }

@@ -1,4 +1,4 @@
-#include <fresco/host/pipeline_options.h>
+#include "pipeline/pipeline_options.h"
 #include <fresco/wording.h>
 
 #include <algorithm>
@@ -53,7 +53,7 @@ Value OptionChecker::complete(const KnownType& type, YamlNode config, const std:
         if (written && written->value.is_null())
         {
             problems_.add(written->position(), user + ": option '" + option.name + "' has no value: leave the line out" +
-                                                   default_text(option) + ", or give " + option.accepted());
+                                                   default_text(option) + ", or set " + option.accepted());
             continue;
         }
         if (!written && option.required)
@@ -131,7 +131,7 @@ Value OptionChecker::complete_component(std::string_view kind, const YamlNode& c
         return {};
     if (depth_ >= nesting_limit)
     {
-        problems_.add(at, user + ": the default components of '" + *name + "' hold one another without end", ProblemKind::plugin);
+        problems_.add(at, user + ": the default components of '" + *name + "' form a cycle", ProblemKind::plugin);
         return {};
     }
     uses.components.insert(type.description);

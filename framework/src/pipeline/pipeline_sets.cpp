@@ -1,4 +1,4 @@
-#include <fresco/host/pipeline_sets.h>
+#include "pipeline/pipeline_sets.h"
 #include <fresco/wording.h>
 
 #include <algorithm>
@@ -117,8 +117,8 @@ class Setter
             return report("'" + joined(path_, at) + "' (" + *name + ") has no option '" + path_[at] + "'" +
                           suggestion(path_[at], type.declaration->option_names()));
         if (!option->is_slot())
-            return report("the option '" + joined(path_, at + 1) + "' is no component and has no '" + path_[at + 1] +
-                          "' inside: it takes " + option->accepted());
+            return report("the option '" + joined(path_, at + 1) + "' is not a component and has no '" + path_[at + 1] +
+                          "' inside: it accepts " + option->accepted());
         expand_auto(*type.declaration, config);
         YamlNode* slot = written_out(config, *option);
         if (!slot)
@@ -247,7 +247,7 @@ void Settings::set_vars(PipelineDocument& document, std::vector<MatrixAxis>& axe
             problems_.add(setting.value.position(), stage_in_place_of_var(name));
         else if (document.complete)
             problems_.add(setting.value.position(),
-                          "there is no var '" + name + "' in the pipeline" + suggestion(name, keys_of(document.vars)));
+                          "unknown var '" + name + "' in the pipeline" + suggestion(name, keys_of(document.vars)));
     }
 }
 
@@ -280,7 +280,7 @@ void Settings::set_option(const Setting& setting, YamlNode& stages, TypeTable& t
     YamlNode::Entry* stage = stages.find(setting.path.front());
     if (!stage)
         problems.add(setting.value.position(),
-                     "there is no stage '" + setting.path.front() + "'" + suggestion(setting.path.front(), keys_of(stages)));
+                     "unknown stage '" + setting.path.front() + "'" + suggestion(setting.path.front(), keys_of(stages)));
     else if (stage->value.is_map())
         Setter(setting.path, setting.value, types, problems).set_in_stage(stage->value);
 }

@@ -1,4 +1,4 @@
-#include <fresco/host/pipeline_sweep.h>
+#include "pipeline/pipeline_sweep.h"
 
 #include <algorithm>
 

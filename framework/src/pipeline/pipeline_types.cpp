@@ -1,6 +1,6 @@
+#include "pipeline/pipeline_types.h"
 #include <fresco/artifact_type.h>
 #include <fresco/error.h>
-#include <fresco/host/pipeline_types.h>
 #include <fresco/wording.h>
 
 #include <algorithm>
@@ -81,8 +81,8 @@ KnownType TypeTable::require(const std::string& type, std::string_view kind, con
     {
         if (!kind.empty() && description->kind != kind)
         {
-            problems.add(at, wanted + "'" + type + "' is of kind '" + description->kind + "', and one of kind '" +
-                                 std::string(kind) + "' is needed here" + suggestion(type, names_of_kind(kind)));
+            problems.add(at, wanted + "'" + type + "' is of kind '" + description->kind + "'; expected kind '" +
+                                 std::string(kind) + "'" + suggestion(type, names_of_kind(kind)));
             return {};
         }
         try
@@ -115,7 +115,7 @@ KnownType TypeTable::require(const std::string& type, std::string_view kind, con
                          (unbuilt->reason.empty() ? "" : " (" + unbuilt->reason + ")") + ": run ./bootstrap build",
                      ProblemKind::plugin);
     else
-        problems.add(at, wanted + "no plugin has the type '" + type + "'" + suggestion(type, names_of_kind(kind)));
+        problems.add(at, wanted + "unknown type '" + type + "'" + suggestion(type, names_of_kind(kind)));
     return {};
 }
 
@@ -154,7 +154,7 @@ std::optional<std::string> type_named_by(const YamlNode& config, const std::stri
         for (const YamlNode::Entry& other : config.entries)
             if (meant.empty() && !nearest(other.key, {"type"}).empty())
                 meant = " (is '" + other.key + "' meant to be it?)";
-        report(config, "there is no 'type'" + meant);
+        report(config, "missing 'type'" + meant);
         return std::nullopt;
     }
     const YamlNode& named = entry ? entry->value : config;
@@ -163,7 +163,7 @@ std::optional<std::string> type_named_by(const YamlNode& config, const std::stri
     const ResolvedScalar resolved = named.is_scalar() ? resolve_scalar(named) : ResolvedScalar{};
     if (!resolved.value.is_string() || resolved.value.as_string().empty())
     {
-        report(named, "a type such as 'mesh.decimate' is needed, got " + named.summary());
+        report(named, "expected a type such as 'mesh.decimate', got " + named.summary());
         return std::nullopt;
     }
     return resolved.value.as_string();

@@ -1,4 +1,4 @@
-#include <fresco/host/pipeline_options.h>
+#include "pipeline/pipeline_options.h"
 #include <fresco/wording.h>
 
 #include <algorithm>
@@ -144,13 +144,13 @@ fs::path check_input_path(const YamlNode& node, bool folder, const std::string& 
     std::error_code failure;
     const fs::file_status status = fs::status(path, failure);
     if (!fs::exists(status))
-        report(std::string("there is no ") + (folder ? "folder " : "file ") + shown);
+        report(std::string("no such ") + (folder ? "folder " : "file ") + shown);
     else if (folder && !fs::is_directory(status))
-        report(shown + " is no folder");
+        report(shown + " is not a folder");
     else if (!folder && fs::is_directory(status))
         report(shown + " is a folder, not a file");
     else if (!folder && !fs::is_regular_file(status))
-        report(shown + " is no regular file");
+        report(shown + " is not a regular file");
     else if (::access(path.c_str(), folder ? R_OK | X_OK : R_OK) != 0)
         report(shown + " cannot be read: check its permissions");
     return path;

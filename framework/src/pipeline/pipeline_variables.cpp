@@ -1,4 +1,4 @@
-#include <fresco/host/pipeline_variables.h>
+#include "pipeline/pipeline_variables.h"
 #include <fresco/wording.h>
 
 #include <algorithm>
@@ -161,8 +161,8 @@ const YamlNode* Variables::value_of(const std::string& name, const YamlNode& use
     const auto found = vars_.find(name);
     if (found == vars_.end())
     {
-        problems_.add(use.position(), "there is no var '" + name + "'" +
-                                          (vars_.empty() ? ": declare it under 'vars'" : suggestion(name, names())));
+        problems_.add(use.position(),
+                      "unknown var '" + name + "'" + (vars_.empty() ? ": declare it under 'vars'" : suggestion(name, names())));
         return nullptr;
     }
     Var& var = found->second;
@@ -171,7 +171,7 @@ const YamlNode* Variables::value_of(const std::string& name, const YamlNode& use
         std::string chain;
         for (auto step = std::find(in_progress_.begin(), in_progress_.end(), name); step != in_progress_.end(); ++step)
             chain += *step + " → ";
-        problems_.add(use.position(), "the var '" + name + "' is made of itself: " + chain + name);
+        problems_.add(use.position(), "cycle of vars: " + chain + name);
         return nullptr;
     }
     if (var.state == State::untouched)
@@ -179,7 +179,7 @@ const YamlNode* Variables::value_of(const std::string& name, const YamlNode& use
         // Every name takes a level of the machine's stack.
         if (in_progress_.size() >= yaml_depth_limit)
         {
-            problems_.add(use.position(), "more than " + std::to_string(yaml_depth_limit) + " vars are made of one another");
+            problems_.add(use.position(), "more than " + std::to_string(yaml_depth_limit) + " nested vars");
             return nullptr;
         }
         var.state = State::in_progress;
@@ -189,7 +189,7 @@ const YamlNode* Variables::value_of(const std::string& name, const YamlNode& use
         var.state = State::done;
     }
     if (var.value.is_null())
-        problems_.add(use.position(), "the var '" + name + "' has no value: give it with --set " + name + "=…",
+        problems_.add(use.position(), "the var '" + name + "' has no value: set it with --set " + name + "=…",
                       ProblemKind::missing_input);
     return var.value.is_null() || !var.value.is_valid() ? nullptr : &var.value;
 }

@@ -1,4 +1,4 @@
-#include <fresco/host/pipeline_wiring.h>
+#include "pipeline/pipeline_wiring.h"
 #include <fresco/wording.h>
 
 #include <algorithm>
@@ -80,7 +80,7 @@ void Wiring::wire(StageDraft& stage)
     gave_up_ = false;
     const TypeDeclaration& type = *stage.type.declaration;
     if (input && input->value.is_null())
-        problems_.add(input->position(), stage.title() + ": 'input' has no value: give a stage's name, or {port: stage, …}");
+        problems_.add(input->position(), stage.title() + ": 'input' has no value: set a stage's name, or {port: stage, …}");
     else if (input && type.inputs.empty())
     {
         if (!(input->value.is_map() && input->value.entries.empty()))
@@ -154,7 +154,7 @@ bool Wiring::find_source(StageDraft& stage, const YamlNode& node, Source& source
             for (const StageDraft& other : stages_)
                 names.push_back(other.name);
         const std::string meant = suggestion(name, names);
-        problems_.add(node.position(), stage.title() + ": there is no stage '" + name + "'" + meant +
+        problems_.add(node.position(), stage.title() + ": unknown stage '" + name + "'" + meant +
                                            (looks_like_path(node.text) ? "; a file is written {file: " + node.text + "}" : ""));
         gave_up_ = true;
         return false;
@@ -223,7 +223,7 @@ void Wiring::wire_stage(StageDraft& stage, const Ports& inputs, const YamlNode& 
     for (const auto& [output, input] : pairs)
         ways.push_back((all ? "" : "{") + input->name + ": " + from.name + "." + output->name + (all ? "" : "}"));
     const std::string named = all ? "{" + join(ways, ", ") + "}" : join(ways, " or ");
-    problems_.add(node.position(), stage.title() + ": '" + node.text + "' can be meant in several ways: name the port" +
+    problems_.add(node.position(), stage.title() + ": '" + node.text + "' is ambiguous: name the port" +
                                        (inputs.size() == 1 ? ": " : "s: ") + named);
 }
 
@@ -271,7 +271,7 @@ void Wiring::wire_file(StageDraft& stage, const Ports& inputs, const YamlNode& n
     const OptionDeclaration declared{.name = "file", .kind = OptionKind::input_file};
     const Value path = file.is_null() ? Value() : value_of(declared, file, user, problems_);
     if (file.is_null())
-        problems_.add(file.position(), user + ": 'file' has no value: give " + declared.accepted());
+        problems_.add(file.position(), user + ": 'file' has no value: set it to " + declared.accepted());
     if (path.is_null())
     {
         gave_up_ = true;
@@ -302,7 +302,7 @@ void Wiring::wire_file(StageDraft& stage, const Ports& inputs, const YamlNode& n
         for (const auto& [reader, port] : readers)
             ways.push_back(inputs.size() == 1 ? "type: " + reader.description->type
                                               : port->name + " by " + reader.description->type);
-        problems_.add(node.position(), user + ": the file can be read in several ways, say which: " + join(ways, " or "));
+        problems_.add(node.position(), user + ": the file can be read in several ways; choose one: " + join(ways, " or "));
         gave_up_ = true;
         return;
     }
@@ -366,7 +366,7 @@ StageGraph check_graph(const std::vector<StageDraft>& stages, ProblemList& probl
     for (const std::vector<std::size_t>& cycle : graph.cycles())
     {
         const StageDraft& first = stages[cycle.front()];
-        std::string text = "stage '" + first.name + "' needs its own result: ";
+        std::string text = "cycle: ";
         for (std::size_t i = 0; i < cycle.size() && i < shown; ++i)
             text += stages[cycle[i]].name + " → ";
         if (cycle.size() > shown)

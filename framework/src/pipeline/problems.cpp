@@ -1,4 +1,4 @@
-#include <fresco/host/problems.h>
+#include "pipeline/problems.h"
 
 #include <algorithm>
 #include <tuple>

@@ -1,5 +1,5 @@
-#include <fresco/host/declaration.h>
-#include <fresco/host/schema.h>
+#include "pipeline/schema.h"
+#include "plugins/declaration.h"
 
 #include <algorithm>
 #include <cmath>

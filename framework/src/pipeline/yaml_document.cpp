@@ -1,6 +1,6 @@
-#include <fresco/host/yaml_document.h>
+#include "pipeline/yaml_document.h"
 
-#include "yaml_text.h"
+#include "pipeline/yaml_text.h"
 
 #include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/exceptions.h>
@@ -135,7 +135,7 @@ class TreeBuilder final : public YAML::EventHandler
     {
         if (++count_ > yaml_node_limit)
         {
-            problems_.add(position(mark), "more than " + std::to_string(yaml_node_limit) + " values: this is no pipeline file");
+            problems_.add(position(mark), "more than " + std::to_string(yaml_node_limit) + " values: not a pipeline file");
             throw Stop{};
         }
         YamlNode node;
@@ -202,7 +202,7 @@ class TreeBuilder final : public YAML::EventHandler
         }
         else if (const auto [first, fresh] = map.keys.emplace(key.text, key.line); !fresh)
             problems_.add(key.position(),
-                          "the key '" + key.text + "' is here twice; the first is on line " + std::to_string(first->second));
+                          "the key '" + key.text + "' appears twice; the first is on line " + std::to_string(first->second));
         else
             map.drop_entry = false;
     }
@@ -259,12 +259,12 @@ YamlNode parse_yaml(std::string_view text, std::shared_ptr<const YamlSource> sou
     complete = false;
     if (text.size() > yaml_size_limit)
     {
-        problems.add({source->name, 0, 0}, "larger than 1 MiB: this is no pipeline file");
+        problems.add({source->name, 0, 0}, "larger than 1 MiB: not a pipeline file");
         return {};
     }
     if (const auto bad = first_bad_byte(text))
     {
-        problems.add(tree.position(*bad), "a byte that is no UTF-8 text: save the file as UTF-8");
+        problems.add(tree.position(*bad), "invalid UTF-8: save the file as UTF-8");
         return {};
     }
     if (const auto line = lines.first_longer_than(yaml_line_limit))

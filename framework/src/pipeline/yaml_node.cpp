@@ -1,5 +1,5 @@
-#include <fresco/host/declaration.h>
-#include <fresco/host/yaml_document.h>
+#include "pipeline/yaml_document.h"
+#include "plugins/declaration.h"
 
 #include <algorithm>
 #include <charconv>

@@ -1,4 +1,4 @@
-#include "yaml_text.h"
+#include "pipeline/yaml_text.h"
 
 namespace fresco::host
 {

@@ -1,4 +1,4 @@
-#include <fresco/host/catalog.h>
+#include "plugins/catalog.h"
 
 #include <algorithm>
 

@@ -1,5 +1,6 @@
+#include "plugins/declaration.h"
 #include <fresco/error.h>
-#include <fresco/host/declaration.h>
+#include <fresco/wording.h>
 
 #include <algorithm>
 

@@ -1,5 +1,5 @@
-#include <fresco/host/plugin_library.h>
-#include <fresco/host/process.h>
+#include "base/process.h"
+#include "plugins/plugin_library.h"
 
 #include <cerrno>
 #include <cstring>
@@ -56,22 +56,22 @@ std::optional<std::string> library_file_problem(const std::filesystem::path& fil
     Elf64_Ehdr header{};
     Elf64_Ehdr own{};
     if (size < SELFMAG)
-        return "is no shared library: it has " + std::to_string(size) + " bytes";
+        return "is not a shared library: it has " + std::to_string(size) + " bytes";
     if (!read_at(fd.get(), 0, header))
     {
         char magic[SELFMAG] = {};
         const bool elf = read_at(fd.get(), 0, magic) && std::memcmp(magic, ELFMAG, SELFMAG) == 0;
-        return elf ? cut_short(sizeof header, size) : "is no shared library: it does not begin as an ELF file";
+        return elf ? cut_short(sizeof header, size) : "is not a shared library: it does not begin as an ELF file";
     }
     if (std::memcmp(header.e_ident, ELFMAG, SELFMAG) != 0)
-        return "is no shared library: it does not begin as an ELF file";
+        return "is not a shared library: it does not begin as an ELF file";
     const FileDescriptor program(open("/proc/self/exe", O_RDONLY | O_CLOEXEC));
     if (read_at(program.get(), 0, own) && (header.e_ident[EI_CLASS] != own.e_ident[EI_CLASS] ||
                                            header.e_ident[EI_DATA] != own.e_ident[EI_DATA] || header.e_machine != own.e_machine))
         return "is made for another kind of machine (ELF machine " + std::to_string(header.e_machine) + ", this one is " +
                std::to_string(own.e_machine) + ")";
     if (header.e_type != ET_DYN)
-        return "is no shared library (ELF type " + std::to_string(header.e_type) + ")";
+        return "is not a shared library (ELF type " + std::to_string(header.e_type) + ")";
     const std::uint64_t sections_end = header.e_shoff + std::uint64_t{header.e_shentsize} * header.e_shnum;
     if (header.e_shoff != 0 && (sections_end < header.e_shoff || sections_end > size))
         return cut_short(sections_end, size);

@@ -1,4 +1,4 @@
-#include "own_libraries.h"
+#include "plugins/own_libraries.h"
 
 #include <algorithm>
 #include <dlfcn.h>

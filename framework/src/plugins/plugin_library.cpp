@@ -1,8 +1,8 @@
-#include "own_libraries.h"
+#include "plugins/own_libraries.h"
 
+#include "plugins/plugin_library.h"
 #include <fresco/compiler_stamp.h>
 #include <fresco/error.h>
-#include <fresco/host/plugin_library.h>
 
 #define BOOST_DLL_USE_STD_FS
 #include <boost/dll/shared_library.hpp>
@@ -47,7 +47,7 @@ Function required_symbol(const boost::dll::shared_library& library, const char* 
 {
     if (!library.has(name))
         throw Error(std::string("has no symbol ") + name +
-                    ": it is no fresco plugin, or one for another version of the handshake; build it with fresco_add_plugin");
+                    ": not a fresco plugin, or built for another version of the handshake; build it with fresco_add_plugin");
     return &library.get<std::remove_pointer_t<Function>>(name);
 }
 
@@ -77,8 +77,7 @@ std::optional<std::string> handshake_problem(const fresco_plugin_info& plugin, c
                                              const fresco_plugin_info* torch)
 {
     const auto differs = [](const std::string& what, const std::string& found, const std::string& expected) {
-        return "its " + what + " is \"" + found + "\", this fresco needs \"" + expected +
-               "\": build it anew with this fresco's SDK";
+        return "its " + what + " is \"" + found + "\", this fresco needs \"" + expected + "\": rebuild it with this fresco's SDK";
     };
     if (plugin.magic != host.magic)
         return differs("magic number", hexadecimal(plugin.magic), hexadecimal(host.magic));
@@ -183,7 +182,7 @@ std::unique_ptr<Configurable> PluginLibrary::make(std::string_view type) const
         }
         catch (...)
         {
-            throw Error("the constructor of " + std::string(type) + " throws something that is no exception");
+            throw Error("the constructor of " + std::string(type) + " throws something other than an exception");
         }
     }
     throw Error("holds no type \"" + std::string(type) + "\"");

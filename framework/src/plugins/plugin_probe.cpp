@@ -1,7 +1,8 @@
+#include "plugins/plugin_probe.h"
+#include "base/process.h"
+#include "plugins/describe_cost.h"
+#include "plugins/plugin_library.h"
 #include <fresco/error.h>
-#include <fresco/host/plugin_library.h>
-#include <fresco/host/plugin_probe.h>
-#include <fresco/host/process.h>
 #include <fresco/reader.h>
 #include <fresco/stage.h>
 
@@ -37,17 +38,9 @@ Value describe_type(const PluginLibrary::Entry& entry, const Configurable& objec
 {
     Value declaration = object.describe();
     if (const auto* stage = dynamic_cast<const Stage*>(&object))
-    {
-        const Cost cost = stage->cost();
-        declaration.set("cost", Value::Map{{"seconds", cost.seconds},
-                                           {"memory_mb", cost.memory_mb},
-                                           {"disk_mb", cost.disk_mb},
-                                           {"frames", cost.frames},
-                                           {"faces", cost.faces},
-                                           {"height_squares", cost.height_squares}});
-    }
+        declaration.set("cost", describe_cost(entry.type, stage->cost(), declaration.at("options")));
     else if (entry.kind == "stage")
-        throw Error("the type " + entry.type + " is registered as a stage but is none");
+        throw Error("the type " + entry.type + " is registered as a stage but does not derive from fresco::Stage");
     if (const auto* reader = dynamic_cast<const FileReader*>(&object))
     {
         Value::List extensions;
@@ -57,7 +50,7 @@ Value describe_type(const PluginLibrary::Entry& entry, const Configurable& objec
         declaration.set("extensions", std::move(extensions));
     }
     else if (entry.kind == FileReader::component_kind)
-        throw Error("the type " + entry.type + " is registered as a reader but is none");
+        throw Error("the type " + entry.type + " is registered as a reader but does not derive from fresco::FileReader");
     return Value::Map{{"type", entry.type}, {"kind", entry.kind}, {"help", entry.help}, {"declaration", std::move(declaration)}};
 }
 
@@ -168,7 +161,7 @@ bool finish(RunningProbe& running)
     take_lines(running);
     Probe& probe = running.probe;
     if (running.timed_out)
-        probe.refusal = "did not come back within 5 s when " + running.step;
+        probe.refusal = "did not return within 5 s when " + running.step;
     else if (end.signal != 0)
         probe.refusal = "crashed when " + running.step + ": " + signal_text(end.signal);
     else if (!running.foreign.empty())

@@ -1,12 +1,12 @@
-#include "own_libraries.h"
+#include "plugins/own_libraries.h"
 
+#include "base/file_stamp.h"
+#include "plugins/plugin_library.h"
+#include "plugins/plugin_probe.h"
+#include "plugins/plugin_search.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/hash.h>
-#include <fresco/host/file_stamp.h>
-#include <fresco/host/plugin_library.h>
-#include <fresco/host/plugin_probe.h>
-#include <fresco/host/plugin_search.h>
 
 #include <algorithm>
 #include <cstdlib>

@@ -1,9 +1,9 @@
-#include "built_in_texts.h"
+#include "plugins/built_in_texts.h"
 
-#include <fresco/host/templates.h>
+#include "plugins/templates.h"
 
+#include "plugins/plugin_library.h"
 #include <fresco/error.h>
-#include <fresco/host/plugin_library.h>
 
 #include <algorithm>
 #include <array>
@@ -76,8 +76,7 @@ std::string plugin_folder_name(const std::string& type)
 std::vector<TextFile> new_plugin(const std::string& kind, const std::string& type)
 {
     if (!is_type_name(type) || type.find('.') == std::string::npos)
-        throw Error("'" + type + "' is no name of a type: take small letters, digits and '_', with a dot between, such as my." +
-                    kind);
+        throw Error("invalid type name '" + type + "': use lowercase letters, digits and '_', and a dot, such as my." + kind);
     if (std::isdigit(static_cast<unsigned char>(type.front())) != 0 || type.front() == '_' ||
         type.find("__") != std::string::npos || type.find("_.") != std::string::npos || type.find("._") != std::string::npos)
         throw Error("'" + type +
@@ -85,7 +84,7 @@ std::vector<TextFile> new_plugin(const std::string& kind, const std::string& typ
                     "beside each other");
     const auto kinds = plugin_kinds();
     if (std::find(kinds.begin(), kinds.end(), kind) == kinds.end())
-        throw Error("there is no plugin of the kind '" + kind + "' to begin with");
+        throw Error("unknown kind of plugin '" + kind + "' to begin with");
     auto files = template_files(kind);
     const Names names{{{"my.plugin", type}, {"my_plugin", plugin_folder_name(type)}, {"MyPlugin", class_name(type)}}};
     for (auto& file : files)

@@ -1,91 +1,110 @@
-#include "page_child.h"
-
+#include "report/page.h"
+#include "report/previews.h"
 #include "worker/worker_factory.h"
 
+#include "report/report.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
-#include <fresco/host/process.h>
+#include <fresco/port.h>
+#include <fresco/preview.h>
+#include <fresco/reader.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <exception>
-#include <poll.h>
+#include <map>
 
 namespace fresco::host
 {
 namespace
 {
 
-/// In the store, which is in use as long as it is there: nobody tidies up or removes results meanwhile.
-class RequestFolder
+template <class T>
+std::shared_ptr<T> component(WorkerFactory& factory, const Value& config)
 {
-  public:
-    explicit RequestFolder(const Store& store) : in_use_(store_lock(store))
-    {
-        in_use_.wait_shared();
-        path_ = store.make_temporary();
-    }
-    ~RequestFolder() { remove_quietly(path_); }
-    RequestFolder(const RequestFolder&) = delete;
-    RequestFolder& operator=(const RequestFolder&) = delete;
-    std::filesystem::path file() const { return path_ / "request.json"; }
+    auto made = std::dynamic_pointer_cast<T>(factory.create(T::component_kind, config));
+    if (made == nullptr)
+        throw PluginFailure(config.at("type").as_string() + " is not a component of the kind " + std::string(T::component_kind));
+    return made;
+}
 
-  private:
-    FileLock in_use_;
-    std::filesystem::path path_;
-};
+WorkerFactory factory_for(const Value& libraries, const Value& images)
+{
+    std::map<std::string, std::filesystem::path> files;
+    Value identities = libraries;
+    identities.set(images.at("type").as_string(), images);
+    for (const auto& [type, library] : identities.as_map())
+        files[type] = library.at("library").as_string();
+    return {std::move(files), std::move(identities)};
+}
+
+std::shared_ptr<const Artifact> artifact_of(const Value& request, WorkerFactory& factory, const Store& store)
+{
+    if (const Value* file = request.find("file"))
+        return component<FileReader>(factory, request.at("reader"))->read(file->as_string());
+    const std::unique_ptr<Configurable> maker = factory.make(request.at("maker").as_string(), "stage");
+    for (const OutputPort* output : maker->outputs())
+        if (output->type().name == request.at("artifact").as_string())
+            return output->load({store.object(request.at("object").as_string()) / request.at("port").as_string(), store.root()});
+    throw Error("its plugin changed; run again");
+}
 
 }  // namespace
 
-Value image_component(const Catalog& catalog)
+Value make_previews(const Value& requests, const Value& images, const Store& store)
 {
-    for (const TypeDescription* type : catalog.types())
-        if (type->kind == ImageIo::component_kind)
-            return Value::Map{{"type", type->type}, {"library", type->library.string()}, {"hash", type->library_hash}};
-    return {};
-}
-
-std::shared_ptr<ImageIo> image_codec(const Value& component)
-{
-    const std::string& type = component.at("type").as_string();
-    WorkerFactory factory({{type, component.at("library").as_string()}},
-                          Value::Map{{type, Value::Map{{"hash", component.at("hash")}}}});
-    auto codec = std::dynamic_pointer_cast<ImageIo>(factory.create(ImageIo::component_kind, Value::Map{{"type", type}}));
-    if (codec == nullptr)
-        throw Error(type + " reads and writes no pictures");
-    return codec;
-}
-
-std::string run_page_child(const std::string& command, const Value& request, const Store& store)
-{
-    const RequestFolder folder(store);
-    write_file(folder.file(), to_json(request));
-    const Child child = start_child({command, folder.file().string()});
-    LineBuffer output;
-    ProcessEnd end;
-    std::string text;
-    std::string line;
-    for (bool open = true; open;)
+    WorkerFactory factory = factory_for(requests.at("libraries"), images);
+    const auto codec = component<ImageIo>(factory, Value::Map{{"type", images.at("type")}});
+    std::map<std::string, std::vector<std::string>> shown;  // By a stage: names of its pictures.
+    std::uintmax_t video_bytes = Preview(*codec).video_bytes;
+    Value::List media;
+    // What stages made of an artifact comes before it: it may show the same.
+    Value::List artifacts = requests.at("artifacts").as_list();
+    std::ranges::reverse(artifacts);
+    for (const Value& request : artifacts)
     {
-        pollfd descriptor{child.output.get(), POLLIN, 0};
-        poll(&descriptor, 1, -1);
-        open = output.read_from(child.output.get());
-        while (output.next(line))
-            text = line;
+        Preview page(*codec);
+        page.longest_px = static_cast<int>(request.at("longest_px").as_int());
+        page.last = request.at("last").as_bool();
+        page.most_pictures = static_cast<std::size_t>(request.at("most").as_int());
+        page.video_bytes = video_bytes;
+        for (const Value& name : request.at("names").as_list())
+            page.names.push_back(name.as_string());
+        page.most_pictures = std::max(page.most_pictures, page.names.size());
+        for (const Value& reader : request.at("readers").as_list())
+            std::ranges::copy(shown[reader.as_string()], std::back_inserter(page.names));
+        try
+        {
+            artifact_of(request, factory, store)->preview(page);
+        }
+        catch (const std::exception& error)
+        {
+            page.note(error.what());
+        }
+        video_bytes = page.video_bytes;
+        Value entry = page.value();
+        if (entry.as_map().empty())
+            continue;
+        if (const Value* pictures = request.find("folder") != nullptr ? entry.find("pictures") : nullptr)
+            for (const Value& picture : pictures->as_list())
+                shown[request.at("stage").as_string()].push_back(picture.at("name").as_string());
+        for (const char* name : {"stage", "port", "artifact", "folder", "file"})
+            if (const Value* value = request.find(name))
+                entry.set(name, *value);
+        media.push_back(std::move(entry));
     }
-    while (!take_end(child.pid, end))
-        poll(nullptr, 0, 5);
-    if (end.exit_code == 0)
-        return "";
-    if (end.signal != 0)
-        return "the process that makes them ended by " + signal_text(end.signal);
-    return text.empty() ? "the process that makes them ended with code " + std::to_string(end.exit_code) : text;
+    std::ranges::reverse(media);
+    return media;
 }
 
-int serve_page(const std::filesystem::path& request_file, const std::function<void(const Value&)>& write)
+int internal_page(const std::filesystem::path& request_file)
 {
     try
     {
-        write(parse_json(read_text_file(request_file), request_file.string()));
+        const Value request = parse_json(read_text_file(request_file), request_file.string());
+        const Store store(request.at("store").as_string());
+        const Value media = make_previews(request.at("previews"), request.at("images"), store);
+        write_file(request.at("html").as_string(), page_html(request.at("data"), media, request.at("signature").as_string()));
         return 0;
     }
     catch (const std::exception& error)

@@ -1,15 +1,12 @@
-#include "page_child.h"
-#include "report_model.h"
+#include "report/page.h"
+#include "report/previews.h"
+#include "report/run_data.h"
 
+#include "report/report.h"
 #include <fresco/error.h>
-#include <fresco/files_io.h>
 #include <fresco/hash.h>
-#include <fresco/host/machine.h>
-#include <fresco/host/report.h>
 
 #include <algorithm>
-#include <ctime>
-#include <fstream>
 
 namespace fresco::host
 {
@@ -21,51 +18,27 @@ namespace
 struct Subject
 {
     std::vector<const PipelineStage*> stages;
-    std::string title;
+    const Combination* combination = nullptr;
     fs::path out;
 };
 
 std::vector<Subject> subjects_of(const RunRequest& run)
 {
     const Pipeline& pipeline = *run.pipeline;
-    const std::string name = pipeline.file.filename().string();
     std::vector<Subject> subjects;
     for (const Combination& combination : pipeline.sweep.combinations)
     {
-        Subject subject{{}, name + ", " + combination.name, run.out / combination.name};
+        Subject subject{{}, &combination, run.out / combination.name};
         for (const std::size_t number : combination.stages)
             subject.stages.push_back(&pipeline.stages.at(number));
         subjects.push_back(std::move(subject));
     }
     if (!subjects.empty())
         return subjects;
-    Subject whole{{}, name, run.out};
+    Subject whole{{}, nullptr, run.out};
     for (const PipelineStage& stage : pipeline.stages)
         whole.stages.push_back(&stage);
     return {std::move(whole)};
-}
-
-Value stage_value(const PipelineStage& stage, const StageOutcome* outcome)
-{
-    const StageOutcome none;
-    const StageOutcome& shown = outcome != nullptr ? *outcome : none;
-    Value::List inputs;
-    for (const Wire& wire : stage.wires)
-        inputs.push_back(Value::Map{{"port", wire.port},
-                                    {"artifact", wire.artifact},
-                                    {"from_stage", wire.from_stage},
-                                    {"from_port", wire.from_port},
-                                    {"file", wire.file.string()}});
-    Value::Map outputs;
-    for (const auto& output : stage.type->declaration.at("outputs").as_list())
-        outputs.emplace_back(output.at("name").as_string(), output.at("artifact"));
-    return Value::Map{
-        {"name", stage.name},          {"type", stage.type->type},
-        {"help", stage.type->help},    {"state", to_string(outcome != nullptr ? outcome->state : StageState::not_selected)},
-        {"seconds", shown.seconds},    {"memory_mb", shown.memory_mb},
-        {"disk_mb", shown.disk_mb},    {"error", shown.error},
-        {"object", shown.object},      {"options", stage.options},
-        {"inputs", std::move(inputs)}, {"outputs", std::move(outputs)}};
 }
 
 bool reads(const PipelineStage& stage, const std::string& producer)
@@ -74,7 +47,7 @@ bool reads(const PipelineStage& stage, const std::string& producer)
 }
 
 /// What a report depends on: the last results of the pipeline, which name all that is above them, and what failed.
-std::string signature_of(const ReportRequest& request, const Subject& subject, const Value& images)
+std::string signature_of(const ReportRequest& request, const Subject& subject)
 {
     Value::List stages;
     for (const PipelineStage* stage : subject.stages)
@@ -91,121 +64,121 @@ std::string signature_of(const ReportRequest& request, const Subject& subject, c
                                     {"selected", outcome != nullptr},
                                     {"error", outcome != nullptr ? outcome->error : ""}});
     }
-    return content_hash(to_json(Value::Map{{"version", program_version()},
+    return content_hash(to_json(Value::Map{{"version", page_version()},
                                            {"file", request.run->pipeline->file.string()},
                                            {"until", request.run->until},
-                                           {"images", images},
+                                           {"images", image_component(*request.catalog)},
                                            {"stages", std::move(stages)}}));
 }
 
-bool begins_with(const fs::path& file, std::string_view text)
+bool any_is(const ReportRequest& request, const Subject& subject, std::initializer_list<StageState> states)
 {
-    std::string begin(text.size(), '\0');
-    std::ifstream stream(file, std::ios::binary);
-    return stream.read(begin.data(), static_cast<std::streamsize>(begin.size())) && begin == text;
+    return std::ranges::any_of(subject.stages,
+                               [&](const PipelineStage* stage)
+                               {
+                                   const StageOutcome* outcome = request.summary->outcome_of(stage->name);
+                                   return outcome != nullptr && std::ranges::find(states, outcome->state) != states.end();
+                               });
 }
 
 const char* outcome_text(const ReportRequest& request, const Subject& subject)
 {
-    const auto any = [&](auto matches)
-    {
-        return std::ranges::any_of(subject.stages,
-                                   [&](const PipelineStage* stage)
-                                   {
-                                       const StageOutcome* outcome = request.summary->outcome_of(stage->name);
-                                       return outcome != nullptr && matches(outcome->state);
-                                   });
-    };
-    if (any([](StageState state) { return state == StageState::failed; }))
+    if (any_is(request, subject, {StageState::failed}))
         return "failed";
     // Of a single pipeline also where all is stored: its files may not have been copied to their end.
-    if ((request.interrupted && request.run->pipeline->sweep.combinations.empty()) ||
-        any([](StageState state) { return state == StageState::interrupted || state == StageState::blocked; }))
+    if ((request.interrupted && subject.combination == nullptr) ||
+        any_is(request, subject, {StageState::interrupted, StageState::blocked}))
         return request.interrupted ? "interrupted" : "not finished";
     return "done";
 }
 
-Value request_value(const ReportRequest& request, const Subject& subject, const Value& images, const std::string& signature)
+Value::List problems_of(const Value::List& stages)
 {
-    const RunRequest& run = *request.run;
+    Value::List problems;
+    const auto add = [&](const char* kind, const Value& stage, const Value& text) {
+        problems.push_back(Value::Map{{"kind", kind}, {"stage", stage.at("name")}, {"text", text}});
+    };
+    for (const Value& stage : stages)
+    {
+        if (!stage.at("error").as_string().empty())
+            add("error", stage, stage.at("error"));
+        for (const Value& message : stage.at("messages").as_list())
+            if (const Value* warning = message.find("warning"))
+                add("warning", stage, *warning);
+    }
+    return problems;
+}
+
+Value run_data(const ReportRequest& request, const Subject& subject, const Store& store)
+{
+    Value data = origin_data(request, "fresco-run");
+    if (subject.combination != nullptr)
+        for (std::size_t axis = 0; axis < subject.combination->values.size(); ++axis)
+            data.find("pipeline")
+                ->find("combination")
+                ->set(request.run->pipeline->sweep.axes[axis], subject.combination->values[axis]);
     Value::List stages;
     for (const PipelineStage* stage : subject.stages)
-        stages.push_back(stage_value(*stage, request.summary->outcome_of(stage->name)));
+        stages.push_back(stage_data(*stage, request.summary->outcome_of(stage->name), store));
     Value::List files;
     for (const auto& file : request.summary->files)
         if (std::ranges::any_of(subject.stages, [&](const PipelineStage* stage) { return stage->name == file.stage; }))
-            files.push_back(
-                Value::Map{{"stage", file.stage}, {"name", file.path.lexically_relative(subject.out).generic_string()}});
-    return Value::Map{{"pipeline", subject.title},
-                      {"store", run.store.string()},
-                      {"out", subject.out.string()},
-                      {"program", "fresco " + program_version()},
-                      {"processor", processor_capability().at("model")},
-                      {"time_s", static_cast<std::int64_t>(std::time(nullptr))},
-                      {"signature", signature},
-                      {"outcome", outcome_text(request, subject)},
-                      {"cores", run.cores},
-                      {"seconds", request.seconds},
-                      {"stages", std::move(stages)},
-                      {"files", std::move(files)},
-                      {"images", images}};
+        {
+            std::error_code error;
+            const auto bytes = fs::file_size(file.path, error);
+            files.push_back(Value::Map{{"stage", file.stage},
+                                       {"name", file.path.lexically_relative(subject.out).generic_string()},
+                                       {"bytes", error ? Value() : Value(static_cast<std::int64_t>(bytes))}});
+        }
+    data.set("outcome", outcome_text(request, subject));
+    data.set("problems", problems_of(stages));
+    data.set("files", std::move(files));
+    data.set("stages", std::move(stages));
+    return data;
 }
 
-/// The next run does not take it for the report of its results.
-void write_without_pictures(const fs::path& file, const Value& value, const std::string& reason)
+Value previews_of(const ReportRequest& request, const Subject& subject, const Store& store)
 {
-    ReportModel model = report_model(value);
-    model.signature = "without pictures";
-    ReportMedia nothing;
-    nothing.notes.push_back(reason);
-    write_file(file, report_page(model, nothing));
+    std::vector<ShownStage> shown;
+    for (const PipelineStage* stage : subject.stages)
+    {
+        const StageOutcome* outcome = request.summary->outcome_of(stage->name);
+        shown.push_back({stage, outcome != nullptr ? outcome->object : "", {}});
+    }
+    return preview_requests(shown, *request.catalog, store, {request.run->out, subject.out});
 }
 
 void write(const ReportRequest& request, const Subject& subject, ReportOutcome& outcome)
 {
-    const Value images = image_component(*request.catalog);
-    const std::string signature = signature_of(request, subject, images);
-    const bool worked = std::ranges::any_of(subject.stages,
-                                            [&](const PipelineStage* stage)
-                                            {
-                                                const StageOutcome* of = request.summary->outcome_of(stage->name);
-                                                return of != nullptr && of->state == StageState::done;
-                                            });
-    if (fs::is_regular_file(outcome.file) && !begins_with(outcome.file, report_begin))
-        throw Error(outcome.file.string() + ": is no report of fresco and stays; move it away, or give another --out");
+    Page page{subject.out / "run.json", outcome.file, {}, {}, signature_of(request, subject), ""};
+    check_replaceable(page);
     outcome.there = true;
-    if (!worked && begins_with(outcome.file, report_mark(signature)))
+    if (!any_is(request, subject, {StageState::done}) && is_current(page))
         return;
-    const Value value = request_value(request, subject, images, signature);
-    fs::create_directories(subject.out);
+    const Store store(request.run->store);
+    page.data = run_data(request, subject, store);
+    page.previews = previews_of(request, subject, store);
     if (request.interrupted)
-        write_without_pictures(outcome.file, value,
-                               "The run was interrupted: pictures come with the report of the next, which goes on from here");
-    else if (const std::string reason = run_page_child("internal-report", value, Store(request.run->store)); !reason.empty())
-    {
-        outcome.note = outcome.file.string() + " is without pictures: " + reason;
-        write_without_pictures(outcome.file, value, "There are no pictures: " + reason);
-    }
+        page.hurry = "The run was interrupted: pictures come with the report of the next, which goes on from here";
+    write_data(page);
+    outcome.note = write_html(page, *request.catalog, store);
     outcome.written = true;
 }
 
 ReportOutcome write_report(const ReportRequest& request, const Subject& subject)
 {
-    ReportOutcome outcome{subject.out / report_name, false, false, ""};
-    for (const auto& file : request.summary->files)
-        if (file.path == outcome.file)
-        {
-            outcome.note = "there is no report of the run: the stage " + file.stage + " writes " + report_name + " itself";
-            return outcome;
-        }
+    ReportOutcome outcome{subject.out / "report.html", false, false, ""};
     try
     {
+        for (const auto& file : request.summary->files)
+            if (file.path == outcome.file || file.path == subject.out / "run.json")
+                throw Error("the stage " + file.stage + " writes " + file.path.filename().string() + " itself");
         write(request, subject, outcome);
     }
     catch (const std::exception& error)
     {
         outcome.there = outcome.written = false;
-        outcome.note = "the report of the run could not be written: " + std::string(error.what());
+        outcome.note = "there is no report of the run: " + std::string(error.what());
     }
     return outcome;
 }

@@ -1,17 +1,13 @@
-#include "page_child.h"
-#include "sweep_page.h"
+#include "report/page.h"
+#include "report/previews.h"
+#include "report/run_data.h"
 
+#include "report/sweep_summary.h"
 #include <fresco/error.h>
-#include <fresco/files_io.h>
 #include <fresco/hash.h>
-#include <fresco/host/machine.h>
-#include <fresco/host/sweep_summary.h>
-#include <fresco/html.h>
-#include <fresco/raster.h>
+#include <fresco/preview.h>
 
-#include <algorithm>
-#include <cmath>
-#include <fstream>
+#include <map>
 
 namespace fresco::host
 {
@@ -19,156 +15,140 @@ namespace fs = std::filesystem;
 namespace
 {
 
-constexpr const char* page_name = "sweep.html";
 constexpr int thumbnail_px = 480;
-constexpr int thumbnail_quality = 80;
-
-bool is_picture(const fs::path& file)
-{
-    const std::string extension = file.extension().string();
-    return extension == ".png" || extension == ".jpg" || extension == ".jpeg";
-}
 
 /// What the stages took that are this combination's alone, now or when their results were made.
-double own_seconds(const Store& store, const Pipeline& pipeline, const RunSummary& summary, const Combination& combination)
+double own_seconds(const Pipeline& pipeline, const Combination& combination, const Value::List& stages)
 {
     double seconds = 0;
     for (const std::size_t number : combination.stages)
-    {
-        const PipelineStage& stage = pipeline.stages[number];
-        const StageOutcome* outcome = stage.place == combination.name ? summary.outcome_of(stage.name) : nullptr;
-        if (outcome == nullptr)
-            continue;
-        if (outcome->seconds > 0)
-            seconds += outcome->seconds;
-        else if (!outcome->object.empty() && store.present(outcome->object))
-            seconds += store.manifest(outcome->object).at("seconds").as_double();
-    }
+        if (pipeline.stages[number].place == combination.name)
+            seconds += stages[number].at("seconds").as_double();
     return seconds;
 }
 
 /// More combinations, fewer pictures of each: the page stays of a size that a browser opens at once.
-std::size_t pictures_per_cell(std::size_t cells)
+std::size_t pictures_per_combination(std::size_t combinations)
 {
-    return cells <= 24 ? 3 : cells <= 60 ? 2 : 1;
+    return combinations <= 24 ? 3 : combinations <= 60 ? 2 : 1;
 }
 
-SweepPage page_of(const SweepSummaryRequest& request, const Store& store)
+class Summary
 {
-    const Pipeline& pipeline = *request.run->pipeline;
-    const fs::path& out = request.run->out;
-    SweepPage page{pipeline.file.filename().string(), pipeline.sweep.axes, {}, ""};
-    for (const CombinationOutcome& outcome : *request.outcomes)
+  public:
+    explicit Summary(const SweepSummaryRequest& request)
+        : request_(request), run_(*request.run->run), pipeline_(*run_.pipeline), summary_(*request.run->summary),
+          store_(run_.store)
     {
-        const auto below = [&](std::size_t file)
-        { return request.summary->files[file].path.lexically_relative(out).generic_string(); };
-        SweepCell cell{outcome.combination->name,
-                       outcome.combination->values,
-                       outcome.state,
-                       "",
-                       own_seconds(store, pipeline, *request.summary, *outcome.combination),
-                       "",
-                       {},
-                       {}};
-        if (const StageOutcome* failed = outcome.stage.empty() ? nullptr : request.summary->outcome_of(outcome.stage))
-            cell.error = failed->error;
-        if (const std::string report = cell.name + "/report.html"; fs::exists(out / report))
-            cell.report = report;
-        for (const std::size_t file :
-             pictures_of(pipeline, *request.summary, outcome, request.pictures, pictures_per_cell(request.outcomes->size())))
-            cell.pictures.push_back({below(file), ""});
-        for (const std::size_t file : outcome.files)
-            cell.files.push_back(below(file));
-        page.cells.push_back(std::move(cell));
+        for (const PipelineStage& stage : pipeline_.stages)
+            stages_.push_back(stage_data(stage, summary_.outcome_of(stage.name), store_));
+        for (const CombinationOutcome& outcome : *request.outcomes)
+            combinations_.emplace_back(combination(outcome));
     }
-    return page;
-}
 
-Value to_value(const SweepPage& page)
-{
-    Value::List cells;
-    for (const SweepCell& cell : page.cells)
+    SweepSummaryFiles write()
     {
+        Page page{run_.out / "sweep.json", run_.out / "sweep.html", {}, {}, signature(), ""};
+        check_replaceable(page);
+        page.data = origin_data(*request_.run, "fresco-sweep");
+        page.data.set("axes", Value::List(pipeline_.sweep.axes.begin(), pipeline_.sweep.axes.end()));
+        page.data.set("combinations", combinations_);
+        page.data.set("stages", stages_);
+        write_data(page);
+        if (is_current(page))
+            return {page.json, page.html, ""};
+        page.previews = previews();
+        return {page.json, page.html, write_html(page, *request_.run->catalog, store_)};
+    }
+
+  private:
+    std::string below_out(std::size_t file) const
+    {
+        return summary_.files[file].path.lexically_relative(run_.out).generic_string();
+    }
+
+    Value::Map combination(const CombinationOutcome& outcome)
+    {
+        const Combination& own = *outcome.combination;
+        Value::Map values;
+        for (std::size_t axis = 0; axis < pipeline_.sweep.axes.size(); ++axis)
+            values.emplace_back(pipeline_.sweep.axes[axis], own.values[axis]);
+        Value::List stages;
+        for (const std::size_t number : own.stages)
+            if (summary_.outcome_of(pipeline_.stages[number].name) != nullptr)
+                stages.emplace_back(pipeline_.stages[number].name);
         Value::List pictures;
-        for (const SweepPicture& picture : cell.pictures)
-            pictures.push_back(picture.file);
-        cells.push_back(Value::Map{{"name", cell.name},
-                                   {"values", Value::List(cell.values.begin(), cell.values.end())},
-                                   {"state", cell.state},
-                                   {"error", cell.error},
-                                   {"seconds", cell.seconds},
-                                   {"report", cell.report},
-                                   {"pictures", std::move(pictures)},
-                                   {"files", Value::List(cell.files.begin(), cell.files.end())}});
+        for (const std::size_t file :
+             pictures_of(pipeline_, summary_, outcome, request_.pictures, pictures_per_combination(request_.outcomes->size())))
+        {
+            pictures.emplace_back(below_out(file));
+            shown_[summary_.files[file].stage].push_back(file);
+        }
+        Value::List files;
+        for (const std::size_t file : outcome.files)
+            files.emplace_back(below_out(file));
+        const StageOutcome* failed = outcome.stage.empty() ? nullptr : summary_.outcome_of(outcome.stage);
+        const std::string report = own.name + "/report.html";
+        return {{"name", own.name},
+                {"values", std::move(values)},
+                {"state", outcome.state},
+                {"failed_stage", outcome.stage},
+                {"error", failed != nullptr ? failed->error : ""},
+                {"seconds", outcome.seconds},
+                {"own_seconds", own_seconds(pipeline_, own, stages_)},
+                {"ran", outcome.ran_count},
+                {"stored", outcome.stored_count},
+                {"report", fs::exists(run_.out / report) ? report : ""},
+                {"stages", std::move(stages)},
+                {"pictures", std::move(pictures)},
+                {"files", std::move(files)}};
     }
-    return Value::Map{
-        {"title", page.title}, {"axes", Value::List(page.axes.begin(), page.axes.end())}, {"cells", std::move(cells)}};
-}
 
-std::vector<std::string> texts(const Value& list)
-{
-    std::vector<std::string> result;
-    for (const Value& entry : list.as_list())
-        result.push_back(entry.as_string());
-    return result;
-}
-
-SweepPage page_from(const Value& value)
-{
-    SweepPage page{value.at("title").as_string(), texts(value.at("axes")), {}, ""};
-    for (const Value& entry : value.at("cells").as_list())
+    /// Of all but what a run with nothing to do tells otherwise: times, and what ran.
+    std::string signature() const
     {
-        SweepCell cell{entry.at("name").as_string(),
-                       texts(entry.at("values")),
-                       entry.at("state").as_string(),
-                       entry.at("error").as_string(),
-                       entry.at("seconds").as_double(),
-                       entry.at("report").as_string(),
-                       {},
-                       texts(entry.at("files"))};
-        for (const std::string& picture : texts(entry.at("pictures")))
-            cell.pictures.push_back({picture, ""});
-        page.cells.push_back(std::move(cell));
+        Value::List combinations;
+        for (Value combination : combinations_)
+        {
+            for (const char* name : {"seconds", "own_seconds", "ran", "stored"})
+                combination.set(name, {});
+            combinations.push_back(std::move(combination));
+        }
+        Value::List objects;
+        for (const StageOutcome& stage : summary_.stages)
+            objects.emplace_back(stage.object);
+        return content_hash(to_json(Value::Map{{"version", page_version()},
+                                               {"file", pipeline_.file.string()},
+                                               {"combinations", std::move(combinations)},
+                                               {"objects", std::move(objects)},
+                                               {"images", image_component(*request_.run->catalog)}}));
     }
-    return page;
-}
 
-/// A comment behind the first line: of what results the page is.
-std::string marked(const std::string& html, const std::string& signature)
-{
-    const std::size_t end = html.find('\n') + 1;
-    return html.substr(0, end) + "<!-- " + signature + " -->\n" + html.substr(end);
-}
+    Value previews() const
+    {
+        std::vector<ShownStage> shown;
+        for (const PipelineStage& stage : pipeline_.stages)
+            if (const auto files = shown_.find(stage.name); files != shown_.end())
+            {
+                ShownStage entry{&stage, summary_.outcome_of(stage.name)->object, {}};
+                for (const std::size_t file : files->second)
+                    entry.names.push_back(summary_.files[file]
+                                              .path.lexically_relative((run_.out / stage.place).lexically_normal())
+                                              .generic_string());
+                shown.push_back(std::move(entry));
+            }
+        return preview_requests(shown, *request_.run->catalog, store_, {run_.out, run_.out, thumbnail_px});
+    }
 
-bool says_the_same(const fs::path& file, const std::string& signature)
-{
-    std::ifstream stream(file, std::ios::binary);
-    std::string line;
-    return std::getline(stream, line) && std::getline(stream, line) && line == "<!-- " + signature + " -->";
-}
-
-/// Of all but the times: a run with nothing to do took none.
-std::string signature_of(const SweepSummaryRequest& request, const SweepPage& page, const Value& images)
-{
-    SweepPage timeless = page;
-    for (SweepCell& cell : timeless.cells)
-        cell.seconds = 0;
-    Value::List objects;
-    for (const StageOutcome& stage : request.summary->stages)
-        objects.push_back(stage.object);
-    return content_hash(to_json(Value::Map{
-        {"version", program_version()}, {"page", to_value(timeless)}, {"objects", std::move(objects)}, {"images", images}}));
-}
-
-std::string small_copy(const ImageIo& images, const fs::path& file)
-{
-    const Raster8 picture = images.read_rgb(file);
-    const double scale = std::min(1.0, static_cast<double>(thumbnail_px) / std::max(picture.width, picture.height));
-    const auto side = [&](int px) { return std::max(1, static_cast<int>(std::lround(px * scale))); };
-    return data_uri(
-        "image/jpeg",
-        images.encode_jpeg(scale < 1 ? resized(picture, side(picture.width), side(picture.height)) : picture, thumbnail_quality));
-}
+    const SweepSummaryRequest& request_;
+    const RunRequest& run_;
+    const Pipeline& pipeline_;
+    const RunSummary& summary_;
+    Store store_;
+    std::map<std::string, std::vector<std::size_t>> shown_;  ///< By a stage: its pictures that stand for combinations.
+    Value::List stages_;
+    Value::List combinations_;
+};
 
 }  // namespace
 
@@ -198,67 +178,25 @@ std::vector<std::size_t> pictures_of(const Pipeline& pipeline, const RunSummary&
         }
     }
     std::vector<std::size_t> chosen;
-    const std::size_t count = std::min(most, found.size());
-    for (std::size_t i = 0; i < count; ++i)
-        chosen.push_back(found[(2 * i + 1) * found.size() / (2 * count)]);
+    for (const std::size_t i : evenly_spread(found.size(), most))
+        chosen.push_back(found[i]);
     return chosen;
 }
 
 SweepSummaryFiles write_sweep_summary(const SweepSummaryRequest& request)
 {
-    const fs::path& out = request.run->out;
-    SweepSummaryFiles files{out / "sweep.json", out / page_name, ""};
-    for (const Exporter::File& file : request.summary->files)
-        if (file.path == files.json || file.path == files.page)
-            return {{},
-                    {},
-                    "there is no summary of the combinations: the stage " + file.stage + " writes " +
-                        file.path.filename().string() + " itself"};
-    std::error_code error;
-    fs::create_directories(out, error);
-    if (error)
-        throw Error(out.string() + ": cannot make the folder: " + error.message() + "; give another one with --out");
-    write_file(files.json, to_json(sweep_as_value(*request.run->pipeline, *request.summary, *request.outcomes, out), 1) + "\n");
-    const Store store(request.run->store);
-    SweepPage page = page_of(request, store);
-    const Value images = image_component(*request.catalog);
-    const std::string signature = signature_of(request, page, images);
-    if (says_the_same(files.page, signature))
-        return files;
-    std::string reason = "no plugin reads and writes pictures (image.opencv)";
-    if (!images.is_null())
-        reason = run_page_child(
-            "internal-sweep",
-            Value::Map{{"file", files.page.string()}, {"signature", signature}, {"page", to_value(page)}, {"images", images}},
-            store);
-    if (reason.empty())
-        return files;
-    files.note = files.page.string() + " shows the pictures themselves, not small copies: " + reason;
-    page.note = "The pictures are the files beside this page, not copies in it: " + reason;
-    write_file(files.page, sweep_html(page));
-    return files;
-}
-
-int internal_sweep(const fs::path& request_file)
-{
-    return serve_page(request_file,
-                      [](const Value& request)
-                      {
-                          const fs::path file = request.at("file").as_string();
-                          SweepPage page = page_from(request.at("page"));
-                          const auto images = image_codec(request.at("images"));
-                          for (SweepCell& cell : page.cells)
-                              for (SweepPicture& picture : cell.pictures)
-                                  try
-                                  {
-                                      picture.uri = small_copy(*images, file.parent_path() / picture.file);
-                                  }
-                                  catch (const Error& error)
-                                  {
-                                      page.note += (page.note.empty() ? "" : "; ") + std::string(error.what());
-                                  }
-                          write_file(file, marked(sweep_html(page), request.at("signature").as_string()));
-                      });
+    const fs::path& out = request.run->run->out;
+    try
+    {
+        for (const Exporter::File& file : request.run->summary->files)
+            if (file.path == out / "sweep.json" || file.path == out / "sweep.html")
+                throw Error("the stage " + file.stage + " writes " + file.path.filename().string() + " itself");
+        return Summary(request).write();
+    }
+    catch (const Error& error)
+    {
+        return {{}, {}, "there is no summary of the combinations: " + std::string(error.what())};
+    }
 }
 
 }  // namespace fresco::host

@@ -1,7 +1,7 @@
-#include <fresco/host/commands_inspect.h>
-#include <fresco/host/dot.h>
-#include <fresco/host/pipeline_types.h>
-#include <fresco/host/schema.h>
+#include "run/commands_inspect.h"
+#include "pipeline/dot.h"
+#include "pipeline/pipeline_types.h"
+#include "pipeline/schema.h"
 
 #include <algorithm>
 #include <ostream>

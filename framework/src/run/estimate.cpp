@@ -1,246 +1,189 @@
-#include <fresco/error.h>
-#include <fresco/host/declaration.h>
-#include <fresco/host/estimate.h>
-#include <fresco/host/formula.h>
-#include <fresco/host/glob.h>
+#include "run/estimate.h"
+#include "base/glob.h"
+#include "plugins/declaration.h"
 
 #include <algorithm>
+#include <array>
+#include <optional>
+#include <string_view>
 
 namespace fresco::host
 {
 namespace
 {
-std::optional<double> as_number(const Value& value)
-{
-    if (value.is_bool())
-        return value.as_bool() ? 1.0 : 0.0;
-    return value.is_number() ? std::optional(value.as_double()) : std::nullopt;
-}
 
-/// Frames, faces and heights as the formulas of one stage see them; what no input tells is assumed when it is asked for.
-struct Figures
+struct SizeKind
 {
-    std::optional<double> frames;
-    std::optional<double> faces;
-    std::optional<double> height_squares;
-    bool assumed_frames_used = false;
-    bool assumed_faces_used = false;
-
-    double ask_frames()
-    {
-        assumed_frames_used = assumed_frames_used || !frames;
-        return frames.value_or(assumed_frames);
-    }
-    double ask_faces()
-    {
-        assumed_faces_used = assumed_faces_used || !faces;
-        return faces.value_or(assumed_faces);
-    }
+    std::string_view name;  ///< Of the entry in `cost`.
+    std::string_view rate;
+    double assumed;             ///< Where nothing says how many.
+    std::string_view artifact;  ///< Whose wires carry this size and no other.
 };
-
-class StageNames final : public FormulaNames
-{
-  public:
-    StageNames(const PipelineStage& stage, Figures& figures, int cores, std::vector<std::string>& notes)
-        : stage_(stage), figures_(figures), cores_(cores), notes_(notes)
-    {
-    }
-
-    std::optional<double> value(std::string_view name) override
-    {
-        if (const Value* option = stage_.options.find(name); option && as_number(*option))
-            return as_number(*option);
-        if (name == "frames")
-            return figures_.ask_frames();
-        if (name == "faces")
-            return figures_.ask_faces();
-        if (name == "height_squares")
-            return figures_.height_squares.value_or(0);
-        if (name == "cores")
-            return cores_;
-        if (name.ends_with("_count"))
-            return over_list(name.substr(0, name.size() - 6), [](double) { return 1.0; });
-        if (name.ends_with("_squares"))
-            return over_list(name.substr(0, name.size() - 8), [](double entry) { return entry * entry; });
-        return std::nullopt;
-    }
-
-    std::optional<double> count(std::string_view option, std::string_view glob) override
-    {
-        const auto files = measure(option, glob);
-        return files ? std::optional(static_cast<double>(files->files)) : std::nullopt;
-    }
-
-    std::optional<double> bytes(std::string_view option, std::string_view glob) override
-    {
-        const auto files = measure(option, glob);
-        return files ? std::optional(static_cast<double>(files->bytes)) : std::nullopt;
-    }
-
-  private:
-    template <class Function>
-    std::optional<double> over_list(std::string_view option, Function function) const
-    {
-        const Value* list = stage_.options.find(option);
-        if (!list || !list->is_list())
-            return std::nullopt;
-        double sum = 0;
-        for (const Value& entry : list->as_list())
-            sum += function(as_number(entry).value_or(0));
-        return sum;
-    }
-
-    std::optional<GlobMeasure> measure(std::string_view option, std::string_view glob)
-    {
-        const Value* path = stage_.options.find(option);
-        if (!path || !path->is_string())
-            return std::nullopt;
-        if (path->as_string().empty())
-            return GlobMeasure{};
-        const auto key = std::pair(std::string(option), std::string(glob));
-        const auto known = measured_.find(key);
-        if (known != measured_.end())
-            return known->second;
-        const GlobMeasure result = measure_files(path->as_string(), glob);
-        if (result.cut_short)
-            notes_.push_back("'" + path->as_string() + "' holds more files than were counted");
-        measured_.emplace(key, result);
-        return result;
-    }
-
-    const PipelineStage& stage_;
-    Figures& figures_;
-    int cores_;
-    std::vector<std::string>& notes_;
-    std::map<std::pair<std::string, std::string>, GlobMeasure> measured_;
-};
-
-enum class Figure
-{
-    frames,
-    faces
-};
-
-/// The first wire of the artifact that is all about the figure goes before others; a wire of the other's artifact says nothing.
-std::optional<double> carried(Figure figure, const PipelineStage& stage, const std::map<std::string, const StageEstimate*>& done)
-{
-    const std::string_view own = figure == Figure::frames ? "frames" : "mesh";
-    const std::string_view other = figure == Figure::frames ? "mesh" : "frames";
-    std::optional<double> result;
-    for (const Wire& wire : stage.wires)
-    {
-        const auto source = done.find(wire.from_stage);
-        if (source == done.end() || wire.artifact == other)
-            continue;
-        const std::optional<double> value = figure == Figure::frames ? source->second->frames : source->second->faces;
-        if (value && wire.artifact == own)
-            return value;
-        if (!result)
-            result = value;
-    }
-    return result;
-}
-
-/// The largest that a wire brings.
-std::optional<double> carried_height_squares(const PipelineStage& stage, const std::map<std::string, const StageEstimate*>& done)
-{
-    std::optional<double> result;
-    for (const Wire& wire : stage.wires)
-        if (const auto source = done.find(wire.from_stage); source != done.end() && source->second->height_squares)
-            result = std::max(result.value_or(0), *source->second->height_squares);
-    return result;
-}
+constexpr std::array<SizeKind, 4> size_kinds{{{"frames", "per_frame", 300, "frames"},
+                                              {"faces", "per_face", 1e6, "mesh"},
+                                              {"texels", "per_texel", 2048 * 2048, ""},
+                                              {"pixels", "per_pixel", 640 * 480, ""}}};
+using Sizes = std::array<std::optional<double>, size_kinds.size()>;
 
 class StageEstimator
 {
+    /// Place in size_kinds.
+    enum Kind
+    {
+        frames,
+        faces,
+        texels,
+        pixels
+    };
+
   public:
-    StageEstimator(const PipelineStage& stage, Figures inputs, int cores, StageEstimate& result)
-        : stage_(stage), figures_(inputs), result_(result), names_(stage, figures_, cores, result.notes)
+    StageEstimator(const PipelineStage& stage, const Sizes& incoming, int cores, std::vector<std::string>& notes)
+        : stage_(stage), incoming_(incoming), cores_(cores), notes_(notes)
     {
     }
 
-    void run(const MeasuredCost* measured)
+    CostFigures run(Sizes& made)
     {
-        const std::optional<double> own_frames = made("frames", figures_.frames);
-        const std::optional<double> own_faces = made("faces", figures_.faces);
-        result_.height_squares = made("height_squares", figures_.height_squares);
-        result_.frames = measured && measured->frames ? measured->frames : own_frames;
-        result_.faces = measured && measured->faces ? measured->faces : own_faces;
-        if (stage_.wires.empty())
+        const Value* cost = stage_.type ? stage_.type->declaration.find("cost") : nullptr;
+        if (cost == nullptr)
         {
-            figures_.frames = result_.frames;
-            figures_.faces = result_.faces;
+            made = incoming_;
+            return {};
         }
-        result_.measured = measured && measured->seconds;
-        result_.seconds = result_.measured ? measured->seconds : cost("seconds");
-        result_.memory_mb = measured && measured->memory_mb ? measured->memory_mb : cost("memory_mb");
-        result_.disk_mb = measured && measured->disk_mb ? measured->disk_mb : cost("disk_mb");
-        if (figures_.assumed_frames_used)
-            result_.notes.push_back(number_text(assumed_frames) + " frames assumed: no input says how many");
-        if (figures_.assumed_faces_used)
-            result_.notes.push_back(number_text(assumed_faces) + " faces assumed: no input says how many");
+        for (std::size_t kind = 0; kind < size_kinds.size(); ++kind)
+        {
+            const Value& size = cost->at(size_kinds[kind].name);
+            made[kind] = size.is_null() ? incoming_[kind] : counted(size, Kind(kind));
+            if (kind == texels || kind == pixels || !incoming_[kind])
+                incoming_[kind] = made[kind];
+        }
+        steps_ = cost->at("steps");
+        const double share = cost->at("parallel_share").as_double();
+        CostFigures figures;
+        figures.seconds = total(cost->at("seconds"), incoming_, true) * (1 - share + share / cores_);
+        figures.memory_mb = total(cost->at("memory_mb"), incoming_, false);
+        figures.disk_mb = total(cost->at("disk_mb"), made, true);
+        return figures;
     }
 
   private:
-    std::string formula(std::string_view name) const
+    double number(const Value& option) const { return stage_.options.at(option.as_string()).as_double(); }
+
+    /// The size, or what is assumed, which is noted.
+    double known(const Sizes& sizes, Kind kind)
     {
-        const Value* cost = stage_.type ? stage_.type->declaration.find("cost") : nullptr;
-        const Value* text = cost ? cost->find(name) : nullptr;
-        return text && text->is_string() ? text->as_string() : std::string();
+        if (sizes[kind])
+            return *sizes[kind];
+        const std::string note = stage_.name + ": " + number_text(size_kinds[kind].assumed) + " " +
+                                 std::string(size_kinds[kind].name) + " assumed: no input says how many";
+        if (std::ranges::find(notes_, note) == notes_.end())
+            notes_.push_back(note);
+        return size_kinds[kind].assumed;
     }
 
-    std::optional<double> evaluate(std::string_view name, const std::string& text)
+    double squares(const Value& option) const
     {
-        try
+        const auto square = [](const Value& value) { return value.as_double() * value.as_double(); };
+        if (!option.is_list())
+            return square(option);
+        double sum = 0;
+        for (const Value& entry : option.as_list())
+            sum += square(entry);
+        return sum;
+    }
+
+    double measured_files(const Value& size)
+    {
+        const std::string folder = stage_.options.at(size.at("files").as_string()).as_string();
+        const GlobMeasure measure = measure_files(folder, size.at("pattern").as_string());
+        if (measure.cut_short)
+            notes_.push_back(stage_.name + ": '" + folder + "' holds more files than were counted");
+        const double each = size.at("bytes_each").as_double();
+        return each > 0 ? static_cast<double>(measure.bytes) / each : static_cast<double>(measure.files);
+    }
+
+    std::optional<double> base(const Value& size, Kind kind)
+    {
+        if (const double number = size.at("number").as_double(); number > 0)
+            return number;
+        if (!size.at("option").as_string().empty())
+            return number(size.at("option"));
+        if (!size.at("files").as_string().empty())
+            return measured_files(size);
+        if (const Value& option = size.at("squares_of"); !option.as_string().empty())
         {
-            return std::max(0.0, evaluate_formula(text, names_));
+            // 0, or an empty list, stands for what the inputs have.
+            const double sum = squares(stage_.options.at(option.as_string()));
+            return sum > 0 ? std::optional(kind == pixels ? sum * 4 / 3 : sum) : incoming_[kind];
         }
-        catch (const Error& error)
-        {
-            result_.notes.push_back(std::string(name) + " cannot be estimated: " + error.what());
-            return std::nullopt;
-        }
+        return incoming_[kind] = known(incoming_, kind);
     }
 
-    std::optional<double> made(std::string_view name, std::optional<double> passed_on)
+    std::optional<double> counted(const Value& size, Kind kind)
     {
-        const std::string text = formula(name);
-        return text.empty() ? passed_on : evaluate(name, text);
+        std::optional<double> count = base(size, kind);
+        if (!count)
+            return count;
+        for (const Value& option : size.at("times").as_list())
+            *count *= number(option);
+        for (const Value& option : size.at("divided_by").as_list())
+            if (const double divisor = number(option); divisor > 0)
+                *count /= divisor;
+        if (const Value& option = size.at("at_most"); !option.as_string().empty() && number(option) > 0)
+            *count = std::min(*count, number(option));
+        return count;
     }
 
-    std::optional<double> cost(std::string_view name)
+    double pictures(const Sizes& sizes) { return steps_.is_null() ? known(sizes, frames) : *counted(steps_, frames); }
+
+    double total(const Value& rates, const Sizes& sizes, bool of_every_picture)
     {
-        const std::string text = formula(name);
-        return text.empty() ? std::optional(0.0) : evaluate(name, text);
+        double sum = rates.at("fixed").as_double() + rates.at("per_core").as_double() * cores_;
+        for (std::size_t kind = 0; kind < size_kinds.size(); ++kind)
+            if (const double rate = rates.at(size_kinds[kind].rate).as_double(); rate > 0)
+                sum += rate * known(sizes, Kind(kind)) * (kind == pixels && of_every_picture ? pictures(sizes) : 1);
+        if (const double rate = rates.at("per_step").as_double(); rate > 0)
+            sum += rate * pictures(sizes);
+        return sum;
     }
 
     const PipelineStage& stage_;
-    Figures figures_;
-    StageEstimate& result_;
-    StageNames names_;
+    Sizes incoming_;
+    int cores_;
+    std::vector<std::string>& notes_;
+    Value steps_;
 };
+
+/// A wire of the artifact that is all about a size goes before others.
+Sizes carried(const PipelineStage& stage, const std::map<std::string, Sizes>& made)
+{
+    Sizes result, own;
+    for (const Wire& wire : stage.wires)
+        if (const auto source = made.find(wire.from_stage); source != made.end())
+        {
+            const auto about = std::ranges::find(size_kinds, std::string_view(wire.artifact), &SizeKind::artifact);
+            for (std::size_t kind = 0; kind < size_kinds.size(); ++kind)
+            {
+                Sizes& into = about == size_kinds.end() ? result : own;
+                if (!into[kind] && (about == size_kinds.end() || about == &size_kinds[kind]))
+                    into[kind] = source->second[kind];
+            }
+        }
+    for (std::size_t kind = 0; kind < size_kinds.size(); ++kind)
+        if (own[kind])
+            result[kind] = own[kind];
+    return result;
+}
+
 }  // namespace
 
-PipelineEstimate estimate_pipeline(const Pipeline& pipeline, int cores, const std::map<std::string, MeasuredCost>& measured)
+PipelineEstimate estimate_pipeline(const Pipeline& pipeline, int cores)
 {
     PipelineEstimate result;
-    result.stages.resize(pipeline.stages.size());
-    std::map<std::string, const StageEstimate*> done;
-    for (std::size_t i = 0; i < pipeline.stages.size(); ++i)
-    {
-        const PipelineStage& stage = pipeline.stages[i];
-        StageEstimate& estimate = result.stages[i];
-        estimate.stage = stage.name;
-        const Figures inputs{carried(Figure::frames, stage, done), carried(Figure::faces, stage, done),
-                             carried_height_squares(stage, done)};
-        const auto known = measured.find(stage.name);
-        StageEstimator(stage, inputs, std::max(cores, 1), estimate).run(known == measured.end() ? nullptr : &known->second);
-        done.emplace(stage.name, &estimate);
-        result.seconds += estimate.seconds.value_or(0);
-        result.memory_mb = std::max(result.memory_mb, estimate.memory_mb.value_or(0));
-        result.disk_mb += estimate.disk_mb.value_or(0);
-        result.complete = result.complete && estimate.seconds && estimate.memory_mb && estimate.disk_mb;
-    }
+    std::map<std::string, Sizes> made;
+    for (const PipelineStage& stage : pipeline.stages)
+        result.stages[stage.name] =
+            StageEstimator(stage, carried(stage, made), std::max(cores, 1), result.notes).run(made[stage.name]);
     return result;
 }
 

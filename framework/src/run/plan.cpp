@@ -1,10 +1,11 @@
-#include <fresco/host/estimate.h>
-#include <fresco/host/pipeline_ports.h>
-#include <fresco/host/plan.h>
-#include <fresco/host/result_key.h>
-#include <fresco/host/stage_record.h>
+#include "run/plan.h"
+#include "pipeline/pipeline_ports.h"
+#include "run/estimate.h"
+#include "run/result_key.h"
+#include "store/stage_record.h"
 
 #include <algorithm>
+#include <fmt/format.h>
 
 namespace fresco::host
 {
@@ -27,7 +28,7 @@ std::string reason_to_run(const StageNode& node, const RunState& state, const Pi
         return "runs after " + above;
     if (!node.why_not.empty())
         return node.why_not;
-    const auto record = read_stage_record(store, pipeline, node.stage->name);
+    const auto record = read_stage_record(store, pipeline.file, node.stage->name);
     if (node.result)
         return "its result was removed from the store";
     if (!record)
@@ -55,19 +56,6 @@ std::string reason_to_rest(const StageNode& node)
 
 }  // namespace
 
-FormulaFigures formula_figures(const Pipeline& pipeline, int cores)
-{
-    FormulaFigures figures;
-    for (const auto& estimate : estimate_pipeline(pipeline, cores).stages)
-    {
-        figures.stages[estimate.stage] = {estimate.seconds.value_or(0), estimate.memory_mb.value_or(0),
-                                          estimate.disk_mb.value_or(0)};
-        for (const auto& note : estimate.notes)
-            figures.notes.push_back(estimate.stage + ": " + note);
-    }
-    return figures;
-}
-
 Plan make_plan(const Pipeline& pipeline, const std::filesystem::path& store_folder, const std::string& until,
                const std::map<std::string, CostFigures>& estimates)
 {
@@ -85,10 +73,10 @@ Plan make_plan(const Pipeline& pipeline, const std::filesystem::path& store_fold
             continue;
         PlannedStage planned{node.stage->name, node.stage->type->type, node.state == StageState::waiting, "", {}, false};
         planned.reason = planned.runs ? reason_to_run(node, state, pipeline, store) : reason_to_rest(node);
-        if (const auto estimate = estimates.find(node.stage->name); estimate != estimates.end())
-            planned.cost = estimate->second;
+        if (planned.runs && node.done_share > 0)
+            planned.reason = fmt::format("interrupted at {:.0f} %", 100 * node.done_share);
         planned.measured = statistics.knows(cost_name(*node.stage));
-        planned.cost = statistics.corrected(cost_name(*node.stage), planned.cost);
+        planned.cost = statistics.corrected(cost_name(*node.stage), remaining_cost(node, estimates));
         if (planned.runs)
         {
             plan.total.seconds += planned.cost.seconds;

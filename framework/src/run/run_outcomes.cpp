@@ -1,7 +1,7 @@
-#include "run_outcomes.h"
-#include "stage_failure.h"
+#include "run/run_outcomes.h"
+#include "run/stage_failure.h"
 
-#include <fresco/host/worker.h>
+#include "worker/worker.h"
 
 namespace fresco::host
 {

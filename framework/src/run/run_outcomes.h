@@ -1,9 +1,9 @@
 #pragma once
 
-#include "running_stage.h"
+#include "run/running_stage.h"
 
-#include <fresco/host/progress_display.h>
-#include <fresco/host/run_state.h>
+#include "run/progress_display.h"
+#include "run/run_state.h"
 
 #include <map>
 #include <string>

@@ -1,7 +1,7 @@
+#include "run/run_state.h"
+#include "run/exports.h"
+#include "run/result_key.h"
 #include <fresco/error.h>
-#include <fresco/host/exports.h>
-#include <fresco/host/result_key.h>
-#include <fresco/host/run_state.h>
 
 #include <algorithm>
 
@@ -34,6 +34,14 @@ std::string_view to_string(StageState state)
     return "";
 }
 
+CostFigures remaining_cost(const StageNode& node, const std::map<std::string, CostFigures>& estimates)
+{
+    const auto found = estimates.find(node.stage->name);
+    CostFigures cost = found == estimates.end() ? CostFigures{} : found->second;
+    cost.seconds *= 1 - node.done_share;
+    return cost;
+}
+
 RunState::RunState(const Pipeline& pipeline, const Store& store, FileHashes& hashes, const std::string& until)
     : store_(store), hashes_(hashes), until_(until)
 {
@@ -42,7 +50,7 @@ RunState::RunState(const Pipeline& pipeline, const Store& store, FileHashes& has
     {
         StageNode node;
         node.stage = &stage;
-        node.exports_files = exports_files(stage);
+        node.exports_files = !files_outputs(stage).empty();
         node.selected = until.empty();
         for (const auto& wire : stage.wires)
             if (!wire.from_stage.empty())
@@ -102,6 +110,7 @@ void RunState::resolve(StageNode& node)
     {
         node.key_document = key_document(*node.stage, upstream, hashes_);
         node.key = key_of(node.key_document);
+        node.done_share = store_.checkpoint_share(node.key);
         node.upstream = std::move(upstream);
         node.resolved = true;
         node.why_not.clear();

@@ -1,8 +1,9 @@
-#include "running_stage.h"
+#include "run/running_stage.h"
+#include "base/unit_text.h"
 
+#include "base/machine.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
-#include <fresco/host/machine.h>
 #include <fresco/process_tree.h>
 
 #include <csignal>
@@ -127,15 +128,15 @@ void RunningStage::hold_to_limits()
     }
     // In order, so that a stage with checkpoints goes on from there when it is given more time.
     if (runs_ && limits_.seconds > 0 && elapsed() > limits_.seconds)
-        return end_for("it ran longer than the " + duration_text(limits_.seconds) +
-                           " that it may: give it more with --isolate-time, or find out where it hangs",
+        return end_for("it exceeded the time limit of " + duration_text(limits_.seconds) +
+                           ": raise --isolate-time, or find out where it hangs",
                        SIGTERM);
     if (limits_.memory_mb <= 0 || now < memory_time_)
         return;
     memory_time_ = now + std::chrono::milliseconds(100);
     if (const double used = memory_of_tree_mb(child_.pid); used > limits_.memory_mb)
-        end_for("it used " + size_text(used) + " of memory, more than the " + size_text(limits_.memory_mb) +
-                    " that it may: give it more with --isolate-memory, or ask for less (smaller sizes, fewer frames, --cores 1)",
+        end_for("it used " + size_text(used) + " of memory; the limit is " + size_text(limits_.memory_mb) +
+                    ": raise --isolate-memory, or ask for less (smaller sizes, fewer frames, --cores 1)",
                 SIGKILL);
 }
 

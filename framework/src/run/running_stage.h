@@ -1,10 +1,10 @@
 #pragma once
 
-#include <fresco/host/process.h>
-#include <fresco/host/progress_display.h>
-#include <fresco/host/run_state.h>
-#include <fresco/host/stage_limits.h>
-#include <fresco/host/worker.h>
+#include "base/process.h"
+#include "run/progress_display.h"
+#include "run/run_state.h"
+#include "run/stage_limits.h"
+#include "worker/worker.h"
 
 #include <chrono>
 #include <deque>

@@ -1,15 +1,15 @@
-#include "run_outcomes.h"
-#include "running_stage.h"
-#include "stage_failure.h"
-#include "stop_signals.h"
-#include "sweep_turns.h"
+#include "run/run_outcomes.h"
+#include "run/running_stage.h"
+#include "run/stage_failure.h"
+#include "run/stop_signals.h"
+#include "run/sweep_turns.h"
 
+#include "pipeline/pipeline_ports.h"
+#include "run/scheduler.h"
+#include "store/stage_record.h"
+#include "store/statistics.h"
+#include "store/store_tidy.h"
 #include <fresco/error.h>
-#include <fresco/host/pipeline_ports.h>
-#include <fresco/host/scheduler.h>
-#include <fresco/host/stage_record.h>
-#include <fresco/host/statistics.h>
-#include <fresco/host/store_tidy.h>
 
 #include <algorithm>
 #include <csignal>
@@ -101,12 +101,9 @@ class Scheduler
         }
     }
 
-    /// By its formula, as earlier runs corrected it.
     CostFigures expected(const StageNode& node) const
     {
-        const auto estimate = request_.estimates.find(node.stage->name);
-        return statistics_.corrected(cost_name(*node.stage),
-                                     estimate == request_.estimates.end() ? CostFigures{} : estimate->second);
+        return statistics_.corrected(cost_name(*node.stage), remaining_cost(node, request_.estimates));
     }
 
     /// Where one's state is another than the last time.
@@ -252,12 +249,11 @@ class Scheduler
 
     void remember_cost(const StageNode& node, const RunningStage& running)
     {
-        const auto estimate = request_.estimates.find(node.stage->name);
         keep_books(
             [&]
             {
                 record_cost(store_, cost_name(*node.stage), {running.seconds(), running.memory_mb(), running.disk_mb()},
-                            estimate == request_.estimates.end() ? CostFigures{} : estimate->second);
+                            remaining_cost(node, request_.estimates));
             });
     }
 
@@ -281,7 +277,7 @@ class Scheduler
         reader.state = StageState::waiting;
         if (++repairs_[damage.object] > repairs_per_result)
         {
-            fail(reader, damage.text + "; it was made anew and is damaged again: check this machine's disk and memory",
+            fail(reader, damage.text + "; it was recomputed and is damaged again: check this machine's disk and memory",
                  worker_failed);
             return;
         }
@@ -289,7 +285,7 @@ class Scheduler
         {
             const bool removed = discard_damaged(store_, damage.object, request_.cores);
             display_.note(damage.text + ": the result " +
-                          (removed ? "is damaged and is made anew" : "was damaged; another run made it anew meanwhile"));
+                          (removed ? "is damaged and is recomputed" : "was damaged; another run has since recomputed it"));
         }
         catch (const Error& error)
         {
@@ -320,8 +316,9 @@ class Scheduler
                     continue;
                 taken_[node.stage->name] = node.result->object;
                 keep_books(
-                    [&] {
-                        write_stage_record(store_, *request_.pipeline,
+                    [&]
+                    {
+                        write_stage_record(store_, request_.pipeline->file,
                                            {node.stage->name, node.key, node.result->object, node.key_document, 0});
                     });
                 if (node.exports_files && !stopping())
@@ -366,7 +363,12 @@ class Scheduler
         RunSummary result{outcomes_.all(state_.nodes()), exporter_.files(),
                           stopping() ? int{worker_canceled} : exit_code_of(state_.nodes())};
         if (request_.until.empty() && !request_.pipeline->sweep.narrowed && result.exit_code == 0)
-            remove_old_records(store_, *request_.pipeline);
+        {
+            std::set<std::string> stages;
+            for (const PipelineStage& stage : request_.pipeline->stages)
+                stages.insert(stage.name);
+            remove_old_records(store_, request_.pipeline->file, stages);
+        }
         hashes_.save();
         return result;
     }

@@ -1,4 +1,5 @@
-#include "stage_failure.h"
+#include "run/stage_failure.h"
+#include "base/unit_text.h"
 
 #include <csignal>
 
@@ -49,8 +50,8 @@ std::string failure_text(const RunningStage& running)
                " before the stage was done; please report it to the author of the plugin " +
                running.node().stage->type->library.string();
     if (running.limits().memory_mb > 0 && end.signal != 0)
-        text += "; it had used " + size_text(end.peak_memory_mb) + " of the " + size_text(running.limits().memory_mb) +
-                " that it may (--isolate-memory)";
+        text += "; it had used " + size_text(end.peak_memory_mb) + " of its limit of " + size_text(running.limits().memory_mb) +
+                " (--isolate-memory)";
     if (const std::string tail = running.printed_tail(); !tail.empty())
         text += "; the last it printed:" + tail;
     return text;

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "running_stage.h"
+#include "run/running_stage.h"
 
 #include <string>
 

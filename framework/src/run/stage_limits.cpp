@@ -1,6 +1,6 @@
+#include "run/stage_limits.h"
+#include "base/machine.h"
 #include <fresco/error.h>
-#include <fresco/host/machine.h>
-#include <fresco/host/stage_limits.h>
 #include <fresco/wording.h>
 
 #include <algorithm>
@@ -64,7 +64,7 @@ bool is_called(const PipelineStage& stage, const std::string& name)
 
 [[noreturn]] void no_such_stage(const std::string& name, const Pipeline& pipeline)
 {
-    throw Error("--isolate " + name + ": there is no stage '" + name + "'" + suggestion(name, names_of(pipeline)));
+    throw Error("--isolate " + name + ": unknown stage '" + name + "'" + suggestion(name, names_of(pipeline)));
 }
 
 [[noreturn]] void wrong_limit(const std::string& option, const std::string& value, const Error& error)

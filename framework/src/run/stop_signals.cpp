@@ -1,4 +1,4 @@
-#include "stop_signals.h"
+#include "run/stop_signals.h"
 
 #include <fresco/error.h>
 
@@ -17,7 +17,7 @@ StopSignals::StopSignals()
     sigprocmask(SIG_BLOCK, &taken, &before_);
     fd_ = FileDescriptor(signalfd(-1, &taken, SFD_CLOEXEC | SFD_NONBLOCK));
     if (!fd_.valid())
-        throw Error("cannot take signals: no descriptor left");
+        throw Error("cannot handle signals: no file descriptor left");
 }
 
 StopSignals::~StopSignals()

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <fresco/host/process.h>
+#include "base/process.h"
 
 #include <csignal>
 

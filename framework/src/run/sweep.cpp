@@ -1,4 +1,5 @@
-#include <fresco/host/sweep.h>
+#include "run/sweep.h"
+#include "base/unit_text.h"
 
 #include <algorithm>
 #include <fmt/format.h>
@@ -108,45 +109,6 @@ std::string sweep_table(const Sweep& sweep, const std::vector<CombinationOutcome
         if (states.contains(state))
             counts += fmt::format("{}{} {}", counts.empty() ? "" : ", ", states[state], state);
     return text + fmt::format("{} combination{}: {}\n", outcomes.size(), outcomes.size() == 1 ? "" : "s", counts);
-}
-
-Value sweep_as_value(const Pipeline& pipeline, const RunSummary& summary, const std::vector<CombinationOutcome>& outcomes,
-                     const std::filesystem::path& out)
-{
-    const std::vector<const StageOutcome*> stages = by_stage(pipeline, summary);
-    Value::List combinations;
-    for (const CombinationOutcome& outcome : outcomes)
-    {
-        Value::Map values;
-        for (std::size_t axis = 0; axis < pipeline.sweep.axes.size(); ++axis)
-            values.emplace_back(pipeline.sweep.axes[axis], outcome.combination->values[axis]);
-        Value::List own;
-        for (const std::size_t number : outcome.combination->stages)
-            if (const StageOutcome* stage = stages[number])
-                own.push_back(Value::Map{{"stage", stage->stage},
-                                         {"type", stage->type},
-                                         {"state", to_string(stage->state)},
-                                         {"seconds", stage->seconds},
-                                         {"memory_mb", stage->memory_mb},
-                                         {"error", stage->error}});
-        Value::List files;
-        for (const std::size_t file : outcome.files)
-            files.push_back(summary.files[file].path.lexically_relative(out).generic_string());
-        combinations.push_back(Value::Map{{"name", outcome.combination->name},
-                                          {"values", std::move(values)},
-                                          {"state", outcome.state},
-                                          {"failed_stage", outcome.stage},
-                                          {"seconds", outcome.seconds},
-                                          {"ran", outcome.ran_count},
-                                          {"stored", outcome.stored_count},
-                                          {"stages", std::move(own)},
-                                          {"files", std::move(files)}});
-    }
-    return Value::Map{{"version", 1},
-                      {"pipeline", pipeline.file.string()},
-                      {"axes", Value::List(pipeline.sweep.axes.begin(), pipeline.sweep.axes.end())},
-                      {"exit_code", summary.exit_code},
-                      {"combinations", std::move(combinations)}};
 }
 
 }  // namespace fresco::host

@@ -1,4 +1,4 @@
-#include "sweep_turns.h"
+#include "run/sweep_turns.h"
 
 #include <algorithm>
 

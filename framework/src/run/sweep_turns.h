@@ -1,7 +1,7 @@
 #pragma once
 
-#include <fresco/host/pipeline.h>
-#include <fresco/host/run_state.h>
+#include "pipeline/pipeline.h"
+#include "run/run_state.h"
 
 #include <vector>
 

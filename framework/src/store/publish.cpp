@@ -1,8 +1,8 @@
+#include "store/publish.h"
+#include "base/fault.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/hash.h>
-#include <fresco/host/fault.h>
-#include <fresco/host/publish.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -33,7 +33,7 @@ Tree list_tree(const fs::path& root, const std::vector<std::string>& outputs)
         {
             const std::string relative = entry.path().lexically_relative(root).generic_string();
             if (entry.is_symlink() || !(entry.is_regular_file() || entry.is_directory()))
-                throw Error(relative + ": a result holds regular files and folders alone, this is neither");
+                throw Error(relative + ": not a regular file or folder; a result can hold nothing else");
             if (entry.is_directory())
                 tree.folders.push_back(entry.path());
             else
@@ -89,7 +89,7 @@ std::set<std::string> find_references(const fs::path& root, const Tree& tree)
         const std::string text = read_text_file(root / file, std::size_t{1} << 30U);
         if (text.find(own) != std::string::npos)
             throw Error(file + ": refers to a file in a folder the stage ran in (" + own +
-                        "…), which is gone when the stage is done; refer to files of the artifact's own folder alone");
+                        "…), which is gone when the stage is done; refer only to files in the artifact's own folder");
         for (std::size_t at = text.find(prefix); at != std::string::npos; at = text.find(prefix, at + 1))
         {
             const std::string id = text.substr(at + prefix.size(), id_length);

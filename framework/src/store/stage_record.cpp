@@ -1,7 +1,7 @@
+#include "store/stage_record.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/hash.h>
-#include <fresco/host/stage_record.h>
 
 #include <ctime>
 
@@ -13,9 +13,9 @@ namespace
 
 constexpr std::int64_t day_s = 86400;
 
-fs::path pipeline_folder(const Store& store, const Pipeline& pipeline)
+fs::path pipeline_folder(const Store& store, const fs::path& pipeline)
 {
-    return store.root() / "stages" / content_hash(fs::weakly_canonical(pipeline.file).string());
+    return store.root() / "stages" / content_hash(fs::weakly_canonical(pipeline).string());
 }
 
 std::optional<StageRecord> read_record(const fs::path& file)
@@ -36,12 +36,12 @@ std::optional<StageRecord> read_record(const fs::path& file)
 
 }  // namespace
 
-std::optional<StageRecord> read_stage_record(const Store& store, const Pipeline& pipeline, const std::string& stage)
+std::optional<StageRecord> read_stage_record(const Store& store, const fs::path& pipeline, const std::string& stage)
 {
     return read_record(pipeline_folder(store, pipeline) / (stage + ".json"));
 }
 
-void write_stage_record(const Store& store, const Pipeline& pipeline, const StageRecord& record)
+void write_stage_record(const Store& store, const fs::path& pipeline, const StageRecord& record)
 {
     const fs::path folder = pipeline_folder(store, pipeline);
     const fs::path file = folder / (record.stage + ".json");
@@ -52,7 +52,7 @@ void write_stage_record(const Store& store, const Pipeline& pipeline, const Stag
     std::error_code error;
     fs::create_directories(folder, error);
     if (!fs::exists(folder / "pipeline.path"))
-        write_file(folder / "pipeline.path", fs::weakly_canonical(pipeline.file).string());
+        write_file(folder / "pipeline.path", fs::weakly_canonical(pipeline).string());
     write_file(file, to_json(Value::Map{{"stage", record.stage},
                                         {"key", record.key},
                                         {"object", record.object},
@@ -60,11 +60,11 @@ void write_stage_record(const Store& store, const Pipeline& pipeline, const Stag
                                         {"key_document", record.key_document}}));
 }
 
-void remove_old_records(const Store& store, const Pipeline& pipeline)
+void remove_old_records(const Store& store, const fs::path& pipeline, const std::set<std::string>& stages)
 {
     std::error_code error;
     for (const auto& entry : fs::directory_iterator(pipeline_folder(store, pipeline), error))
-        if (entry.path().extension() == ".json" && pipeline.find(entry.path().stem().string()) == nullptr)
+        if (entry.path().extension() == ".json" && !stages.contains(entry.path().stem().string()))
             fs::remove(entry.path(), error);
 }
 

@@ -1,6 +1,6 @@
+#include "store/statistics.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
-#include <fresco/host/statistics.h>
 
 #include <algorithm>
 #include <vector>

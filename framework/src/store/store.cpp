@@ -1,13 +1,14 @@
+#include "store/store.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/hash.h>
-#include <fresco/host/store.h>
 #include <fresco/parallel.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <fcntl.h>
+#include <fstream>
 #include <mutex>
 #include <sys/file.h>
 
@@ -112,14 +113,14 @@ Store::Store(fs::path root) : root_(std::move(root))
         fs::create_directories(root_ / folder, error);
         if (error)
             throw Error((root_ / folder).string() + ": cannot make the store's folder: " + error.message() +
-                        "; give another place with --store");
+                        "; choose another with --store");
     }
     const fs::path format = root_ / "format";
     if (!fs::exists(format))
         write_file(format, store_format);
     else if (const std::string found = read_text_file(format); found != store_format)
         throw Error(format.string() + ": the store is \"" + found.substr(0, found.find('\n')) + "\", this program needs \"" +
-                    std::string(store_format.substr(0, store_format.size() - 1)) + "\"; give another place with --store");
+                    std::string(store_format.substr(0, store_format.size() - 1)) + "\"; choose another with --store");
 }
 
 fs::path Store::make_temporary(const std::string& prefix) const
@@ -185,6 +186,25 @@ bool Store::present(const StoredResult& result) const
 {
     return present(result.object) &&
            std::all_of(result.references.begin(), result.references.end(), [&](const auto& id) { return present(id); });
+}
+
+fs::path Store::checkpoint_file(std::string_view key, std::string_view extension) const
+{
+    return root_ / "checkpoints" / (std::string(key) + std::string(extension));
+}
+
+double Store::checkpoint_share(std::string_view key) const
+{
+    double share = 0;
+    std::ifstream(checkpoint_file(key, ".share")) >> share;
+    // An estimate of no time at all would count as unknown.
+    return std::clamp(share, 0.0, 0.99);
+}
+
+void Store::remove_checkpoint(std::string_view key) const
+{
+    for (const char* extension : {"", ".dependencies", ".curves", ".share"})
+        remove_quietly(checkpoint_file(key, extension));
 }
 
 std::string manifest_checksum(const Value& manifest)

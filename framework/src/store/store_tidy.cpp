@@ -1,7 +1,7 @@
+#include "store/store_tidy.h"
+#include "store/stage_record.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
-#include <fresco/host/stage_record.h>
-#include <fresco/host/store_tidy.h>
 
 #include <algorithm>
 #include <chrono>
@@ -95,11 +95,7 @@ int remove_checkpoints(const Store& store, double keep_days, bool dry_run)
             continue;
         ++removed;
         if (!dry_run)
-        {
-            remove_quietly(path);
-            for (const char* log : {".dependencies", ".curves"})
-                remove_quietly(path.string() + log);
-        }
+            store.remove_checkpoint(key);
     }
     return removed;
 }

@@ -1,6 +1,6 @@
-#include "stack_overflow.h"
+#include "worker/stack_overflow.h"
 
-#include <fresco/host/process.h>
+#include "base/process.h"
 
 #include <csignal>
 #include <cstdint>
@@ -18,9 +18,10 @@ std::uintptr_t lowest = 0;
 std::uintptr_t highest = 0;
 
 // The line before may have been cut by the overflow.
-constexpr std::string_view overflow_event = "\n{\"event\":\"failed\",\"text\":\"its stack overflowed: a recursion without end, or arrays "
-                                  "that are too large for it; please "
-                                  "report it to the plugin's author\"}\n";
+constexpr std::string_view overflow_event =
+    "\n{\"event\":\"failed\",\"text\":\"its stack overflowed: infinite recursion, or arrays "
+    "that are too large for it; please "
+    "report it to the plugin's author\"}\n";
 
 void take_fault(int number, siginfo_t* info, void*)
 {

@@ -1,15 +1,15 @@
-#include "stack_overflow.h"
-#include "worker_context.h"
-#include "worker_factory.h"
+#include "base/unit_text.h"
+#include "worker/stack_overflow.h"
+#include "worker/worker_context.h"
+#include "worker/worker_factory.h"
 
+#include "base/fault.h"
+#include "base/machine.h"
+#include "base/process.h"
+#include "store/publish.h"
+#include "worker/worker.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
-#include <fresco/host/fault.h>
-#include <fresco/host/machine.h>
-#include <fresco/host/process.h>
-#include <fresco/host/progress_display.h>
-#include <fresco/host/publish.h>
-#include <fresco/host/worker.h>
 #include <fresco/process_tree.h>
 #include <fresco/reader.h>
 #include <fresco/stage.h>
@@ -65,7 +65,7 @@ class Worker
         auto* stage = dynamic_cast<Stage*>(object.get());
         if (stage == nullptr)
             throw PluginFailure("plugin " + request_.libraries.at(request_.type).string() + ": " + request_.type +
-                                " is no stage");
+                                " is not a stage");
         stage->configure(request_.options, factory_);
         load_inputs(*stage);
         folder_ = store_.make_temporary(temporary_);
@@ -130,7 +130,7 @@ class Worker
                 const auto reader =
                     std::dynamic_pointer_cast<FileReader>(factory_.create(FileReader::component_kind, input.reader));
                 if (reader == nullptr)
-                    throw PluginFailure(input.reader.at("type").as_string() + " is no reader");
+                    throw PluginFailure(input.reader.at("type").as_string() + " is not a reader");
                 (*port)->set(reader->read(input.file));
             }
             else
@@ -159,7 +159,7 @@ class Worker
         publication.dependencies = context_.settled_dependencies();
         publication.facts = facts();
         const StoredResult result = publish(store_, folder_, publication);
-        context_.remove_checkpoint();
+        store_.remove_checkpoint(request_.key);
         fault_point("publish.done");
         tell_done(result, false);
     }
@@ -232,8 +232,8 @@ std::string memory_text()
     rlimit limit{};
     if (getrlimit(RLIMIT_DATA, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY)
         return std::string("there is not enough memory: close other programs, or ") + less;
-    return "it needs more memory than the " + size_text(static_cast<double>(limit.rlim_cur) / (1024.0 * 1024.0)) +
-           " that it may use: give it more with --isolate-memory, or " + less;
+    return "it needs more memory than the limit of " + size_text(static_cast<double>(limit.rlim_cur) / (1024.0 * 1024.0)) +
+           ": raise --isolate-memory, or " + less;
 }
 
 int guarded_run(const fs::path& request_file, WorkerChannel& channel)
@@ -291,7 +291,7 @@ int guarded_run(const fs::path& request_file, WorkerChannel& channel)
     }
     catch (...)
     {
-        failed = "something that is no exception was thrown; please report it to the plugin's author";
+        failed = "something other than an exception was thrown; please report it to the plugin's author";
     }
     channel.send("failed", {{"text", failed}});
     return code;

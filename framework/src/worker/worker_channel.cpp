@@ -1,6 +1,6 @@
-#include "worker_channel.h"
+#include "worker/worker_channel.h"
 
-#include <fresco/host/process.h>
+#include "base/process.h"
 
 #include <atomic>
 #include <cerrno>

@@ -1,4 +1,4 @@
-#include "worker_context.h"
+#include "worker/worker_context.h"
 
 #include <fresco/error.h>
 #include <fresco/files_io.h>
@@ -49,6 +49,7 @@ WorkerContext::WorkerContext(WorkerChannel& channel, const Store& store, std::st
 
 WorkerContext::~WorkerContext()
 {
+    keep_checkpoint_share();
     if (!scratch_.empty())
         remove_quietly(scratch_);
 }
@@ -62,9 +63,11 @@ void WorkerContext::progress(double done, double total, std::string_view unit)
     const auto now = std::chrono::steady_clock::now();
     const std::lock_guard lock(mutex_);
     keep_curves(done, unit);
+    done_share_ = total > 0 ? done / total : 0;
     if (now < next_progress_)
         return;
     next_progress_ = now + std::chrono::milliseconds(100);
+    keep_checkpoint_share();
     channel_.send("progress", {{"done", done}, {"total", total}, {"unit", unit}, {"metrics", metrics_}});
 }
 
@@ -76,7 +79,7 @@ void WorkerContext::keep_curves(double done, std::string_view unit)
     curve_unit_ = unit;
     metrics_changed_ = false;
     if (curves_.add(done, metrics_) && checkpointing_)
-        std::ofstream(curve_log(), std::ios::app) << MetricCurves::line(done, metrics_);
+        std::ofstream(store_.checkpoint_file(key_, ".curves"), std::ios::app) << MetricCurves::line(done, metrics_);
 }
 
 void WorkerContext::check_canceled() const
@@ -135,20 +138,10 @@ fs::path WorkerContext::scratch_folder()
     return scratch_;
 }
 
-fs::path WorkerContext::checkpoint_log() const
-{
-    return store_.root() / "checkpoints" / (key_ + ".dependencies");
-}
-
-fs::path WorkerContext::curve_log() const
-{
-    return store_.root() / "checkpoints" / (key_ + ".curves");
-}
-
 /// A checkpoint was made from the outside files that its log names; it is worth nothing once one of them changed.
 bool WorkerContext::checkpoint_fits() const
 {
-    std::ifstream log(checkpoint_log());
+    std::ifstream log(store_.checkpoint_file(key_, ".dependencies"));
     std::string line;
     while (std::getline(log, line))
     {
@@ -168,11 +161,11 @@ bool WorkerContext::checkpoint_fits() const
 
 void WorkerContext::log_dependency(const Dependency& dependency) const
 {
-    std::ofstream log(checkpoint_log(), std::ios::app);
+    std::ofstream log(store_.checkpoint_file(key_, ".dependencies"), std::ios::app);
     log << to_json(to_value(dependency)) << '\n';
     log.flush();
     if (!log)
-        throw Error(checkpoint_log().string() + ": cannot be written");
+        throw Error(store_.checkpoint_file(key_, ".dependencies").string() + ": cannot be written");
 }
 
 fs::path WorkerContext::checkpoint_folder()
@@ -182,14 +175,12 @@ fs::path WorkerContext::checkpoint_folder()
     if (!checkpointing_)
     {
         if (fs::exists(folder) && !checkpoint_fits())
-        {
-            remove_quietly(folder);
-            remove_quietly(checkpoint_log());
-            remove_quietly(curve_log());
-        }
+            store_.remove_checkpoint(key_);
         make_folder(folder);
         checkpointing_ = true;
-        curves_.load(curve_log());
+        std::error_code error;
+        checkpoint_time_ = fs::last_write_time(folder, error);
+        curves_.load(store_.checkpoint_file(key_, ".curves"));
         for (const auto& [path, dependency] : dependencies_)
             log_dependency(dependency);
     }
@@ -219,7 +210,7 @@ void WorkerContext::reads_file(const fs::path& file)
 void WorkerContext::reads_folder(const fs::path& folder, std::string_view names)
 {
     if (names.empty() || names.find('/') != std::string_view::npos)
-        throw std::invalid_argument("reads_folder: \"" + std::string(names) + "\" is no pattern of names");
+        throw std::invalid_argument("reads_folder: \"" + std::string(names) + "\" is not a pattern of names");
     depend_on(folder / names, true);
 }
 
@@ -235,11 +226,15 @@ std::vector<Dependency> WorkerContext::settled_dependencies()
     return all;
 }
 
-void WorkerContext::remove_checkpoint()
+/// Where the checkpoint changed since the last time, it holds about the work done by now.
+void WorkerContext::keep_checkpoint_share()
 {
-    remove_quietly(store_.checkpoint(key_));
-    remove_quietly(checkpoint_log());
-    remove_quietly(curve_log());
+    std::error_code error;
+    const auto time = fs::last_write_time(store_.checkpoint(key_), error);
+    if (!checkpointing_ || error || time == checkpoint_time_)
+        return;
+    checkpoint_time_ = time;
+    std::ofstream(store_.checkpoint_file(key_, ".share")) << done_share_ << '\n';
 }
 
 }  // namespace fresco::host

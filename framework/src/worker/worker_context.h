@@ -1,9 +1,9 @@
 #pragma once
 
-#include "display/metric_curves.h"
-#include "worker_channel.h"
+#include "worker/metric_curves.h"
+#include "worker/worker_channel.h"
 
-#include <fresco/host/store.h>
+#include "store/store.h"
 #include <fresco/run_context.h>
 
 #include <chrono>
@@ -42,15 +42,12 @@ class WorkerContext final : public RunContext
     const Value& messages() const { return messages_; }
     /// How the stage's metrics went, see MetricCurves::to_value.
     Value curves() const { return curves_.to_value(curve_unit_); }
-    /// After publishing: the checkpoint has done its work.
-    void remove_checkpoint();
 
   private:
     void say(std::string_view event, std::string_view text);
     void depend_on(const std::filesystem::path& path, bool folder);
     void keep_curves(double done, std::string_view unit);
-    std::filesystem::path checkpoint_log() const;
-    std::filesystem::path curve_log() const;
+    void keep_checkpoint_share();
     bool checkpoint_fits() const;
     void log_dependency(const Dependency& dependency) const;
 
@@ -63,6 +60,8 @@ class WorkerContext final : public RunContext
     std::mutex mutex_;
     std::filesystem::path scratch_;
     bool checkpointing_ = false;
+    std::filesystem::file_time_type checkpoint_time_;
+    double done_share_ = 0;  ///< By the last progress.
     std::map<std::filesystem::path, Dependency> dependencies_;
     Value report_{Value::Map{}};
     Value messages_{Value::List{}};

@@ -1,8 +1,8 @@
-#include "worker_factory.h"
+#include "worker/worker_factory.h"
 
+#include "plugins/plugin_search.h"
 #include <fresco/error.h>
 #include <fresco/hash.h>
-#include <fresco/host/plugin_search.h>
 
 #include <algorithm>
 
@@ -100,7 +100,7 @@ std::shared_ptr<Component> WorkerFactory::create(std::string_view kind, const Va
     std::unique_ptr<Configurable> object = make(type, kind);
     auto* component = dynamic_cast<Component*>(object.get());
     if (component == nullptr)
-        throw PluginFailure("plugin " + libraries_.at(type).string() + ": " + type + " is no component");
+        throw PluginFailure("plugin " + libraries_.at(type).string() + ": " + type + " is not a component");
     std::shared_ptr<Component> shared(component);
     (void)object.release();
     Value::Map options = config.as_map();

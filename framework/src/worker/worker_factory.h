@@ -1,7 +1,7 @@
 #pragma once
 
+#include "plugins/plugin_library.h"
 #include <fresco/component.h>
-#include <fresco/host/plugin_library.h>
 
 #include <filesystem>
 #include <map>

@@ -1,4 +1,4 @@
-#include <fresco/host/worker.h>
+#include "worker/worker.h"
 
 namespace fresco::host
 {

@@ -1,5 +1,5 @@
 // Reads a text file with a number as a picture of that value, and writes pictures as text. 13 crashes it, 14 is broken, 15 takes
-// as long as a file "open" lies in the folder above.
+// as long as a file "open" lies in the working folder.
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/image_io.h>
@@ -25,7 +25,7 @@ class TextImages final : public fresco::ImageIo
             std::raise(SIGSEGV);
         if (value == 14)
             throw fresco::Error(file.string() + ": is cut");
-        const std::filesystem::path open = file.parent_path() / "../open";
+        const std::filesystem::path open = std::filesystem::current_path() / "open";
         if (value == 15)
             fresco::write_file(open, std::string_view());
         while (value == 15 && std::filesystem::exists(open))

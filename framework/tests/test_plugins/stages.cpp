@@ -86,7 +86,7 @@ class Source final : public LoggedStage
         table = number(sum);
     }
 
-    fresco::Cost cost() const override { return {"2", "30", "1", "", ""}; }
+    fresco::Cost cost() const override { return {.seconds = {.fixed = 2}, .memory_mb = {.fixed = 30}, .disk_mb = {.fixed = 1}}; }
 };
 FRESCO_STAGE("test.source", Source, "A number from options and files")
 
@@ -115,6 +115,8 @@ class Slow final : public LoggedStage
     Output<Table> counted{this, "counted", "The last number"};
     Option<int> steps{this, "steps", 20, fresco::range(1, 100'000), "How far"};
     Option<int> step_ms{this, "step_ms", 20, fresco::range(0, 10'000), "Pause per step", fresco::not_in_key};
+
+    fresco::Cost cost() const override { return {.seconds = {.per_step = 0.1}, .steps = {.option = "steps"}}; }
 
     void run(RunContext& run) override
     {
@@ -165,7 +167,7 @@ class Fail final : public LoggedStage
         if (*how == "error")
             throw fresco::Error("mesh.ply:7: three vertices expected, two found");
         if (*how == "missing")
-            throw fresco::MissingInput("weights.safetensors: there is no such file");
+            throw fresco::MissingInput("weights.safetensors: no such file");
         if (*how == "exception")
             throw std::out_of_range("index 7 of 3");
         if (*how == "unknown")

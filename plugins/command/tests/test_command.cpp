@@ -108,7 +108,7 @@ TEST_CASE("a program that fails is named with its command, its end and what it p
     const std::vector<std::pair<std::string, std::vector<std::string>>> ways{
         {"echo first; echo last words >&2; exit 3", {"ended with exit code 3; the last it printed:", "| last words"}},
         {"kill -SEGV $$", {"was ended by a signal: Segmentation fault (signal 11); it printed nothing"}},
-        {"true", {"the program ended well, but its output", "(table) cannot be used: ", "table.json was not written"}},
+        {"true", {"the program succeeded, but its output", "(table) cannot be used: ", "table.json was not written"}},
         {"echo {{}} >\"$1\"", {"cannot be used: ", "columns"}},
         {"exit 75", {"ended with exit code 75"}}};
     Workplace place(plugins);
@@ -269,7 +269,7 @@ TEST_CASE("limits hold for programs, too", "[command][isolation]")
     place.write("room.yaml", shell("sleep 300"));
     const Finished late = place.run({"run", "room.yaml", "--isolate", "made", "--isolate-time", "0.3s"});
     CHECK(late.code == 1);
-    CHECK(contains(late.err, "stage made (command): it ran longer than the "));
+    CHECK(contains(late.err, "stage made (command): it exceeded the time limit of "));
     CHECK(late.seconds < 30);
     place.write("room.yaml", shell("x=0123456789abcdef; while :; do x=$x$x; done"));
     const Finished large = place.run({"run", "room.yaml", "--isolate", "made", "--isolate-memory", "200M"});
@@ -305,8 +305,8 @@ TEST_CASE("all that is wrong with a command is told before anything runs", "[com
         {"run: [sh, {o: x}], outputs: {o: table}", "expected a word, got a map (a word with braces is written in quotes)"},
         {"run: sh, outputs: {o: table}", "option 'run': expected a list of words, got the text 'sh'"},
         {"run: [], outputs: {o: table}", "option 'run' is empty: name a program"},
-        {"run: [sh], outputs: {}", "there is no output, so nothing that could be kept"},
-        {"run: [sh, \"{o}\"], outputs: {o: tabel}", "there is no artifact 'tabel' (did you mean 'table'?)"},
+        {"run: [sh], outputs: {}", "a command needs at least one output"},
+        {"run: [sh, \"{o}\"], outputs: {o: tabel}", "unknown artifact 'tabel' (did you mean 'table'?)"},
         {"run: [sh, \"{o}\"], outputs: {o: {artifact: image, as: jpg}}",
          "expected one of npy, png for 'as' of port 'o', got the text 'jpg'"},
         {"run: [sh, \"{o}\"], outputs: {o: {artifact: mesh, as: ply}}", "mesh has only one form; leave 'as' out"},
@@ -321,11 +321,10 @@ TEST_CASE("all that is wrong with a command is told before anything runs", "[com
         {"run: [./a.sh, \"{o}\"], outputs: {o: table}", "'./a.sh' is a relative path that is not among 'files'"},
         {"run: [\"{o}\"], outputs: {o: table}", "the program cannot be a {name}"},
         {"run: [sh, \"{o}\"], outputs: {o: table}, vesion: 2", "has no option 'vesion' (did you mean 'version'?)"},
-        {"run: [sh, \"{o}\"], outputs: {o: table}, files: [b.sh]", "option 'files': there is no file '", 3},
+        {"run: [sh, \"{o}\"], outputs: {o: table}, files: [b.sh]", "option 'files': no such file '", 3},
         {"run: [a.sh, \"{o}\"], outputs: {o: table}, files: [a.sh]", "may not be executed: chmod +x", 3},
-        {"run: [fresco-no-such-program, \"{o}\"], outputs: {o: table}", "there is no program 'fresco-no-such-program' in PATH",
-         3},
-        {"run: [/no/such, \"{o}\"], outputs: {o: table}", "there is no program '/no/such'", 3}};
+        {"run: [fresco-no-such-program, \"{o}\"], outputs: {o: table}", "no program 'fresco-no-such-program' in PATH", 3},
+        {"run: [/no/such, \"{o}\"], outputs: {o: table}", "no program '/no/such'", 3}};
     Workplace place(plugins);
     place.write("a.sh", "echo a\n");
     for (const Wrong& wrong : all)

@@ -141,7 +141,7 @@ TEST_CASE("files that are not as the manifest lists them are named")
         auto bytes = read_file(damaged.path(file));
         bytes[bytes.size() - 3] ^= std::byte{1};
         write_file(damaged.path(file), bytes);
-        CHECK_THAT(damaged.error(), Contains(file) && Contains("has not the contents that dataset.json lists"));
+        CHECK_THAT(damaged.error(), Contains(file) && Contains("its contents differ from those that dataset.json lists"));
     }
     {
         const Damaged damaged;
@@ -168,8 +168,8 @@ TEST_CASE("files of the wrong kind, shape or range are named though their stamps
         return damaged.error();
     };
     const char* uv = "views/000001/uv_20.npy";
-    CHECK_THAT(error(uv, dataset::to_npy(RasterF(20, 25, 2))), Contains(uv) && Contains("25 x 20 x 2; 20 x 25 x 2 was expected"));
-    CHECK_THAT(error(uv, dataset::to_npy(Raster16(25, 20, 2))), Contains(uv) && Contains("float32 was expected"));
+    CHECK_THAT(error(uv, dataset::to_npy(RasterF(20, 25, 2))), Contains(uv) && Contains("25 x 20 x 2; expected 20 x 25 x 2"));
+    CHECK_THAT(error(uv, dataset::to_npy(Raster16(25, 20, 2))), Contains(uv) && Contains("expected float32"));
     CHECK_THAT(error(uv, dataset::to_npy(RasterF(25, 20, 2, 1.01F))),
                Contains(uv) && Contains("holds 1.01; a number from 0 to 1"));
     auto cut = dataset::to_npy(RasterF(25, 20, 2));
@@ -181,11 +181,11 @@ TEST_CASE("files of the wrong kind, shape or range are named though their stamps
                Contains("cosine_8.npy: pixel (0, 0) holds 2"));
     CHECK_THAT(error("views/000000/valid_8.npy", dataset::to_npy(Raster8(10, 8, 1, 3))),
                Contains("valid_8.npy") && Contains("0 or 1"));
-    CHECK_THAT(error("views/000000/valid_8.npy", dataset::to_npy(Raster8(10, 8))), Contains("0 valid pixels; 80 were expected"));
+    CHECK_THAT(error("views/000000/valid_8.npy", dataset::to_npy(Raster8(10, 8))), Contains("0 valid pixels; expected 80"));
     CHECK_THAT(error("views/000000/color_8.npy", dataset::to_npy(Raster8(10, 8, 4))),
                Contains("color_8.npy") && Contains("8 x 10 x 3"));
-    CHECK_THAT(error("views/000000/color.npy", dataset::to_npy(Raster8(10, 8, 3))), Contains("16 x 20 x 3 was expected"));
-    CHECK_THAT(error("views/000000/sensor_depth.npy", dataset::to_npy(Raster8(10, 8))), Contains("uint16 was expected"));
+    CHECK_THAT(error("views/000000/color.npy", dataset::to_npy(Raster8(10, 8, 3))), Contains("expected 16 x 20 x 3"));
+    CHECK_THAT(error("views/000000/sensor_depth.npy", dataset::to_npy(Raster8(10, 8))), Contains("expected uint16"));
     CHECK_THAT(error("style.npy", dataset::to_npy(RasterF(10, 8))), Contains("style.npy: a picture"));
     CHECK_THAT(error("mesh.ply", cut), Contains("mesh.ply"));
     Mesh plain;
@@ -208,7 +208,7 @@ TEST_CASE("a manifest that is not as described is refused before anything is rea
     };
     CHECK_THAT(error("\"version\": 1", "\"version\": 9"), Contains("room/dataset.json: version: 9; this fresco reads version 1"));
     CHECK_THAT(error("\"mesh.ply\"", "\"../mesh.ply\""), Contains("does not name a file inside of the dataset's folder"));
-    CHECK_THAT(error("\"uv\": \"float32\"", "\"uv\": \"uint16\""), Contains("uv_8.npy") && Contains("uint16 was expected"));
+    CHECK_THAT(error("\"uv\": \"float32\"", "\"uv\": \"uint16\""), Contains("uv_8.npy") && Contains("expected uint16"));
     CHECK_THAT(error("{", "["), Contains("dataset.json: not valid JSON"));
 }
 

@@ -6,7 +6,7 @@
 #include <fresco/files_io.h>
 #include <fresco/hash.h>
 #include <fresco/mesh_io.h>
-#include <fresco/sharpness.h>
+#include <fresco/images/sharpness.h>
 #include <fresco/testing.h>
 
 #include <catch2/catch.hpp>

@@ -1,10 +1,10 @@
 #pragma once
 
 #include <fresco/image.h>
-#include <fresco/lab.h>
+#include <fresco/images/lab.h>
 #include <fresco/noise.h>
 #include <fresco/random.h>
-#include <fresco/recolor.h>
+#include <fresco/images/recolor.h>
 
 #include <algorithm>
 #include <array>

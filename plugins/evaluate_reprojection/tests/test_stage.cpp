@@ -171,7 +171,7 @@ TEST_CASE("the stage refuses what it cannot judge and stops when asked")
     CHECK_THROWS_WITH(recording.judge(Value::Map{}, recording.rendered(), run), Catch::Contains("smallest difference is 8"));
     auto inputs = recording.rendered();
     inputs.erase("textured_mesh");
-    CHECK_THROWS_WITH(recording.judge(kitchen_gaps, inputs, run), Catch::Contains("give one of the ports"));
+    CHECK_THROWS_WITH(recording.judge(kitchen_gaps, inputs, run), Catch::Contains("wire one of the ports"));
     inputs["mesh"] = std::make_shared<Mesh>(recording.textured->mesh);
     Value texture_floor = kitchen_gaps;
     texture_floor.set("floor", "texture");

@@ -125,7 +125,7 @@ TEST_CASE("a key gives the study back, and only as it was written")
     CHECK_THROWS_WITH(key_from(changed("\"pairs_count\"", "\"pairs\""), "k.json"), Contains("\"pairs_count\" is missing"));
     CHECK_THROWS_WITH(key_from(changed("\"version\": 1,", "\"version\": 1, \"more\": 2,"), "k.json"),
                       Contains("\"more\" is not known"));
-    CHECK_THROWS_WITH(key_from(changed("\"name\": \"two\"", "\"name\": \"one\""), "k.json"), Contains("one of a stands twice"));
+    CHECK_THROWS_WITH(key_from(changed("\"name\": \"two\"", "\"name\": \"one\""), "k.json"), Contains("one of a appears twice"));
     CHECK_THROWS_WITH(key_from("{]", "k.json"), Contains("k.json: not valid JSON"));
 }
 

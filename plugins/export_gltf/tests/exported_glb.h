@@ -22,9 +22,9 @@
 struct Glb
 {
     nlohmann::json json;
-    std::vector<std::byte> binary;
+    std::string binary;
 
-    explicit Glb(const std::vector<std::byte>& file)
+    explicit Glb(const std::string& file)
     {
         REQUIRE(word(file, 0) == 0x46546C67U);
         REQUIRE(word(file, 4) == 2);
@@ -32,14 +32,13 @@ struct Glb
         const std::size_t json_bytes = word(file, 12);
         REQUIRE(json_bytes % 4 == 0);
         REQUIRE(word(file, 16) == 0x4E4F534AU);
-        const auto* text = reinterpret_cast<const char*>(file.data() + 20);
-        json = nlohmann::json::parse(text, text + json_bytes);
+        json = nlohmann::json::parse(file.substr(20, json_bytes));
         REQUIRE(word(file, 24 + json_bytes) == 0x004E4942U);
         REQUIRE(word(file, 20 + json_bytes) == file.size() - 28 - json_bytes);
-        binary.assign(file.begin() + static_cast<std::ptrdiff_t>(28 + json_bytes), file.end());
+        binary = file.substr(28 + json_bytes);
     }
 
-    static std::uint32_t word(const std::vector<std::byte>& bytes, std::size_t at)
+    static std::uint32_t word(const std::string& bytes, std::size_t at)
     {
         std::uint32_t v = 0;
         std::memcpy(&v, &bytes.at(at), 4);
@@ -77,7 +76,7 @@ inline fresco::TexturedMesh square()
 
 struct Exported
 {
-    std::vector<std::byte> file;
+    std::string file;
     std::vector<std::string> names;
     fresco::Value report;
     std::vector<std::string> messages;
@@ -96,7 +95,7 @@ inline Exported exported_from(const fresco::Value& options, const Inputs& inputs
     all.set("images", fresco::Value::Map{{"type", "image.opencv"}});
     fresco::testing::run_stage(dynamic_cast<fresco::Stage&>(*made), all, inputs, folder.path(), run, factory);
     const auto files = fresco::Files::load({folder.path() / "files", folder.path()});
-    return {fresco::read_file(folder.path() / "files" / files->names.at(0)), files->names, run.reported, run.messages};
+    return {fresco::read_text_file(folder.path() / "files" / files->names.at(0)), files->names, run.reported, run.messages};
 }
 
 inline Exported exported(const fresco::Value& options, const fresco::TexturedMesh& textured = square())

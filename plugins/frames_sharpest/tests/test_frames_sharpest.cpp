@@ -6,7 +6,7 @@
 #include <fresco/hash.h>
 #include <fresco/image_io.h>
 #include <fresco/npy.h>
-#include <fresco/sharpness.h>
+#include <fresco/images/sharpness.h>
 #include <fresco/stage.h>
 #include <fresco/testing.h>
 

@@ -1,10 +1,6 @@
 #include "transforms.h"
 
-#include "reader_damage.h"
-
-#include <fresco/error.h>
-#include <fresco/stage.h>
-#include <fresco/testing.h>
+#include "reader_checks.h"
 
 #include <catch2/catch.hpp>
 
@@ -13,58 +9,57 @@
 namespace fs = std::filesystem;
 using Catch::Contains;
 using fresco::Value;
-using fresco::testing::RawImages;
+using fresco::testing::removing;
 using fresco::testing::TestRun;
+using fresco::testing::writing;
+using fresco::testing::WrittenRecording;
 
 namespace
 {
 
-struct TinyScan
+/// With other values at the head of the file.
+fresco::testing::ReaderUnderTest reader_of(const Value& head)
 {
-    fresco::testing::TemporaryFolder folder;
-    RawImages images;
-    fresco::Frames frames = fresco::testing::tiny_recording(folder.path(), images);
-
-    explicit TinyScan(const Value& head = Value::Map{}) { fresco::testing::write_nerfstudio(frames, path(), head); }
-    fs::path path() const { return folder.path() / "scan"; }
-    fs::path file() const { return path() / "transforms.json"; }
-    Value json() const { return fresco::parse_json(fresco::read_text_file(file())); }
-    void write(const Value& json) const { fresco::write_file(file(), fresco::to_json(json)); }
-};
-
-/// The frames that the stage gives, saved and loaded again.
-fresco::Frames read(const TinyScan& scan, TestRun& run, const Value& options = Value::Map{})
-{
-    return *fresco::testing::run_reader(FRESCO_PLUGIN_FILE, "scan.nerfstudio", scan.path(), scan.images,
-                                        scan.folder.path() / "out", run, options)
-                .frames;
+    return {.plugin = FRESCO_PLUGIN_FILE,
+            .type = "scan.nerfstudio",
+            .write =
+                [head](const fresco::Frames& frames, const fs::path& folder, const fresco::ImageIo&)
+            {
+                fresco::testing::write_nerfstudio(frames, folder, head);
+                return folder;
+            },
+            .color = "images/frame_00002.png",
+            .depth = "depth/frame_00002.png",
+            .pose_source = "transforms.json: frame 1",
+            .damaged = {{"transforms.json", 200, 200}}};
 }
 
-std::string error_of(const TinyScan& scan, const Value& options = Value::Map{})
+const auto reader = reader_of(Value::Map{});
+
+Value json_of(const WrittenRecording& scan)
 {
-    return fresco::testing::reading_error([&](TestRun& run) { read(scan, run, options); });
+    return fresco::parse_json(scan.text("transforms.json"));
 }
 
 /// The value of `key` in one frame replaced.
-void set_in_frame(const TinyScan& scan, std::size_t frame, std::string_view key, Value value)
+void set_in_frame(const WrittenRecording& scan, std::size_t frame, std::string_view key, Value value)
 {
-    auto json = scan.json();
+    auto json = json_of(scan);
     json.find("frames")->as_list()[frame].set(key, std::move(value));
-    scan.write(json);
+    scan.write("transforms.json", fresco::to_json(json));
 }
 
 }  // namespace
 
-TEST_CASE("a recording written as transforms.json is read back", "[scan.nerfstudio]")
+TEST_CASE("a transforms.json holds what every recording does", "[scan.nerfstudio]")
 {
-    const TinyScan scan;
+    fresco::testing::check_reader(reader);
+    const WrittenRecording scan(reader);
     TestRun run;
-    const auto frames = read(scan, run);
-    fresco::testing::check_same_recording(frames, scan.frames, scan.images);
-    CHECK(frames.frames[0].sequence == "images");
-    CHECK(frames.frames[0].name == "frame_00001");
-    CHECK(frames.frames[2].number == 3);
-    CHECK(run.reported.at("has_depth").as_bool());
+    const auto frames = scan.read(run).frames->frames;
+    CHECK(frames[0].sequence == "images");
+    CHECK(frames[0].name == "frame_00001");
+    CHECK(frames[2].number == 3);
     CHECK(run.reported.at("undistorted").as_int() == 0);
     CHECK(run.files_read.size() == 1 + 2 * 3);
 }
@@ -92,14 +87,15 @@ TEST_CASE("camera axes are OpenGL's", "[scan.nerfstudio]")
 TEST_CASE("the recorder's own world is had back, in meters", "[scan.nerfstudio]")
 {
     // saved = 2 * (y, x, -z): what the file has of a recorder's camera at (5, 6, 7) is at (12, 10, -14).
-    const TinyScan scan(
+    const auto made = reader_of(
         Value::Map{{"applied_transform", Value::List{Value::List{0, 1, 0, 0}, Value::List{1, 0, 0, 0}, Value::List{0, 0, -1, 0}}},
                    {"applied_scale", 2.0}});
+    const WrittenRecording scan(made);
     set_in_frame(
         scan, 0, "transform_matrix",
         Value::List{Value::List{1, 0, 0, 12}, Value::List{0, 1, 0, 10}, Value::List{0, 0, 1, -14}, Value::List{0, 0, 0, 1}});
     TestRun run;
-    const auto original = read(scan, run, Value::Map{{"world", "original"}, {"unit_m", 0.1}});
+    const auto original = *scan.read(run, Value::Map{{"world", "original"}, {"unit_m", 0.1}}).frames;
     const auto& pose = original.frames[0].color.world_from_camera;
     CHECK(pose.translation.x == Approx(0.5));
     CHECK(pose.translation.y == Approx(0.6));
@@ -107,17 +103,18 @@ TEST_CASE("the recorder's own world is had back, in meters", "[scan.nerfstudio]"
     // It looks along the file's -z, which is the recorder's z; the file's x is the recorder's y.
     CHECK(pose.direction({0, 0, 1}) == fresco::Vec3d{0, 0, 1});
     CHECK(pose.direction({1, 0, 0}) == fresco::Vec3d{0, 1, 0});
-    CHECK(read(scan, run).frames[0].color.world_from_camera.translation == fresco::Vec3d{12, 10, -14});
+    CHECK(scan.read(run).frames->frames[0].color.world_from_camera.translation == fresco::Vec3d{12, 10, -14});
 }
 
 TEST_CASE("a frame's own values go before the file's", "[scan.nerfstudio]")
 {
-    const TinyScan scan(Value::Map{{"depth_unit_scale_factor", 0.002}});
+    const auto made = reader_of(Value::Map{{"depth_unit_scale_factor", 0.002}});
+    const WrittenRecording scan(made);
     set_in_frame(scan, 1, "fl_x", 77);
     set_in_frame(scan, 1, "mask_path", "mask.png");
     set_in_frame(scan, 2, "camera_angle_x", 2 * std::atan(0.5));
     TestRun run;
-    const auto frames = read(scan, run);
+    const auto frames = *scan.read(run).frames;
     CHECK(frames.frames[0].color.intrinsics.fx == 30.5);
     CHECK(frames.frames[1].color.intrinsics.fx == 77);
     CHECK(frames.frames[1].depth.intrinsics.fx == 38.5);
@@ -127,29 +124,30 @@ TEST_CASE("a frame's own values go before the file's", "[scan.nerfstudio]")
     CHECK(frames.frames[1].depth_unit_m == 0.002);
     CHECK(std::count(run.messages.begin(), run.messages.end(),
                      "warning: the frames have masks (mask_path), which are not used") == 1);
-    CHECK(read(scan, run, Value::Map{{"depth_unit_m", 0.004}}).frames[1].depth_unit_m == 0.004);
-    CHECK(read(scan, run, Value::Map{{"every", 2}}).frames.size() == 2);
+    CHECK(scan.read(run, Value::Map{{"depth_unit_m", 0.004}}).frames->frames[1].depth_unit_m == 0.004);
+    CHECK(scan.read(run, Value::Map{{"every", 2}}).frames->frames.size() == 2);
 }
 
 TEST_CASE("the file and the pictures may be elsewhere", "[scan.nerfstudio]")
 {
-    const TinyScan scan;
-    const auto file = scan.folder.path() / "elsewhere/transforms_undistorted.json";
+    const WrittenRecording scan(reader);
+    const auto file = scan.out() / "elsewhere/transforms_undistorted.json";
     fs::create_directories(file.parent_path());
-    fs::rename(scan.file(), file);
-    fs::rename(scan.path() / "depth", file.parent_path() / "depth");
+    fs::rename(scan.path / "transforms.json", file);
+    fs::rename(scan.path / "depth", file.parent_path() / "depth");
     auto options = Value::Map{{"transforms", file.string()}};
-    CHECK_THAT(error_of(scan, options), Contains("3 files are missing") && Contains("elsewhere/images/frame_00001.png"));
-    options.emplace_back("pictures", scan.path().string());
+    CHECK_THAT(scan.error(options), Contains("3 files are missing") && Contains("elsewhere/images/frame_00001.png"));
+    options.emplace_back("pictures", scan.path.string());
     TestRun run;
-    fresco::testing::check_same_recording(read(scan, run, options), scan.frames, scan.images);
+    fresco::testing::check_same_recording(*scan.read(run, options).frames, scan.frames, scan.images);
 }
 
 TEST_CASE("distortion is undone", "[scan.nerfstudio]")
 {
-    const TinyScan scan(Value::Map{{"camera_model", "OPENCV"}, {"k1", 0.08}, {"k2", 0.0}, {"p1", 0.001}, {"p2", 0}});
+    const auto made = reader_of(Value::Map{{"camera_model", "OPENCV"}, {"k1", 0.08}, {"k2", 0.0}, {"p1", 0.001}, {"p2", 0}});
+    const WrittenRecording scan(made);
     TestRun run;
-    const auto frames = read(scan, run);
+    const auto frames = *scan.read(run).frames;
     CHECK(run.reported.at("undistorted").as_int() == 3);
     const auto& k = scan.frames.frames[0].color.intrinsics;
     const auto pinhole = fresco::recordings::pinhole_without({.k1 = 0.08, .p1 = 0.001}, k, "x");
@@ -162,122 +160,76 @@ TEST_CASE("distortion is undone", "[scan.nerfstudio]")
 
 TEST_CASE("frames without depth are given as such", "[scan.nerfstudio]")
 {
-    const TinyScan scan;
-    auto json = scan.json();
+    const WrittenRecording scan(reader);
+    auto json = json_of(scan);
     for (auto& frame : json.find("frames")->as_list())
         std::erase_if(frame.as_map(), [](const auto& entry) { return entry.first == "depth_file_path"; });
-    scan.write(json);
+    scan.write("transforms.json", fresco::to_json(json));
     TestRun run;
-    const auto frames = read(scan, run);
+    const auto frames = *scan.read(run).frames;
     CHECK(frames.frames[0].depth_picture.empty());
     CHECK_FALSE(run.reported.at("has_depth").as_bool());
     set_in_frame(scan, 1, "depth_file_path", "depth/frame_00002.png");
-    CHECK_THAT(error_of(scan), Contains("1 of 3 frames have a depth_file_path"));
+    CHECK_THAT(scan.error(), Contains("1 of 3 frames have a depth_file_path"));
 }
 
 TEST_CASE("a file that cannot be used is refused by name", "[scan.nerfstudio]")
 {
-    const TinyScan scan;
-    SECTION("no file")
+    using Values = std::vector<std::pair<const char*, Value>>;
+    const auto set = [](std::size_t frame, const Values& values)
     {
-        fs::remove(scan.file());
-        CHECK_THAT(error_of(scan), Contains("transforms.json"));
-    }
-    SECTION("no frames")
-    {
-        auto json = scan.json();
-        json.set("frames", Value::List{});
-        scan.write(json);
-        CHECK_THAT(error_of(scan), Contains("transforms.json: \"frames\" must be a list of frames, not empty"));
-    }
-    SECTION("another camera")
-    {
-        set_in_frame(scan, 1, "camera_model", "OPENCV_FISHEYE");
-        CHECK_THAT(error_of(scan), Contains("transforms.json: frame 1: \"camera_model\" is OPENCV_FISHEYE; PINHOLE"));
-    }
-    SECTION("an angle that is none")
-    {
-        for (const double degrees : {60.0, 0.0, -1.0})
+        return [=](const WrittenRecording& it)
         {
-            set_in_frame(scan, 1, "camera_angle_x", degrees);
-            CHECK_THAT(error_of(scan), Contains("frame 1: \"camera_angle_x\" must be an angle of view in radians"));
-        }
-    }
-    SECTION("a focal length that is none")
-    {
-        set_in_frame(scan, 1, "fl_x", 1e-30);
-        CHECK_THAT(error_of(scan), Contains("transforms.json: frame 1: a focal length of 1e-30 pixels"));
-    }
-    SECTION("a fourth coefficient")
-    {
-        set_in_frame(scan, 1, "k4", 0.1);
-        CHECK_THAT(error_of(scan), Contains("frame 1: \"k4\" is not 0"));
-        set_in_frame(scan, 1, "camera_model", "OPENCV");
-        set_in_frame(scan, 1, "is_fisheye", true);
-        CHECK_THAT(error_of(scan), Contains("transforms.json: frame 1: \"is_fisheye\" is set; fisheye lenses are not read"));
-        set_in_frame(scan, 1, "is_fisheye", false);
-        set_in_frame(scan, 1, "camera_model", "FULL_OPENCV");
-        CHECK(error_of(scan) == "no error");
-    }
-    SECTION("a pinhole with distortion")
-    {
-        set_in_frame(scan, 1, "camera_model", "PINHOLE");
-        CHECK(error_of(scan) == "no error");
-        set_in_frame(scan, 1, "k1", 0.1);
-        CHECK_THAT(error_of(scan), Contains("frame 1: \"camera_model\" is PINHOLE, but k1"));
-    }
-    SECTION("a pose that is none")
-    {
-        set_in_frame(scan, 2, "transform_matrix", Value::List{Value::List{1, 0, 0, 0}});
-        CHECK_THAT(error_of(scan), Contains("frame 2: \"transform_matrix\": 4 numbers where a 4x4 matrix"));
-        set_in_frame(scan, 2, "transform_matrix", "x");
-        CHECK_THAT(error_of(scan), Contains("frame 2: \"transform_matrix\" must be a list of rows"));
-    }
-    SECTION("values of another kind")
-    {
-        set_in_frame(scan, 0, "fl_x", "585");
-        CHECK_THAT(error_of(scan), Contains("frame 0: \"fl_x\" must be a number"));
-        set_in_frame(scan, 0, "fl_x", 585);
-        set_in_frame(scan, 0, "w", 32.5);
-        CHECK_THAT(error_of(scan), Contains("frame 0: \"w\" must be a whole number of pixels"));
-        set_in_frame(scan, 0, "w", 32);
-        set_in_frame(scan, 0, "file_path", 3);
-        CHECK_THAT(error_of(scan), Contains("frame 0: \"file_path\" must be a text"));
-    }
-    SECTION("depth of another kind")
-    {
-        set_in_frame(scan, 0, "depth_file_path", "depth/0.npy");
-        CHECK_THAT(error_of(scan), Contains("frame 0: \"depth_file_path\" is 0.npy"));
-    }
-    SECTION("a step that is none")
-    {
-        set_in_frame(scan, 0, "depth_unit_scale_factor", 0);
-        CHECK_THAT(error_of(scan), Contains("\"depth_unit_scale_factor\" must be meters per step"));
-    }
-    SECTION("stopped")
-    {
-        TestRun run;
-        run.cancel_after(2);
-        CHECK_THROWS_AS(read(scan, run), fresco::Canceled);
-    }
+            for (const auto& [key, value] : values)
+                set_in_frame(it, frame, key, value);
+        };
+    };
+    const std::string angle = "frame 1: \"camera_angle_x\" must be an angle of view in radians";
+    fresco::testing::check_flaws(
+        reader,
+        {{"no file", removing("transforms.json"), {"transforms.json"}},
+         {"no frames",
+          writing("transforms.json", "{\"frames\": []}"),
+          {"transforms.json: \"frames\" must be a list of frames, not empty"}},
+         {"another camera",
+          set(1, {{"camera_model", "OPENCV_FISHEYE"}}),
+          {"transforms.json: frame 1: \"camera_model\" is OPENCV_FISHEYE; PINHOLE"}},
+         {"degrees", set(1, {{"camera_angle_x", 60.0}}), {angle}},
+         {"no angle", set(1, {{"camera_angle_x", 0.0}}), {angle}},
+         {"a negative angle", set(1, {{"camera_angle_x", -1.0}}), {angle}},
+         {"a tiny focal length", set(1, {{"fl_x", 1e-30}}), {"transforms.json: frame 1: a focal length of 1e-30 pixels"}},
+         {"a fourth coefficient", set(1, {{"k4", 0.1}}), {"frame 1: \"k4\" is not 0"}},
+         {"a fisheye",
+          set(1, {{"k4", 0.1}, {"camera_model", "OPENCV"}, {"is_fisheye", true}}),
+          {"transforms.json: frame 1: \"is_fisheye\" is set; fisheye lenses are not read"}},
+         {"a full model", set(1, {{"k4", 0.1}, {"is_fisheye", false}, {"camera_model", "FULL_OPENCV"}}), {"no error"}},
+         {"a pinhole", set(1, {{"camera_model", "PINHOLE"}}), {"no error"}},
+         {"a pinhole with distortion",
+          set(1, {{"camera_model", "PINHOLE"}, {"k1", 0.1}}),
+          {"frame 1: \"camera_model\" is PINHOLE, but k1"}},
+         {"a short pose",
+          set(2, {{"transform_matrix", Value::List{Value::List{1, 0, 0, 0}}}}),
+          {"frame 2: \"transform_matrix\": 4 numbers where a 4x4 matrix"}},
+         {"a pose in words", set(2, {{"transform_matrix", "x"}}), {"frame 2: \"transform_matrix\" must be a list of rows"}},
+         {"a number as text", set(0, {{"fl_x", "585"}}), {"frame 0: \"fl_x\" must be a number"}},
+         {"half a pixel", set(0, {{"w", 32.5}}), {"frame 0: \"w\" must be a whole number of pixels"}},
+         {"a number as path", set(0, {{"file_path", 3}}), {"frame 0: \"file_path\" must be a text"}},
+         {"depth of another kind", set(0, {{"depth_file_path", "depth/0.npy"}}), {"frame 0: \"depth_file_path\" is 0.npy"}},
+         {"a step of 0", set(0, {{"depth_unit_scale_factor", 0}}), {"\"depth_unit_scale_factor\" must be meters per step"}}});
 }
 
 TEST_CASE("the recorder's own world is asked for in vain where the file does not tell it", "[scan.nerfstudio]")
 {
-    const TinyScan scan(Value::Map{{"camera_model", "OPENCV"}});
-    const auto text = fresco::read_text_file(scan.file());
-    CHECK_THROWS_WITH(nerfstudio::parse_transforms(text, scan.file(), {nerfstudio::World::original, 1, 0, {}}),
+    const auto made = reader_of(Value::Map{{"camera_model", "OPENCV"}});
+    const WrittenRecording scan(made);
+    const auto text = fresco::read_text_file(scan.path / "transforms.json");
+    CHECK_THROWS_WITH(nerfstudio::parse_transforms(text, scan.path / "transforms.json", {nerfstudio::World::original, 1, 0, {}}),
                       Contains("applied_transform\" is missing, so the recorder's own world is not known"));
-    CHECK_NOTHROW(nerfstudio::parse_transforms(text, scan.file(), {nerfstudio::World::saved, 1, 0, {}}));
+    CHECK_NOTHROW(nerfstudio::parse_transforms(text, scan.path / "transforms.json", {nerfstudio::World::saved, 1, 0, {}}));
 }
 
-TEST_CASE("damage to a recording gives an error or what can be used", "[scan.nerfstudio]")
+TEST_CASE("damage to the head of a recording gives an error or what can be used", "[scan.nerfstudio]")
 {
-    const TinyScan scan(Value::Map{{"camera_model", "OPENCV"}, {"k1", 0}, {"applied_scale", 1.5}});
-    const Value first = scan.json().at("frames").as_list().at(0);
-    fresco::testing::check_damage(FRESCO_PLUGIN_FILE, "scan.nerfstudio", scan.path(), scan.images, scan.folder.path() / "out",
-                                  {{scan.file(), 200, 200},
-                                   {scan.path() / first.at("file_path").as_string()},
-                                   {scan.path() / first.at("depth_file_path").as_string()}},
-                                  Value::Map{{"world", "original"}});
+    const auto scaled = reader_of(Value::Map{{"camera_model", "OPENCV"}, {"k1", 0}, {"applied_scale", 1.5}});
+    fresco::testing::check_damage(WrittenRecording(scaled), scaled.damaged, Value::Map{{"world", "original"}});
 }

@@ -1,68 +1,49 @@
 #include "replica_scene.h"
 
-#include "reader_damage.h"
-
-#include <fresco/error.h>
-#include <fresco/mesh_io.h>
-#include <fresco/stage.h>
-#include <fresco/testing.h>
+#include "reader_checks.h"
 
 #include <catch2/catch.hpp>
 
 namespace fs = std::filesystem;
 using Catch::Contains;
 using fresco::Value;
-using fresco::testing::RawImages;
+using fresco::testing::removing;
 using fresco::testing::TestRun;
+using fresco::testing::writing;
+using fresco::testing::WrittenRecording;
 
 namespace
 {
 
-struct TinyScene
-{
-    fresco::testing::TemporaryFolder folder;
-    RawImages images;
-    fresco::Frames frames = fresco::testing::tiny_recording(folder.path(), images);
-
-    TinyScene()
+const fresco::testing::ReaderUnderTest reader{
+    .plugin = FRESCO_PLUGIN_FILE,
+    .type = "scan.replica",
+    .write =
+        [](const fresco::Frames& frames, const fs::path& folder, const fresco::ImageIo&)
     {
-        fresco::testing::write_replica(frames, path());
-        fresco::Mesh mesh;
-        mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
-        mesh.triangles = {{0, 1, 2}};
-        fresco::write_file(path().parent_path() / "room0_mesh.ply", fresco::to_ply(mesh));
-    }
-    fs::path path() const { return folder.path() / "replica/room0"; }
-    fs::path camera() const { return path().parent_path() / "cam_params.json"; }
-    void write(const fs::path& file, std::string_view text) const { fresco::write_file(file, text); }
-};
-
-fresco::testing::ReadScan read(const TinyScene& scene, TestRun& run, const Value& options = Value::Map{})
-{
-    // With a slash behind it, as shells complete it.
-    return fresco::testing::run_reader(FRESCO_PLUGIN_FILE, "scan.replica", scene.path().string() + "/", scene.images,
-                                       scene.folder.path() / "out", run, options);
-}
-
-std::string error_of(const TinyScene& scene, const Value& options = Value::Map{})
-{
-    return fresco::testing::reading_error([&](TestRun& run) { read(scene, run, options); });
-}
+        fresco::testing::write_replica(frames, folder / "room0");
+        fresco::testing::write_mesh(folder / "room0_mesh.ply");
+        // With a slash behind it, as shells complete it.
+        return folder / "room0/";
+    },
+    .color = "results/frame000001.jpg",
+    .depth = "results/depth000001.png",
+    .pose_source = "traj.txt:2",
+    .damaged = {{"traj.txt", 200, 150}, {"../cam_params.json", 200, 150}, {"../room0_mesh.ply", 200, 100}}};
 
 }  // namespace
 
-TEST_CASE("a scene is read back", "[scan.replica]")
+TEST_CASE("a scene holds what every recording does", "[scan.replica]")
 {
-    const TinyScene scene;
+    fresco::testing::check_reader(reader);
+    const WrittenRecording scene(reader);
     TestRun run;
-    const auto result = read(scene, run);
-    fresco::testing::check_same_recording(*result.frames, scene.frames, scene.images);
+    const auto result = scene.read(run);
     CHECK(result.frames->frames[2].name == "frame000002");
     CHECK(result.frames->frames[2].number == 2);
     CHECK(result.mesh->triangles.size() == 1);
     CHECK(run.reported.at("mesh").as_string() == "room0_mesh.ply");
     CHECK(run.files_read.size() == 3 + 2 * 3);
-    CHECK(read(scene, run, Value::Map{{"every", 2}}).frames->frames[1].number == 2);
 }
 
 TEST_CASE("pixel centers count from 0 and depth in steps per meter", "[scan.replica]")
@@ -77,68 +58,43 @@ TEST_CASE("pixel centers count from 0 and depth in steps per meter", "[scan.repl
 
 TEST_CASE("the mesh and the camera may be elsewhere, frames may be left out", "[scan.replica]")
 {
-    const TinyScene scene;
-    fs::rename(scene.camera(), scene.folder.path() / "other.json");
-    CHECK_THAT(error_of(scene), Contains("the scene's camera is missing") && Contains("room0/cam_params.json or "));
-    CHECK(error_of(scene, Value::Map{{"camera", (scene.folder.path() / "other.json").string()}}) == "no error");
-    fs::rename(scene.folder.path() / "other.json", scene.path() / "cam_params.json");
-    CHECK(error_of(scene) == "no error");
-    fs::rename(scene.path().parent_path() / "room0_mesh.ply", scene.folder.path() / "other.ply");
-    CHECK_THAT(error_of(scene), Contains("the scene's mesh is missing") && Contains("room0_mesh.ply"));
-    CHECK(error_of(scene, Value::Map{{"mesh", (scene.folder.path() / "other.ply").string()}}) == "no error");
-    fs::rename(scene.folder.path() / "other.ply", scene.path() / "mesh.ply");
-    fs::remove(scene.path() / "results/frame000001.jpg");
-    CHECK_THAT(error_of(scene), Contains("1 file is missing: the color picture beside") && Contains("depth000001.png"));
-    fs::remove(scene.path() / "results/depth000001.png");
-    TestRun run;
-    const auto frames = read(scene, run).frames->frames;
+    const WrittenRecording scene(reader);
+    const auto beside = scene.path / "..";
+    fs::rename(beside / "cam_params.json", beside / "other.json");
+    CHECK_THAT(scene.error(), Contains("the scene's camera is missing") && Contains("room0/cam_params.json or "));
+    CHECK(scene.error(Value::Map{{"camera", (beside / "other.json").string()}}) == "no error");
+    fs::rename(beside / "other.json", scene.path / "cam_params.json");
+    CHECK(scene.error() == "no error");
+    fs::rename(beside / "room0_mesh.ply", beside / "other.ply");
+    CHECK_THAT(scene.error(), Contains("the mesh is missing") && Contains("room0_mesh.ply, or the option mesh"));
+    CHECK(scene.error(Value::Map{{"mesh", (beside / "other.ply").string()}}) == "no error");
+    fs::rename(beside / "other.ply", scene.path / "mesh.ply");
+    scene.remove("results/frame000001.jpg");
+    scene.remove("results/depth000001.png");
+    const auto frames = scene.read().frames->frames;
     REQUIRE(frames.size() == 2);
     CHECK(frames[1].color.world_from_camera.translation.z == Approx(1.0 / 3 + 2));
 }
 
 TEST_CASE("a scene that cannot be used is refused by name", "[scan.replica]")
 {
-    const TinyScene scene;
-    const auto trajectory = fresco::read_text_file(scene.path() / "traj.txt");
-    SECTION("too few poses")
-    {
-        scene.write(scene.path() / "traj.txt", trajectory.substr(0, trajectory.find('\n') + 1));
-        CHECK_THAT(error_of(scene), Contains("traj.txt: 1 poses, but there are pictures of frame 1"));
-    }
-    SECTION("a pose that is none")
-    {
-        scene.write(scene.path() / "traj.txt", "1 2 3\n" + trajectory);
-        CHECK_THAT(error_of(scene), Contains("traj.txt:1: 3 numbers where 16"));
-    }
-    SECTION("no pictures")
-    {
-        fs::remove_all(scene.path() / "results");
-        CHECK_THAT(error_of(scene), Contains("results: no pictures; expected frame000000.jpg"));
-    }
-    SECTION("a number twice")
-    {
-        fs::copy_file(scene.path() / "results/frame000001.jpg", scene.path() / "results/frame01.png");
-        CHECK_THAT(error_of(scene), Contains("there is another picture of this number"));
-    }
-    SECTION("a camera that is none")
-    {
-        scene.write(scene.camera(), R"({"camera": {"w": 32, "h": 24, "fx": 30}})");
-        CHECK_THAT(error_of(scene), Contains("cam_params.json: camera: \"scale\" is missing"));
-        scene.write(scene.camera(), R"({"cameras": 3})");
-        CHECK_THAT(error_of(scene), Contains("cam_params.json: expected {\"camera\""));
-        scene.write(scene.camera(), R"({"camera": 3})");
-        CHECK_THAT(error_of(scene), Contains("cam_params.json: camera: a map was expected"));
-    }
-}
-
-TEST_CASE("damage to a scene gives an error or what can be used", "[scan.replica]")
-{
-    const TinyScene scene;
-    const auto results = scene.path() / "results";
-    fresco::testing::check_damage(FRESCO_PLUGIN_FILE, "scan.replica", scene.path(), scene.images, scene.folder.path() / "out",
-                                  {{scene.path() / "traj.txt", 200, 150},
-                                   {scene.camera(), 200, 150},
-                                   {results / "frame000001.jpg"},
-                                   {results / "depth000002.png"},
-                                   {scene.path().parent_path() / "room0_mesh.ply", 200, 100}});
+    fresco::testing::check_flaws(
+        reader,
+        {{"too few poses",
+          [](const auto& it) { it.write("traj.txt", it.text("traj.txt").substr(0, it.text("traj.txt").find('\n') + 1)); },
+          {"traj.txt: 1 poses, but there are pictures of frame 1"}},
+         {"a short pose",
+          [](const auto& it) { it.write("traj.txt", "1 2 3\n" + it.text("traj.txt")); },
+          {"traj.txt:1: 3 numbers where 16"}},
+         {"no pictures", removing("results"), {"holds no views; each needs results/frameN.jpg (or .png) and results/depthN.png"}},
+         {"a number twice",
+          [](const auto& it) { it.write("results/frame01.png", it.text("results/frame000001.jpg")); },
+          {"there is another file of this number"}},
+         {"no scale",
+          writing("../cam_params.json", R"({"camera": {"w": 32, "h": 24, "fx": 30}})"),
+          {"cam_params.json: camera: \"scale\" is missing"}},
+         {"no camera", writing("../cam_params.json", R"({"cameras": 3})"), {"cam_params.json: expected {\"camera\""}},
+         {"a number as camera",
+          writing("../cam_params.json", R"({"camera": 3})"),
+          {"cam_params.json: camera: a map was expected"}}});
 }

@@ -1,11 +1,4 @@
-#include "scene_frames.h"
-
-#include "reader_damage.h"
-
-#include <fresco/error.h>
-#include <fresco/mesh_io.h>
-#include <fresco/stage.h>
-#include <fresco/testing.h>
+#include "reader_checks.h"
 
 #include <catch2/catch.hpp>
 
@@ -13,296 +6,195 @@
 
 namespace fs = std::filesystem;
 using Catch::Contains;
-using fresco::testing::RawImages;
+using fresco::Value;
+using fresco::testing::removing;
+using fresco::testing::rows_of;
 using fresco::testing::TestRun;
+using fresco::testing::writing;
+using fresco::testing::WrittenRecording;
 
 namespace
 {
 
 const char* const lost_pose = "-inf -inf -inf -inf\n-inf -inf -inf -inf\n-inf -inf -inf -inf\n-inf -inf -inf -inf\n";
-const char* const identity = "1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n";
+const char* const properties = "scene0000_00.txt";
 
-fresco::Mesh triangle(float size)
+/// A scene of the views 0, 2, 10, with its full mesh and a reduced one of twice its size.
+fs::path write_scannet(const fresco::Frames& frames, const fs::path& scene)
 {
-    fresco::Mesh mesh;
-    mesh.positions = {{0, 0, 0}, {size, 0, 0}, {0, size, 0}};
-    mesh.triangles = {{0, 1, 2}};
-    return mesh;
-}
-
-/// A scene "scene0000_00" of the views 0, 2 and 10; view 2 has no pose. Color 64x48, depth 32x24.
-struct TinyScene
-{
-    fresco::testing::TemporaryFolder folder;
-    RawImages images;
-
-    TinyScene()
+    const char* const numbers[] = {"0", "2", "10"};
+    fs::create_directories(scene / "pose");
+    fs::create_directories(scene / "intrinsic");
+    for (std::size_t i = 0; i < 3; ++i)
     {
-        for (const char* name : {"color", "depth", "pose", "intrinsic"})
-            fs::create_directories(path() / name);
-        for (const char* number : {"0", "2", "10"})
-        {
-            const std::string name = number;
-            fresco::write_file(path() / "color" / (name + ".jpg"), images.encode_jpeg(fresco::Raster8(64, 48, 3, 7), 95));
-            fresco::write_file(path() / "depth" / (name + ".png"), images.encode_png(fresco::Raster16(32, 24, 1, 1500)));
-            write("pose/" + name + ".txt", name == "2" ? lost_pose : "0 -1 0 5\n1 0 0 6\n0 0 1 7\n0 0 0 1\n");
-        }
-        write("intrinsic/intrinsic_color.txt", "50 0 31.5 0\n0 51 23.5 0\n0 0 1 0\n0 0 0 1\n");
-        write("intrinsic/intrinsic_depth.txt", "25 0 15.5 0\n0 26 11.5 0\n0 0 1 0\n0 0 0 1\n");
-        write("intrinsic/extrinsic_color.txt", "1 0 0 0.03\n0 1 0 0\n0 0 1 0\n0 0 0 1\n");
-        write("intrinsic/extrinsic_depth.txt", "1 0 0 0.01\n0 1 0 0\n0 0 1 0\n0 0 0 1\n");
-        write("scene0000_00.txt",
-              "axisAlignment = 0 1 0 0 -1 0 0 0 0 0 1 2 0 0 0 1 \ncolorWidth = 64\nfx_color = 40\nfy_color = 41\n"
-              "mx_color = 30.5\nmy_color = 22.5\nfx_depth = 20\nfy_depth = 21\nmx_depth = 14.5\nmy_depth = 10.5\n");
-        fresco::write_file(path() / "scene0000_00_vh_clean.ply", fresco::to_ply(triangle(1)));
-        fresco::write_file(path() / "scene0000_00_vh_clean_2.ply", fresco::to_ply(triangle(2)));
+        const auto& frame = frames.frames[i];
+        const std::string name = numbers[i];
+        fresco::testing::copy_picture(frame.color_picture.path, scene / "color" / (name + ".jpg"));
+        fresco::testing::copy_picture(frame.depth_picture.path, scene / "depth" / (name + ".png"));
+        fresco::write_file(scene / "pose" / (name + ".txt"),
+                           rows_of(fresco::testing::matrix_of(frame.depth.world_from_camera), 4));
     }
-
-    fs::path path() const { return folder.path() / "scene0000_00"; }
-    void write(const std::string& name, std::string_view text) const { fresco::write_file(path() / name, text); }
-};
-
-struct Result : fresco::testing::ReadScan
-{
-    fresco::testing::TemporaryFolder out;
-};
-
-void run_scan(const fs::path& path, const fresco::Value& options, TestRun& run, Result& result, const RawImages& images = {})
-{
-    static_cast<fresco::testing::ReadScan&>(result) =
-        fresco::testing::run_reader(FRESCO_PLUGIN_FILE, "scan.scannet", path, images, result.out.path(), run, options);
+    const auto& first = frames.frames.front();
+    // The recorder's own frame is a centimeter beside the depth camera's.
+    const fresco::RigidTransform rig_from_depth{{}, {0.01, 0, 0}};
+    const auto rig_from_color = rig_from_depth * first.depth.world_from_camera.inverse() * first.color.world_from_camera;
+    for (const auto& [name, k, rig_from_camera] : {std::tuple{"color.txt", first.color.intrinsics, rig_from_color},
+                                                   std::tuple{"depth.txt", first.depth.intrinsics, rig_from_depth}})
+    {
+        fresco::write_file(scene / "intrinsic" / (std::string("intrinsic_") + name),
+                           rows_of({k.fx, 0, k.cx - 0.5, 0, 0, k.fy, k.cy - 0.5, 0, 0, 0, 1, 0, 0, 0, 0, 1}, 4));
+        fresco::write_file(scene / "intrinsic" / (std::string("extrinsic_") + name),
+                           rows_of(fresco::testing::matrix_of(rig_from_camera), 4));
+    }
+    fresco::write_file(scene / properties,
+                       "axisAlignment = 0 1 0 0 -1 0 0 0 0 0 1 2 0 0 0 1 \ncolorWidth = 64\nfx_color = 40\nfy_color = 41\n"
+                       "mx_color = 15.5\nmy_color = 12.5\nfx_depth = 20\nfy_depth = 21\nmx_depth = 7.5\nmy_depth = 6.5\n");
+    fresco::testing::write_mesh(scene / "scene0000_00_vh_clean.ply");
+    fresco::testing::write_mesh(scene / "scene0000_00_vh_clean_2.ply", 1, 2);
+    return scene;
 }
 
-std::string error_of(const TinyScene& scene, const fresco::Value& options = fresco::Value::Map{})
-{
-    return fresco::testing::error_text(
-        [&]
-        {
-            TestRun run;
-            Result result;
-            run_scan(scene.path(), options, run, result, scene.images);
-        });
-}
+const fresco::testing::ReaderUnderTest reader{
+    .plugin = FRESCO_PLUGIN_FILE,
+    .type = "scan.scannet",
+    .write = [](const fresco::Frames& frames, const fs::path& folder, const fresco::ImageIo&)
+    { return write_scannet(frames, folder / "scene0000_00"); },
+    .color = "color/2.jpg",
+    .depth = "depth/2.png",
+    .pose_source = "pose/2.txt",
+    .damaged = {{"pose/10.txt", 180, 200},
+                {"intrinsic/intrinsic_color.txt", 180, 200},
+                {"intrinsic/intrinsic_depth.txt", 180, 200},
+                {"intrinsic/extrinsic_color.txt", 180, 200},
+                {"intrinsic/extrinsic_depth.txt", 180, 200},
+                {"scene0000_00_vh_clean.ply", 200, 100}},
+    .has_depth_camera = true};
 
 }  // namespace
 
-TEST_CASE("an exported scene becomes frames by number, without the lost ones", "[scan.scannet]")
+TEST_CASE("an exported scene holds what every recording does, with both cameras", "[scan.scannet]")
 {
-    const TinyScene scene;
+    fresco::testing::check_reader(reader);
+    const WrittenRecording scene(reader);
     TestRun run;
-    Result result;
-    run_scan(scene.path(), fresco::Value::Map{}, run, result);
+    const auto result = scene.read(run);
     const auto& frames = result.frames->frames;
-    REQUIRE(frames.size() == 2);
-    CHECK(frames[0].number == 0);
-    CHECK(frames[1].number == 10);
-    CHECK(frames[1].name == "10");
-    CHECK(run.reported.at("poses_not_tracked").as_int() == 1);
+    CHECK(frames[2].number == 10);
+    CHECK(frames[2].name == "10");
+    CHECK(frames[2].sequence == "scene");
     CHECK(run.reported.at("mesh").as_string() == "scene0000_00_vh_clean.ply");
-    // The files count pixel centers from 0.
-    CHECK(frames[0].color.intrinsics == fresco::Intrinsics{64, 48, 50, 51, 32, 24});
-    CHECK(frames[0].depth.intrinsics == fresco::Intrinsics{32, 24, 25, 26, 16, 12});
-    CHECK(frames[0].depth.world_from_camera.translation == fresco::Vec3d{5, 6, 7});
-    // In the recorder's frame color is at x = 0.03 and depth at 0.01; the pose turns x into y.
-    const auto color = frames[0].color.world_from_camera.translation;
-    CHECK(color.x == Approx(5));
-    CHECK(color.y == Approx(6.02));
-    CHECK(color.z == Approx(7));
-    CHECK(fresco::load_depth(frames[0], &scene.images).at(3, 3) == Approx(1.5f));
     CHECK(result.mesh->positions[1] == fresco::Vec3f{1, 0, 0});
     CHECK(run.files_read.size() == 3 * 3 + 4 + 1 + 1);
-    std::vector<fs::path> names;
-    for (const char* pattern : {"color/*.jpg", "color/*.png", "depth/*.png", "pose/*.txt", "intrinsic/*.txt", "intrinsic",
-                                "scene0000_00.txt", "*_vh_clean.ply"})
-        names.push_back(scene.path() / pattern);
-    CHECK(run.folders_read == names);
+    for (const char* pattern : {"color/*.jpg", "color/*.png", "depth/*.png", "pose/*.txt", "intrinsic", "*_vh_clean.ply"})
+        CHECK(std::ranges::count(run.folders_read, scene.path / pattern) == 1);
+}
+
+TEST_CASE("the extrinsics lead to the recorder's frame, poses are the depth camera's", "[scan.scannet]")
+{
+    const WrittenRecording scene(reader);
+    scene.write("pose/0.txt", "0 -1 0 5\n1 0 0 6\n0 0 1 7\n0 0 0 1\n");
+    scene.write("intrinsic/extrinsic_color.txt", "1 0 0 0.03\n0 1 0 0\n0 0 1 0\n0 0 0 1\n");
+    // In the recorder's frame color is at x = 0.03 and depth at 0.01; the pose turns x into y.
+    const auto frame = scene.read().frames->frames[0];
+    CHECK(frame.depth.world_from_camera.translation == fresco::Vec3d{5, 6, 7});
+    CHECK(length(frame.color.world_from_camera.translation - fresco::Vec3d{5, 6.02, 7}) < 1e-12);
+}
+
+TEST_CASE("views without a pose are left out, every counts them", "[scan.scannet]")
+{
+    const WrittenRecording scene(reader);
+    scene.write("pose/2.txt", lost_pose);
+    TestRun run;
+    CHECK(scene.read(run).frames->frames.size() == 2);
+    CHECK(run.reported.at("poses_not_tracked").as_int() == 1);
+    CHECK(run.messages == std::vector<std::string>{"2 frames, 1 left out because their pose is not finite"});
+    CHECK(scene.read(Value::Map{{"every", 2}}).frames->frames.size() == 2);
+    CHECK(scene.read(Value::Map{{"every", 3}}).frames->frames.size() == 1);
+    scene.write("pose/0.txt", lost_pose);
+    scene.write("pose/10.txt", lost_pose);
+    CHECK_THAT(scene.error(), Contains("none of the 3 poses is finite"));
 }
 
 TEST_CASE("the mesh is chosen by kind", "[scan.scannet]")
 {
-    const TinyScene scene;
+    const WrittenRecording scene(reader);
+    CHECK(scene.read(Value::Map{{"mesh_kind", "reduced"}}).mesh->positions[1].x == 2);
+    scene.remove("scene0000_00_vh_clean.ply");
+    scene.write("other.txt", scene.text(properties));
+    scene.remove(properties);
     TestRun run;
-    Result result;
-    run_scan(scene.path(), fresco::Value::Map{{"mesh_kind", "reduced"}}, run, result);
-    CHECK(result.mesh->positions[1].x == 2);
-    fs::remove(scene.path() / "scene0000_00_vh_clean.ply");
-    TestRun without_full;
-    run_scan(scene.path(), fresco::Value::Map{}, without_full, result);
-    CHECK(result.mesh->positions[1].x == 2);
-    // The full one would be taken if it came back.
-    CHECK(without_full.folders_read.back() == scene.path() / "*_vh_clean_2.ply");
-    CHECK(without_full.folders_read.rbegin()[1] == scene.path() / "*_vh_clean.ply");
-    fs::rename(scene.path() / "scene0000_00.txt", scene.path() / "other.txt");
-    TestRun renamed;
-    run_scan(scene.path(), fresco::Value::Map{}, renamed, result);
-    CHECK(std::count(renamed.folders_read.begin(), renamed.folders_read.end(), scene.path() / "*.txt") == 1);
-    CHECK_THAT(error_of(scene, fresco::Value::Map{{"mesh_kind", "full"}}), Contains("no mesh *_vh_clean.ply"));
-    fs::copy_file(scene.path() / "scene0000_00_vh_clean_2.ply", scene.path() / "other_vh_clean_2.ply");
-    CHECK_THAT(error_of(scene), Contains("several meshes") && Contains("other_vh_clean_2.ply"));
-    const auto named = fresco::Value::Map{{"mesh", (scene.path() / "other_vh_clean_2.ply").string()}};
-    CHECK(error_of(scene, named) == "no error");
+    CHECK(scene.read(run).mesh->positions[1].x == 2);
+    // The full one would be taken if it came back, and another file of properties.
+    for (const char* names : {"*_vh_clean.ply", "*_vh_clean_2.ply", "*.txt"})
+        CHECK(std::ranges::count(run.folders_read, scene.path / names) == 1);
+    CHECK_THAT(scene.error(Value::Map{{"mesh_kind", "full"}}), Contains("no mesh *_vh_clean.ply"));
+    scene.write("other_vh_clean_2.ply", scene.text("scene0000_00_vh_clean_2.ply"));
+    CHECK_THAT(scene.error(), Contains("several meshes") && Contains("other_vh_clean_2.ply"));
+    CHECK(scene.error(Value::Map{{"mesh", (scene.path / "other_vh_clean_2.ply").string()}}) == "no error");
 }
 
 TEST_CASE("axis alignment moves cameras and mesh alike", "[scan.scannet]")
 {
-    const TinyScene scene;
-    TestRun run;
-    Result result;
-    run_scan(scene.path(), fresco::Value::Map{{"align_axes", true}}, run, result);
+    const WrittenRecording scene(reader);
+    const auto result = scene.read(Value::Map{{"align_axes", true}});
     // (x, y, z) becomes (y, -x, z + 2).
-    CHECK(result.frames->frames[0].depth.world_from_camera.translation == fresco::Vec3d{6, -5, 9});
+    for (std::size_t i = 0; i < 3; ++i)
+    {
+        const auto& read = result.frames->frames[i];
+        const auto& written = scene.frames.frames[i];
+        for (const auto& [one, other] : {std::pair{read.color, written.color}, std::pair{read.depth, written.depth}})
+        {
+            const auto place = other.world_from_camera.translation;
+            CHECK(length(one.world_from_camera.translation - fresco::Vec3d{place.y, -place.x, place.z + 2}) < 1e-9);
+        }
+    }
     CHECK(result.mesh->positions[1] == fresco::Vec3f{0, -1, 2});
-    fs::remove(scene.path() / "scene0000_00.txt");
-    CHECK_THAT(error_of(scene, fresco::Value::Map{{"align_axes", true}}), Contains("no axisAlignment"));
+    scene.remove(properties);
+    CHECK_THAT(scene.error(Value::Map{{"align_axes", true}}), Contains("no axisAlignment"));
 }
 
 TEST_CASE("without the folder intrinsic the scene's properties are used", "[scan.scannet]")
 {
-    const TinyScene scene;
-    fs::remove_all(scene.path() / "intrinsic");
-    TestRun run;
-    Result result;
-    run_scan(scene.path(), fresco::Value::Map{{"pixel_center", "half"}}, run, result);
-    CHECK(result.frames->frames[0].color.intrinsics == fresco::Intrinsics{64, 48, 40, 41, 30.5, 22.5});
-    CHECK(result.frames->frames[0].color.world_from_camera == result.frames->frames[0].depth.world_from_camera);
-    scene.write("scene0000_00.txt", "fx_color = 40\nfy_color = 41\n");
-    CHECK_THAT(error_of(scene), Contains("scene0000_00.txt: the property mx_color is missing"));
-    fs::remove(scene.path() / "scene0000_00.txt");
-    CHECK_THAT(error_of(scene), Contains("no calibration"));
-}
-
-TEST_CASE("results do not depend on the thread count", "[scan.scannet]")
-{
-    const TinyScene scene;
-    TestRun one(1), two(2);
-    Result a, b;
-    run_scan(scene.path(), fresco::Value::Map{}, one, a);
-    run_scan(scene.path(), fresco::Value::Map{}, two, b);
-    CHECK(fresco::read_text_file(a.out.path() / "frames/frames.json") ==
-          fresco::read_text_file(b.out.path() / "frames/frames.json"));
-}
-
-TEST_CASE("every counts views, lost ones included", "[scan.scannet]")
-{
-    const TinyScene scene;
-    TestRun run;
-    Result result;
-    run_scan(scene.path(), fresco::Value::Map{{"every", 2}}, run, result);
-    CHECK(result.frames->frames.size() == 2);
-    run_scan(scene.path(), fresco::Value::Map{{"every", 3}}, run, result);
-    CHECK(result.frames->frames.size() == 1);
+    const WrittenRecording scene(reader);
+    scene.remove("intrinsic");
+    const auto frame = scene.read(Value::Map{{"pixel_center", "half"}}).frames->frames[0];
+    CHECK(frame.color.intrinsics == fresco::Intrinsics{32, 24, 40, 41, 15.5, 12.5});
+    CHECK(frame.color.world_from_camera == frame.depth.world_from_camera);
+    fresco::testing::check_damage(scene, {{properties, 199, 100}});
+    scene.write(properties, "fx_color = 40\nfy_color = 41\n");
+    CHECK_THAT(scene.error(), Contains("scene0000_00.txt: the property mx_color is missing"));
+    scene.remove(properties);
+    CHECK_THAT(scene.error(), Contains("no calibration"));
 }
 
 TEST_CASE("a scene that cannot be used is refused by name", "[scan.scannet]")
 {
-    TinyScene scene;
-    SECTION("a folder is missing")
-    {
-        fs::remove_all(scene.path() / "pose");
-        CHECK_THAT(error_of(scene), Contains("scene0000_00/pose: no such folder"));
-    }
-    SECTION("no views")
-    {
-        for (const char* name : {"color", "depth", "pose"})
-        {
-            fs::remove_all(scene.path() / name);
-            fs::create_directory(scene.path() / name);
-        }
-        CHECK_THAT(error_of(scene), Contains("the scene has no views"));
-    }
-    SECTION("partners missing")
-    {
-        fs::remove(scene.path() / "depth/10.png");
-        fs::remove(scene.path() / "color/0.jpg");
-        CHECK_THAT(error_of(scene), Contains("2 files are missing") && Contains("color/0.jpg") && Contains("depth/10.png"));
-    }
-    SECTION("a number twice")
-    {
-        fs::copy_file(scene.path() / "color/0.jpg", scene.path() / "color/00.jpg");
-        CHECK_THAT(error_of(scene), Contains("another file of this number"));
-    }
-    SECTION("all poses lost")
-    {
-        scene.write("pose/0.txt", lost_pose);
-        scene.write("pose/10.txt", lost_pose);
-        CHECK_THAT(error_of(scene), Contains("none of the 3 poses is finite"));
-    }
-    SECTION("a pose that is no rotation")
-    {
-        scene.write("pose/10.txt", "-1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n");
-        CHECK_THAT(error_of(scene), Contains("pose/10.txt") && Contains("not a rotation"));
-    }
-    SECTION("a pose that cannot be parsed")
-    {
-        scene.write("pose/10.txt", "1 0 0 0\n0 1 0\n");
-        CHECK_THAT(error_of(scene), Contains("pose/10.txt:2: 3 numbers"));
-    }
-    SECTION("intrinsics for another size")
-    {
-        scene.write("intrinsic/intrinsic_color.txt", "1170 0 647 0\n0 1170 483 0\n0 0 1 0\n0 0 0 1\n");
-        CHECK_THAT(error_of(scene), Contains("intrinsic_color.txt") && Contains("64x48"));
-    }
-    SECTION("intrinsics missing")
-    {
-        fs::remove(scene.path() / "intrinsic/intrinsic_depth.txt");
-        CHECK_THAT(error_of(scene), Contains("intrinsic_depth.txt"));
-    }
-    SECTION("a picture of another size")
-    {
-        fresco::write_file(scene.path() / "depth/10.png", scene.images.encode_png(fresco::Raster16(24, 32, 1, 1500)));
-        CHECK_THAT(error_of(scene), Contains("depth/10.png: the picture is 24x32"));
-    }
-    SECTION("a picture that EXIF turns")
-    {
-        scene.images.orientation = 6;
-        CHECK_THAT(error_of(scene), Contains("color/0.jpg: its EXIF data says") && Contains("pose/0.txt means the pixels"));
-    }
-    SECTION("a pose beyond all rooms")
-    {
-        scene.write("pose/10.txt", "1 0 0 0\n0 1 0 2e7\n0 0 1 0\n0 0 0 1\n");
-        CHECK_THAT(error_of(scene), Contains("pose/10.txt: the camera is more than 1e7 m"));
-    }
-    SECTION("a property line")
-    {
-        scene.write("scene0000_00.txt", "colorWidth = 64\nnonsense\n");
-        CHECK_THAT(error_of(scene), Contains("scene0000_00.txt:2: expected"));
-    }
-    SECTION("an alignment that is none")
-    {
-        scene.write("scene0000_00.txt", "axisAlignment = 1 0 0\n");
-        CHECK_THAT(error_of(scene), Contains("axisAlignment: 3 numbers where 16"));
-    }
-    SECTION("extrinsics that are none")
-    {
-        scene.write("intrinsic/extrinsic_depth.txt", std::string(identity).replace(0, 1, "3"));
-        CHECK_THAT(error_of(scene), Contains("extrinsic_depth.txt") && Contains("not a rotation"));
-    }
-}
-
-TEST_CASE("a run can be stopped", "[scan.scannet]")
-{
-    const TinyScene scene;
-    TestRun run;
-    run.cancel_after(2);
-    Result result;
-    CHECK_THROWS_AS(run_scan(scene.path(), fresco::Value::Map{}, run, result), fresco::Canceled);
-}
-
-TEST_CASE("damage to a scene gives an error or what can be used", "[scan.scannet]")
-{
-    const TinyScene scene;
-    const fresco::testing::TemporaryFolder out;
-    const auto path = scene.path();
-    fresco::testing::check_damage(FRESCO_PLUGIN_FILE, "scan.scannet", path, scene.images, out.path(),
-                                  {{path / "pose/10.txt", 180, 200},
-                                   {path / "intrinsic/intrinsic_color.txt", 180, 200},
-                                   {path / "intrinsic/intrinsic_depth.txt", 180, 200},
-                                   {path / "intrinsic/extrinsic_color.txt", 180, 200},
-                                   {path / "intrinsic/extrinsic_depth.txt", 180, 200},
-                                   {path / "color/10.jpg"},
-                                   {path / "depth/0.png"},
-                                   {path / "scene0000_00_vh_clean.ply", 200, 100}});
-    fs::remove_all(path / "intrinsic");
-    fresco::testing::check_damage(FRESCO_PLUGIN_FILE, "scan.scannet", path, scene.images, out.path(),
-                                  {{path / "scene0000_00.txt", 199, 100}});
+    fresco::testing::check_flaws(
+        reader,
+        {{"a folder missing", removing("pose"), {"3 files are missing", "pose/0.txt", "pose/N.txt"}},
+         {"no views",
+          [](const auto& it)
+          {
+              for (const char* name : {"color", "depth", "pose"})
+                  it.remove(name);
+          },
+          {"holds no views; each needs color/N.jpg (or .png), depth/N.png and pose/N.txt"}},
+         {"partners missing",
+          [](const auto& it)
+          {
+              it.remove("depth/10.png");
+              it.remove("color/0.jpg");
+          },
+          {"2 files are missing", "color/0.jpg", "depth/10.png"}},
+         {"a number twice",
+          [](const auto& it) { it.write("color/00.jpg", it.text("color/0.jpg")); },
+          {"another file of this number"}},
+         {"a mirrored pose", writing("pose/10.txt", "-1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n"), {"pose/10.txt", "not a rotation"}},
+         {"a short pose", writing("pose/10.txt", "1 0 0 0\n0 1 0\n"), {"pose/10.txt:2: 3 numbers"}},
+         {"intrinsics missing", removing("intrinsic/intrinsic_depth.txt"), {"intrinsic_depth.txt"}},
+         {"no property", writing(properties, "colorWidth = 64\nnonsense\n"), {"scene0000_00.txt:2: expected"}},
+         {"a short alignment", writing(properties, "axisAlignment = 1 0 0\n"), {"axisAlignment: 3 numbers where 16"}},
+         {"extrinsics that scale",
+          writing("intrinsic/extrinsic_depth.txt", "3 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n"),
+          {"extrinsic_depth.txt", "not a rotation"}}});
 }

@@ -1,11 +1,7 @@
 #include "sens_depth.h"
-#include "sens_frames.h"
+#include "sens_file.h"
 
-#include "reader_damage.h"
-
-#include <fresco/error.h>
-#include <fresco/stage.h>
-#include <fresco/testing.h>
+#include "reader_checks.h"
 
 #include <catch2/catch.hpp>
 
@@ -14,9 +10,8 @@
 
 namespace fs = std::filesystem;
 using Catch::Contains;
-using fresco::Value;
-using fresco::testing::RawImages;
 using fresco::testing::TestRun;
+using fresco::testing::WrittenRecording;
 
 namespace
 {
@@ -30,43 +25,30 @@ constexpr std::size_t at_count = at_shift + 4;
 constexpr std::size_t at_frames = at_count + 8;
 constexpr std::size_t at_color_bytes = at_frames + 64 + 16;
 
-/// Color and depth camera apart.
-struct TinyRecording
+/// With poses that `edit` may change.
+fresco::testing::ReaderUnderTest reader_of(const std::function<void(std::size_t, std::vector<double>&)>& edit)
 {
-    fresco::testing::TemporaryFolder folder;
-    RawImages images;
-    fresco::Frames frames;
-
-    explicit TinyRecording(const std::function<void(std::size_t, std::vector<double>&)>& edit = {}, int count = 3)
-        : frames(fresco::testing::tiny_recording(folder.path(), images, count))
-    {
-        fresco::RigidTransform color_from_depth;
-        color_from_depth.translation = {0.03, 0.001, -0.002};
-        for (auto& frame : frames.frames)
-            frame.depth.world_from_camera = frame.color.world_from_camera * color_from_depth;
-        fresco::testing::write_sens(frames, file(), images, edit);
-    }
-    fs::path file() const { return folder.path() / "scene0000_00.sens"; }
-    std::string bytes() const { return fresco::read_text_file(file()); }
-    template <class T>
-    void set(std::size_t offset, T value) const
-    {
-        auto content = bytes();
-        content.replace(offset, sizeof value, reinterpret_cast<const char*>(&value), sizeof value);
-        fresco::write_file(file(), content);
-    }
-};
-
-fresco::Frames read(const TinyRecording& recording, TestRun& run, const Value& options = Value::Map{})
-{
-    return *fresco::testing::run_reader(FRESCO_PLUGIN_FILE, "scan.sens", recording.file(), recording.images,
-                                        recording.folder.path() / "out", run, options)
-                .frames;
+    return {.plugin = FRESCO_PLUGIN_FILE,
+            .type = "scan.sens",
+            .write =
+                [edit](const fresco::Frames& frames, const fs::path& folder, const fresco::ImageIo& images)
+            {
+                fresco::testing::write_sens(frames, folder / "scene0000_00.sens", images, edit);
+                return folder / "scene0000_00.sens";
+            },
+            .pose_source = "frame-000001",
+            // Cut within the count of motion data, which is not read, nothing is lost.
+            .damaged = {{"", 199, 100}},
+            .has_depth_camera = true};
 }
 
-std::string error_of(const TinyRecording& recording)
+const auto reader = reader_of({});
+
+template <class T>
+void set(const WrittenRecording& recording, std::size_t offset, T value)
 {
-    return fresco::testing::reading_error([&](TestRun& run) { read(recording, run); });
+    const std::string_view bytes(reinterpret_cast<const char*>(&value), sizeof value);
+    recording.write("", recording.text("").replace(offset, sizeof value, bytes));
 }
 
 void lose(std::vector<double>& pose)
@@ -76,38 +58,33 @@ void lose(std::vector<double>& pose)
 
 }  // namespace
 
-TEST_CASE("a recording is read back, both cameras", "[scan.sens]")
+TEST_CASE("a recording holds what every recording does, with both cameras", "[scan.sens]")
 {
-    const TinyRecording recording;
-    TestRun run;
-    const auto frames = read(recording, run);
-    fresco::testing::check_same_recording(frames, recording.frames, recording.images);
-    CHECK(frames.frames[1].name == "frame-000001");
-    CHECK(frames.frames[1].sequence == "scene");
-    CHECK(frames.frames[1].depth_unit_m == Approx(0.001));
-    CHECK(fresco::read_file(frames.frames[1].color_picture.path) ==
-          fresco::read_file(recording.frames.frames[1].color_picture.path));
-    const auto second = read(recording, run, Value::Map{{"every", 2}});
-    REQUIRE(second.frames.size() == 2);
-    CHECK(second.frames[1].number == 2);
+    fresco::testing::check_reader(reader);
+    const WrittenRecording recording(reader);
+    const auto frames = recording.read().frames->frames;
+    CHECK(frames[1].name == "frame-000001");
+    CHECK(frames[1].sequence == "scene");
+    CHECK(frames[1].depth_unit_m == Approx(0.001));
+    CHECK(fresco::read_file(frames[1].color_picture.path) == fresco::read_file(recording.frames.frames[1].color_picture.path));
 }
 
 TEST_CASE("frames that the recorder had lost are left out", "[scan.sens]")
 {
-    const TinyRecording recording(
+    const auto second_lost = reader_of(
         [](std::size_t frame, std::vector<double>& pose)
         {
             if (frame == 1)
                 lose(pose);
         });
     TestRun run(1);
-    const auto frames = read(recording, run);
-    REQUIRE(frames.frames.size() == 2);
-    CHECK(frames.frames[1].number == 2);
+    const auto frames = WrittenRecording(second_lost).read(run).frames->frames;
+    REQUIRE(frames.size() == 2);
+    CHECK(frames[1].number == 2);
     CHECK(run.reported.at("poses_not_tracked").as_int() == 1);
     CHECK(run.reported.at("recorded").as_int() == 3);
-    const TinyRecording lost([](std::size_t, std::vector<double>& pose) { lose(pose); });
-    CHECK_THAT(error_of(lost), Contains("none of the 3 frames has a finite pose"));
+    const auto all_lost = reader_of([](std::size_t, std::vector<double>& pose) { lose(pose); });
+    CHECK_THAT(WrittenRecording(all_lost).error(), Contains("none of the 3 poses is finite"));
 }
 
 TEST_CASE("depth that zlib compressed is unpacked, and nothing beyond the picture", "[scan.sens]")
@@ -137,121 +114,52 @@ TEST_CASE("depth that zlib compressed is unpacked, and nothing beyond the pictur
 
 TEST_CASE("a file that cannot be used is refused by byte", "[scan.sens]")
 {
-    TinyRecording recording;
-    SECTION("another version")
-    {
-        recording.set(0, std::uint32_t{5});
-        CHECK_THAT(error_of(recording), Contains("scene0000_00.sens: byte 0: version 5"));
-    }
-    SECTION("a name that is none")
-    {
-        recording.set(4, std::uint64_t{1} << 60U);
-        CHECK_THAT(error_of(recording), Contains("byte 4: a sensor's name of 1152921504606846976 bytes"));
-    }
-    SECTION("compressions")
-    {
-        recording.set(at_forms, std::int32_t{-1});
-        CHECK_THAT(error_of(recording), Contains("compression -1 of the color pictures; 0 (raw), 1 (PNG)"));
-        recording.set(at_forms, std::int32_t{2});
-        recording.set(at_forms + 4, std::int32_t{2});
-        CHECK_THAT(error_of(recording), Contains("compression 2 of the depth pictures") && Contains("not occi"));
-    }
-    SECTION("sizes")
-    {
-        recording.set(at_sizes, std::uint32_t{65536});
-        recording.set(at_sizes + 4, std::uint32_t{65536});
-        CHECK_THAT(error_of(recording), Contains("color pictures of 65536x65536"));
-        recording.set(at_sizes, std::uint32_t{0});
-        CHECK_THAT(error_of(recording), Contains("color pictures of 0x65536"));
-    }
-    SECTION("sizes that the pictures have not")
-    {
-        recording.set(at_sizes, std::uint32_t{33});
-        CHECK_THAT(error_of(recording), Contains("frame-000000: the color picture is 32x24, the file's head says 33x24"));
-    }
-    SECTION("the shift")
-    {
-        recording.set(at_shift, 0.0F);
-        CHECK_THAT(error_of(recording), Contains("the depth shift"));
-    }
-    SECTION("hostile counts")
-    {
-        recording.set(at_count, std::numeric_limits<std::uint64_t>::max());
-        CHECK_THAT(error_of(recording), Contains("18446744073709551615 frames do not fit into the"));
-    }
-    SECTION("hostile pictures")
-    {
-        recording.set(at_color_bytes, std::numeric_limits<std::uint64_t>::max() - 8);
-        CHECK_THAT(error_of(recording), Contains("the color picture of frame 0 is said to have 18446744073709551607 bytes"));
-    }
-    SECTION("intrinsics for another size")
-    {
-        recording.set(at_matrices + 8, 640.0F);
-        CHECK_THAT(error_of(recording), Contains("the color camera: the center (640.5, 12.5) is outside"));
-    }
-    SECTION("a pose that is no rotation")
-    {
-        recording.set(at_frames, 3.0F);
-        CHECK_THAT(error_of(recording), Contains("the pose of frame 0: the upper left 3x3 part is not a rotation"));
-    }
-    SECTION("a color picture that is cut")
-    {
-        recording.set(at_color_bytes, std::uint64_t{20});
-        recording.set(at_color_bytes + 8, std::uint64_t{recording.bytes().size() - at_color_bytes - 16 - 20});
-        recording.set(at_count, std::uint64_t{1});
-        CHECK_THAT(error_of(recording),
-                   Contains("byte " + std::to_string(at_color_bytes + 16) + ", frame-000000: the color picture cannot be used"));
-    }
-    SECTION("a color picture that EXIF turns")
-    {
-        recording.images.orientation = 3;
-        CHECK_THAT(error_of(recording), Contains("frame-000000: the color picture's EXIF data says"));
-    }
-    SECTION("a pose beyond all rooms")
-    {
-        recording.set(at_frames + 12, 2e7F);
-        CHECK_THAT(error_of(recording), Contains("the pose of frame 0: the camera is more than 1e7 m"));
-    }
-    SECTION("no file")
-    {
-        CHECK_THROWS_AS(sens::SensFile(recording.folder.path() / "none.sens"), fresco::MissingInput);
-        CHECK_THROWS_AS(sens::SensFile(recording.folder.path()), fresco::MissingInput);
-    }
-    SECTION("stopped")
-    {
-        TestRun run;
-        run.cancel_after(2);
-        CHECK_THROWS_AS(read(recording, run), fresco::Canceled);
-    }
+    using Recording = const WrittenRecording&;
+    constexpr auto most = std::numeric_limits<std::uint64_t>::max();
+    const auto with = [](std::size_t offset, auto value) { return [=](Recording it) { set(it, offset, value); }; };
+    fresco::testing::check_flaws(
+        reader,
+        {{"another version", with(0, std::uint32_t{5}), {"scene0000_00.sens: byte 0: version 5"}},
+         {"a name too long", with(4, std::uint64_t{1} << 60U), {"byte 4: a sensor's name of 1152921504606846976 bytes"}},
+         {"unknown colors", with(at_forms, std::int32_t{-1}), {"compression -1 of the color pictures; 0 (raw), 1 (PNG)"}},
+         {"occi", with(at_forms + 4, std::int32_t{2}), {"compression 2 of the depth pictures", "not occi"}},
+         {"a huge size", with(at_sizes, std::uint64_t{65536} << 32U | 65536U), {"color pictures of 65536x65536"}},
+         {"no size", with(at_sizes, std::uint32_t{0}), {"color pictures of 0x24"}},
+         {"another size", with(at_sizes, std::uint32_t{33}), {"frame-000000: a picture in it", "is 32x24", "pictures of 33x24"}},
+         {"no shift", with(at_shift, 0.0F), {"the depth shift"}},
+         {"a hostile count", with(at_count, most), {"18446744073709551615 frames do not fit into the"}},
+         {"a hostile picture",
+          with(at_color_bytes, most - 8),
+          {"the color picture of frame 0 is said to have 18446744073709551607 bytes"}},
+         {"intrinsics for another size",
+          with(at_matrices + 8, 640.0F),
+          {"the color camera: the center (640.5, 12.5) is outside"}},
+         {"a damaged color picture",
+          with(at_color_bytes + 16, 0.0F),
+          {"byte " + std::to_string(at_color_bytes + 16) + ", frame-000000: a picture in it cannot be used"}}});
+    CHECK_THROWS_AS(sens::SensFile("/none.sens"), fresco::MissingInput);
+    CHECK_THROWS_AS(sens::SensFile("/"), fresco::MissingInput);
 }
 
 TEST_CASE("pictures may be raw", "[scan.sens]")
 {
     // One frame by hand: 32x24 RGB and 16x12 of 16 bits behind the head of the sample.
-    const TinyRecording recording;
-    auto bytes = recording.bytes().substr(0, at_color_bytes);
+    const WrittenRecording recording(reader);
+    auto bytes = recording.text("").substr(0, at_color_bytes);
     const auto color = fresco::load_color(recording.frames.frames[0], &recording.images);
     const auto depth = fresco::load_depth_steps(recording.frames.frames[0], &recording.images);
     const std::uint64_t sizes[] = {color.values.size(), depth.values.size() * 2};
     bytes.append(reinterpret_cast<const char*>(sizes), sizeof sizes);
     bytes.append(reinterpret_cast<const char*>(color.values.data()), sizes[0]);
     bytes.append(reinterpret_cast<const char*>(depth.values.data()), sizes[1]);
-    fresco::write_file(recording.file(), bytes);
-    recording.set(at_forms, std::uint64_t{0});
-    recording.set(at_count, std::uint64_t{1});
-    TestRun run;
-    const auto frames = read(recording, run);
+    recording.write("", bytes);
+    set(recording, at_forms, std::uint64_t{0});
+    set(recording, at_count, std::uint64_t{1});
+    const auto result = recording.read();
+    const auto& frames = *result.frames;
     REQUIRE(frames.frames.size() == 1);
     CHECK(fresco::load_color(frames.frames[0], &recording.images) == color);
     CHECK(fresco::load_depth_steps(frames.frames[0], &recording.images) == depth);
-    recording.set(at_sizes + 4, std::uint32_t{25});
-    CHECK_THAT(error_of(recording), Contains("2304 bytes where a raw picture has 2400"));
-}
-
-TEST_CASE("damage to a recording gives an error or what can be used", "[scan.sens]")
-{
-    const TinyRecording recording({}, 1);
-    // Cut within the count of motion data, which is not read, nothing is lost.
-    fresco::testing::check_damage(FRESCO_PLUGIN_FILE, "scan.sens", recording.file(), recording.images,
-                                  recording.folder.path() / "out", {{recording.file(), 199, 100}});
+    set(recording, at_sizes + 4, std::uint32_t{25});
+    CHECK_THAT(recording.error(), Contains("2304 bytes where a raw picture has 2400"));
 }

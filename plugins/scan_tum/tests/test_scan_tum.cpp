@@ -1,73 +1,55 @@
 #include "tum_camera.h"
 #include "tum_lists.h"
 
-#include "reader_damage.h"
-
-#include <fresco/error.h>
-#include <fresco/stage.h>
-#include <fresco/testing.h>
+#include "reader_checks.h"
 
 #include <catch2/catch.hpp>
 
 namespace fs = std::filesystem;
 using Catch::Contains;
 using fresco::Value;
-using fresco::testing::RawImages;
+using fresco::testing::removing;
 using fresco::testing::TestRun;
+using fresco::testing::writing;
+using fresco::testing::WrittenRecording;
 
 namespace
 {
 
-const Value own_camera{Value::List{30.5, 31.25, 15.25, 12.0}};
-
-struct TinyRecording
-{
-    fresco::testing::TemporaryFolder folder;
-    RawImages images;
-    fresco::Frames frames = fresco::testing::tiny_recording(folder.path(), images, 4);
-
-    TinyRecording() { fresco::testing::write_tum(frames, path()); }
-    fs::path path() const { return folder.path() / "desk"; }
-    std::string text(const char* name) const { return fresco::read_text_file(path() / name); }
-    void write(const char* name, std::string_view text) const { fresco::write_file(path() / name, text); }
-    tum::Association associate(double max_gap_s = 0.02) const
+// Cut behind a line, a list is one of a shorter recording.
+const fresco::testing::ReaderUnderTest reader{
+    .plugin = FRESCO_PLUGIN_FILE,
+    .type = "scan.tum",
+    .write =
+        [](const fresco::Frames& frames, const fs::path& folder, const fresco::ImageIo&)
     {
-        return tum::associate(tum::parse_pictures(text("rgb.txt"), "rgb.txt"),
-                              tum::parse_pictures(text("depth.txt"), "depth.txt"),
-                              tum::parse_poses(text("groundtruth.txt"), "groundtruth.txt"), max_gap_s, path());
-    }
-};
-
-fresco::Frames read(const TinyRecording& recording, TestRun& run, Value options = Value::Map{})
-{
-    if (options.find("camera") == nullptr)
-        options.set("intrinsics", own_camera);
-    if (options.find("depth_unit_m") == nullptr)
-        options.set("depth_unit_m", 0.001);
-    return *fresco::testing::run_reader(FRESCO_PLUGIN_FILE, "scan.tum", recording.path(), recording.images,
-                                        recording.folder.path() / "out", run, options)
-                .frames;
-}
-
-std::string error_of(const TinyRecording& recording, const Value& options = Value::Map{})
-{
-    return fresco::testing::reading_error([&](TestRun& run) { read(recording, run, options); });
-}
+        fresco::testing::write_tum(frames, folder / "desk");
+        return folder / "desk";
+    },
+    .color = "rgb/1305031102.133000.png",
+    .depth = "depth/1305031102.137000.png",
+    .pose_source = ".txt:",
+    .damaged = {{"rgb.txt", 180, 200}, {"depth.txt", 180, 200}, {"groundtruth.txt", 180, 200}},
+    .options =
+        [](const fresco::Frames& frames, const fs::path&)
+    {
+        const auto& k = frames.frames[0].color.intrinsics;
+        return Value::Map{{"intrinsics", Value::List{k.fx, k.fy, k.cx - 0.5, k.cy - 0.5}}, {"depth_unit_m", 0.001}};
+    }};
 
 }  // namespace
 
-TEST_CASE("a recording is read back", "[scan.tum]")
+TEST_CASE("a recording holds what every recording does", "[scan.tum]")
 {
-    const TinyRecording recording;
+    fresco::testing::check_reader(reader);
+    const WrittenRecording recording(reader);
     TestRun run;
-    const auto frames = read(recording, run);
-    fresco::testing::check_same_recording(frames, recording.frames, recording.images);
-    CHECK(frames.frames[1].name == "1305031102.133000");
-    CHECK(frames.frames[1].number == 1);
-    CHECK(frames.frames[1].sequence == "rgb");
-    CHECK(run.files_read.size() == 3 + 2 * 4);
+    const auto frames = recording.read(run).frames->frames;
+    CHECK(frames[1].name == "1305031102.133000");
+    CHECK(frames[1].number == 1);
+    CHECK(frames[1].sequence == "rgb");
+    CHECK(run.files_read.size() == 3 + 2 * 3);
     CHECK(run.reported.at("without_depth").as_int() == 0);
-    CHECK(read(recording, run, Value::Map{{"every", 3}}).frames.size() == 2);
 }
 
 TEST_CASE("pictures and poses find each other by time", "[scan.tum]")
@@ -133,63 +115,25 @@ TEST_CASE("the makers' cameras go by name", "[scan.tum]")
 
 TEST_CASE("a lens is undone, and pictures for another camera are refused", "[scan.tum]")
 {
-    const TinyRecording recording;
-    TestRun run;
-    const auto frames = read(recording, run, Value::Map{{"distortion", Value::List{0.05, 0.0, 0.0, 0.0, 0.0}}});
-    CHECK(frames.frames[0].color.intrinsics ==
+    const WrittenRecording recording(reader);
+    const auto result = recording.read(Value::Map{{"distortion", Value::List{0.05, 0.0, 0.0, 0.0, 0.0}}});
+    CHECK(result.frames->frames[0].color.intrinsics ==
           fresco::recordings::pinhole_without({.k1 = 0.05}, {32, 24, 30.5, 31.25, 15.75, 12.5}, "x"));
-    CHECK_THAT(error_of(recording, Value::Map{{"camera", "freiburg1"}}),
-               Contains("the picture is 32x24") && Contains("rgb.txt:3 with the camera freiburg1 says 640x480"));
-    CHECK_THAT(error_of(recording, Value::Map{{"camera", "auto"}}), Contains("desk: the name does not tell"));
+    const Value none = Value::List{};
+    CHECK_THAT(recording.error(Value::Map{{"intrinsics", none}, {"camera", "freiburg1"}}),
+               Contains("the picture is 32x24") && Contains("rgb.txt:3 with the camera freiburg1) has pictures of 640x480"));
+    CHECK_THAT(recording.error(Value::Map{{"intrinsics", none}}), Contains("desk: the name does not tell"));
 }
 
 TEST_CASE("lists that cannot be used are refused by line", "[scan.tum]")
 {
-    const TinyRecording recording;
-    SECTION("another form")
-    {
-        recording.write("rgb.txt", "1.0 rgb/a.png x\n");
-        CHECK_THAT(error_of(recording), Contains("rgb.txt:1: 3 words where \"timestamp filename\""));
-    }
-    SECTION("not in order")
-    {
-        recording.write("depth.txt", "2.0 a.png\n1.0 b.png\n");
-        CHECK_THAT(error_of(recording), Contains("depth.txt:2: the time 1.0 is not after"));
-    }
-    SECTION("empty")
-    {
-        recording.write("groundtruth.txt", "# nothing\n");
-        CHECK_THAT(error_of(recording), Contains("groundtruth.txt: the list is empty"));
-    }
-    SECTION("a quaternion that is none")
-    {
-        recording.write("groundtruth.txt", "1 0 0 0 0 0 0 0\n");
-        CHECK_THAT(error_of(recording), Contains("groundtruth.txt:1: a rotation's quaternion has length 1"));
-    }
-    SECTION("missing")
-    {
-        fs::remove(recording.path() / "depth.txt");
-        CHECK_THAT(error_of(recording), Contains("depth.txt"));
-    }
-    SECTION("a picture missing")
-    {
-        fs::remove(recording.path() / "rgb/1305031102.133000.png");
-        CHECK_THAT(error_of(recording),
-                   Contains("rgb/1305031102.133000.png") && Contains("rgb.txt:4 with option intrinsics lists it"));
-    }
-}
-
-TEST_CASE("damage to a recording gives an error or what can be used", "[scan.tum]")
-{
-    const TinyRecording recording;
-    const auto picture = [&](const char* folder) { return fs::directory_iterator(recording.path() / folder)->path(); };
-    // Cut behind a line, a list is one of a shorter recording.
-    fresco::testing::check_damage(FRESCO_PLUGIN_FILE, "scan.tum", recording.path(), recording.images,
-                                  recording.folder.path() / "out",
-                                  {{recording.path() / "rgb.txt", 180, 200},
-                                   {recording.path() / "depth.txt", 180, 200},
-                                   {recording.path() / "groundtruth.txt", 180, 200},
-                                   {picture("rgb")},
-                                   {picture("depth")}},
-                                  Value::Map{{"intrinsics", own_camera}, {"depth_unit_m", 0.001}});
+    fresco::testing::check_flaws(
+        reader, {{"another form", writing("rgb.txt", "1.0 rgb/a.png x\n"), {"rgb.txt:1: 3 words where \"timestamp filename\""}},
+                 {"not in order", writing("depth.txt", "2.0 a.png\n1.0 b.png\n"), {"depth.txt:2: the time 1.0 is not after"}},
+                 {"empty", writing("groundtruth.txt", "# nothing\n"), {"groundtruth.txt: the list is empty"}},
+                 {"a quaternion of zeros",
+                  writing("groundtruth.txt", "1 0 0 0 0 0 0 0\n"),
+                  {"groundtruth.txt:1: a rotation's quaternion has length 1"}},
+                 {"a list missing", removing("depth.txt"), {"depth.txt"}},
+                 {"a picture missing", removing(reader.color), {"rgb.txt:4 with option intrinsics lists it"}}});
 }

@@ -1,7 +1,7 @@
 #include "painted_wall.h"
 
 #include <fresco/error.h>
-#include <fresco/push_pull.h>
+#include <fresco/images/push_pull.h>
 #include <fresco/testing.h>
 
 #include <catch2/catch.hpp>

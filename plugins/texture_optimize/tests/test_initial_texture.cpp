@@ -5,7 +5,7 @@
 #include <catch2/catch.hpp>
 
 #include <fresco/error.h>
-#include <fresco/recolor.h>
+#include <fresco/images/recolor.h>
 #include <fresco/texture.h>
 
 #include <array>

@@ -1,7 +1,7 @@
 #pragma once
 
 #include <fresco/image.h>
-#include <fresco/lab.h>
+#include <fresco/images/lab.h>
 #include <fresco/math.h>
 
 #include <algorithm>

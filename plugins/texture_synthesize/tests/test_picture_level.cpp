@@ -2,7 +2,7 @@
 #include "samples.h"
 
 #include <fresco/error.h>
-#include <fresco/lab.h>
+#include <fresco/images/lab.h>
 
 #include <catch2/catch.hpp>
 

@@ -2,7 +2,7 @@
 
 #include "stored_png.h"
 
-#include <fresco/lab.h>
+#include <fresco/images/lab.h>
 #include <fresco/texturing/texel_faces.h>
 
 #include <catch2/catch.hpp>

@@ -39,4 +39,4 @@ class SmoothLoss final : public fresco::Loss
 
 }  // namespace
 
-FRESCO_COMPONENT("example.smooth", SmoothLoss, fresco::Loss, "Total variation: neighboring pixels shall be alike")
+FRESCO_COMPONENT("example.smooth", SmoothLoss, fresco::Loss, "Total variation: the mean difference of neighboring pixels")

@@ -11,7 +11,8 @@
  *   5  Part::fine_among_selected gives numbers; TextureRepresentation::move_to, OptimizerRule::runs_on;
  *      UvMaps::write_map with uv_bits
  *   6  Texture::atlas, UvMaps::atlas, ImageIo::read_with_alpha
- *   7  Parameter with an OptionDeclaration, virtual Artifact::save and write_exchange, ports with an ArtifactType
+ *   7  Cost of numbers and sizes; Artifact::preview, OutputPort::load; Parameter with an OptionDeclaration, virtual
+ *      Artifact::save and write_exchange, ports with an ArtifactType
  */
 #include <stddef.h>
 #include <stdint.h>
@@ -33,7 +34,7 @@ extern "C"
         const char* standard_library; /* with its ABI switch */
         const char* containers;       /* "release" or "debug": what the standard containers were built as */
         const char* torch;            /* version, where the plugin uses it */
-        const char* cuda;             /* version, where the plugin uses it */
+        const char* cuda;             /* major version, where its libtorch has it */
     };
 
     enum fresco_entry_kind

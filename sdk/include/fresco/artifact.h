@@ -4,12 +4,14 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <vector>
 
 namespace fresco
 {
 
 class ImageIo;
+class Preview;
 class RunContext;
 
 /// Where an artifact is written or read. Lives as long as the call it is passed to.
@@ -62,6 +64,9 @@ class Artifact
     /// Writes the files of a form; the default: those of save.
     virtual void write_exchange(const Exchange& to) const;
     static std::vector<ExchangeForm> exchange_forms() { return {{}}; }
+    /// Gives the page of a run what there is to look at (fresco/preview.h); the default gives nothing, and then the host does not
+    /// load the artifact for it. Throws Error for what cannot be shown: the page says so, and keeps what was given before.
+    virtual void preview(Preview& page) const;
 
   protected:
     Artifact() = default;
@@ -70,5 +75,9 @@ class Artifact
     Artifact& operator=(const Artifact&) = default;
     Artifact& operator=(Artifact&&) = default;
 };
+
+/// Whether values of the type bring something for the page of a run.
+template <class T>
+inline constexpr bool has_preview = !std::is_same_v<decltype(&T::preview), decltype(&Artifact::preview)>;
 
 }  // namespace fresco

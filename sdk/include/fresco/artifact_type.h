@@ -16,6 +16,7 @@ struct ArtifactType
 {
     std::string name;
     int version = 1;
+    bool has_preview = false;         ///< Values bring something for the page of a run.
     std::vector<ExchangeForm> forms;  ///< The default first.
     std::shared_ptr<const Artifact> (*load)(const ArtifactFolder&) = nullptr;
     std::shared_ptr<const Artifact> (*from_exchange)(const Exchange&) = nullptr;
@@ -58,7 +59,7 @@ std::shared_ptr<const Artifact> taken_from_exchange(const Exchange& from)
 
 template <class T>
 const ArtifactType& RegisteredArtifact<T>::type = detail::register_artifact_type(
-    {std::string(T::artifact_name), T::artifact_version, T::exchange_forms(),
+    {std::string(T::artifact_name), T::artifact_version, has_preview<T>, T::exchange_forms(),
      [](const ArtifactFolder& folder) -> std::shared_ptr<const Artifact> { return T::load(folder); },
      detail::taken_from_exchange<T>});
 

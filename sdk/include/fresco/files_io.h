@@ -10,7 +10,7 @@
 namespace fresco
 {
 
-/// The whole file. Throws MissingInput if it cannot be opened, Error if it is no regular file or larger than `limit_bytes`.
+/// The whole file. Throws MissingInput if it cannot be opened, Error if it is not a regular file or larger than `limit_bytes`.
 std::vector<std::byte> read_file(const std::filesystem::path& file, std::size_t limit_bytes = std::size_t{1} << 33U);
 std::string read_text_file(const std::filesystem::path& file, std::size_t limit_bytes = std::size_t{1} << 26U);
 

@@ -12,10 +12,6 @@
 namespace fresco
 {
 
-/// Text for HTML and SVG, in an element or in a quoted attribute: & < > " ' as character references, control characters other
-/// than tab and line feed as spaces.
-std::string html_escaped(std::string_view text);
-
 /// RFC 4648, section 4, padded, in one line.
 std::string base64(std::span<const std::byte> bytes);
 

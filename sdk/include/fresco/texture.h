@@ -58,6 +58,8 @@ struct TexturedMesh : Artifact
     static std::vector<ExchangeForm> exchange_forms();
     void write_exchange(const Exchange& to) const override;
     static std::shared_ptr<TexturedMesh> from_exchange(const Exchange& from);
+    /// The atlas and the room to turn around, of the last textured mesh of a pipeline.
+    void preview(Preview& page) const override;
 };
 
 /// Bilinear value at (u, v) of a raster whose row 0 is v = 1: texel centers at +0.5, clamped at the borders.

@@ -2,7 +2,7 @@
 #include <fresco/option.h>
 #include <fresco/plugin.h>
 #include <fresco/stage.h>
-#include <fresco/torch/layered_texture.h>
+#include <fresco/layered_texture/layered_texture.h>
 
 #include <string>
 

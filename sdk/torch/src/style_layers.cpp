@@ -9,7 +9,7 @@ namespace fresco
 
 StyleOptions::StyleOptions(Configurable* owner)
     : features(owner, "features", "features.vgg19", "Network whose features are compared"),
-      layers(owner, "layers", "", "Layers to compare, such as \"relu1_1, relu2_1\"; empty: the network's own choice for styles"),
+      layers(owner, "layers", "", "Layers to compare, such as \"relu1_1, relu2_1\"; empty: the network's own choice for style"),
       layer_weights(owner, "layer_weights", std::vector<double>{}, at_least(0),
                     "Factor of each layer, in the order of layers; empty: 1 each"),
       targets(

@@ -74,7 +74,7 @@ std::unique_ptr<Loss> loss_on_colors(const std::filesystem::path& library, const
     made->configure(value, factory);
     auto* loss = dynamic_cast<Loss*>(made.get());
     if (loss == nullptr)
-        throw std::invalid_argument(type + " is no loss");
+        throw std::invalid_argument(type + " is not a loss");
     made.release();
     return std::unique_ptr<Loss>(loss);
 }

@@ -10,6 +10,6 @@ const fresco_plugin_info* fresco_sdk_torch_info_1()
 {
     static constexpr fresco_plugin_info info{
         FRESCO_MAGIC,  FRESCO_ABI, FRESCO_COMPILER_STAMP, FRESCO_STANDARD_LIBRARY_STAMP, FRESCO_CONTAINERS_STAMP,
-        TORCH_VERSION, ""};
+        TORCH_VERSION, FRESCO_TORCH_CUDA};
     return &info;
 }

@@ -90,7 +90,7 @@ void PickleMachine::push_storage()
     const auto kind = [&](std::size_t i) { return nodes_[tuple.items[i]].kind; };
     if (tuple.items.size() < 5 || tuple.items.size() > 6 || kind(0) != Kind::text || nodes_[tuple.items[0]].text != "storage" ||
         kind(1) != Kind::global || kind(2) != Kind::text || kind(3) != Kind::text || kind(4) != Kind::integer)
-        fail(operation_, "a reference to what is no storage");
+        fail(operation_, "a reference to something other than a storage");
     const Node& type = nodes_[tuple.items[1]];
     const std::int64_t count = nodes_[tuple.items[4]].integer;
     if (type.global != Global::storage_type || count < 0)
@@ -153,12 +153,12 @@ std::vector<std::int64_t> PickleMachine::numbers(Handle tuple)
     const Node& node = nodes_[tuple];
     std::vector<std::int64_t> result;
     if (node.kind != Kind::tuple || node.items.size() > most_dimensions)
-        fail(operation_, "a tensor whose shape is no tuple of at most 8 numbers");
+        fail(operation_, "a tensor whose shape is not a tuple of at most 8 numbers");
     for (const Handle item : node.items)
     {
         const Node& number = nodes_[item];
         if (number.kind != Kind::integer || number.integer < 0)
-            fail(operation_, "a tensor whose shape is no tuple of at most 8 numbers");
+            fail(operation_, "a tensor whose shape is not a tuple of at most 8 numbers");
         result.push_back(number.integer);
     }
     return result;

@@ -37,7 +37,7 @@ std::string code_text(std::uint8_t code)
 void PickleMachine::fail(std::size_t offset, const std::string& what) const
 {
     throw Error(source_ + ": byte " + std::to_string(offset) + ": " + what +
-                "; this is no state dict as torch.save(model.state_dict(), file) writes it");
+                "; not a state dict as torch.save(model.state_dict(), file) writes it");
 }
 
 std::span<const std::byte> PickleMachine::take(std::uint64_t count)
@@ -251,7 +251,7 @@ bool PickleMachine::step_container(std::uint8_t code)
     {
         Node& container = top();
         if (container.kind != kind || (kind == Kind::dictionary && items.size() % 2 != 0))
-            fail(operation_, "entries for what is no container");
+            fail(operation_, "entries for something other than a container");
         extend(container, items);
     };
     switch (code)

@@ -61,7 +61,7 @@ class Reader
   private:
     [[noreturn]] void fail(std::size_t offset, const std::string& what) const
     {
-        throw Error(source_ + ": byte " + std::to_string(offset) + ": " + what + "; this is no valid safetensors file");
+        throw Error(source_ + ": byte " + std::to_string(offset) + ": " + what + "; not a valid safetensors file");
     }
 
     Value parse_header()
@@ -80,19 +80,19 @@ class Reader
             fail(prefix, "the header does not begin with '{'");
         Value header = parse_json(text, source_ + ": header");
         if (!header.is_map())
-            fail(prefix, "the header is no map");
+            fail(prefix, "the header is not a map");
         return header;
     }
 
     std::map<std::string, std::string> metadata(const Value& value) const
     {
         if (!value.is_map())
-            fail(prefix, "__metadata__ is no map");
+            fail(prefix, "__metadata__ is not a map");
         std::map<std::string, std::string> result;
         for (const auto& [key, text] : value.as_map())
         {
             if (!text.is_string())
-                fail(prefix, "__metadata__ '" + key + "' is no text");
+                fail(prefix, "__metadata__ '" + key + "' is not text");
             result.emplace(key, text.as_string());
         }
         return result;

@@ -25,7 +25,7 @@ std::vector<TensorView> tensors_of(const PickleMachine& machine, const Node& roo
         if (name.kind != Kind::text || name.text.empty() || !printable || !names.insert(name.text).second)
             machine.fail(end, "an entry without a name of its own");
         if (value.kind != Kind::tensor)
-            machine.fail(end, "the entry '" + std::string(name.text) + "' is no tensor");
+            machine.fail(end, "the entry '" + std::string(name.text) + "' is not a tensor");
         const StoredTensor& tensor = machine.tensors()[static_cast<std::size_t>(value.integer)];
         const ElementType type = machine.storages()[tensor.storage].type;
         result.push_back({std::string(name.text), type, tensor.shape,

@@ -12,7 +12,8 @@ StateDict parse_zip_pickle(std::span<const std::byte> bytes, std::string_view so
     const std::string name = archive.only_name_with_end("/data.pkl");
     const std::string folder = name.substr(0, name.size() - std::string_view("data.pkl").size());
     if (archive.contains(folder + "constants.pkl"))
-        throw Error(std::string(source) + ": is a TorchScript program, no state dict; save model.state_dict() with torch.save");
+        throw Error(std::string(source) +
+                    ": is a TorchScript program, not a state dict; save model.state_dict() with torch.save");
     if (archive.contains(folder + "byteorder"))
     {
         const auto order = archive.contents(folder + "byteorder");

@@ -79,7 +79,8 @@ class Recognizer
             if (is_of_classifier(tensor.name))
                 result.ignored.push_back(tensor.name);
             else if (!taken_.contains(tensor.name))
-                fail("tensor '" + tensor.name + "' is none of VGG-19's; give the weights of VGG-19 without batch normalization");
+                fail("tensor '" + tensor.name +
+                     "' is not one of VGG-19's; use the weights of VGG-19 without batch normalization");
         }
         result.input = input(result.keys);
         result.raw = is_raw(result.keys);
@@ -122,7 +123,7 @@ class Recognizer
             fail("tensor '" + name + "' is missing; VGG-19 needs it beside its other half");
         if (tensor->shape != shape)
             fail("tensor '" + name + "' is " + shape_text(tensor->shape) + ", VGG-19 has " + shape_text(shape) +
-                 " there; give the weights of VGG-19");
+                 " there; use the weights of VGG-19");
         if (const auto type = tensor->type; type != ElementType::float32 && type != ElementType::float64 &&
                                             type != ElementType::float16 && type != ElementType::bfloat16)
             fail("tensor '" + name + "' does not hold floating-point numbers");

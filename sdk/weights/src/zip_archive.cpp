@@ -2,6 +2,8 @@
 
 #include <fresco/error.h>
 
+#include <zlib.h>
+
 #include <algorithm>
 #include <cstring>
 #include <utility>
@@ -27,7 +29,7 @@ bool saturated(std::uint64_t number)
 
 void ZipArchive::fail(std::size_t offset, const std::string& what) const
 {
-    throw Error(source_ + ": byte " + std::to_string(offset) + ": " + what + "; this is no zip archive as torch.save writes it");
+    throw Error(source_ + ": byte " + std::to_string(offset) + ": " + what + "; not a zip archive as torch.save writes it");
 }
 
 std::uint64_t ZipArchive::number(std::size_t offset, std::size_t bytes) const
@@ -133,7 +135,7 @@ std::span<const std::byte> ZipArchive::contents(const std::string& name) const
     if (found == entries_.end())
         throw Error(source_ + ": the archive lacks the entry '" + name + "'");
     const auto data = bytes_.subspan(found->second.data, found->second.size);
-    if (crc32(data) != found->second.checksum)
+    if (crc32_z(0, reinterpret_cast<const Bytef*>(data.data()), data.size()) != found->second.checksum)
         fail(found->second.data, "the entry '" + name + "' is damaged: its checksum is wrong");
     return data;
 }
@@ -149,7 +151,7 @@ std::string ZipArchive::only_name_with_end(std::string_view end) const
             result = name;
         }
     if (result.empty())
-        throw Error(source_ + ": no entry that ends with '" + std::string(end) + "'; this is no archive as torch.save writes it");
+        throw Error(source_ + ": no entry that ends with '" + std::string(end) + "'; not an archive as torch.save writes it");
     return result;
 }
 

@@ -45,7 +45,4 @@ class ZipArchive
     std::map<std::string, Entry> entries_;
 };
 
-/// CRC-32 as zip and PNG have it.
-std::uint32_t crc32(std::span<const std::byte> bytes);
-
 }  // namespace fresco::weights::detail

@@ -79,8 +79,8 @@ TEST_CASE("A stack that runs empty, marks and slots that are missing")
     CHECK_THAT(error_of("q\0."s), Catch::Contains("missing on the stack"));
     CHECK_THAT(error_of("h\0."s), Catch::Contains("is empty"));
     CHECK_THAT(error_of("Nq\x05h\x04."), Catch::Contains("is empty"));
-    CHECK_THAT(error_of("}N(Nu."), Catch::Contains("no container"));
-    CHECK_THAT(error_of("}(Nu."), Catch::Contains("no container"));
+    CHECK_THAT(error_of("}N(Nu."), Catch::Contains("other than a container"));
+    CHECK_THAT(error_of("}(Nu."), Catch::Contains("other than a container"));
     CHECK_THAT(error_of("\x80\x02N."), Catch::Contains("protocol"));
     CHECK_THAT(error_of("X\xff\xff\xff\x7f."), Catch::Contains("2147483647"));
     CHECK_THAT(error_of("\x95\xff\xff\xff\xff\xff\xff\xff\xffN."), Catch::Contains("frame"));

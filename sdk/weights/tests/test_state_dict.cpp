@@ -98,7 +98,7 @@ TEST_CASE("What no state dict needs is refused by name, and nothing is executed"
     refused("bad_compressed.pth", "compressed");
     refused("bad_script.pth", "TorchScript");
     refused("bad_two.pth", "two entries");
-    refused("bad_nested.pth", "'epoch' is no tensor");
+    refused("bad_nested.pth", "'epoch' is not a tensor");
     refused("bad_strides.pth", "row-major");
     refused("bad_offset.pth", "larger than its storage");
     refused("bad_shape.pth", "larger than its storage");

@@ -1,0 +1,157 @@
+#include "base/glob.h"
+
+#include <string>
+#include <vector>
+
+namespace fresco::host
+{
+namespace
+{
+namespace fs = std::filesystem;
+
+constexpr int deepest_folder = 16;
+
+std::vector<std::string> split_pattern(std::string_view pattern)
+{
+    std::vector<std::string> parts;
+    for (std::size_t start = 0; start <= pattern.size();)
+    {
+        const std::size_t end = std::min(pattern.find('/', start), pattern.size());
+        // Several "**" in a row match what one does, and would be tried in every combination.
+        const std::string part(pattern.substr(start, end - start));
+        if (!part.empty() && !(part == "**" && !parts.empty() && parts.back() == "**"))
+            parts.push_back(part);
+        start = end + 1;
+    }
+    return parts;
+}
+
+class Walk
+{
+  public:
+    Walk(std::vector<std::string> parts, std::uint64_t limit) : parts_(std::move(parts)), left_(limit) {}
+
+    /// `open` are the places in the pattern that may match the next name, ascending.
+    void folder(const fs::path& path, const std::vector<std::size_t>& open, int depth)
+    {
+        std::error_code failure;
+        fs::directory_iterator entries(path, fs::directory_options::skip_permission_denied, failure);
+        for (; !failure && entries != fs::directory_iterator(); entries.increment(failure))
+        {
+            if (left_ == 0)
+            {
+                result_.cut_short = true;
+                return;
+            }
+            --left_;
+            entry(*entries, open, depth);
+        }
+    }
+
+    GlobMeasure result() const { return result_; }
+
+  private:
+    void entry(const fs::directory_entry& entry, const std::vector<std::size_t>& open, int depth)
+    {
+        const std::string name = entry.path().filename().string();
+        std::vector<bool> next(parts_.size() + 1);
+        bool whole = false;
+        for (const std::size_t place : with_skipped(open))
+            if (parts_[place] == "**")
+            {
+                whole = whole || place + 1 == parts_.size();
+                next[place] = true;
+            }
+            else if (name_matches(name, parts_[place]))
+            {
+                whole = whole || place + 1 == parts_.size();
+                next[place + 1] = true;
+            }
+        std::error_code failure;
+        if (entry.is_directory(failure) && !entry.is_symlink(failure))
+        {
+            std::vector<std::size_t> inner;
+            for (std::size_t place = 0; place < parts_.size(); ++place)
+                if (next[place])
+                    inner.push_back(place);
+            if (!inner.empty() && depth >= deepest_folder)
+                result_.cut_short = true;
+            else if (!inner.empty())
+                folder(entry.path(), inner, depth + 1);
+        }
+        else if (whole && entry.is_regular_file(failure))
+        {
+            ++result_.files;
+            const auto size = entry.file_size(failure);
+            result_.bytes += failure ? 0 : size;
+        }
+    }
+
+    /// "**" may also stand for no folder at all.
+    std::vector<std::size_t> with_skipped(const std::vector<std::size_t>& open) const
+    {
+        std::vector<std::size_t> places;
+        for (std::size_t place : open)
+        {
+            places.push_back(place);
+            if (parts_[place] == "**" && place + 1 < parts_.size())
+                places.push_back(place + 1);
+        }
+        return places;
+    }
+
+    std::vector<std::string> parts_;
+    std::uint64_t left_;
+    GlobMeasure result_;
+};
+}  // namespace
+
+bool name_matches(std::string_view name, std::string_view pattern)
+{
+    std::size_t n = 0;
+    std::size_t p = 0;
+    std::size_t star = std::string_view::npos;
+    std::size_t after_star = 0;
+    while (n < name.size())
+    {
+        if (p < pattern.size() && pattern[p] == '*')
+        {
+            star = p++;
+            after_star = n;
+        }
+        else if (p < pattern.size() && (pattern[p] == '?' || pattern[p] == name[n]))
+        {
+            ++p;
+            ++n;
+        }
+        else if (star != std::string_view::npos)
+        {
+            // The last star takes one character more; an earlier one never has to.
+            p = star + 1;
+            n = ++after_star;
+        }
+        else
+            return false;
+    }
+    while (p < pattern.size() && pattern[p] == '*')
+        ++p;
+    return p == pattern.size();
+}
+
+GlobMeasure measure_files(const fs::path& root, std::string_view pattern, std::uint64_t entry_limit)
+{
+    std::error_code failure;
+    if (fs::is_regular_file(root, failure))
+    {
+        const auto size = fs::file_size(root, failure);
+        return {1, failure ? 0 : size, false};
+    }
+    std::vector<std::string> parts = split_pattern(pattern);
+    if (parts.empty())
+        parts.emplace_back("**");
+    Walk walk(std::move(parts), entry_limit);
+    walk.folder(root, {0}, 1);
+    return walk.result();
+}
+
+}  // namespace fresco::host

@@ -1,0 +1,122 @@
+#include "base/machine.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <sched.h>
+#include <sstream>
+#include <sys/resource.h>
+#include <unistd.h>
+#include <vector>
+
+namespace fresco::host
+{
+namespace fs = std::filesystem;
+namespace
+{
+
+/// What follows "name ... : " in the first line that begins with `name`.
+std::string line_of(const char* file, const std::string& name)
+{
+    std::ifstream stream(file);
+    std::string line;
+    while (std::getline(stream, line))
+        if (line.starts_with(name))
+        {
+            const auto colon = line.find(':');
+            const auto begin = line.find_first_not_of(" \t", colon == std::string::npos ? name.size() : colon + 1);
+            return begin == std::string::npos ? "" : line.substr(begin);
+        }
+    return "";
+}
+
+}  // namespace
+
+Value processor_capability()
+{
+    static const std::vector<std::string> telling{"sse4_2",      "avx",      "f16c",     "fma",      "avx2",
+                                                  "avx512f",     "avx512bw", "avx512vl", "avx512dq", "avx512_vnni",
+                                                  "avx512_bf16", "amx_tile", "asimd",    "sve"};
+    std::string flags = line_of("/proc/cpuinfo", "flags");
+    if (flags.empty())
+        flags = line_of("/proc/cpuinfo", "Features");
+    std::istringstream words(flags);
+    const std::vector<std::string> all{std::istream_iterator<std::string>(words), {}};
+    std::string features;
+    for (const auto& name : telling)
+        if (std::find(all.begin(), all.end(), name) != all.end())
+            features += (features.empty() ? "" : " ") + name;
+    return Value::Map{{"model", line_of("/proc/cpuinfo", "model name")}, {"features", features}};
+}
+
+int available_cores()
+{
+    cpu_set_t set;
+    CPU_ZERO(&set);
+    return sched_getaffinity(0, sizeof set, &set) == 0 ? std::max(1, CPU_COUNT(&set)) : 1;
+}
+
+double available_memory_mb()
+{
+    const std::string text = line_of("/proc/meminfo", "MemAvailable");
+    double megabytes = static_cast<double>(std::strtoll(text.c_str(), nullptr, 10)) / 1024.0;
+    std::ifstream limit("/sys/fs/cgroup/memory.max");
+    std::ifstream use("/sys/fs/cgroup/memory.current");
+    double most = 0;
+    double used = 0;
+    if (limit >> most && use >> used)
+        megabytes = std::min(megabytes, std::max(1.0, (most - used) / (1024.0 * 1024.0)));
+    return megabytes;
+}
+
+double peak_memory_mb()
+{
+    const std::string text = line_of("/proc/self/status", "VmHWM");
+    return static_cast<double>(std::strtoll(text.c_str(), nullptr, 10)) / 1024.0;
+}
+
+double peak_memory_of_programs_mb()
+{
+    rusage usage{};
+    return getrusage(RUSAGE_CHILDREN, &usage) == 0 ? static_cast<double>(usage.ru_maxrss) / 1024.0 : 0;
+}
+
+double memory_of_tree_mb(pid_t pid)
+{
+    const fs::path folder = "/proc/" + std::to_string(pid);
+    std::ifstream file(folder / "statm");
+    double mapped = 0;
+    double resident = 0;
+    if (!(file >> mapped >> resident))
+        return 0;
+    double sum = resident * static_cast<double>(sysconf(_SC_PAGESIZE)) / (1024.0 * 1024.0);
+    std::error_code error;
+    for (fs::directory_iterator task(folder / "task", error), end; !error && task != end; task.increment(error))
+    {
+        std::ifstream children(task->path() / "children");
+        for (pid_t child = 0; children >> child;)
+            sum += memory_of_tree_mb(child);
+    }
+    return sum;
+}
+
+double machine_memory_mb()
+{
+    double memory = std::strtod(line_of("/proc/meminfo", "MemTotal").c_str(), nullptr) / 1024.0;
+    for (const char* file : {"/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes"})
+    {
+        double bytes = 0;
+        if (std::ifstream(file) >> bytes && bytes > 0)
+            memory = std::min(memory, bytes / (1024.0 * 1024.0));
+    }
+    return memory;
+}
+
+std::string program_version()
+{
+    return FRESCO_VERSION;
+}
+
+}  // namespace fresco::host

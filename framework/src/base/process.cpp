@@ -1,0 +1,46 @@
+#include "base/process.h"
+#include <fresco/error.h>
+
+#include <cerrno>
+#include <cstring>
+#include <fcntl.h>
+#include <sys/socket.h>
+
+namespace fresco::host
+{
+
+Child start_child(const std::vector<std::string>& arguments, const EnvironmentChanges& environment, double data_limit_mb)
+{
+    int sockets[2];
+    if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, sockets) != 0)
+        throw Error(std::string("cannot start a process (socket): ") + std::strerror(errno));
+    FileDescriptor channel(sockets[0]);
+    const FileDescriptor its_channel(sockets[1]);
+    fcntl(channel.get(), F_SETFL, fcntl(channel.get(), F_GETFL) | O_NONBLOCK);
+    // The running file itself, even if another was installed in its place meanwhile.
+    ProcessStart start{.file = "/proc/self/exe",
+                       .arguments = {"fresco"},
+                       .environment = environment,
+                       .channel = its_channel.get(),
+                       .own_session = true,
+                       .data_limit_mb = data_limit_mb};
+    start.arguments.insert(start.arguments.end(), arguments.begin(), arguments.end());
+    Process started = start_process(start);
+    return {started.pid, std::move(channel), std::move(started.output)};
+}
+
+bool send_all(int socket, std::string_view text)
+{
+    while (!text.empty())
+    {
+        const ssize_t count = send(socket, text.data(), text.size(), MSG_NOSIGNAL);
+        if (count < 0 && errno == EINTR)
+            continue;
+        if (count <= 0)
+            return false;  // errno stays.
+        text.remove_prefix(static_cast<std::size_t>(count));
+    }
+    return true;
+}
+
+}  // namespace fresco::host

@@ -1,0 +1,19 @@
+#pragma once
+
+#include "run/progress_display.h"
+
+#include <memory>
+
+namespace fresco::host
+{
+
+enum class DisplayKind
+{
+    live,   ///< All stages with what they do, redrawn in place.
+    plain,  ///< A line at the start, every 30 s and at the end.
+    quiet,  ///< Problems alone.
+    json    ///< One JSON object per line on standard output.
+};
+std::unique_ptr<ProgressDisplay> make_display(DisplayKind kind);
+
+}  // namespace fresco::host

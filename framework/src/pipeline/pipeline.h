@@ -1,0 +1,125 @@
+#pragma once
+
+#include "plugins/catalog.h"
+#include <fresco/value.h>
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace fresco::host
+{
+
+/// A place in a pipeline file; line and column count from 1. For `--set`, the file is "--set NAME=…" and the line 0.
+struct Position
+{
+    std::string file;
+    int line = 0;
+    int column = 0;
+};
+
+/// The exit code a problem leads to.
+enum class ProblemKind
+{
+    invalid = 2,
+    missing_input = 3,
+    plugin = 4
+};
+
+struct Problem
+{
+    Position position;
+    std::string text;
+    ProblemKind kind = ProblemKind::invalid;
+};
+
+/// "file:line:column: error: text" ("--set x=…: error: text" without a line).
+std::string to_string(const Problem& problem);
+
+/// What feeds one input port: another stage's output, or a user's file through a reader.
+struct Wire
+{
+    std::string port;
+    std::string artifact;
+    std::string from_stage;  ///< Empty for a file.
+    std::string from_port;
+    std::filesystem::path file;  ///< Absolute; empty for a stage.
+    Value reader;                ///< {type: read.image, options…}, complete.
+};
+
+struct PipelineStage
+{
+    /// Of all stages of the pipeline: the file's name, and behind an '@' the values of the axes that the stage depends on.
+    std::string name;
+    std::string own_name;  ///< In the file. Several stages of a matrix have one.
+    std::string place;     ///< Folder below `--out` for what it makes: the values of its axes ("kitchen,waves"), else empty.
+    const TypeDescription* type = nullptr;  ///< Owned by the catalog, or by `own_type`.
+    /// Of a stage that declares its ports in the pipeline file (`type: command`).
+    std::shared_ptr<const TypeDescription> own_type = {};
+    /// Every option with its value: defaults filled in, component configurations complete down to their own options, `auto`
+    /// expanded, paths absolute. What the worker process configures the stage with.
+    Value options;
+    std::vector<Wire> wires;
+    std::vector<std::filesystem::path> input_files;  ///< Of InputFile options (components' too) and of wires.
+    std::vector<const TypeDescription*> components;  ///< Every component type it uses, readers too, sorted, unique.
+    Position position;                               ///< Of the stage's key.
+};
+
+/// One cell of a matrix: a value for each axis.
+struct Combination
+{
+    std::string name;                 ///< "kitchen,waves": what its values are called.
+    std::vector<std::string> values;  ///< What each axis's value is called, in the order of the axes.
+    std::vector<std::size_t> stages;  ///< Numbers of the stages it is made of, shared ones too.
+};
+
+/// What `matrix` asks for.
+struct Sweep
+{
+    std::vector<std::string> axes;  ///< Vars. Empty: there is no matrix.
+    std::vector<Combination> combinations;
+    bool narrowed = false;  ///< `--set` chose some of the values.
+};
+
+/// A pipeline file as it was read.
+struct PipelineText
+{
+    std::filesystem::path file;
+    std::string text;
+};
+
+/// A checked pipeline: stages in a topological order that keeps the file's order where it can. With a matrix, the stages of all
+/// combinations; one that does not depend on an axis is there once for all the axis's values.
+struct Pipeline
+{
+    std::filesystem::path file;
+    std::vector<PipelineText> texts;  ///< The file, and those that it builds on.
+    std::vector<PipelineStage> stages;
+    Sweep sweep;
+
+    const PipelineStage* find(std::string_view name) const;
+};
+
+struct PipelineRequest
+{
+    std::filesystem::path file;
+    std::vector<std::pair<std::string, std::string>> sets;  ///< `--set NAME=VALUE`, `--set stage.option=VALUE`, in order.
+    std::filesystem::path working_directory;                ///< Base of relative paths in `sets`.
+    std::string until = {};                                 ///< `--until STAGE`: checked to be a stage's name; empty: not given.
+};
+
+/// Either a pipeline without problems, or problems (all of them, in the file's order) and no stages.
+struct PipelineResult
+{
+    Pipeline pipeline;
+    std::vector<Problem> problems;
+    /// 0, or the largest claim among the problems: 2 before 4 before 3.
+    int exit_code() const;
+};
+
+/// Reads, checks and completes a pipeline file against the catalog. Runs no plugin code.
+PipelineResult load_pipeline(const PipelineRequest& request, const Catalog& catalog);
+
+}  // namespace fresco::host

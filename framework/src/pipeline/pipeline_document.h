@@ -1,0 +1,30 @@
+#pragma once
+
+#include "pipeline/problems.h"
+#include "pipeline/yaml_document.h"
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace fresco::host
+{
+
+/// A pipeline file with the files it builds on, merged: nothing substituted, no type looked up.
+struct PipelineDocument
+{
+    YamlNode vars;    ///< A map: name -> value (null: must be given by --set).
+    YamlNode matrix;  ///< A map: var -> the values it takes; empty: none.
+    YamlNode stages;  ///< A map: name -> a map, or an invalid node where that is reported already.
+    std::vector<PipelineText> texts;
+    bool complete = true;  ///< False: a file was not read to its end, so that things may seem to be missing.
+};
+
+/// Reads `file` (absolute; shown as `shown`) and, through `base: FILE`, the files below it. An entry of the upper file goes
+/// before the base's: maps merge, all else replaces; an empty value (`name:`) removes a stage, an option or a named component;
+/// where `type` changes, the old type's options are dropped and only the stage's `input` stays. A var without a value in the
+/// upper file must be given by `--set`. An axis of the upper file's matrix goes before the base's, an empty one removes it, and a
+/// var that the upper file sets is no axis of the base's any more.
+PipelineDocument read_pipeline_document(const std::filesystem::path& file, const std::string& shown, ProblemList& problems);
+
+}  // namespace fresco::host

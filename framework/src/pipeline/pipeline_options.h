@@ -1,0 +1,59 @@
+#pragma once
+
+#include "pipeline/pipeline_types.h"
+
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace fresco::host
+{
+
+/// What the options of one stage lead to besides their values.
+struct OptionUses
+{
+    std::vector<std::filesystem::path> input_files;
+    std::set<const TypeDescription*> components;
+    /// output_name options of the stage and its components that have a value.
+    struct OutputUse
+    {
+        std::string option;
+        std::string path;
+        Position position;
+    };
+    std::vector<OutputUse> output_names;
+};
+
+/// Checks the options of stages and components against their declarations and completes them: defaults filled in, component
+/// configurations complete down to their own options, `auto` expanded, paths absolute, in declared order. Reports every problem.
+class OptionChecker
+{
+  public:
+    OptionChecker(TypeTable& types, ProblemList& problems) : types_(types), problems_(problems) {}
+
+    /// `config` is the map as written; keys in `taken` are not options. `user` names the owner in problems: "stage 'mesh'
+    /// (mesh.decimate)". Options without a value (optional slots, an empty output name) are left out of the result.
+    Value complete(const KnownType& type, YamlNode config, const std::vector<std::string>& taken, const std::string& user,
+                   OptionUses& uses);
+    /// The complete configuration {type: …, options…} of a component of `kind`; null after a problem.
+    Value complete_component(std::string_view kind, const YamlNode& config, const std::vector<std::string>& taken,
+                             const std::string& user, OptionUses& uses);
+
+  private:
+    Value complete_slot(const OptionDeclaration& option, const YamlNode& node, const std::string& user, OptionUses& uses);
+    Value check_plain(const OptionDeclaration& option, const YamlNode& node, const std::string& user, OptionUses& uses);
+
+    TypeTable& types_;
+    ProblemList& problems_;
+    std::size_t depth_ = 0;
+};
+
+/// The node as the option holds it (a path absolute), without looking at the disk, or null after a problem at the place of the
+/// part that is wrong.
+Value value_of(const OptionDeclaration& option, const YamlNode& node, const std::string& user, ProblemList& problems);
+
+/// The absolute path of a file or folder option's text; reports (as missing input) one that does not exist or cannot be read.
+std::filesystem::path check_input_path(const YamlNode& node, bool folder, const std::string& user, ProblemList& problems);
+
+}  // namespace fresco::host

@@ -1,0 +1,45 @@
+#pragma once
+
+#include "pipeline/pipeline_matrix.h"
+#include "pipeline/pipeline_types.h"
+#include "pipeline/pipeline_variables.h"
+
+#include <filesystem>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace fresco::host
+{
+
+/// The `--set NAME=VALUE` of a command line: vars, and options by "stage.option" and deeper ("texture.losses.style.weight").
+/// A value in [ ], { } or quotes is YAML; any other is taken as it stands.
+class Settings
+{
+  public:
+    Settings(const std::vector<std::pair<std::string, std::string>>& sets, const std::filesystem::path& working_directory,
+             ProblemList& problems);
+
+    /// Replaces the values of vars and narrows axes. A name that is no var is reported, with the nearest.
+    void set_vars(PipelineDocument& document, std::vector<MatrixAxis>& axes);
+    /// Replaces options, `input` and `type` in the substituted stages. Inside a component that the file does not give, the
+    /// default (and what `auto` stands for) is written out first, so that one of its options can be changed.
+    void set_options(YamlNode& stages, Variables& variables, TypeTable& types, ProblemList& problems) const;
+    /// The vars that what is set in a stage needs.
+    std::set<std::string> vars_in(const std::string& stage, const Variables& variables) const;
+
+  private:
+    struct Setting
+    {
+        std::vector<std::string> path;
+        YamlNode value;
+    };
+
+    static void set_option(const Setting& setting, YamlNode& stages, TypeTable& types, ProblemList& problems);
+
+    std::vector<Setting> settings_;
+    ProblemList& problems_;
+};
+
+}  // namespace fresco::host

@@ -1,0 +1,71 @@
+#pragma once
+
+#include "pipeline/problems.h"
+#include "pipeline/yaml_document.h"
+#include "plugins/catalog.h"
+#include "plugins/declaration.h"
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace fresco::host
+{
+
+/// A type with its declaration; both live as long as the catalog and the table.
+struct KnownType
+{
+    const TypeDescription* description = nullptr;
+    const TypeDeclaration* declaration = nullptr;
+
+    explicit operator bool() const { return declaration != nullptr; }
+};
+
+/// Looks types up in the catalog, reads each declaration once, and says what is wrong with a type that cannot be used.
+class TypeTable
+{
+  public:
+    explicit TypeTable(const Catalog& catalog) : catalog_(catalog) {}
+
+    const Catalog& catalog() const { return catalog_; }
+    /// In silence: nothing where the type is unknown, ambiguous or of another kind.
+    KnownType find(std::string_view type, std::string_view kind);
+    /// Of any kind where `kind` is empty. Reports at `at` why the type cannot be used. `user` names who wants it: "stage 'mesh'".
+    KnownType require(const std::string& type, std::string_view kind, const std::string& user, const Position& at,
+                      ProblemList& problems);
+    /// All types where `kind` is empty.
+    std::vector<const TypeDescription*> of_kind(std::string_view kind) const;
+    std::vector<std::string> names_of_kind(std::string_view kind) const;
+    /// A stage type whose library an artifact comes with; nullptr for those of the SDK.
+    const TypeDescription* owner_of(std::string_view artifact);
+    /// A type that the catalog does not have: one stage's own.
+    KnownType adopt(std::shared_ptr<const TypeDescription> type);
+
+  private:
+    struct KnownArtifact
+    {
+        PortArtifact port;
+        const TypeDescription* owner = nullptr;
+    };
+    /// Those of the SDK, and of the ports of all stages.
+    const std::map<std::string, KnownArtifact, std::less<>>& artifacts();
+    const TypeDeclaration& declaration(const TypeDescription& type);
+
+    const Catalog& catalog_;
+    std::map<const TypeDescription*, TypeDeclaration> declarations_;
+    std::map<std::string, KnownArtifact, std::less<>> artifacts_;
+    std::vector<std::shared_ptr<const TypeDescription>> adopted_;
+};
+
+/// The type that a configuration names: the word itself, or its `type`. Nothing, and a problem if `problems` is given, where it
+/// names none.
+std::optional<std::string> type_named_by(const YamlNode& config, const std::string& user, ProblemList* problems);
+
+/// Puts in place of each `auto` (written, or the default of an option that is not written) of `config`, a map of options of the
+/// type `declaration`, the configurations that it stands for.
+void expand_auto(const TypeDeclaration& declaration, YamlNode& config);
+
+}  // namespace fresco::host

@@ -1,0 +1,57 @@
+#pragma once
+
+#include "pipeline/problems.h"
+#include "pipeline/yaml_document.h"
+
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace fresco::host
+{
+
+/// Puts the values of vars in place of `${name}` ("$${" stands for "${"). A text that is nothing but one `${name}` takes the
+/// var's value with its type, lists and maps too; in a longer text the var must be a single value. Relative paths in a text that
+/// begins with a var count from where that var was set. Vars may use other vars.
+class Variables
+{
+  public:
+    /// `vars` is a map name -> value; both must outlive the object.
+    Variables(const YamlNode& vars, ProblemList& problems);
+
+    /// The tree with everything put in. What cannot be is reported and becomes an invalid node.
+    YamlNode substitute(const YamlNode& node);
+    /// Reports what is wrong with the vars that nothing used so far.
+    void check_unused();
+    std::vector<std::string> names() const;
+    /// The vars that the tree needs, and those that they are made of.
+    std::set<std::string> needed_by(const YamlNode& node) const;
+
+  private:
+    enum class State
+    {
+        untouched,
+        in_progress,
+        done
+    };
+    struct Var
+    {
+        const YamlNode* written = nullptr;
+        YamlNode value;
+        State state = State::untouched;
+    };
+
+    void collect_needed(const YamlNode& node, std::set<std::string>& names) const;
+    const YamlNode* value_of(const std::string& name, const YamlNode& use);
+    YamlNode substitute_scalar(const YamlNode& node);
+    bool spend(std::size_t amount, const YamlNode& use);
+
+    std::map<std::string, Var> vars_;
+    std::vector<std::string> in_progress_;
+    ProblemList& problems_;
+    std::size_t budget_;  ///< Bytes and nodes that may still be made: nested vars multiply.
+    bool reported_budget_ = false;
+};
+
+}  // namespace fresco::host

@@ -1,0 +1,74 @@
+#pragma once
+
+#include "pipeline/graph.h"
+#include "pipeline/pipeline_options.h"
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace fresco::host
+{
+
+/// A stage while the pipeline is checked.
+struct StageDraft
+{
+    std::string name;
+    Position position;  ///< Of its key.
+    YamlNode config;    ///< A map, everything substituted.
+    KnownType type;     ///< Empty after a problem.
+    std::shared_ptr<const TypeDescription> own_type;
+    Value options;
+    OptionUses uses;
+    std::vector<Wire> wires;  ///< In the declared order of the ports.
+    /// The stages whose names its inputs hold, with where: for the graph, whatever else is wrong.
+    std::vector<std::pair<std::size_t, Position>> sources;
+
+    /// "stage 'mesh' (mesh.decimate)".
+    std::string title() const;
+};
+
+/// Resolves the `input` of every stage to wires, and reports what does not fit.
+class Wiring
+{
+  public:
+    Wiring(std::vector<StageDraft>& stages, TypeTable& types, OptionChecker& options, ProblemList& problems);
+
+    void wire_all();
+
+  private:
+    /// What a bare word names.
+    struct Source
+    {
+        std::size_t stage = 0;
+        std::string port;  ///< Empty: any.
+    };
+    using Ports = std::vector<const PortDeclaration*>;
+
+    void wire(StageDraft& stage);
+    void wire_one(StageDraft& stage, const YamlNode& node);
+    void wire_ports(StageDraft& stage, const YamlNode& map);
+    void wire_stage(StageDraft& stage, const Ports& inputs, const YamlNode& node);
+    void wire_file(StageDraft& stage, const Ports& inputs, const YamlNode& node);
+    void report_unwired(const StageDraft& stage, const Position& at);
+    /// Follows words that are stages' names although no port is known to take them, for the cycle check.
+    void follow_blindly(StageDraft& stage, const YamlNode& node);
+    bool find_source(StageDraft& stage, const YamlNode& node, Source& source);
+    Ports outputs_of(const Source& source, const YamlNode& node, const StageDraft& user);
+    std::vector<std::pair<KnownType, const PortDeclaration*>> readers_for(const Ports& inputs, const std::string& extension,
+                                                                          const YamlNode& node, const StageDraft& stage);
+    std::string makers_of(const PortDeclaration& port, const StageDraft& user) const;
+
+    std::vector<StageDraft>& stages_;
+    std::map<std::string, std::size_t, std::less<>> index_;
+    TypeTable& types_;
+    OptionChecker& options_;
+    ProblemList& problems_;
+    bool gave_up_ = false;  ///< On the stage at hand: an input could not be resolved, so that missing ones say nothing.
+};
+
+/// The graph of what the stages take from one another. Reports every cycle.
+StageGraph check_graph(const std::vector<StageDraft>& stages, ProblemList& problems);
+
+}  // namespace fresco::host

@@ -1,0 +1,29 @@
+#pragma once
+
+#include "pipeline/pipeline.h"
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace fresco::host
+{
+
+/// Collects problems while a pipeline is read, so that all of them are reported at once.
+class ProblemList
+{
+  public:
+    void add(Position position, std::string text, ProblemKind kind = ProblemKind::invalid);
+    /// Files are reported in the order in which they are announced here, others after them.
+    void announce_file(std::string file);
+    bool empty() const { return problems_.empty(); }
+    std::size_t size() const { return problems_.size(); }
+    /// In the order of the files, lines and columns; equal ones once.
+    std::vector<Problem> sorted() const;
+
+  private:
+    std::vector<Problem> problems_;
+    std::vector<std::string> files_;
+};
+
+}  // namespace fresco::host

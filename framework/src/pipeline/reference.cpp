@@ -1,0 +1,247 @@
+#include "pipeline/reference.h"
+
+#include "pipeline/pipeline_types.h"
+#include <fresco/error.h>
+#include <fresco/files_io.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <system_error>
+
+namespace fresco::host
+{
+namespace
+{
+
+namespace fs = std::filesystem;
+
+/// The first line of every page: how a page is told from other files.
+constexpr std::string_view written_by = "<!-- Written by 'fresco reference' -->\n";
+constexpr const char* contents = "README.md";
+
+/// Text in a cell of a table.
+std::string cell(const std::string& text)
+{
+    std::string result;
+    for (const char c : text)
+    {
+        if (c == '|' || c == '<' || c == '*' || c == '_')
+            result += '\\';
+        result += c == '\n' ? ' ' : c;
+    }
+    return result;
+}
+
+std::string code(const std::string& text)
+{
+    std::string quoted;
+    for (const char c : text)
+        quoted += c == '|' ? std::string("\\|") : std::string(1, c);
+    return quoted.find('`') == std::string::npos ? "`" + quoted + "`" : "`` " + quoted + " ``";
+}
+
+std::string link(const std::string& type)
+{
+    return "[`" + type + "`](" + type + ".md)";
+}
+
+std::string row(const std::vector<std::string>& cells)
+{
+    std::string text = "|";
+    for (const std::string& each : cells)
+        text += " " + each + (each.empty() ? "|" : " |");
+    return text + "\n";
+}
+
+std::string table(const std::vector<std::string>& head, const std::vector<std::vector<std::string>>& rows)
+{
+    std::string text = row(head) + "|";
+    for (std::size_t i = 0; i < head.size(); ++i)
+        text += "---|";
+    text += "\n";
+    for (const auto& cells : rows)
+        text += row(cells);
+    return text;
+}
+
+std::string ports(const char* title, const std::vector<PortDeclaration>& ports)
+{
+    if (ports.empty())
+        return "";
+    std::vector<std::vector<std::string>> rows;
+    for (const PortDeclaration& port : ports)
+        rows.push_back({code(port.name), cell(port.artifact_text()) + (port.is_optional ? ", optional" : ""), cell(port.help)});
+    return std::string("\n## ") + title + "\n\n" + table({"port", "artifact", ""}, rows);
+}
+
+std::string components(const OptionDeclaration& option, const TypeTable& types)
+{
+    std::string text = "\nFor " + code(option.name) + ": ";
+    const auto names = types.names_of_kind(option.component_kind);
+    for (std::size_t i = 0; i < names.size(); ++i)
+        text += (i == 0 ? "" : ", ") + link(names[i]);
+    text += names.empty() ? "no plugin is there.\n" : ".\n";
+    if (option.auto_rule)
+        text += "`auto` stands for, if " + code(option.auto_rule->option) + " is empty,\n\n```yaml\n" +
+                to_json(option.auto_rule->if_empty) + "\n```\n\nand otherwise\n\n```yaml\n" + to_json(option.auto_rule->if_set) +
+                "\n```\n";
+    return text;
+}
+
+std::string options(const TypeDeclaration& declaration, const TypeTable& types)
+{
+    if (declaration.options.empty())
+        return "";
+    std::vector<std::vector<std::string>> rows;
+    std::string slots;
+    bool some_free = false;
+    for (const OptionDeclaration& option : declaration.options)
+    {
+        const std::string value = option.default_text();
+        rows.push_back({code(option.name) + (option.in_key ? "" : "°"),
+                        option.required || option.default_value.is_null() ? value : code(value), cell(option.accepted()),
+                        cell(option.help)});
+        some_free = some_free || !option.in_key;
+        if (option.is_slot())
+            slots += components(option, types);
+    }
+    return "\n## Options\n\n" + table({"option", "default", "accepted", ""}, rows) +
+           (some_free ? "\n° does not affect the result: changing it reruns nothing.\n" : "") + slots;
+}
+
+std::string page_text(const TypeDescription& type, const TypeDeclaration& declaration, const TypeTable& types)
+{
+    std::string text = std::string(written_by) + "# " + type.type + "\n\n" + cell(type.help) + ".\n\n" +
+                       (type.kind == "stage" ? "A stage" : "A component of kind " + code(type.kind)) + ", in the plugin " +
+                       code(type.library.stem().string()) + ".\n";
+    if (!declaration.artifact.empty())
+    {
+        text += "It reads " + code(declaration.artifact) + " from files that end in ";
+        for (std::size_t i = 0; i < declaration.extensions.size(); ++i)
+            text += (i == 0 ? "" : ", ") + code(declaration.extensions[i]);
+        text += ".\n";
+    }
+    return text + ports("Inputs", declaration.inputs) + ports("Outputs", declaration.outputs) + options(declaration, types);
+}
+
+struct Users
+{
+    std::set<std::string> makers;
+    std::set<std::string> takers;
+};
+
+std::string links(const std::set<std::string>& types)
+{
+    std::string text;
+    for (const std::string& type : types)
+        text += (text.empty() ? "" : ", ") + link(type);
+    return text;
+}
+
+std::string contents_text(const Catalog& catalog, const std::map<std::string, Users>& artifacts)
+{
+    std::map<std::string, std::vector<std::vector<std::string>>> kinds;
+    for (const TypeDescription* type : catalog.types())
+        kinds[type->kind].push_back({link(type->type), cell(type->help)});
+    std::string text =
+        std::string(written_by) + "# Reference\n\nEvery stage and component. `fresco describe TYPE` prints the same.\n";
+    const auto add = [&](const std::string& kind, const std::string& title)
+    {
+        if (const auto found = kinds.find(kind); found != kinds.end())
+            text += "\n## " + title + "\n\n" + table({"type", ""}, found->second);
+        kinds.erase(kind);
+    };
+    add("stage", "Stages");
+    while (!kinds.empty())
+    {
+        const std::string kind = kinds.begin()->first;
+        add(kind, "Components of kind " + kind);
+    }
+    std::vector<std::vector<std::string>> rows;
+    for (const auto& [artifact, users] : artifacts)
+        rows.push_back({code(artifact), links(users.makers), links(users.takers)});
+    return rows.empty() ? text : text + "\n## Artifacts\n\n" + table({"artifact", "made or read by", "taken by"}, rows);
+}
+
+bool is_page(const fs::path& file)
+{
+    return file.extension() == ".md" && fs::is_regular_file(file) && read_text_file(file).starts_with(written_by);
+}
+
+/// The pages in the folder, by name.
+std::set<std::string> pages_in(const fs::path& folder)
+{
+    std::set<std::string> result;
+    std::error_code ignored;
+    for (const auto& entry : fs::directory_iterator(folder, ignored))
+        if (is_page(entry.path()))
+            result.insert(entry.path().filename().string());
+    return result;
+}
+
+}  // namespace
+
+std::vector<ReferencePage> reference_pages(const Catalog& catalog)
+{
+    std::vector<ReferencePage> pages;
+    const TypeTable types(catalog);
+    std::map<std::string, Users> artifacts;
+    for (const TypeDescription* type : catalog.types())
+    {
+        const TypeDeclaration declaration = read_declaration(*type);
+        for (const PortDeclaration& port : declaration.inputs)
+            artifacts[port.artifact].takers.insert(type->type);
+        for (const PortDeclaration& port : declaration.outputs)
+            artifacts[port.artifact].makers.insert(type->type);
+        if (!declaration.artifact.empty())
+            artifacts[declaration.artifact].makers.insert(type->type);
+        pages.push_back({type->type + ".md", page_text(*type, declaration, types)});
+    }
+    pages.push_back({contents, contents_text(catalog, artifacts)});
+    return pages;
+}
+
+std::vector<std::string> write_reference(const std::vector<ReferencePage>& pages, const fs::path& folder)
+{
+    std::vector<std::string> changed;
+    fs::create_directories(folder);
+    std::set<std::string> gone = pages_in(folder);
+    for (const ReferencePage& page : pages)
+    {
+        gone.erase(page.file);
+        const fs::path file = folder / page.file;
+        if (fs::exists(file) && !is_page(file))
+            throw Error(file.string() + ": exists and is not a page of the reference; move it away");
+        if (fs::exists(file) && read_text_file(file) == page.text)
+            continue;
+        write_file(file, page.text);
+        changed.push_back(page.file);
+    }
+    for (const std::string& file : gone)
+    {
+        fs::remove(folder / file);
+        changed.push_back(file);
+    }
+    return changed;
+}
+
+std::vector<std::string> reference_differences(const std::vector<ReferencePage>& pages, const fs::path& folder)
+{
+    std::vector<std::string> differences;
+    std::set<std::string> others = pages_in(folder);
+    for (const ReferencePage& page : pages)
+    {
+        others.erase(page.file);
+        const fs::path file = folder / page.file;
+        if (!fs::exists(file))
+            differences.push_back(file.string() + ": is missing");
+        else if (read_text_file(file) != page.text)
+            differences.push_back(file.string() + ": is not what the plugin declares");
+    }
+    for (const std::string& file : others)
+        differences.push_back((folder / file).string() + ": no plugin has this type");
+    return differences;
+}
+
+}  // namespace fresco::host

@@ -1,0 +1,100 @@
+#pragma once
+
+#include "pipeline/pipeline.h"
+#include "pipeline/problems.h"
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace fresco::host
+{
+
+/// Where a piece of YAML came from.
+struct YamlSource
+{
+    std::string name;              ///< As shown in problems: the file, or "--set NAME=…".
+    std::filesystem::path folder;  ///< Base of relative paths; absolute.
+    bool command_line = false;     ///< No lines, and a number or word is taken as text where text is wanted.
+};
+
+/// One node of a YAML document, not yet resolved to a type: what a plain word means depends on the option that it is given to.
+struct YamlNode
+{
+    enum class Kind
+    {
+        null,
+        scalar,
+        list,
+        map,
+        invalid  ///< Already reported; to be passed over in silence.
+    };
+    struct Entry;
+
+    Kind kind = Kind::null;
+    std::string text;    ///< Of a scalar.
+    bool plain = false;  ///< A scalar without quotes.
+    std::vector<YamlNode> items;
+    std::vector<Entry> entries;  ///< In the order of the file; keys are unique.
+    int line = 0;                ///< From 1; of a null value that of its key; 0 on the command line.
+    int column = 0;
+    std::shared_ptr<const YamlSource> source;  ///< Where it stands.
+    std::shared_ptr<const YamlSource> origin;  ///< Where its value was written (a var's value elsewhere); null: in `source`.
+
+    bool is_null() const { return kind == Kind::null; }
+    bool is_scalar() const { return kind == Kind::scalar; }
+    bool is_list() const { return kind == Kind::list; }
+    bool is_map() const { return kind == Kind::map; }
+    bool is_valid() const { return kind != Kind::invalid; }
+    bool is_word(std::string_view word) const { return is_scalar() && plain && text == word; }
+
+    Position position() const;
+    /// Base of a relative path in this scalar.
+    std::filesystem::path path_base() const;
+    bool from_command_line() const;
+    Entry* find(std::string_view key);
+    const Entry* find(std::string_view key) const;
+    /// Replaces the value of a key, or appends the entry with its key placed where the value is.
+    void set(std::string_view key, YamlNode value);
+    void erase(std::string_view key);
+    /// "a list", "a map", "nothing", "the text 'x'", "12".
+    std::string summary() const;
+};
+
+struct YamlNode::Entry
+{
+    std::string key;
+    int line = 0;
+    int column = 0;
+    std::shared_ptr<const YamlSource> source;
+    YamlNode value;
+
+    Position position() const;
+};
+
+inline constexpr std::size_t yaml_size_limit = std::size_t{1} << 20U;  ///< bytes
+/// bytes; yaml-cpp takes time that grows with the square of what one line holds.
+inline constexpr std::size_t yaml_line_limit = std::size_t{1} << 16U;
+inline constexpr std::size_t yaml_depth_limit = 32;
+inline constexpr std::size_t yaml_node_limit = 100'000;
+
+/// Reads one document. Anchors, aliases, tags, merge keys, duplicate keys, a second document, trailing text, open quotes, bad
+/// UTF-8 and documents above the limits are problems; what can be read besides is returned. An empty document is a null node.
+/// Sets `complete` to false when reading stopped early, so that what is missing need not be reported.
+YamlNode parse_yaml(std::string_view text, std::shared_ptr<const YamlSource> source, ProblemList& problems, bool& complete);
+
+/// The tree of a JSON-like value, as if it stood at `place` (its position, source and origin).
+YamlNode yaml_from_value(const Value& value, const YamlNode& place);
+
+/// What a scalar means by the core schema of YAML 1.2 (true, false, null, decimal integers, floats; all else is text), or why it
+/// is refused: 010 and 0x1f, which readers disagree about, and numbers out of range, nan and inf.
+struct ResolvedScalar
+{
+    Value value;
+    std::string refusal;  ///< Empty: `value` is good.
+};
+ResolvedScalar resolve_scalar(const YamlNode& scalar);
+
+}  // namespace fresco::host

@@ -1,0 +1,34 @@
+#pragma once
+
+#include "plugins/catalog.h"
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace fresco::host
+{
+
+/// Where plugins are looked for, in this order: $FRESCO_PLUGIN_PATH (folders separated by ':'), the user's folder
+/// ($XDG_DATA_HOME/fresco/plugins or ~/.local/share/fresco/plugins), the installation (lib/fresco beside the program's bin).
+struct PluginFolder
+{
+    std::filesystem::path path;
+    std::string origin;  ///< "FRESCO_PLUGIN_PATH", "user", "installation".
+};
+std::vector<PluginFolder> plugin_folders();
+
+/// $XDG_CACHE_HOME/fresco or ~/.cache/fresco; empty where neither variable nor home is set.
+std::filesystem::path user_cache_folder();
+
+/// The folder of remembered plugin descriptions: `descriptors` in the user's cache folder; empty where there is none.
+std::filesystem::path descriptor_cache_folder();
+
+/// Everything in the plugin folders: descriptions from the cache where the file is known (by stamp, then by contents), from a
+/// child process otherwise. Opens no library in this process. `again`: ask refused libraries anew.
+Catalog load_catalog(bool again = false);
+
+/// One hash for a plugin's own bytes and those of fresco's libraries that it runs with.
+std::string combined_library_hash(const std::string& plugin_hash, const std::vector<std::string>& own_hashes);
+
+}  // namespace fresco::host

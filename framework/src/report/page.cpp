@@ -1,0 +1,201 @@
+#include "report/page.h"
+
+#include "report/report_parts.h"
+
+#include "base/machine.h"
+#include "base/process.h"
+#include <fresco/error.h>
+#include <fresco/files_io.h>
+#include <fresco/hash.h>
+#include <fresco/html.h>
+#include <fresco/image_io.h>
+
+#include <algorithm>
+#include <fstream>
+#include <poll.h>
+
+namespace fresco::host
+{
+namespace fs = std::filesystem;
+namespace
+{
+
+constexpr std::string_view html_begin = "<!doctype html><!-- fresco ";
+constexpr std::string_view json_begin = "{\n\"format\": \"fresco-";
+
+constexpr std::string_view three_license =
+    R"(/* three.js and its OrbitControls, copyright three.js authors, under the MIT license: Permission is hereby granted, free of charge, to any
+person obtaining a copy of this software and associated documentation files (the "Software"), to deal in the Software without restriction,
+including without limitation the rights to use, copy, modify, merge, publish, distribute, sublicense, and/or sell copies of the Software, and to
+permit persons to whom the Software is furnished to do so, subject to the following conditions: The above copyright notice and this permission
+notice shall be included in all copies or substantial portions of the Software. THE SOFTWARE IS PROVIDED "AS IS", WITHOUT WARRANTY OF ANY KIND,
+EXPRESS OR IMPLIED, INCLUDING BUT NOT LIMITED TO THE WARRANTIES OF MERCHANTABILITY, FITNESS FOR A PARTICULAR PURPOSE AND NONINFRINGEMENT. IN NO
+EVENT SHALL THE AUTHORS OR COPYRIGHT HOLDERS BE LIABLE FOR ANY CLAIM, DAMAGES OR OTHER LIABILITY, WHETHER IN AN ACTION OF CONTRACT, TORT OR
+OTHERWISE, ARISING FROM, OUT OF OR IN CONNECTION WITH THE SOFTWARE OR THE USE OR OTHER DEALINGS IN THE SOFTWARE. */
+)";
+
+/// Nothing but what is in the page is fetched or run; pictures beside it are only shown.
+constexpr std::string_view policy = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
+                                    "img-src data: blob: file: 'self'; media-src data:";
+
+std::string mark(const std::string& signature)
+{
+    return std::string(html_begin) + signature + " -->\n";
+}
+
+bool begins_with(const fs::path& file, std::string_view text)
+{
+    std::string begin(text.size(), '\0');
+    std::ifstream stream(file, std::ios::binary);
+    return stream.read(begin.data(), static_cast<std::streamsize>(begin.size())) && begin == text;
+}
+
+/// A line per entry, and per item of a list of maps: for people and for tools that work by lines.
+std::string json_lines(const Value& data)
+{
+    std::string text;
+    for (const auto& [name, value] : data.as_map())
+    {
+        text += (text.empty() ? "{\n" : ",\n") + to_json(name) + ": ";
+        if (!value.is_list() || value.as_list().empty() || !value.as_list().front().is_map())
+        {
+            text += to_json(value);
+            continue;
+        }
+        std::string separator = "[\n";
+        for (const Value& item : value.as_list())
+            text += std::exchange(separator, ",\n") + " " + to_json(item);
+        text += "\n]";
+    }
+    return text + "\n}\n";
+}
+
+/// In the store, which is in use as long as it is there: nobody tidies up or removes results meanwhile.
+class RequestFolder
+{
+  public:
+    explicit RequestFolder(const Store& store) : in_use_(store_lock(store))
+    {
+        in_use_.wait_shared();
+        path_ = store.make_temporary();
+    }
+    ~RequestFolder() { remove_quietly(path_); }
+    RequestFolder(const RequestFolder&) = delete;
+    RequestFolder& operator=(const RequestFolder&) = delete;
+    fs::path file() const { return path_ / "request.json"; }
+
+  private:
+    FileLock in_use_;
+    fs::path path_;
+};
+
+/// What the child said where it failed; empty: it did its work.
+std::string run_child(const Value& request, const Store& store)
+{
+    const RequestFolder folder(store);
+    write_file(folder.file(), to_json(request));
+    const Child child = start_child({"internal-page", folder.file().string()});
+    LineBuffer output;
+    ProcessEnd end;
+    std::string text;
+    std::string line;
+    for (bool open = true; open;)
+    {
+        pollfd descriptor{child.output.get(), POLLIN, 0};
+        poll(&descriptor, 1, -1);
+        open = output.read_from(child.output.get());
+        while (output.next(line))
+            text = line;
+    }
+    while (!take_end(child.pid, end))
+        poll(nullptr, 0, 5);
+    if (end.exit_code == 0)
+        return "";
+    if (end.signal != 0)
+        return "the process that makes them ended by " + signal_text(end.signal);
+    return text.empty() ? "the process that makes them ended with code " + std::to_string(end.exit_code) : text;
+}
+
+}  // namespace
+
+Value image_component(const Catalog& catalog)
+{
+    for (const TypeDescription* type : catalog.types())
+        if (type->kind == ImageIo::component_kind)
+            return Value::Map{{"type", type->type}, {"library", type->library.string()}, {"hash", type->library_hash}};
+    return {};
+}
+
+std::string page_version()
+{
+    return program_version() + " " + content_hash(std::string(report_css) + std::string(report_js));
+}
+
+void check_replaceable(const Page& page)
+{
+    for (const auto& [file, begin] : {std::pair(page.json, json_begin), std::pair(page.html, html_begin)})
+        if (fs::is_regular_file(file) && !begins_with(file, begin))
+            throw Error(file.string() + ": was not written by fresco and stays; move it away, or give another --out");
+}
+
+bool is_current(const Page& page)
+{
+    return fs::is_regular_file(page.json) && begins_with(page.html, mark(page.signature));
+}
+
+void write_data(const Page& page)
+{
+    std::error_code error;
+    fs::create_directories(page.json.parent_path(), error);
+    if (error)
+        throw Error(page.json.parent_path().string() + ": cannot make the folder: " + error.message() +
+                    "; give another one with --out");
+    write_file(page.json, json_lines(page.data));
+}
+
+std::string write_html(const Page& page, const Catalog& catalog, const Store& store)
+{
+    const Value images = image_component(catalog);
+    std::string signature = page.signature;
+    std::string failed;
+    std::string note = page.hurry;
+    if (!note.empty())
+        signature = "interrupted";
+    else if (images.is_null())
+        note = "There are no pictures: no plugin reads and writes them (image.opencv)";
+    else
+    {
+        failed = run_child(Value::Map{{"html", page.html.string()},
+                                      {"signature", signature},
+                                      {"data", page.data},
+                                      {"store", store.root().string()},
+                                      {"images", images},
+                                      {"previews", page.previews}},
+                           store);
+        if (failed.empty())
+            return "";
+        note = "There are no pictures: " + failed;
+        signature = "without pictures";
+    }
+    write_file(page.html, page_html(page.data, Value::List{Value::Map{{"notes", Value::List{note}}}}, signature));
+    return failed.empty() ? "" : page.html.string() + " is without pictures: " + failed;
+}
+
+std::string page_html(const Value& data, const Value& media, const std::string& signature)
+{
+    const auto json = [](const char* id, const Value& value)
+    { return "<script type=\"application/json\" id=\"" + std::string(id) + "\">" + script_json(value) + "</script>\n"; };
+    const bool room = std::ranges::any_of(media.as_list(), [](const Value& entry) { return entry.find("room") != nullptr; });
+    return mark(signature) +
+           "<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width\">\n"
+           "<meta http-equiv=\"Content-Security-Policy\" content=\"" +
+           std::string(policy) + "\">\n<link rel=\"icon\" href=\"data:,\">\n<title>fresco</title>\n<style>" +
+           std::string(report_css) +
+           "</style></head><body>\n<noscript>This page is drawn by JavaScript, which is switched off here. The same data are in "
+           "run.json, or of a matrix in sweep.json, beside it.</noscript>\n" +
+           json("data", data) + json("media", media) +
+           (room ? "<script>" + std::string(three_license) + std::string(report_three_js) + "</script>\n" : "") +
+           "<script>\"use strict\";\n" + std::string(report_js) + "</script>\n</body></html>\n";
+}
+
+}  // namespace fresco::host

@@ -1,0 +1,155 @@
+#include "report/previews.h"
+
+#include "run/exports.h"
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+namespace fresco::host
+{
+namespace fs = std::filesystem;
+namespace
+{
+
+constexpr std::size_t most_pictures = 36;  // Of one type of artifact.
+constexpr std::size_t most_of_one = 12;
+
+/// A type that makes each artifact which can show itself; null: only read so far.
+std::map<std::string, const TypeDescription*> showable(const Catalog& catalog)
+{
+    std::map<std::string, const TypeDescription*> makers;
+    for (const TypeDescription* type : catalog.types())
+        for (const char* side : {"inputs", "outputs"})
+            if (const Value* ports = type->kind == "stage" ? type->declaration.find(side) : nullptr)
+                for (const Value& port : ports->as_list())
+                    if (port.find("preview") != nullptr)
+                    {
+                        const TypeDescription*& maker = makers[port.at("artifact").as_string()];
+                        if (maker == nullptr && std::string_view(side) == "outputs")
+                            maker = type;
+                    }
+    return makers;
+}
+
+class Requests
+{
+  public:
+    Requests(const std::vector<ShownStage>& stages, const Catalog& catalog, const Store& store, const ShowingPage& page)
+        : stages_(stages), makers_(showable(catalog)), store_(store), page_(page)
+    {
+    }
+
+    Value take()
+    {
+        for (const ShownStage& shown : stages_)
+        {
+            if (!shown.object.empty() && store_.present(shown.object))
+                add_outputs(shown);
+            if (shown.names.empty())
+                add_files(*shown.stage);
+        }
+        share_out();
+        return Value::Map{{"libraries", std::move(libraries_)}, {"artifacts", std::move(artifacts_)}};
+    }
+
+  private:
+    void use(const TypeDescription& type)
+    {
+        libraries_.set(type.type, Value::Map{{"library", type.library.string()}, {"hash", type.library_hash}});
+    }
+
+    void add_outputs(const ShownStage& shown)
+    {
+        const PipelineStage& stage = *shown.stage;
+        const std::vector<std::string> exported = files_outputs(stage);
+        for (const Value& output : stage.type->declaration.at("outputs").as_list())
+        {
+            const std::string& name = output.at("name").as_string();
+            const std::string& artifact = output.at("artifact").as_string();
+            const bool exports = std::ranges::find(exported, name) != exported.end();
+            const auto maker = makers_.find(artifact);
+            if (maker == makers_.end() || maker->second == nullptr || (!shown.names.empty() && !exports))
+                continue;
+            // What a command made is loaded by somebody else.
+            const TypeDescription& type = output.find("preview") != nullptr ? *stage.type : *maker->second;
+            use(type);
+            Value request = Value::Map{{"stage", stage.name},
+                                       {"port", name},
+                                       {"artifact", artifact},
+                                       {"maker", type.type},
+                                       {"object", shown.object},
+                                       {"readers", readers(stage.name, name)},
+                                       {"names", Value::List(shown.names.begin(), shown.names.end())}};
+            if (exports)
+            {
+                const fs::path folder = (page_.out / stage.place).lexically_normal().lexically_relative(page_.folder);
+                request.set("folder", folder == "." ? "" : folder.generic_string());
+            }
+            artifacts_.push_back(std::move(request));
+        }
+    }
+
+    void add_files(const PipelineStage& stage)
+    {
+        for (const Wire& wire : stage.wires)
+        {
+            if (wire.file.empty() || !makers_.contains(wire.artifact) || !files_.insert(wire.file).second)
+                continue;
+            for (const TypeDescription* component : stage.components)
+                use(*component);
+            artifacts_.push_back(Value::Map{{"stage", stage.name},
+                                            {"port", wire.port},
+                                            {"artifact", wire.artifact},
+                                            {"file", wire.file.string()},
+                                            {"reader", wire.reader},
+                                            {"readers", Value::List{}},
+                                            {"names", Value::List{}}});
+        }
+    }
+
+    Value::List readers(const std::string& stage, const std::string& port) const
+    {
+        Value::List names;
+        for (const ShownStage& other : stages_)
+            if (std::ranges::any_of(other.stage->wires,
+                                    [&](const Wire& wire) { return wire.from_stage == stage && wire.from_port == port; }))
+                names.push_back(other.stage->name);
+        return names;
+    }
+
+    /// Which artifacts are the last of their type, and how many pictures each may show.
+    void share_out()
+    {
+        std::map<std::string, std::size_t> counts;
+        for (const Value& request : artifacts_)
+            ++counts[request.at("artifact").as_string()];
+        std::set<std::string> seen;
+        std::ranges::reverse(artifacts_);
+        for (Value& request : artifacts_)
+        {
+            const std::string artifact = request.at("artifact").as_string();
+            request.set("longest_px", page_.longest_px);
+            request.set("last", seen.insert(artifact).second);
+            request.set("most", std::clamp<std::size_t>(most_pictures / counts[artifact], 1, most_of_one));
+        }
+        std::ranges::reverse(artifacts_);
+    }
+
+    const std::vector<ShownStage>& stages_;
+    std::map<std::string, const TypeDescription*> makers_;
+    const Store& store_;
+    const ShowingPage& page_;
+    std::set<fs::path> files_;
+    Value libraries_{Value::Map{}};
+    Value::List artifacts_;
+};
+
+}  // namespace
+
+Value preview_requests(const std::vector<ShownStage>& stages, const Catalog& catalog, const Store& store, const ShowingPage& page)
+{
+    return Requests(stages, catalog, store, page).take();
+}
+
+}  // namespace fresco::host

@@ -1,0 +1,43 @@
+#pragma once
+
+#include "pipeline/pipeline.h"
+#include "plugins/catalog.h"
+#include "run/scheduler.h"
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace fresco::host
+{
+
+/// A run that has ended, for its report.
+struct ReportRequest
+{
+    const RunRequest* run = nullptr;
+    const RunSummary* summary = nullptr;
+    const Catalog* catalog = nullptr;  ///< Where plugins for previews are looked for.
+    std::vector<std::string> command;  ///< The words that began the run.
+    double seconds = 0;                ///< Of the whole run.
+    bool interrupted = false;          ///< Who interrupts wants to be gone: no pictures are made.
+};
+
+struct ReportOutcome
+{
+    std::filesystem::path file;
+    bool there = false;    ///< It is of this run's results now.
+    bool written = false;  ///< False: what is there already says the same.
+    std::string note;      ///< Why there is no report, or why something is missing from it; empty: all is well.
+};
+
+/// Writes `run.json` (pipelines/results.md) and `report.html`, a page that draws it, into the run's folder of results. Of a
+/// matrix both for each combination, into the folder of its name. Each whole or not at all; not at all where the last are of the
+/// same results, nor in the place of a file that fresco did not write. Where pictures cannot be made, and where the run was
+/// interrupted, the page has none and says so, and the next run writes it again. Never throws because of what it reports about.
+/// The host must be single-threaded.
+std::vector<ReportOutcome> write_reports(const ReportRequest& request);
+
+/// The child: `fresco internal-page REQUEST.json`. Makes the pictures of a page and writes it; its exit code.
+int internal_page(const std::filesystem::path& request_file);
+
+}  // namespace fresco::host

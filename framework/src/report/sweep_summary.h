@@ -1,0 +1,38 @@
+#pragma once
+
+#include "report/report.h"
+#include "run/sweep.h"
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace fresco::host
+{
+
+struct SweepSummaryRequest
+{
+    const ReportRequest* run = nullptr;
+    std::string pictures;  ///< The stage whose pictures are shown, by its name in the file; empty: see pictures_of.
+    const std::vector<CombinationOutcome>* outcomes = nullptr;
+};
+
+struct SweepSummaryFiles
+{
+    std::filesystem::path json;  ///< Empty where there are none; the note says why.
+    std::filesystem::path page;
+    std::string note;  ///< Why the page is not as it should be, or not there; empty: all is well.
+};
+
+/// Writes `sweep.json` (pipelines/results.md) and `sweep.html`, a page that draws it, into the run's folder of results, whole or
+/// not at all; neither in the place of a file that fresco did not write. The page is left as it is where it shows the same
+/// results. Where small copies of pictures cannot be made the page shows the files themselves, and says so. The host must be
+/// single-threaded.
+SweepSummaryFiles write_sweep_summary(const SweepSummaryRequest& request);
+
+/// Numbers in the summary's files of the pictures (PNG, JPEG) that stand for a combination, at most `most`, spread evenly over
+/// those of one stage: of `stage` if it is given, else of the last that made some for this combination alone, else of the last.
+std::vector<std::size_t> pictures_of(const Pipeline& pipeline, const RunSummary& summary, const CombinationOutcome& outcome,
+                                     const std::string& stage, std::size_t most);
+
+}  // namespace fresco::host

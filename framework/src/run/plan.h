@@ -1,0 +1,35 @@
+#pragma once
+
+#include "pipeline/pipeline.h"
+#include "run/run_state.h"
+#include "store/statistics.h"
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace fresco::host
+{
+
+struct PlannedStage
+{
+    std::string stage;
+    std::string type;
+    bool runs = false;
+    std::string reason;     ///< Why it runs, or why it does not.
+    CostFigures cost;       ///< Of running it.
+    bool measured = false;  ///< `cost` is corrected by earlier runs on this machine.
+};
+
+struct Plan
+{
+    std::vector<PlannedStage> stages;
+    CostFigures total;  ///< Seconds and disk: sums over stages that run; memory: the largest.
+};
+
+/// What a run would do. `estimates`: per stage, see estimate_pipeline. Changes nothing but remembered file stamps.
+Plan make_plan(const Pipeline& pipeline, const std::filesystem::path& store, const std::string& until,
+               const std::map<std::string, CostFigures>& estimates);
+
+}  // namespace fresco::host

@@ -1,0 +1,61 @@
+#pragma once
+
+#include "run/run_state.h"
+#include <fresco/value.h>
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace fresco::host
+{
+
+/// What one stage came to in a run.
+struct StageOutcome
+{
+    std::string stage;
+    std::string type;
+    StageState state = StageState::waiting;
+    std::string object;
+    double seconds = 0;
+    double memory_mb = 0;
+    double disk_mb = 0;
+    int threads = 0;
+    std::string error;
+};
+
+/// How a stage of a run stands.
+struct StageStanding
+{
+    std::string stage;
+    StageState state = StageState::waiting;
+    double expected_s = 0;                 ///< What it should take, by its own account and earlier runs; 0: unknown.
+    std::filesystem::path preview_folder;  ///< Where it puts pictures of its work, if it does.
+};
+
+/// Shows a run to a person or a machine while it goes on.
+class ProgressDisplay
+{
+  public:
+    virtual ~ProgressDisplay() = default;
+    /// All stages in their order: before the first begins, and whenever one changed its state.
+    virtual void stages(const std::vector<StageStanding>& /*stages*/, int /*cores*/) {}
+    virtual void stage_begins(const std::string& stage, int threads) = 0;
+    /// The same result is being made by another run; this one waits for it.
+    virtual void stage_waits(const std::string& stage) = 0;
+    virtual void stage_progress(const std::string& stage, double done, double total, const std::string& unit,
+                                const Value& metrics) = 0;
+    virtual void stage_says(const std::string& stage, const std::string& text, bool warning) = 0;
+    /// A line that a library printed.
+    virtual void stage_prints(const std::string& stage, const std::string& line) = 0;
+    virtual void stage_ends(const StageOutcome& outcome) = 0;
+    virtual void exported(const std::string& stage, const std::filesystem::path& file, bool written) = 0;
+    virtual void problem(const std::string& text) = 0;
+    virtual void note(const std::string& text) = 0;
+    /// Called several times a second.
+    virtual void tick() = 0;
+};
+
+}  // namespace fresco::host

@@ -1,0 +1,48 @@
+#pragma once
+
+#include "pipeline/pipeline.h"
+#include "run/exports.h"
+#include "run/progress_display.h"
+#include "run/stage_limits.h"
+#include "store/statistics.h"
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace fresco::host
+{
+
+struct RunRequest
+{
+    const Pipeline* pipeline = nullptr;
+    std::filesystem::path store;
+    std::filesystem::path out;
+    int cores = 1;
+    double memory_mb = 0;                          ///< What stages side by side may be expected to take together; 0: no limit.
+    int jobs = 1;                                  ///< Combinations of a matrix that are at work at once.
+    bool keep_going = false;                       ///< Start further combinations of a matrix after one has failed.
+    std::string until;                             ///< Empty: everything.
+    std::map<std::string, CostFigures> estimates;  ///< Per stage; kept beside what was measured.
+    std::map<std::string, StageLimits> limits;     ///< Of the stages that have some.
+};
+
+struct RunSummary
+{
+    std::vector<StageOutcome> stages;
+    std::vector<Exporter::File> files;
+    /// 0 done, 1 a stage failed, 3 an input is missing, 4 a plugin failed, 75 interrupted.
+    int exit_code = 0;
+
+    /// nullptr where the run had no such stage.
+    const StageOutcome* outcome_of(const std::string& stage) const;
+};
+
+/// Runs a checked pipeline: every stage at most once, each in a process of its own, independent ones side by side within `cores`
+/// and `memory_mb` (one may always run). A stage that fails stops only what depends on it. SIGINT and SIGTERM end the run in
+/// order. Costs and records of what a stage led to that cannot be written (a full disk) are noted, and the run goes on. One
+/// thread; call once at a time. Throws Error if the store cannot be used.
+RunSummary run_pipeline(const RunRequest& request, ProgressDisplay& display);
+
+}  // namespace fresco::host

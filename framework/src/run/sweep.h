@@ -1,0 +1,32 @@
+#pragma once
+
+#include "run/scheduler.h"
+#include <fresco/value.h>
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+/// \file What a run of a matrix came to, by combination.
+
+namespace fresco::host
+{
+
+struct CombinationOutcome
+{
+    const Combination* combination = nullptr;
+    std::string state;               ///< "done", "failed", "not run", "interrupted".
+    std::string stage;               ///< The first stage that failed; empty: none.
+    double seconds = 0;              ///< Of its stages that ran; shared ones count with the first combination alone.
+    std::size_t ran_count = 0;       ///< Stages that ran, shared ones too.
+    std::size_t stored_count = 0;    ///< Stages whose result was there already.
+    std::vector<std::size_t> files;  ///< Numbers in the summary's files, shared ones too.
+};
+
+/// One for each combination, in their order. The pipeline must outlive the result.
+std::vector<CombinationOutcome> combination_outcomes(const Pipeline& pipeline, const RunSummary& summary);
+
+/// The table that ends a run on a terminal: a line per combination.
+std::string sweep_table(const Sweep& sweep, const std::vector<CombinationOutcome>& outcomes);
+
+}  // namespace fresco::host

@@ -1,0 +1,34 @@
+#pragma once
+
+#include "store/store.h"
+
+#include <filesystem>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace fresco::host
+{
+
+/// The last result of a stage of a pipeline file: a root for `store gc`, and what `plan` compares with.
+struct StageRecord
+{
+    std::string stage;
+    std::string key;
+    std::string object;
+    Value key_document;
+    std::int64_t time_s = 0;  ///< Unix time of the last run that used it.
+};
+
+/// Of the pipeline file's stage.
+std::optional<StageRecord> read_stage_record(const Store& store, const std::filesystem::path& pipeline, const std::string& stage);
+/// Writes it if it says something new, or is more than a day old.
+void write_stage_record(const Store& store, const std::filesystem::path& pipeline, const StageRecord& record);
+/// Removes records of stages that the pipeline file no longer has.
+void remove_old_records(const Store& store, const std::filesystem::path& pipeline, const std::set<std::string>& stages);
+
+/// All records of all pipelines whose file still exists.
+std::vector<StageRecord> all_stage_records(const Store& store);
+
+}  // namespace fresco::host

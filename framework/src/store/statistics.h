@@ -1,0 +1,36 @@
+#pragma once
+
+#include "store/store.h"
+
+#include <string>
+
+namespace fresco::host
+{
+
+/// What a stage takes; for one run, or expected.
+struct CostFigures
+{
+    double seconds = 0;
+    double memory_mb = 0;
+    double disk_mb = 0;
+};
+
+/// Remembers what a stage of this type took, together with what its Stage::cost() had said for the same work, in the store's
+/// stats.json.
+void record_cost(const Store& store, const std::string& type, const CostFigures& measured, const CostFigures& estimated);
+
+/// Costs of earlier runs on this machine.
+class Statistics
+{
+  public:
+    explicit Statistics(const Store& store);
+    bool knows(const std::string& type) const;
+    /// Stage::cost()'s figures, corrected by what earlier runs of the type took against theirs (median ratio). Where it said
+    /// nothing, the median of what was measured.
+    CostFigures corrected(const std::string& type, const CostFigures& estimated) const;
+
+  private:
+    Value entries_{Value::Map{}};
+};
+
+}  // namespace fresco::host

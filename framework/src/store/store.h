@@ -1,0 +1,110 @@
+#pragma once
+
+#include "base/chunk_hash.h"
+#include "base/file_stamp.h"
+#include "base/process.h"
+#include <fresco/value.h>
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace fresco::host
+{
+
+/// A result as its key remembers it. The object may have been removed since.
+struct StoredResult
+{
+    std::string object;
+    std::vector<std::string> references;   ///< Other objects that its files refer to, theirs included.
+    std::vector<Dependency> dependencies;  ///< What it was made from besides what is in the key.
+};
+
+/// Raised where the files of a result are not those that were written.
+struct Damage
+{
+    std::string object;
+    std::string text;  ///< Names the file and what is wrong with it.
+};
+
+/// The results of stages, in a folder:
+///   objects/<id>/        one result: a folder per output, and manifest.json, written last; without it the folder is garbage
+///   keys/<key>.json      what a key led to: up to 8 results, which differ in the outside files they were made from
+///   stages/<pipeline>/   the last result of each stage of a pipeline: what `gc` keeps and `plan` compares with
+///   checkpoints/<key>/   of unfinished stages; beside it <key>.dependencies, <key>.curves and <key>.share
+///   locks/, tmp/, files.json (content hashes by stamp), stats.json (measured costs)
+/// Safe for several processes at once; objects never change once they have a manifest.
+class Store
+{
+  public:
+    /// Whether a store was made in this folder.
+    static bool is_at(const std::filesystem::path& folder);
+    /// Makes the folders. Throws Error if that fails or the store has another format.
+    explicit Store(std::filesystem::path root);
+
+    const std::filesystem::path& root() const { return root_; }
+    std::filesystem::path object(std::string_view id) const { return root_ / "objects" / id; }
+    std::filesystem::path manifest_file(std::string_view id) const { return object(id) / "manifest.json"; }
+    std::filesystem::path key_file(std::string_view key) const { return root_ / "keys" / (std::string(key) + ".json"); }
+    std::filesystem::path checkpoint(std::string_view key) const { return root_ / "checkpoints" / key; }
+    /// A file beside the checkpoint: ".dependencies", ".curves", ".share".
+    std::filesystem::path checkpoint_file(std::string_view key, std::string_view extension) const;
+    /// The share of the stage's work that its checkpoint holds, 0 to 0.99; 0 without one.
+    double checkpoint_share(std::string_view key) const;
+    /// The checkpoint and the files beside it.
+    void remove_checkpoint(std::string_view key) const;
+    std::filesystem::path lock_file(std::string_view key) const { return root_ / "locks" / key; }
+    /// A new empty folder below tmp/, whose name begins with `prefix` and a dot.
+    std::filesystem::path make_temporary(const std::string& prefix = "run") const;
+    /// Removes every temporary folder whose name begins with `prefix`, and what is in it.
+    void remove_temporaries(const std::string& prefix) const;
+
+    /// The result whose outside files are as they are now; renews stamps of files that were only touched. `why_not` is told
+    /// which file changed, where that is the reason.
+    std::optional<StoredResult> lookup(const std::string& key, std::string* why_not = nullptr) const;
+    /// Puts a result first among those of its key.
+    void remember(const std::string& key, const StoredResult& result) const;
+    /// Whether the object and all it refers to are there (not whether they are undamaged).
+    bool present(const StoredResult& result) const;
+    bool present(std::string_view object) const;
+
+    /// The manifest, checked against its own checksum. Throws Error naming the file.
+    Value manifest(std::string_view object) const;
+    /// Reads every file of an object (below `below`, if given) and compares. Uses up to `threads` threads.
+    std::optional<Damage> verify(const std::string& object, int threads, const std::string& below = {}) const;
+    /// Removes an object: its manifest first, so that nobody takes half of it for a result.
+    void discard(std::string_view object) const;
+
+  private:
+    std::filesystem::path root_;
+};
+
+/// The checksum of a manifest: of all its entries but "checksum".
+std::string manifest_checksum(const Value& manifest);
+
+/// Removes a folder or file; what cannot be removed stays.
+void remove_quietly(const std::filesystem::path& path);
+
+/// A kernel lock on a file: ends with the process at the latest.
+class FileLock
+{
+  public:
+    FileLock() = default;
+    /// Opens (makes) the file. Throws Error if that fails.
+    explicit FileLock(const std::filesystem::path& file);
+    /// Tries without waiting.
+    bool try_exclusive();
+    bool try_shared();
+    /// Waits. From exclusive to shared this is a change of the kind.
+    void wait_shared();
+
+  private:
+    FileDescriptor fd_;
+};
+
+/// The lock that every run holds shared and that tidying up takes alone.
+FileLock store_lock(const Store& store);
+
+}  // namespace fresco::host

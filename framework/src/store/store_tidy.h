@@ -1,0 +1,45 @@
+#pragma once
+
+#include "store/store.h"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace fresco::host
+{
+
+struct StoredObject
+{
+    std::string id;
+    std::string stage;
+    std::string type;
+    std::int64_t time_s = 0;  ///< Unix time of publishing.
+    double disk_mb = 0;
+    bool in_use = false;  ///< The last run of some pipeline uses it.
+    bool whole = true;    ///< False: it has no readable manifest.
+};
+
+/// All objects, newest first.
+std::vector<StoredObject> list_objects(const Store& store);
+
+/// Re-reads every byte of every object.
+std::vector<Damage> verify_store(const Store& store, int threads);
+
+/// Removes an object that was found damaged, unless it was made anew since: takes the lock of its key and reads it again, on up
+/// to `threads` threads. True if it is gone, false if it is whole. Throws Error if another run holds the key for 10 s.
+bool discard_damaged(const Store& store, const std::string& object, int threads);
+
+struct TidyResult
+{
+    std::vector<StoredObject> removed;
+    double freed_mb = 0;
+    int checkpoints = 0;
+    int leftovers = 0;  ///< Temporary folders of killed runs.
+};
+
+/// Removes results that no pipeline's last run used and that are older than `keep_days`, half-written ones, checkpoints of
+/// finished stages and those older than that, and what killed runs left. Throws Error if a run is using the store.
+TidyResult tidy_store(const Store& store, double keep_days, bool dry_run);
+
+}  // namespace fresco::host

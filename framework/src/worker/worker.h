@@ -1,0 +1,55 @@
+#pragma once
+
+#include "base/file_stamp.h"
+#include "base/worker_exit.h"
+#include "store/store.h"
+#include <fresco/value.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace fresco::host
+{
+
+/// One input of a stage as the worker gets it: a stored output, or a user's file and its reader.
+struct WorkerInput
+{
+    std::string port;
+    std::string artifact;
+    std::string from;    ///< "mesh.simplified", or the file: for error texts.
+    std::string object;  ///< Empty for a file.
+    std::string output;
+    std::vector<std::string> references;  ///< Objects that `object` refers to.
+    std::filesystem::path file;
+    Value reader;
+};
+
+/// All that a process of its own needs to run one stage.
+struct WorkerRequest
+{
+    std::filesystem::path store;
+    std::filesystem::path preview_folder;
+    std::string stage;
+    std::string type;
+    Value options;
+    std::string key;
+    Value key_document;
+    std::vector<WorkerInput> inputs;
+    std::map<std::string, std::filesystem::path> libraries;  ///< Type -> plugin, for the stage and its components.
+    std::vector<Dependency> files;                           ///< Input files as they were when the key was made.
+    int threads = 1;
+};
+
+Value to_value(const WorkerRequest& request);
+WorkerRequest worker_request_from(const Value& value);
+
+/// The child: `fresco internal-run REQUEST.json`. Takes the key's lock, looks whether the result is there by now, checks the
+/// inputs against their hashes, runs the stage and publishes its result. Speaks JSON lines to the channel:
+///   {"event": "waiting" | "running"}, {"event": "progress", done, total, unit, metrics}, {"event": "message" | "warning", text},
+///   {"event": "damaged", object, text}, {"event": "failed", text}, {"event": "canceled"}, {"event": "done", object, references,
+///   stored, seconds, memory_mb, disk_mb}
+/// Does not return.
+[[noreturn]] void internal_run(const std::filesystem::path& request_file);
+
+}  // namespace fresco::host

@@ -1,0 +1,213 @@
+#include "display/display.h"
+#include "display/run_view.h"
+#include "display/terminal_line.h"
+#include "terminal.h"
+
+#include <algorithm>
+
+using namespace fresco::host;
+
+namespace
+{
+
+ViewStage stage(const std::string& name, StageState state, double seconds = 0, double expected_s = 0)
+{
+    ViewStage result;
+    result.name = name;
+    result.state = state;
+    result.seconds = seconds;
+    result.expected_s = expected_s;
+    return result;
+}
+
+/// Half of a run: the fourth stage counts.
+std::vector<ViewStage> half_way()
+{
+    std::vector<ViewStage> stages{stage("scan", StageState::stored),          stage("mesh", StageState::done, 12.3),
+                                  stage("bad", StageState::failed, 2),        stage("texture", StageState::running, 60, 200),
+                                  stage("bake", StageState::waiting, 0, 0.7), stage("behind", StageState::blocked)};
+    ViewStage& texture = stages[3];
+    texture.threads = 2;
+    texture.done = 100;
+    texture.total = 400;
+    texture.unit = "steps";
+    texture.rate = 2;
+    texture.metrics = {{"loss", 0.25}, {"rate", std::nullopt}};
+    texture.history = {1, 0.5, 0.25};
+    texture.preview = "out/preview/texture/texture.png";
+    return stages;
+}
+
+ViewFrame frame_of(std::size_t width, std::size_t height, bool utf8 = true)
+{
+    ViewFrame frame;
+    frame.width = width;
+    frame.height = height;
+    frame.utf8 = utf8;
+    frame.cores = 2;
+    frame.seconds = 75;
+    return frame;
+}
+
+}  // namespace
+
+TEST_CASE("the view of a run: every stage, what the running one counts, its loss and picture, the whole")
+{
+    CHECK(draw_view(half_way(), frame_of(100, 24)) ==
+          Lines{" = scan    stored", " ✓ mesh    12 s", " ✗ bad     failed after 2.0 s",
+                " ● texture ━━━━━┈┈┈┈┈┈┈┈┈┈┈┈┈┈┈ 100 of 400 steps · 2:23 min left · 2 steps/s",
+                "           loss 0.25 █▃▁ · rate not finite · out/preview/texture/texture.png", " · bake    ~0.7 s",
+                " - behind  not run", "2 of 6 done · 1 failed · 1:15 min · about 2:23 min left"});
+    CHECK(draw_view(half_way(), frame_of(80, 24, false)) ==
+          Lines{" = scan    stored", " + mesh    12 s", " x bad     failed after 2.0 s",
+                " > texture ####------------ 100 of 400 steps, 2:23 min left, 2 steps/s",
+                "           loss 0.25, rate not finite, out/preview/texture/texture.png", " . bake    ~0.7 s",
+                " - behind  not run", "2 of 6 done, 1 failed, 1:15 min, about 2:23 min left"});
+}
+
+TEST_CASE("a small terminal shows what fits: shorter lines, then no details, then what matters most")
+{
+    CHECK(draw_view(half_way(), frame_of(40, 10)) ==
+          Lines{" = scan    stored", " ✓ mesh    12 s", " ✗ bad     failed after 2.0 s",
+                " ● texture ━━┈┈┈┈┈┈ 25 % · 2:23 min le…", "           loss 0.25 █▃▁ · rate not fi…", " · bake    ~0.7 s",
+                " - behind  not run", "2 of 6 done · 1 failed · 1:15 min · ab…"});
+    CHECK(draw_view(half_way(), frame_of(40, 8)).size() == 7);
+    CHECK(draw_view(half_way(), frame_of(60, 7)) ==
+          Lines{" ✓ 2 more done", " ✗ bad     failed after 2.0 s", " ● texture ━━━┈┈┈┈┈┈┈┈┈ 100 of 400 steps · 2:23 min left ·…",
+                " · bake    ~0.7 s", " · 1 more to do", "2 of 6 done · 1 failed · 1:15 min · about 2:23 min left"});
+    std::vector<ViewStage> many = half_way();
+    for (int i = 0; i < 300; ++i)
+        many.push_back(stage("stage_with_a_long_name_" + std::to_string(i) + "@küche,東京", StageState::waiting, 0, 1));
+    for (std::size_t width = 1; width < 120; ++width)
+        for (std::size_t height = 1; height < 14; ++height)
+        {
+            const Lines lines = draw_view(many, frame_of(width, height, width % 2 == 0));
+            REQUIRE(lines.size() < height);
+            for (const std::string& line : lines)
+                REQUIRE(columns(line) < std::max<std::size_t>(width, 1));
+        }
+    CHECK(draw_view({}, frame_of(80, 24)) == Lines{"0 of 0 done · 1:15 min"});
+}
+
+TEST_CASE("colors take no room, and a cut line ends in plain")
+{
+    ViewFrame frame = frame_of(30, 24);
+    const Lines plain = draw_view(half_way(), frame);
+    frame.color = true;
+    const Lines colored = draw_view(half_way(), frame);
+    REQUIRE(plain.size() == colored.size());
+    for (std::size_t i = 0; i < plain.size(); ++i)
+        CHECK(columns(plain[i]) == columns(colored[i]));
+    CHECK(colored[2].find("\x1b[31m✗\x1b[0m") != std::string::npos);
+    CHECK(columns("\x1b[31m東京\x1b[0m é") == 6);
+    CHECK(Line({5, true, false}).add("abc\x1b[31mdef").take() == "abc …");
+    CHECK(Line({5, false, false}).add("abcdefg").take() == "abcd~");
+    CHECK(Line({5, true, false}).add("東京都").take() == "東京…");
+    CHECK(Line({9, true, false})
+              .add("a\x01"
+                   "b\xc2\x9b"
+                   "c")
+              .take() == "a b c");
+    CHECK(harmless("é 東\nb\r\x1b[2J\xc2\x9b"
+                   "c\t\x7f\xff") == "é 東\nb??[2J?c ?\xff");
+}
+
+TEST_CASE("what is left: the count's speed, trusted as far as it has come, and what was learned")
+{
+    ViewStage texture = half_way()[3];
+    // A quarter done: 300 steps at 2 steps/s, and 140 s of the 200 that it took before.
+    CHECK(left_s(texture) == 0.25 * 150 + 0.75 * 140);
+    texture.seconds = 230;
+    CHECK(left_s(texture) == 150.0);
+    texture.rate = 0;
+    CHECK_FALSE(left_s(texture));
+    texture.seconds = 50;
+    CHECK(left_s(texture) == 150.0);
+    CHECK(left_s(stage("w", StageState::waiting, 0, 7)) == 7.0);
+    CHECK_FALSE(left_s(stage("w", StageState::waiting)));
+    CHECK_FALSE(left_s(stage("w", StageState::stored, 0, 7)));
+    // Two side by side on a core each, and one to come; never less than the longest.
+    ViewStage other = texture;
+    texture.threads = other.threads = 1;
+    CHECK(left_s({texture, other, stage("w", StageState::waiting, 0, 7)}, 2) == 157.0);
+    CHECK(left_s({texture}, 8) == 150.0);
+    CHECK_FALSE(left_s({stage("a", StageState::done, 3, 4)}, 2));
+}
+
+TEST_CASE("on a terminal the view is redrawn in place and leaves only what the run came to")
+{
+    Workplace place;
+    place.write("room.yaml", R"(version: 1
+stages:
+  source: {type: test.source, value: 3}
+  slow:   {type: test.slow, input: source, steps: 40, step_ms: 30, log: log}
+  bad:    {type: test.fail, input: slow, how: error}
+  text:   {type: test.sink, input: slow, path: x.txt}
+)");
+    Terminal terminal(place, {"run", "room.yaml"}, 70, 20);
+    REQUIRE(terminal.shows(" of 40 steps"));
+    const Lines rows = terminal.screen();
+    const auto slow = std::find_if(rows.begin(), rows.end(), [](const std::string& row) { return row.starts_with(" > slow"); });
+    REQUIRE(slow != rows.end());
+    CHECK(std::prev(slow)->starts_with(" + source"));
+    CHECK(std::count_if(rows.begin(), rows.end(), [](const std::string& row) { return row.find(" done, ") != row.npos; }) == 1);
+    CHECK(terminal.shows("loss 0."));
+    // Narrower, with lines that the terminal breaks: no pieces of the old view remain.
+    terminal.resize(40, 10);
+    REQUIRE(terminal.shows("source"));
+    CHECK(terminal.finish() == 1);
+    const std::string text = terminal.text();
+    INFO(text);
+    CHECK(contains(text, "source: made 3.000000"));
+    CHECK(contains(text, "mesh.ply:7: three vertices"));
+    CHECK(contains(text, "text    ran"));
+    CHECK(contains(text, "out/x.txt"));
+    CHECK(text.find(" > slow") == std::string::npos);
+    CHECK(text.find(" done, ") == std::string::npos);
+    // Nothing of the terminal is changed that would have to be put back.
+    CHECK(terminal.written().find("\x1b[?") == std::string::npos);
+}
+
+TEST_CASE("Ctrl-C on a terminal ends the view and the run in order")
+{
+    Workplace place;
+    place.write("room.yaml", "version: 1\nstages:\n  slow: {type: test.slow, steps: 1000, log: log}\n");
+    Terminal terminal(place, {"run", "room.yaml"}, 60, 12);
+    REQUIRE(terminal.shows(" of 1000 steps"));
+    terminal.type("\x03");
+    CHECK(terminal.finish() == 75);
+    CHECK(contains(terminal.text(), "stopping; press Ctrl-C again"));
+    CHECK(contains(terminal.text(), "slow   interrupted"));
+    CHECK(terminal.text().find(" > slow") == std::string::npos);
+}
+
+TEST_CASE("in the background a run leaves the terminal to the shell")
+{
+    Workplace place;
+    place.write("room.yaml", "version: 1\nstages:\n  source: {type: test.source, value: 3}\n"
+                             "  slow: {type: test.slow, input: source, steps: 5, step_ms: 60, log: log}\n");
+    Terminal terminal(place, {"run", "room.yaml"}, 70, 20, true);
+    CHECK(terminal.finish() == 0);
+    CHECK(contains(terminal.text(), "source: made 3.000000"));
+    CHECK(contains(terminal.text(), "slow    ran"));
+    CHECK(terminal.written().find("A\r") == std::string::npos);
+    CHECK(terminal.written().find("\x1b[J") == std::string::npos);
+    CHECK_FALSE(contains(terminal.written(), " of 2 done"));
+}
+
+TEST_CASE("a terminal that cannot move its cursor, and none at all, get whole lines")
+{
+    Workplace place;
+    place.write("room.yaml", "version: 1\nstages:\n  one: {type: test.source}\n");
+    const Finished piped = place.run({"run", "room.yaml"});
+    CHECK(piped.err.find('\x1b') == std::string::npos);
+    CHECK(contains(piped.err, "one: done in "));
+}
+
+TEST_CASE("A figure that is no number is drawn without one")
+{
+    const auto live = make_display(DisplayKind::live);
+    live->stage_begins("mean", 1);
+    live->stage_progress("mean", 1, 2, "steps", fresco::Value::Map{{"loss", fresco::Value()}});
+    CHECK_NOTHROW(live->note("drawn"));
+}

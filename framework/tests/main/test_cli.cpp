@@ -1,0 +1,264 @@
+#include "program.h"
+
+namespace
+{
+
+const char* const simple = R"(version: 1
+vars: {start: 4}
+stages:
+  source: {type: test.source, value: "${start}", log: log}
+  add:    {type: test.add, input: {left: source}, plus: 1, log: log}
+  text:   {type: test.sink, input: add, path: x.txt, log: log}
+)";
+
+fresco::Value planned(Workplace& place, const std::vector<std::string>& more = {})
+{
+    std::vector<std::string> arguments{"plan", "room.yaml", "--json"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Finished finished = place.run(arguments);
+    REQUIRE(finished.code == 0);
+    return fresco::parse_json(finished.out);
+}
+
+std::string reason(const fresco::Value& plan, const std::string& stage)
+{
+    for (const auto& entry : plan.at("stages").as_list())
+        if (entry.at("stage").as_string() == stage)
+            return (entry.at("runs").as_bool() ? "run: " : "rest: ") + entry.at("reason").as_string();
+    return "";
+}
+
+}  // namespace
+
+TEST_CASE("plan says what would run and why")
+{
+    Workplace place;
+    place.write("room.yaml", simple);
+    auto plan = planned(place);
+    CHECK(reason(plan, "source") == "run: not stored yet");
+    CHECK(reason(plan, "add") == "run: runs after source");
+    CHECK(plan.at("total").at("seconds").as_double() >= 2);
+    CHECK(place.log().empty());
+
+    REQUIRE(place.run({"run", "room.yaml"}).code == 0);
+    plan = planned(place);
+    CHECK(reason(plan, "source") == "rest: stored");
+    CHECK(plan.at("total").at("seconds").as_double() == 0);
+    CHECK(contains(place.run({"plan", "room.yaml"}).out, "nothing to do"));
+
+    plan = planned(place, {"--set", "add.plus=5"});
+    CHECK(reason(plan, "source") == "rest: stored");
+    CHECK(contains(reason(plan, "add"), "run: option plus was 1"));
+    CHECK(contains(reason(plan, "add"), "is 5"));
+    CHECK(reason(plan, "text") == "run: runs after add");
+    // Measured by now: the two seconds of its cost() no longer count.
+    plan = planned(place, {"--set", "start=9"});
+    CHECK(contains(reason(plan, "source"), "option value was 4"));
+    CHECK(plan.at("total").at("seconds").as_double() < 1.5);
+
+    fs::remove_all(place.file(".fresco/objects"));
+    CHECK(contains(reason(planned(place), "source"), "removed from the store"));
+}
+
+TEST_CASE("plan names a rebuilt plugin")
+{
+    Workplace place;
+    const fs::path plugins = place.root() / "plugins";
+    fs::create_directories(plugins);
+    fs::copy_file(fs::path(FRESCO_TEST_PLUGINS) / "good" / "test_stages.so", plugins / "test_stages.so");
+    place.environment["FRESCO_PLUGIN_PATH"] = plugins.string();
+    place.write("room.yaml", simple);
+    REQUIRE(place.run({"run", "room.yaml"}).code == 0);
+    // The same bytes again: nothing to do.
+    fs::remove(plugins / "test_stages.so");
+    fs::copy_file(fs::path(FRESCO_TEST_PLUGINS) / "good" / "test_stages.so", plugins / "test_stages.so");
+    CHECK(reason(planned(place), "source") == "rest: stored");
+    std::ofstream(plugins / "test_stages.so", std::ios::app) << "other";
+    CHECK(contains(reason(planned(place), "source"), "run: the plugin of test.source was rebuilt"));
+}
+
+TEST_CASE("Exit codes")
+{
+    Workplace place;
+    place.write("room.yaml", simple);
+    place.write("bad.yaml", "version: 1\nstages:\n  source: {type: test.source, valu: 3}\n");
+    place.write("missing.yaml", "version: 1\nstages:\n  source: {type: test.source, file: nowhere.bin}\n");
+    CHECK(place.run({"run", "room.yaml", "--quiet"}).code == 0);
+    CHECK(place.run({"run", "bad.yaml"}).code == 2);
+    CHECK(contains(place.run({"check", "bad.yaml"}).err, "bad.yaml:3:"));
+    CHECK(place.run({"check", "bad.yaml"}).code == 2);
+    CHECK(place.run({"check", "room.yaml"}).code == 0);
+    CHECK(place.run({"plan", "missing.yaml"}).code == 3);
+    CHECK(place.run({"run", "nowhere.yaml"}).code == 3);
+    CHECK(place.run({"run"}).code == 2);
+    CHECK(place.run({"run", "room.yaml", "--cores", "0"}).code == 2);
+    CHECK(place.run({"run", "room.yaml", "--set", "nonsense"}).code == 2);
+    CHECK(place.run({"fly"}).code == 2);
+    CHECK(place.run({"--help"}).code == 0);
+    CHECK(place.run({"version"}).code == 0);
+    CHECK(place.run({"stages", "--json"}).code == 0);
+    CHECK(place.run({"describe", "test.source"}).code == 0);
+    CHECK(place.run({"describe", "test.sorce"}).code != 0);
+    CHECK(contains(place.run({"graph", "room.yaml"}).out, "digraph"));
+    CHECK(place.run({"schema"}).code == 0);
+    CHECK(place.run({"doctor", "--json"}).code == 0);
+    place.write("notastore", "text");
+    CHECK(place.run({"run", "room.yaml", "--store", "notastore"}).code == 2);
+}
+
+TEST_CASE("What the command line names must be there, and the nearest name is given")
+{
+    Workplace place;
+    place.write("room.yaml", simple);
+    for (const char* command : {"run", "plan"})
+    {
+        const Finished until = place.run({command, "room.yaml", "--until", "sorce"});
+        CHECK(until.code == 2);
+        CHECK(contains(until.err, "--until sorce: error: unknown stage 'sorce' (did you mean 'source'?)"));
+    }
+    CHECK(!fs::exists(place.file("log")));
+    const Finished command = place.run({"chekc", "room.yaml"});
+    CHECK(command.code == 2);
+    CHECK(contains(command.err, "unknown command 'chekc' (did you mean 'check'?)"));
+    CHECK(place.run({"run", "room.yaml", "--out", ""}).code == 2);
+    CHECK(place.run({"run", "room.yaml", "--store", ""}).code == 2);
+    for (const char* look : {"ls", "verify", "gc"})
+    {
+        const Finished nowhere = place.run({"store", look, "--store", "nowhere"});
+        CHECK(nowhere.code == 3);
+        CHECK(contains(nowhere.err, "not a store"));
+    }
+    CHECK(!fs::exists(place.file("nowhere")));
+}
+
+TEST_CASE("Output that cannot be written is an error, a reader that goes away is none")
+{
+    Workplace place;
+    place.write("room.yaml", simple);
+    const auto shell = [&](const std::string& command)
+    {
+        std::string line = "cd '" + place.work().string() + "'; ";
+        for (const auto& [name, value] : place.environment)
+            line += "export " + name + "='" + value + "'; ";
+        return WEXITSTATUS(std::system((line + "PATH='" + (place.root() / "bin").string() + "':$PATH; " + command).c_str()));
+    };
+    CHECK(shell("fresco schema > /dev/full 2> err") == 1);
+    CHECK(contains(place.read("err"), "standard output could not be written"));
+    CHECK(shell("fresco describe test.source > /dev/full 2> err") == 1);
+    CHECK(shell("{ fresco schema; echo $? > code; } | true") == 0);
+    CHECK(place.read("code") == "0\n");
+    // Files of the store do not become the closed standard output.
+    CHECK(shell("fresco run room.yaml <&- >&- 2>&-") == 0);
+    CHECK(shell("fresco store verify > out.txt") == 0);
+    CHECK(shell("ulimit -f 0; fresco run room.yaml --set start=5 --quiet 2> /dev/null") == 1);
+}
+
+TEST_CASE("Where results cannot go is said before anything runs")
+{
+    Workplace place;
+    place.write("room.yaml", simple);
+    place.write("file.txt", "");
+    fs::create_symlink("nowhere", place.file("link"));
+    const auto refused = [&](const std::string& option, const std::string& folder)
+    {
+        const Finished run = place.run({"run", "room.yaml", option, folder});
+        CHECK(run.code == 2);
+        CHECK(contains(run.err, "error: " + option + ": "));
+        CHECK(contains(run.err, "choose another with " + option));
+        return run.err;
+    };
+    for (const char* option : {"--out", "--store"})
+    {
+        CHECK(contains(refused(option, "file.txt/below"), "file.txt is not a folder"));
+        CHECK(contains(refused(option, "file.txt"), "file.txt is not a folder"));
+        CHECK(contains(refused(option, "link/a"), "link is not a folder"));
+        CHECK(contains(refused(option, "o\xff"), "is not UTF-8 text"));
+    }
+    CHECK_FALSE(fs::exists(place.file("out")));
+    CHECK_FALSE(fs::exists(place.file(".fresco/objects")));
+    CHECK(place.run({"run", "room.yaml", "--out", "o\xc3\xa4/b"}).code == 0);
+}
+
+TEST_CASE("No library is taken from the folder that the program is run in")
+{
+    Workplace place;
+    place.write("libstdc++.so.6", "no library");
+    const Finished version = place.run({"version"});
+    CHECK(version.code == 0);
+    CHECK(version.err.empty());
+}
+
+TEST_CASE("Problems of a pipeline are JSON where JSON was asked for")
+{
+    Workplace place;
+    place.write("bad.yaml", "version: 1\nstages:\n  source: {type: test.source, valu: 3}\n");
+    const Finished plan = place.run({"plan", "bad.yaml", "--json"});
+    CHECK(plan.code == 2);
+    const fresco::Value problems = fresco::parse_json(plan.out).at("problems");
+    REQUIRE(problems.as_list().size() == 1);
+    CHECK(problems.as_list()[0].at("line").as_int() == 3);
+    const auto run = events(place.run({"run", "bad.yaml", "--json-log"}).out);
+    REQUIRE(run.size() == 1);
+    CHECK(run[0].at("event").as_string() == "problems");
+    CHECK(run[0].at("exit_code").as_int() == 2);
+    CHECK(run[0].at("problems") == problems);
+}
+
+TEST_CASE("What a run prints: files and a table, nothing when quiet, JSON lines for machines")
+{
+    Workplace place;
+    place.write("room.yaml", simple);
+    const Finished json = place.run({"run", "room.yaml", "--json-log"});
+    const auto all = events(json.out);
+    REQUIRE(!all.empty());
+    CHECK(all.front().at("event").as_string() == "begin");
+    CHECK(all.back().at("event").as_string() == "summary");
+    CHECK(all.back().at("files").as_list().size() == 1);
+
+    const Finished text = place.run({"run", "room.yaml"});
+    CHECK(contains(text.out, "out/x.txt  (unchanged)"));
+    CHECK(contains(text.out, "stored"));
+    fs::remove_all(place.file(".fresco"));
+    const Finished quiet = place.run({"run", "room.yaml", "--quiet"});
+    CHECK(quiet.out.empty());
+    CHECK(quiet.err.empty());
+}
+
+TEST_CASE("gc keeps what the last runs used, removes the rest and leftovers, and never works beside a run")
+{
+    Workplace place;
+    place.write("room.yaml", simple);
+    REQUIRE(place.run({"run", "room.yaml"}).code == 0);
+    REQUIRE(place.run({"run", "room.yaml", "--set", "add.plus=2"}).code == 0);
+    const auto objects = [&]
+    { return std::distance(fs::directory_iterator(place.file(".fresco/objects")), fs::directory_iterator()); };
+    REQUIRE(objects() == 5);
+    fs::create_directories(place.file(".fresco/tmp/run.old"));
+    fs::create_directories(place.file(".fresco/objects/0123456789abcdef0123456789abcdef/half"));
+
+    CHECK(place.run({"store", "gc", "--dry-run", "--keep-days", "0"}).code == 0);
+    CHECK(objects() == 6);
+    CHECK(place.run({"store", "gc"}).code == 0);
+    CHECK(objects() == 5);
+    CHECK(fs::is_empty(place.file(".fresco/tmp")));
+    CHECK(place.run({"store", "gc", "--keep-days", "0"}).code == 0);
+    CHECK(objects() == 3);
+    place.clear_log();
+    REQUIRE(place.run({"run", "room.yaml", "--set", "add.plus=2"}).code == 0);
+    CHECK(place.log().empty());
+    CHECK(contains(place.run({"store", "ls"}).out, "3 results"));
+
+    place.write("slow.yaml", "version: 1\nstages:\n  slow: {type: test.slow, steps: 1000, log: log}\n");
+    const auto run = place.start({"run", "slow.yaml"});
+    Workplace::wait_until([&] { return !place.log().empty(); });
+    const Finished refused = place.run({"store", "gc", "--keep-days", "0"});
+    CHECK(refused.code == 1);
+    CHECK(contains(refused.err, "a run is using the store"));
+    run->signal(SIGINT);
+    CHECK(run->wait().code == 75);
+    // The pipeline of the kept results is gone: nobody needs them now.
+    fs::remove(place.file("room.yaml"));
+    CHECK(place.run({"store", "gc", "--keep-days", "0"}).code == 0);
+    CHECK(objects() == 0);
+    CHECK(fs::is_empty(place.file(".fresco/checkpoints")));
+}

@@ -1,0 +1,118 @@
+#include "program.h"
+
+#include "plugins/templates.h"
+
+#include <fresco/error.h>
+
+using Catch::Matchers::Contains;
+using namespace fresco::host;
+
+namespace
+{
+
+const TextFile& file_of(const std::vector<TextFile>& files, const std::string& path)
+{
+    for (const auto& file : files)
+        if (file.path == path)
+            return file;
+    FAIL("no file " << path);
+    return files.front();
+}
+
+std::size_t files_below(const fs::path& folder)
+{
+    std::size_t count = 0;
+    for (const auto& entry : fs::recursive_directory_iterator(folder))
+        count += entry.is_regular_file() ? 1 : 0;
+    return count;
+}
+
+}  // namespace
+
+TEST_CASE("a new plugin has its own names everywhere")
+{
+    for (const auto& kind : plugin_kinds())
+    {
+        CAPTURE(kind);
+        const auto files = new_plugin(kind, "paint.dark_dots");
+        CHECK(files.size() >= 5);
+        for (const auto& file : files)
+        {
+            CAPTURE(file.path);
+            CHECK_FALSE(contains(file.text, "my.plugin"));
+            CHECK_FALSE(contains(file.text, "my_plugin"));
+            CHECK_FALSE(contains(file.text, "MyPlugin"));
+            CHECK_FALSE(contains(file.path, "my_plugin"));
+        }
+        CHECK_THAT(file_of(files, "CMakeLists.txt").text, Contains("fresco_add_plugin(paint_dark_dots\n"));
+        CHECK_THAT(file_of(files, kind + ".cpp").text, Contains("\"paint.dark_dots\", PaintDarkDots"));
+        CHECK_THAT(file_of(files, "tests/test_paint_dark_dots.cpp").text, Contains("\"paint.dark_dots\""));
+        CHECK_THAT(file_of(files, "pipeline.yaml").text, Contains("type: paint.dark_dots"));
+        CHECK_THAT(file_of(files, "README.md").text, Contains("# paint.dark_dots"));
+    }
+    CHECK(template_files("nothing").empty());
+    CHECK_THAT(file_of(new_plugin("stage", "a.my_plugin"), "stage.cpp").text, Contains("\"a.my_plugin\", AMyPlugin"));
+}
+
+TEST_CASE("names that no plugin can have are refused")
+{
+    for (const char* type : {"", "dots", "Paint.dots", "paint dots", "paint.", ".dots", "paint..dots", "paint/../dots",
+                             "1paint.dots", "_paint.dots", "paint__a.dots", "paint_.dots", "paint._dots"})
+    {
+        CAPTURE(type);
+        CHECK_THROWS_AS(new_plugin("loss", type), fresco::Error);
+    }
+    CHECK_THROWS_WITH(new_plugin("project", "my.project2"), Contains("no plugin of the kind 'project'"));
+}
+
+TEST_CASE("fresco new writes a folder, whole or not at all, and never over one")
+{
+    Workplace place;
+    const auto made = place.run({"new", "loss", "paint.dots"});
+    CAPTURE(made.err);
+    REQUIRE(made.code == 0);
+    CHECK_THAT(made.out, Contains("paint_dots/loss.cpp") && Contains("FRESCO_PLUGIN_PATH=paint_dots/build"));
+    CHECK(files_below(place.file("paint_dots")) == new_plugin("loss", "paint.dots").size());
+
+    place.write("paint_dots/loss.cpp", "mine");
+    const auto again = place.run({"new", "loss", "paint.dots"});
+    CHECK(again.code == 2);
+    CHECK_THAT(again.err, Contains("paint_dots: already exists; nothing was written"));
+    CHECK(place.read("paint_dots/loss.cpp") == "mine");
+
+    CHECK(place.run({"new", "loss", "paint.lines", "--in", "a/b"}).code == 0);
+    CHECK(fs::exists(place.file("a/b/paint_lines/loss.cpp")));
+    const auto known = place.run({"new", "stage", "test.add"});
+    CHECK(known.code == 2);
+    CHECK_THAT(known.err, Contains("'test.add' already exists, in "));
+    CHECK(place.run({"new", "painting", "paint.other"}).code == 2);
+    CHECK_THAT(place.run({"new", "loss", "dots"}).err, Contains("invalid type name 'dots'"));
+
+    fs::create_directory(place.file("closed"));
+    fs::permissions(place.file("closed"), fs::perms::owner_read | fs::perms::owner_exec);
+    if (::access(place.file("closed").c_str(), W_OK) != 0)  // Not for root.
+        CHECK(place.run({"new", "loss", "paint.more", "--in", "closed"}).code == 1);
+    CHECK(place.run({"new", "loss", "paint.more", "--in", "paint_dots/loss.cpp"}).code == 1);
+    for (const auto& entry : fs::recursive_directory_iterator(place.file(".")))
+        CHECK_FALSE(contains(entry.path().string(), "fresco-new-"));
+}
+
+TEST_CASE("fresco init writes a project")
+{
+    Workplace place;
+    const auto made = place.run({"init", "my room"});
+    CAPTURE(made.err);
+    REQUIRE(made.code == 0);
+    CHECK(place.read("my room/.gitignore") == ".fresco/\nout/\n");
+    CHECK_THAT(place.read("my room/pipeline.yaml"), Contains("version: 1"));
+    CHECK_THAT(made.out, Contains("cd 'my room' && "));
+    fs::permissions(place.work(), fs::perms::all | fs::perms::sticky_bit);
+    REQUIRE(place.run({"init", "shared"}).code == 0);
+    CHECK((fs::status(place.file("shared")).permissions() & (fs::perms::others_write | fs::perms::sticky_bit)) ==
+          fs::perms::none);
+    CHECK(place.run({"init", "my room"}).code == 2);
+    fs::create_directory(place.file("empty"));
+    CHECK(place.run({"init", "empty/"}).code == 0);
+    CHECK(fs::exists(place.file("empty/pipeline.yaml")));
+    CHECK(place.run({"init", "."}).code == 2);
+}

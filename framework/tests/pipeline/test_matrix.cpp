@@ -1,0 +1,209 @@
+#include <catch2/catch.hpp>
+
+#include "hand_made_catalog.h"
+
+#include "pipeline/pipeline_matrix.h"
+
+using namespace fresco::host;
+using namespace fresco::host::testing;
+
+namespace
+{
+
+using Words = std::vector<std::string>;
+
+/// A pipeline of three stages: the first depends on `a`, the second on `b` too, the third on nothing.
+std::string pipeline_with(const std::string& matrix, const std::string& vars = "{a: x, b: 1}")
+{
+    return "version: 1\nvars: " + vars + "\nmatrix: " + matrix + R"(
+stages:
+  first:  {type: mesh.pass, title: "${a}"}
+  second: {type: mesh.pass, input: first, size: "${b}"}
+  third:  {type: mesh.pass}
+)";
+}
+
+Words stage_names(const PipelineResult& result)
+{
+    Words names;
+    for (const PipelineStage& stage : result.pipeline.stages)
+        names.push_back(stage.name);
+    return names;
+}
+
+Words combination_names(const PipelineResult& result)
+{
+    Words names;
+    for (const Combination& combination : result.pipeline.sweep.combinations)
+        names.push_back(combination.name);
+    return names;
+}
+
+/// What the values of an axis written in flow style are called.
+Words labels(const std::string& values)
+{
+    ProblemList problems;
+    bool complete = true;
+    PipelineDocument document;
+    const auto source = std::make_shared<const YamlSource>(YamlSource{"p.yaml", "/", false});
+    document.vars = parse_yaml("{a: }", source, problems, complete);
+    document.matrix = parse_yaml("{a: " + values + "}", source, problems, complete);
+    const auto axes = read_matrix(document, problems);
+    for (const Problem& problem : problems.sorted())
+        UNSCOPED_INFO(to_string(problem));
+    Words result;
+    for (const auto& axis : axes)
+        for (const auto& choice : axis.choices)
+            result.push_back(choice.label);
+    return result;
+}
+
+}  // namespace
+
+TEST_CASE("a matrix has every combination, and a stage once for all values of the axes that it does not depend on")
+{
+    const TemporaryFolder folder;
+    const auto result = check(folder, pipeline_with("{a: [x, y], b: [1, 2, 3]}"), hand_made_catalog());
+    CHECK(lines(result).empty());
+    CHECK(combination_names(result) == Words{"x,b=1", "x,b=2", "x,b=3", "y,b=1", "y,b=2", "y,b=3"});
+    CHECK(stage_names(result) == Words{"first@x", "second@x,b=1", "third", "second@x,b=2", "second@x,b=3", "first@y",
+                                       "second@y,b=1", "second@y,b=2", "second@y,b=3"});
+    const auto& stages = result.pipeline.stages;
+    CHECK(stages[1].own_name == "second");
+    CHECK(stages[1].place == "x,b=1");
+    CHECK(stages[1].wires.at(0).from_stage == "first@x");
+    CHECK(stages[2].place.empty());
+    CHECK(stages[8].wires.at(0).from_stage == "first@y");
+    CHECK(stages[8].options.at("size").as_double() == 3);
+    CHECK(result.pipeline.sweep.axes == Words{"a", "b"});
+    CHECK(result.pipeline.sweep.combinations[4].stages == std::vector<std::size_t>{5, 7, 2});
+}
+
+TEST_CASE("a stage depends on an axis through other vars, options that are set, and the other axis's values")
+{
+    const TemporaryFolder folder;
+    const std::string vars = R"({a: x, b: 1, whole: "${a}-${b}", root: r})";
+    const auto by_var = check(folder, R"(version: 1
+vars: )" + vars + R"(
+matrix: {a: [x, y], b: [1, 2]}
+stages:
+  one: {type: mesh.pass, title: "${whole}"}
+  two: {type: mesh.pass, title: "${root}"}
+)",
+                              hand_made_catalog(), {{"two.size", "${b}"}});
+    CHECK(lines(by_var).empty());
+    CHECK(stage_names(by_var) == Words{"one@x,b=1", "two@b=1", "one@x,b=2", "two@b=2", "one@y,b=1", "one@y,b=2"});
+    CHECK(by_var.pipeline.find("one@y,b=2")->options.at("title").as_string() == "y-2");
+    CHECK(by_var.pipeline.find("two@b=2")->options.at("size").as_double() == 2);
+    const auto by_value = check(folder, pipeline_with(R"({a: [p, "${b}q"], b: [1, 2]})"), hand_made_catalog());
+    CHECK(by_value.pipeline.find("first@b-q,b=2")->options.at("title").as_string() == "2q");
+}
+
+TEST_CASE("values are called by what tells them apart, and always by names of folders")
+{
+    CHECK(labels("[data/kitchen, scans/office/]") == Words{"kitchen", "office"});
+    CHECK(labels("[a.jpg, b.png]") == Words{"a", "b"});
+    CHECK(labels("[a.jpg, a.png]") == Words{"a.jpg", "a.png"});
+    CHECK(labels("[x/room, y/room, z/hall]") == Words{"x-room", "y-room", "z-hall"});
+    CHECK(labels("[Room, room.]") == Words{"Room", "room-2"});
+    CHECK(labels("[0.5, 1e-4, true]") == Words{"a=0.5", "a=1e-4", "a=true"});
+    CHECK(labels("[[1, 2], {x: 3}]") == Words{"a=1", "a=2"});
+    CHECK(labels("['', ../.., 'a b/c,d@e']") == Words{"a=1", "a=2", "c-d-e"});
+    CHECK(labels("[preview, sweep.json, Report.html]") == Words{"preview-2", "sweep", "Report"});
+    CHECK(labels("[küche, 東京]") == Words{"küche", "東京"});
+    CHECK(labels("{waves: a.jpg, night: b.jpg}") == Words{"waves", "night"});
+    for (const std::string& label :
+         labels("[" + std::string(90, 'a') + "1, " + std::string(90, 'a') + "2, ä" + std::string(34, 'b') + "ä]"))
+        CHECK(label.size() <= 38);
+}
+
+TEST_CASE("--set narrows an axis to the value of that name or text, or gives it others")
+{
+    const TemporaryFolder folder;
+    const std::string text = pipeline_with("{a: {one: x, two: y.jpg, three: z}, b: [1, 2]}");
+    const auto named = check(folder, text, hand_made_catalog(), {{"a", "two"}});
+    CHECK(combination_names(named) == Words{"two,b=1", "two,b=2"});
+    CHECK(named.pipeline.find("first@two")->options.at("title").as_string() == "y.jpg");
+    CHECK(named.pipeline.sweep.narrowed);
+    CHECK(combination_names(check(folder, text, hand_made_catalog(), {{"a", "y.jpg"}, {"b", "2"}})) == Words{"two,b=2"});
+    // What one is called is what another is.
+    const std::string crossed = pipeline_with("{a: {one: two, two: x}}");
+    CHECK(combination_names(check(folder, crossed, hand_made_catalog(), {{"a", "two"}})) == Words{"two"});
+    CHECK(combination_names(check(folder, text, hand_made_catalog(), {{"a", "[p, q]"}, {"b", "2"}})) == Words{"p,b=2", "q,b=2"});
+    CHECK(lines(check(folder, text, hand_made_catalog(), {{"a", "tow"}})) ==
+          Words{"--set a=tow: error: the axis 'a' of the matrix has no value 'tow' (did you mean 'two'?); for other values, set "
+                "a list: --set 'a=[A, B]'"});
+    CHECK(lines(check(folder, text, hand_made_catalog(), {{"a", "[p, p]"}})) ==
+          Words{"--set a=[p, p]: error: axis 'a': the text 'p' appears twice; the first is before it"});
+}
+
+TEST_CASE("what is wrong with a matrix is reported with its place")
+{
+    const TemporaryFolder folder;
+    const auto problems = [&](const std::string& matrix, const std::string& vars = "{a: x, b: 1}")
+    { return lines(check(folder, pipeline_with(matrix, vars), hand_made_catalog())); };
+    CHECK(problems("[a, b]") == Words{"p.yaml:3:9: error: 'matrix' must be a map {name: …}, got a list"});
+    CHECK(problems("{a: []}") == Words{"p.yaml:3:13: error: axis 'a' has no values"});
+    CHECK(problems("{a: x}") ==
+          Words{"p.yaml:3:13: error: axis 'a' must be a list of values or a map {name: value}, got the text 'x'"});
+    CHECK(problems("{a: }") ==
+          Words{"p.yaml:3:10: error: axis 'a' must be a list of values or a map {name: value}, got nothing"});
+    CHECK(problems("{a: [x, y, x]}") ==
+          Words{"p.yaml:3:20: error: axis 'a': the text 'x' appears twice; the first is on line 3"});
+    CHECK(problems("{a: [x, ~]}") == Words{"p.yaml:3:17: error: axis 'a': empty value"});
+    CHECK(problems("{c: [x]}") == Words{"p.yaml:3:10: error: matrix: unknown var 'c' (there are: a, b)"});
+    CHECK(problems("{1c: [x]}").at(0) ==
+          "p.yaml:3:10: error: '1c' cannot name a var: a name has letters, digits, '_' and '-' and "
+          "begins with a letter or '_'");
+    CHECK(problems("{a: {a b: x}}").at(0).starts_with("p.yaml:3:14: error: axis 'a': 'a b' cannot name a folder of results"));
+    CHECK(problems("{a: {Preview: x}}").at(0).starts_with("p.yaml:3:14: error: axis 'a': 'Preview' cannot be"));
+    CHECK(problems("{a: {p: x, P: y}}") == Words{"p.yaml:3:20: error: axis 'a': 'P' differs from another name only in case"});
+    std::string many;
+    for (int i = 0; i < 40; ++i)
+        many += (i == 0 ? "" : ", ") + std::to_string(i);
+    CHECK(problems("{a: [" + many + "], b: [" + many + "]}") ==
+          Words{"p.yaml:3:10: error: the matrix has more than 1000 combinations"});
+    CHECK(problems("{a: [x], b: [1], c: [1], d: [1], e: [1], f: [1], g: [1]}", "{a: , b: , c: , d: , e: , f: , g: }") ==
+          Words{"p.yaml:3:10: error: a matrix of more than 6 axes: put some into files of their own"});
+}
+
+TEST_CASE("a problem is reported once, with the values that it comes with")
+{
+    const TemporaryFolder folder;
+    const auto result = check(folder, R"(version: 1
+vars: {a: , b: }
+matrix: {a: [x, y], b: [1, two, 3]}
+stages:
+  first:  {type: mesh.pass, title: "${a}", color: red}
+  second: {type: mesh.pass, input: first, size: "${b}"}
+  third:  {type: "mesh.${a}"}
+)",
+                              hand_made_catalog());
+    CHECK(result.pipeline.stages.empty());
+    CHECK(lines(result) ==
+          Words{"p.yaml:5:44: error: stage 'first' (mesh.pass) has no option 'color' (there are: title, size, type, input)",
+                "p.yaml:6:49: error: stage 'second' (mesh.pass): option 'size': expected a number, got the text 'two' (with b "
+                "'two')",
+                "p.yaml:7:18: error: stage 'third': unknown type 'mesh.x' (there are: export.gltf, frames.sharpest, "
+                "mesh.decimate, mesh.future, mesh.judged, mesh.pass, mesh.two, scan.folder, texture.optimize, uvmaps.raycast) "
+                "(with a 'x')",
+                "p.yaml:7:18: error: stage 'third': unknown type 'mesh.y' (there are: export.gltf, frames.sharpest, "
+                "mesh.decimate, mesh.future, mesh.judged, mesh.pass, mesh.two, scan.folder, texture.optimize, uvmaps.raycast) "
+                "(with a 'y')"});
+}
+
+TEST_CASE("axes build on the base's: an upper axis goes before it, an empty one removes it, a var that is set is no axis")
+{
+    const TemporaryFolder folder;
+    folder.write("base.yaml", pipeline_with("{a: [x, y], b: [1, 2]}"));
+    const auto over = [&](const std::string& text)
+    { return combination_names(check(folder, "version: 1\nbase: base.yaml\n" + text, hand_made_catalog())); };
+    CHECK(over("vars: {}") == Words{"x,b=1", "x,b=2", "y,b=1", "y,b=2"});
+    CHECK(over("matrix: {a: [z]}") == Words{"z,b=1", "z,b=2"});
+    CHECK(over("matrix: {a: {big: z}}") == Words{"big,b=1", "big,b=2"});
+    CHECK(over("matrix: {a: }") == Words{"b=1", "b=2"});
+    CHECK(over("vars: {a: w}") == Words{"b=1", "b=2"});
+    CHECK(over("vars: {a: w}\nmatrix: {a: [p]}") == Words{"p,b=1", "p,b=2"});
+    CHECK(over("vars: {c: w}\nmatrix: {c: [p, q], b: }") == Words{"x,p", "x,q", "y,p", "y,q"});
+    CHECK(over("vars: {a: w, b: 5}").empty());
+}

@@ -1,0 +1,252 @@
+#include "program.h"
+
+#include "plugins/plugin_library.h"
+#include "plugins/plugin_search.h"
+
+#include <sys/stat.h>
+
+using namespace fresco::host;
+
+TEST_CASE("The handshake names what differs, with both values")
+{
+    const fresco_plugin_info host = host_stamp();
+    CHECK(!handshake_problem(host, host, nullptr));
+
+    fresco_plugin_info plugin = host;
+    plugin.abi = 99;
+    plugin.compiler = nullptr;  // Behind another ABI number nothing else is looked at.
+    CHECK(contains(handshake_problem(plugin, host, nullptr).value(), "\"99\""));
+    CHECK(contains(handshake_problem(plugin, host, nullptr).value(), "\"" + std::to_string(FRESCO_ABI) + "\""));
+
+    plugin = host;
+    plugin.magic = 0x12345678;
+    CHECK(contains(handshake_problem(plugin, host, nullptr).value(), "0x12345678"));
+    plugin = host;
+    plugin.compiler = "gcc 4";
+    CHECK(contains(handshake_problem(plugin, host, nullptr).value(), "\"gcc 4\""));
+    CHECK(contains(handshake_problem(plugin, host, nullptr).value(), host.compiler));
+    plugin = host;
+    plugin.standard_library = "libstdc++ 12 cxx11abi=0";
+    CHECK(contains(handshake_problem(plugin, host, nullptr).value(), "cxx11abi=0"));
+    plugin = host;
+    plugin.containers = "debug";
+    CHECK(contains(handshake_problem(plugin, host, nullptr).value(), "\"debug\""));
+
+    fresco_plugin_info torch = host;
+    torch.torch = "1.13.1";
+    plugin = host;
+    CHECK(!handshake_problem(plugin, host, &torch));  // Does not use it.
+    plugin.torch = "2.1.0";
+    CHECK(contains(handshake_problem(plugin, host, &torch).value(), "\"2.1.0\""));
+    CHECK(contains(handshake_problem(plugin, host, &torch).value(), "\"1.13.1\""));
+    torch.torch = "2.1.0";
+    CHECK(!handshake_problem(plugin, host, &torch));
+    torch.cuda = "12.1";
+    CHECK(contains(handshake_problem(plugin, host, &torch).value(), "CUDA"));
+}
+
+TEST_CASE("Files that are no whole library are named without being opened as one")
+{
+    const fresco::testing::TemporaryFolder folder;
+    const fs::path file = folder.path() / "x.so";
+    const auto problem = [&] { return library_file_problem(file).value_or("none"); };
+
+    CHECK(contains(problem(), "cannot be looked at"));
+    fs::create_directory(file);
+    CHECK(contains(problem(), "a folder"));
+    fs::remove(file);
+    REQUIRE(mkfifo(file.c_str(), 0600) == 0);
+    CHECK(contains(problem(), "a FIFO"));
+    fs::remove(file);
+    std::ofstream(file) << "#!/bin/sh\necho no library, but longer than an ELF header would have to be\n";
+    CHECK(contains(problem(), "does not begin as an ELF file"));
+    fs::remove(file);
+    const auto whole = fs::file_size(fs::path(FRESCO_TEST_PLUGINS) / "good" / "test_stages.so");
+    fs::copy_file(fs::path(FRESCO_TEST_PLUGINS) / "good" / "test_stages.so", file);
+    CHECK(problem() == "none");
+    for (const auto size : {whole - 1, whole / 2, std::uintmax_t{200}, std::uintmax_t{64}, std::uintmax_t{20}, std::uintmax_t{0}})
+    {
+        fs::resize_file(file, size);
+        CHECK(problem() != "none");
+    }
+}
+
+TEST_CASE("Bad plugins are refused by name, good ones beside them work")
+{
+    Workplace place({"good", "bad/throws", "bad/exits", "bad/crashes", "bad/channel", "bad/cost", "bad/wrong_abi",
+                     "bad/wrong_magic", "bad/wrong_compiler", "bad/no_symbol", "bad/undefined_symbol"},
+                    true);
+    const fs::path odd = place.root() / "odd";
+    fs::create_directories(odd / "folder.so");
+    REQUIRE(mkfifo((odd / "fifo.so").c_str(), 0600) == 0);
+    std::ofstream(odd / "text.so") << "I am a text, honestly, and long enough to be looked at for some time by a loader";
+    fs::copy_file(fs::path(FRESCO_TEST_PLUGINS) / "good" / "test_stages.so", odd / "cut.so");
+    fs::resize_file(odd / "cut.so", fs::file_size(odd / "cut.so") / 2);
+    place.environment["FRESCO_PLUGIN_PATH"] += ":" + odd.string() + ":" + (place.root() / "nowhere").string();
+
+    const Finished listed = place.run({"stages", "--all"});
+    CHECK(listed.code == 0);
+    for (const char* text :
+         {"no license for today",
+          "bad.cost: cost(): the stage has no option \"max_facez\"",
+          "bad_exits.so",
+          "ended the process with exit code 0",
+          "bad_crashes.so",
+          "Segmentation fault",
+          "bad_channel.so",
+          "wrote \"cache opened\" to descriptor 3, the host's channel, when an object of type bad.channel was made",
+          "\"99\"",
+          "0x12345678",
+          "\"gcc 4\"",
+          "fresco_plugin_info_1",
+          "fresco_function_that_nobody_has",
+          "folder.so",
+          "a folder",
+          "fifo.so",
+          "a FIFO",
+          "text.so",
+          "does not begin as an ELF file",
+          "cut.so",
+          "is cut short",
+          "nowhere",
+          "test.source"})
+        CHECK(contains(listed.out, text));
+
+    place.write("room.yaml", "version: 1\nstages:\n  source: {type: test.source}\n");
+    CHECK(place.run({"run", "room.yaml"}).code == 0);
+    place.write("bad.yaml", "version: 1\nstages:\n  bad: {type: bad.throws}\n");
+    const Finished needed = place.run({"run", "bad.yaml"});
+    CHECK((needed.code == 4 || needed.code == 2));
+    CHECK(place.run({"doctor"}).code == 4);
+}
+
+TEST_CASE("A plugin that hangs is given up after five seconds, and remembered")
+{
+    Workplace place({"good", "bad/loops"}, true);
+    const Finished first = place.run({"stages", "--all"});
+    CHECK(first.code == 0);
+    CHECK(first.seconds > 4);
+    CHECK(contains(first.out, "did not return within 5 s when an object of type bad.loops was made"));
+    const Finished second = place.run({"stages", "--all"});
+    CHECK(second.seconds < 2);
+    CHECK(contains(second.out, "did not return within 5 s"));
+}
+
+TEST_CASE("Of a type that two libraries have, neither is used")
+{
+    Workplace place({"good", "bad/duplicate"});
+    const Finished listed = place.run({"stages", "--all"});
+    CHECK(contains(listed.out, "test_stages.so"));
+    CHECK(contains(listed.out, "bad_duplicate.so"));
+    place.write("room.yaml", "version: 1\nstages:\n  source: {type: test.source}\n");
+    const Finished needed = place.run({"run", "room.yaml"});
+    CHECK(needed.code == 4);
+    CHECK(contains(needed.err, "bad_duplicate.so"));
+    CHECK(contains(needed.err, "test_stages.so"));
+    place.write("other.yaml", "version: 1\nstages:\n  other: {type: test.only_here}\n");
+    CHECK(place.run({"run", "other.yaml"}).code == 0);
+}
+
+TEST_CASE("A library that plugins link may lie beside them")
+{
+    Workplace place;
+    const fs::path beside = place.root() / "beside";
+    fs::create_directories(beside);
+    std::ofstream(beside / "libclouds.so") << "an artifact type would be here: a library without fresco's entry point, or with";
+    std::ofstream(beside / "clouds.so") << "no library, but named as a plugin is, and so refused with the reason";
+    place.environment["FRESCO_PLUGIN_PATH"] += ":" + beside.string();
+    const Finished listed = place.run({"stages", "--all"});
+    CHECK(contains(listed.out, "/clouds.so: "));
+    CHECK(listed.out.find("libclouds.so") == std::string::npos);
+}
+
+TEST_CASE("A plugin that was not built is named with the reason, until it is there")
+{
+    Workplace place({}, true);
+    const fs::path folder = place.root() / "lib" / "fresco";
+    fs::create_directories(folder);
+    std::ofstream(folder / "plugins.txt") << "test_source\nloss_gram\ntest_in_the_tree: libtorch was not found\n";
+    const auto errors = [&](const std::string& type)
+    {
+        place.write("room.yaml", "version: 1\nstages:\n  source: {type: " + type + "}\n");
+        const Finished finished = place.run({"check", "room.yaml"});
+        return std::to_string(finished.code) + " " + finished.err;
+    };
+    CHECK(contains(errors("test.source"),
+                   "4 room.yaml:3:18: error: stage 'source': the plugin of 'test.source' is not built: run "
+                   "./bootstrap build\n"));
+    CHECK(
+        contains(errors("test.in_the_tree"), "'test.in_the_tree' is not built (libtorch was not found): run ./bootstrap build"));
+    CHECK(contains(errors("test.elsewhere"), "2 room.yaml:3:18: error: stage 'source': unknown type 'test.elsewhere'"));
+    const Finished listed = place.run({"stages", "--all"});
+    CHECK(contains(listed.out, "\n  loss.gram\n  test.in_the_tree: libtorch was not found\n"));
+    const Finished doctor = place.run({"doctor"});
+    CHECK(doctor.code == 0);
+    CHECK(contains(doctor.out, "not built: test.in_the_tree: libtorch was not found\n"));
+    CHECK(contains(place.run({"doctor", "--json"}).out, "\"unbuilt\": ["));
+
+    // Of the same name, and another that has one of the listed types: the folder's own library is what counts, then the type.
+    fs::copy_file(fs::path(FRESCO_TEST_PLUGINS) / "good" / "test_stages.so", folder / "elsewhere.so");
+    CHECK(contains(errors("test.source"), "0 "));
+    CHECK(place.run({"stages", "--all"}).out.find("test.source: ") == std::string::npos);
+    std::ofstream(folder / "loss_gram.so") << "no library, but long enough to be looked at for some time by a loader of plugins";
+    CHECK(contains(errors("loss.gram"), "does not begin as an ELF file"));
+}
+
+TEST_CASE("The same library reached by two paths is one library")
+{
+    Workplace place;
+    fs::create_directories(place.root() / "links");
+    fs::create_symlink(fs::path(FRESCO_TEST_PLUGINS) / "good" / "test_stages.so", place.root() / "links" / "again.so");
+    place.environment["FRESCO_PLUGIN_PATH"] +=
+        ":" + (place.root() / "links").string() + ":" + place.environment["FRESCO_PLUGIN_PATH"];
+    place.write("room.yaml", "version: 1\nstages:\n  source: {type: test.source}\n");
+    CHECK(place.run({"run", "room.yaml"}).code == 0);
+}
+
+TEST_CASE("Equal plugins of two installations are each described with the libraries beside them")
+{
+    Workplace place({}, true);
+    const fs::path made = fs::path(FRESCO_TEST_PLUGINS) / "sided";
+    for (const char* name : {"one", "other"})
+    {
+        const fs::path folder = place.root() / name;
+        fs::create_directories(folder);
+        for (const char* file : {"sided.so", "libside.so"})
+            fs::copy_file(made / file, folder / file);
+    }
+    std::ofstream(place.root() / "other" / "libside.so", std::ios::app) << "another build";
+    place.write("room.yaml", "version: 1\nstages:\n  side: {type: test.sided}\n");
+    for (const char* name : {"one", "other", "one"})
+    {
+        CAPTURE(name);
+        place.environment["FRESCO_PLUGIN_PATH"] = (place.root() / name).string();
+        const Finished done = place.run({"run", "room.yaml", "--store", std::string("store of ") + name});
+        CAPTURE(done.err);
+        CHECK(done.code == 0);
+    }
+}
+
+TEST_CASE("Descriptions are remembered by contents: a copy opens no library, a changed library is asked anew")
+{
+    Workplace place({}, true);
+    const fs::path plugins = place.root() / "plugins";
+    fs::create_directories(plugins);
+    place.environment["FRESCO_PLUGIN_PATH"] = plugins.string();
+    const auto cached = [&]
+    {
+        std::size_t count = 0;
+        for (const auto& entry : fs::directory_iterator(place.root() / "home/cache/fresco/descriptors"))
+            count += entry.path().filename() == "stamps.json" ? 0 : 1;
+        return count;
+    };
+    fs::copy_file(fs::path(FRESCO_TEST_PLUGINS) / "good" / "test_stages.so", plugins / "one.so");
+    REQUIRE(contains(place.run({"stages"}).out, "test.source"));
+    CHECK(cached() == 1);
+    fs::rename(plugins / "one.so", plugins / "other.so");
+    CHECK(contains(place.run({"stages"}).out, "test.source"));
+    CHECK(cached() == 1);
+    std::ofstream(plugins / "other.so", std::ios::app) << "more";
+    CHECK(contains(place.run({"stages"}).out, "test.source"));
+    CHECK(cached() == 2);
+}

@@ -1,0 +1,152 @@
+#include <catch2/catch.hpp>
+
+#include "hand_made_catalog.h"
+
+#include "pipeline/dot.h"
+#include "run/commands_inspect.h"
+
+#include <sstream>
+
+using namespace fresco::host;
+using namespace fresco::host::testing;
+using Catch::Matchers::Contains;
+
+namespace
+{
+Catalog small_catalog()
+{
+    Catalog catalog;
+    catalog.add(described("mesh.pass", "stage", R"({
+        "options": [{"name": "size_px", "kind": "int", "default": 5, "min": 1.0, "unit": "px", "help": "A size"},
+                    {"name": "path", "kind": "input_file", "required": true, "help": "A file"},
+                    {"name": "note", "kind": "text", "default": "", "in_key": false, "help": "A note"},
+                    {"name": "style", "kind": "component", "component_kind": "loss", "help": "A loss"}],
+        "inputs": [{"name": "mesh", "artifact": "mesh", "version": 1, "optional": true, "help": "What comes in"}],
+        "outputs": [{"name": "out", "artifact": "mesh", "version": 3, "help": "What goes out"}]})"));
+    catalog.add(described("loss.gram", "loss", "{}"));
+    catalog.add(described("loss.twice", "loss", "{}"));
+    catalog.add(described("loss.twice", "loss", "{}"));
+    catalog.add(Refusal{"/plugins/mesh_old.so", "SDK ABI 0, this program has 1"});
+    catalog.add(UnbuiltPlugin{"mesh.fuse", "Open3D was not found"});
+    catalog.add(UnbuiltPlugin{"mesh.later", ""});
+    return catalog;
+}
+}  // namespace
+
+TEST_CASE("stages lists what there is, and with --all what cannot be used", "[inspect]")
+{
+    const Catalog catalog = small_catalog();
+    std::ostringstream brief;
+    CHECK(write_stages(catalog, false, false, brief) == 0);
+    CHECK(brief.str() == "  mesh.pass  stage  What mesh.pass does\n"
+                         "  loss.gram  loss   What loss.gram does\n"
+                         "\n2 plugins or types cannot be used: see 'fresco stages --all'\n");
+    std::ostringstream all;
+    write_stages(catalog, true, false, all);
+    CHECK_THAT(all.str(),
+               Contains("[/plugins/mesh.pass.so]") && Contains("several plugins have it: loss.twice\n  /plugins/loss.twice.so") &&
+                   Contains("cannot be loaded:\n  /plugins/mesh_old.so: SDK ABI 0") &&
+                   Contains("not built; ./bootstrap build builds them:\n  mesh.fuse: Open3D was not found\n  mesh.later\n"));
+    std::ostringstream json;
+    write_stages(catalog, true, true, json);
+    const fresco::Value value = fresco::parse_json(json.str());
+    CHECK(value.at("types").as_list().size() == 2);
+    CHECK(value.at("types").as_list()[1].at("type").as_string() == "mesh.pass");
+    CHECK(value.at("ambiguous").as_list().at(0).at("libraries").as_list().size() == 2);
+    CHECK(value.at("refused").as_list().at(0).at("reason").as_string() == "SDK ABI 0, this program has 1");
+    CHECK(value.at("unbuilt").as_list().at(0).at("type").as_string() == "mesh.fuse");
+    CHECK(value.at("unbuilt").as_list().at(0).at("reason").as_string() == "Open3D was not found");
+    std::ostringstream none;
+    write_stages({}, false, false, none);
+    CHECK_THAT(none.str(), Contains("no plugin was found"));
+}
+
+TEST_CASE("describe tells ports, options, defaults and ranges", "[inspect]")
+{
+    const Catalog catalog = small_catalog();
+    std::ostringstream out;
+    std::ostringstream errors;
+    CHECK(write_description(catalog, "mesh.pass", false, out, errors) == 0);
+    CHECK(out.str() == "mesh.pass (stage): What mesh.pass does\n"
+                       "in /plugins/mesh.pass.so\n"
+                       "\n"
+                       "inputs:\n"
+                       "  mesh  mesh, optional  What comes in\n"
+                       "\n"
+                       "outputs:\n"
+                       "  out  mesh (version 3)  What goes out\n"
+                       "\n"
+                       "options (name, default, accepted, what it is):\n"
+                       "  size_px  5         an integer of at least 1           A size\n"
+                       "  path     required  the path of an existing file       A file\n"
+                       "  note     \"\"        text                               A note (cannot change the result)\n"
+                       "  style    none      {type: …} of kind 'loss', or none  A loss\n"
+                       "\n"
+                       "for 'style' there is: loss.gram\n");
+    std::ostringstream json;
+    CHECK(write_description(catalog, "mesh.pass", true, json, errors) == 0);
+    CHECK(fresco::parse_json(json.str()).at("declaration") == catalog.find("mesh.pass")->declaration);
+    CHECK(errors.str().empty());
+
+    CHECK(write_description(catalog, "los.gram", false, out, errors) == 2);
+    CHECK_THAT(errors.str(), Contains("unknown type 'los.gram' (did you mean 'loss.gram'?)"));
+    CHECK(write_description(catalog, "loss.twice", false, out, errors) == 4);
+    CHECK(write_description(catalog, "mesh.old", false, out, errors) == 4);
+    CHECK_THAT(errors.str(), Contains("SDK ABI 0"));
+}
+
+TEST_CASE("check prints problems, as lines and as JSON", "[inspect]")
+{
+    const TemporaryFolder folder;
+    const Catalog catalog = hand_made_catalog();
+    const PipelineResult bad = check(
+        folder, "version: 1\nstages:\n  a: {type: mesh.two, x: 1}\n  b: {type: mesh.pass, input: {file: no.ply}}\n", catalog);
+    std::ostringstream text;
+    CHECK(write_check(bad, false, text) == 2);
+    CHECK_THAT(text.str(), Catch::StartsWith("p.yaml:3:23: error: stage 'a' (mesh.two) has no option 'x'") &&
+                               Contains("\np.yaml:4:38: error:"));
+    std::ostringstream json;
+    CHECK(write_check(bad, true, json) == 2);
+    const fresco::Value value = fresco::parse_json(json.str());
+    CHECK(value.at("ok") == fresco::Value(false));
+    CHECK(value.at("problems").as_list().size() == 2);
+    CHECK(value.at("problems").as_list()[1].at("kind").as_string() == "missing_input");
+    CHECK(value.at("problems").as_list()[1].at("column") == fresco::Value(38));
+
+    const PipelineResult good = check(folder, "version: 1\nstages:\n  a: {type: mesh.two}\n", catalog);
+    std::ostringstream fine;
+    CHECK(write_check(good, false, fine) == 0);
+    CHECK(fine.str() == (folder.path() / "p.yaml").string() + ": 1 stage, no problems\n");
+    std::ostringstream graph;
+    std::ostringstream errors;
+    CHECK(write_graph(bad, graph, errors) == 2);
+    CHECK(graph.str().empty());
+    CHECK_FALSE(errors.str().empty());
+    std::ostringstream schema;
+    CHECK(write_schema(catalog, schema) == 0);
+    CHECK(fresco::parse_json(schema.str()).find("$defs"));
+}
+
+TEST_CASE("The graph names stages, types, files and ports, and escapes them", "[inspect]")
+{
+    const TemporaryFolder folder;
+    folder.write("odd \"name\"\\.ply", "x");
+    const Catalog catalog = hand_made_catalog();
+    const PipelineResult result = check(folder, R"(version: 1
+stages:
+  a: {type: mesh.pass, input: {file: 'odd "name"\.ply'}}
+  b: {type: mesh.decimate, input: a}
+  c: {type: mesh.pass, input: b}
+)",
+                                        catalog);
+    REQUIRE(lines(result).empty());
+    std::ostringstream out;
+    write_dot(result.pipeline, out);
+    CHECK_THAT(out.str(), Catch::StartsWith("digraph pipeline {\n") && Catch::EndsWith("}\n"));
+    CHECK_THAT(out.str(), Contains(R"(stage0 [label="a\nmesh.pass"];)"));
+    CHECK_THAT(out.str(), Contains(R"(label="odd \"name\"\\.ply")"));
+    CHECK_THAT(out.str(), Contains(R"(file0 -> stage0 [label="mesh", tooltip="mesh"];)"));
+    CHECK_THAT(out.str(), Contains(R"(stage0 -> stage1 [label="mesh", tooltip="mesh"];)"));
+    CHECK_THAT(out.str(), Contains(R"(stage1 -> stage2 [label="simplified → mesh", tooltip="mesh"];)"));
+    CHECK(dot_quoted("a\n\"\\\x01") == "\"a\\n\\\"\\\\ \"");
+}

@@ -1,0 +1,125 @@
+#include <catch2/catch.hpp>
+
+#include "hand_made_catalog.h"
+
+#include "run/estimate.h"
+#include <fresco/error.h>
+
+#include <limits>
+
+using namespace fresco;
+using namespace fresco::host;
+using namespace fresco::host::testing;
+
+namespace
+{
+/// Six pictures, of which every second is taken, and a mesh file of 2 000 bytes: 3 frames and 200 faces.
+struct Scanned : TemporaryFolder
+{
+    Scanned()
+    {
+        for (const char* name : {"a", "b", "c", "d", "e", "f"})
+            write("scan/" + std::string(name) + ".png", "x");
+        write("scan/mesh.ply", std::string(2000, 'x'));
+        write("pic.jpg", "x");
+        write("room.ply", "x");
+    }
+};
+
+const std::string stages = R"(version: 1
+stages:
+  scan:    {type: scan.folder, path: scan, every: 2}
+  frames:  {type: frames.sharpest, input: scan}
+  mesh:    {type: mesh.decimate,   input: scan, max_faces: 50}
+  uvmaps:  {type: uvmaps.raycast,  input: {mesh: mesh, frames: frames}, heights_px: [100, 200]}
+  texture: {type: texture.optimize, input: {maps: uvmaps, frames: frames, style: {file: pic.jpg}}, size_px: 1000}
+  gltf:    {type: export.gltf, input: texture}
+)";
+
+PipelineEstimate estimated(const TemporaryFolder& folder, const std::string& text, const Sets& sets = {}, int cores = 2)
+{
+    const Catalog catalog = hand_made_catalog();
+    const PipelineResult result = check(folder, text, catalog, sets);
+    REQUIRE(lines(result).empty());
+    return estimate_pipeline(result.pipeline, cores);
+}
+
+void expect(const PipelineEstimate& estimate, const std::string& stage, double seconds, double memory_mb, double disk_mb)
+{
+    INFO(stage);
+    const CostFigures& figures = estimate.stages.at(stage);
+    CHECK(figures.seconds == Approx(seconds));
+    CHECK(figures.memory_mb == Approx(memory_mb));
+    CHECK(figures.disk_mb == Approx(disk_mb));
+}
+}  // namespace
+
+TEST_CASE("Costs follow the sizes along the wires", "[estimate]")
+{
+    const Scanned folder;
+    const PipelineEstimate estimate = estimated(folder, stages);
+    const double pixels = (100. * 100 + 200. * 200) * 4 / 3;
+    // A stage without inputs counts by what it makes.
+    expect(estimate, "scan", 1.03, 50, 1);
+    expect(estimate, "frames", 0.02 * 3 / 2, 20 + 2 * 10, 0);
+    // What comes in takes time, what goes out takes room.
+    expect(estimate, "mesh", 200 * 1e-6, 100 + 200 * 1e-4, 50 * 1e-4);
+    // Time is of every frame's pixels, memory of one frame's.
+    expect(estimate, "uvmaps", 3 * pixels * 1e-6, pixels * 1e-3, 3);
+    // Six steps, each on the pixels of the wired uv maps.
+    expect(estimate, "texture", 1 + 6 + 6 * pixels * 1e-6, 1, 1);
+    expect(estimate, "gltf", 1, 1, 5);
+    CHECK(estimate.notes.empty());
+    CHECK(estimated(folder, stages, {}, 1).stages.at("frames").seconds == Approx(0.06));
+    CHECK(estimated(folder, stages, {{"texture.max_steps", "4"}}).stages.at("texture").seconds ==
+          Approx(1 + 4 + 4 * pixels * 1e-6));
+}
+
+TEST_CASE("Unknown sizes are assumed, and that is said where it matters", "[estimate]")
+{
+    const Scanned folder;
+    const PipelineEstimate estimate = estimated(folder, R"(version: 1
+stages:
+  mesh: {type: mesh.decimate, input: {file: room.ply}}
+  next: {type: mesh.pass, input: mesh}
+  last: {type: mesh.decimate, input: next}
+)");
+    CHECK(estimate.notes == std::vector<std::string>{"mesh: 1000000 faces assumed: no input says how many"});
+    expect(estimate, "mesh", 1, 200, 50);
+    // A type without a cost of its own passes sizes on.
+    expect(estimate, "next", 0, 20, 0);
+    expect(estimate, "last", 0.5, 150, 50);
+}
+
+TEST_CASE("A cost that does not fit its stage is refused", "[estimate]")
+{
+    const Value options = parse_json(R"([{"name": "path", "kind": "input_folder"}, {"name": "size_px", "kind": "int"},
+                                         {"name": "heights_px", "kind": "ints"}])");
+    const auto refusal = [&](const Cost& cost) -> std::string
+    {
+        try
+        {
+            describe_cost("odd.stage", cost, options);
+            return "";
+        }
+        catch (const Error& error)
+        {
+            return error.what();
+        }
+    };
+    CHECK(refusal({.frames = {.files = "path"},
+                   .texels = {.squares_of = "size_px"},
+                   .pixels = {.squares_of = "heights_px"},
+                   .steps = {.option = "size_px"}})
+              .empty());
+    CHECK(refusal({.frames = {.option = "sise_px"}}) == "odd.stage: cost(): the stage has no option \"sise_px\"");
+    CHECK_THAT(refusal({.faces = {.at_most = "none"}}), Catch::Contains("\"none\""));
+    CHECK_THAT(refusal({.texels = {.squares_of = "none"}}), Catch::Contains("\"none\""));
+    CHECK_THAT(refusal({.pixels = {.times = {"none"}}}), Catch::Contains("\"none\""));
+    CHECK_THAT(refusal({.steps = {.divided_by = {"size_px", "none"}}}), Catch::Contains("\"none\""));
+    CHECK_THAT(refusal({.faces = {.files = "size_px"}}), Catch::Contains("\"size_px\", whose kind is int"));
+    CHECK_THAT(refusal({.faces = {.option = "heights_px"}}), Catch::Contains("whose kind is ints"));
+    CHECK_THAT(refusal({.seconds = {.per_face = -1}}), Catch::Contains("per_face is -1"));
+    CHECK_THAT(refusal({.disk_mb = {.fixed = std::numeric_limits<double>::infinity()}}), Catch::Contains("fixed is"));
+    CHECK_THAT(refusal({.parallel_share = 1.5}), Catch::Contains("parallel_share is 1.5"));
+}

@@ -1,0 +1,269 @@
+#include "program.h"
+
+#include "store/publish.h"
+#include "store/store.h"
+#include <fresco/error.h>
+
+#include <sys/stat.h>
+
+using namespace fresco::host;
+using fresco::testing::TemporaryFolder;
+
+namespace
+{
+
+void write(const fs::path& file, const std::string& text)
+{
+    fs::create_directories(file.parent_path());
+    std::ofstream(file) << text;
+}
+
+StoredResult publish_text(const Store& store, const std::string& key, const std::string& text,
+                          const std::vector<Dependency>& dependencies = {})
+{
+    const fs::path folder = store.make_temporary();
+    write(folder / "out" / "a.json", text);
+    return publish(store, folder, {key, {"out"}, dependencies, fresco::Value::Map{{"stage", "s"}, {"type", "t.t"}}});
+}
+
+/// As if nobody had touched the file for a while.
+void age(const fs::path& file, int hours)
+{
+    fs::last_write_time(file, fs::file_time_type::clock::now() - std::chrono::hours(hours));
+}
+
+}  // namespace
+
+TEST_CASE("A published result is found by its key, whole, and damage to it is named")
+{
+    const TemporaryFolder folder;
+    const Store store(folder.path());
+    CHECK(!store.lookup("key"));
+    const StoredResult result = publish_text(store, "key", "[1]");
+    const auto found = store.lookup("key");
+    REQUIRE(found);
+    CHECK(found->object == result.object);
+    CHECK(store.present(*found));
+    CHECK(!store.verify(result.object, 2));
+    CHECK(fs::is_empty(folder.path() / "tmp"));
+
+    const fs::path file = store.object(result.object) / "out" / "a.json";
+    SECTION("a flipped bit")
+    {
+        write(file, "[2]");
+        CHECK(contains(store.verify(result.object, 2).value().text, "a.json"));
+        CHECK(!store.verify(result.object, 2, "other"));
+    }
+    SECTION("a cut file")
+    {
+        fs::resize_file(file, 1);
+        CHECK(contains(store.verify(result.object, 2).value().text, "has 1 bytes, 3 were written"));
+    }
+    SECTION("a missing file")
+    {
+        fs::remove(file);
+        CHECK(store.verify(result.object, 2));
+    }
+    SECTION("a changed manifest")
+    {
+        std::string text = fresco::read_text_file(store.manifest_file(result.object));
+        text.replace(text.find("t.t"), 3, "u.u");
+        write(store.manifest_file(result.object), text);
+        CHECK(contains(store.verify(result.object, 2).value().text, "checksum"));
+    }
+    SECTION("a folder without a manifest is garbage and is replaced")
+    {
+        fs::remove(store.manifest_file(result.object));
+        write(file, "half");
+        CHECK(!store.present(*found));
+        CHECK(publish_text(store, "key", "[1]").object == result.object);
+        CHECK(!store.verify(result.object, 1));
+    }
+    SECTION("a removed result is not there any more")
+    {
+        store.discard(result.object);
+        CHECK(!store.present(*store.lookup("key")));
+        CHECK(fs::is_empty(folder.path() / "tmp"));
+        CHECK(fs::is_empty(folder.path() / "objects"));
+    }
+}
+
+TEST_CASE("Files of several pieces are verified piece by piece")
+{
+    const TemporaryFolder folder;
+    const fs::path file = folder.path() / "big";
+    {
+        std::ofstream stream(file, std::ios::binary);
+        const std::string block(1U << 20U, 'x');
+        for (int i = 0; i < 9; ++i)
+            stream << block;
+    }
+    const StoredFile hashed = hash_chunks(folder.path(), "big");
+    CHECK(hashed.size == 9U << 20U);
+    REQUIRE(hashed.chunks.size() == 3);
+    CHECK(hashed.chunks[0] == hashed.chunks[1]);
+    CHECK(hashed.chunks[2] != hashed.chunks[1]);
+    CHECK(!find_damage(folder.path(), hashed));
+    std::fstream stream(file, std::ios::in | std::ios::out | std::ios::binary);
+    stream.seekp(5 << 20);
+    stream << 'y';
+    stream.close();
+    CHECK(contains(find_damage(folder.path(), hashed).value(), "from 4194304 on"));
+    write(folder.path() / "empty", "");
+    CHECK(hash_chunks(folder.path(), "empty").chunks.size() == 1);
+    CHECK(!find_damage(folder.path(), hash_chunks(folder.path(), "empty")));
+}
+
+TEST_CASE("Outside files: touched is the same, changed is another, changed back is the first again")
+{
+    const TemporaryFolder folder;
+    const Store store(folder.path() / "store");
+    const fs::path input = folder.path() / "input";
+    write(input, "one");
+    const auto first = publish_text(store, "key", "[1]", {take_dependency(input, false)});
+    age(input, 1);
+    CHECK(store.lookup("key").value().object == first.object);
+
+    // Also where the new stamp cannot be written down: a folder is no lock.
+    age(input, 2);
+    fs::remove(store.lock_file("key"));
+    fs::create_directory(store.lock_file("key"));
+    CHECK(store.lookup("key").value().object == first.object);
+
+    write(input, "two");
+    std::string why;
+    CHECK(!store.lookup("key", &why));
+    CHECK(contains(why, input.string()));
+    const auto second = publish_text(store, "key", "[2]", {take_dependency(input, false)});
+    CHECK(second.object != first.object);
+    CHECK(store.lookup("key").value().object == second.object);
+    write(input, "one");
+    CHECK(store.lookup("key").value().object == first.object);
+    fs::remove(input);
+    CHECK(!store.lookup("key"));
+}
+
+TEST_CASE("A renewed stamp saves reading the contents the next time")
+{
+    const TemporaryFolder folder;
+    const fs::path input = folder.path() / "input";
+    write(input, "one");
+    age(input, 2);
+    Dependency dependency = take_dependency(input, false);
+    CHECK(compare(dependency) == Change::none);
+    age(input, 1);
+    CHECK(compare(dependency) == Change::stamp);
+    CHECK(compare(dependency) == Change::none);
+    // Changed a moment ago: the stamp alone is never believed.
+    write(input, "two");
+    dependency = take_dependency(input, false);
+    CHECK(dependency.stamp.mtime_ns == 0);
+    CHECK(compare(dependency) == Change::stamp);
+    write(input, "owt");
+    CHECK(compare(dependency) == Change::contents);
+}
+
+TEST_CASE("A folder's dependency is its names")
+{
+    const TemporaryFolder folder;
+    const fs::path inner = folder.path() / "inner";
+    write(inner / "a", "1");
+    Dependency dependency = take_dependency(inner / "*", true);
+    write(inner / "a", "2");
+    CHECK(compare(dependency) != Change::contents);
+    write(inner / "b", "1");
+    CHECK(compare(dependency) == Change::contents);
+}
+
+TEST_CASE("Of a folder's names only those count that match the pattern")
+{
+    const TemporaryFolder folder;
+    write(folder.path() / "seq-01", "1");
+    Dependency sequences = take_dependency(folder.path() / "seq-*", true);
+    Dependency calibration = take_dependency(folder.path() / "k.txt", true);
+    fs::create_directory(folder.path() / "out");
+    write(folder.path() / ".DS_Store", "1");
+    CHECK(compare(sequences) == Change::stamp);
+    CHECK(compare(calibration) == Change::stamp);
+    write(folder.path() / "k.txt", "1");
+    CHECK(compare(sequences) != Change::contents);
+    CHECK(compare(calibration) == Change::contents);
+    fs::rename(folder.path() / "seq-01", folder.path() / "seq-02");
+    CHECK(compare(sequences) == Change::contents);
+    fs::rename(folder.path() / "seq-02", folder.path() / "seq-01");
+    CHECK(compare(sequences) == Change::stamp);
+    CHECK_THROWS_AS(take_dependency(folder.path() / "nowhere" / "*", true), fresco::MissingInput);
+}
+
+TEST_CASE("A key keeps its last eight results")
+{
+    const TemporaryFolder folder;
+    const Store store(folder.path());
+    for (int i = 0; i < 10; ++i)
+        store.remember("key", {"object" + std::to_string(i), {}, {}});
+    CHECK(store.lookup("key").value().object == "object9");
+    const auto list = fresco::parse_json(fresco::read_text_file(store.key_file("key")));
+    CHECK(list.as_list().size() == 8);
+}
+
+TEST_CASE("Results refer to other results, and are there only if those are")
+{
+    const TemporaryFolder folder;
+    const Store store(folder.path());
+    const auto below = publish_text(store, "below", "[1]");
+    const auto middle = publish_text(store, "middle", R"({"picture": "store:objects/)" + below.object + R"(/out/a.json"})");
+    CHECK(middle.references == std::vector<std::string>{below.object});
+    const auto top = publish_text(store, "top", R"({"picture": "store:objects/)" + middle.object + R"(/out/a.json"})");
+    CHECK(top.references.size() == 2);
+    CHECK(store.present(top));
+    store.discard(below.object);
+    CHECK(!store.present(top));
+}
+
+TEST_CASE("What cannot be stored is refused and nothing is published")
+{
+    const TemporaryFolder folder;
+    const Store store(folder.path());
+    const auto attempt = [&](const std::function<void(const fs::path&)>& make, const std::string& prefix = "run")
+    {
+        const fs::path temporary = store.make_temporary(prefix);
+        fs::create_directories(temporary / "out");
+        make(temporary);
+        std::string text;
+        try
+        {
+            publish(store, temporary, {"key", {"out"}, {}, fresco::Value::Map{}});
+        }
+        catch (const fresco::Error& error)
+        {
+            text = error.what();
+        }
+        CHECK(!store.lookup("key"));
+        return text;
+    };
+    CHECK(contains(attempt([](const fs::path& at) { fs::create_symlink("/etc", at / "out" / "link"); }), "out/link"));
+    CHECK(contains(attempt([](const fs::path& at) { mkfifo((at / "out" / "fifo").c_str(), 0600); }), "out/fifo"));
+    CHECK(contains(attempt([](const fs::path& at) { write(at / "out" / "a.json", "\"tmp/" + at.filename().string() + "/b\""); }),
+                   "refers to a file in a folder the stage ran in"));
+    // Of the folders of a worker each is as short-lived.
+    const fs::path other = store.make_temporary("run.abc");
+    const auto refer_to = [&](const fs::path& at)
+    { write(at / "out" / "a.json", "\"store:" + other.lexically_relative(store.root()).string() + "/b\""); };
+    CHECK(contains(attempt(refer_to, "run.abc"), "refers to a file in a folder the stage ran in (tmp/run.abc.…)"));
+}
+
+TEST_CASE("A store of another format is refused with both")
+{
+    const TemporaryFolder folder;
+    write(folder.path() / "format", "fresco store 7\n");
+    CHECK_THROWS_WITH(Store(folder.path()), Catch::Contains("fresco store 7") && Catch::Contains("fresco store 1"));
+}
+
+TEST_CASE("An unreadable record of a key counts as none")
+{
+    const TemporaryFolder folder;
+    const Store store(folder.path());
+    publish_text(store, "key", "[1]");
+    write(store.key_file("key"), "{");
+    CHECK(!store.lookup("key"));
+}

@@ -1,0 +1,321 @@
+#include "program.h"
+
+#include "store/store.h"
+
+namespace
+{
+
+std::string only_object_with(const Workplace& place, const std::string& output)
+{
+    for (const auto& entry : fs::directory_iterator(place.file(".fresco/objects")))
+        if (fs::exists(entry.path() / output))
+            return entry.path().filename().string();
+    return "";
+}
+
+fresco::Value manifest_with(const Workplace& place, const std::string& output)
+{
+    return fresco::parse_json(place.read(".fresco/objects/" + only_object_with(place, output) + "/manifest.json"));
+}
+
+}  // namespace
+
+TEST_CASE("Every way to fail is told in words, with the right exit code, and publishes nothing")
+{
+    const std::map<std::string, std::pair<int, std::string>> ways{
+        {"error", {1, "three vertices expected"}},
+        {"missing", {3, "weights.safetensors: no such file"}},
+        {"exception", {1, "unexpected error, please report it to the plugin's author: index 7 of 3"}},
+        {"unknown", {1, "something other than an exception"}},
+        {"crash", {1, "Segmentation fault"}},
+        {"exit", {1, "ended with exit code 0 before the stage was done"}},
+        {"memory", {1, "not enough memory"}},
+        {"full", {1, "free some space"}},
+        {"nothing", {1, "output"}},
+        {"link", {1, "output/link"}}};
+    Workplace place;
+    for (const auto& [how, expected] : ways)
+    {
+        INFO(how);
+        place.write("room.yaml", "version: 1\nstages:\n  bad: {type: test.fail, how: " + how + "}\n");
+        const Finished finished = place.run({"run", "room.yaml"});
+        CHECK(finished.code == expected.first);
+        CHECK(contains(finished.err, expected.second));
+        CHECK(contains(finished.err, "room.yaml:3:3: error: stage bad (test.fail)"));
+        CHECK(fs::is_empty(place.file(".fresco/objects")));
+    }
+    CHECK(contains(place.run({"run", "room.yaml", "--set", "bad.how=crash"}).err, "about to fail"));
+}
+
+TEST_CASE("The manifest says how a result came about")
+{
+    Workplace place;
+    place.write("room.yaml", "version: 1\nstages:\n  source: {type: test.source, value: 3}\n");
+    REQUIRE(place.run({"run", "room.yaml", "--cores", "1"}).code == 0);
+    const auto manifest = manifest_with(place, "table");
+    CHECK(manifest.at("type").as_string() == "test.source");
+    CHECK(manifest.at("options").at("value").as_double() == 3);
+    CHECK(manifest.at("report").at("threads").as_int() == 1);
+    CHECK(manifest.at("versions").at("Testlib").as_string() == "1.2.3");
+    CHECK(manifest.at("messages").as_list().size() == 1);
+    CHECK(manifest.at("memory_mb").as_double() > 1);
+    CHECK(manifest.find("processor") != nullptr);
+    CHECK(fs::is_empty(place.file(".fresco/tmp")));
+}
+
+TEST_CASE("A figure that is no number is null, in the progress and in the manifest")
+{
+    Workplace place;
+    place.write("room.yaml", "version: 1\nstages:\n  mean: {type: test.unmeasured}\n");
+    const Finished finished = place.run({"run", "room.yaml", "--json-log"});
+    INFO(finished.out);
+    REQUIRE(finished.code == 0);
+    const auto report = manifest_with(place, "table").at("report");
+    CHECK(report.at("mean").is_null());
+    CHECK(report.at("ranges").at("list").as_list().at(0).as_double() == 1.5);
+    CHECK(report.at("ranges").at("list").as_list().at(1).is_null());
+    CHECK(report.at("ranges").at("count").as_int() == 3);
+    std::vector<fresco::Value> progress;
+    for (const auto& event : events(finished.out))
+        if (event.at("event").as_string() == "progress")
+            progress.push_back(event);
+    REQUIRE(progress.size() == 1);
+    CHECK(progress[0].at("done").as_double() == 1);
+    CHECK(progress[0].at("metrics").at("loss").is_null());
+}
+
+TEST_CASE("Equal components are one object, a file goes through its reader")
+{
+    Workplace place;
+    place.write("a.number", "7");
+    place.write("room.yaml", R"(version: 1
+stages:
+  scale: {type: test.scale, input: {table: {file: a.number}}, log: log}
+  text:  {type: test.sink, input: scale, path: x.txt}
+)");
+    REQUIRE(place.run({"run", "room.yaml"}).code == 0);
+    CHECK(place.read("out/x.txt") == "28.000000\n");
+    CHECK(manifest_with(place, "scaled").at("report").at("shared").as_bool());
+
+    REQUIRE(place.run({"run", "room.yaml", "--set", "scale.second={type: test.factor, factor: 3}"}).code == 0);
+    CHECK(place.read("out/x.txt") == "42.000000\n");
+    place.write("a.number", "8");
+    REQUIRE(place.run({"run", "room.yaml"}).code == 0);
+    CHECK(place.read("out/x.txt") == "32.000000\n");
+    place.write("a.number", "7");
+    place.clear_log();
+    REQUIRE(place.run({"run", "room.yaml"}).code == 0);
+    CHECK(place.read("out/x.txt") == "28.000000\n");
+    CHECK(place.log().empty());
+}
+
+TEST_CASE("Touched inputs run nothing, changed ones do")
+{
+    Workplace place;
+    place.write("scan/a", "12");
+    place.write("extra", "123");
+    place.write("room.yaml", R"(version: 1
+stages:
+  source: {type: test.source, value: 0, folder: scan, file: extra, log: log}
+  text:   {type: test.sink, input: source, path: x.txt}
+)");
+    std::vector<std::string> arguments{"run", "room.yaml"};
+    const auto run = [&]
+    {
+        place.clear_log();
+        REQUIRE(place.run(arguments).code == 0);
+        return place.log().size();
+    };
+    CHECK(run() == 1);
+    CHECK(place.read("out/x.txt") == "5.000000\n");
+    CHECK(run() == 0);
+    for (const char* file : {"scan/a", "extra", "room.yaml"})
+        fs::last_write_time(place.file(file), fs::file_time_type::clock::now() - std::chrono::hours(3));
+    CHECK(run() == 0);
+    place.write("scan/a", "1234");
+    CHECK(run() == 1);
+    CHECK(place.read("out/x.txt") == "7.000000\n");
+    place.write("scan/b", "1");
+    CHECK(run() == 1);
+    // From here on the stage looks for names with "n-".
+    arguments.insert(arguments.end(), {"--set", "source.prefix=n-"});
+    place.write("scan/n-1", "1");
+    CHECK(run() == 1);
+    place.write("scan/.DS_Store", "x");
+    fs::create_directory(place.file("scan/out"));
+    CHECK(run() == 0);
+    place.write("scan/n-2", "1");
+    CHECK(run() == 1);
+    place.write("extra", "x");
+    CHECK(run() == 1);
+    CHECK(place.read("out/x.txt") == "3.000000\n");
+}
+
+TEST_CASE("A damaged result is named and made anew in the same run")
+{
+    Workplace place;
+    place.write("room.yaml", R"(version: 1
+stages:
+  source: {type: test.source, value: 4, log: log}
+  add:    {type: test.add, input: {left: source}, plus: 1, log: log}
+  text:   {type: test.sink, input: add, path: x.txt, log: log}
+)");
+    REQUIRE(place.run({"run", "room.yaml"}).code == 0);
+    const std::string source = only_object_with(place, "table");
+    place.write(".fresco/objects/" + source + "/table/table.json", R"({"columns":["value"],"rows":[[9]]})");
+    place.clear_log();
+    const Finished repaired = place.run({"run", "room.yaml", "--set", "add.plus=2"});
+    CHECK(repaired.code == 0);
+    CHECK(contains(repaired.err, source));
+    CHECK(contains(repaired.err, "damaged"));
+    CHECK(place.read("out/x.txt") == "6.000000\n");
+    CHECK(place.log().size() == 4);
+
+    SECTION("also where the damage shows when a file is put back below --out")
+    {
+        const std::string sink = only_object_with(place, "files");
+        place.write(".fresco/objects/" + sink + "/files/x.txt", "scribble");
+        fs::remove_all(place.file("out"));
+        place.clear_log();
+        CHECK(place.run({"run", "room.yaml"}).code == 0);
+        CHECK(fs::exists(place.file("out/x.txt")));
+        CHECK(place.read("out/x.txt") != "scribble");
+    }
+    SECTION("store verify finds it too")
+    {
+        CHECK(place.run({"store", "verify"}).code == 0);
+        place.write(".fresco/objects/" + source + "/table/table.json", "scribble");
+        const Finished verified = place.run({"store", "verify"});
+        CHECK(verified.code == 1);
+        CHECK(contains(verified.out, source));
+        CHECK(place.run({"store", "verify", "--remove"}).code == 0);
+        CHECK(place.run({"store", "verify"}).code == 0);
+    }
+}
+
+TEST_CASE("A damaged result that another run makes anew meanwhile is left to it")
+{
+    Workplace place;
+    place.write("room.yaml", R"(version: 1
+stages:
+  source: {type: test.source, value: 4, log: log}
+  add:    {type: test.add, input: {left: source}, plus: 1, log: log}
+)");
+    REQUIRE(place.run({"run", "room.yaml"}).code == 0);
+    const std::string table = ".fresco/objects/" + only_object_with(place, "table") + "/table/table.json";
+    const std::string whole = place.read(table);
+    place.write(table, "scribble");
+    place.clear_log();
+    // The other run: at work on the key until the result is whole again.
+    fresco::host::FileLock other(place.file(".fresco/locks/" + manifest_with(place, "table").at("key").as_string()));
+    REQUIRE(other.try_exclusive());
+    const auto end_other_run = [&]
+    {
+        std::this_thread::sleep_for(std::chrono::milliseconds(1500));
+        place.write(table, whole);
+        other = fresco::host::FileLock();
+    };
+    SECTION("by a run that found the damage")
+    {
+        const auto run = place.start({"run", "room.yaml", "--set", "add.plus=2"});
+        end_other_run();
+        CHECK(run->wait().code == 0);
+        CHECK(place.log() == std::vector<std::string>{"add begins 2.000000", "add ends 2.000000"});
+    }
+    SECTION("by store verify --remove")
+    {
+        const auto verify = place.start({"store", "verify", "--remove"});
+        end_other_run();
+        const Finished verified = verify->wait();
+        CHECK(verified.code == 0);
+        CHECK(contains(verified.out, "a run has since recomputed it"));
+        CHECK(place.read(table) == whole);
+    }
+}
+
+TEST_CASE("A checkpoint made from other outside files is not used")
+{
+    Workplace place;
+    place.write("a.number", "1");
+    place.write("room.yaml", R"(version: 1
+stages:
+  slow: {type: test.slow, input: {start: {file: a.number}}, steps: 30, step_ms: 40, log: log}
+)");
+    {
+        const auto run = place.start({"run", "room.yaml"});
+        Workplace::wait_until([&] { return !place.log().empty(); });
+        std::this_thread::sleep_for(std::chrono::milliseconds(300));
+        run->signal(SIGKILL);
+        run->wait();
+    }
+    place.write("a.number", "2");
+    REQUIRE(place.run({"run", "room.yaml"}).code == 0);
+    CHECK(place.log().back() == "slow from 0");
+}
+
+TEST_CASE("Killed at any point of publishing, the next run ends with the same bytes")
+{
+    const std::string pipeline = R"(version: 1
+stages:
+  slow: {type: test.slow, steps: 5, step_ms: 1, log: log}
+  text: {type: test.sink, input: slow, path: x.txt, copies: 3, log: log}
+)";
+    Workplace place;
+    place.write("room.yaml", pipeline);
+    REQUIRE(place.run({"run", "room.yaml"}).code == 0);
+    const std::string expected = place.read("out/x.txt");
+    REQUIRE(expected == "5.000000\n");
+    for (const std::string stage : {"slow", "text"})
+        for (const std::string point : {"stage.started", "stage.done", "publish.written", "publish.synced", "publish.renamed",
+                                        "publish.key", "publish.manifest", "publish.done"})
+        {
+            INFO(point << " of " << stage);
+            fs::remove_all(place.file(".fresco"));
+            fs::remove_all(place.file("out"));
+            place.environment["FRESCO_FAULT"] = point + "@" + stage;
+            CHECK(place.run({"run", "room.yaml"}).code == -SIGKILL);
+            CHECK(!fs::exists(place.file("out/x.txt")));
+            place.environment["FRESCO_FAULT"] = "";
+            place.clear_log();
+            REQUIRE(place.run({"run", "room.yaml"}).code == 0);
+            CHECK(place.read("out/x.txt") == expected);
+            CHECK(fs::is_empty(place.file(".fresco/tmp")));
+            CHECK(place.run({"store", "verify"}).code == 0);
+            // From the manifest on, the work is not lost.
+            if (point == "publish.manifest" || point == "publish.done")
+                CHECK(place.log().size() == (stage == "slow" ? 1 : 0));
+        }
+    for (const std::string point : {"export.written", "export.copied"})
+    {
+        INFO(point);
+        fs::remove_all(place.file("out"));
+        place.environment["FRESCO_FAULT"] = point;
+        CHECK(place.run({"run", "room.yaml"}).code == -SIGKILL);
+        place.environment["FRESCO_FAULT"] = "";
+        REQUIRE(place.run({"run", "room.yaml"}).code == 0);
+        CHECK(place.read("out/x.txt") == expected);
+        for (const auto& entry : fs::directory_iterator(place.file("out")))
+            CHECK(entry.path().extension() != ".tmp");
+    }
+}
+
+TEST_CASE("A killed host takes its stages with it")
+{
+    Workplace place;
+    place.write("room.yaml", "version: 1\nstages:\n  slow: {type: test.slow, steps: 1000, step_ms: 20, log: log}\n");
+    const auto run = place.start({"run", "room.yaml"});
+    Workplace::wait_until([&] { return !place.log().empty(); });
+    run->signal(SIGKILL);
+    CHECK(run->wait().code == -SIGKILL);
+    const auto step = [&]
+    {
+        for (const auto& entry : fs::recursive_directory_iterator(place.file(".fresco/checkpoints")))
+            if (entry.path().filename() == "step")
+                return fresco::read_text_file(entry.path());
+        return std::string();
+    };
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    const std::string before = step();
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    CHECK(step() == before);
+}

@@ -1,0 +1,219 @@
+#include <fresco/dataset/dataset_files.h>
+
+#include <fresco/error.h>
+#include <fresco/files_io.h>
+#include <fresco/hash.h>
+#include <fresco/npy.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <limits>
+
+namespace fresco::dataset
+{
+namespace
+{
+
+constexpr std::size_t max_pixels = 200'000'000;
+constexpr double steps = 65535;
+constexpr float uv_rounding = 1e-5F;
+
+[[noreturn]] void fail(std::string_view source, const std::string& what)
+{
+    throw Error(std::string(source) + ": " + what);
+}
+
+template <class T>
+constexpr NpyType npy_type = NpyType::float32;
+template <>
+constexpr NpyType npy_type<std::uint8_t> = NpyType::uint8;
+template <>
+constexpr NpyType npy_type<std::uint16_t> = NpyType::uint16;
+
+constexpr const char* word_of(NpyType type)
+{
+    return type == NpyType::uint8 ? "uint8" : type == NpyType::uint16 ? "uint16" : "float32";
+}
+
+std::vector<std::size_t> shape_of(int width, int height, int channels)
+{
+    std::vector<std::size_t> shape{static_cast<std::size_t>(height), static_cast<std::size_t>(width)};
+    if (channels != 1)
+        shape.push_back(static_cast<std::size_t>(channels));
+    return shape;
+}
+
+std::string text_of(const std::vector<std::size_t>& shape)
+{
+    std::string text;
+    for (const std::size_t extent : shape)
+        text += (text.empty() ? "" : " x ") + std::to_string(extent);
+    return text;
+}
+
+template <class T>
+std::vector<std::byte> npy_of(const Raster<T>& raster)
+{
+    return fresco::to_npy(npy_type<T>, shape_of(raster.width, raster.height, raster.channels),
+                          std::as_bytes(std::span(raster.values)));
+}
+
+template <class T>
+Raster<T> raster_of(const NpyArray& array, int width, int height, int channels)
+{
+    Raster<T> raster;
+    raster.width = width;
+    raster.height = height;
+    raster.channels = channels;
+    const auto values = array.as<T>();
+    raster.values.assign(values.begin(), values.end());
+    return raster;
+}
+
+template <class T>
+Raster<T> raster_from(std::span<const std::byte> npy, int width, int height, int channels, std::string_view source)
+{
+    const NpyArray array = parse_npy(npy, source);
+    const auto shape = shape_of(width, height, channels);
+    if (array.shape != shape)
+        fail(source, "an array of " + text_of(array.shape) + "; expected " + text_of(shape));
+    if (array.type != npy_type<T>)
+        fail(source, std::string("an array of another type; expected ") + word_of(npy_type<T>));
+    return raster_of<T>(array, width, height, channels);
+}
+
+std::string number_text(double number)
+{
+    std::array<char, 64> text{};
+    const auto end = std::to_chars(text.data(), text.data() + text.size(), number, std::chars_format::general, 5).ptr;
+    return {text.data(), end};
+}
+
+std::string pixel_text(std::size_t pixel, int width)
+{
+    const auto columns = static_cast<std::size_t>(width);
+    return "pixel (" + std::to_string(pixel % columns) + ", " + std::to_string(pixel / columns) + ")";
+}
+
+/// Throws Error for the first pixel whose values are not `good`.
+template <class T, class Good>
+void check_values(const Raster<T>& raster, std::string_view source, const char* expected, const Good& good)
+{
+    const auto bad = std::ranges::find_if_not(raster.values, good);
+    if (bad == raster.values.end())
+        return;
+    const auto at = static_cast<std::size_t>(bad - raster.values.begin()) / static_cast<std::size_t>(raster.channels);
+    fail(source, pixel_text(at, raster.width) + " holds " + number_text(static_cast<double>(*bad)) + "; expected " + expected);
+}
+
+}  // namespace
+
+FileStamp write_stamped(const std::filesystem::path& file, std::span<const std::byte> bytes)
+{
+    write_file(file, bytes);
+    return {bytes.size(), content_hash(bytes)};
+}
+
+std::vector<std::byte> read_stamped(const std::filesystem::path& file, const FileStamp& stamp)
+{
+    const std::string way_out = "; copy the dataset again from where it was written";
+    if (!std::filesystem::exists(file))
+        throw MissingInput(file.string() + ": is missing" + way_out);
+    auto bytes = read_file(file, std::numeric_limits<std::size_t>::max());
+    if (bytes.size() != stamp.bytes)
+        fail(file.string(),
+             "has " + std::to_string(bytes.size()) + " bytes; dataset.json lists " + std::to_string(stamp.bytes) + way_out);
+    if (content_hash(bytes) != stamp.hash)
+        fail(file.string(), "its contents differ from those that dataset.json lists: it was changed or damaged" + way_out);
+    return bytes;
+}
+
+std::vector<std::byte> to_npy(const Raster8& raster)
+{
+    return npy_of(raster);
+}
+
+std::vector<std::byte> to_npy(const Raster16& raster)
+{
+    return npy_of(raster);
+}
+
+std::vector<std::byte> to_npy(const RasterF& raster)
+{
+    return npy_of(raster);
+}
+
+Raster8 raster8_from(std::span<const std::byte> npy, int width, int height, int channels, std::string_view source)
+{
+    return raster_from<std::uint8_t>(npy, width, height, channels, source);
+}
+
+Raster16 raster16_from(std::span<const std::byte> npy, int width, int height, int channels, std::string_view source)
+{
+    return raster_from<std::uint16_t>(npy, width, height, channels, source);
+}
+
+RasterF raster_f_from(std::span<const std::byte> npy, int width, int height, int channels, std::string_view source)
+{
+    return raster_from<float>(npy, width, height, channels, source);
+}
+
+Raster8 picture_from(std::span<const std::byte> npy, std::string_view source)
+{
+    const NpyArray array = parse_npy(npy, source);
+    const auto& shape = array.shape;
+    const std::size_t channels = shape.size() == 3 ? shape[2] : 1;
+    if (array.type != NpyType::uint8 || (shape.size() != 2 && shape.size() != 3) ||
+        (channels != 1 && channels != 3 && channels != 4))
+        fail(source, "expected a picture, uint8 of height x width x 3 (or 1, or 4)");
+    if (shape[0] == 0 || shape[1] == 0 || shape[0] > max_pixels / shape[1])
+        fail(source, "a picture of " + text_of(shape) + "; expected 1 to 200 million pixels");
+    return raster_of<std::uint8_t>(array, static_cast<int>(shape[1]), static_cast<int>(shape[0]), static_cast<int>(channels));
+}
+
+Raster16 quantized(const RasterF& uv)
+{
+    Raster16 result(uv.width, uv.height, uv.channels);
+    // In double: a product rounded to float first could be rounded to another step.
+    std::ranges::transform(uv.values, result.values.begin(),
+                           [](float u)
+                           { return static_cast<std::uint16_t>(std::lround(std::clamp(double{u}, 0.0, 1.0) * steps)); });
+    return result;
+}
+
+RasterF restored(const Raster16& uv)
+{
+    RasterF result(uv.width, uv.height, uv.channels);
+    std::ranges::transform(uv.values, result.values.begin(), [](std::uint16_t step) { return static_cast<float>(step / steps); });
+    return result;
+}
+
+void check_valid(const Raster8& valid, std::int64_t ones, std::string_view source)
+{
+    check_values(valid, source, "0 or 1", [](std::uint8_t v) { return v <= 1; });
+    const auto found = std::ranges::count(valid.values, std::uint8_t{1});
+    if (found != ones)
+        fail(source, std::to_string(found) + " valid pixels; expected " + std::to_string(ones));
+}
+
+void check_uv(const RasterF& uv, std::string_view source)
+{
+    check_values(uv, source, "a number from 0 to 1", [](float u) { return u >= -uv_rounding && u <= 1 + uv_rounding; });
+}
+
+void check_cosine(const RasterF& cosine, std::string_view source)
+{
+    check_values(cosine, source, "a number from 0 to 1", [](float c) { return c >= 0 && c <= 1; });
+}
+
+void check_depth(const RasterF& depth, const Raster8& valid, std::string_view source)
+{
+    check_values(depth, source, "a distance", [](float d) { return d >= 0 && std::isfinite(d); });
+    for (std::size_t i = 0; i < depth.values.size(); ++i)
+        if (valid.values[i] != 0 && depth.values[i] <= 0)
+            fail(source, pixel_text(i, depth.width) + " is valid and has no depth");
+}
+
+}  // namespace fresco::dataset

@@ -1,0 +1,101 @@
+#include <fresco/evaluation/posed_pictures.h>
+#include <fresco/files_io.h>
+#include <fresco/testing.h>
+
+#include <catch2/catch.hpp>
+
+using namespace fresco;
+using namespace fresco::evaluation;
+
+namespace
+{
+Frames three_frames()
+{
+    Frames frames;
+    for (const char* name : {"b", "a", "c"})
+    {
+        Frame frame;
+        frame.sequence = "seq_01";
+        frame.name = name;
+        frame.color.intrinsics = {40, 30, 20, 20, 20, 15};
+        frames.frames.push_back(frame);
+    }
+    return frames;
+}
+}  // namespace
+
+TEST_CASE("pictures are found by their frames' names, in the frames' order")
+{
+    testing::TemporaryFolder folder;
+    testing::TestRun run;
+    for (const char* name : {"seq_01_a.png", "seq_01_b.jpg", "seq_01_d.png", "seq_01_c.txt"})
+        write_file(folder.path() / name, "x");
+    const auto found = posed_pictures(three_frames(), nullptr, folder.path(), run);
+    REQUIRE(found.size() == 2);
+    CHECK(found[0].frame == 0);
+    CHECK(found[0].file.filename() == "seq_01_b.jpg");
+    CHECK(found[1].frame == 1);
+    CHECK(run.folders_read ==
+          std::vector<std::filesystem::path>{folder.path() / "*.png", folder.path() / "*.jpg", folder.path() / "*.jpeg"});
+    CHECK(run.files_read.size() == 2);
+
+    write_file(folder.path() / "seq_01_c.npy", "x");
+    CHECK(posed_pictures(three_frames(), nullptr, folder.path(), run).size() == 2);
+    CHECK(posed_pictures(three_frames(), nullptr, folder.path(), run, picture_or_npy).back().file.filename() == "seq_01_c.npy");
+    CHECK(run.folders_read.back() == folder.path() / "*.npy");
+
+    Files views;
+    views.names = {"views/seq_01_c.png"};
+    views.loaded_from = "/somewhere";
+    const auto listed = posed_pictures(three_frames(), &views, {}, run);
+    REQUIRE(listed.size() == 1);
+    CHECK(listed[0].frame == 2);
+    CHECK(listed[0].file == "/somewhere/views/seq_01_c.png");
+
+    const auto pictures = pictures_of(nullptr, folder.path(), run);
+    REQUIRE(pictures.size() == 3);
+    CHECK(pictures[0].filename() == "seq_01_a.png");
+    CHECK(pictures[2].filename() == "seq_01_d.png");
+    CHECK(pictures_of(&views, {}, run) == std::vector<std::filesystem::path>{"/somewhere/views/seq_01_c.png"});
+    CHECK_THROWS_WITH(pictures_of(&views, folder.path(), run), Catch::Contains("either port 'views'"));
+
+    write_file(folder.path() / "seq_01_a.jpeg", "x");
+    CHECK_THROWS_WITH(posed_pictures(three_frames(), nullptr, folder.path(), run), Catch::Contains("same view"));
+}
+
+TEST_CASE("pictures of nothing are refused")
+{
+    testing::TemporaryFolder folder;
+    testing::TestRun run;
+    write_file(folder.path() / "0001.png", "x");
+    CHECK_THROWS_WITH(posed_pictures(three_frames(), nullptr, folder.path(), run), Catch::Contains("seq_01_a.png"));
+    CHECK_THROWS_WITH(posed_pictures(three_frames(), nullptr, {}, run), Catch::Contains("either port 'views'"));
+    const Files views;
+    CHECK_THROWS_WITH(posed_pictures(three_frames(), &views, folder.path(), run), Catch::Contains("either port 'views'"));
+    Frames twice = three_frames();
+    twice.frames[2].name = "b";
+    write_file(folder.path() / "seq_01_b.png", "x");
+    CHECK_THROWS_WITH(posed_pictures(twice, nullptr, folder.path(), run), Catch::Contains("two frames are called seq_01_b"));
+}
+
+TEST_CASE("a picture's camera is the color camera at its size")
+{
+    const Frames frames = three_frames();
+    CHECK(camera_of_picture(frames.frames[0], 80, 60, "p.png").intrinsics.fx == 40);
+    CHECK_THROWS_WITH(camera_of_picture(frames.frames[0], 80, 80, "p.png"), Catch::Contains("p.png: is 80x80"));
+}
+
+TEST_CASE("one mesh is shown, and it is checked")
+{
+    Mesh mesh;
+    mesh.positions = {{0, 0, 1}, {1, 0, 1}, {0, 1, 1}};
+    mesh.triangles = {{0, 2, 1}};
+    TexturedMesh textured;
+    textured.mesh = mesh;
+    CHECK(&shown_mesh(&textured, nullptr) == &textured.mesh);
+    CHECK(&shown_mesh(nullptr, &mesh) == &mesh);
+    CHECK_THROWS_WITH(shown_mesh(&textured, &mesh), Catch::Contains("wire one of the ports"));
+    CHECK_THROWS_WITH(shown_mesh(nullptr, nullptr), Catch::Contains("wire one of the ports"));
+    mesh.triangles[0][1] = 9;
+    CHECK_THROWS_WITH(shown_mesh(nullptr, &mesh), Catch::Contains("port 'mesh'"));
+}

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <tiny_gltf.h>
+
+namespace fresco::gltf
+{
+
+/// The parts of a GLB.
+struct Chunks
+{
+    std::string_view json;
+    std::span<const std::byte> binary;
+};
+
+/// Splits a GLB; any other file is all JSON. Throws Error naming the offset.
+Chunks chunks_of(std::span<const std::byte> file);
+
+/// A picture of a glTF file: a view or a URI.
+struct GltfImage
+{
+    int buffer_view = -1;
+    std::string uri;        ///< As in the file, also a "data:" URI.
+    std::string mime_type;  ///< Empty: not given.
+};
+
+/// What a glTF or GLB file holds. Every buffer view lies inside of its buffer; indices are not negative.
+struct GltfFile
+{
+    tinygltf::Model model;  ///< Without images, skins, animations, cameras and extras.
+    std::vector<GltfImage> images;
+};
+
+/// Reads a buffer beside the file. `uri` is as in the file; `place` ("buffers[0]: ") begins messages.
+using ReadBuffer = std::function<std::vector<std::byte>(const std::string& uri, const std::string& place)>;
+
+/// Reads a file with tinygltf, once its JSON has been parsed strictly (at most 64 levels, no key twice), its numbers have been
+/// checked, and all that is not used has been dropped. tinygltf opens no file and sees neither buffers nor pictures. Throws Error
+/// naming the offset or the entry: anything but glTF 2, an extension that is required and unknown, counts, types and ranges that
+/// are wrong. Does not name the file.
+GltfFile load_gltf(std::span<const std::byte> file, const ReadBuffer& read_beside);
+
+/// A GLB, written by tinygltf, whose BIN chunk is buffer 0.
+std::string written_glb(const tinygltf::Model& model);
+
+/// The bytes of a view.
+std::span<const unsigned char> view_bytes(const tinygltf::Model& model, std::size_t view);
+
+/// The bytes of a "data:" URI. Throws Error beginning with `place` for any other kind than base64 of PNG, JPEG or a buffer.
+std::vector<std::byte> data_uri_bytes(const std::string& uri, const std::string& place);
+bool is_data_uri(const std::string& uri);
+
+/// A URI as a file name: %20 as a space.
+std::string decoded_uri(std::string_view uri);
+
+/// "accessors[3]: "
+std::string entry(const char* list, std::size_t at);
+
+}  // namespace fresco::gltf

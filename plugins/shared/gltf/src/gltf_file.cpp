@@ -1,0 +1,347 @@
+// tinygltf decodes no picture and opens no file.
+#define TINYGLTF_IMPLEMENTATION
+#define TINYGLTF_NO_STB_IMAGE
+#define TINYGLTF_NO_STB_IMAGE_WRITE
+#define TINYGLTF_NO_EXTERNAL_IMAGE
+#define TINYGLTF_NO_FS
+#include <fstream>  // which tinygltf uses but does not include then
+
+#include <fresco/gltf/gltf_file.h>
+
+#include <fresco/error.h>
+#include <fresco/value.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <sstream>
+#include <string_view>
+#include <utility>
+
+namespace fresco::gltf
+{
+
+namespace
+{
+
+constexpr std::size_t glb_header_bytes = 12;
+constexpr std::size_t chunk_header_bytes = 8;
+constexpr std::uint32_t json_chunk = 0x4E4F534A;
+constexpr std::uint32_t binary_chunk = 0x004E4942;
+
+/// The entries of a document that tinygltf parses. Buffers and images are read here.
+constexpr std::array<std::string_view, 12> parsed_entries{"asset",     "scene",       "scenes",         "nodes",
+                                                          "meshes",    "materials",   "textures",       "samplers",
+                                                          "accessors", "bufferViews", "extensionsUsed", "extensionsRequired"};
+
+/// Entries that are an index or a code, and entries that are a number of bytes or rows.
+constexpr std::array<std::string_view, 14> index_keys{"buffer",   "bufferView", "componentType", "index",   "indices",
+                                                      "material", "mesh",       "mode",          "sampler", "scene",
+                                                      "skin",     "source",     "texCoord",      "target"};
+constexpr std::array<std::string_view, 4> size_keys{"byteLength", "byteOffset", "byteStride", "count"};
+/// Lists and maps of indices.
+constexpr std::array<std::string_view, 4> index_lists{"attributes", "children", "nodes", "targets"};
+/// Of others' entries nothing is known.
+constexpr std::array<std::string_view, 2> read_extensions{"KHR_materials_pbrSpecularGlossiness", "KHR_texture_transform"};
+
+/// Extensions that change nothing here, or that are read.
+constexpr std::array<std::string_view, 16> known_extensions{"KHR_materials_unlit",
+                                                            "KHR_materials_pbrSpecularGlossiness",
+                                                            "KHR_materials_specular",
+                                                            "KHR_materials_ior",
+                                                            "KHR_materials_clearcoat",
+                                                            "KHR_materials_sheen",
+                                                            "KHR_materials_transmission",
+                                                            "KHR_materials_volume",
+                                                            "KHR_materials_iridescence",
+                                                            "KHR_materials_anisotropy",
+                                                            "KHR_materials_emissive_strength",
+                                                            "KHR_lights_punctual",
+                                                            "KHR_mesh_quantization",
+                                                            "KHR_texture_transform",
+                                                            "KHR_animation_pointer",
+                                                            "KHR_node_visibility"};
+
+template <std::size_t N>
+bool contains(const std::array<std::string_view, N>& names, std::string_view name)
+{
+    return std::ranges::find(names, name) != names.end();
+}
+
+std::string_view text_of(std::span<const std::byte> bytes)
+{
+    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+std::uint32_t word_at(std::span<const std::byte> bytes, std::size_t at)
+{
+    if (bytes.size() < at + 4)
+        throw Error("ends at byte " + std::to_string(bytes.size()) + " inside of a header: the file is cut");
+    std::uint32_t word = 0;
+    std::memcpy(&word, bytes.data() + at, sizeof word);
+    return word;
+}
+
+std::span<const std::byte> chunk_at(std::span<const std::byte> file, std::size_t at, std::uint32_t type, const char* name)
+{
+    const std::size_t length = word_at(file, at);
+    if (word_at(file, at + 4) != type || length > file.size() - at - chunk_header_bytes)
+        throw Error("byte " + std::to_string(at) + ": expected the " + name + " chunk, inside of the file");
+    return file.subspan(at + chunk_header_bytes, length);
+}
+
+void check_version(const Value& document)
+{
+    const Value* const asset = document.find("asset");
+    const Value* const version = asset == nullptr ? nullptr : asset->find("version");
+    if (version == nullptr || !version->is_string())
+        throw Error("asset.version is missing: this is not a glTF file");
+    if (!version->as_string().starts_with("2."))
+        throw Error("asset.version is " + version->as_string() + "; expected 2.0: export the model again as glTF 2.0");
+}
+
+[[noreturn]] void refuse_extension(const std::string& name)
+{
+    std::string way_out = "export the model without it";
+    if (name == "KHR_draco_mesh_compression" || name == "EXT_meshopt_compression")
+        way_out = "export the model without compression";
+    else if (name == "KHR_texture_basisu" || name == "EXT_texture_webp" || name == "EXT_texture_avif")
+        way_out = "export the model with PNG or JPEG pictures";
+    throw Error("extensionsRequired: the file needs " + name + ", which is not supported; " + way_out);
+}
+
+void check_extensions(const Value& document)
+{
+    const Value* const required = document.find("extensionsRequired");
+    if (required == nullptr)
+        return;
+    for (const Value& name : required->as_list())
+        if (!contains(known_extensions, name.as_string()))
+            refuse_extension(name.as_string());
+}
+
+const Value::List& list_of(const Value& document, std::string_view key)
+{
+    static const Value::List empty;
+    const Value* const list = document.find(key);
+    return list == nullptr ? empty : list->as_list();
+}
+
+/// tinygltf takes an index beyond 32 bits for its lower half, and a number of another kind for one that is not there.
+void check_numbers(const Value& value, std::string_view key, const std::string& place)
+{
+    const bool is_size = contains(size_keys, key);
+    const bool is_index = contains(index_keys, key) || (value.is_number() && contains(index_lists, key));
+    const std::int64_t greatest = is_size ? std::numeric_limits<std::int64_t>::max() : std::numeric_limits<std::int32_t>::max();
+    if (is_size || is_index)
+    {
+        if (!value.is_int() || value.as_int() < 0 || value.as_int() > greatest)
+            throw Error(place + ": expected a whole number from 0 to " + std::to_string(greatest) + ", not " +
+                        to_json(value).substr(0, 60));
+    }
+    else if (value.is_list())
+        for (std::size_t i = 0; i < value.as_list().size(); ++i)
+            check_numbers(value.as_list()[i], key, place + "[" + std::to_string(i) + "]");
+    else if (value.is_map())
+        for (const auto& [name, inner] : value.as_map())
+            if (name != "extras" && name != "sparse" && (key != "extensions" || contains(read_extensions, name)))
+                check_numbers(inner, key == "attributes" || key == "targets" ? key : std::string_view(name), place + "." + name);
+}
+
+std::string text_or_none(const Value& map, std::string_view key)
+{
+    const Value* const found = map.find(key);
+    return found == nullptr ? "" : found->as_string();
+}
+
+std::vector<GltfImage> images_of(const Value& document)
+{
+    std::vector<GltfImage> images;
+    for (const Value& value : list_of(document, "images"))
+    {
+        const Value* const view = value.find("bufferView");
+        images.push_back({view == nullptr ? -1 : static_cast<int>(view->as_int()), text_or_none(value, "uri"),
+                          text_or_none(value, "mimeType")});
+    }
+    return images;
+}
+
+std::vector<tinygltf::Buffer> buffers_of(const Value& document, std::span<const std::byte> binary, const ReadBuffer& read_beside)
+{
+    std::vector<tinygltf::Buffer> buffers;
+    for (const Value& value : list_of(document, "buffers"))
+    {
+        const std::string place = entry("buffers", buffers.size());
+        const std::string uri = text_or_none(value, "uri");
+        const auto length = static_cast<std::size_t>(value.at("byteLength").as_int());
+        if (uri.empty() && (!buffers.empty() || binary.empty()))
+            throw Error(place + "there is neither a uri nor a BIN chunk");
+        std::vector<std::byte> outside;
+        if (!uri.empty())
+            outside = is_data_uri(uri) ? data_uri_bytes(uri, place) : read_beside(uri, place);
+        const std::span<const std::byte> bytes = uri.empty() ? binary : outside;
+        if (length == 0 || bytes.size() < length)
+            throw Error(place + "byteLength is " + std::to_string(length) + ", but there are " + std::to_string(bytes.size()) +
+                        " bytes: the file is cut");
+        const auto* const begin = reinterpret_cast<const unsigned char*>(bytes.data());
+        buffers.emplace_back().data.assign(begin, begin + length);
+    }
+    return buffers;
+}
+
+tinygltf::Model parsed(const Value& document)
+{
+    Value::Map used;
+    for (const auto& [key, value] : document.as_map())
+        if (contains(parsed_entries, key))
+            used.emplace_back(key, value);
+    const std::string text = to_json(Value(std::move(used)));
+    if (text.size() > std::numeric_limits<unsigned int>::max())
+        throw Error("the JSON part has more than 4 GiB");
+    tinygltf::TinyGLTF loader;
+    tinygltf::Model model;
+    std::string errors;
+    std::string warnings;
+    bool good = false;
+    try
+    {
+        good = loader.LoadASCIIFromString(&model, &errors, &warnings, text.data(), static_cast<unsigned int>(text.size()), "");
+    }
+    catch (const std::exception& error)
+    {
+        errors = error.what();
+    }
+    if (!good || !errors.empty())
+    {
+        std::ranges::replace(errors, '\n', ' ');
+        throw Error("not valid glTF: " + errors);
+    }
+    return model;
+}
+
+/// tinygltf leaves out what it cannot parse.
+void check_counts(const Value& document, const tinygltf::Model& model)
+{
+    const auto expect = [](std::size_t found, std::size_t expected, const std::string& what)
+    {
+        if (found != expected)
+            throw Error(what + " has " + std::to_string(expected - found) + " entries that are not valid");
+    };
+    expect(model.accessors.size(), list_of(document, "accessors").size(), "accessors");
+    expect(model.nodes.size(), list_of(document, "nodes").size(), "nodes");
+    expect(model.materials.size(), list_of(document, "materials").size(), "materials");
+    const auto& meshes = list_of(document, "meshes");
+    expect(model.meshes.size(), meshes.size(), "meshes");
+    for (std::size_t i = 0; i < meshes.size(); ++i)
+        expect(model.meshes[i].primitives.size(), list_of(meshes[i], "primitives").size(), entry("meshes", i) + "primitives");
+}
+
+void check_views(const tinygltf::Model& model)
+{
+    for (std::size_t i = 0; i < model.bufferViews.size(); ++i)
+    {
+        const auto& view = model.bufferViews[i];
+        if (view.buffer < 0 || static_cast<std::size_t>(view.buffer) >= model.buffers.size())
+            throw Error(entry("bufferViews", i) + "buffer " + std::to_string(view.buffer) + " of " +
+                        std::to_string(model.buffers.size()));
+        const std::size_t size = model.buffers[static_cast<std::size_t>(view.buffer)].data.size();
+        if (view.byteOffset > size || view.byteLength > size - view.byteOffset)
+            throw Error(entry("bufferViews", i) + std::to_string(view.byteLength) + " bytes at " +
+                        std::to_string(view.byteOffset) + " do not fit into the buffer of " + std::to_string(size));
+    }
+}
+
+}  // namespace
+
+Chunks chunks_of(std::span<const std::byte> file)
+{
+    if (!text_of(file).starts_with("glTF"))
+        return {text_of(file), {}};
+    if (word_at(file, 4) != 2)
+        throw Error("byte 4: GLB version " + std::to_string(word_at(file, 4)) +
+                    "; expected 2: export the model again as glTF 2.0");
+    if (word_at(file, 8) != file.size())
+        throw Error("byte 8: the header says " + std::to_string(word_at(file, 8)) + " bytes, the file has " +
+                    std::to_string(file.size()) + ": it is cut or damaged");
+    Chunks chunks;
+    const auto json = chunk_at(file, glb_header_bytes, json_chunk, "JSON");
+    chunks.json = text_of(json);
+    const std::size_t end = glb_header_bytes + chunk_header_bytes + json.size();
+    if (end < file.size())
+        chunks.binary = chunk_at(file, end, binary_chunk, "BIN");
+    return chunks;
+}
+
+std::string entry(const char* list, std::size_t at)
+{
+    return std::string(list) + "[" + std::to_string(at) + "]: ";
+}
+
+std::string decoded_uri(std::string_view uri)
+{
+    std::string name;
+    for (std::size_t i = 0; i < uri.size(); ++i)
+    {
+        unsigned code = 0;
+        const char* const digits = uri.data() + i + 1;
+        if (uri[i] == '%' && i + 2 < uri.size() && std::from_chars(digits, digits + 2, code, 16).ptr == digits + 2)
+        {
+            name += static_cast<char>(code);
+            i += 2;
+        }
+        else
+            name += uri[i];
+    }
+    return name;
+}
+
+bool is_data_uri(const std::string& uri)
+{
+    return uri.starts_with("data:");
+}
+
+std::vector<std::byte> data_uri_bytes(const std::string& uri, const std::string& place)
+{
+    std::vector<unsigned char> bytes;
+    std::string type;
+    if (!tinygltf::IsDataURI(uri) || !tinygltf::DecodeDataURI(&bytes, type, uri, 0, false))
+        throw Error(place + "expected \"data:image/png;base64,…\", \"data:image/jpeg;base64,…\" or, for buffers, "
+                            "\"data:application/octet-stream;base64,…\"");
+    const auto* const begin = reinterpret_cast<const std::byte*>(bytes.data());
+    return {begin, begin + bytes.size()};
+}
+
+std::span<const unsigned char> view_bytes(const tinygltf::Model& model, std::size_t view)
+{
+    const auto& place = model.bufferViews.at(view);
+    return std::span(model.buffers[static_cast<std::size_t>(place.buffer)].data).subspan(place.byteOffset, place.byteLength);
+}
+
+std::string written_glb(const tinygltf::Model& model)
+{
+    std::ostringstream stream;
+    if (!tinygltf::TinyGLTF().WriteGltfSceneToStream(&model, stream, false, true) || !stream)
+        throw Error("tinygltf could not write the GLB");
+    return std::move(stream).str();
+}
+
+GltfFile load_gltf(std::span<const std::byte> file, const ReadBuffer& read_beside)
+{
+    const Chunks chunks = chunks_of(file);
+    const Value document = parse_json(chunks.json, "JSON");
+    check_version(document);
+    check_extensions(document);
+    for (const auto& [key, value] : document.as_map())
+        if (contains(parsed_entries, key) || key == "buffers" || key == "images")
+            check_numbers(value, key, key);
+    GltfFile result{parsed(document), images_of(document)};
+    check_counts(document, result.model);
+    result.model.buffers = buffers_of(document, chunks.binary, read_beside);
+    check_views(result.model);
+    return result;
+}
+
+}  // namespace fresco::gltf

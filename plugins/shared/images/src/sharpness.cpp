@@ -1,0 +1,71 @@
+#include <fresco/images/sharpness.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+namespace fresco
+{
+namespace
+{
+
+/// Which source pixel each target pixel takes. The factor is rounded twice as OpenCV rounds it, so that values measured with its
+/// nearest-neighbor sampling, as the released preparation of StyleMesh does, are met.
+std::vector<int> nearest_pixels(int from, int to)
+{
+    std::vector<int> result(static_cast<std::size_t>(to));
+    const double factor = 1 / (static_cast<double>(to) / from);
+    for (int i = 0; i < to; ++i)
+        result[static_cast<std::size_t>(i)] = std::min(static_cast<int>(std::floor(i * factor)), from - 1);
+    return result;
+}
+
+/// Fixed point of 15 bits.
+int gray(int red, int green, int blue)
+{
+    return (9798 * red + 19235 * green + 3735 * blue + (1 << 14)) >> 15;
+}
+
+Raster<int> sampled_gray(const Raster8& rgb, int width, int height)
+{
+    const auto columns = nearest_pixels(rgb.width, width);
+    const auto rows = nearest_pixels(rgb.height, height);
+    Raster<int> result(width, height);
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+        {
+            const int column = columns[static_cast<std::size_t>(x)];
+            const int row = rows[static_cast<std::size_t>(y)];
+            result.at(x, y) = gray(rgb.at(column, row, 0), rgb.at(column, row, 1), rgb.at(column, row, 2));
+        }
+    return result;
+}
+
+}  // namespace
+
+double sharpness(const Raster8& rgb, int width, int height)
+{
+    const Raster<int> picture = sampled_gray(rgb, width, height);
+    std::int64_t sum = 0;
+    std::int64_t squares = 0;
+    for (int y = 0; y < height; ++y)
+    {
+        const int above = y > 0 ? y - 1 : 1;
+        const int below = y + 1 < height ? y + 1 : height - 2;
+        for (int x = 0; x < width; ++x)
+        {
+            const int left = x > 0 ? x - 1 : 1;
+            const int right = x + 1 < width ? x + 1 : width - 2;
+            const std::int64_t edge =
+                picture.at(left, y) + picture.at(right, y) + picture.at(x, above) + picture.at(x, below) - 4 * picture.at(x, y);
+            sum += edge;
+            squares += edge * edge;
+        }
+    }
+    const double count = static_cast<double>(width) * height;
+    const double mean = static_cast<double>(sum) / count;
+    return static_cast<double>(squares) / count - mean * mean;
+}
+
+}  // namespace fresco

@@ -1,0 +1,173 @@
+#include <catch2/catch.hpp>
+
+#include <fresco/error.h>
+#include <fresco/texture.h>
+#include <fresco/layered_texture/layer_view.h>
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <utility>
+
+using namespace fresco;
+
+namespace
+{
+
+double number(std::uint64_t& state)
+{
+    state = state * 6364136223846793005ULL + 1442695040888963407ULL;
+    return static_cast<double>(state >> 40U) / 16777216.0;
+}
+
+/// uv all over the texture and a little beyond, a third of the pixels invalid.
+UvMap random_map(int width, int height, std::uint64_t seed)
+{
+    UvMap map{RasterF(width, height, 2), RasterF(width, height), RasterF(width, height), Raster8(width, height)};
+    for (auto& value : map.uv.values)
+        value = static_cast<float>(number(seed) * 1.2 - 0.1);
+    for (auto& value : map.valid.values)
+        value = number(seed) < 0.67 ? 1 : 0;
+    map.uv.values[0] = 0;
+    map.uv.values[1] = 1;
+    map.uv.values[2] = 1;
+    map.uv.values[3] = 0;
+    map.valid.values[0] = map.valid.values[1] = 1;
+    return map;
+}
+
+RasterF random_layer(int size, std::uint64_t seed)
+{
+    RasterF layer(size, size, 3);
+    for (auto& value : layer.values)
+        value = static_cast<float>(number(seed));
+    return layer;
+}
+
+/// The weights of a lookup, texel by texel, in double precision.
+std::map<std::int64_t, double> slow_weights(double u, double v, int size, TexelGrid grid)
+{
+    const auto texels = [&](double w) { return grid == TexelGrid::centers ? w * size - 0.5 : w * (size - 1); };
+    const double x = std::clamp(texels(u), 0.0, size - 1.0);
+    const double y = std::clamp(texels(1 - v), 0.0, size - 1.0);
+    std::map<std::int64_t, double> weights;
+    for (int row = 0; row < size; ++row)
+        for (int column = 0; column < size; ++column)
+        {
+            const double w = std::max(0.0, 1 - std::abs(x - column)) * std::max(0.0, 1 - std::abs(y - row));
+            if (w > 0)
+                weights[static_cast<std::int64_t>(row) * size + column] = w;
+        }
+    return weights;
+}
+
+}  // namespace
+
+TEST_CASE("a lookup is sample_bilinear to the last bit")
+{
+    for (const int size : {2, 3, 16, 256})
+    {
+        const auto map = random_map(23, 17, 1);
+        const auto layer = random_layer(size, 2);
+        const auto pixels = valid_pixels(map);
+        const LayerView view(pixels, size);
+        REQUIRE(view.pixel_count() == pixels.pixels.size());
+        std::vector<float> out(3 * view.pixel_count());
+        view.add_lookup(layer.values.data(), 0, view.pixel_count(), out.data());
+        for (std::size_t i = 0; i < view.pixel_count(); ++i)
+        {
+            std::array<float, 3> expected{};
+            sample_bilinear(layer, pixels.uv[2 * i], pixels.uv[2 * i + 1], expected.data());
+            for (std::size_t c = 0; c < 3; ++c)
+                CHECK(out[3 * i + c] == expected[c]);
+        }
+    }
+}
+
+TEST_CASE("the corner of the texture and its middle by hand")
+{
+    UvMap map{RasterF(2, 1, 2), RasterF(2, 1), RasterF(2, 1), Raster8(2, 1, 1, 1)};
+    map.uv.values = {0.0F, 1.0F, 0.5F, 0.5F};
+    RasterF layer(2, 2, 3);
+    layer.at(0, 0, 0) = 4;  // upper left
+    layer.at(1, 1, 0) = 8;  // lower right
+    const LayerView view(valid_pixels(map), 2);
+    std::vector<float> out(6);
+    view.add_lookup(layer.values.data(), 0, 2, out.data());
+    CHECK(out[0] == 4);
+    CHECK(out[3] == 3);
+}
+
+TEST_CASE("with corners the outermost texels lie on the border")
+{
+    UvMap map{RasterF(3, 1, 2), RasterF(3, 1), RasterF(3, 1), Raster8(3, 1, 1, 1)};
+    map.uv.values = {0.0F, 1.0F, 0.25F, 1.0F, 1.0F, 0.0F};
+    RasterF layer(3, 3, 3);
+    layer.at(0, 0, 0) = 4;
+    layer.at(1, 0, 0) = 6;
+    layer.at(2, 2, 0) = 9;
+    const LayerView view(valid_pixels(map), 3, TexelGrid::corners);
+    std::vector<float> out(9);
+    view.add_lookup(layer.values.data(), 0, 3, out.data());
+    CHECK(out[0] == 4);
+    CHECK(out[3] == 5);  // Halfway between the first two texels.
+    CHECK(out[6] == 9);
+}
+
+TEST_CASE("gather is the transpose of the lookup")
+{
+    for (const auto& [size, grid] :
+         {std::pair(2, TexelGrid::centers), std::pair(5, TexelGrid::centers), std::pair(64, TexelGrid::centers),
+          std::pair(2, TexelGrid::corners), std::pair(37, TexelGrid::corners)})
+    {
+        const auto map = random_map(31, 19, 3);
+        const auto pixels = valid_pixels(map);
+        const LayerView view(pixels, size, grid);
+        std::vector<float> gradient(3 * view.pixel_count());
+        std::uint64_t seed = 4;
+        for (auto& g : gradient)
+            g = static_cast<float>(number(seed) - 0.5);
+        std::map<std::int64_t, std::array<double, 3>> expected;
+        for (std::size_t i = 0; i < view.pixel_count(); ++i)
+            for (const auto& [texel, weight] : slow_weights(pixels.uv[2 * i], pixels.uv[2 * i + 1], size, grid))
+                for (std::size_t c = 0; c < 3; ++c)
+                    expected[texel][c] += weight * static_cast<double>(gradient[3 * i + c]);
+        const auto touched = view.texels();
+        std::vector<float> out(3 * touched.size());
+        view.gather(gradient.data(), 0, touched.size() / 2, out.data());
+        view.gather(gradient.data(), touched.size() / 2, touched.size(), out.data());
+        CHECK(std::is_sorted(touched.begin(), touched.end()));
+        std::size_t found = 0;
+        for (std::size_t t = 0; t < touched.size(); ++t)
+        {
+            const auto twin = expected.find(touched[t]);
+            // A weight of 1e-7 is zero in one precision and not in the other.
+            const std::array<double, 3> sums = twin == expected.end() ? std::array<double, 3>{} : twin->second;
+            found += twin == expected.end() ? 0 : 1;
+            for (std::size_t c = 0; c < 3; ++c)
+                CHECK(out[3 * t + c] == Approx(sums[c]).margin(2e-5));
+        }
+        CHECK(found + 2 >= expected.size());
+    }
+}
+
+TEST_CASE("texels are unique and ascending for a large layer")
+{
+    const LayerView view(valid_pixels(random_map(64, 64, 5)), 4096);
+    const auto touched = view.texels();
+    REQUIRE(touched.size() > 5000);
+    for (std::size_t i = 1; i < touched.size(); ++i)
+        CHECK(touched[i - 1] < touched[i]);
+    CHECK(touched.back() < std::int64_t{4096} * 4096);
+}
+
+TEST_CASE("a uv that is not finite is refused where it counts")
+{
+    auto map = random_map(3, 3, 6);
+    map.uv.values[10] = std::numeric_limits<float>::quiet_NaN();
+    map.valid.values[5] = 0;
+    CHECK_NOTHROW(valid_pixels(map));
+    map.valid.values[5] = 1;
+    CHECK_THROWS_WITH(valid_pixels(map), Catch::Contains("2, 1"));
+}

@@ -1,0 +1,291 @@
+#include <fresco/raycast/scene.h>
+
+#include <fresco/error.h>
+#include <fresco/raycast/surface.h>
+
+#include <embree3/rtcore.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <string>
+
+namespace fresco::raycast
+{
+
+namespace
+{
+const char* name(RTCError error)
+{
+    switch (error)
+    {
+    case RTC_ERROR_OUT_OF_MEMORY:
+        return "not enough memory";
+    case RTC_ERROR_UNSUPPORTED_CPU:
+        return "this processor is not supported";
+    default:
+        return "internal error";
+    }
+}
+
+[[noreturn]] void fail(RTCError error)
+{
+    throw Error(std::string("the ray caster (Embree) rejected the mesh: ") + name(error) +
+                "; decimate the mesh or give the stage more memory");
+}
+
+/// Calls `visit(columns, rows)` for the packets' pixel blocks of a strip: 4 x 4, smaller at the borders.
+template <class Visit>
+void for_each_block(int width, int first_row, int end_row, const Visit& visit)
+{
+    constexpr int side = 4;
+    for (int y = first_row; y < end_row; y += side)
+        for (int x = 0; x < width; x += side)
+            visit(x, std::min(x + side, width), y, std::min(y + side, end_row));
+}
+}  // namespace
+
+struct Scene::Embree
+{
+    RTCDevice device = nullptr;
+    RTCScene scene = nullptr;
+
+    ~Embree()
+    {
+        if (scene)
+            rtcReleaseScene(scene);
+        if (device)
+            rtcReleaseDevice(device);
+    }
+
+    void build(const Mesh& mesh)
+    {
+        // One thread: a parallel build orders equal candidates by chance, and with them the owner of a ray on a shared edge.
+        device = rtcNewDevice("threads=1");
+        if (!device)
+            fail(rtcGetDeviceError(nullptr));
+        scene = rtcNewScene(device);
+        rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
+        rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM);
+        RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+        // Copies: Embree reads 4 bytes behind the last vertex, which a shared vector does not have.
+        auto* vertices = static_cast<Vec3f*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                                                     sizeof(Vec3f), mesh.positions.size()));
+        auto* indices = static_cast<Triangle*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                                                       sizeof(Triangle), mesh.triangles.size()));
+        if (vertices && indices)
+        {
+            std::copy(mesh.positions.begin(), mesh.positions.end(), vertices);
+            std::copy(mesh.triangles.begin(), mesh.triangles.end(), indices);
+            rtcCommitGeometry(geometry);
+            rtcAttachGeometry(scene, geometry);
+            rtcCommitScene(scene);
+        }
+        rtcReleaseGeometry(geometry);
+        if (const RTCError error = rtcGetDeviceError(device); error != RTC_ERROR_NONE)
+            fail(error);
+    }
+};
+
+Scene::Scene(const Mesh& mesh) : mesh_(mesh), embree_(std::make_unique<Embree>())
+{
+    embree_->build(mesh);
+}
+Scene::~Scene() = default;
+
+bool meet_plane(const std::array<Vec3d, 3>& corners, Vec3d origin, Vec3d direction, double& distance,
+                std::array<double, 3>& weights)
+{
+    // Moeller and Trumbore, "Fast, minimum storage ray/triangle intersection" (1997).
+    const Vec3d edge1 = corners[1] - corners[0];
+    const Vec3d edge2 = corners[2] - corners[0];
+    const Vec3d p = cross(direction, edge2);
+    const double determinant = dot(edge1, p);
+    if (std::abs(determinant) < 1e-14 * length(edge1) * length(edge2) * length(direction) || determinant == 0)
+        return false;
+    const Vec3d from_corner = origin - corners[0];
+    const Vec3d q = cross(from_corner, edge1);
+    const double b1 = dot(from_corner, p) / determinant;
+    const double b2 = dot(direction, q) / determinant;
+    distance = dot(edge2, q) / determinant;
+    weights = {1 - b1 - b2, b1, b2};
+    return true;
+}
+
+namespace
+{
+void clamp_inside(std::array<double, 3>& weights)
+{
+    double sum = 0;
+    for (double& w : weights)
+    {
+        w = std::max(w, 0.0);
+        sum += w;
+    }
+    for (double& w : weights)
+        w /= sum;
+}
+
+Hit refine(const Mesh& mesh, Vec3d origin, Vec3d direction, std::uint32_t triangle, float far, float u, float v)
+{
+    Hit hit;
+    hit.triangle = triangle;
+    const auto triangle_corners = corners(mesh, triangle);
+    if (!meet_plane(triangle_corners, origin, direction, hit.distance, hit.weights))
+    {
+        hit.distance = double{far};
+        hit.weights = {1.0 - double{u} - double{v}, double{u}, double{v}};
+    }
+    clamp_inside(hit.weights);
+    const Vec3d face_normal = cross(triangle_corners[1] - triangle_corners[0], triangle_corners[2] - triangle_corners[0]);
+    hit.front = dot(face_normal, direction) < 0;
+    return hit;
+}
+
+/// Embree's answer for a packet of rays from one origin.
+class Packet
+{
+  public:
+    Packet(Vec3d origin, std::span<const Vec3d> directions)
+    {
+        const Vec3f start = vec_cast<float>(origin);
+        for (std::size_t i = 0; i < Scene::packet_size; ++i)
+        {
+            valid_[i] = i < directions.size() ? -1 : 0;
+            const Vec3f direction = valid_[i] ? vec_cast<float>(directions[i]) : Vec3f{0, 0, 1};
+            rays_.ray.org_x[i] = start.x;
+            rays_.ray.org_y[i] = start.y;
+            rays_.ray.org_z[i] = start.z;
+            rays_.ray.dir_x[i] = direction.x;
+            rays_.ray.dir_y[i] = direction.y;
+            rays_.ray.dir_z[i] = direction.z;
+            rays_.ray.tnear[i] = 0;
+            rays_.ray.tfar[i] = std::numeric_limits<float>::infinity();
+            rays_.ray.time[i] = 0;
+            rays_.ray.mask[i] = ~0u;
+            rays_.ray.id[i] = 0;
+            rays_.ray.flags[i] = 0;
+            rays_.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
+            rays_.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+        }
+    }
+
+    void intersect(RTCScene scene)
+    {
+        RTCIntersectContext context;
+        rtcInitIntersectContext(&context);
+        context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+        rtcIntersect16(valid_.data(), scene, &context, &rays_);
+    }
+
+    std::uint32_t triangle(std::size_t i) const { return missed(i) ? Hit::none : rays_.hit.primID[i]; }
+    bool missed(std::size_t i) const { return rays_.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID; }
+
+    Hit hit(std::size_t i, const Mesh& mesh, Vec3d origin, Vec3d direction) const
+    {
+        return missed(i)
+                   ? Hit{}
+                   : refine(mesh, origin, direction, rays_.hit.primID[i], rays_.ray.tfar[i], rays_.hit.u[i], rays_.hit.v[i]);
+    }
+
+  private:
+    alignas(64) std::array<int, Scene::packet_size> valid_;
+    alignas(64) RTCRayHit16 rays_;
+};
+
+/// The direction turned by a millionth of a radian, micrometers on a wall.
+Vec3d nudged(Vec3d direction)
+{
+    return direction + Vec3d{0.53, 0.31, 0.79} * (1e-6 * length(direction));
+}
+
+/// Casts rays and calls `found(packet, i, ray)` for each: ray number `ray` is number `i` of the packet.
+template <class Found>
+void cast_twice(RTCScene scene, Vec3d origin, std::span<const Vec3d> directions, const Found& found)
+{
+    Packet packet(origin, directions);
+    packet.intersect(scene);
+    std::array<Vec3d, Scene::packet_size> again;
+    std::array<std::size_t, Scene::packet_size> ray;
+    std::size_t missed = 0;
+    for (std::size_t i = 0; i < directions.size(); ++i)
+    {
+        found(packet, i, i);
+        if (packet.missed(i))
+        {
+            again[missed] = nudged(directions[i]);
+            ray[missed++] = i;
+        }
+    }
+    if (missed == 0)
+        return;
+    // Embree is watertight along edges, but a ray that meets a vertex to the last bit can miss all faces around it.
+    Packet second(origin, std::span(again).first(missed));
+    second.intersect(scene);
+    for (std::size_t i = 0; i < missed; ++i)
+        found(second, i, ray[i]);
+}
+
+/// Calls `cast(directions, places)` for the packets of a camera's rows; a place is an index into the rows' pixels.
+template <class Cast>
+void for_each_packet(const Camera& camera, int first_row, int end_row, const Cast& cast)
+{
+    const int width = camera.intrinsics.width;
+    std::array<Vec3d, Scene::packet_size> directions;
+    std::array<std::size_t, Scene::packet_size> places;
+    const Vec3d across = camera.world_from_camera.direction({1 / camera.intrinsics.fx, 0, 0});
+    for_each_block(width, first_row, end_row,
+                   [&](int begin_x, int end_x, int begin_y, int end_y)
+                   {
+                       std::size_t count = 0;
+                       for (int y = begin_y; y < end_y; ++y)
+                       {
+                           const Vec3d first = camera.ray(begin_x + 0.5, y + 0.5);
+                           for (int x = begin_x; x < end_x; ++x, ++count)
+                           {
+                               directions[count] = first + across * static_cast<double>(x - begin_x);
+                               places[count] = static_cast<std::size_t>(y - first_row) * static_cast<std::size_t>(width) +
+                                               static_cast<std::size_t>(x);
+                           }
+                       }
+                       cast(std::span<const Vec3d>(directions).first(count), std::span<const std::size_t>(places).first(count));
+                   });
+}
+}  // namespace
+
+void Scene::cast(Vec3d origin, std::span<const Vec3d> directions, std::span<Hit> hits) const
+{
+    cast_twice(embree_->scene, origin, directions,
+               [&](const Packet& packet, std::size_t i, std::size_t ray)
+               { hits[ray] = packet.hit(i, mesh_, origin, directions[ray]); });
+}
+
+void Scene::cast_rows(const Camera& camera, int first_row, int end_row, std::span<Hit> hits) const
+{
+    std::array<Hit, packet_size> found;
+    for_each_packet(camera, first_row, end_row,
+                    [&](std::span<const Vec3d> directions, std::span<const std::size_t> places)
+                    {
+                        cast(camera.world_from_camera.translation, directions, std::span(found).first(directions.size()));
+                        for (std::size_t i = 0; i < places.size(); ++i)
+                            hits[places[i]] = found[i];
+                    });
+}
+
+void Scene::first_faces(const Camera& camera, int first_row, int end_row, std::span<std::uint32_t> faces) const
+{
+    for_each_packet(camera, first_row, end_row,
+                    [&](std::span<const Vec3d> directions, std::span<const std::size_t> places)
+                    {
+                        cast_twice(embree_->scene, camera.world_from_camera.translation, directions,
+                                   [&](const Packet& packet, std::size_t i, std::size_t ray)
+                                   { faces[places[ray]] = packet.triangle(i); });
+                    });
+}
+
+const char* embree_version()
+{
+    return RTC_VERSION_STRING;
+}
+
+}  // namespace fresco::raycast

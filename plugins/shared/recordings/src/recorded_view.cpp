@@ -1,0 +1,198 @@
+#include <fresco/recordings/recorded_view.h>
+
+#include <fresco/error.h>
+#include <fresco/files_io.h>
+#include <fresco/hash.h>
+#include <fresco/parallel.h>
+#include <fresco/recording.h>
+#include <fresco/recordings/text_records.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <map>
+#include <set>
+#include <utility>
+
+namespace fresco::recordings
+{
+namespace
+{
+
+namespace fs = std::filesystem;
+
+constexpr int jpeg_quality = 95;
+/// Recorders round the size of depth pictures.
+constexpr double shape_tolerance = 0.02;
+
+std::string file_name_safe(std::string text)
+{
+    for (char& c : text)
+        if (!((c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '_' || c == '.'))
+            c = '_';
+    if (text.starts_with('.'))
+        text.front() = '_';
+    return text;
+}
+
+std::string size_text(int width, int height)
+{
+    return std::to_string(width) + "x" + std::to_string(height);
+}
+
+void refuse_doubles(const std::vector<RecordedView>& views)
+{
+    std::map<std::pair<std::string, std::string>, const RecordedView*> seen;
+    for (const auto& view : views)
+        if (const auto [other, is_new] = seen.try_emplace({view.sequence, view.name}, &view); !is_new)
+            throw Error(view.source + ": the view " + view.sequence + "/" + view.name + " appears twice, also at " +
+                        other->second->source + "; remove one");
+}
+
+void check_size(const fs::path& file, const ImageHeader& header, const Intrinsics& camera, const std::string& source)
+{
+    if (header.width != camera.width || header.height != camera.height)
+        throw Error(file.string() + ": the picture is " + size_text(header.width, header.height) + ", its camera (" + source +
+                    ") has pictures of " + size_text(camera.width, camera.height) +
+                    "; all pictures of one camera must have one size, the one its intrinsics are for");
+}
+
+/// Throws unless a depth picture can show what the color picture shows: it has the same shape, within a pixel.
+void check_shape(const fs::path& file, const ImageHeader& depth, const Intrinsics& color, const std::string& source)
+{
+    const double wide = static_cast<double>(depth.width) * color.height, high = static_cast<double>(color.width) * depth.height;
+    if (std::abs(wide - high) > shape_tolerance * high + std::max(color.width, color.height))
+        throw Error(file.string() + ": the depth picture is " + size_text(depth.width, depth.height) +
+                    ", the color picture that " + source + " gives it is " + size_text(color.width, color.height) +
+                    ": of another shape it cannot have that camera's field of view; was one of them turned or cropped?");
+}
+
+class FrameMaker
+{
+  public:
+    FrameMaker(const ImageIo& images, const fs::path& folder, const UnpackView& unpack)
+        : images_(images), folder_(folder), unpack_(unpack)
+    {
+    }
+
+    Frame make(RecordedView view) const
+    {
+        check_camera({view.camera, view.world_from_camera}, view.source);
+        if (view.depth_camera)
+            check_camera(*view.depth_camera, view.source);
+        if (!unpack_ || !unpack_(view, folder_))
+            return frame_of(view, original);
+        try
+        {
+            return frame_of(view, [](const fs::path& file) { return PictureFile{file, ""}; });
+        }
+        // The picture has a name that the user has never seen.
+        catch (const Error& error)
+        {
+            throw Error(view.source + ": a picture in it cannot be used; if the file is damaged, copy it again (" + error.what() +
+                        ")");
+        }
+    }
+
+  private:
+    template <class Reference>
+    Frame frame_of(const RecordedView& view, const Reference& reference) const
+    {
+        const auto color = images_.check(view.color);
+        check_size(view.color, color, view.camera, view.source);
+        check_not_turned(view.color, color, view.source);
+        check_center(view.camera, view.source, view.color);
+        Frame frame;
+        frame.sequence = view.sequence;
+        frame.name = view.name;
+        frame.number = view.number;
+        frame.color = {pinhole_without(view.lens, view.camera, view.source), view.world_from_camera};
+        frame.depth = view.depth_camera.value_or(frame.color);
+        frame.depth_unit_m = view.depth_unit_m;
+        frame.color_picture = view.lens.distorts() ? undistort_color(view, frame) : reference(view.color);
+        if (view.depth.empty())
+            return frame;
+        const auto depth = images_.check(view.depth);
+        check_depth_kind(view.depth, depth);
+        if (view.depth_camera)
+            check_size(view.depth, depth, frame.depth.intrinsics, view.source);
+        else
+        {
+            check_shape(view.depth, depth, view.camera, view.source);
+            frame.depth.intrinsics = frame.color.intrinsics.scaled_to(depth.width, depth.height);
+        }
+        const bool has_lens = view.lens.distorts() && !view.depth_camera;
+        frame.depth_picture = has_lens ? undistort_depth(view, frame) : reference(view.depth);
+        return frame;
+    }
+    static PictureFile original(const fs::path& file) { return {fs::absolute(file), file_hash(file)}; }
+    PictureFile write(const Frame& frame, const std::string& ending, const std::vector<std::byte>& bytes) const
+    {
+        const auto file = folder_ / frame.sequence / (frame.name + ending);
+        write_file(file, bytes);
+        return {file, ""};
+    }
+    PictureFile undistort_color(const RecordedView& view, const Frame& frame) const
+    {
+        const auto picture = undistorted(images_.read_rgb(view.color), view.camera, view.lens, frame.color.intrinsics);
+        return write(frame, ".color.jpg", images_.encode_jpeg(picture, jpeg_quality));
+    }
+    PictureFile undistort_depth(const RecordedView& view, const Frame& frame) const
+    {
+        const auto depth = undistorted_depth(images_.read_depth(view.depth), view.camera, view.lens, frame.color.intrinsics);
+        return write(frame, ".depth.png", images_.encode_png(depth));
+    }
+
+    const ImageIo& images_;
+    const fs::path& folder_;
+    const UnpackView& unpack_;
+};
+
+}  // namespace
+
+void name_by_picture(RecordedView& view, const fs::path& listed)
+{
+    const auto parent = listed.lexically_normal().parent_path().generic_string();
+    view.sequence = parent.empty() ? "scan" : file_name_safe(parent);
+    view.name = file_name_safe(listed.stem().string());
+}
+
+void order_by_name(std::vector<RecordedView>& views)
+{
+    std::stable_sort(views.begin(), views.end(),
+                     [](const RecordedView& a, const RecordedView& b)
+                     { return a.sequence != b.sequence ? natural_less(a.sequence, b.sequence) : natural_less(a.name, b.name); });
+    std::set<std::pair<std::string, long>> numbers;
+    for (auto& view : views)
+        if (const auto number = last_number(view.name))
+            numbers.emplace(view.sequence, *number);
+    const bool all_differ = numbers.size() == views.size();
+    for (std::size_t i = 0; i < views.size(); ++i)
+        views[i].number = all_differ ? *last_number(views[i].name) : static_cast<long>(i);
+}
+
+Frames recorded_frames(const std::vector<RecordedView>& views, const ImageIo& images, const fs::path& folder, Progress& progress,
+                       const UnpackView& unpack)
+{
+    refuse_doubles(views);
+    for (const auto& view : views)
+        if (view.lens.distorts())
+            fs::create_directories(folder / view.sequence);
+    const FrameMaker maker(images, folder, unpack);
+    Frames result;
+    result.frames.resize(views.size());
+    std::atomic<std::size_t> done{0};
+    parallel_for(views.size(), 1, progress.threads(),
+                 [&](std::size_t begin, std::size_t end)
+                 {
+                     for (std::size_t i = begin; i < end; ++i)
+                     {
+                         progress.check_canceled();
+                         result.frames[i] = maker.make(views[i]);
+                         progress.progress(static_cast<double>(++done), static_cast<double>(views.size()), "frames");
+                     }
+                 });
+    return result;
+}
+
+}  // namespace fresco::recordings

@@ -1,0 +1,184 @@
+#include "raw_images.h"
+#include "recording_checks.h"
+
+#include <fresco/recordings/recorded_view.h>
+#include <fresco/testing.h>
+
+#include <catch2/catch.hpp>
+
+namespace fs = std::filesystem;
+using Catch::Contains;
+using fresco::recordings::RecordedView;
+using fresco::testing::RawImages;
+using fresco::testing::TestRun;
+
+namespace
+{
+
+struct Recording
+{
+    fresco::testing::TemporaryFolder folder;
+    RawImages images;
+    fresco::Frames frames = fresco::testing::tiny_recording(folder.path(), images);
+    std::vector<RecordedView> views;
+
+    Recording()
+    {
+        for (const auto& frame : frames.frames)
+        {
+            RecordedView view;
+            fresco::recordings::name_by_picture(view, "run/" + frame.name + ".png");
+            view.number = frame.number;
+            view.color = frame.color_picture.path;
+            view.depth = frame.depth_picture.path;
+            view.camera = frame.color.intrinsics;
+            view.world_from_camera = frame.color.world_from_camera;
+            view.source = "list.txt:" + std::to_string(view.number + 1);
+            views.push_back(std::move(view));
+        }
+    }
+
+    fresco::Frames read(int threads = 2) const
+    {
+        TestRun run(threads);
+        return fresco::recordings::recorded_frames(views, images, folder.path() / "out", run);
+    }
+    std::string error() const
+    {
+        try
+        {
+            read();
+        }
+        catch (const fresco::Error& error)
+        {
+            return error.what();
+        }
+        return "no error";
+    }
+};
+
+}  // namespace
+
+TEST_CASE("views without a lens refer to their pictures", "[recordings]")
+{
+    Recording recording;
+    const auto read = recording.read();
+    fresco::testing::check_same_recording(read, recording.frames, recording.images);
+    CHECK(read.frames[1].color_picture.path == recording.views[1].color);
+    CHECK_FALSE(read.frames[1].color_picture.hash.empty());
+    CHECK(read.frames[1].sequence == "run");
+    CHECK_FALSE(fs::exists(recording.folder.path() / "out"));
+    recording.views[0].depth.clear();
+    const auto without = recording.read();
+    CHECK(without.frames[0].depth_picture.empty());
+    CHECK(without.frames[0].depth == without.frames[0].color);
+    CHECK_THROWS_WITH(fresco::load_depth(without.frames[0], &recording.images), Contains("has no depth picture"));
+    recording.views.clear();
+    CHECK(recording.read().frames.empty());
+}
+
+TEST_CASE("views with a lens get pictures of their own, the same for any thread count", "[recordings]")
+{
+    Recording recording;
+    for (auto& view : recording.views)
+        view.lens = {.k1 = 0.1};
+    const auto read = recording.read();
+    const auto out = recording.folder.path() / "out/run";
+    CHECK(read.frames[2].color_picture.path == out / "frame-000002.color.jpg");
+    CHECK(read.frames[2].depth_picture.path == out / "frame-000002.depth.png");
+    const auto pinhole = fresco::recordings::pinhole_without({.k1 = 0.1}, recording.views[0].camera, "x");
+    CHECK(pinhole.fx > recording.views[0].camera.fx);
+    CHECK(read.frames[2].color.intrinsics == pinhole);
+    CHECK(read.frames[2].depth.intrinsics == pinhole.scaled_to(16, 12));
+    const auto expected = fresco::recordings::undistorted(fresco::load_color(recording.frames.frames[2], &recording.images),
+                                                          recording.views[2].camera, {.k1 = 0.1}, pinhole);
+    CHECK(fresco::load_color(read.frames[2], &recording.images) == expected);
+    const auto bytes = fresco::read_file(out / "frame-000001.depth.png");
+    fs::remove_all(out);
+    recording.read(1);
+    CHECK(fresco::read_file(out / "frame-000001.depth.png") == bytes);
+}
+
+TEST_CASE("views are named and ordered by their pictures", "[recordings]")
+{
+    std::vector<RecordedView> views(4);
+    const char* const names[] = {"a/f10.jpg", "./a/f9.jpg", "../b x/.f1.png", "f3.png"};
+    for (std::size_t i = 0; i < 4; ++i)
+        fresco::recordings::name_by_picture(views[i], names[i]);
+    fresco::recordings::order_by_name(views);
+    const auto shown = [&](std::size_t i)
+    { return views[i].sequence + "/" + views[i].name + "/" + std::to_string(views[i].number); };
+    CHECK(shown(0) == "_._b_x/_f1/1");
+    CHECK(shown(1) == "a/f9/9");
+    CHECK(shown(2) == "a/f10/10");
+    CHECK(shown(3) == "scan/f3/3");
+    // Numbers that are not unique in a sequence count for none.
+    fresco::recordings::name_by_picture(views[3], "a/g9.png");
+    fresco::recordings::order_by_name(views);
+    CHECK(shown(3) == "a/g9/3");
+}
+
+TEST_CASE("views that cannot be used are refused by name", "[recordings]")
+{
+    Recording recording;
+    SECTION("a name twice")
+    {
+        recording.views[2].name = recording.views[0].name;
+        CHECK_THAT(recording.error(), Contains("list.txt:3: the view run/frame-000000 appears twice, also at list.txt:1"));
+    }
+    SECTION("another size")
+    {
+        recording.views[1].camera.width = 640;
+        CHECK_THAT(recording.error(),
+                   Contains("frame-000001.color.png: the picture is 32x24, its camera (list.txt:2) has pictures of 640x24"));
+    }
+    SECTION("to be turned")
+    {
+        recording.images.orientation = 3;
+        CHECK_THAT(recording.error(),
+                   Contains("frame-000000.color.png: its EXIF data says that it is to be turned (orientation 3), but "
+                            "list.txt:1 means the pixels as they are stored"));
+    }
+    SECTION("a center outside")
+    {
+        recording.views[1].camera.cx = 320;
+        CHECK_THAT(recording.error(), Contains("list.txt:2: the center (320.0, 12.5) is outside"));
+    }
+    SECTION("no rotation")
+    {
+        recording.views[1].world_from_camera.rotation(0, 0) += 1;
+        CHECK_THAT(recording.error(), Contains("list.txt:2: the pose's upper left 3x3 is not a rotation"));
+    }
+    SECTION("beyond all rooms")
+    {
+        recording.views[1].world_from_camera.translation.y = -2e7;
+        CHECK_THAT(recording.error(), Contains("list.txt:2: the camera is more than 1e7 m"));
+    }
+    SECTION("depth of 8 bits")
+    {
+        fresco::write_file(recording.views[1].depth, recording.images.encode_png(fresco::Raster8(16, 12)));
+        CHECK_THAT(recording.error(), Contains("frame-000001.depth.png: expected a depth picture"));
+    }
+    SECTION("depth of another shape")
+    {
+        fresco::write_file(recording.views[1].depth, recording.images.encode_png(fresco::Raster16(12, 16)));
+        CHECK_THAT(recording.error(), Contains("frame-000001.depth.png: the depth picture is 12x16, the color picture that "
+                                               "list.txt:2 gives it is 32x24: of another shape"));
+        // A pixel is left to rounding.
+        fresco::write_file(recording.views[1].depth, recording.images.encode_png(fresco::Raster16(10, 7)));
+        CHECK(recording.error() == "no error");
+    }
+    SECTION("a cut picture")
+    {
+        const auto bytes = fresco::read_file(recording.views[1].color);
+        fresco::write_file(recording.views[1].color, std::span(bytes).first(bytes.size() - 1));
+        CHECK_THAT(recording.error(), Contains("frame-000001.color.png: cut"));
+    }
+    SECTION("stopped")
+    {
+        TestRun run;
+        run.cancel_after(2);
+        CHECK_THROWS_AS(fresco::recordings::recorded_frames(recording.views, recording.images, recording.folder.path(), run),
+                        fresco::Canceled);
+    }
+}

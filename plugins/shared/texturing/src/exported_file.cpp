@@ -1,0 +1,77 @@
+#include <fresco/texturing/exported_file.h>
+
+#include <fresco/error.h>
+
+#include <array>
+
+namespace fresco::texturing
+{
+
+void check_textured_mesh(const TexturedMesh& textured, std::string_view source)
+{
+    check_mesh(textured.mesh, source);
+    if (textured.mesh.texcoords.empty())
+        throw Error(std::string(source) + " has no texcoords: export what texture.bake made");
+    const Raster8& picture = textured.image.pixels;
+    if (picture.empty() || picture.width != picture.height || picture.channels != 3)
+        throw Error(std::string(source) + " has a picture of " + std::to_string(picture.width) + " x " +
+                    std::to_string(picture.height) + " texels and " + std::to_string(picture.channels) +
+                    " channels; expected a square one of 3, as texture.bake makes it");
+}
+
+void check_written_mesh(const Mesh& found, const Mesh& meant)
+{
+    const auto expect = [](bool good, const std::string& what)
+    {
+        if (!good)
+            throw Error("the file does not hold what was to be written: " + what);
+    };
+    expect(found.positions == meant.positions, "other positions");
+    expect(found.colors == meant.colors, "other vertex colors");
+    expect(found.texcoords.size() == (meant.texcoords.empty() ? 0 : 3 * found.triangles.size()), "another number of texcoords");
+    std::size_t next = 0;
+    for (std::size_t face = 0; face < meant.triangles.size(); ++face)
+    {
+        const Triangle& t = meant.triangles[face];
+        if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0])
+            continue;
+        const std::string name = "triangle " + std::to_string(face);
+        expect(next < found.triangles.size() && found.triangles[next] == t, name + " is missing or another");
+        for (std::size_t i = 0; i < 3 && !meant.texcoords.empty(); ++i)
+            expect(found.texcoords[3 * next + i] == meant.texcoords[3 * face + i], name + " has another texcoord");
+        ++next;
+    }
+    expect(next == found.triangles.size(), "more triangles");
+}
+
+std::string grouped(std::uint64_t number)
+{
+    std::string text = std::to_string(number);
+    for (std::size_t at = text.size(); at > 3;)
+        text.insert(at -= 3, 1, ' ');
+    return text;
+}
+
+std::string file_size(std::uint64_t bytes)
+{
+    constexpr std::array units{"kB", "MB", "GB", "TB"};
+    if (bytes < 1000)
+        return std::to_string(bytes) + " bytes";
+    std::size_t unit = 0;
+    // Tenths of the unit, rounded once.
+    std::uint64_t divisor = 100;
+    while (unit + 1 < units.size() && (bytes + divisor / 2) / divisor >= 10000)
+    {
+        divisor *= 1000;
+        ++unit;
+    }
+    const std::uint64_t tenths = (bytes + divisor / 2) / divisor;
+    return std::to_string(tenths / 10) + "." + std::to_string(tenths % 10) + " " + units[unit];
+}
+
+std::string valid_line(std::string_view name, std::uint64_t bytes, std::string_view what)
+{
+    return std::string(name) + ": " + file_size(bytes) + (what.empty() ? "" : ", " + std::string(what)) + ", valid";
+}
+
+}  // namespace fresco::texturing

@@ -1,0 +1,101 @@
+#include <fresco/texturing/exported_picture.h>
+
+#include <fresco/error.h>
+#include <fresco/files_io.h>
+#include <fresco/npy.h>
+#include <fresco/texturing/exported_file.h>
+#include <fresco/texturing/smaller_picture.h>
+
+#include <array>
+#include <span>
+
+namespace fresco::texturing
+{
+namespace
+{
+
+bool is_jpeg(std::string_view extension)
+{
+    return extension == ".jpg" || extension == ".jpeg";
+}
+
+std::array<std::size_t, 3> shape_of(const Raster8& picture)
+{
+    return {static_cast<std::size_t>(picture.height), static_cast<std::size_t>(picture.width),
+            static_cast<std::size_t>(picture.channels)};
+}
+
+bool holds(const NpyArray& array, const Raster8& picture)
+{
+    const auto shape = shape_of(picture);
+    if (array.shape != std::vector<std::size_t>(shape.begin(), shape.end()))
+        return false;
+    const auto values = array.as<std::uint8_t>();
+    return std::vector<std::uint8_t>(values.begin(), values.end()) == picture.values;
+}
+
+}  // namespace
+
+std::vector<std::byte> encoded_picture(const Raster8& picture, std::string_view extension, int jpeg_quality,
+                                       const ImageIo& images)
+{
+    if (extension == ".png")
+        return images.encode_png(picture);
+    if (is_jpeg(extension))
+        return images.encode_jpeg(picture, jpeg_quality);
+    if (extension == ".npy")
+        return to_npy(NpyType::uint8, shape_of(picture), std::as_bytes(std::span(picture.values)));
+    throw Error("a picture is written as .png, .jpg or .npy, not as \"" + std::string(extension) + "\"");
+}
+
+void check_picture_file(const std::filesystem::path& file, const Raster8& picture, const ImageIo& images)
+{
+    const std::string extension = file.extension().string();
+    bool good = false;
+    if (extension == ".npy")
+        good = holds(read_npy(file), picture);
+    else if (is_jpeg(extension))
+    {
+        const ImageHeader header = images.check(file);
+        good = header.width == picture.width && header.height == picture.height;
+    }
+    else
+        good = images.read_rgb(file) == picture;
+    if (!good)
+        throw Error(file.string() + ": does not hold the picture that was to be written");
+}
+
+void check_path_for_names(const std::string& path, std::string_view extension)
+{
+    if (!path.ends_with(extension) || path.find_first_of(" \t\r\n") != std::string::npos)
+        throw Error("path \"" + path + "\" must end in " + std::string(extension) +
+                    " and hold no spaces, which readers split names at");
+}
+
+PictureOptions::PictureOptions(Configurable* owner)
+    : image_format_(owner, "image_format", "png", one_of({"png", "jpeg"}), "How the picture is stored"),
+      jpeg_quality_(owner, "jpeg_quality", 92, range(1, 100), "For image_format: jpeg"),
+      max_texture_px_(owner, "max_texture_px", 0, range(0, 65536),
+                      "Shrink the picture to this side, chart by chart in linear light; 0: do not shrink"),
+      images_(owner, "images", "image.opencv", "Encodes the picture and reads it back")
+{
+}
+
+std::string PictureOptions::write(const TexturedMesh& textured, const std::filesystem::path& folder, const std::string& mesh_path,
+                                  RunContext& run) const
+{
+    const char* const extension = *image_format_ == "jpeg" ? ".jpg" : ".png";
+    const std::string name = std::filesystem::path(mesh_path).replace_extension(extension).generic_string();
+    const Raster8 picture = smaller_picture(textured, *max_texture_px_, run);
+    const auto bytes = encoded_picture(picture, extension, *jpeg_quality_, *images_);
+    run.check_canceled();
+    write_file(folder / name, bytes);
+    check_picture_file(folder / name, picture, *images_);
+    const std::string side = std::to_string(picture.width);
+    run.message(valid_line(name, bytes.size(), side + " x " + side + " texels"));
+    run.report("texture_px", picture.width);
+    run.report("picture_bytes", bytes.size());
+    return name;
+}
+
+}  // namespace fresco::texturing

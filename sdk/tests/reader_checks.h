@@ -1,0 +1,354 @@
+#pragma once
+
+#include "raw_images.h"
+#include "recording_checks.h"
+
+#include <fresco/error.h>
+#include <fresco/mesh.h>
+#include <fresco/mesh_io.h>
+#include <fresco/stage.h>
+#include <fresco/testing.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+/// \file What every reader of recordings must hold, and how a test of a reader runs it.
+
+namespace fresco::testing
+{
+
+/// A file to be damaged, and how many of 200 cuts and 500 flips its reader is known to find at least.
+struct DamagedFile
+{
+    std::filesystem::path file;  ///< Below the recording's folder; empty: `path` itself.
+    int cuts_refused = 200;
+    int flips_refused = 0;
+};
+
+/// A reader, and how a recording is written in its layout.
+struct ReaderUnderTest
+{
+    std::filesystem::path plugin;
+    std::string type;
+    /// Writes the frames below `folder`, an empty one, and returns what the option `path` is to be.
+    std::function<std::filesystem::path(const Frames& frames, const std::filesystem::path& folder, const ImageIo& images)> write;
+    /// Files of the second view, below `path`; empty: they are within another file.
+    std::filesystem::path color{};
+    std::filesystem::path depth{};
+    std::string pose_source{};           ///< What errors call the source of the second view's pose.
+    std::vector<DamagedFile> damaged{};  ///< Other files than those pictures.
+    std::function<Value(const Frames& frames, const std::filesystem::path& path)> options{};
+    double depth_step_m = 0.001;
+    bool has_depth_camera = false;  ///< The layout has a depth camera of its own.
+};
+
+/// What a reader made.
+struct ReadScan
+{
+    std::shared_ptr<Frames> frames;
+    std::shared_ptr<Mesh> mesh;  ///< Null where the reader has no such port.
+};
+
+/// The text of the fresco::Error that `work` throws, "no error" if it throws none.
+template <class Work>
+std::string error_text(const Work& work)
+{
+    try
+    {
+        work();
+    }
+    catch (const Error& error)
+    {
+        return error.what();
+    }
+    return "no error";
+}
+
+/// The tiny recording in a reader's layout. `edit` may change its frames before they are written.
+class WrittenRecording
+{
+    TemporaryFolder folder_;
+    const ReaderUnderTest& reader_;
+
+  public:
+    RawImages images;
+    Frames frames;
+    std::filesystem::path path;
+
+    explicit WrittenRecording(const ReaderUnderTest& reader, const std::function<void(Frames&)>& edit = {})
+        : reader_(reader), frames(tiny_recording(folder_.path(), images))
+    {
+        if (reader.has_depth_camera)
+            for (auto& frame : frames.frames)
+                frame.depth.world_from_camera = frame.color.world_from_camera * RigidTransform{{}, {0.03, 0.001, -0.002}};
+        if (edit)
+            edit(frames);
+        path = reader.write(frames, folder_.path() / "recording", images);
+    }
+
+    std::filesystem::path out() const { return folder_.path() / "out"; }
+
+    /// Runs the reader. What it made is saved and loaded again, unless `saved` is false: saving waits for the disk.
+    ReadScan read(TestRun& run, const Value& more = Value::Map{}, bool saved = true) const
+    {
+        TestFactory factory;
+        factory.add("image.raw",
+                    [this]
+                    {
+                        auto codec = std::make_shared<RawImages>();
+                        codec->orientation = images.orientation;
+                        return codec;
+                    });
+        Value options = reader_.options ? reader_.options(frames, path) : Value::Map{};
+        options.set("path", path.string());
+        options.set("images", Value::Map{{"type", "image.raw"}});
+        for (const auto& [key, value] : more.as_map())
+            options.set(key, value);
+        const auto made = make_from_plugin(reader_.plugin, reader_.type);
+        auto& stage = dynamic_cast<Stage&>(*made);
+        stage.configure(options, factory);
+        for (OutputPort* port : stage.outputs())
+        {
+            std::filesystem::create_directories(out() / port->name());
+            port->set_folder({out() / port->name(), out()});
+        }
+        stage.run(run);
+        ReadScan result;
+        for (const OutputPort* port : stage.outputs())
+        {
+            if (saved)
+                port->save();
+            if (port->name() == "frames")
+                result.frames = saved ? Frames::load({out() / "frames", out()})
+                                      : std::make_shared<Frames>(dynamic_cast<const Frames&>(*port->value()));
+            else
+                result.mesh = saved ? Mesh::load({out() / "mesh", out()})
+                                    : std::make_shared<Mesh>(dynamic_cast<const Mesh&>(*port->value()));
+        }
+        return result;
+    }
+    ReadScan read(const Value& more = Value::Map{}) const
+    {
+        TestRun run;
+        return read(run, more);
+    }
+    std::string error(const Value& more = Value::Map{}) const
+    {
+        return error_text([&] { read(more); });
+    }
+
+    /// A file of the recording, by its path below `path`; an empty one for `path` itself.
+    std::filesystem::path at(const std::filesystem::path& file) const { return file.empty() ? path : path / file; }
+    std::string text(const std::filesystem::path& file) const { return read_text_file(at(file)); }
+    void write(const std::filesystem::path& file, std::string_view text) const
+    {
+        std::filesystem::create_directories(at(file).parent_path());
+        write_file(at(file), text);
+    }
+    /// The first `from` in a file replaced.
+    void replace(const std::filesystem::path& file, std::string_view from, std::string_view to) const
+    {
+        auto content = text(file);
+        const auto at = content.find(from);
+        REQUIRE(at != std::string::npos);
+        write(file, content.replace(at, from.size(), to));
+    }
+    void remove(const std::filesystem::path& file) const { REQUIRE(std::filesystem::remove_all(path / file) > 0); }
+};
+
+/// A mesh of `faces` triangles, at most 2, as a PLY file.
+inline void write_mesh(const std::filesystem::path& file, std::size_t faces = 1, float size = 1)
+{
+    Mesh mesh;
+    mesh.positions = {{0, 0, 0}, {size, 0, 0}, {0, size, 0}, {size, size, 0}};
+    mesh.triangles = {{0, 1, 2}, {1, 3, 2}};
+    mesh.triangles.resize(faces);
+    std::filesystem::create_directories(file.parent_path());
+    write_file(file, to_ply(mesh));
+}
+
+/// Damages each of `files` in turn as damage_file does, and runs the reader each time. It must throw fresco::Error, or give
+/// cameras that can be used, pictures that can be loaded and a mesh that is valid; of a file that is cut, nothing but frames of
+/// the whole recording, and its mesh.
+inline void check_damage(const WrittenRecording& recording, const std::vector<DamagedFile>& files,
+                         const Value& options = Value::Map{})
+{
+    const auto read = [&]
+    {
+        TestRun run(1);
+        return recording.read(run, options, false);
+    };
+    const auto whole = read();
+    REQUIRE_FALSE(whole.frames->frames.empty());
+    for (const DamagedFile& damaged : files)
+    {
+        INFO(damaged.file);
+        const auto counts = damage_file(recording.at(damaged.file),
+                                        [&](bool cut)
+                                        {
+                                            const auto found = read();
+                                            check_usable(*found.frames);
+                                            for (const Frame& frame : found.frames->frames)
+                                            {
+                                                load_color(frame, &recording.images);
+                                                if (!frame.depth_picture.empty())
+                                                    load_depth(frame, &recording.images);
+                                            }
+                                            if (found.mesh)
+                                                check_mesh(*found.mesh, "the mesh");
+                                            if (!cut)
+                                                return;
+                                            check_subset(*found.frames, *whole.frames);
+                                            if (whole.mesh)
+                                                REQUIRE(found.mesh->positions == whole.mesh->positions);
+                                        });
+        CHECK(counts.cuts_refused >= damaged.cuts_refused);
+        CHECK(counts.flips_refused >= damaged.flips_refused);
+    }
+}
+
+/// A recording with something wrong, and what the error says.
+struct Flaw
+{
+    std::string name;
+    std::function<void(WrittenRecording&)> make;
+    std::vector<std::string> said;
+};
+
+/// A file written anew, a part of it replaced, a file or folder removed: what makes a flaw. Paths are below the recording's.
+inline std::function<void(WrittenRecording&)> writing(const std::filesystem::path& file, const std::string& text)
+{
+    return [=](WrittenRecording& it) { it.write(file, text); };
+}
+inline std::function<void(WrittenRecording&)> replacing(const std::filesystem::path& file, const std::string& from,
+                                                        const std::string& to)
+{
+    return [=](WrittenRecording& it) { it.replace(file, from, to); };
+}
+inline std::function<void(WrittenRecording&)> removing(const std::filesystem::path& file)
+{
+    return [=](WrittenRecording& it) { it.remove(file); };
+}
+
+/// Checks that each flaw, made in a recording of its own, is refused with an error that says what it should.
+inline void check_flaws(const ReaderUnderTest& reader, const std::vector<Flaw>& flaws, const Value& options = Value::Map{})
+{
+    for (const auto& flaw : flaws)
+    {
+        WrittenRecording recording(reader);
+        flaw.make(recording);
+        const auto error = recording.error(options);
+        INFO(flaw.name);
+        for (const auto& said : flaw.said)
+            CHECK_THAT(error, Catch::Contains(said));
+    }
+}
+
+/// Flaws of the pictures of the second view.
+inline std::vector<Flaw> picture_flaws(const ReaderUnderTest& reader)
+{
+    const std::string color = reader.color.filename().string(), depth = reader.depth.filename().string();
+    const auto cut = [](const std::filesystem::path& file) { std::filesystem::resize_file(file, file_size(file) - 1); };
+    const auto with = [](const std::filesystem::path& file, const auto& picture)
+    { return [file, picture](WrittenRecording& it) { write_file(it.path / file, it.images.encode_png(picture)); }; };
+    return {{"no color picture", removing(reader.color), {color, "1 file is missing"}},
+            {"no depth picture", removing(reader.depth), {depth, "1 file is missing"}},
+            {"color cut", [=](auto& it) { cut(it.path / reader.color); }, {color + ": cut"}},
+            {"depth cut", [=](auto& it) { cut(it.path / reader.depth); }, {depth + ": cut"}},
+            {"color of another size", with(reader.color, Raster8(24, 32, 3)), {color + ": the picture is 24x32", "32x24"}},
+            {"depth of another size", with(reader.depth, Raster16(12, 16)), {depth + ": the ", "picture is 12x16"}},
+            {"depth of 8 bits", with(reader.depth, Raster8(16, 12)), {depth + ": expected a depth picture", "8 bits"}},
+            {"depth in colors", with(reader.depth, Raster16(16, 12, 3)), {depth + ": expected a depth picture", "colors"}}};
+}
+
+/// Everything that each reader must hold.
+inline void check_reader(const ReaderUnderTest& reader)
+{
+    {
+        const WrittenRecording recording(reader);
+        TestRun run(1);
+        const auto result = recording.read(run);
+        const auto& frames = result.frames->frames;
+        check_same_recording(*result.frames, recording.frames, recording.images, reader.depth_step_m);
+        CHECK(run.reported.at("frames").as_int() == 3);
+        CHECK(run.reported.at("has_depth").as_bool());
+        const auto text = read_text_file(recording.out() / "frames/frames.json");
+        recording.read();
+        CHECK(read_text_file(recording.out() / "frames/frames.json") == text);
+
+        TestRun second;
+        const auto chosen = recording.read(second, Value::Map{{"every", 2}}).frames->frames;
+        REQUIRE(chosen.size() == 2);
+        CHECK(chosen[1].name == frames[2].name);
+        CHECK(chosen[1].number == frames[2].number);
+        const auto count = [](const TestRun& of, const std::filesystem::path& file) {
+            return std::ranges::count(of.files_read, file.lexically_normal(), [](const auto& f) { return f.lexically_normal(); });
+        };
+        for (const auto& file : {reader.color, reader.depth})
+            if (!file.empty())
+            {
+                CHECK(count(run, recording.path / file) == 1);
+                CHECK(count(second, recording.path / file) == 0);
+            }
+        CHECK_THAT(recording.error(Value::Map{{"every", 0}}), Catch::Contains("every"));
+
+        TestRun stopped;
+        stopped.cancel_after(2);
+        CHECK_THROWS_AS(recording.read(stopped), Canceled);
+    }
+    {
+        WrittenRecording empty(reader);
+        const bool is_file = std::filesystem::is_regular_file(empty.path);
+        std::filesystem::remove_all(empty.path);
+        if (is_file)
+            write_file(empty.path, "");
+        else
+            std::filesystem::create_directory(empty.path);
+        CHECK_THAT(empty.error(), Catch::Contains(empty.path.string()));
+        if (!is_file)
+            CHECK_THROWS_AS(empty.read(), MissingInput);
+    }
+    {
+        WrittenRecording turned(reader);
+        turned.images.orientation = 6;
+        CHECK_THAT(turned.error(), Catch::Contains("its EXIF data says that it is to be turned (orientation 6)"));
+    }
+    const std::vector<std::pair<std::string, std::function<void(Frame&)>>> edits{
+        {"rotation", [](Frame& frame) { frame.color.world_from_camera.rotation.m[0] += 0.5; }},
+        {"more than 1e7 m", [](Frame& frame) { frame.color.world_from_camera.translation.y = -2e7; }}};
+    for (const auto& [said, edit] : edits)
+    {
+        const WrittenRecording posed(reader,
+                                     [&](Frames& frames)
+                                     {
+                                         edit(frames.frames[1]);
+                                         frames.frames[1].depth.world_from_camera = frames.frames[1].color.world_from_camera;
+                                     });
+        CHECK_THAT(posed.error(), Catch::Contains(said) && Catch::Contains(reader.pose_source));
+    }
+    const WrittenRecording outside(reader,
+                                   [](Frames& frames)
+                                   {
+                                       for (auto& frame : frames.frames)
+                                           frame.color.intrinsics.cx = 640;
+                                   });
+    CHECK_THAT(outside.error(), Catch::Contains("the center (640.0, 12.5) is outside"));
+    if (!reader.color.empty())
+    {
+        WrittenRecording missing(reader);
+        missing.remove(reader.color);
+        CHECK_THROWS_AS(missing.read(), MissingInput);
+        check_flaws(reader, picture_flaws(reader));
+    }
+    auto damaged = reader.damaged;
+    for (const auto& picture : {reader.color, reader.depth})
+        if (!picture.empty())
+            damaged.push_back({picture});
+    check_damage(WrittenRecording(reader), damaged);
+}
+
+}  // namespace fresco::testing

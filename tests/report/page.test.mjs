@@ -1,0 +1,84 @@
+// page.test.mjs FOLDER: what the page's scripts make of data, without a browser. FOLDER: framework/report.
+import assert from "node:assert/strict";
+import { readFileSync, readdirSync } from "node:fs";
+import { createContext, runInContext } from "node:vm";
+
+const folder = process.argv[2];
+const scripts = readdirSync(folder).filter(name => name.endsWith(".js")).map(name => readFileSync(`${folder}/${name}`, "utf8"));
+const names = ["figureText", "bytesText", "durationText", "addressOf", "figuresOf", "layoutOf", "placesOf", "roundTicks", "axesOf", "smoothed", "barsOf", "viewsOf", "figureTables", "shellWord"];
+const page = runInContext(`"use strict";\n${scripts.join("\n")}\n({ ${names.join(", ")} })`, createContext({}));
+/// Objects of the scripts' own realm as ours.
+const plain = value => JSON.parse(JSON.stringify(value));
+const equal = (found, expected) => assert.deepEqual(plain(found), expected);
+
+// Figures in words, with what was before beside what is now.
+for (const [number, text] of [[1234, "1234"], [-12345, "−12\u202f345"], [0.000123456, "0.0001235"], [1234.56, "1235"], [2.5, "2.5"], [813175, "813\u202f175"]])
+    assert.equal(page.figureText(number), text);
+for (const [bytes, text] of [[999, "999 bytes"], [12_345_678, "12.3 MB"], [3_100, "3.1 kB"], [5e12, "5000.0 GB"]])
+    assert.equal(page.bytesText(bytes), text);
+for (const [seconds, text] of [[4.06, "4.1 s"], [41.2, "41 s"], [65, "1:05 min"], [3723, "1:02:03 h"]])
+    assert.equal(page.durationText(seconds), text);
+const figures = page.figuresOf({
+    faces_before: 813175, area_m2_before: 2, faces_after: 499995, area_m2_after: 8, used_share: 0.3188, texels_per_cm: 1.09, largest_angle_deg: 70,
+    bytes: 9071468, list: [1, 2], losses: { style: 1.5, content: null }, below_after: 3, judged_frames: { least: 150 }, table: { columns: ["a"] }, good: true,
+});
+equal(figures.map(({ label, value, before, change }) => [label, before, value, change].join("|")), [
+    "faces|813\u202f175|499\u202f995|−38.5 %", "area|2 m²|8 m²|×4", "used||31.88 %|", "texels per cm||1.09|", "largest angle||70 °|", "bytes||9.1 MB|",
+    "losses style||1.5|", "losses content||not finite|", "below after||3|", "good||yes|"]);
+
+// Nothing in a name is taken for a scheme, a query or markup.
+assert.equal(page.addressOf("a b/50%.png"), "./a%20b/50%25.png");
+assert.equal(page.addressOf("javascript:alert(1)"), "./javascript%3Aalert(1)");
+assert.equal(page.addressOf("é?#.png"), "./%C3%A9%3F%23.png");
+assert.equal(["fresco", "a b", "it's"].map(page.shellWord).join(" "), "fresco 'a b' 'it'\\''s'");
+
+// Stages are drawn behind what they wait for, and no two in one place. scan feeds all; views waits for the longest way.
+const stage = (name, ...from) => ({ name, state: "ran", inputs: [...from.map(stage => ({ stage })), { file: "picture.png" }] });
+const drawing = page.layoutOf([stage("scan"), stage("mesh", "scan"), stage("atlas", "mesh", "scan"), stage("views", "atlas", "scan", "scan")]);
+equal(drawing.layers.length, 4);
+equal(drawing.boxes.slice(0, 4).map(({ layer }) => layer), [0, 1, 2, 3]);
+assert.equal(drawing.ways.length, 5);
+assert.equal(drawing.boxes.length, 4 + 1 + 2);  // scan → atlas passes one layer, scan → views two.
+assert.equal(new Set(drawing.boxes.map(({ layer, row }) => `${layer}/${row}`)).size, drawing.boxes.length);
+for (const way of drawing.ways)
+    way.slice(1).forEach((to, i) => assert.equal(drawing.boxes[way[i]].layer + 1, drawing.boxes[to].layer));
+equal(page.layoutOf([]), { boxes: [], ways: [], layers: [] });
+const { places } = page.placesOf(drawing);
+assert.equal(new Set(places.map(({ x, y }) => `${x}/${y}`)).size, drawing.boxes.length);
+assert.equal(places[0].y, places[3].y);  // Alone in their layers: in the middle.
+
+// Axes.
+equal(page.roundTicks(0, 10, 5), [0, 2, 4, 6, 8, 10]);
+assert.equal(page.roundTicks(-0.3, 0.31, 3).length, 3);
+equal(page.roundTicks(4, 4, 3), [4]);
+assert(page.roundTicks(1e17, 1e17 + 16, 4).length <= 5);  // The whole numbers between are no doubles.
+const axes = page.axesOf([[1, 100], [2, 10], [3, 1]]);
+assert.equal(axes.y(10), (axes.y(100) + axes.y(1)) / 2);  // Logarithmic: half way down.
+equal(axes.rows, [1, 10, 100]);
+const flat = page.axesOf([[0, 5], [1, 5]]);
+assert(Number.isFinite(flat.y(5)) && Number.isFinite(flat.x(1)));
+equal(page.smoothed([1, 2, 3]), [1, 2, 3]);
+assert.equal(page.smoothed(Array.from({ length: 80 }, (_, i) => i % 2)).at(40), 2 / 5);
+
+// A bar per frame, or per few frames the largest.
+const judged = { measure: "sharpness", least: 150, names: ["s/a", "s/b", "s/c"], values: [300, 100, 200], kept: [true, false, false] };
+equal(page.barsOf(judged).bars.map(({ verdict }) => verdict), ["kept", "below", "dropped"]);
+assert.equal(page.barsOf({ ...judged, values: [] }), null);
+assert.equal(page.barsOf({}), null);
+const many = page.barsOf({ names: Array(5000).fill("frame"), values: Array.from({ length: 5000 }, (_, i) => i), kept: Array(5000).fill(true) });
+equal([many.bars.length, many.bars[0].value, many.counts.kept], [1000, 4, 5000]);
+
+// The slider compares what the stage with the most pictures of recorded frames made.
+const pictures = (...all) => all.map(name => ({ name, uri: `data:image/jpeg,${name}`, pose: name }));
+const views = page.viewsOf([{ stage: "frames", cameras: {}, pictures: pictures("s_1", "s_2") }, { stage: "one", folder: "", pictures: pictures("s_1.png") },
+    { stage: "two", folder: "x", pictures: pictures("v/s_2.jpg", "v/other.jpg", "v/s_1.jpg") }]);
+equal([views.entry.stage, views.views.map(({ name, pose }) => `${name} ${pose}`)], ["two", ["s_2 s_2", "s_1 s_1"]]);
+equal(page.viewsOf([]).views, []);
+
+// Of a matrix, the figures in which combinations differ.
+const swept = (name, own_name, figures) => ({ name, own_name, figures });
+equal(page.figureTables({
+    stages: [swept("scan", "scan", { frames: 3 }), swept("paint@a", "paint", { losses: { style: 1 }, size_px: 8 }), swept("paint@b", "paint", { losses: { style: 2.5 }, size_px: 8 })],
+    combinations: [{ name: "a", stages: ["scan", "paint@a"] }, { name: "b", stages: ["scan", "paint@b"] }],
+}), [{ stage: "paint", labels: ["losses style"], rows: [["a", "1"], ["b", "2.5"]] }]);
+console.log("the page's scripts: all well");

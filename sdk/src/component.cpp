@@ -43,43 +43,38 @@ Value parsed_default(const std::string& text)
     return Value::Map{{"type", text}};
 }
 
+OptionDeclaration with_default(OptionDeclaration option, std::string_view component_kind, const std::string& default_config)
+{
+    option.component_kind = component_kind;
+    option.default_value = parsed_default(default_config);
+    option.optional = option.optional || (option.kind == OptionKind::component && option.default_value.is_null());
+    return option;
+}
+
 }  // namespace
 
-SlotBase::SlotBase(Configurable* owner, std::string name, std::string kind, std::string default_config, bool many,
-                   bool is_optional, std::string help)
-    : Parameter(owner, std::move(name), std::move(help)), kind_(std::move(kind)), default_(parsed_default(default_config)),
-      many_(many), optional_(is_optional)
+SlotBase::SlotBase(Configurable* owner, OptionDeclaration option, std::string_view component_kind,
+                   const std::string& default_config)
+    : Parameter(owner, with_default(std::move(option), component_kind, default_config))
 {
 }
 
 SlotBase::~SlotBase() = default;
 
-Value SlotBase::describe() const
-{
-    Value description = Value::Map{{"name", name()}, {"kind", many_ ? "components" : "component"}, {"component_kind", kind_}};
-    if (!default_.is_null())
-        description.set("default", default_);
-    if (optional_ || (!many_ && default_.is_null()))
-        description.set("optional", true);
-    if (!auto_option_.empty())
-        description.set("auto", Value::Map{{"option", auto_option_}, {"if_empty", auto_if_empty_}, {"if_set", auto_if_set_}});
-    description.set("help", help());
-    return description;
-}
-
 std::shared_ptr<Component> SlotBase::make(const Value& config, ComponentFactory& factory) const
 {
-    return factory.create(kind_, config);
+    return factory.create(declaration_.component_kind, config);
 }
 
 void SlotBase::wrong_contract(const Value& config) const
 {
-    throw Error("option \"" + name() + "\": " + to_json(config) + " does not make a component of kind " + kind_);
+    throw Error("option \"" + name() + "\": " + to_json(config) + " does not make a component of kind " +
+                declaration_.component_kind);
 }
 
 void SlotBase::not_assigned() const
 {
-    throw Error("option \"" + name() + "\": no component of kind " + kind_ + "; set one by its type");
+    throw Error("option \"" + name() + "\": no component of kind " + declaration_.component_kind + "; set one by its type");
 }
 
 }  // namespace detail

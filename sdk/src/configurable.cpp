@@ -9,11 +9,24 @@ namespace fresco
 
 ComponentFactory::~ComponentFactory() = default;
 
-Parameter::Parameter(Configurable* owner, std::string name, std::string help) : name_(std::move(name)), help_(std::move(help))
+Parameter::Parameter(Configurable* owner, OptionDeclaration declaration) : declaration_(std::move(declaration))
 {
     owner->parameters_.push_back(this);
 }
 Parameter::~Parameter() = default;
+
+void Parameter::assign(const Value& value, ComponentFactory& factory)
+{
+    const CheckedValue checked = check_value(declaration_, value);
+    if (!checked.problems.empty())
+    {
+        const ValueProblem& problem = checked.problems.front();
+        throw Error("option \"" + name() +
+                    "\": " + (problem.wrong.empty() ? to_json(value) + " is not accepted" : problem.wrong) +
+                    (problem.expected.empty() ? "" : "; expected " + problem.expected));
+    }
+    set(checked.value, factory);
+}
 
 Configurable::Configurable() = default;
 Configurable::~Configurable() = default;
@@ -31,14 +44,17 @@ void Configurable::configure(const Value& options, ComponentFactory& factory)
 
 Value Configurable::describe() const
 {
-    const auto list = [](const auto& members)
+    Value::List options;
+    for (const Parameter* parameter : parameters_)
+        options.push_back(parameter->declaration().describe());
+    const auto list = [](const auto& ports)
     {
         Value::List descriptions;
-        for (const auto* member : members)
-            descriptions.push_back(member->describe());
+        for (const auto* port : ports)
+            descriptions.push_back(port->describe());
         return Value(std::move(descriptions));
     };
-    return Value::Map{{"options", list(parameters_)}, {"inputs", list(inputs_)}, {"outputs", list(outputs_)}};
+    return Value::Map{{"options", std::move(options)}, {"inputs", list(inputs_)}, {"outputs", list(outputs_)}};
 }
 
 }  // namespace fresco

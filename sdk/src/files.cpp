@@ -49,6 +49,26 @@ std::shared_ptr<Files> Files::load(const ArtifactFolder& folder)
     return files;
 }
 
+std::shared_ptr<Files> Files::from_exchange(const Exchange& from)
+{
+    const fs::path& folder = from.folder.path;
+    auto files = std::make_shared<Files>();
+    for (const auto& entry : fs::recursive_directory_iterator(folder))
+        if (!entry.is_directory())
+            files->names.push_back(entry.path().lexically_relative(folder).generic_string());
+    std::ranges::sort(files->names);
+    if (files->names.empty())
+        throw Error(folder.string() + ": no file was written into it");
+    if (std::ranges::find(files->names, "files.json") != files->names.end())
+        throw Error((folder / "files.json").string() + ": this name is taken for the list of files; write another");
+    return files;
+}
+
+std::vector<ExchangeForm> Table::exchange_forms()
+{
+    return {{.files = {"table.json"}, .is_folder = false, .taken_in_place = false, .made_in_place = false}};
+}
+
 void Files::preview(Preview& page) const
 {
     const auto attempt = [&](auto act)

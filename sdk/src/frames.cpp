@@ -5,6 +5,7 @@
 #include <fresco/frames.h>
 #include <fresco/hash.h>
 #include <fresco/image_io.h>
+#include <fresco/run_context.h>
 #include <fresco/value.h>
 
 #include <algorithm>
@@ -85,6 +86,35 @@ Frame frame_from(const Value& value, const ArtifactFolder& folder, const std::st
     return frame;
 }
 
+/// The part of `path` below `base`, whichever way each is written.
+std::optional<std::string> really_below(const fs::path& path, const fs::path& base)
+{
+    const auto plain = below(path, base);
+    return plain ? plain : below(fs::weakly_canonical(path), fs::weakly_canonical(base));
+}
+
+/// A picture that a program refers to, as the folder refers to it. The user's own files are part of what the result was made
+/// from.
+void settle_picture(PictureFile& picture, const ArtifactFolder& folder, const std::string& where, RunContext& run)
+{
+    picture.path = picture.path.lexically_normal();
+    if (!fs::is_regular_file(picture.path))
+        throw Error(where + ": no such picture: " + picture.path.string());
+    if (const auto own = really_below(picture.path, folder.path))
+        picture.path = folder.path / *own;
+    else if (const auto stored = really_below(picture.path, folder.store / "objects"))
+        picture.path = folder.store / "objects" / *stored;
+    else if (really_below(picture.path, folder.store))
+        throw Error(where + ": the picture " + picture.path.string() +
+                    " will be gone when the program has ended: write it into the folder of this output");
+    else
+    {
+        run.reads_file(picture.path);
+        if (picture.hash.empty())
+            picture.hash = file_hash(picture.path);
+    }
+}
+
 void check_unchanged(const PictureFile& picture)
 {
     if (!picture.hash.empty() && file_hash(picture.path) != picture.hash)
@@ -132,6 +162,32 @@ std::shared_ptr<Frames> Frames::load(const ArtifactFolder& folder)
     auto result = std::make_shared<Frames>();
     for (const Value& value : root.at("frames").as_list())
         result->frames.push_back(frame_from(value, folder, file.string()));
+    return result;
+}
+
+std::vector<ExchangeForm> Frames::exchange_forms()
+{
+    return {{.files = {"frames.json"}, .taken_in_place = false}};
+}
+
+void Frames::write_exchange(const Exchange& to) const
+{
+    save({to.folder.path, {}});
+}
+
+std::shared_ptr<Frames> Frames::from_exchange(const Exchange& from)
+{
+    const std::string list = (from.folder.path / "frames.json").string();
+    auto result = load(from.folder);
+    if (result->frames.empty())
+        throw Error(list + ": no frames in it");
+    for (Frame& frame : result->frames)
+        for (PictureFile* picture : {&frame.color_picture, &frame.depth_picture})
+        {
+            from.run.check_canceled();
+            if (!picture->empty())
+                settle_picture(*picture, from.folder, list + ": " + frame.sequence + "/" + frame.name, from.run);
+        }
     return result;
 }
 

@@ -52,6 +52,11 @@ void Mesh::save(const ArtifactFolder& folder) const
     write_file(folder.path / "mesh.ply", to_ply(*this));
 }
 
+std::vector<ExchangeForm> Mesh::exchange_forms()
+{
+    return {{.files = {"mesh.ply"}, .is_folder = false, .taken_in_place = false, .made_in_place = false}};
+}
+
 std::shared_ptr<Mesh> Mesh::load(const ArtifactFolder& folder)
 {
     const auto file = folder.path / "mesh.ply";

@@ -1,4 +1,3 @@
-#include <fresco/error.h>
 #include <fresco/option.h>
 
 #include <algorithm>
@@ -10,183 +9,95 @@ namespace fresco
 namespace
 {
 
-[[noreturn]] void refuse(const std::string& option, const Value& value, const std::string& expected)
-{
-    throw Error("option \"" + option + "\": " + to_json(value) + " is not accepted; expected " + expected);
-}
-
-std::string range_text(const Range& range)
-{
-    const auto text = [](double number)
-    { return to_json(number == std::floor(number) ? Value(static_cast<std::int64_t>(number)) : Value(number)); };
-    if (std::isinf(range.max))
-        return "at least " + text(range.min);
-    return text(range.min) + " to " + text(range.max);
-}
-
-double checked_number(const std::string& option, const Value& value, const std::optional<Range>& accepted)
-{
-    if (!value.is_number() || !std::isfinite(value.as_double()))
-        refuse(option, value, "a number");
-    const double number = value.as_double();
-    if (accepted && (number < accepted->min || number > accepted->max))
-        refuse(option, value, range_text(*accepted));
-    return number;
-}
-
-Range narrowed_to_int(const std::optional<Range>& accepted)
-{
-    constexpr double least = std::numeric_limits<int>::min();
-    constexpr double greatest = std::numeric_limits<int>::max();
-    const Range wanted = accepted.value_or(Range{least, greatest});
-    return {std::max(wanted.min, least), std::min(wanted.max, greatest)};
-}
-
-/// What is accepted and fits the type, so that a check without the plugin refuses what the plugin would.
 template <class T>
-std::optional<Range> narrowed(const std::optional<Range>& accepted)
+constexpr OptionKind kind_of = OptionKind::integer;
+template <>
+constexpr OptionKind kind_of<bool> = OptionKind::boolean;
+template <>
+constexpr OptionKind kind_of<double> = OptionKind::number;
+template <>
+constexpr OptionKind kind_of<std::string> = OptionKind::text;
+template <>
+constexpr OptionKind kind_of<std::vector<int>> = OptionKind::integers;
+template <>
+constexpr OptionKind kind_of<std::vector<double>> = OptionKind::numbers;
+template <>
+constexpr OptionKind kind_of<InputFile> = OptionKind::input_file;
+template <>
+constexpr OptionKind kind_of<InputFiles> = OptionKind::input_files;
+template <>
+constexpr OptionKind kind_of<InputFolder> = OptionKind::input_folder;
+template <>
+constexpr OptionKind kind_of<CommandLine> = OptionKind::command_line;
+template <>
+constexpr OptionKind kind_of<OutputName> = OptionKind::output_name;
+
+template <class T>
+Value written(const T& v)
 {
-    if constexpr (std::is_same_v<T, int> || std::is_same_v<T, std::vector<int>>)
-        return narrowed_to_int(accepted);
+    if constexpr (std::is_same_v<T, InputFile> || std::is_same_v<T, InputFolder>)
+        return v.path.string();
+    else if constexpr (std::is_same_v<T, OutputName>)
+        return v.path;
+    else if constexpr (std::is_same_v<T, CommandLine>)
+        return Value::List(v.words.begin(), v.words.end());
+    else if constexpr (std::is_same_v<T, InputFiles>)
+    {
+        Value::List names;
+        for (const auto& [name, path] : v.paths)
+            names.emplace_back(name);
+        return names;
+    }
+    else if constexpr (kind_of<T> == OptionKind::integers || kind_of<T> == OptionKind::numbers)
+        return Value::List(v.begin(), v.end());
     else
-        return accepted;
+        return v;
 }
 
-std::int64_t checked_integer(const std::string& option, const Value& value, const std::optional<Range>& accepted)
+/// From a value that was checked.
+void read(const Value& value, bool& v)
 {
-    if (!value.is_int())
-        refuse(option, value, "a whole number");
-    checked_number(option, value, accepted);
-    return value.as_int();
+    v = value.as_bool();
 }
-
-/// How one C++ type is named in descriptions, written as a Value and read back.
-template <class T>
-struct Kind;
-
-template <>
-struct Kind<bool>
+void read(const Value& value, int& v)
 {
-    static constexpr const char* name = "bool";
-    static Value write(bool v) { return v; }
-    static bool read(const std::string& option, const Value& value, const std::optional<Range>&)
-    {
-        if (!value.is_bool())
-            refuse(option, value, "true or false");
-        return value.as_bool();
-    }
-};
-
-template <>
-struct Kind<int>
+    v = static_cast<int>(value.as_int());
+}
+void read(const Value& value, std::int64_t& v)
 {
-    static constexpr const char* name = "int";
-    static Value write(int v) { return v; }
-    static int read(const std::string& option, const Value& value, const std::optional<Range>& accepted)
-    {
-        return static_cast<int>(checked_integer(option, value, narrowed_to_int(accepted)));
-    }
-};
-
-template <>
-struct Kind<std::int64_t>
+    v = value.as_int();
+}
+void read(const Value& value, double& v)
 {
-    static constexpr const char* name = "int";
-    static Value write(std::int64_t v) { return v; }
-    static std::int64_t read(const std::string& option, const Value& value, const std::optional<Range>& accepted)
-    {
-        return checked_integer(option, value, accepted);
-    }
-};
-
-template <>
-struct Kind<double>
+    v = value.as_double();
+}
+void read(const Value& value, std::string& v)
 {
-    static constexpr const char* name = "number";
-    static Value write(double v) { return v; }
-    static double read(const std::string& option, const Value& value, const std::optional<Range>& accepted)
-    {
-        return checked_number(option, value, accepted);
-    }
-};
-
-template <>
-struct Kind<std::string>
-{
-    static constexpr const char* name = "text";
-    static Value write(const std::string& v) { return v; }
-    static std::string read(const std::string& option, const Value& value, const std::optional<Range>&)
-    {
-        if (!value.is_string())
-            refuse(option, value, "text");
-        return value.as_string();
-    }
-};
-
+    v = value.as_string();
+}
 template <class Element>
-struct ListKind
+void read(const Value& value, std::vector<Element>& v)
 {
-    static Value write(const std::vector<Element>& v) { return Value::List(v.begin(), v.end()); }
-    static std::vector<Element> read(const std::string& option, const Value& value, const std::optional<Range>& accepted)
-    {
-        if (!value.is_list())
-            refuse(option, value, "a list");
-        std::vector<Element> result;
-        for (const Value& element : value.as_list())
-            result.push_back(Kind<Element>::read(option, element, accepted));
-        return result;
-    }
-};
-
-template <>
-struct Kind<std::vector<int>> : ListKind<int>
+    v.clear();
+    for (const Value& element : value.as_list())
+        read(element, v.emplace_back());
+}
+void read(const Value& value, InputFiles& v)
 {
-    static constexpr const char* name = "ints";
-};
-
-template <>
-struct Kind<std::vector<double>> : ListKind<double>
+    v.paths.clear();
+    for (const auto& [name, path] : value.as_map())
+        v.paths[name] = path.as_string();
+}
+void read(const Value& value, CommandLine& v)
 {
-    static constexpr const char* name = "numbers";
-};
-
+    read(value, v.words);
+}
+/// Of the rest: the paths.
 template <class Path>
-struct PathKind
+void read(const Value& value, Path& v)
 {
-    static Value write(const Path& v) { return v.path.string(); }
-    static Path read(const std::string& option, const Value& value, const std::optional<Range>&)
-    {
-        if (!value.is_string())
-            refuse(option, value, "a path");
-        return Path{value.as_string()};
-    }
-};
-
-template <>
-struct Kind<InputFile> : PathKind<InputFile>
-{
-    static constexpr const char* name = "input_file";
-};
-
-template <>
-struct Kind<InputFolder> : PathKind<InputFolder>
-{
-    static constexpr const char* name = "input_folder";
-};
-
-template <>
-struct Kind<OutputName>
-{
-    static constexpr const char* name = "output_name";
-    static Value write(const OutputName& v) { return v.path; }
-    static OutputName read(const std::string& option, const Value& value, const std::optional<Range>&)
-    {
-        const std::filesystem::path path = value.is_string() ? value.as_string() : "";
-        if (path.empty() || path.is_absolute() || std::ranges::find(path, std::filesystem::path("..")) != path.end())
-            refuse(option, value, "a relative path without \"..\"");
-        return {path.generic_string()};
-    }
-};
+    v.path = value.as_string();
+}
 
 std::string unit_of(const std::string& name)
 {
@@ -197,46 +108,39 @@ std::string unit_of(const std::string& name)
     return {};
 }
 
+template <class T>
+OptionDeclaration completed(OptionDeclaration option, const T& value)
+{
+    option.kind = kind_of<T>;
+    option.unit = unit_of(option.name);
+    if (!option.required)
+        option.default_value = written(value);
+    if constexpr (std::is_same_v<T, int> || std::is_same_v<T, std::vector<int>>)
+    {
+        // What fits the type: a check without the plugin refuses what the plugin would.
+        constexpr double least = std::numeric_limits<int>::min();
+        constexpr double greatest = std::numeric_limits<int>::max();
+        option.min = std::max(option.min.value_or(least), least);
+        option.max = std::min(option.max.value_or(greatest), greatest);
+    }
+    for (std::optional<double>* bound : {&option.min, &option.max})
+        if (*bound && std::isinf(**bound))
+            bound->reset();
+    return option;
+}
+
 }  // namespace
 
 template <class T>
-Value Option<T>::describe() const
+Option<T>::Option(Configurable* owner, T value, OptionDeclaration declaration)
+    : Parameter(owner, completed(std::move(declaration), value)), value_(std::move(value))
 {
-    Value description = Value::Map{{"name", name()}, {"kind", Kind<T>::name}};
-    if (required_)
-        description.set("required", true);
-    else
-        description.set("default", Kind<T>::write(default_));
-    if (const std::optional<Range> accepted = narrowed<T>(range_))
-    {
-        if (std::isfinite(accepted->min))
-            description.set("min", accepted->min);
-        if (std::isfinite(accepted->max))
-            description.set("max", accepted->max);
-    }
-    if (!words_.empty())
-        description.set("choices", Value::List(words_.begin(), words_.end()));
-    if (const std::string unit = unit_of(name()); !unit.empty())
-        description.set("unit", unit);
-    if (!in_key_)
-        description.set("in_key", false);
-    description.set("help", help());
-    return description;
 }
 
 template <class T>
-void Option<T>::assign(const Value& value, ComponentFactory&)
+void Option<T>::set(const Value& value, ComponentFactory&)
 {
-    T read = Kind<T>::read(name(), value, range_);
-    if constexpr (std::is_same_v<T, std::string>)
-        if (!words_.empty() && std::ranges::find(words_, read) == words_.end())
-        {
-            std::string expected = "one of";
-            for (const std::string& word : words_)
-                expected += " " + word;
-            refuse(name(), value, expected);
-        }
-    value_ = std::move(read);
+    read(value, value_);
 }
 
 template class Option<bool>;
@@ -247,6 +151,8 @@ template class Option<std::string>;
 template class Option<std::vector<int>>;
 template class Option<std::vector<double>>;
 template class Option<InputFile>;
+template class Option<InputFiles>;
+template class Option<CommandLine>;
 template class Option<InputFolder>;
 template class Option<OutputName>;
 

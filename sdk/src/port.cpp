@@ -6,10 +6,21 @@ namespace fresco
 
 Artifact::~Artifact() = default;
 
-InputPort::InputPort(Configurable* owner, std::string name, std::string_view artifact, int version, bool is_optional,
-                     bool has_preview, std::string help)
-    : name_(std::move(name)), artifact_(artifact), version_(version), optional_(is_optional), has_preview_(has_preview),
-      help_(std::move(help))
+namespace
+{
+Value described(const std::string& name, const ArtifactType& type)
+{
+    Value description = Value::Map{{"name", name}, {"artifact", type.name}, {"version", type.version}};
+    if (const auto forms = type.form_names(); !forms.empty())
+        description.set("as", Value::List(forms.begin(), forms.end()));
+    if (type.has_preview)
+        description.set("preview", true);
+    return description;
+}
+}  // namespace
+
+InputPort::InputPort(Configurable* owner, std::string name, const ArtifactType& type, bool is_optional, std::string help)
+    : name_(std::move(name)), type_(type), optional_(is_optional), help_(std::move(help))
 {
     owner->inputs_.push_back(this);
 }
@@ -17,11 +28,9 @@ InputPort::~InputPort() = default;
 
 Value InputPort::describe() const
 {
-    Value description = Value::Map{{"name", name_}, {"artifact", artifact_}, {"version", version_}};
+    Value description = described(name_, type_);
     if (optional_)
         description.set("optional", true);
-    if (has_preview_)
-        description.set("preview", true);
     description.set("help", help_);
     return description;
 }
@@ -33,12 +42,11 @@ void InputPort::not_wired() const
 
 void InputPort::wrong_type() const
 {
-    throw Error("input \"" + name_ + "\" takes " + artifact_ + ", got another type");
+    throw Error("input \"" + name_ + "\" takes " + type_.name + ", got another type");
 }
 
-OutputPort::OutputPort(Configurable* owner, std::string name, std::string_view artifact, int version, bool has_preview,
-                       std::string help)
-    : name_(std::move(name)), artifact_(artifact), version_(version), has_preview_(has_preview), help_(std::move(help))
+OutputPort::OutputPort(Configurable* owner, std::string name, const ArtifactType& type, std::string help)
+    : name_(std::move(name)), type_(type), help_(std::move(help))
 {
     owner->outputs_.push_back(this);
 }
@@ -46,9 +54,7 @@ OutputPort::~OutputPort() = default;
 
 Value OutputPort::describe() const
 {
-    Value description = Value::Map{{"name", name_}, {"artifact", artifact_}, {"version", version_}};
-    if (has_preview_)
-        description.set("preview", true);
+    Value description = described(name_, type_);
     description.set("help", help_);
     return description;
 }

@@ -119,12 +119,9 @@ std::shared_ptr<Component> TestFactory::create(std::string_view kind, const Valu
     // As in the host, slots that the configuration leaves out get their defaults.
     for (const Parameter* parameter : component->parameters())
     {
-        const Value description = parameter->describe();
-        const std::string& kind_name = description.at("kind").as_string();
-        const Value* fallback = description.find("default");
-        if ((kind_name == "component" || kind_name == "components") && fallback != nullptr && fallback->is_map() &&
-            options.find(parameter->name()) == nullptr)
-            options.set(parameter->name(), *fallback);
+        const OptionDeclaration& option = parameter->declaration();
+        if (option.is_slot() && option.default_value.is_map() && options.find(option.name) == nullptr)
+            options.set(option.name, option.default_value);
     }
     component->configure(options, *this);
     return made_[key] = component;

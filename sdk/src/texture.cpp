@@ -49,6 +49,11 @@ std::shared_ptr<Texture> Texture::load(const ArtifactFolder& folder)
     return texture;
 }
 
+std::vector<ExchangeForm> Texture::exchange_forms()
+{
+    return {{.files = {"texture.json"}, .taken_in_place = false, .made_in_place = false}};
+}
+
 void TexturedMesh::save(const ArtifactFolder& folder) const
 {
     mesh.save(folder);
@@ -60,6 +65,34 @@ std::shared_ptr<TexturedMesh> TexturedMesh::load(const ArtifactFolder& folder)
     auto result = std::make_shared<TexturedMesh>();
     result->mesh = std::move(*Mesh::load(folder));
     result->image = std::move(*Image::load(folder));
+    return result;
+}
+
+std::vector<ExchangeForm> TexturedMesh::exchange_forms()
+{
+    std::vector<ExchangeForm> forms = Image::exchange_forms();
+    for (ExchangeForm& form : forms)
+    {
+        form.files.emplace_back("mesh.ply");
+        form.is_folder = true;
+    }
+    return forms;
+}
+
+void TexturedMesh::write_exchange(const Exchange& to) const
+{
+    mesh.save(to.folder);
+    image.write_exchange(to);
+}
+
+std::shared_ptr<TexturedMesh> TexturedMesh::from_exchange(const Exchange& from)
+{
+    auto result = std::make_shared<TexturedMesh>();
+    result->mesh = std::move(*Mesh::load(from.folder));
+    if (result->mesh.texcoords.empty())
+        throw Error((from.folder.path / "mesh.ply").string() +
+                    ": a textured mesh needs texcoords: a list property texcoord per face");
+    result->image = std::move(*Image::from_exchange(from));
     return result;
 }
 

@@ -3,6 +3,7 @@
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/packed_uv_map.h>
+#include <fresco/run_context.h>
 #include <fresco/uv_maps.h>
 
 #include <cstdio>
@@ -74,6 +75,23 @@ std::shared_ptr<UvMaps> UvMaps::load(const ArtifactFolder& folder)
         result->views.push_back(std::move(view));
     }
     return result;
+}
+
+std::vector<ExchangeForm> UvMaps::exchange_forms()
+{
+    return {{.files = {"uvmaps.json"}}};
+}
+
+std::shared_ptr<UvMaps> UvMaps::from_exchange(const Exchange& from)
+{
+    auto maps = load(from.folder);
+    for (std::size_t view = 0; view < maps->views.size(); ++view)
+        for (std::size_t level = 0; level < maps->heights_px.size(); ++level)
+        {
+            from.run.check_canceled();
+            (void)maps->load_map(view, level);
+        }
+    return maps;
 }
 
 }  // namespace fresco

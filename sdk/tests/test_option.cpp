@@ -99,8 +99,8 @@ TEST_CASE("Values are taken, and what does not fit is refused by name, value and
 
     const auto refuse = [&](const char* name, Value value) { painter.configure(Value::Map{{name, std::move(value)}}, factory); };
     CHECK_THROWS_WITH(refuse("strokes_count", 101), Contains("strokes_count") && Contains("101") && Contains("1 to 100"));
-    CHECK_THROWS_WITH(refuse("strokes_count", 1.5), Contains("whole number"));
-    CHECK_THROWS_WITH(refuse("style", "moist"), Contains("wet dry"));
+    CHECK_THROWS_WITH(refuse("strokes_count", 1.5), Contains("1.5 is not accepted; expected an integer from 1 to 100"));
+    CHECK_THROWS_WITH(refuse("style", "moist"), Contains("'moist' is not known; expected one of wet, dry"));
     CHECK_THROWS_WITH(refuse("color", Value::List{0, 2}), Contains("0 to 1"));
     CHECK_THROWS_WITH(refuse("path", "../up.png"), Contains("relative"));
     CHECK_THROWS_WITH(refuse("path", "/abs.png"), Contains("relative"));

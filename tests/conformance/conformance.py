@@ -59,10 +59,7 @@ def check_type(entry):
     declaration = described.get("declaration", described)
     folder = SOURCE / "plugins" / name.replace(".", "_")
     readme = folder / "README.md"
-    if name == "command":  # The one stage that is in no plugin.
-        readme = SOURCE / "sdk" / "docs" / "commands.md"
-    else:
-        expect((PLUGINS / (folder.name + ".so")).exists(), f"{name}: no library of that name")
+    expect((PLUGINS / (folder.name + ".so")).exists(), f"{name}: no library of that name")
     expect(SNAKE.match(folder.name), f"{name}: is not kind.name in snake_case")
     text = readme.read_text() if readme.exists() else ""
     expect(text, f"{name}: has no README.md")

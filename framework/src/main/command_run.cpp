@@ -1,11 +1,9 @@
 #include "base/unit_text.h"
 #include "display/display.h"
 #include "main/commands.h"
-#include "pipeline/pipeline_commands.h"
 
 #include "base/machine.h"
-#include "base/suggest.h"
-#include "plugins/command_stage.h"
+#include "pipeline/pipeline_ports.h"
 #include "report/report.h"
 #include "report/sweep_summary.h"
 #include "run/commands_inspect.h"
@@ -13,6 +11,7 @@
 #include "run/plan.h"
 #include "run/scheduler.h"
 #include <fresco/error.h>
+#include <fresco/wording.h>
 
 #include <algorithm>
 #include <chrono>

@@ -1,8 +1,8 @@
 #include "main/commands.h"
 
 #include "base/machine.h"
-#include "base/suggest.h"
 #include <fresco/error.h>
+#include <fresco/wording.h>
 
 #include <csignal>
 #include <cstdio>
@@ -33,7 +33,7 @@ bool names_unknown_command(const CLI::App& app, int argc, char** argv)
         if (!command->get_group().empty())
             names.push_back(command->get_name());
     }
-    std::fprintf(stderr, "error: unknown command '%s'%s\n", argv[1], fresco::host::suggestion(argv[1], names).c_str());
+    std::fprintf(stderr, "error: unknown command '%s'%s\n", argv[1], fresco::suggestion(argv[1], names).c_str());
     return true;
 }
 

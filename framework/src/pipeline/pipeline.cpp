@@ -1,12 +1,12 @@
 #include "pipeline/pipeline.h"
-#include "base/suggest.h"
 #include "pipeline/output_owners.h"
-#include "pipeline/pipeline_commands.h"
 #include "pipeline/pipeline_document.h"
+#include "pipeline/pipeline_ports.h"
 #include "pipeline/pipeline_sets.h"
 #include "pipeline/pipeline_sweep.h"
 #include "pipeline/pipeline_wiring.h"
 #include <fresco/error.h>
+#include <fresco/wording.h>
 
 #include <algorithm>
 #include <map>
@@ -47,8 +47,8 @@ std::vector<StageDraft> draft_stages(const YamlNode& stages, TypeTable& types, O
             draft.type = types.require(*type, "stage", draft.title(), draft.config.find("type")->value.position(), problems);
         if (draft.type)
             draft.options = checker.complete(draft.type, draft.config, {"type", "input"}, draft.title(), draft.uses);
-        if (draft.type && draft.type.description->type == command_type_name)
-            complete_command(draft, checker, types, problems);
+        if (draft.type)
+            settle_declared_ports(draft, types, problems);
     }
     return drafts;
 }

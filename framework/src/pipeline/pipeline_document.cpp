@@ -1,7 +1,7 @@
 #include "pipeline/pipeline_document.h"
-#include "base/suggest.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
+#include <fresco/wording.h>
 
 #include <algorithm>
 
@@ -235,13 +235,6 @@ void check_stages(const YamlNode& stages, const YamlNode& vars, ProblemList& pro
                                              " is unambiguous");
 }
 }  // namespace
-
-bool is_name(std::string_view text)
-{
-    const auto is_letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; };
-    const auto is_inner = [&](char c) { return is_letter(c) || (c >= '0' && c <= '9') || c == '-'; };
-    return !text.empty() && is_letter(text.front()) && std::all_of(text.begin(), text.end(), is_inner);
-}
 
 PipelineDocument read_pipeline_document(const fs::path& file, const std::string& shown, ProblemList& problems)
 {

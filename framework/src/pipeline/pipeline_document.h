@@ -27,7 +27,4 @@ struct PipelineDocument
 /// var that the upper file sets is no axis of the base's any more.
 PipelineDocument read_pipeline_document(const std::filesystem::path& file, const std::string& shown, ProblemList& problems);
 
-/// Letters, digits, '_' and '-', not beginning with a digit or '-': what stages and vars are called.
-bool is_name(std::string_view text);
-
 }  // namespace fresco::host

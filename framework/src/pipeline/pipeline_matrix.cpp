@@ -1,6 +1,6 @@
 #include "pipeline/pipeline_matrix.h"
-#include "base/suggest.h"
 #include <fresco/error.h>
+#include <fresco/wording.h>
 
 #include <algorithm>
 #include <filesystem>

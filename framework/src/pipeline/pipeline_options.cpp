@@ -1,6 +1,5 @@
 #include "pipeline/pipeline_options.h"
-#include "base/suggest.h"
-#include "pipeline/pipeline_commands.h"
+#include <fresco/wording.h>
 
 #include <algorithm>
 
@@ -16,6 +15,19 @@ std::string default_text(const OptionDeclaration& option)
     if (option.default_value.is_null())
         return {};
     return " for the default, " + to_json(option.default_value);
+}
+
+/// A component that is there only for a form in which no port is exchanged is not.
+bool is_needed(const OptionDeclaration& option, const TypeDeclaration& type, const Value& values)
+{
+    if (option.for_form.empty())
+        return true;
+    for (const OptionDeclaration& ports : type.options)
+        if (const Value* value = ports.is_ports() ? values.find(ports.name) : nullptr)
+            for (const auto& [name, port] : value->as_map())
+                if (port.at("as").as_string() == option.for_form)
+                    return true;
+    return false;
 }
 }  // namespace
 
@@ -34,7 +46,7 @@ Value OptionChecker::complete(const KnownType& type, YamlNode config, const std:
                                             (known.empty() ? ": it has none" : suggestion(entry.key, spellings)));
     }
     expand_auto(*type.declaration, config);
-    Value::Map result;
+    Value result = Value::Map{};
     for (const OptionDeclaration& option : type.declaration->options)
     {
         const YamlNode::Entry* written = config.find(option.name);
@@ -50,29 +62,35 @@ Value OptionChecker::complete(const KnownType& type, YamlNode config, const std:
                                                  (option.help.empty() ? "" : " (" + option.help + ")"));
             continue;
         }
-        if (!written && option.default_value.is_null())
+        if (!written && (option.default_value.is_null() || !is_needed(option, *type.declaration, result)))
             continue;
         const YamlNode node = written ? written->value : yaml_from_value(option.default_value, config);
         Value value = option.is_slot() ? complete_slot(option, node, user, uses) : check_plain(option, node, user, uses);
         const bool nothing = value.is_null() || (option.kind == OptionKind::output_name && value.as_string().empty());
         if (!nothing)
-            result.emplace_back(option.name, std::move(value));
+            result.set(option.name, std::move(value));
     }
     return result;
 }
 
 Value OptionChecker::check_plain(const OptionDeclaration& option, const YamlNode& node, const std::string& user, OptionUses& uses)
 {
-    if (option.kind == OptionKind::texts)
-        return check_texts(option, node, user, problems_);
-    if (option.kind == OptionKind::input_files)
-        return check_input_files(option, node, user, uses, problems_);
-    if (option.kind == OptionKind::ports)
-        return check_ports(option, node, user, types_, problems_);
-    Value value = check_value(option, node, user, problems_);
-    if (value.is_null() || !value.is_string() || value.as_string().empty())
-        return value;
+    Value value = value_of(option, node, user, problems_);
     const std::string owner = user + ": option '" + option.name + "'";
+    if (option.kind == OptionKind::input_files && !value.is_null())
+        for (auto& [name, path] : value.as_map())
+        {
+            const auto item = std::ranges::find(node.items, name, &YamlNode::text);
+            uses.input_files.push_back(
+                check_input_path(item != node.items.end() ? *item : node.find(name)->value, false, owner, problems_));
+            path = uses.input_files.back().string();
+        }
+    if (option.is_ports() && !value.is_null())
+        for (const auto& [name, port] : value.as_map())
+            if (const TypeDescription* owner_type = types_.owner_of(port.at("artifact").as_string()))
+                uses.components.insert(owner_type);
+    if (!value.is_string() || value.as_string().empty())
+        return value;
     if (option.kind == OptionKind::input_file)
         uses.input_files.push_back(check_input_path(node, false, owner, problems_));
     else if (option.kind == OptionKind::input_folder)
@@ -85,39 +103,17 @@ Value OptionChecker::check_plain(const OptionDeclaration& option, const YamlNode
 Value OptionChecker::complete_slot(const OptionDeclaration& option, const YamlNode& node, const std::string& user,
                                    OptionUses& uses)
 {
-    if (option.kind == OptionKind::components)
-        return complete_component_map(option, node, user, uses);
-    if (option.optional && node.is_scalar() && node.text == "none")
-        return {};
-    return complete_component(option.component_kind, node, {}, user + ": option '" + option.name + "'", uses);
-}
-
-Value OptionChecker::complete_component_map(const OptionDeclaration& option, const YamlNode& node, const std::string& user,
-                                            OptionUses& uses)
-{
+    const bool is_formed = !value_of(option, node, user, problems_).is_null();
     const std::string owner = user + ": option '" + option.name;
-    if (!node.is_map())
-    {
-        if (node.is_valid())
-            problems_.add(node.position(), owner + "': expected " + option.accepted() + ", got " + node.summary());
-        return {};
-    }
-    if (node.find("type") && node.find("type")->value.is_scalar())
-    {
-        problems_.add(node.position(), owner + "' holds several components: give each a name, {name: {type: …}}");
-        return {};
-    }
+    if (option.kind == OptionKind::component)
+        return is_formed ? complete_component(option.component_kind, node, {}, owner + "'", uses) : Value();
     Value::Map result;
     for (const YamlNode::Entry& entry : node.entries)
-    {
-        if (entry.value.is_null())
-            problems_.add(entry.position(), owner + "." + entry.key + "' has no value: set {type: …}, or leave the line out");
-        else
+        if (is_formed || (!node.find("type") && (entry.value.is_map() || entry.value.is_scalar())))
             result.emplace_back(entry.key,
                                 complete_component(option.component_kind, entry.value, {}, owner + "." + entry.key + "'", uses));
-    }
     std::sort(result.begin(), result.end(), [](const Value::Entry& a, const Value::Entry& b) { return a.first < b.first; });
-    return result;
+    return is_formed ? Value(std::move(result)) : Value();
 }
 
 Value OptionChecker::complete_component(std::string_view kind, const YamlNode& config, const std::vector<std::string>& taken,

@@ -42,8 +42,6 @@ class OptionChecker
 
   private:
     Value complete_slot(const OptionDeclaration& option, const YamlNode& node, const std::string& user, OptionUses& uses);
-    Value complete_component_map(const OptionDeclaration& option, const YamlNode& node, const std::string& user,
-                                 OptionUses& uses);
     Value check_plain(const OptionDeclaration& option, const YamlNode& node, const std::string& user, OptionUses& uses);
 
     TypeTable& types_;
@@ -51,9 +49,9 @@ class OptionChecker
     std::size_t depth_ = 0;
 };
 
-/// One value against its declaration, without looking at the disk: the value with its type (a path absolute, a number as double),
-/// or null after a problem at the node's place.
-Value check_value(const OptionDeclaration& option, const YamlNode& node, const std::string& user, ProblemList& problems);
+/// The node as the option holds it (a path absolute), without looking at the disk, or null after a problem at the place of the
+/// part that is wrong.
+Value value_of(const OptionDeclaration& option, const YamlNode& node, const std::string& user, ProblemList& problems);
 
 /// The absolute path of a file or folder option's text; reports (as missing input) one that does not exist or cannot be read.
 std::filesystem::path check_input_path(const YamlNode& node, bool folder, const std::string& user, ProblemList& problems);

@@ -1,5 +1,5 @@
 #include "pipeline/pipeline_sets.h"
-#include "base/suggest.h"
+#include <fresco/wording.h>
 
 #include <algorithm>
 

@@ -1,6 +1,7 @@
 #include "pipeline/pipeline_types.h"
-#include "base/suggest.h"
+#include <fresco/artifact_type.h>
 #include <fresco/error.h>
+#include <fresco/wording.h>
 
 #include <algorithm>
 
@@ -22,7 +23,39 @@ const Refusal* probable_refusal(const Catalog& catalog, std::string type)
 const TypeDeclaration& TypeTable::declaration(const TypeDescription& type)
 {
     const auto known = declarations_.find(&type);
-    return known != declarations_.end() ? known->second : declarations_.emplace(&type, read_declaration(type)).first->second;
+    if (known != declarations_.end())
+        return known->second;
+    TypeDeclaration& declaration = declarations_.emplace(&type, read_declaration(type)).first->second;
+    for (OptionDeclaration& option : declaration.options)
+        if (option.is_ports())
+            for (const auto& [name, artifact] : artifacts())
+                option.artifacts[name] = artifact.port;
+    return declaration;
+}
+
+const std::map<std::string, TypeTable::KnownArtifact, std::less<>>& TypeTable::artifacts()
+{
+    if (!artifacts_.empty())
+        return artifacts_;
+    for (const ArtifactType* type : artifact_types())
+        artifacts_[type->name] = {{type->version, type->form_names()}, nullptr};
+    for (const TypeDescription* type : of_kind("stage"))
+        for (const char* side : {"outputs", "inputs"})
+            for (const Value& port : type->declaration.at(side).as_list())
+            {
+                KnownArtifact artifact{{static_cast<int>(port.at("version").as_int()), {}}, type};
+                if (const Value* forms = port.find("as"))
+                    for (const Value& form : forms->as_list())
+                        artifact.port.as.push_back(form.as_string());
+                artifacts_.emplace(port.at("artifact").as_string(), std::move(artifact));
+            }
+    return artifacts_;
+}
+
+const TypeDescription* TypeTable::owner_of(std::string_view artifact)
+{
+    const auto known = artifacts().find(artifact);
+    return known == artifacts().end() ? nullptr : known->second.owner;
 }
 
 KnownType TypeTable::find(std::string_view type, std::string_view kind)

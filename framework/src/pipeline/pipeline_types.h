@@ -39,14 +39,24 @@ class TypeTable
     /// All types where `kind` is empty.
     std::vector<const TypeDescription*> of_kind(std::string_view kind) const;
     std::vector<std::string> names_of_kind(std::string_view kind) const;
+    /// A stage type whose library an artifact comes with; nullptr for those of the SDK.
+    const TypeDescription* owner_of(std::string_view artifact);
     /// A type that the catalog does not have: one stage's own.
     KnownType adopt(std::shared_ptr<const TypeDescription> type);
 
   private:
+    struct KnownArtifact
+    {
+        PortArtifact port;
+        const TypeDescription* owner = nullptr;
+    };
+    /// Those of the SDK, and of the ports of all stages.
+    const std::map<std::string, KnownArtifact, std::less<>>& artifacts();
     const TypeDeclaration& declaration(const TypeDescription& type);
 
     const Catalog& catalog_;
     std::map<const TypeDescription*, TypeDeclaration> declarations_;
+    std::map<std::string, KnownArtifact, std::less<>> artifacts_;
     std::vector<std::shared_ptr<const TypeDescription>> adopted_;
 };
 

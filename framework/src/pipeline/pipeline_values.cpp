@@ -1,5 +1,5 @@
-#include "base/suggest.h"
 #include "pipeline/pipeline_options.h"
+#include <fresco/wording.h>
 
 #include <algorithm>
 #include <cmath>
@@ -47,147 +47,92 @@ std::string hint(OptionKind kind, const YamlNode& node, const Value& value)
     return {};
 }
 
-std::string range_problem(const OptionDeclaration& option, double number)
+/// How an option reads scalars.
+enum class Reading
 {
-    if (option.min && number < *option.min)
-        return number_text(number) + " is too small";
-    if (option.max && number > *option.max)
-        return number_text(number) + " is too large";
-    return {};
-}
+    resolved,    ///< By the rules of YAML.
+    text,        ///< The same, but on the command line quotes are the shell's: a number there is text.
+    as_written,  ///< Every scalar is text.
+};
 
-/// The scalar as the kind of option needs it, or null.
-Value as_kind(OptionKind kind, const YamlNode& node, const Value& value)
+Reading reading_of(OptionKind kind)
 {
     switch (kind)
     {
-    case OptionKind::boolean:
-        return value.is_bool() ? value : Value();
-    case OptionKind::integer:
-        return value.is_int() ? value : Value();
-    case OptionKind::number:
-        return value.is_number() ? Value(value.as_double()) : Value();
+    case OptionKind::text:
+    case OptionKind::input_file:
+    case OptionKind::input_folder:
+    case OptionKind::output_name:
+        return Reading::text;
+    case OptionKind::command_line:
+    case OptionKind::input_files:
+        return Reading::as_written;
     default:
-        break;
+        return Reading::resolved;
     }
-    // On the command line quotes are the shell's: a number there is text where text is wanted.
-    if (value.is_string() || node.from_command_line())
-        return node.text;
-    return {};
 }
 
-bool is_output_name(const std::string& text)
+/// The tree that a node stands for; null for scalars that cannot be read.
+Value plain_value(const YamlNode& node, Reading reading)
 {
-    if (text.find('\\') != std::string::npos || text.back() == '/')
-        return false;
-    const fs::path path(text);
-    return path.is_relative() &&
-           std::all_of(path.begin(), path.end(), [](const fs::path& part) { return part != ".." && part != "."; });
-}
-
-class ValueChecker
-{
-  public:
-    ValueChecker(const OptionDeclaration& option, const std::string& user, ProblemList& problems)
-        : option_(option), prefix_(user + ": option '" + option.name + "': "), problems_(problems)
+    if (node.is_list())
     {
-    }
-
-    Value check(const YamlNode& node)
-    {
-        if (option_.kind == OptionKind::integers || option_.kind == OptionKind::numbers)
-            return check_list(node);
-        return check_scalar(option_.kind, node);
-    }
-
-  private:
-    Value check_list(const YamlNode& node)
-    {
-        if (!node.is_list())
-            return refuse(node);
-        const OptionKind each = option_.kind == OptionKind::integers ? OptionKind::integer : OptionKind::number;
-        Value::List values;
-        bool good = true;
+        Value::List list;
         for (const YamlNode& item : node.items)
-        {
-            Value value = check_scalar(each, item);
-            good = good && !value.is_null();
-            values.push_back(std::move(value));
-        }
-        return good ? Value(std::move(values)) : Value();
+            list.push_back(plain_value(item, reading));
+        return list;
     }
-
-    Value check_scalar(OptionKind kind, const YamlNode& node)
+    if (node.is_map())
     {
-        if (!node.is_valid())
-            return {};
-        if (!node.is_scalar())
-            return refuse(node);
-        const bool wants_text = kind != OptionKind::boolean && kind != OptionKind::integer && kind != OptionKind::number;
-        const ResolvedScalar resolved = resolve_scalar(node);
-        if (!resolved.refusal.empty() && !(wants_text && node.from_command_line()))
-            return report(node, resolved.refusal + "; expected " + option_.accepted());
-        const Value value = as_kind(kind, node, resolved.value);
-        if (value.is_null())
-            return refuse(node, hint(kind, node, resolved.value));
-        return check_domain(node, value);
+        Value::Map map;
+        for (const YamlNode::Entry& entry : node.entries)
+            map.emplace_back(entry.key, plain_value(entry.value, reading));
+        return map;
     }
-
-    Value check_domain(const YamlNode& node, const Value& value)
-    {
-        if (value.is_number())
-        {
-            const std::string wrong = range_problem(option_, value.as_double());
-            return wrong.empty() ? value : report(node, wrong + "; expected " + option_.accepted());
-        }
-        if (!value.is_string())
-            return value;
-        const std::string& text = value.as_string();
-        if (!option_.choices.empty() && std::find(option_.choices.begin(), option_.choices.end(), text) == option_.choices.end())
-        {
-            const std::string meant = nearest(text, option_.choices);
-            return report(node, "'" + text + "' is not known" + (meant.empty() ? "" : " (did you mean '" + meant + "'?)") +
-                                    "; expected " + option_.accepted());
-        }
-        if (option_.kind == OptionKind::output_name && !text.empty() && !is_output_name(text))
-            return report(node, "'" + text + "' is not accepted; expected " + option_.accepted());
-        const bool is_path = option_.kind == OptionKind::input_file || option_.kind == OptionKind::input_folder;
-        if (is_path && !text.empty())
-            return (node.path_base() / text).lexically_normal().string();
-        return value;
-    }
-
-    Value refuse(const YamlNode& node, const std::string& hint_text = {})
-    {
-        if (node.is_valid())
-            report(node, "expected " + option_.accepted() + ", got " + node.summary() + hint_text);
+    if (!node.is_scalar())
         return {};
-    }
+    const bool is_text = reading == Reading::as_written || (reading == Reading::text && node.from_command_line());
+    return is_text ? Value(node.text) : resolve_scalar(node).value;
+}
 
-    Value report(const YamlNode& node, const std::string& text)
-    {
-        problems_.add(node.position(), prefix_ + text);
-        return {};
-    }
+const YamlNode& part_of(const YamlNode& node, const std::vector<std::string>& place)
+{
+    const YamlNode* part = &node;
+    for (const std::string& step : place)
+        part = part->is_list() ? &part->items[std::stoul(step)] : &part->find(step)->value;
+    return *part;
+}
 
-    const OptionDeclaration& option_;
-    std::string prefix_;
-    ProblemList& problems_;
-};
+std::string problem_text(const OptionDeclaration& option, const ValueProblem& problem, const YamlNode& part)
+{
+    const std::string expected = problem.expected.empty() ? "" : "; expected " + problem.expected;
+    if (!problem.wrong.empty())
+        return problem.wrong + expected;
+    const ResolvedScalar resolved = part.is_scalar() ? resolve_scalar(part) : ResolvedScalar{};
+    if (!resolved.refusal.empty())
+        return resolved.refusal + expected;
+    OptionKind kind = option.kind;
+    if (!problem.place.empty() && kind == OptionKind::integers)
+        kind = OptionKind::integer;
+    if (!problem.place.empty() && kind == OptionKind::numbers)
+        kind = OptionKind::number;
+    std::string meant = part.is_scalar() ? hint(kind, part, resolved.value) : "";
+    if (part.is_map() && reading_of(kind) == Reading::as_written)
+        meant = " (a word with braces is written in quotes)";
+    return "expected " + problem.expected + ", got " + part.summary() + meant;
+}
 }  // namespace
 
-Value check_value(const OptionDeclaration& option, const YamlNode& node, const std::string& user, ProblemList& problems)
+Value value_of(const OptionDeclaration& option, const YamlNode& node, const std::string& user, ProblemList& problems)
 {
-    const bool is_list = option.kind == OptionKind::integers || option.kind == OptionKind::numbers;
-    const OptionKind kind = option.kind;
-    if (is_list && node.is_scalar())
-    {
-        const ResolvedScalar resolved = resolve_scalar(node);
-        problems.add(node.position(), user + ": option '" + option.name + "': expected " + option.accepted() + ", got " +
-                                          node.summary() + hint(kind, node, resolved.value));
-        return {};
-    }
-    return ValueChecker(option, user, problems).check(node);
+    CheckedValue checked = check_value(option, plain_value(node, reading_of(option.kind)));
+    for (const ValueProblem& problem : checked.problems)
+        if (const YamlNode& part = part_of(node, problem.place); part.is_valid())
+            problems.add(part.position(), user + ": option '" + option.name + "': " + problem_text(option, problem, part));
+    const bool is_path = option.kind == OptionKind::input_file || option.kind == OptionKind::input_folder;
+    if (is_path && checked.value.is_string() && !checked.value.as_string().empty())
+        return (node.path_base() / checked.value.as_string()).lexically_normal().string();
+    return std::move(checked.value);
 }
 
 fs::path check_input_path(const YamlNode& node, bool folder, const std::string& user, ProblemList& problems)

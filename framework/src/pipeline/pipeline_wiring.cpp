@@ -1,5 +1,5 @@
 #include "pipeline/pipeline_wiring.h"
-#include "base/suggest.h"
+#include <fresco/wording.h>
 
 #include <algorithm>
 #include <set>
@@ -37,6 +37,13 @@ std::vector<std::string> names_of(const std::vector<PortDeclaration>& ports)
     for (const PortDeclaration& port : ports)
         names.push_back(port.name);
     return names;
+}
+
+/// Where the stage's inputs would be declared, if the pipeline does that.
+std::string declared_by(const TypeDeclaration& type)
+{
+    const auto option = std::ranges::find(type.options, OptionKind::input_ports, &OptionDeclaration::kind);
+    return option == type.options.end() ? "" : ": declare its ports by '" + option->name + "'";
 }
 
 bool looks_like_path(const std::string& text)
@@ -77,8 +84,7 @@ void Wiring::wire(StageDraft& stage)
     else if (input && type.inputs.empty())
     {
         if (!(input->value.is_map() && input->value.entries.empty()))
-            problems_.add(input->position(),
-                          stage.title() + " takes no input" + (stage.own_type ? ": declare its ports by 'inputs'" : ""));
+            problems_.add(input->position(), stage.title() + " takes no input" + declared_by(type));
         follow_blindly(stage, input->value);
     }
     else if (input)
@@ -262,10 +268,8 @@ void Wiring::wire_file(StageDraft& stage, const Ports& inputs, const YamlNode& n
 {
     const YamlNode& file = node.find("file")->value;
     const std::string user = stage.title() + ": input" + (inputs.size() == 1 ? " '" + inputs[0]->name + "'" : "");
-    OptionDeclaration declared;
-    declared.name = "file";
-    declared.kind = OptionKind::input_file;
-    const Value path = file.is_null() ? Value() : check_value(declared, file, user, problems_);
+    const OptionDeclaration declared{.name = "file", .kind = OptionKind::input_file};
+    const Value path = file.is_null() ? Value() : value_of(declared, file, user, problems_);
     if (file.is_null())
         problems_.add(file.position(), user + ": 'file' has no value: set it to " + declared.accepted());
     if (path.is_null())

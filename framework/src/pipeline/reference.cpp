@@ -1,7 +1,6 @@
 #include "pipeline/reference.h"
 
 #include "pipeline/pipeline_types.h"
-#include "plugins/command_stage.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 
@@ -113,11 +112,9 @@ std::string options(const TypeDeclaration& declaration, const TypeTable& types)
 
 std::string page_text(const TypeDescription& type, const TypeDeclaration& declaration, const TypeTable& types)
 {
-    std::string text =
-        std::string(written_by) + "# " + type.type + "\n\n" + cell(type.help) + ".\n\n" +
-        (type.kind == "stage" ? "A stage" : "A component of kind " + code(type.kind)) +
-        (type.type == command_type_name ? ", built into the program" : ", in the plugin " + code(type.library.stem().string())) +
-        ".\n";
+    std::string text = std::string(written_by) + "# " + type.type + "\n\n" + cell(type.help) + ".\n\n" +
+                       (type.kind == "stage" ? "A stage" : "A component of kind " + code(type.kind)) + ", in the plugin " +
+                       code(type.library.stem().string()) + ".\n";
     if (!declaration.artifact.empty())
     {
         text += "It reads " + code(declaration.artifact) + " from files that end in ";

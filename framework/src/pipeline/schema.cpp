@@ -69,11 +69,12 @@ Value accepted_schema(const OptionDeclaration& option)
     case OptionKind::input_folder:
     case OptionKind::output_name:
         return Map{{"type", "string"}};
-    case OptionKind::texts:
+    case OptionKind::command_line:
         return or_var(Map{{"type", "array"}, {"items", Map{{"type", List{"string", "number", "boolean"}}}}, {"minItems", 1}});
     case OptionKind::input_files:
         return or_var(Map{{"type", "array"}, {"items", Map{{"type", "string"}}}});
-    case OptionKind::ports:
+    case OptionKind::input_ports:
+    case OptionKind::output_ports:
         return Map{{"type", "object"},
                    {"additionalProperties",
                     Map{{"anyOf", List{Map{{"type", "string"}}, Map{{"type", "object"},
@@ -213,8 +214,7 @@ class SchemaWriter
     {
         Value properties = Map{{"type", Map{{"const", type.type}}}};
         List required{"type"};
-        const bool own_ports = std::any_of(declaration.options.begin(), declaration.options.end(),
-                                           [](const OptionDeclaration& option) { return option.kind == OptionKind::ports; });
+        const bool own_ports = std::ranges::any_of(declaration.options, &OptionDeclaration::is_ports);
         if (own_ports)
             properties.set("input", Map{{"type", List{"string", "object"}}});
         else if (type.kind == "stage" && !declaration.inputs.empty())

@@ -55,17 +55,15 @@ Function required_symbol(const boost::dll::shared_library& library, const char* 
 
 bool is_type_name(const std::string& type)
 {
-    bool dot = false;
     char last = '.';
     for (const char c : type)
     {
         const bool word = (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_';
         if (!word && (c != '.' || last == '.'))
             return false;
-        dot = dot || c == '.';
         last = c;
     }
-    return dot && last != '.';
+    return last != '.';
 }
 
 const fresco_plugin_info& host_stamp()
@@ -143,7 +141,8 @@ PluginLibrary::PluginLibrary(const fs::path& file) : file_(file)
             continue;
         }
         if (!is_type_name(type) || list[i].create == nullptr)
-            throw Error("registers the type \"" + type + "\"; a type reads like mesh.decimate (lower case, digits, '_', a dot)");
+            throw Error("registers the type \"" + type +
+                        "\"; a type reads like mesh.decimate (lower case, digits, '_', dots between words)");
         if (!seen.insert(type).second)
             throw Error("registers the type \"" + type + "\" twice");
         entries_.push_back({type, text_of(list[i].kind), text_of(list[i].help)});

@@ -26,7 +26,7 @@ std::optional<std::string> handshake_problem(const fresco_plugin_info& plugin, c
 /// folder or a device is named, not opened.
 std::optional<std::string> library_file_problem(const std::filesystem::path& file);
 
-/// Whether a stage or component can be called so: small letters, digits and '_', in two words or more with dots between them.
+/// Whether a stage or component can be called so: small letters, digits and '_', in words with dots between them.
 bool is_type_name(const std::string& type);
 
 /// An open plugin. It stays open until the process ends: libtorch does not survive being unloaded.

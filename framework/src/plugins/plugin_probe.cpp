@@ -155,7 +155,7 @@ void take_lines(RunningProbe& running)
 /// True once the child has ended and the probe is complete.
 bool finish(RunningProbe& running)
 {
-    ChildEnd end;
+    ProcessEnd end;
     if (!take_end(running.child.pid, end))
         return false;
     take_lines(running);

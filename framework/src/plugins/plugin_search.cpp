@@ -1,7 +1,6 @@
 #include "plugins/own_libraries.h"
 
 #include "base/file_stamp.h"
-#include "plugins/command_stage.h"
 #include "plugins/plugin_library.h"
 #include "plugins/plugin_probe.h"
 #include "plugins/plugin_search.h"
@@ -266,7 +265,6 @@ Catalog load_catalog(bool again)
         add_to_catalog(catalog, probe, cache);
     }
     cache.save();
-    catalog.add(command_type());
     for (const auto& folder : plugin_folders())
         add_unbuilt(catalog, folder.path);
     return catalog;

@@ -75,7 +75,7 @@ std::string plugin_folder_name(const std::string& type)
 
 std::vector<TextFile> new_plugin(const std::string& kind, const std::string& type)
 {
-    if (!is_type_name(type))
+    if (!is_type_name(type) || type.find('.') == std::string::npos)
         throw Error("invalid type name '" + type + "': use lowercase letters, digits and '_', and a dot, such as my." + kind);
     if (std::isdigit(static_cast<unsigned char>(type.front())) != 0 || type.front() == '_' ||
         type.find("__") != std::string::npos || type.find("_.") != std::string::npos || type.find("._") != std::string::npos)

@@ -96,7 +96,7 @@ std::string run_child(const Value& request, const Store& store)
     write_file(folder.file(), to_json(request));
     const Child child = start_child({"internal-page", folder.file().string()});
     LineBuffer output;
-    ChildEnd end;
+    ProcessEnd end;
     std::string text;
     std::string line;
     for (bool open = true; open;)

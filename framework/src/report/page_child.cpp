@@ -44,7 +44,7 @@ std::shared_ptr<const Artifact> artifact_of(const Value& request, WorkerFactory&
         return component<FileReader>(factory, request.at("reader"))->read(file->as_string());
     const std::unique_ptr<Configurable> maker = factory.make(request.at("maker").as_string(), "stage");
     for (const OutputPort* output : maker->outputs())
-        if (output->artifact() == request.at("artifact").as_string())
+        if (output->type().name == request.at("artifact").as_string())
             return output->load({store.object(request.at("object").as_string()) / request.at("port").as_string(), store.root()});
     throw Error("its plugin changed; run again");
 }

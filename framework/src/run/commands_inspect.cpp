@@ -2,7 +2,6 @@
 #include "pipeline/dot.h"
 #include "pipeline/pipeline_types.h"
 #include "pipeline/schema.h"
-#include "plugins/command_stage.h"
 
 #include <algorithm>
 #include <ostream>
@@ -158,10 +157,7 @@ void write_options(const TypeDeclaration& declaration, const TypeTable& types, s
 void write_text(const TypeDescription& type, const TypeDeclaration& declaration, const TypeTable& types, std::ostream& out)
 {
     out << type.type << " (" << type.kind << "): " << type.help << '\n';
-    if (type.type == command_type_name)
-        out << "built in; its ports are declared in the pipeline\n";
-    else
-        out << "in " << type.library.string() << '\n';
+    out << "in " << type.library.string() << '\n';
     if (!declaration.artifact.empty())
     {
         out << "reads " << declaration.artifact << " from";

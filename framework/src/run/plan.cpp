@@ -1,6 +1,5 @@
 #include "run/plan.h"
-#include "pipeline/pipeline_commands.h"
-#include "plugins/command_stage.h"
+#include "pipeline/pipeline_ports.h"
 #include "run/estimate.h"
 #include "run/result_key.h"
 #include "store/stage_record.h"

@@ -119,8 +119,11 @@ std::string explain_option(const std::string& name, const Value& before, const V
 {
     const Value* old = before.find(name);
     const Value* current = now.find(name);
-    if (name == "files" && old != nullptr && current != nullptr && old->is_map() && current->is_map())
-        return "among the files, " + differing_entries(*old, *current).front() + " changed";
+    const auto lists_files = [](const Value* value) {
+        return value != nullptr && value->is_map() && !value->as_map().empty() && value->as_map().front().second.find("contents");
+    };
+    if (lists_files(old) && lists_files(current))
+        return "among the " + name + ", " + differing_entries(*old, *current).front() + " changed";
     const bool file = current != nullptr && current->find("contents") != nullptr;
     if (file && old != nullptr && old->find("contents") != nullptr)
         return "the file of option " + name + " changed";

@@ -2,9 +2,9 @@
 #include "base/unit_text.h"
 
 #include "base/machine.h"
-#include "base/process_tree.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
+#include <fresco/process_tree.h>
 
 #include <csignal>
 #include <cstdlib>

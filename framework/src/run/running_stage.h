@@ -44,7 +44,7 @@ class RunningStage
     /// Ends the stage if it uses more than its limits. To be called a few times a second.
     void hold_to_limits();
 
-    const ChildEnd& end() const { return end_; }
+    const ProcessEnd& end() const { return end_; }
     const std::optional<StoredResult>& result() const { return result_; }
     bool was_stored() const { return was_stored_; }
     const std::optional<Damage>& damage() const { return damage_; }
@@ -77,7 +77,7 @@ class RunningStage
     LineBuffer output_;
     std::deque<std::string> tail_;
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-    ChildEnd end_;
+    ProcessEnd end_;
     std::optional<StoredResult> result_;
     std::optional<Damage> damage_;
     std::string failure_;

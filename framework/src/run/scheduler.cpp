@@ -1,10 +1,10 @@
-#include "pipeline/pipeline_commands.h"
 #include "run/run_outcomes.h"
 #include "run/running_stage.h"
 #include "run/stage_failure.h"
 #include "run/stop_signals.h"
 #include "run/sweep_turns.h"
 
+#include "pipeline/pipeline_ports.h"
 #include "run/scheduler.h"
 #include "store/stage_record.h"
 #include "store/statistics.h"
@@ -218,7 +218,7 @@ class Scheduler
     void finish(RunningStage& running)
     {
         StageNode& node = running.node();
-        const ChildEnd& end = running.end();
+        const ProcessEnd& end = running.end();
         if (running.result() && end.exit_code == 0 && store_.present(*running.result()))
         {
             node.result = running.result();

@@ -34,7 +34,7 @@ std::string failure_text(const RunningStage& running)
         return running.limit_text();
     if (!running.failure().empty())
         return running.failure();
-    const ChildEnd& end = running.end();
+    const ProcessEnd& end = running.end();
     std::string text;
     if (end.exit_code == worker_lost_channel)
         text = "it closed descriptor " + std::to_string(child_channel) +

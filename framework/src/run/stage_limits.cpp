@@ -1,7 +1,7 @@
 #include "run/stage_limits.h"
 #include "base/machine.h"
-#include "base/suggest.h"
 #include <fresco/error.h>
+#include <fresco/wording.h>
 
 #include <algorithm>
 #include <cctype>

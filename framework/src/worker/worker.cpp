@@ -6,11 +6,11 @@
 #include "base/fault.h"
 #include "base/machine.h"
 #include "base/process.h"
-#include "base/process_tree.h"
 #include "store/publish.h"
 #include "worker/worker.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
+#include <fresco/process_tree.h>
 #include <fresco/reader.h>
 #include <fresco/stage.h>
 
@@ -60,6 +60,7 @@ class Worker
         channel_.send("running");
         start_ = std::chrono::steady_clock::now();
         verify_inputs();
+        factory_.open_all();
         std::unique_ptr<Configurable> object = factory_.make(request_.type, "stage");
         auto* stage = dynamic_cast<Stage*>(object.get());
         if (stage == nullptr)

@@ -1,6 +1,5 @@
 #include "worker/worker_factory.h"
 
-#include "plugins/command_stage.h"
 #include "plugins/plugin_search.h"
 #include <fresco/error.h>
 #include <fresco/hash.h>
@@ -37,16 +36,12 @@ WorkerFactory::~WorkerFactory() = default;
 
 std::unique_ptr<Configurable> WorkerFactory::make(const std::string& type, std::string_view kind)
 {
-    if (type == command_type_name && kind == "stage")
-        return make_command_stage();
     const auto library = libraries_.find(type);
     if (library == libraries_.end())
         throw PluginFailure("no plugin is known for the type " + type);
     try
     {
-        const PluginLibrary& plugin = PluginLibrary::open(library->second);
-        opened_[library->second.string()] = &plugin;
-        check_unchanged(type, plugin);
+        const PluginLibrary& plugin = open(type, library->second);
         for (const auto& entry : plugin.entries())
             if (entry.type == type && entry.kind != kind)
                 throw PluginFailure("a " + std::string(kind) + " is needed, " + type + " is a " + entry.kind);
@@ -56,6 +51,27 @@ std::unique_ptr<Configurable> WorkerFactory::make(const std::string& type, std::
     {
         throw PluginFailure("plugin " + library->second.string() + ": " + error.what());
     }
+}
+
+const PluginLibrary& WorkerFactory::open(const std::string& type, const std::filesystem::path& library)
+{
+    const PluginLibrary& plugin = PluginLibrary::open(library);
+    opened_[library.string()] = &plugin;
+    check_unchanged(type, plugin);
+    return plugin;
+}
+
+void WorkerFactory::open_all()
+{
+    for (const auto& [type, library] : libraries_)
+        try
+        {
+            open(type, library);
+        }
+        catch (const Error& error)
+        {
+            throw PluginFailure("plugin " + library.string() + ": " + error.what());
+        }
 }
 
 void WorkerFactory::check_unchanged(const std::string& type, const PluginLibrary& plugin)

@@ -1,19 +1,14 @@
 #include "display/display.h"
 #include "display/run_view.h"
 #include "display/terminal_line.h"
-#include "program.h"
+#include "terminal.h"
 
 #include <algorithm>
-#include <fcntl.h>
-#include <pty.h>
-#include <sys/ioctl.h>
 
 using namespace fresco::host;
 
 namespace
 {
-
-using Lines = std::vector<std::string>;
 
 ViewStage stage(const std::string& name, StageState state, double seconds = 0, double expected_s = 0)
 {
@@ -53,163 +48,6 @@ ViewFrame frame_of(std::size_t width, std::size_t height, bool utf8 = true)
     frame.seconds = 75;
     return frame;
 }
-
-/// What a terminal of this width shows after all that was written to it.
-Lines shown(const std::string& written, std::size_t width)
-{
-    Lines rows{""};
-    std::size_t y = 0;
-    std::size_t x = 0;
-    const auto row = [&]() -> std::string&
-    {
-        while (rows.size() <= y)
-            rows.emplace_back();
-        return rows[y];
-    };
-    for (std::size_t i = 0; i < written.size(); ++i)
-    {
-        const char c = written[i];
-        if (c == '\x1b')
-        {
-            std::size_t end = i + 2;
-            while (end < written.size() && written[end] >= '0' && written[end] <= '9')
-                ++end;
-            const std::size_t number = end > i + 2 ? std::stoul(written.substr(i + 2, end - i - 2)) : 1;
-            const char what = written.at(end);
-            REQUIRE(std::string("AKJm").find(what) != std::string::npos);
-            if (what == 'A')
-                y -= std::min(y, number);
-            if (what == 'K' || what == 'J')
-                row().resize(std::min(row().size(), x));
-            if (what == 'J')
-                rows.resize(y + 1);
-            i = end;
-        }
-        else if (c == '\r')
-            x = 0;
-        else if (c == '\n')
-        {
-            ++y;
-            row();
-        }
-        else
-        {
-            if (x == width)
-            {
-                x = 0;
-                ++y;
-            }
-            row().resize(std::max(row().size(), x + 1), ' ');
-            row()[x++] = c;
-        }
-    }
-    return rows;
-}
-
-/// The program on a terminal of its own, or in the background of one.
-class Terminal
-{
-  public:
-    Terminal(Workplace& place, const Lines& arguments, unsigned short width, unsigned short height, bool background = false)
-        : width_(width)
-    {
-        winsize size{height, width, 0, 0};
-        Lines texts{(place.root() / "bin" / "fresco").string()};
-        texts.insert(texts.end(), arguments.begin(), arguments.end());
-        std::vector<char*> argv;
-        for (auto& text : texts)
-            argv.push_back(text.data());
-        argv.push_back(nullptr);
-        pid_ = forkpty(&fd_, nullptr, nullptr, &size);
-        REQUIRE(pid_ >= 0);
-        if (pid_ != 0)
-            return;
-        for (const auto& [name, value] : place.environment)
-            setenv(name.c_str(), value.c_str(), 1);
-        setenv("TERM", "xterm", 1);
-        setenv("LC_ALL", "C", 1);
-        if (background)
-            run_in_background();
-        if (chdir(place.work().c_str()) == 0)
-            execv(argv[0], argv.data());
-        _exit(127);
-    }
-    Terminal(const Terminal&) = delete;
-    Terminal& operator=(const Terminal&) = delete;
-    ~Terminal()
-    {
-        close(fd_);
-        if (!ended_)
-        {
-            kill(pid_, SIGKILL);
-            waitpid(pid_, nullptr, 0);
-        }
-    }
-    void resize(unsigned short width, unsigned short height)
-    {
-        winsize size{height, width, 0, 0};
-        ioctl(fd_, TIOCSWINSZ, &size);
-        width_ = width;
-    }
-    void type(const std::string& keys) const { REQUIRE(write(fd_, keys.data(), keys.size()) > 0); }
-    /// Reads until something is shown; false at the program's end.
-    bool shows(const std::string& text)
-    {
-        while (read_some())
-            if (contains_text(screen(), text))
-                return true;
-        return false;
-    }
-    int finish()
-    {
-        while (read_some())
-            continue;
-        int status = 0;
-        waitpid(pid_, &status, 0);
-        ended_ = true;
-        return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
-    }
-    Lines screen() const { return shown(written_, width_); }
-    std::string text() const
-    {
-        std::string all;
-        for (const std::string& row : screen())
-            all += row + "\n";
-        return all;
-    }
-    const std::string& written() const { return written_; }
-
-  private:
-    /// Returns in a process of another group, whose exit code becomes this process's.
-    static void run_in_background()
-    {
-        const pid_t job = fork();
-        int status = 0;
-        if (job == 0)
-            setpgid(0, 0);
-        else
-            _exit(waitpid(job, &status, 0) == job ? WEXITSTATUS(status) : 126);
-    }
-    static bool contains_text(const Lines& rows, const std::string& text)
-    {
-        return std::any_of(rows.begin(), rows.end(), [&](const std::string& row) { return row.find(text) != std::string::npos; });
-    }
-    bool read_some()
-    {
-        char buffer[4096];
-        const ssize_t count = read(fd_, buffer, sizeof buffer);
-        if (count <= 0)
-            return false;
-        written_.append(buffer, static_cast<std::size_t>(count));
-        return true;
-    }
-
-    int fd_ = -1;
-    pid_t pid_ = -1;
-    bool ended_ = false;
-    unsigned short width_;
-    std::string written_;
-};
 
 }  // namespace
 
@@ -343,17 +181,6 @@ TEST_CASE("Ctrl-C on a terminal ends the view and the run in order")
     CHECK(terminal.text().find(" > slow") == std::string::npos);
 }
 
-TEST_CASE("a program that asks at the terminal is told that there is none, and stops nothing")
-{
-    Workplace place;
-    place.write("room.yaml",
-                "version: 1\nstages:\n  asks: {type: command, run: [sh, -c, 'read -r answer </dev/tty', sh, \"{o}\"], "
-                "outputs: {o: table}}\n");
-    Terminal terminal(place, {"run", "room.yaml", "--isolate", "asks", "--isolate-time", "10s"}, 600, 12);
-    REQUIRE(terminal.shows("ended with exit code"));
-    CHECK(terminal.finish() == 1);
-}
-
 TEST_CASE("in the background a run leaves the terminal to the shell")
 {
     Workplace place;
@@ -366,20 +193,6 @@ TEST_CASE("in the background a run leaves the terminal to the shell")
     CHECK(terminal.written().find("A\r") == std::string::npos);
     CHECK(terminal.written().find("\x1b[J") == std::string::npos);
     CHECK_FALSE(contains(terminal.written(), " of 2 done"));
-}
-
-TEST_CASE("what errors name cannot move the cursor")
-{
-    Workplace place;
-    place.write("room.yaml", "version: 1\nstages:\n  bad: {type: command, run: [sh, -c, 'exit 3', \"\\e[2Jname\\r\", \"{o}\"], "
-                             "outputs: {o: table}}\n");
-    const Finished piped = place.run({"run", "room.yaml"});
-    CHECK(piped.code == 1);
-    CHECK(contains(piped.err, "?[2Jname?"));
-    CHECK(piped.err.find('\x1b') == std::string::npos);
-    Terminal terminal(place, {"run", "room.yaml"}, 600, 12);
-    CHECK(terminal.finish() == 1);
-    CHECK(contains(terminal.text(), "?[2Jname?"));
 }
 
 TEST_CASE("a terminal that cannot move its cursor, and none at all, get whole lines")

@@ -133,7 +133,7 @@ TEST_CASE("none leaves a slot empty that may be, whatever its default", "[pipeli
     CHECK(judged(", loss: none") == "{" + needed);
     CHECK(judged("", {{"a.loss", "none"}}) == "{" + needed);
     CHECK_THAT(judged(", needed: none"), Catch::Contains("unknown type 'none' (there are: loss.content, loss.gram)"));
-    CHECK_THAT(judged(", loss: [1]"), Catch::Contains("a type such as"));
+    CHECK_THAT(judged(", loss: [1]"), Catch::Contains("expected {type: …} of kind 'loss', or none, got a list"));
 }
 
 TEST_CASE("Ports may be named, outputs too, and an empty file leaves an optional one open", "[pipeline]")

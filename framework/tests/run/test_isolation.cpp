@@ -200,12 +200,12 @@ TEST_CASE("Lines without end and writers without end are taken in pieces", "[iso
 {
     int pipes[2];
     REQUIRE(pipe(pipes) == 0);
-    const fresco::host::FileDescriptor reading(pipes[0]);
-    fresco::host::FileDescriptor writing(pipes[1]);
+    const fresco::FileDescriptor reading(pipes[0]);
+    fresco::FileDescriptor writing(pipes[1]);
     fcntl(reading.get(), F_SETFL, O_NONBLOCK);
     const std::string text = "ab\n" + std::string(10, 'x') + "yz\nlast";
     REQUIRE(write(writing.get(), text.data(), text.size()) == static_cast<ssize_t>(text.size()));
-    fresco::host::LineBuffer lines(6);
+    fresco::LineBuffer lines(6);
     CHECK(lines.read_from(reading.get()));
     std::vector<std::string> got;
     for (std::string line; lines.next(line);)

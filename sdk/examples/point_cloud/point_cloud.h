@@ -23,7 +23,7 @@ struct PointCloud : fresco::Artifact
     PointCloud& operator=(const PointCloud&) = default;
     PointCloud& operator=(PointCloud&&) = default;
 
-    void save(const fresco::ArtifactFolder& folder) const;
+    void save(const fresco::ArtifactFolder& folder) const override;
     static std::shared_ptr<PointCloud> load(const fresco::ArtifactFolder& folder);
 };
 

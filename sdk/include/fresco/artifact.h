@@ -5,11 +5,14 @@
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <vector>
 
 namespace fresco
 {
 
+class ImageIo;
 class Preview;
+class RunContext;
 
 /// Where an artifact is written or read. Lives as long as the call it is passed to.
 struct ArtifactFolder
@@ -19,12 +22,37 @@ struct ArtifactFolder
         store;  ///< The store's root, so that references to other results survive moving the store; may be empty.
 };
 
-/// A typed value passed along an edge of the pipeline. A type `T` derives from Artifact and has
+/// One form in which an artifact is put before a program of the user's, and taken back from it: the program gets a path.
+struct ExchangeForm
+{
+    std::string as{};                  ///< Its name, where a type has several.
+    std::vector<std::string> files{};  ///< What a program must write at least.
+    bool is_folder = true;             ///< The program gets a folder's path; else that of the one file.
+    bool taken_in_place = true;        ///< An input lies in the store, and the program reads it there; else it gets a copy.
+    bool made_in_place = true;         ///< An output's files stay where the program writes them; else they are read and saved.
+};
+
+/// Where the files of an exchange form are written, or were written by a program.
+struct Exchange
+{
+    std::string as;         ///< The form.
+    ArtifactFolder folder;  ///< With a store where the files lie in one.
+    const ImageIo* images;  ///< Null where no picture codec is given.
+    RunContext& run;
+};
+
+/// A typed value passed along an edge of the pipeline. A type `T` derives from Artifact, can be made without arguments, and has
 /// \code
 ///   static constexpr std::string_view artifact_name = "mesh";   // unique, snake_case
 ///   static constexpr int artifact_version = 1;                  // of the on-disk form
-///   void save(const ArtifactFolder&) const;                     // writes documented files into the folder
+///   void save(const ArtifactFolder&) const override;            // writes documented files into the folder
 ///   static std::shared_ptr<T> load(const ArtifactFolder&);      // throws Error on anything unexpected
+/// \endcode
+/// A program of the user's reads and writes those files themselves, unless the type says otherwise by
+/// \code
+///   static std::vector<ExchangeForm> exchange_forms();              // the default first
+///   void write_exchange(const Exchange&) const override;            // where a form is not what save writes
+///   static std::shared_ptr<T> from_exchange(const Exchange&);       // where it is not what load reads; throws Error
 /// \endcode
 /// What is large stays on disk: the value is then a handle that reads piece by piece. Consumers share one value and must not
 /// change it. The type's out-of-line destructor lives in the one shared library that defines the type.
@@ -32,6 +60,10 @@ class Artifact
 {
   public:
     virtual ~Artifact();
+    virtual void save(const ArtifactFolder& folder) const = 0;
+    /// Writes the files of a form; the default: those of save.
+    virtual void write_exchange(const Exchange& to) const;
+    static std::vector<ExchangeForm> exchange_forms() { return {{}}; }
     /// Gives the page of a run what there is to look at (fresco/preview.h); the default gives nothing, and then the host does not
     /// load the artifact for it. Throws Error for what cannot be shown: the page says so, and keeps what was given before.
     virtual void preview(Preview& page) const;

@@ -19,6 +19,12 @@ class Component : public Configurable
     ~Component() override;
 };
 
+/// Argument of a slot whose default is left out unless a port that the pipeline declares (DeclaredPorts) has this exchange form.
+struct ForForm
+{
+    std::string name;
+};
+
 namespace detail
 {
 /// Untyped half of Slot and SlotMap.
@@ -26,22 +32,13 @@ class SlotBase : public Parameter
 {
   public:
     ~SlotBase() override;
-    Value describe() const override;
 
   protected:
-    SlotBase(Configurable* owner, std::string name, std::string kind, std::string default_config, bool many, bool is_optional,
-             std::string help);
+    /// `option` with its kind; `default_config` as Slot and SlotMap say.
+    SlotBase(Configurable* owner, OptionDeclaration option, std::string_view component_kind, const std::string& default_config);
     std::shared_ptr<Component> make(const Value& config, ComponentFactory& factory) const;
     [[noreturn]] void wrong_contract(const Value& config) const;
     [[noreturn]] void not_assigned() const;
-
-    std::string kind_;
-    Value default_;
-    bool many_;
-    bool optional_;
-    std::string auto_option_;
-    Value auto_if_empty_;
-    Value auto_if_set_;
 };
 }  // namespace detail
 
@@ -52,14 +49,25 @@ template <class T>
 class Slot final : public detail::SlotBase
 {
   public:
-    Slot(Configurable* owner, std::string name, std::string default_config, std::string help)
-        : SlotBase(owner, std::move(name), std::string(T::component_kind), std::move(default_config), false, false,
-                   std::move(help))
+    Slot(Configurable* owner, std::string name, const std::string& default_config, std::string help)
+        : SlotBase(owner, {.name = std::move(name), .kind = OptionKind::component, .help = std::move(help)}, T::component_kind,
+                   default_config)
     {
     }
-    Slot(Configurable* owner, std::string name, std::string default_config, Optional, std::string help)
-        : SlotBase(owner, std::move(name), std::string(T::component_kind), std::move(default_config), false, true,
-                   std::move(help))
+    Slot(Configurable* owner, std::string name, const std::string& default_config, Optional, std::string help)
+        : SlotBase(owner, {.name = std::move(name), .kind = OptionKind::component, .optional = true, .help = std::move(help)},
+                   T::component_kind, default_config)
+    {
+    }
+
+    Slot(Configurable* owner, std::string name, const std::string& default_config, ForForm form, std::string help)
+        : SlotBase(owner,
+                   {.name = std::move(name),
+                    .kind = OptionKind::component,
+                    .optional = true,
+                    .for_form = std::move(form.name),
+                    .help = std::move(help)},
+                   T::component_kind, default_config)
     {
     }
 
@@ -74,14 +82,14 @@ class Slot final : public detail::SlotBase
         return component_;
     }
 
-    void assign(const Value& value, ComponentFactory& factory) override
+  private:
+    void set(const Value& value, ComponentFactory& factory) override
     {
         component_ = std::dynamic_pointer_cast<T>(make(value, factory));
         if (!component_)
             wrong_contract(value);
     }
 
-  private:
     std::shared_ptr<T> component_;
 };
 
@@ -90,9 +98,9 @@ template <class T>
 class SlotMap final : public detail::SlotBase
 {
   public:
-    SlotMap(Configurable* owner, std::string name, std::string default_config, std::string help)
-        : SlotBase(owner, std::move(name), std::string(T::component_kind), std::move(default_config), true, false,
-                   std::move(help))
+    SlotMap(Configurable* owner, std::string name, const std::string& default_config, std::string help)
+        : SlotBase(owner, {.name = std::move(name), .kind = OptionKind::components, .help = std::move(help)}, T::component_kind,
+                   default_config)
     {
     }
 
@@ -100,16 +108,15 @@ class SlotMap final : public detail::SlotBase
     /// which the text "${option}" is replaced by that option's value. Returns itself, to be called in the member initializer.
     SlotMap& auto_rule(const std::string& option, std::string_view if_empty, std::string_view if_set)
     {
-        auto_option_ = option;
-        auto_if_empty_ = parse_json(if_empty, "auto rule");
-        auto_if_set_ = parse_json(if_set, "auto rule");
+        declaration_.auto_rule = AutoRule{option, parse_json(if_empty, "auto rule"), parse_json(if_set, "auto rule")};
         return *this;
     }
 
     const std::map<std::string, std::shared_ptr<T>>& operator*() const { return components_; }
     const std::map<std::string, std::shared_ptr<T>>* operator->() const { return &components_; }
 
-    void assign(const Value& value, ComponentFactory& factory) override
+  private:
+    void set(const Value& value, ComponentFactory& factory) override
     {
         components_.clear();
         for (const auto& [key, config] : value.as_map())
@@ -121,7 +128,6 @@ class SlotMap final : public detail::SlotBase
         }
     }
 
-  private:
     std::map<std::string, std::shared_ptr<T>> components_;
 };
 

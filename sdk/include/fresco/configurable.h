@@ -1,5 +1,6 @@
 #pragma once
 
+#include <fresco/option_declaration.h>
 #include <fresco/value.h>
 
 #include <filesystem>
@@ -36,22 +37,21 @@ class ComponentFactory
 class Parameter
 {
   public:
-    Parameter(Configurable* owner, std::string name, std::string help);
+    Parameter(Configurable* owner, OptionDeclaration declaration);
     virtual ~Parameter();
     Parameter(const Parameter&) = delete;
     Parameter& operator=(const Parameter&) = delete;
 
-    const std::string& name() const { return name_; }
-    const std::string& help() const { return help_; }
-    /// Everything a user or an editor must know, as a map: name, kind, default, min, max, choices, help, … The host validates a
-    /// pipeline file from this alone, without opening the library.
-    virtual Value describe() const = 0;
-    /// Takes a value that fits describe(); throws Error naming the option, the value and what is accepted.
-    virtual void assign(const Value& value, ComponentFactory& factory) = 0;
+    /// Everything a user or an editor must know.
+    const OptionDeclaration& declaration() const { return declaration_; }
+    const std::string& name() const { return declaration_.name; }
+    /// Sets it to a value that check_value accepts; throws Error naming the option, the value and what is accepted.
+    void assign(const Value& value, ComponentFactory& factory);
 
-  private:
-    std::string name_;
-    std::string help_;
+  protected:
+    /// `value` is as check_value gave it.
+    virtual void set(const Value& value, ComponentFactory& factory) = 0;
+    OptionDeclaration declaration_;
 };
 
 /// Base of stages and components: owns nothing but a list of the parameters and ports declared as its members. Constructors do

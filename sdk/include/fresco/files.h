@@ -29,8 +29,10 @@ struct Files : Artifact
     Files& operator=(Files&&) = default;
 
     /// Writes `files.json`. Throws Error if a listed file is missing.
-    void save(const ArtifactFolder& folder) const;
+    void save(const ArtifactFolder& folder) const override;
     static std::shared_ptr<Files> load(const ArtifactFolder& folder);
+    /// Lists every file that there is in and below the folder.
+    static std::shared_ptr<Files> from_exchange(const Exchange& from);
     /// The pictures and videos among them.
     void preview(Preview& page) const override;
 };
@@ -51,8 +53,9 @@ struct Table : Artifact
     Table& operator=(const Table&) = default;
     Table& operator=(Table&&) = default;
 
-    void save(const ArtifactFolder& folder) const;
+    void save(const ArtifactFolder& folder) const override;
     static std::shared_ptr<Table> load(const ArtifactFolder& folder);
+    static std::vector<ExchangeForm> exchange_forms();
 };
 
 }  // namespace fresco

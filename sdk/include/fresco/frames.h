@@ -52,8 +52,13 @@ class Frames : public Artifact
     Frames& operator=(const Frames&) = default;
     Frames& operator=(Frames&&) = default;
 
-    void save(const ArtifactFolder& folder) const;
+    void save(const ArtifactFolder& folder) const override;
     static std::shared_ptr<Frames> load(const ArtifactFolder& folder);
+    static std::vector<ExchangeForm> exchange_forms();
+    /// With plain paths.
+    void write_exchange(const Exchange& to) const override;
+    /// Pictures of the user are read files of the run, those of the store and of the folder are referred to as such.
+    static std::shared_ptr<Frames> from_exchange(const Exchange& from);
     /// What the cameras saw where stages made pictures under the frames' names, <sequence>_<frame>.png; and where to stand.
     void preview(Preview& page) const override;
 };

@@ -28,8 +28,11 @@ struct Image : Artifact
     Image& operator=(const Image&) = default;
     Image& operator=(Image&&) = default;
 
-    void save(const ArtifactFolder& folder) const;
+    void save(const ArtifactFolder& folder) const override;
     static std::shared_ptr<Image> load(const ArtifactFolder& folder);
+    static std::vector<ExchangeForm> exchange_forms();
+    void write_exchange(const Exchange& to) const override;
+    static std::shared_ptr<Image> from_exchange(const Exchange& from);
     /// Itself.
     void preview(Preview& page) const override;
 };

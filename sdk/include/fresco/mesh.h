@@ -34,8 +34,9 @@ struct Mesh : Artifact
     Mesh& operator=(const Mesh&) = default;
     Mesh& operator=(Mesh&&) = default;
 
-    void save(const ArtifactFolder& folder) const;
+    void save(const ArtifactFolder& folder) const override;
     static std::shared_ptr<Mesh> load(const ArtifactFolder& folder);
+    static std::vector<ExchangeForm> exchange_forms();
 };
 
 /// Throws Error naming `source` and the first offence: no faces, an index out of range, a position that is not finite, arrays

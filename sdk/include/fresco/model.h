@@ -54,7 +54,7 @@ struct Model : Artifact
     Model& operator=(const Model&) = default;
     Model& operator=(Model&&) = default;
 
-    void save(const ArtifactFolder& folder) const;
+    void save(const ArtifactFolder& folder) const override;
     static std::shared_ptr<Model> load(const ArtifactFolder& folder);
 };
 

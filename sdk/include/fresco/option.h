@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <initializer_list>
 #include <limits>
+#include <map>
 #include <optional>
 #include <string>
 #include <utility>
@@ -28,6 +29,19 @@ struct InputFolder
 {
     std::filesystem::path path;
     bool empty() const { return path.empty(); }
+};
+
+/// Files that must exist when the pipeline is checked: a list. Their contents enter the cache key, not where they lie.
+struct InputFiles
+{
+    std::map<std::string, std::filesystem::path> paths{};  ///< Each by its name in the pipeline.
+};
+
+/// A program and its words, not through a shell: a list. A word that is spelled like a file of the stage's InputFiles is that
+/// file; {name} stands for such a file or for the path of a port. check_command_line says what is checked before the stage runs.
+struct CommandLine
+{
+    std::vector<std::string> words{};
 };
 
 /// A relative path below `--out`, without `..`.
@@ -73,61 +87,54 @@ struct NotInKey
 };
 inline constexpr NotInKey not_in_key{};
 
-/// Of the types bool, int, std::int64_t, double, std::string, std::vector<int>, std::vector<double>, InputFile, InputFolder,
-/// OutputName. `*option` is the value, valid from configure() on (in `run` and `prepare`), the default before.
+/// Of the types bool, int, std::int64_t, double, std::string, std::vector<int>, std::vector<double>, InputFile, InputFiles,
+/// InputFolder, CommandLine, OutputName. `*option` is the value, valid from configure() on (in `run` and `prepare`), the default
+/// before.
 template <class T>
 class Option final : public Parameter
 {
   public:
     Option(Configurable* owner, std::string name, T value, std::string help)
-        : Option(owner, std::move(name), std::move(value), false, std::nullopt, {}, std::move(help), true)
+        : Option(owner, std::move(value), {.name = std::move(name), .help = std::move(help)})
     {
     }
     Option(Configurable* owner, std::string name, T value, std::string help, NotInKey)
-        : Option(owner, std::move(name), std::move(value), false, std::nullopt, {}, std::move(help), false)
+        : Option(owner, std::move(value), {.name = std::move(name), .in_key = false, .help = std::move(help)})
     {
     }
     Option(Configurable* owner, std::string name, T value, Range accepted, std::string help)
-        : Option(owner, std::move(name), std::move(value), false, accepted, {}, std::move(help), true)
+        : Option(owner, std::move(value),
+                 {.name = std::move(name), .min = accepted.min, .max = accepted.max, .help = std::move(help)})
     {
     }
     Option(Configurable* owner, std::string name, T value, Range accepted, std::string help, NotInKey)
-        : Option(owner, std::move(name), std::move(value), false, accepted, {}, std::move(help), false)
+        : Option(owner, std::move(value),
+                 {.name = std::move(name), .min = accepted.min, .max = accepted.max, .in_key = false, .help = std::move(help)})
     {
     }
     Option(Configurable* owner, std::string name, T value, OneOf accepted, std::string help)
-        : Option(owner, std::move(name), std::move(value), false, std::nullopt, std::move(accepted.words), std::move(help), true)
+        : Option(owner, std::move(value),
+                 {.name = std::move(name), .choices = std::move(accepted.words), .help = std::move(help)})
     {
     }
     Option(Configurable* owner, std::string name, Required, std::string help)
-        : Option(owner, std::move(name), T{}, true, std::nullopt, {}, std::move(help), true)
+        : Option(owner, T{}, {.name = std::move(name), .required = true, .help = std::move(help)})
     {
     }
     Option(Configurable* owner, std::string name, Required, Range accepted, std::string help)
-        : Option(owner, std::move(name), T{}, true, accepted, {}, std::move(help), true)
+        : Option(owner, T{},
+                 {.name = std::move(name), .required = true, .min = accepted.min, .max = accepted.max, .help = std::move(help)})
     {
     }
 
     const T& operator*() const { return value_; }
     const T* operator->() const { return &value_; }
 
-    Value describe() const override;
-    void assign(const Value& value, ComponentFactory& factory) override;
-
   private:
-    Option(Configurable* owner, std::string name, T value, bool is_required, std::optional<Range> accepted,
-           std::vector<std::string> words, std::string help, bool in_key)
-        : Parameter(owner, std::move(name), std::move(help)), value_(value), default_(std::move(value)), required_(is_required),
-          range_(accepted), words_(std::move(words)), in_key_(in_key)
-    {
-    }
+    Option(Configurable* owner, T value, OptionDeclaration declaration);
+    void set(const Value& value, ComponentFactory& factory) override;
 
     T value_;
-    T default_;
-    bool required_;
-    std::optional<Range> range_;
-    std::vector<std::string> words_;
-    bool in_key_;
 };
 
 extern template class Option<bool>;
@@ -138,6 +145,8 @@ extern template class Option<std::string>;
 extern template class Option<std::vector<int>>;
 extern template class Option<std::vector<double>>;
 extern template class Option<InputFile>;
+extern template class Option<InputFiles>;
+extern template class Option<CommandLine>;
 extern template class Option<InputFolder>;
 extern template class Option<OutputName>;
 

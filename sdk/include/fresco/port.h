@@ -1,6 +1,6 @@
 #pragma once
 
-#include <fresco/artifact.h>
+#include <fresco/artifact_type.h>
 #include <fresco/configurable.h>
 
 #include <memory>
@@ -18,8 +18,7 @@ class InputPort
     InputPort(const InputPort&) = delete;
     InputPort& operator=(const InputPort&) = delete;
     const std::string& name() const { return name_; }
-    const std::string& artifact() const { return artifact_; }
-    int version() const { return version_; }
+    const ArtifactType& type() const { return type_; }
     bool is_optional() const { return optional_; }
     Value describe() const;
     /// Loads the value from a stored artifact's folder.
@@ -28,17 +27,14 @@ class InputPort
     virtual void set(std::shared_ptr<const Artifact> value) = 0;
 
   protected:
-    InputPort(Configurable* owner, std::string name, std::string_view artifact, int version, bool is_optional, bool has_preview,
-              std::string help);
+    InputPort(Configurable* owner, std::string name, const ArtifactType& type, bool is_optional, std::string help);
     [[noreturn]] void not_wired() const;
     [[noreturn]] void wrong_type() const;
 
   private:
     std::string name_;
-    std::string artifact_;
-    int version_;
+    const ArtifactType& type_;
     bool optional_;
-    bool has_preview_;
     std::string help_;
 };
 
@@ -48,11 +44,11 @@ class Input final : public InputPort
 {
   public:
     Input(Configurable* owner, std::string name, std::string help)
-        : InputPort(owner, std::move(name), T::artifact_name, T::artifact_version, false, has_preview<T>, std::move(help))
+        : InputPort(owner, std::move(name), RegisteredArtifact<T>::type, false, std::move(help))
     {
     }
     Input(Configurable* owner, std::string name, Optional, std::string help)
-        : InputPort(owner, std::move(name), T::artifact_name, T::artifact_version, true, has_preview<T>, std::move(help))
+        : InputPort(owner, std::move(name), RegisteredArtifact<T>::type, true, std::move(help))
     {
     }
 
@@ -86,7 +82,7 @@ class OutputPort
     OutputPort(const OutputPort&) = delete;
     OutputPort& operator=(const OutputPort&) = delete;
     const std::string& name() const { return name_; }
-    const std::string& artifact() const { return artifact_; }
+    const ArtifactType& type() const { return type_; }
     Value describe() const;
     /// Before `run`: where the artifact goes.
     void set_folder(ArtifactFolder folder) { folder_ = std::move(folder); }
@@ -97,15 +93,13 @@ class OutputPort
     virtual std::shared_ptr<const Artifact> load(const ArtifactFolder& folder) const = 0;
 
   protected:
-    OutputPort(Configurable* owner, std::string name, std::string_view artifact, int version, bool has_preview, std::string help);
+    OutputPort(Configurable* owner, std::string name, const ArtifactType& type, std::string help);
     [[noreturn]] void no_value() const;
     ArtifactFolder folder_;
 
   private:
     std::string name_;
-    std::string artifact_;
-    int version_;
-    bool has_preview_;
+    const ArtifactType& type_;
     std::string help_;
 };
 
@@ -115,7 +109,7 @@ class Output final : public OutputPort
 {
   public:
     Output(Configurable* owner, std::string name, std::string help)
-        : OutputPort(owner, std::move(name), T::artifact_name, T::artifact_version, has_preview<T>, std::move(help))
+        : OutputPort(owner, std::move(name), RegisteredArtifact<T>::type, std::move(help))
     {
     }
 

@@ -46,7 +46,7 @@ struct SourceMap : Artifact
     /// Rounds to 1/65534 of the picture's sides and of a turn; places outside of the picture are clamped to it.
     void set_place(int x, int y, const Place& place);
 
-    void save(const ArtifactFolder& folder) const;
+    void save(const ArtifactFolder& folder) const override;
     static std::shared_ptr<SourceMap> load(const ArtifactFolder& folder);
 };
 

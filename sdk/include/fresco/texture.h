@@ -32,8 +32,9 @@ struct Texture : Artifact
     Texture& operator=(Texture&&) = default;
 
     int size_px() const { return layers.empty() ? 0 : layers.front().width; }
-    void save(const ArtifactFolder& folder) const;
+    void save(const ArtifactFolder& folder) const override;
     static std::shared_ptr<Texture> load(const ArtifactFolder& folder);
+    static std::vector<ExchangeForm> exchange_forms();
 };
 
 /// A mesh with texcoords and the picture they point into (RGB, square). On disk: `mesh.ply`, `image.npy`.
@@ -52,8 +53,11 @@ struct TexturedMesh : Artifact
     TexturedMesh& operator=(const TexturedMesh&) = default;
     TexturedMesh& operator=(TexturedMesh&&) = default;
 
-    void save(const ArtifactFolder& folder) const;
+    void save(const ArtifactFolder& folder) const override;
     static std::shared_ptr<TexturedMesh> load(const ArtifactFolder& folder);
+    static std::vector<ExchangeForm> exchange_forms();
+    void write_exchange(const Exchange& to) const override;
+    static std::shared_ptr<TexturedMesh> from_exchange(const Exchange& from);
     /// The atlas and the room to turn around, of the last textured mesh of a pipeline.
     void preview(Preview& page) const override;
 };

@@ -60,8 +60,11 @@ class UvMaps : public Artifact
     /// size.
     UvMap load_map(std::size_t view, std::size_t level) const;
 
-    void save(const ArtifactFolder& folder) const;
+    void save(const ArtifactFolder& folder) const override;
     static std::shared_ptr<UvMaps> load(const ArtifactFolder& folder);
+    static std::vector<ExchangeForm> exchange_forms();
+    /// Reads every map.
+    static std::shared_ptr<UvMaps> from_exchange(const Exchange& from);
 
   private:
     std::filesystem::path folder_;

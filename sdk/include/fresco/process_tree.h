@@ -4,7 +4,7 @@
 
 #include <vector>
 
-namespace fresco::host
+namespace fresco
 {
 
 /// What a process started, and what those started. Of a process that adopts orphans that is all that was ever started by it.
@@ -15,4 +15,4 @@ void adopt_orphans();
 /// Kills all that descends from this process and takes their ends: for one that adopts orphans, and waits for no child any more.
 void end_descendants();
 
-}  // namespace fresco::host
+}  // namespace fresco

@@ -1,6 +1,6 @@
 #include "raw_images.h"
-#include "plugins/command_forms.h"
 
+#include <fresco/declared_ports.h>
 #include <fresco/files.h>
 #include <fresco/files_io.h>
 #include <fresco/frames.h>
@@ -15,18 +15,35 @@
 #include <catch2/catch.hpp>
 
 using namespace fresco;
-using namespace fresco::host;
 namespace fs = std::filesystem;
 
 namespace
 {
+
+struct Place;
+
+/// One input and one output that a pipeline declares.
+class Ports : public Configurable
+{
+  public:
+    Ports(const std::string& artifact, const std::string& as, Place& place);
+    const DeclaredInput& in() const { return *(*ins_).front(); }
+    DeclaredOutput& out() const { return *(*outs_).front(); }
+    fs::path hand_over() const;
+    void take_back() const;
+
+  private:
+    InputPorts ins_{this, "in", ""};
+    OutputPorts outs_{this, "out", ""};
+    Place& place_;
+};
 
 /// A store with one input in it, and the folders that a worker would have.
 struct Place
 {
     Place()
     {
-        for (const auto& each : {stored(), published(), scratch()})
+        for (const auto& each : {stored(), published(), scratch(), made_below()})
             fs::create_directories(each);
     }
 
@@ -34,17 +51,18 @@ struct Place
     fs::path stored() const { return store() / "objects/0123/port"; }
     fs::path published() const { return store() / "tmp/work/port"; }
     fs::path scratch() const { return store() / "tmp/scratch/port"; }
+    fs::path made_below() const { return store() / "tmp/scratch/made"; }
 
     /// The program in between copies what it is given.
     template <class T>
-    std::shared_ptr<T> through(const CommandPort& port, const T& value)
+    std::shared_ptr<T> through(const std::string& as, const T& value)
     {
         value.save({stored(), store()});
-        const fs::path given = hand_over(port, {stored(), store()}, nullptr, scratch(), &images);
-        const fs::path made = place_for(port, store() / "made", published());
-        fs::create_directories(made.extension().empty() ? made : made.parent_path());
+        Ports ports(std::string(T::artifact_name), as, *this);
+        const fs::path given = ports.hand_over();
+        const fs::path made = ports.out().place(made_below());
         fs::copy(given, made, fs::copy_options::recursive | fs::copy_options::overwrite_existing);
-        take_back(port, made, {published(), store()}, &images, run);
+        ports.take_back();
         return T::load({published(), store()});
     }
 
@@ -52,6 +70,27 @@ struct Place
     fresco::testing::RawImages images;
     fresco::testing::TestRun run;
 };
+
+Ports::Ports(const std::string& artifact, const std::string& as, Place& place) : place_(place)
+{
+    Value port = Value::Map{{"artifact", artifact}};
+    if (!as.empty())
+        port.set("as", as);
+    fresco::testing::TestFactory factory;
+    configure(Value::Map{{"in", Value::Map{{"port", port}}}, {"out", Value::Map{{"port", port}}}}, factory);
+    (*ins_).front()->load({place.stored(), place.store()});
+    out().set_folder({place.published(), place.store()});
+}
+
+fs::path Ports::hand_over() const
+{
+    return in().hand_over(place_.scratch(), &place_.images, place_.run);
+}
+
+void Ports::take_back() const
+{
+    out().take_back(place_.made_below(), &place_.images, place_.run);
+}
 
 Mesh triangle()
 {
@@ -86,19 +125,19 @@ Frame frame(const fs::path& color)
 
 }  // namespace
 
-TEST_CASE("what a program hands on unchanged comes back bit by bit", "[command]")
+TEST_CASE("what a program hands on unchanged comes back bit by bit", "[exchange]")
 {
     Place place;
     SECTION("a mesh, as a PLY file")
     {
-        const auto mesh = place.through({"mesh", ""}, triangle());
+        const auto mesh = place.through("", triangle());
         CHECK(to_ply(*mesh) == to_ply(triangle()));
         CHECK(fs::exists(place.scratch() / "mesh.ply"));
     }
     SECTION("a picture, in both forms")
     {
         const std::string as = GENERATE("npy", "png");
-        CHECK(place.through({"image", as}, picture())->pixels.values == picture().pixels.values);
+        CHECK(place.through(as, picture())->pixels.values == picture().pixels.values);
         CHECK(fs::exists(place.scratch() / ("image." + as)));
     }
     SECTION("a textured mesh, in both forms")
@@ -107,7 +146,7 @@ TEST_CASE("what a program hands on unchanged comes back bit by bit", "[command]"
         TexturedMesh textured;
         textured.mesh = triangle();
         textured.image = picture();
-        const auto back = place.through({"textured_mesh", as}, textured);
+        const auto back = place.through(as, textured);
         CHECK(to_ply(back->mesh) == to_ply(triangle()));
         CHECK(back->image.pixels.values == picture().pixels.values);
         CHECK(fs::exists(place.scratch() / ("image." + as)));
@@ -117,7 +156,7 @@ TEST_CASE("what a program hands on unchanged comes back bit by bit", "[command]"
         Table table;
         table.columns = {"a"};
         table.rows = {{Value(1)}, {Value("x")}};
-        CHECK(place.through({"table", ""}, table)->rows == table.rows);
+        CHECK(place.through("", table)->rows == table.rows);
     }
     SECTION("a texture")
     {
@@ -125,7 +164,7 @@ TEST_CASE("what a program hands on unchanged comes back bit by bit", "[command]"
         texture.layers = {RasterF(2, 2, 3)};
         texture.layers[0].values[5] = 0.25F;
         texture.seen = Raster8(2, 2, 1);
-        CHECK(place.through({"texture", ""}, texture)->layers[0].values == texture.layers[0].values);
+        CHECK(place.through("", texture)->layers[0].values == texture.layers[0].values);
     }
     SECTION("files")
     {
@@ -134,15 +173,17 @@ TEST_CASE("what a program hands on unchanged comes back bit by bit", "[command]"
         write_file(place.stored() / "deep/a.txt", std::string_view("a"));
         files.names = {"deep/a.txt"};
         files.save({place.stored(), {}});
-        const fs::path given = hand_over({"files", ""}, {place.stored(), place.store()}, nullptr, place.scratch(), nullptr);
+        const Ports ports("files", "", place);
+        const fs::path given = ports.hand_over();
+        CHECK(given == place.stored());
         fs::create_directories(place.published() / "deep");
         fs::copy(given / "deep/a.txt", place.published() / "deep/a.txt");
-        take_back({"files", ""}, place.published(), {place.published(), place.store()}, nullptr, place.run);
+        ports.take_back();
         CHECK(Files::load({place.published(), {}})->names == files.names);
     }
 }
 
-TEST_CASE("frames are handed over with plain paths, and taken back with pictures of any place", "[command]")
+TEST_CASE("frames are handed over with plain paths, and taken back with pictures of any place", "[exchange]")
 {
     Place place;
     const fs::path stored = place.store() / "objects/4567/pictures/a.npy";
@@ -154,18 +195,18 @@ TEST_CASE("frames are handed over with plain paths, and taken back with pictures
     frames.frames = {frame(stored), frame(outside)};
     frames.frames[1].name = "frame-000001";
     frames.save({place.stored(), place.store()});
-    const CommandPort port{"frames", ""};
-    const fs::path given = hand_over(port, {place.stored(), place.store()}, nullptr, place.scratch(), nullptr);
+    const Ports ports("frames", "", place);
+    const fs::path given = ports.hand_over();
     const Value handed = parse_json(read_text_file(given / "frames.json"));
     CHECK(handed.at("frames").as_list().at(0).at("color_picture").at("ref").as_string() == "file:" + stored.string());
 
     // The program keeps both and adds a picture of its own.
-    CHECK(place_for(port, place.scratch(), place.published()) == place.published());
+    CHECK(ports.out().place(place.made_below()) == place.published());
     auto made = Frames::load({given, {}});
     fs::copy(stored, place.published() / "new.npy");
     made->frames.push_back(frame(place.published() / "new.npy"));
     made->save({place.published(), {}});
-    take_back(port, place.published(), {place.published(), place.store()}, nullptr, place.run);
+    ports.take_back();
     const auto kept = parse_json(read_text_file(place.published() / "frames.json")).at("frames").as_list();
     CHECK(kept.at(0).at("color_picture").at("ref").as_string() == "store:objects/4567/pictures/a.npy");
     CHECK(kept.at(1).at("color_picture").at("ref").as_string() == "file:" + outside.string());
@@ -173,11 +214,10 @@ TEST_CASE("frames are handed over with plain paths, and taken back with pictures
     CHECK(kept.at(2).at("color_picture").at("ref").as_string() == "own:new.npy");
     CHECK(place.run.files_read == std::vector<fs::path>{outside});
     fs::remove(outside);
-    CHECK_THROWS_WITH(take_back(port, place.published(), {place.published(), place.store()}, nullptr, place.run),
-                      Catch::Contains("seq-01/frame-000001: no such picture: " + outside.string()));
+    CHECK_THROWS_WITH(ports.take_back(), Catch::Contains("seq-01/frame-000001: no such picture: " + outside.string()));
 }
 
-TEST_CASE("a picture is found by each of its paths, and refused where it will not stay", "[command]")
+TEST_CASE("a picture is found by each of its paths, and refused where it will not stay", "[exchange]")
 {
     Place place;
     const fs::path link = place.store() / "link";
@@ -191,7 +231,9 @@ TEST_CASE("a picture is found by each of its paths, and refused where it will no
     Frames frames;
     frames.frames = {frame(stored), frame(place.published() / "c.npy")};
     frames.save({place.published(), {}});
-    take_back({"frames", ""}, published.path, published, nullptr, place.run);
+    const Ports ports("frames", "", place);
+    ports.out().set_folder(published);
+    ports.take_back();
     const auto kept = parse_json(read_text_file(place.published() / "frames.json")).at("frames").as_list();
     CHECK(kept.at(0).at("color_picture").at("ref").as_string() == "store:objects/4567/a.npy");
     CHECK(kept.at(1).at("color_picture").at("ref").as_string() == "own:c.npy");
@@ -199,12 +241,12 @@ TEST_CASE("a picture is found by each of its paths, and refused where it will no
 
     frames.frames = {frame(passing)};
     frames.save({place.published(), {}});
-    CHECK_THROWS_WITH(take_back({"frames", ""}, published.path, published, nullptr, place.run),
+    CHECK_THROWS_WITH(ports.take_back(),
                       Catch::Contains("seq-01/frame-000000: the picture " + passing.string() +
                                       " will be gone when the program has ended: write it into the folder of this output"));
 }
 
-TEST_CASE("uv maps are read to the last when they are taken back", "[command]")
+TEST_CASE("uv maps are read to the last when they are taken back", "[exchange]")
 {
     Place place;
     UvMap map{RasterF(4, 3, 2), RasterF(4, 3), RasterF(4, 3), Raster8(4, 3)};
@@ -215,42 +257,41 @@ TEST_CASE("uv maps are read to the last when they are taken back", "[command]")
     const ArtifactFolder published{place.published(), place.store()};
     UvMaps::write_map(published, 0, 3, map);
     maps.save(published);
-    CHECK_NOTHROW(take_back({"uv_maps", ""}, place.published(), published, nullptr, place.run));
+    const Ports ports("uv_maps", "", place);
+    CHECK_NOTHROW(ports.take_back());
     for (const auto& entry : fs::directory_iterator(place.published()))
         if (entry.path().extension() == ".uvmap")
             fs::resize_file(entry.path(), 60);
-    CHECK_THROWS_WITH(take_back({"uv_maps", ""}, place.published(), published, nullptr, place.run), Catch::Contains(".uvmap"));
+    CHECK_THROWS_WITH(ports.take_back(), Catch::Contains(".uvmap"));
 }
 
-TEST_CASE("what a program did not write, or wrote wrong, is named", "[command]")
+TEST_CASE("what a program did not write, or wrote wrong, is named", "[exchange]")
 {
     Place place;
-    const ArtifactFolder published{place.published(), place.store()};
-    const auto taken = [&](const CommandPort& port)
+    const auto taken = [&](const char* artifact, const char* as = "") { Ports(artifact, as, place).take_back(); };
+    for (const ArtifactType* type : artifact_types())
     {
-        const fs::path path = place_for(port, place.scratch(), place.published());
-        take_back(port, path, published, &place.images, place.run);
-    };
-    for (const ExchangeForm& form : exchange_forms())
-    {
-        INFO(form.artifact);
-        CHECK_THROWS_WITH(taken({std::string(form.artifact), ""}),
-                          Catch::Contains("was not written") || Catch::Contains("no file was written into it"));
+        INFO(type->name);
+        const bool is_usual = type->form("")->files.empty() && type->name != "files";
+        CHECK_THROWS_WITH(taken(type->name.c_str()), Catch::Contains("was not written") ||
+                                                         Catch::Contains("no file was written into it") ||
+                                                         Catch::Contains(is_usual ? place.published().string() : "was not"));
     }
-    write_file(place.scratch() / "mesh.ply", std::string_view("ply\nformat ascii 1.0\n"));
-    CHECK_THROWS_WITH(taken({"mesh", ""}), Catch::Contains("mesh.ply"));
+    write_file(place.made_below() / "mesh.ply", std::string_view("ply\nformat ascii 1.0\n"));
+    CHECK_THROWS_WITH(taken("mesh"), Catch::Contains("mesh.ply"));
     Mesh bare = triangle();
     bare.texcoords.clear();
-    write_file(place.scratch() / "mesh.ply", to_ply(bare));
-    write_npy(place.scratch() / "image.npy", picture_shape, std::span<const std::uint8_t>(picture().pixels.values));
-    CHECK_THROWS_WITH(taken({"textured_mesh", "npy"}), Catch::Contains("a textured mesh needs texcoords"));
+    write_file(place.made_below() / "mesh.ply", to_ply(bare));
+    write_npy(place.made_below() / "image.npy", picture_shape, std::span<const std::uint8_t>(picture().pixels.values));
+    CHECK_THROWS_WITH(taken("textured_mesh", "npy"), Catch::Contains("a textured mesh needs texcoords"));
     const std::vector<float> floats(12);
-    write_npy(place.scratch() / "image.npy", picture_shape, std::span<const float>(floats));
-    CHECK_THROWS_WITH(taken({"image", "npy"}), Catch::Contains("image.npy"));
-    write_file(place.scratch() / "table.json", std::string_view("{\"columns\": [\"a\"], \"rows\": [[1, 2]]}"));
-    CHECK_THROWS_WITH(taken({"table", ""}), Catch::Contains("row 1 does not have one cell per column"));
+    write_npy(place.made_below() / "image.npy", picture_shape, std::span<const float>(floats));
+    CHECK_THROWS_WITH(taken("image", "npy"), Catch::Contains("image.npy"));
+    write_file(place.made_below() / "table.json", std::string_view("{\"columns\": [\"a\"], \"rows\": [[1, 2]]}"));
+    CHECK_THROWS_WITH(taken("table"), Catch::Contains("row 1 does not have one cell per column"));
     write_file(place.published() / "files.json", std::string_view("{}"));
-    CHECK_THROWS_WITH(taken({"files", ""}), Catch::Contains("this name is taken"));
-    CHECK_THROWS_WITH(hand_over({"image", "png"}, {}, std::make_unique<Image>(picture()).get(), place.scratch(), nullptr),
-                      Catch::Contains("no picture codec"));
+    CHECK_THROWS_WITH(taken("files"), Catch::Contains("this name is taken"));
+    const Ports png("image", "png", place);
+    picture().save({place.stored(), {}});
+    CHECK_THROWS_WITH(png.in().hand_over(place.scratch(), nullptr, place.run), Catch::Contains("no picture codec"));
 }

@@ -1,4 +1,4 @@
-#include "base/process_tree.h"
+#include <fresco/process_tree.h>
 
 #include <csignal>
 #include <filesystem>
@@ -9,7 +9,7 @@
 #include <sys/wait.h>
 #include <system_error>
 
-namespace fresco::host
+namespace fresco
 {
 namespace fs = std::filesystem;
 
@@ -59,4 +59,4 @@ void end_descendants()
     }
 }
 
-}  // namespace fresco::host
+}  // namespace fresco

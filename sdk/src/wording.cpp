@@ -1,8 +1,11 @@
-#include "base/suggest.h"
+#include <fresco/wording.h>
 
 #include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
 
-namespace fresco::host
+namespace fresco
 {
 namespace
 {
@@ -95,4 +98,20 @@ std::string join(const std::vector<std::string>& words, std::string_view before_
     return text;
 }
 
-}  // namespace fresco::host
+bool is_name(std::string_view text)
+{
+    const auto is_letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; };
+    const auto is_inner = [&](char c) { return is_letter(c) || (c >= '0' && c <= '9') || c == '-'; };
+    return !text.empty() && is_letter(text.front()) && std::ranges::all_of(text, is_inner);
+}
+
+std::string number_text(double number)
+{
+    std::array<char, 64> buffer{};
+    const bool whole = std::abs(number) < 1e15 && number == std::floor(number);
+    const auto end = whole ? std::to_chars(buffer.data(), buffer.data() + buffer.size(), static_cast<long long>(number)).ptr
+                           : std::to_chars(buffer.data(), buffer.data() + buffer.size(), number).ptr;
+    return std::string(buffer.data(), end);
+}
+
+}  // namespace fresco

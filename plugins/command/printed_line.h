@@ -1,23 +1,14 @@
 #pragma once
 
-#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
-#include <vector>
 
-namespace fresco::host
+namespace fresco::command
 {
 
-/// The names in braces of a word: "--out={result}" has "result". "{{" and "}}" stand for braces. Throws Error for a brace without
-/// its other.
-std::vector<std::string> names_in(std::string_view word);
-
-/// The word with each {name} replaced. Throws as names_in, and for a name that is not among `values`.
-std::string filled_in(std::string_view word, const std::map<std::string, std::string>& values);
-
 /// What a program says to the host by a line of its own that begins with "fresco: ".
-struct CommandLineSaid
+struct SaidToHost
 {
     enum class Kind
     {
@@ -36,10 +27,10 @@ struct CommandLineSaid
 
 /// "fresco: progress 0.35" (a share), "fresco: progress 12/100 frames", "fresco: metric loss 0.5", "fresco: warning TEXT",
 /// "fresco: message TEXT", "fresco: report NAME JSON"; nothing for every other line.
-std::optional<CommandLineSaid> said_to_host(std::string_view line);
+std::optional<SaidToHost> said_to_host(std::string_view line);
 
 /// A line of a program as it may be shown: what a terminal would show after the last carriage return, without control characters
 /// and escape sequences; bytes that are no UTF-8 become '?'.
 std::string printable(std::string_view line);
 
-}  // namespace fresco::host
+}  // namespace fresco::command

@@ -1,8 +1,8 @@
 #include <catch2/catch.hpp>
 
-#include "base/suggest.h"
+#include <fresco/wording.h>
 
-using namespace fresco::host;
+using namespace fresco;
 
 TEST_CASE("Edit distance counts single edits and swaps", "[suggest]")
 {

@@ -1,44 +1,13 @@
-#include "plugins/command_words.h"
-
-#include <fresco/error.h>
+#include "printed_line.h"
 
 #include <algorithm>
 #include <charconv>
 #include <cmath>
 
-namespace fresco::host
+namespace fresco::command
 {
 namespace
 {
-
-/// Calls text(piece) and name(piece) in the order of the word.
-template <class Text, class Name>
-void walk(std::string_view word, const Text& text, const Name& name)
-{
-    const auto refuse = [&](const char* brace)
-    {
-        throw Error("'" + std::string(word) + "' has a '" + brace + "' without its other: a {name} stands for a port's path, " +
-                    brace + brace + " for a brace");
-    };
-    for (std::size_t i = 0; i < word.size(); ++i)
-    {
-        const bool brace = word[i] == '{' || word[i] == '}';
-        if (!brace)
-            text(word.substr(i, 1));
-        else if (i + 1 < word.size() && word[i + 1] == word[i])
-            text(word.substr(i++, 1));
-        else if (word[i] == '}')
-            refuse("}");
-        else
-        {
-            const auto end = word.find_first_of("{}", i + 1);
-            if (end == std::string_view::npos || word[end] != '}')
-                refuse("{");
-            name(std::string(word.substr(i + 1, end - i - 1)));
-            i = end;
-        }
-    }
-}
 
 std::string_view trimmed(std::string_view text)
 {
@@ -66,7 +35,7 @@ std::optional<double> number(std::string_view text)
     return value;
 }
 
-std::optional<CommandLineSaid> progress_of(std::string_view text)
+std::optional<SaidToHost> progress_of(std::string_view text)
 {
     const std::string_view amount = take_word(text);
     const auto slash = amount.find('/');
@@ -74,12 +43,11 @@ std::optional<CommandLineSaid> progress_of(std::string_view text)
     if (!done || !(*done >= 0) || std::isinf(*done))
         return std::nullopt;
     if (slash == std::string_view::npos)
-        return *done <= 1 ? std::optional(CommandLineSaid{CommandLineSaid::Kind::progress, 100 * *done, 100, "%", ""})
-                          : std::nullopt;
+        return *done <= 1 ? std::optional(SaidToHost{SaidToHost::Kind::progress, 100 * *done, 100, "%", ""}) : std::nullopt;
     const auto total = number(amount.substr(slash + 1));
     if (!total || !(*total > 0) || std::isinf(*total))
         return std::nullopt;
-    return CommandLineSaid{CommandLineSaid::Kind::progress, *done, *total, printable(text), ""};
+    return SaidToHost{SaidToHost::Kind::progress, *done, *total, printable(text), ""};
 }
 
 /// How many bytes the UTF-8 character at the front has; 0 if it is none.
@@ -122,32 +90,9 @@ void drop_escape(std::string_view& text)
 
 }  // namespace
 
-std::vector<std::string> names_in(std::string_view word)
+std::optional<SaidToHost> said_to_host(std::string_view line)
 {
-    std::vector<std::string> names;
-    walk(
-        word, [](std::string_view) {}, [&](std::string name) { names.push_back(std::move(name)); });
-    return names;
-}
-
-std::string filled_in(std::string_view word, const std::map<std::string, std::string>& values)
-{
-    std::string result;
-    walk(
-        word, [&](std::string_view text) { result += text; },
-        [&](const std::string& name)
-        {
-            const auto value = values.find(name);
-            if (value == values.end())
-                throw Error("'" + std::string(word) + "': unknown name {" + name + "}");
-            result += value->second;
-        });
-    return result;
-}
-
-std::optional<CommandLineSaid> said_to_host(std::string_view line)
-{
-    using Kind = CommandLineSaid::Kind;
+    using Kind = SaidToHost::Kind;
     constexpr std::string_view prefix = "fresco: ";
     if (!line.starts_with(prefix))
         return std::nullopt;
@@ -156,16 +101,16 @@ std::optional<CommandLineSaid> said_to_host(std::string_view line)
     if (verb == "progress")
         return progress_of(text);
     if ((verb == "warning" || verb == "message") && !text.empty())
-        return CommandLineSaid{verb == "warning" ? Kind::warning : Kind::message, 0, 0, printable(text), ""};
+        return SaidToHost{verb == "warning" ? Kind::warning : Kind::message, 0, 0, printable(text), ""};
     if (verb != "metric" && verb != "report")
         return std::nullopt;
     const std::string_view name = take_word(text);
     if (name.empty() || text.empty())
         return std::nullopt;
     if (verb == "report")
-        return CommandLineSaid{Kind::report, 0, 0, printable(name), std::string(text)};
+        return SaidToHost{Kind::report, 0, 0, printable(name), std::string(text)};
     const auto value = number(text);
-    return value ? std::optional(CommandLineSaid{Kind::metric, *value, 0, printable(name), ""}) : std::nullopt;
+    return value ? std::optional(SaidToHost{Kind::metric, *value, 0, printable(name), ""}) : std::nullopt;
 }
 
 std::string printable(std::string_view line)
@@ -198,4 +143,4 @@ std::string printable(std::string_view line)
     return result;
 }
 
-}  // namespace fresco::host
+}  // namespace fresco::command

@@ -1,30 +1,12 @@
-#include "plugins/command_words.h"
-
-#include <fresco/error.h>
+#include "printed_line.h"
 
 #include <catch2/catch.hpp>
 
-using namespace fresco::host;
-using Words = std::vector<std::string>;
-
-TEST_CASE("names in braces are found and filled in, doubled braces are braces", "[command]")
-{
-    CHECK(names_in("--out={result}") == Words{"result"});
-    CHECK(names_in("{a}:{b.py}") == Words{"a", "b.py"});
-    CHECK(names_in("{{\"a\": 1}}").empty());
-    CHECK(filled_in("{{{a}}}", {{"a", "/x y"}}) == "{/x y}");
-    CHECK(filled_in("plain", {}) == "plain");
-    for (const char* word : {"{", "}", "{a", "a}", "{a{b}}", "{{a}"})
-    {
-        INFO(word);
-        CHECK_THROWS_WITH(names_in(word), Catch::Contains("without its other"));
-    }
-    CHECK_THROWS_WITH(filled_in("{b}", {{"a", ""}}), Catch::Contains("nothing is called {b}"));
-}
+using namespace fresco::command;
 
 TEST_CASE("a program's lines to the host are told from all others", "[command]")
 {
-    using Kind = CommandLineSaid::Kind;
+    using Kind = SaidToHost::Kind;
     const auto share = said_to_host("fresco: progress 0.25\r");
     REQUIRE(share);
     CHECK(share->kind == Kind::progress);

@@ -1,11 +1,11 @@
-#include "program.h"
-
-#include "plugins/command_stage.h"
+#include "terminal.h"
 
 #include <sys/stat.h>
 
 namespace
 {
+
+const std::vector<std::string> plugins{"good", FRESCO_COMMAND_ALONE};
 
 /// Adds one to the number in a table, by a script.
 const char* const pipeline = R"(version: 1
@@ -49,7 +49,7 @@ const char* const table_word = "printf \"{{\\\"columns\\\": [\\\"value\\\"], \\\
 
 TEST_CASE("a program is a stage: it takes inputs, makes outputs, tells how far it is, and is run again for a reason", "[command]")
 {
-    Workplace place;
+    Workplace place(plugins);
     place.write("room.yaml", pipeline);
     place.write("add.sh", script);
     const Finished first = place.run({"run", "room.yaml", "--json-log", "--set", "wait=0.2"});
@@ -111,7 +111,7 @@ TEST_CASE("a program that fails is named with its command, its end and what it p
         {"true", {"the program succeeded, but its output", "(table) cannot be used: ", "table.json was not written"}},
         {"echo {{}} >\"$1\"", {"cannot be used: ", "columns"}},
         {"exit 75", {"ended with exit code 75"}}};
-    Workplace place;
+    Workplace place(plugins);
     for (const auto& [words, expected] : ways)
     {
         INFO(words);
@@ -130,7 +130,7 @@ TEST_CASE("a program that fails is named with its command, its end and what it p
 
 TEST_CASE("a program runs in a folder of its own, with the cores it may use, and no shell in between", "[command]")
 {
-    Workplace place;
+    Workplace place(plugins);
     place.write("room.yaml",
                 shell(std::string("pwd; echo cores $FRESCO_THREADS; echo tmp $TMPDIR; ls; cat; ls /proc/self/fd | wc -l; ") +
                       "echo \"rest $0\"; " + table_word));
@@ -154,7 +154,7 @@ TEST_CASE("a program runs in a folder of its own, with the cores it may use, and
 
 TEST_CASE("files that a program makes are copied below --out", "[command]")
 {
-    Workplace place;
+    Workplace place(plugins);
     place.write(
         "room.yaml",
         "version: 1\nstages:\n  made: {type: command, run: [sh, -c, 'mkdir \"$1/deep\"; echo a >\"$1/deep/a.txt\"; echo b "
@@ -166,7 +166,7 @@ TEST_CASE("files that a program makes are copied below --out", "[command]")
 
 TEST_CASE("a log without end is cut for people, and a program's strange bytes do no harm", "[command]")
 {
-    Workplace place;
+    Workplace place(plugins);
     place.write("room.yaml", shell("for i in $(seq 1000); do echo line $i; done; printf \"\\377\\033[31m\\001x\"; " +
                                    std::string(table_word)));
     const Finished finished = place.run({"run", "room.yaml"});
@@ -182,7 +182,7 @@ TEST_CASE("a log without end is cut for people, and a program's strange bytes do
 
 TEST_CASE("of words without end a result keeps the first", "[command]")
 {
-    Workplace place;
+    Workplace place(plugins);
     place.write("room.yaml", shell("for i in $(seq 1500); do echo fresco: message word $i; done; " + std::string(table_word)));
     REQUIRE(place.run({"run", "room.yaml", "--until", "made"}).code == 0);
     std::size_t kept = 0;
@@ -193,7 +193,7 @@ TEST_CASE("of words without end a result keeps the first", "[command]")
 
 TEST_CASE("stopping a run stops the program and all it started", "[command]")
 {
-    Workplace place;
+    Workplace place(plugins);
     // The first sleeps in a process of its own; the second takes no hint.
     const std::string words = GENERATE("sleep 300 & echo $! >\"$(dirname \"$0\")/pid\"; wait",
                                        "trap : TERM; echo $$ >\"$(dirname \"$0\")/pid\"; while :; do sleep 0.1; done");
@@ -216,7 +216,7 @@ TEST_CASE("stopping a run stops the program and all it started", "[command]")
 
 TEST_CASE("a program ends with the host, and so does all it started", "[command]")
 {
-    Workplace place;
+    Workplace place(plugins);
     place.write("slow.sh", "trap : TERM\n(trap : TERM; sh -c 'echo $PPID' >\"$1\"; while :; do sleep 0.1; done) &\nexec yes\n");
     place.write("room.yaml", "version: 1\nstages:\n  made: {type: command, run: [sh, slow.sh, " + place.file("pid").string() +
                                  ", \"{o}\"], files: [slow.sh], outputs: {o: table}}\n");
@@ -235,7 +235,7 @@ TEST_CASE("a program ends with the host, and so does all it started", "[command]
 
 TEST_CASE("what a program leaves behind ends before its outputs are taken", "[command]")
 {
-    Workplace place;
+    Workplace place(plugins);
     // A session of its own, and nobody who waits for it.
     place.write("left.sh",
                 "setsid sh -c 'echo $$ >\"$0\"; while :; do echo more >>\"$1\"; sleep 0.01; done' \"$PWD/pid\" \"$1/log\" &\n"
@@ -253,7 +253,7 @@ TEST_CASE("what a program leaves behind ends before its outputs are taken", "[co
 
 TEST_CASE("a program is found by a relative folder of PATH, too", "[command]")
 {
-    Workplace place;
+    Workplace place(plugins);
     place.write("tools/make-table", "#!/bin/sh\n" + std::string(table) + "\n");
     chmod(place.file("tools/make-table").c_str(), 0755);
     place.environment["PATH"] = ":tools:" + std::string(std::getenv("PATH"));
@@ -265,7 +265,7 @@ TEST_CASE("a program is found by a relative folder of PATH, too", "[command]")
 
 TEST_CASE("limits hold for programs, too", "[command][isolation]")
 {
-    Workplace place;
+    Workplace place(plugins);
     place.write("room.yaml", shell("sleep 300"));
     const Finished late = place.run({"run", "room.yaml", "--isolate", "made", "--isolate-time", "0.3s"});
     CHECK(late.code == 1);
@@ -280,7 +280,7 @@ TEST_CASE("limits hold for programs, too", "[command][isolation]")
 
 TEST_CASE("a program that hears no signal is ended with all it started, wherever that went", "[command][isolation]")
 {
-    Workplace place;
+    Workplace place(plugins);
     place.write("deaf.sh", "trap : TERM\nif [ \"$2\" = left ]; then echo $$ >\"$1\"; else setsid sh \"$0\" \"$1\" left & fi\n"
                            "while :; do sleep 0.1; done\n");
     place.write("room.yaml", "version: 1\nstages:\n  made: {type: command, run: [sh, deaf.sh, " + place.file("pid").string() +
@@ -302,12 +302,13 @@ TEST_CASE("all that is wrong with a command is told before anything runs", "[com
         {"run: [sh, \"{x}\"], outputs: {o: table}", "{x} in 'run' is neither a port nor among 'files' (there are: o)"},
         {"run: [sh], outputs: {o: table}", "no word of 'run' says where the output 'o' goes: write \"{o}\""},
         {"run: [sh, \"{o\"], outputs: {o: table}", "'{o' has a '{' without its other"},
-        {"run: [sh, {o: x}], outputs: {o: table}", "each entry is a word, got a map (a word with braces is written in quotes)"},
+        {"run: [sh, {o: x}], outputs: {o: table}", "expected a word, got a map (a word with braces is written in quotes)"},
         {"run: sh, outputs: {o: table}", "option 'run': expected a list of words, got the text 'sh'"},
         {"run: [], outputs: {o: table}", "option 'run' is empty: name a program"},
         {"run: [sh], outputs: {}", "a command needs at least one output"},
-        {"run: [sh, \"{o}\"], outputs: {o: tabel}", "'tabel' is not an artifact that a program can make (did you mean 'table'?)"},
-        {"run: [sh, \"{o}\"], outputs: {o: {artifact: image, as: jpg}}", "as: expected one of npy, png, got the text 'jpg'"},
+        {"run: [sh, \"{o}\"], outputs: {o: tabel}", "unknown artifact 'tabel' (did you mean 'table'?)"},
+        {"run: [sh, \"{o}\"], outputs: {o: {artifact: image, as: jpg}}",
+         "expected one of npy, png for 'as' of port 'o', got the text 'jpg'"},
         {"run: [sh, \"{o}\"], outputs: {o: {artifact: mesh, as: ply}}", "mesh has only one form; leave 'as' out"},
         {"run: [sh, \"{o}\"], outputs: {o: {artifact: mesh, form: ply}}", "has no 'form' (there are: artifact, as)"},
         {"run: [sh, \"{o}\"], outputs: {o: }", "port 'o': expected an artifact such as mesh"},
@@ -324,7 +325,7 @@ TEST_CASE("all that is wrong with a command is told before anything runs", "[com
         {"run: [a.sh, \"{o}\"], outputs: {o: table}, files: [a.sh]", "may not be executed: chmod +x", 3},
         {"run: [fresco-no-such-program, \"{o}\"], outputs: {o: table}", "no program 'fresco-no-such-program' in PATH", 3},
         {"run: [/no/such, \"{o}\"], outputs: {o: table}", "no program '/no/such'", 3}};
-    Workplace place;
+    Workplace place(plugins);
     place.write("a.sh", "echo a\n");
     for (const Wrong& wrong : all)
     {
@@ -340,7 +341,7 @@ TEST_CASE("all that is wrong with a command is told before anything runs", "[com
 
 TEST_CASE("a script of the user's own is run by itself, and by files of the command line", "[command]")
 {
-    Workplace place;
+    Workplace place(plugins);
     place.write("a.sh", "#!/bin/sh\n" + std::string(table) + "\n");
     chmod(place.file("a.sh").c_str(), 0755);
     place.write("room.yaml",
@@ -354,4 +355,64 @@ TEST_CASE("a script of the user's own is run by itself, and by files of the comm
                                                     {"stages"},
                                                     {"describe", "command", "--json"}})
         CHECK(contains(place.run(command).out, "command"));
+}
+
+TEST_CASE("an artifact type of a plugin is exchanged like those of the SDK", "[command]")
+{
+    Workplace place({"good", "note", FRESCO_COMMAND_ALONE});
+    const auto write = [&](const std::string& script, const std::string& form)
+    {
+        place.write("room.yaml", "version: 1\nstages:\n  note: {type: test.note, text: hello}\n"
+                                 "  louder: {type: command, run: [sh, -c, '" +
+                                     script +
+                                     "', sh, \"{in}/note.txt\", \"{out}\"], input: {in: note}, inputs: {in: test_note},\n"
+                                     "           outputs: {out: {artifact: test_note, as: " +
+                                     form +
+                                     "}}}\n"
+                                     "  twice: {type: command, run: [sh, -c, 'cat \"$1\" \"$1\" >\"$2/note.txt\"', sh, \"{in}\", "
+                                     "\"{out}\"], input: {in: louder},\n"
+                                     "          inputs: {in: {artifact: test_note, as: json}}, outputs: {out: test_note}}\n");
+    };
+    write("tr a-z A-Z <\"$1\" >\"$2\"", "json");
+    // What is not JSON is refused by the type itself.
+    const Finished wrong = place.run({"run", "room.yaml"});
+    CHECK(wrong.code == 1);
+    CHECK(contains(wrong.err, "its output 'out' (test_note) cannot be used: "));
+    write("echo \"\\\"$(tr a-z A-Z <\"$1\")\\\"\" >\"$2\"", "json");
+    const Finished finished = place.run({"run", "room.yaml"});
+    INFO(finished.err);
+    REQUIRE(finished.code == 0);
+    std::string made;
+    for (const auto& object : fs::directory_iterator(place.file(".fresco/objects")))
+        if (fs::exists(object.path() / "out/note.txt"))
+            made += fresco::read_text_file(object.path() / "out/note.txt") + ";";
+    CHECK(contains(made, "HELLO;"));
+    CHECK(contains(made, "\"HELLO\"\"HELLO\";"));
+    write("true", "xml");
+    CHECK(contains(place.run({"check", "room.yaml"}).err, "expected one of folder, json for 'as' of port 'out'"));
+}
+
+TEST_CASE("a program that asks at the terminal is told that there is none, and stops nothing")
+{
+    Workplace place(plugins);
+    place.write("room.yaml",
+                "version: 1\nstages:\n  asks: {type: command, run: [sh, -c, 'read -r answer </dev/tty', sh, \"{o}\"], "
+                "outputs: {o: table}}\n");
+    Terminal terminal(place, {"run", "room.yaml", "--isolate", "asks", "--isolate-time", "10s"}, 600, 12);
+    REQUIRE(terminal.shows("ended with exit code"));
+    CHECK(terminal.finish() == 1);
+}
+
+TEST_CASE("what errors name cannot move the cursor")
+{
+    Workplace place(plugins);
+    place.write("room.yaml", "version: 1\nstages:\n  bad: {type: command, run: [sh, -c, 'exit 3', \"\\e[2Jname\\r\", \"{o}\"], "
+                             "outputs: {o: table}}\n");
+    const Finished piped = place.run({"run", "room.yaml"});
+    CHECK(piped.code == 1);
+    CHECK(contains(piped.err, "?[2Jname?"));
+    CHECK(piped.err.find('\x1b') == std::string::npos);
+    Terminal terminal(place, {"run", "room.yaml"}, 600, 12);
+    CHECK(terminal.finish() == 1);
+    CHECK(contains(terminal.text(), "?[2Jname?"));
 }

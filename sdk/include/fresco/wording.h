@@ -5,7 +5,9 @@
 #include <string_view>
 #include <vector>
 
-namespace fresco::host
+/// \file Names in pipelines, and pieces of messages to users.
+
+namespace fresco
 {
 
 /// Damerau-Levenshtein distance (optimal string alignment): insertions, deletions, substitutions and swaps of neighbors, by
@@ -23,4 +25,10 @@ std::string suggestion(std::string_view word, const std::vector<std::string>& ca
 /// "a, b and c".
 std::string join(const std::vector<std::string>& words, std::string_view before_last = " and ");
 
-}  // namespace fresco::host
+/// Letters, digits, '_' and '-', not beginning with a digit or '-': what stages, vars and ports are called.
+bool is_name(std::string_view text);
+
+/// A number as a user would write it: 4, 0.5, 1e-06.
+std::string number_text(double number);
+
+}  // namespace fresco

@@ -1,0 +1,175 @@
+#include "printed_line.h"
+#include "run_program.h"
+
+#include <fresco/command_line.h>
+#include <fresco/declared_ports.h>
+#include <fresco/error.h>
+#include <fresco/image_io.h>
+#include <fresco/stage.h>
+
+#include <cstdio>
+#include <deque>
+#include <map>
+
+namespace
+{
+
+namespace fs = std::filesystem;
+using namespace fresco::command;
+
+constexpr std::size_t shown_lines = 200;
+constexpr std::size_t kept_lines = 12;
+
+fs::path made(const fs::path& folder)
+{
+    fs::create_directories(folder);
+    return folder;
+}
+
+std::string shown_command(const std::vector<std::string>& words)
+{
+    std::string text;
+    for (const std::string& word : words)
+    {
+        const bool quoted = word.empty() || word.find_first_of(" '\"") != std::string::npos;
+        text += (text.empty() ? "" : " ") + (quoted ? fresco::to_json(word) : word);
+    }
+    constexpr std::size_t longest = 300;
+    return text.size() <= longest ? text : text.substr(0, longest) + "…";
+}
+
+/// Shows what a program prints, and keeps the last of it for an error.
+class Printed
+{
+  public:
+    explicit Printed(fresco::RunContext& run) : run_(run) {}
+
+    void take(const std::string& line)
+    {
+        if (const auto said = said_to_host(line))
+            return pass_on(*said, line);
+        const std::string shown = printable(line);
+        if (shown.find_first_not_of(' ') == std::string::npos)
+            return;
+        tail_.push_back(shown);
+        if (tail_.size() > kept_lines)
+            tail_.pop_front();
+        if (++lines_ <= shown_lines)
+            run_.message(shown);
+        else
+            std::fputs((shown + "\n").c_str(), stdout);
+        if (lines_ == shown_lines)
+            run_.message("(it prints more; all of it is in --json-log)");
+        std::fflush(stdout);
+    }
+
+    std::string tail() const
+    {
+        std::string text = tail_.empty() ? "; it printed nothing" : "; the last it printed:";
+        for (const std::string& line : tail_)
+            text += "\n    | " + line;
+        return text;
+    }
+
+  private:
+    void pass_on(const SaidToHost& said, const std::string& line)
+    {
+        switch (said.kind)
+        {
+        case SaidToHost::Kind::progress:
+            return run_.progress(said.done, said.total, said.text);
+        case SaidToHost::Kind::metric:
+            return run_.metric(said.text, said.done);
+        case SaidToHost::Kind::warning:
+            return run_.warning(said.text);
+        case SaidToHost::Kind::message:
+            return run_.message(said.text);
+        case SaidToHost::Kind::report:
+            try
+            {
+                return run_.report(said.text, fresco::parse_json(said.json, "report"));
+            }
+            catch (const fresco::Error& error)
+            {
+                return run_.warning("not understood: " + printable(line) + " (" + error.what() + ")");
+            }
+        }
+    }
+
+    fresco::RunContext& run_;
+    std::deque<std::string> tail_;
+    std::size_t lines_ = 0;
+};
+
+class Command final : public fresco::Stage
+{
+    fresco::Option<fresco::CommandLine> run_{
+        this, "run", fresco::required,
+        "The program and its arguments, run without a shell; {port} stands for the path of an input or output"};
+    fresco::Option<fresco::InputFiles> files_{
+        this, "files", fresco::InputFiles{},
+        "Files that the program needs, such as scripts; an argument that names one becomes its path"};
+    fresco::Option<std::string> version_{this, "version", "", "Any text; change it after a change that is not in files"};
+    fresco::InputPorts inputs_{this, "inputs", "Ports that other stages or files are wired to by input"};
+    fresco::OutputPorts outputs_{this, "outputs", "Ports that the program makes"};
+    fresco::Slot<fresco::ImageIo> images_{this, "images", "image.opencv", fresco::ForForm{"png"},
+                                          "Reader and writer of pictures for ports with 'as: png'"};
+
+    void run(fresco::RunContext& run) override
+    {
+        const fs::path scratch = run.scratch_folder();
+        const fresco::ImageIo* images = images_.has_value() ? images_.get().get() : nullptr;
+        std::map<std::string, std::string> paths;
+        for (const auto& [name, file] : files_->paths)
+            paths[name] = file;
+        for (const auto& port : *inputs_)
+        {
+            run.check_canceled();
+            paths[port->name()] = port->hand_over(made(scratch / "in" / port->name()), images, run);
+        }
+        for (const auto& port : *outputs_)
+            paths[port->name()] = port->place(made(scratch / "out" / port->name()));
+
+        execute(words(paths), scratch, run);
+        for (const auto& port : *outputs_)
+            try
+            {
+                port->take_back(scratch / "out" / port->name(), images, run);
+            }
+            catch (const fresco::Error& error)
+            {
+                throw fresco::Error("the program succeeded, but its output '" + port->name() + "' (" + port->type().name +
+                                    ") cannot be used: " + error.what());
+            }
+    }
+
+    std::vector<std::string> words(const std::map<std::string, std::string>& paths) const
+    {
+        std::vector<std::string> words;
+        for (const std::string& word : run_->words)
+            words.push_back(files_->paths.contains(word) ? paths.at(word) : fresco::filled_in(word, paths));
+        return words;
+    }
+
+    static void execute(const std::vector<std::string>& words, const fs::path& scratch, fresco::RunContext& run)
+    {
+        const fresco::EnvironmentChanges environment{{"TMPDIR", made(scratch / "tmp").string()},
+                                                     {"FRESCO_THREADS", std::to_string(run.threads())},
+                                                     // Lines when they are printed, nothing written beside the user's scripts.
+                                                     {"PYTHONUNBUFFERED", "1"},
+                                                     {"PYTHONDONTWRITEBYTECODE", "1"}};
+        Printed printed(run);
+        const fresco::ProcessEnd end =
+            run_program(words, environment, made(scratch / "work"), run, [&](const std::string& line) { printed.take(line); });
+        if (end.signal != 0)
+            throw fresco::Error("'" + shown_command(words) + "' was ended by a signal: " + fresco::signal_text(end.signal) +
+                                printed.tail());
+        if (end.exit_code != 0)
+            throw fresco::Error("'" + shown_command(words) + "' ended with exit code " + std::to_string(end.exit_code) +
+                                printed.tail());
+    }
+};
+
+}  // namespace
+
+FRESCO_STAGE("command", Command, "Any program as a stage, with ports declared in the pipeline")

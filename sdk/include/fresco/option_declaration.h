@@ -1,0 +1,100 @@
+#pragma once
+
+#include <fresco/value.h>
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+/// \file What a stage or component says of one of its options, as data: the host checks a pipeline file by it without opening
+/// the library, and the option itself checks what it is set to by the same function.
+
+namespace fresco
+{
+
+enum class OptionKind
+{
+    boolean,
+    integer,
+    number,
+    text,
+    integers,
+    numbers,
+    input_file,
+    input_folder,
+    output_name,
+    component,
+    components,
+    input_files,   ///< A list of files; a map name as written -> absolute path once it is checked.
+    command_line,  ///< A program and its words, which name files and ports of the same stage in braces.
+    input_ports,   ///< A map of ports; name -> {artifact, version, as} once it is checked, `as` empty where there is one form.
+    output_ports
+};
+
+/// `auto` of a components option: `if_empty` where the owner's option `option` is empty, else `if_set` with "${option}" replaced.
+struct AutoRule
+{
+    std::string option;
+    Value if_empty;
+    Value if_set;
+};
+
+/// An artifact that a port may have.
+struct PortArtifact
+{
+    int version = 1;
+    std::vector<std::string> as{};  ///< Its exchange forms, the default first; empty where there is one only.
+};
+
+struct OptionDeclaration
+{
+    std::string name{};
+    OptionKind kind = OptionKind::text;
+    Value default_value{};  ///< Null: required, or a slot that may stay empty.
+    bool required = false;
+    std::optional<double> min{};
+    std::optional<double> max{};
+    std::vector<std::string> choices{};
+    std::string unit{};
+    bool in_key = true;
+    std::string component_kind{};
+    bool optional = false;  ///< Of a component: the word `none` leaves it empty.
+    std::optional<AutoRule> auto_rule{};
+    std::string for_form{};  ///< Of a component: left out by default unless a port of the stage has this exchange form.
+    /// Of ports: what a port may be, by name. Not described: whoever checks knows more of them than the plugin.
+    std::map<std::string, PortArtifact> artifacts{};
+    std::string help{};
+
+    /// What describe() gave. Throws Error naming the option where it is something else.
+    static OptionDeclaration from(const Value& description);
+    /// As a map with the keys name, kind, default, min, max, choices, help, …; those that say nothing are left out.
+    Value describe() const;
+
+    bool is_ports() const { return kind == OptionKind::input_ports || kind == OptionKind::output_ports; }
+    bool is_slot() const { return kind == OptionKind::component || kind == OptionKind::components; }
+    /// What is accepted, in words: "an integer from 4 to 50000000", "one of unlit, pbr", "the path of an existing file".
+    std::string accepted() const;
+    /// The default as it is written in a pipeline file; "required" or "none" where there is none.
+    std::string default_text() const;
+};
+
+/// One thing that is wrong with a value.
+struct ValueProblem
+{
+    std::vector<std::string> place{};  ///< Keys and positions (from 0) down to the part that is wrong; empty: the value itself.
+    std::string wrong{};               ///< "3 is too small"; empty: the part is not even of the kind that is expected.
+    std::string expected{};            ///< "an integer from 4 to 50000000"; empty where `wrong` says it all.
+};
+
+struct CheckedValue
+{
+    Value value{};                         ///< As the option holds it; null where there are problems.
+    std::vector<ValueProblem> problems{};  ///< All that there are.
+};
+
+/// Whether a value fits what is declared, without looking at the disk. Of a component only its form is checked: its options are
+/// those of another declaration.
+CheckedValue check_value(const OptionDeclaration& option, const Value& value);
+
+}  // namespace fresco

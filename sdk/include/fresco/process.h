@@ -1,0 +1,102 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <sys/types.h>
+#include <utility>
+#include <vector>
+
+namespace fresco
+{
+
+/// Owns a file descriptor; -1 = none.
+class FileDescriptor
+{
+  public:
+    FileDescriptor() = default;
+    explicit FileDescriptor(int fd) : fd_(fd) {}
+    ~FileDescriptor() { reset(); }
+    FileDescriptor(FileDescriptor&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
+    FileDescriptor& operator=(FileDescriptor&& other) noexcept;
+    FileDescriptor(const FileDescriptor&) = delete;
+    FileDescriptor& operator=(const FileDescriptor&) = delete;
+
+    int get() const { return fd_; }
+    bool valid() const { return fd_ >= 0; }
+    void reset();
+
+  private:
+    int fd_ = -1;
+};
+
+/// What is set on top of an environment: names and values.
+using EnvironmentChanges = std::vector<std::pair<std::string, std::string>>;
+
+/// Descriptor number of ProcessStart::channel within the process.
+inline constexpr int child_channel = 3;
+
+struct ProcessStart
+{
+    std::string file;                    ///< The program; no search in PATH.
+    std::vector<std::string> arguments;  ///< Its own name first.
+    EnvironmentChanges environment{};    ///< On top of this process's own.
+    std::string folder{};                ///< Where it starts; empty: here.
+    int channel = -1;                    ///< What it gets as child_channel, or -1.
+    /// It cannot be reached by Ctrl-C, nor wait for a terminal. Otherwise it stays in this process's group: whoever ends the
+    /// group ends it too.
+    bool own_session = false;
+    double data_limit_mb =
+        0;  ///< Memory of its own that it and each process it starts may map; it leaves no core dump. 0: no limit.
+};
+
+struct Process
+{
+    pid_t pid = -1;
+    FileDescriptor output;  ///< Its standard output and error together, non-blocking.
+};
+
+/// Starts a program, not through a shell, with nothing to read and no other descriptor of this process. The kernel kills it when
+/// this process ends for whatever reason. Throws Error naming the program if it cannot be started.
+Process start_process(const ProcessStart& start);
+
+/// The file that a shell would run for `name`: the name itself where it has a '/', else the absolute path of the first in PATH
+/// that may be executed; empty if there is none.
+std::string find_program(const std::string& name);
+
+/// How a process ended.
+struct ProcessEnd
+{
+    int exit_code = -1;  ///< -1 if a signal ended it.
+    int signal = 0;
+    double peak_memory_mb = 0;
+    double cpu_seconds = 0;
+};
+/// Takes the end of `pid` if it has ended; does not wait.
+bool take_end(pid_t pid, ProcessEnd& end);
+/// The same for the leader of a process group: whatever else is left of the group is killed first.
+bool take_group_end(pid_t pid, ProcessEnd& end);
+
+/// "Segmentation fault (signal 11)".
+std::string signal_text(int signal);
+
+/// Splits what arrives in pieces into lines. Holds a bounded amount, whatever arrives.
+class LineBuffer
+{
+  public:
+    /// A line of more than `longest` bytes comes in pieces of that length.
+    explicit LineBuffer(std::size_t longest = std::size_t{1} << 16U) : longest_(longest) {}
+
+    /// Reads what is there without waiting, up to 1 MB at a time; false at the end of the stream.
+    bool read_from(int fd);
+    /// The next whole line, without its end; false if there is none.
+    bool next(std::string& line);
+    /// What came after the last line end.
+    std::string rest() const { return buffer_.substr(start_); }
+
+  private:
+    std::size_t longest_;
+    std::string buffer_;
+    std::size_t start_ = 0;
+};
+
+}  // namespace fresco

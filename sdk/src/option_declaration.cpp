@@ -1,0 +1,167 @@
+#include <fresco/error.h>
+#include <fresco/option_declaration.h>
+#include <fresco/wording.h>
+
+#include <algorithm>
+#include <array>
+#include <string_view>
+#include <utility>
+
+namespace fresco
+{
+namespace
+{
+
+using KindName = std::pair<std::string_view, OptionKind>;
+constexpr std::array kind_names{KindName{"bool", OptionKind::boolean},
+                                KindName{"int", OptionKind::integer},
+                                KindName{"number", OptionKind::number},
+                                KindName{"text", OptionKind::text},
+                                KindName{"ints", OptionKind::integers},
+                                KindName{"numbers", OptionKind::numbers},
+                                KindName{"input_file", OptionKind::input_file},
+                                KindName{"input_folder", OptionKind::input_folder},
+                                KindName{"output_name", OptionKind::output_name},
+                                KindName{"component", OptionKind::component},
+                                KindName{"components", OptionKind::components},
+                                KindName{"input_files", OptionKind::input_files},
+                                KindName{"command_line", OptionKind::command_line},
+                                KindName{"input_ports", OptionKind::input_ports},
+                                KindName{"output_ports", OptionKind::output_ports}};
+
+std::string text_at(const Value& map, std::string_view key)
+{
+    const Value* entry = map.find(key);
+    return entry ? entry->as_string() : std::string();
+}
+
+std::optional<double> number_at(const Value& map, std::string_view key)
+{
+    const Value* entry = map.find(key);
+    return entry ? std::optional(entry->as_double()) : std::nullopt;
+}
+
+bool flag_at(const Value& map, std::string_view key, bool otherwise)
+{
+    const Value* entry = map.find(key);
+    return entry ? entry->as_bool() : otherwise;
+}
+
+std::string range_text(const OptionDeclaration& option)
+{
+    if (option.min && option.max)
+        return " from " + number_text(*option.min) + " to " + number_text(*option.max);
+    if (option.min)
+        return " of at least " + number_text(*option.min);
+    return option.max ? " of at most " + number_text(*option.max) : "";
+}
+
+}  // namespace
+
+OptionDeclaration OptionDeclaration::from(const Value& description)
+{
+    OptionDeclaration option;
+    option.name = description.at("name").as_string();
+    const std::string& kind = description.at("kind").as_string();
+    const auto known = std::ranges::find(kind_names, kind, &KindName::first);
+    if (known == kind_names.end())
+        throw Error("option '" + option.name + "' is of the unknown kind '" + kind + "'");
+    option.kind = known->second;
+    if (const Value* value = description.find("default"))
+        option.default_value = *value;
+    option.required = flag_at(description, "required", false);
+    option.min = number_at(description, "min");
+    option.max = number_at(description, "max");
+    if (const Value* choices = description.find("choices"))
+        for (const Value& choice : choices->as_list())
+            option.choices.push_back(choice.as_string());
+    option.unit = text_at(description, "unit");
+    option.in_key = flag_at(description, "in_key", true);
+    option.component_kind = text_at(description, "component_kind");
+    option.optional =
+        option.kind == OptionKind::component && (option.default_value.is_null() || flag_at(description, "optional", false));
+    if (const Value* rule = description.find("auto"))
+        option.auto_rule = AutoRule{rule->at("option").as_string(), rule->at("if_empty"), rule->at("if_set")};
+    option.for_form = text_at(description, "for_form");
+    option.help = text_at(description, "help");
+    return option;
+}
+
+Value OptionDeclaration::describe() const
+{
+    const auto known = std::ranges::find(kind_names, kind, &KindName::second);
+    Value description = Value::Map{{"name", name}, {"kind", known->first}};
+    if (is_slot())
+        description.set("component_kind", component_kind);
+    if (required)
+        description.set("required", true);
+    else if (!default_value.is_null())
+        description.set("default", default_value);
+    if (min)
+        description.set("min", *min);
+    if (max)
+        description.set("max", *max);
+    if (!choices.empty())
+        description.set("choices", Value::List(choices.begin(), choices.end()));
+    if (!unit.empty())
+        description.set("unit", unit);
+    if (!in_key)
+        description.set("in_key", false);
+    if (optional)
+        description.set("optional", true);
+    if (auto_rule)
+        description.set(
+            "auto", Value::Map{{"option", auto_rule->option}, {"if_empty", auto_rule->if_empty}, {"if_set", auto_rule->if_set}});
+    if (!for_form.empty())
+        description.set("for_form", for_form);
+    description.set("help", help);
+    return description;
+}
+
+std::string OptionDeclaration::accepted() const
+{
+    switch (kind)
+    {
+    case OptionKind::boolean:
+        return "true or false";
+    case OptionKind::integer:
+        return "an integer" + range_text(*this);
+    case OptionKind::number:
+        return "a number" + range_text(*this);
+    case OptionKind::text:
+        return choices.empty() ? "text" : "one of " + join(choices, ", ");
+    case OptionKind::integers:
+        return "a list, each entry an integer" + range_text(*this);
+    case OptionKind::numbers:
+        return "a list, each entry a number" + range_text(*this);
+    case OptionKind::input_file:
+        return "the path of an existing file";
+    case OptionKind::input_folder:
+        return "the path of an existing folder";
+    case OptionKind::output_name:
+        return "a relative path below --out without '..'";
+    case OptionKind::component:
+        return "{type: …} of kind '" + component_kind + "'" + (optional ? ", or none" : "");
+    case OptionKind::components:
+        return "a map {name: {type: …}} of kind '" + component_kind + "'" + (auto_rule ? ", or auto" : "");
+    case OptionKind::input_files:
+        return "a list of paths of existing files";
+    case OptionKind::command_line:
+        return "a list of words";
+    case OptionKind::input_ports:
+    case OptionKind::output_ports:
+        return "a map {port: artifact} or {port: {artifact: …, as: …}}";
+    }
+    return {};
+}
+
+std::string OptionDeclaration::default_text() const
+{
+    if (required)
+        return "required";
+    if (default_value.is_null())
+        return "none";
+    return default_value.is_string() && !default_value.as_string().empty() ? default_value.as_string() : to_json(default_value);
+}
+
+}  // namespace fresco

@@ -1,0 +1,264 @@
+#include <fresco/error.h>
+#include <fresco/process.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <csignal>
+#include <cstdlib>
+#include <cstring>
+#include <fcntl.h>
+#include <filesystem>
+#include <string.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+namespace fresco
+{
+namespace fs = std::filesystem;
+namespace
+{
+
+[[noreturn]] void cannot_start(const char* what)
+{
+    throw Error(std::string("cannot start a process (") + what + "): " + std::strerror(errno));
+}
+
+/// The same descriptor at a number above those that the child gives a meaning.
+FileDescriptor out_of_the_way(int fd)
+{
+    const FileDescriptor original(fd);
+    FileDescriptor moved(fcntl(fd, F_DUPFD_CLOEXEC, 10));
+    if (!moved.valid())
+        cannot_start("descriptors");
+    return moved;
+}
+
+std::vector<std::string> merged_environment(const EnvironmentChanges& changes)
+{
+    std::vector<std::string> merged;
+    for (char** entry = environ; *entry != nullptr; ++entry)
+    {
+        const std::string_view text = *entry;
+        bool replaced = false;
+        for (const auto& [name, value] : changes)
+            replaced = replaced || (text.size() > name.size() && text.substr(0, name.size()) == name && text[name.size()] == '=');
+        if (!replaced)
+            merged.emplace_back(text);
+    }
+    for (const auto& [name, value] : changes)
+        merged.emplace_back(name).append("=").append(value);
+    return merged;
+}
+
+std::vector<char*> pointers(std::vector<std::string>& texts)
+{
+    std::vector<char*> result;
+    result.reserve(texts.size() + 1);
+    for (auto& text : texts)
+        result.push_back(text.data());
+    result.push_back(nullptr);
+    return result;
+}
+
+void limit_data(double limit_mb)
+{
+    const auto bytes = static_cast<rlim_t>(limit_mb * 1024 * 1024);
+    const rlimit data{bytes, bytes};
+    const rlimit core{0, 0};
+    setrlimit(RLIMIT_DATA, &data);
+    setrlimit(RLIMIT_CORE, &core);
+}
+
+struct Descriptors
+{
+    int input;
+    int output;
+    int channel;
+    int failure;  ///< Gets errno if there is no new program; closed by its start.
+};
+
+/// In the child. Must not allocate.
+[[noreturn]] void become(const ProcessStart& start, pid_t parent, const Descriptors& descriptors, char* const* arguments,
+                         char* const* environment)
+{
+    if (start.own_session)
+        setsid();
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
+    if (getppid() != parent)  // It ended before the line above.
+        _exit(127);
+    sigset_t none;
+    sigemptyset(&none);
+    sigprocmask(SIG_SETMASK, &none, nullptr);
+    for (const int number : {SIGINT, SIGTERM, SIGPIPE, SIGCHLD})
+        signal(number, SIG_DFL);
+    const bool has_channel = descriptors.channel >= 0;
+    const int failure = has_channel ? child_channel + 1 : child_channel;
+    if (dup2(descriptors.input, STDIN_FILENO) < 0 || dup2(descriptors.output, STDOUT_FILENO) < 0 ||
+        dup2(descriptors.output, STDERR_FILENO) < 0 || (has_channel && dup2(descriptors.channel, child_channel) < 0) ||
+        dup2(descriptors.failure, failure) < 0 || fcntl(failure, F_SETFD, FD_CLOEXEC) != 0)
+        _exit(127);
+    close_range(static_cast<unsigned>(failure) + 1, ~0U, 0);
+    if (start.data_limit_mb > 0)
+        limit_data(start.data_limit_mb);
+    if (start.folder.empty() || chdir(start.folder.c_str()) == 0)
+        execve(start.file.c_str(), arguments, environment);
+    const int reason = errno;
+    (void)!write(failure, &reason, sizeof reason);
+    _exit(127);
+}
+
+std::pair<FileDescriptor, FileDescriptor> made_pipe()
+{
+    int ends[2]{-1, -1};
+    if (pipe2(ends, O_CLOEXEC) != 0)
+        cannot_start("pipe");
+    return {FileDescriptor(ends[0]), out_of_the_way(ends[1])};
+}
+
+}  // namespace
+
+FileDescriptor& FileDescriptor::operator=(FileDescriptor&& other) noexcept
+{
+    if (this != &other)
+    {
+        reset();
+        fd_ = std::exchange(other.fd_, -1);
+    }
+    return *this;
+}
+
+void FileDescriptor::reset()
+{
+    if (fd_ >= 0)
+        close(fd_);
+    fd_ = -1;
+}
+
+std::string find_program(const std::string& name)
+{
+    const auto runs = [](const std::string& file)
+    {
+        struct stat status
+        {
+        };
+        return stat(file.c_str(), &status) == 0 && S_ISREG(status.st_mode) && access(file.c_str(), X_OK) == 0;
+    };
+    if (name.find('/') != std::string::npos)
+        return runs(name) ? name : "";
+    const char* variable = std::getenv("PATH");
+    const std::string path = variable != nullptr ? variable : "/usr/local/bin:/usr/bin:/bin";
+    for (std::size_t begin = 0; begin <= path.size();)
+    {
+        const std::size_t end = std::min(path.find(':', begin), path.size());
+        const std::string folder = path.substr(begin, end - begin);
+        // The program starts in another folder.
+        if (const fs::path file = fs::path(folder) / name; !folder.empty() && runs(file))
+            return fs::absolute(file);
+        begin = end + 1;
+    }
+    return {};
+}
+
+Process start_process(const ProcessStart& start)
+{
+    std::vector<std::string> argument_texts = start.arguments;
+    std::vector<std::string> environment_texts = merged_environment(start.environment);
+    const std::vector<char*> argv = pointers(argument_texts);
+    const std::vector<char*> envp = pointers(environment_texts);
+    auto [printed, output] = made_pipe();
+    auto [failed, failure] = made_pipe();
+    const FileDescriptor input = out_of_the_way(open("/dev/null", O_RDONLY | O_CLOEXEC));
+    const FileDescriptor channel = start.channel >= 0 ? out_of_the_way(dup(start.channel)) : FileDescriptor();
+    fcntl(printed.get(), F_SETFL, fcntl(printed.get(), F_GETFL) | O_NONBLOCK);
+
+    const pid_t parent = getpid();
+    const pid_t pid = fork();
+    if (pid < 0)
+        cannot_start("fork");
+    if (pid == 0)
+        become(start, parent, {input.get(), output.get(), channel.get(), failure.get()}, argv.data(), envp.data());
+    failure.reset();
+    int reason = 0;
+    if (read(failed.get(), &reason, sizeof reason) == static_cast<ssize_t>(sizeof reason))
+    {
+        waitpid(pid, nullptr, 0);
+        throw Error(start.file + ": cannot be started: " + std::strerror(reason));
+    }
+    return {pid, std::move(printed)};
+}
+
+bool take_end(pid_t pid, ProcessEnd& end)
+{
+    int status = 0;
+    rusage usage{};
+    if (wait4(pid, &status, WNOHANG, &usage) != pid)
+        return false;
+    end.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    end.signal = WIFSIGNALED(status) ? WTERMSIG(status) : 0;
+    end.peak_memory_mb = static_cast<double>(usage.ru_maxrss) / 1024.0;
+    const auto seconds = [](const timeval& t) { return static_cast<double>(t.tv_sec) + static_cast<double>(t.tv_usec) * 1e-6; };
+    end.cpu_seconds = seconds(usage.ru_utime) + seconds(usage.ru_stime);
+    return true;
+}
+
+bool take_group_end(pid_t pid, ProcessEnd& end)
+{
+    // While the leader is not taken its number cannot be another group's.
+    siginfo_t info{};
+    if (waitid(P_PID, static_cast<id_t>(pid), &info, WEXITED | WNOHANG | WNOWAIT) != 0 || info.si_pid != pid)
+        return false;
+    kill(-pid, SIGKILL);
+    return take_end(pid, end);
+}
+
+std::string signal_text(int signal)
+{
+    const char* name = sigdescr_np(signal);
+    return std::string(name != nullptr ? name : "unknown") + " (signal " + std::to_string(signal) + ")";
+}
+
+bool LineBuffer::read_from(int fd)
+{
+    char block[16384];
+    constexpr std::size_t at_a_time = std::size_t{1} << 20U;
+    for (std::size_t taken = 0;;)
+    {
+        if (taken >= at_a_time)  // Whoever writes without end must not keep the reader from all else.
+            return true;
+        const ssize_t count = read(fd, block, sizeof block);
+        if (count > 0)
+        {
+            buffer_.append(block, static_cast<std::size_t>(count));
+            taken += static_cast<std::size_t>(count);
+        }
+        else if (count < 0 && errno == EINTR)
+            continue;
+        else
+            return count < 0 && (errno == EAGAIN || errno == EWOULDBLOCK);
+    }
+}
+
+bool LineBuffer::next(std::string& line)
+{
+    const std::size_t end = buffer_.find('\n', start_);
+    if (end == std::string::npos ? buffer_.size() - start_ > longest_ : end - start_ > longest_)
+    {
+        line = buffer_.substr(start_, longest_);
+        start_ += longest_;
+        return true;
+    }
+    if (end == std::string::npos)
+    {
+        buffer_.erase(0, start_);
+        start_ = 0;
+        return false;
+    }
+    line = buffer_.substr(start_, end - start_);
+    start_ = end + 1;
+    return true;
+}
+
+}  // namespace fresco

@@ -120,7 +120,7 @@ TEST_CASE("A pose that is no rotation is refused")
     camera.world_from_camera.rotation(0, 0) = -1;
     CHECK_THROWS_WITH(fresco::check_camera(camera, "pose.txt"), Contains("pose.txt") && Contains("mirrors"));
     camera.world_from_camera.rotation(0, 0) = 1.1;
-    CHECK_THROWS_WITH(fresco::check_camera(camera, "pose.txt"), Contains("no rotation"));
+    CHECK_THROWS_WITH(fresco::check_camera(camera, "pose.txt"), Contains("not a rotation"));
     camera.world_from_camera.rotation(0, 0) = std::nan("");
     CHECK_THROWS_AS(fresco::check_camera(camera, "pose.txt"), fresco::Error);
 }

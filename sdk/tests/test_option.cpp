@@ -126,7 +126,7 @@ TEST_CASE("A slot that may be empty says so, and one that must not tells what it
     auto factory = brushes();
     palette.configure(Value::Map{}, factory);
     CHECK_FALSE(palette.spare.has_value());
-    CHECK_THROWS_WITH(*palette.needed, Contains("\"needed\": no component of kind brush is given"));
+    CHECK_THROWS_WITH(*palette.needed, Contains("\"needed\": no component of kind brush"));
 }
 
 TEST_CASE("Equal configurations share one component")

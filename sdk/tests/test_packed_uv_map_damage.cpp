@@ -113,20 +113,20 @@ TEST_CASE("Flipped bytes of a packed uv map give an error or the same map, never
 TEST_CASE("A header made up with its checksum right is held against the parts and the index")
 {
     const auto whole = packed();
-    CHECK_THAT(sealed(0, 0), Contains("offset 0: \"FRESCOUV\""));
+    CHECK_THAT(sealed(0, 0), Contains("offset 0: expected \"FRESCOUV\""));
     CHECK_THAT(sealed(8, 3), Contains("offset 8: expected form 2, got 3"));
     CHECK_THAT(sealed(12, 97), Contains("is 97x72; the index says 96x72"));
     CHECK_THAT(sealed(16, 0xffffffffU), Contains("the index says 96x72"));
     CHECK_THAT(sealed(20, 1), Contains("offset 20: 1 valid pixels are listed"));
-    CHECK_THAT(sealed(24, 0x10081717U), Contains("offset 24: 16 to 22 bits"));
-    CHECK_THAT(sealed(24, 0x10081412U), Contains("offset 24: 16 to 22 bits"));
-    CHECK_THAT(sealed(24, 0x10071212U), Contains("offset 24: 16 to 22 bits"));
-    CHECK_THAT(sealed(24, 0x20081212U), Contains("offset 24: 16 to 22 bits"));
+    CHECK_THAT(sealed(24, 0x10081717U), Contains("offset 24: expected 16 to 22 bits"));
+    CHECK_THAT(sealed(24, 0x10081412U), Contains("offset 24: expected 16 to 22 bits"));
+    CHECK_THAT(sealed(24, 0x10071212U), Contains("offset 24: expected 16 to 22 bits"));
+    CHECK_THAT(sealed(24, 0x20081212U), Contains("offset 24: expected 16 to 22 bits"));
     // Fewer bits: a part is there that should not be. More: one is too few.
     CHECK_THAT(sealed(24, 0x10081010U), Contains("expected no bytes"));
     CHECK_THAT(sealed(24, 0x16081212U), Contains("offset") && Contains("damaged"));
-    CHECK_THAT(sealed(28, 0), Contains("offset 28: steps of depth"));
-    CHECK_THAT(sealed(28, 0x7fc00000U), Contains("offset 28: steps of depth"));
+    CHECK_THAT(sealed(28, 0), Contains("offset 28: expected steps of depth"));
+    CHECK_THAT(sealed(28, 0x7fc00000U), Contains("offset 28: expected steps of depth"));
     CHECK_THAT(sealed(32, entry(whole, 32) + 1), Contains("the header lists parts up to " + std::to_string(whole.size() + 1)));
     CHECK_THAT(sealed(32, 0xffffffffU), Contains("the header lists parts up to"));
     // Bytes moved from one part to the next.

@@ -229,7 +229,7 @@ TEST_CASE("PLY: a header that contradicts itself is refused", "[ply]")
     refused(triangle_ply(xyz, three, index_list + "property list uchar float texcoord\n", "3 0 1 2 5 0 0 1 1 1\n"), "u and v");
     refused(triangle_ply(xyz, three, index_list + "property int chart\n", "3 0 1 2 -1\n"), "chart -1");
     refused(triangle_ply(xyz, three, index_list + "property float chart\n", "3 0 1 2 1\n"), "integer type");
-    refused(begin + "element vertex 3\n" + xyz + "end_header\n" + three, "no element 'face'");
+    refused(begin + "element vertex 3\n" + xyz + "end_header\n" + three, "missing element 'face'");
 }
 
 TEST_CASE("PLY: limits are kept", "[ply]")

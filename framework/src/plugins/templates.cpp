@@ -84,7 +84,7 @@ std::vector<TextFile> new_plugin(const std::string& kind, const std::string& typ
                     "beside each other");
     const auto kinds = plugin_kinds();
     if (std::find(kinds.begin(), kinds.end(), kind) == kinds.end())
-        throw Error("unknown kind of plugin '" + kind + "' to begin with");
+        throw Error("unknown kind of plugin '" + kind + "'");
     auto files = template_files(kind);
     const Names names{{{"my.plugin", type}, {"my_plugin", plugin_folder_name(type)}, {"MyPlugin", class_name(type)}}};
     for (auto& file : files)

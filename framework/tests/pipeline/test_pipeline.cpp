@@ -65,7 +65,7 @@ TEST_CASE("A pipeline is completed down to the options of its components", "[pip
     // An empty output name and an optional slot are left out; `auto` follows the empty weights.
     CHECK(
         options_of(result, "texture") ==
-        R"({"size_px":2048,"weights":"","losses":{"style":{"type":"loss.gram","weight":2.0,"features":{"type":"features.edges","seed":1}}}})");
+        R"({"size_px":2048,"epochs":2,"max_steps":0,"weights":"","losses":{"style":{"type":"loss.gram","weight":2.0,"features":{"type":"features.edges","seed":1}}}})");
 
     const PipelineStage& texture = *result.pipeline.find("texture");
     REQUIRE(texture.wires.size() == 3);
@@ -96,7 +96,8 @@ TEST_CASE("auto follows the option that decides it", "[pipeline]")
     REQUIRE(lines(result).empty());
     const std::string weights = (folder.path() / "vgg.st").string();
     CHECK(options_of(result, "texture") ==
-          R"({"size_px":2048,"weights":")" + weights + R"(","losses":{"content":{"type":"loss.content","weight":70.0},)" +
+          R"({"size_px":2048,"epochs":2,"max_steps":0,"weights":")" + weights +
+              R"(","losses":{"content":{"type":"loss.content","weight":70.0},)" +
               R"("style":{"type":"loss.gram","weight":1.0,"features":{"type":"features.vgg","weights":")" + weights + R"("}}}})");
     const PipelineStage& texture = *result.pipeline.find("texture");
     CHECK(texture.input_files == std::vector<std::filesystem::path>{folder.path() / "pic.jpg", folder.path() / "vgg.st"});

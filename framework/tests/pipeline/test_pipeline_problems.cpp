@@ -190,8 +190,8 @@ TEST_CASE("What is missing, and which plugin fails, leads to its own exit code",
 {
     const TemporaryFolder folder;
     Catalog catalog = hand_made_catalog();
-    catalog.add(described("mesh.twice", "stage", "{}"));
-    TypeDescription other = described("mesh.twice", "stage", "{}");
+    catalog.add(described("mesh.twice", "stage", R"({"options": []})"));
+    TypeDescription other = described("mesh.twice", "stage", R"({"options": []})");
     other.library = "/elsewhere/mesh_twice.so";
     catalog.add(other);
     catalog.add(Refusal{"/plugins/mesh_broken.so", "SDK ABI 2, this program has 1"});
@@ -241,8 +241,8 @@ TEST_CASE("A file that is no pipeline is one clear problem", "[pipeline]")
     CHECK_THAT(only(""), StartsWith("p.yaml:1:1: error: the file is empty"));
     CHECK_THAT(only("# nothing\n"), StartsWith("p.yaml:1:1: error: the file is empty"));
     CHECK_THAT(only("- 1\n"), StartsWith("p.yaml:1:1: error: a pipeline is a map"));
-    CHECK_THAT(only("version: 1\n"), StartsWith("p.yaml:1:1: error: there are no stages"));
-    CHECK_THAT(only("version: 1\nstages:\n"), StartsWith("p.yaml:1:1: error: there are no stages"));
+    CHECK_THAT(only("version: 1\n"), StartsWith("p.yaml:1:1: error: missing stages"));
+    CHECK_THAT(only("version: 1\nstages:\n"), StartsWith("p.yaml:1:1: error: missing stages"));
     CHECK_THAT(only("version: 1\nstages: []\n"), StartsWith("p.yaml:2:9: error: 'stages' must be a map"));
     CHECK_THAT(only("stages: {a: {type: mesh.two}}\n"), StartsWith("p.yaml:1:1: error: missing 'version: 1'"));
     CHECK_THAT(only("version: 1\nstages: {a: {type: mesh.two}}\n---\n"), StartsWith("p.yaml:3:1: error: a second document"));

@@ -104,7 +104,7 @@ TEST_CASE("What a pipeline file must not hold is named with its place", "[yaml]"
     CHECK_THAT(problem_of("a: 'never closed\nb: 2\n"), StartsWith("f.yaml:1:4: error: this quote is never closed"));
     CHECK_THAT(problem_of("a: \"never \\\"\n"), StartsWith("f.yaml:1:4: error: this quote is never closed"));
     CHECK_THAT(problem_of("a: \xff\n"), StartsWith("f.yaml:1:4: error: invalid UTF-8"));
-    CHECK_THAT(problem_of(std::string("a: \0b\n", 6)), StartsWith("f.yaml:1:4: error: a byte"));
+    CHECK_THAT(problem_of(std::string("a: \0b\n", 6)), StartsWith("f.yaml:1:4: error: invalid UTF-8"));
 }
 
 TEST_CASE("Quotes that close are no problem", "[yaml]")

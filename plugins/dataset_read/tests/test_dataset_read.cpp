@@ -171,7 +171,7 @@ TEST_CASE("files of the wrong kind, shape or range are named though their stamps
     CHECK_THAT(error(uv, dataset::to_npy(RasterF(20, 25, 2))), Contains(uv) && Contains("25 x 20 x 2; expected 20 x 25 x 2"));
     CHECK_THAT(error(uv, dataset::to_npy(Raster16(25, 20, 2))), Contains(uv) && Contains("expected float32"));
     CHECK_THAT(error(uv, dataset::to_npy(RasterF(25, 20, 2, 1.01F))),
-               Contains(uv) && Contains("holds 1.01; a number from 0 to 1"));
+               Contains(uv) && Contains("holds 1.01; expected a number from 0 to 1"));
     auto cut = dataset::to_npy(RasterF(25, 20, 2));
     cut.resize(cut.size() - 8);
     CHECK_THAT(error(uv, cut), Contains(uv) && Contains("the shape asks for 4000 bytes of data, the file has 3992"));
@@ -186,7 +186,7 @@ TEST_CASE("files of the wrong kind, shape or range are named though their stamps
                Contains("color_8.npy") && Contains("8 x 10 x 3"));
     CHECK_THAT(error("views/000000/color.npy", dataset::to_npy(Raster8(10, 8, 3))), Contains("expected 16 x 20 x 3"));
     CHECK_THAT(error("views/000000/sensor_depth.npy", dataset::to_npy(Raster8(10, 8))), Contains("expected uint16"));
-    CHECK_THAT(error("style.npy", dataset::to_npy(RasterF(10, 8))), Contains("style.npy: a picture"));
+    CHECK_THAT(error("style.npy", dataset::to_npy(RasterF(10, 8))), Contains("style.npy: expected a picture"));
     CHECK_THAT(error("mesh.ply", cut), Contains("mesh.ply"));
     Mesh plain;
     plain.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};

@@ -164,9 +164,7 @@ TEST_CASE("hostile counts are refused before anything is allocated", "[scan.colm
         {{"cameras", set(cameras, 0, huge), {"cameras.bin: byte 64: the file ends within a camera"}},
          {"images", set(images, 0, huge), {"images.bin: byte ", "the file ends within an image"}},
          {"points", set(images, 8 + 4 + 7 * 8 + 4 + sizeof "view 000.png", wrapping), {"points of an image do not fit into"}},
-         {"more bytes",
-          [&](const auto& it) { it.write(images, it.text(images) + "x"); },
-          {"1 bytes follow where the end was expected"}},
+         {"more bytes", [&](const auto& it) { it.write(images, it.text(images) + "x"); }, {"1 bytes after the expected end"}},
          {"a model that is not read",
           set(cameras, 12, "\x05"),
           {"cameras.bin: byte 8: the camera model OPENCV_FISHEYE is not read"}}});

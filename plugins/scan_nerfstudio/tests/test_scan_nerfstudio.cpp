@@ -209,7 +209,7 @@ TEST_CASE("a file that cannot be used is refused by name", "[scan.nerfstudio]")
           {"frame 1: \"camera_model\" is PINHOLE, but k1"}},
          {"a short pose",
           set(2, {{"transform_matrix", Value::List{Value::List{1, 0, 0, 0}}}}),
-          {"frame 2: \"transform_matrix\": 4 numbers where a 4x4 matrix"}},
+          {"frame 2: \"transform_matrix\": 4 numbers; expected a 4x4 matrix"}},
          {"a pose in words", set(2, {{"transform_matrix", "x"}}), {"frame 2: \"transform_matrix\" must be a list of rows"}},
          {"a number as text", set(0, {{"fl_x", "585"}}), {"frame 0: \"fl_x\" must be a number"}},
          {"half a pixel", set(0, {{"w", 32.5}}), {"frame 0: \"w\" must be a whole number of pixels"}},

@@ -193,7 +193,7 @@ TEST_CASE("a scene that cannot be used is refused by name", "[scan.scannet]")
          {"a short pose", writing("pose/10.txt", "1 0 0 0\n0 1 0\n"), {"pose/10.txt:2: 3 numbers"}},
          {"intrinsics missing", removing("intrinsic/intrinsic_depth.txt"), {"intrinsic_depth.txt"}},
          {"no property", writing(properties, "colorWidth = 64\nnonsense\n"), {"scene0000_00.txt:2: expected"}},
-         {"a short alignment", writing(properties, "axisAlignment = 1 0 0\n"), {"axisAlignment: 3 numbers where 16"}},
+         {"a short alignment", writing(properties, "axisAlignment = 1 0 0\n"), {"axisAlignment: 3 numbers; expected 16"}},
          {"extrinsics that scale",
           writing("intrinsic/extrinsic_depth.txt", "3 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n"),
           {"extrinsic_depth.txt", "not a rotation"}}});

@@ -171,33 +171,34 @@ TEST_CASE("a scan that cannot be used is refused by name", "[scan.seven_scenes]"
     { return [=](const WrittenRecording& it) { it.write(to, it.text("seq-01/frame-000001.color.png")); }; };
     const char* const pose = "seq-01/frame-000001.pose.txt";
     fresco::testing::check_flaws(
-        reader,
-        {{"no sequences", removing("seq-01"), {"no sequences; expected folders seq-01"}},
-         {"no frames",
-          [](const auto& it)
-          {
-              it.remove("seq-01");
-              fs::create_directory(it.path / "seq-01");
-          },
-          {"holds no views; each needs seq-N/frame-N.color.png (or .jpg), .depth.png and .pose.txt"}},
-         {"partners missing",
-          [&](const auto& it)
-          {
-              it.remove("seq-01/frame-000000.depth.png");
-              it.remove(pose);
-          },
-          {"2 files are missing", "seq-01/frame-000000.depth.png", pose}},
-         {"two color pictures", copied("seq-01/frame-000001.color.jpg"), {"there is another file of this number"}},
-         {"two names of a number",
-          [&](const auto& it) { fs::rename(it.path / pose, it.path / "seq-01/frame-01.pose.txt"); },
-          {"frame-01.pose.txt: two names for number 1, the other is frame-000001"}},
-         {"a pose with NaN", writing(pose, "nan 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n"), {pose, "not finite"}},
-         {"a pose that scales", writing(pose, "1.1 0 0 0\n0 1.1 0 0\n0 0 1.1 0\n0 0 0 1\n"), {pose, "not a rotation"}},
-         {"a pose in words",
-          writing(pose, "1 0 0 0\n0 1 0 0\n0 0 one 0\n0 0 0 1\n"),
-          {std::string(pose) + ":3: \"one\" is not a number"}},
-         {"a short matrix", writing("depth-intrinsics.txt", "25 0 16\n0 26 12\n"), {"depth-intrinsics.txt: 2 rows where a 3x3"}},
-         {"no mesh", removing("mesh.ply"), {"the mesh is missing; expected", "mesh.ply, or the option mesh"}}});
+        reader, {{"no sequences", removing("seq-01"), {"no sequences; expected folders seq-01"}},
+                 {"no frames",
+                  [](const auto& it)
+                  {
+                      it.remove("seq-01");
+                      fs::create_directory(it.path / "seq-01");
+                  },
+                  {"holds no views; each needs seq-N/frame-N.color.png (or .jpg), .depth.png and .pose.txt"}},
+                 {"partners missing",
+                  [&](const auto& it)
+                  {
+                      it.remove("seq-01/frame-000000.depth.png");
+                      it.remove(pose);
+                  },
+                  {"2 files are missing", "seq-01/frame-000000.depth.png", pose}},
+                 {"two color pictures", copied("seq-01/frame-000001.color.jpg"), {"there is another file of this number"}},
+                 {"two names of a number",
+                  [&](const auto& it) { fs::rename(it.path / pose, it.path / "seq-01/frame-01.pose.txt"); },
+                  {"frame-01.pose.txt: two names for number 1, the other is frame-000001"}},
+                 {"a pose with NaN", writing(pose, "nan 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n"), {pose, "not finite"}},
+                 {"a pose that scales", writing(pose, "1.1 0 0 0\n0 1.1 0 0\n0 0 1.1 0\n0 0 0 1\n"), {pose, "not a rotation"}},
+                 {"a pose in words",
+                  writing(pose, "1 0 0 0\n0 1 0 0\n0 0 one 0\n0 0 0 1\n"),
+                  {std::string(pose) + ":3: \"one\" is not a number"}},
+                 {"a short matrix",
+                  writing("depth-intrinsics.txt", "25 0 16\n0 26 12\n"),
+                  {"depth-intrinsics.txt: 2 rows; expected a 3x3"}},
+                 {"no mesh", removing("mesh.ply"), {"the mesh is missing; expected", "mesh.ply, or the option mesh"}}});
     const WrittenRecording without_mesh(reader);
     without_mesh.remove("mesh.ply");
     CHECK_THROWS_AS(without_mesh.read(), fresco::MissingInput);

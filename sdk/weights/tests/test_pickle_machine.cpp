@@ -129,7 +129,7 @@ TEST_CASE("Storages and tensors are checked when they are named")
     CHECK_THAT(error_of(storage("0", "J\xff\xff\xff\xff") + "."), Catch::Contains("negative"));
     CHECK_THAT(error_of(storage("0", "K\6", "ccollections\nOrderedDict\n") + "."), Catch::Contains("without a type"));
     CHECK_THAT(error_of(storage("0", "K\6") + storage("0", "K\7") + "\x86."), Catch::Contains("two types or sizes"));
-    CHECK_THAT(error_of("(NNtQ."), Catch::Contains("no storage"));
+    CHECK_THAT(error_of("(NNtQ."), Catch::Contains("other than a storage"));
     CHECK_THAT(error_of("ctorch._utils\n_rebuild_parameter\nN\x85R."), Catch::Contains("without a tensor"));
     CHECK_THAT(error_of("ctorch.nn.parameter\nParameter\nN\x85\x81."), Catch::Contains("without a tensor"));
 }

@@ -98,7 +98,7 @@ TEST_CASE("Damaged safetensors files are refused by name and offset")
     refused(file_text(R"({"a":{"dtype":"F32","shape":[2]}})", eight), "expected exactly");
     refused(file_text(R"({"a":{"dtype":"F32","shape":[2],"data_offsets":[0,8],"more":1}})", eight), "expected exactly");
     refused(file_text(R"({"a":3})", eight), "expected exactly");
-    refused(file_text(R"({"__metadata__":{"x":1}})", ""), "no text");
+    refused(file_text(R"({"__metadata__":{"x":1}})", ""), "not text");
     refused(
         file_text(R"({"a":{"dtype":"U8","shape":[4],"data_offsets":[0,4]},"b":{"dtype":"U8","shape":[4],"data_offsets":[3,7]}})",
                   eight.substr(1)),

@@ -40,7 +40,7 @@ TEST_CASE("rasters read back from NPY, and only as what they are")
     CHECK_THROWS_WITH(dataset::raster_f_from(npy, 3, 2, 3, "a.npy"), "a.npy: an array of another type; expected float32");
     const RasterF depth(4, 2, 1, 1.5F);
     CHECK(dataset::raster_f_from(dataset::to_npy(depth), 4, 2, 1, "d.npy") == depth);
-    CHECK_THROWS_WITH(dataset::picture_from(dataset::to_npy(depth), "d.npy"), Contains("d.npy: a picture, uint8"));
+    CHECK_THROWS_WITH(dataset::picture_from(dataset::to_npy(depth), "d.npy"), Contains("d.npy: expected a picture, uint8"));
     CHECK_THROWS_WITH(dataset::picture_from(dataset::to_npy(Raster8(0, 0)), "d.npy"), Contains("1 to 200 million pixels"));
 }
 

@@ -105,8 +105,8 @@ TEST_CASE("a manifest that is not as described is refused by file and entry")
     const auto set = [](const char* key, const Value& value) { return error_of([&](Value& root) { root.set(key, value); }); };
     CHECK(set("format", "zip") == "room/dataset.json: format: not a fresco dataset, whose format is \"fresco.dataset\"");
     CHECK_THAT(set("version", 2), Contains("version: 2; this fresco reads version 1"));
-    CHECK_THAT(set("uv", "float16"), Contains("uv: float32 or uint16"));
-    CHECK_THAT(set("heights_px", Value::List{12, 6}), Contains("heights_px: numbers from 1"));
+    CHECK_THAT(set("uv", "float16"), Contains("uv: expected float32 or uint16"));
+    CHECK_THAT(set("heights_px", Value::List{12, 6}), Contains("heights_px: expected numbers from 1"));
     CHECK_THAT(set("heights_px", Value::List{}), Contains("at least one height"));
     CHECK_THAT(set("heights_px", Value::List{6}), Contains("valid_pixels: 2 numbers; expected one per height, 1"));
     CHECK_THAT(set("views", Value::List{}), Contains("views: expected at least one"));
@@ -152,7 +152,7 @@ TEST_CASE("names that lead out of the folder, or are missing, are refused")
     CHECK_THAT(error_of([](Value& root) { first_file(root).set("name", "views/other.npy"); }),
                Contains("mesh.ply is not listed"));
     CHECK_THAT(error_of([](Value& root) { root.find("files")->as_list().pop_back(); }), Contains("valid_6.npy is not listed"));
-    CHECK_THAT(error_of([](Value& root) { first_file(root).set("hash", "00"); }), Contains("files[0]: hash: 32"));
+    CHECK_THAT(error_of([](Value& root) { first_file(root).set("hash", "00"); }), Contains("files[0]: hash: expected 32"));
     CHECK_THAT(error_of([](Value& root) { first_file(root).set("bytes", -1); }), Contains("files[0]: bytes"));
     CHECK_THAT(error_of([](Value& root) { root.find("files")->as_list().push_back(first_file(root)); }),
                Contains("mesh.ply appears twice"));

@@ -11,7 +11,7 @@ JsonRecord::JsonRecord(const Value& own, const Value& other, std::string place)
     : own_(own), other_(other), place_(std::move(place))
 {
     if (!own.is_map())
-        throw Error(place_ + ": expected a map, got a " + std::string(own.kind_name()));
+        throw Error(place_ + ": expected a map, got " + std::string(own.kind_name()));
 }
 
 const Value* JsonRecord::find(std::string_view key) const

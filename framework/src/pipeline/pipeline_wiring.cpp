@@ -68,6 +68,9 @@ void Wiring::wire_all()
 {
     for (StageDraft& stage : stages_)
         wire(stage);
+    // Only now it is known which stages would close a cycle.
+    for (const auto& [stage, at] : unwired_)
+        report_unwired(*stage, at);
 }
 
 void Wiring::wire(StageDraft& stage)
@@ -90,7 +93,7 @@ void Wiring::wire(StageDraft& stage)
     else if (input)
         wire_one(stage, input->value);
     if (!gave_up_ && !(input && input->value.is_null()))
-        report_unwired(stage, input ? input->position() : stage.position);
+        unwired_.emplace_back(&stage, input ? input->position() : stage.position);
     const auto place = [&](const Wire& wire) { return type.input(wire.port) - type.inputs.data(); };
     std::sort(stage.wires.begin(), stage.wires.end(), [&](const Wire& a, const Wire& b) { return place(a) < place(b); });
 }
@@ -317,13 +320,30 @@ void Wiring::wire_file(StageDraft& stage, const Ports& inputs, const YamlNode& n
     stage.wires.push_back(std::move(wire));
 }
 
+bool Wiring::needs(const StageDraft& stage, const StageDraft& wanted) const
+{
+    std::vector<const StageDraft*> open{&stage};
+    std::set<const StageDraft*> seen{&stage};
+    while (!open.empty())
+    {
+        const StageDraft& next = *open.back();
+        open.pop_back();
+        if (&next == &wanted)
+            return true;
+        for (const auto& [source, position] : next.sources)
+            if (seen.insert(&stages_[source]).second)
+                open.push_back(&stages_[source]);
+    }
+    return false;
+}
+
 std::string Wiring::makers_of(const PortDeclaration& port, const StageDraft& user) const
 {
     if (problems_.size() >= full_reports)
         return {};
     std::vector<std::string> makers;
     for (const StageDraft& stage : stages_)
-        if (stage.type && &stage != &user)
+        if (stage.type && !needs(stage, user))
             for (const PortDeclaration& output : stage.type.declaration->outputs)
                 if (fits(output, port) && makers.size() < 6)
                     makers.push_back(stage.name + "." + output.name);

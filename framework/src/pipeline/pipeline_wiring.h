@@ -58,6 +58,8 @@ class Wiring
     Ports outputs_of(const Source& source, const YamlNode& node, const StageDraft& user);
     std::vector<std::pair<KnownType, const PortDeclaration*>> readers_for(const Ports& inputs, const std::string& extension,
                                                                           const YamlNode& node, const StageDraft& stage);
+    /// Whether `stage` is `wanted` or needs it, directly or not.
+    bool needs(const StageDraft& stage, const StageDraft& wanted) const;
     std::string makers_of(const PortDeclaration& port, const StageDraft& user) const;
 
     std::vector<StageDraft>& stages_;
@@ -65,6 +67,7 @@ class Wiring
     TypeTable& types_;
     OptionChecker& options_;
     ProblemList& problems_;
+    std::vector<std::pair<const StageDraft*, Position>> unwired_;  ///< Whose inputs are to be reported, with where.
     bool gave_up_ = false;  ///< On the stage at hand: an input could not be resolved, so that missing ones say nothing.
 };
 

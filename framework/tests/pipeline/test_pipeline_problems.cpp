@@ -107,6 +107,12 @@ stages:
     CHECK(lines(result) == expected);
 }
 
+TEST_CASE("A missing input is not offered what would close a cycle", "[pipeline]")
+{
+    CHECK_THAT(problem_of("a: {type: mesh.decimate}", "  b: {type: mesh.pass, input: a}\n  c: {type: mesh.pass, input: b}\n"),
+               Contains("needs the input 'mesh' (mesh); no stage of this pipeline makes mesh"));
+}
+
 TEST_CASE("Values of the wrong type are named with what is accepted and what was probably meant", "[pipeline]")
 {
     CHECK_THAT(problem_of("a: {type: mesh.pass, size: '5'}"),

@@ -49,7 +49,7 @@ struct Place
 
     fs::path store() const { return folder.path(); }
     fs::path stored() const { return store() / "objects/0123/port"; }
-    fs::path published() const { return store() / "tmp/work/port"; }
+    fs::path published() const { return store() / "tmp/made/port"; }
     fs::path scratch() const { return store() / "tmp/scratch/port"; }
     fs::path made_below() const { return store() / "tmp/scratch/made"; }
 
@@ -222,7 +222,7 @@ TEST_CASE("a picture is found by each of its paths, and refused where it will no
     Place place;
     const fs::path link = place.store() / "link";
     fs::create_directory_symlink(place.store(), link);
-    const ArtifactFolder published{link / "tmp/work/port", link};
+    const ArtifactFolder published{link / "tmp/made/port", link};
     const fs::path stored = place.store() / "objects/4567/a.npy";
     const fs::path passing = place.scratch() / "b.npy";
     fs::create_directories(stored.parent_path());

@@ -11,7 +11,7 @@ enum class DisplayKind
 {
     live,   ///< All stages with what they do, redrawn in place.
     plain,  ///< A line at the start, every 30 s and at the end.
-    quiet,  ///< Problems alone.
+    quiet,  ///< Only problems.
     json    ///< One JSON object per line on standard output.
 };
 std::unique_ptr<ProgressDisplay> make_display(DisplayKind kind);

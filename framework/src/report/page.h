@@ -36,7 +36,7 @@ void write_data(const Page& page);
 /// nothing. Throws Error if the file cannot be written. The host must be single-threaded.
 std::string write_html(const Page& page, const Catalog& catalog, const Store& store);
 
-/// The component that reads and writes pictures, as {type, library, hash}; null: there is none.
+/// The component that reads and writes pictures, as {type, library, hash}; null: none.
 Value image_component(const Catalog& catalog);
 
 /// Of the program and of all that its pages are made of.

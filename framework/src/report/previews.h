@@ -16,7 +16,7 @@ namespace fresco::host
 struct ShownStage
 {
     const PipelineStage* stage = nullptr;
-    std::string object;              ///< Its result; empty: there is none.
+    std::string object;              ///< Its result; empty: none.
     std::vector<std::string> names;  ///< Of its exported files, those to show, and nothing else; empty: all that it has.
 };
 

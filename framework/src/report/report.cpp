@@ -178,7 +178,7 @@ ReportOutcome write_report(const ReportRequest& request, const Subject& subject)
     catch (const std::exception& error)
     {
         outcome.there = outcome.written = false;
-        outcome.note = "there is no report of the run: " + std::string(error.what());
+        outcome.note = "no report of this run: " + std::string(error.what());
     }
     return outcome;
 }

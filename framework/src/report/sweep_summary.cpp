@@ -195,7 +195,7 @@ SweepSummaryFiles write_sweep_summary(const SweepSummaryRequest& request)
     }
     catch (const Error& error)
     {
-        return {{}, {}, "there is no summary of the combinations: " + std::string(error.what())};
+        return {{}, {}, "no summary of the combinations: " + std::string(error.what())};
     }
 }
 

@@ -19,7 +19,7 @@ struct SweepSummaryRequest
 
 struct SweepSummaryFiles
 {
-    std::filesystem::path json;  ///< Empty where there are none; the note says why.
+    std::filesystem::path json;  ///< Empty if not written; the note says why.
     std::filesystem::path page;
     std::string note;  ///< Why the page is not as it should be, or not there; empty: all is well.
 };

@@ -238,7 +238,7 @@ TEST_CASE("a stage's own sweep.json is kept")
     const Finished finished = place.run({"run", "sweep.yaml"});
     CHECK(finished.code == 0);
     CHECK(place.read("out/sweep.json") == "7.000000\n");
-    CHECK(contains(finished.err, "there is no summary of the combinations: the stage plain writes sweep.json itself"));
+    CHECK(contains(finished.err, "no summary of the combinations: the stage plain writes sweep.json itself"));
     CHECK(contains(finished.out, "2 combinations: 2 done\n"));
     CHECK_FALSE(fs::exists(place.file("out/sweep.html")));
 }

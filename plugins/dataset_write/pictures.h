@@ -19,5 +19,5 @@ struct EncodedPicture
 /// Throws Error if the file changed since it was listed.
 EncodedPicture encoded_color(const fresco::Frame& frame, const fresco::Raster8& picture, const fresco::ImageIo& images);
 
-/// 16-bit PNG in millimeters, 0 = none; depths beyond 65.534 m are none too. `depth`: H x W, meters.
+/// 16-bit PNG in millimeters, 0 = no depth; depths beyond 65.534 m become 0. `depth`: H x W, meters.
 std::vector<std::byte> encoded_depth(const fresco::RasterF& depth, const fresco::ImageIo& images);

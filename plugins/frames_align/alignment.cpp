@@ -20,7 +20,7 @@ constexpr double alike_observations = 20;
 constexpr double settled_px = 0.02;
 /// Of each step, this share is taken again in the next one: groups of views that agree among themselves move slowly without.
 constexpr double momentum = 0.85;
-/// Rounds that find exposures alone, to tell afterward what moving cameras changed.
+/// Rounds that only solve for exposures, so that the effect of moving the cameras can be measured separately.
 constexpr int exposure_rounds = 10;
 /// Points with less weight from other views tell nothing.
 constexpr double least_weight = 1e-3;

@@ -17,5 +17,5 @@ struct DecimateOptions
 /// The mesh is cut into compact pieces whose shared vertices rest; pieces collapse side by side up to a price that is common to
 /// all and rises in steps, then the rest is done with other cuts. Colors are means weighted by the area they stand for. A
 /// component never vanishes, so a small target may not be reached: the caller compares. The same result for any number of
-/// threads. About 160 B a face besides the input. Throws Canceled.
+/// threads. Needs about 160 bytes per face in addition to the input. Throws Canceled.
 fresco::Mesh decimated(const fresco::Mesh& mesh, const DecimateOptions& options, fresco::Progress& progress);

@@ -17,9 +17,9 @@ struct Child
     FileDescriptor output;   ///< The child's standard output and error together, non-blocking.
 };
 
-/// Starts this program anew with `arguments`, in a session of its own, killed by the kernel when the host ends, for whatever
-/// reason. `environment` and `data_limit_mb` as in ProcessStart. The host must be single-threaded. Throws Error if no process can
-/// be started.
+/// Starts another process of this program with `arguments`, in its own session. The kernel kills it when the host ends, however
+/// that happens. `environment` and `data_limit_mb` as in ProcessStart. The host must be single-threaded. Throws Error if no
+/// process can be started.
 Child start_child(const std::vector<std::string>& arguments, const EnvironmentChanges& environment = {},
                   double data_limit_mb = 0);
 

@@ -3,7 +3,7 @@
 namespace fresco::host
 {
 
-/// Exit codes of the worker besides 0 (done).
+/// Exit codes of a worker that did not finish its stage; 0 means that it did.
 enum WorkerExit
 {
     worker_failed = 1,

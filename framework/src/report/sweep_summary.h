@@ -30,8 +30,9 @@ struct SweepSummaryFiles
 /// single-threaded.
 SweepSummaryFiles write_sweep_summary(const SweepSummaryRequest& request);
 
-/// Numbers in the summary's files of the pictures (PNG, JPEG) that stand for a combination, at most `most`, spread evenly over
-/// those of one stage: of `stage` if it is given, else of the last that made some for this combination alone, else of the last.
+/// The pictures (PNG, JPEG) that represent a combination, as indices into the summary's files: at most `most` of them, evenly
+/// spaced, all from one stage. That is `stage` if given, else the last stage with pictures of this combination alone, else the
+/// last stage with pictures.
 std::vector<std::size_t> pictures_of(const Pipeline& pipeline, const RunSummary& summary, const CombinationOutcome& outcome,
                                      const std::string& stage, std::size_t most);
 

@@ -392,7 +392,7 @@ TEST_CASE("an artifact type of a plugin is exchanged like those of the SDK", "[c
     CHECK(contains(place.run({"check", "room.yaml"}).err, "expected one of folder, json for 'as' of port 'out'"));
 }
 
-TEST_CASE("a program that asks at the terminal is told that there is none, and stops nothing")
+TEST_CASE("a program that opens the terminal gets an error, and the run goes on")
 {
     Workplace place(plugins);
     place.write("room.yaml",

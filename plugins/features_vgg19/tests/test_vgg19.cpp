@@ -268,7 +268,7 @@ TEST_CASE("Weights on another scale get the raw means on style and frames")
         CHECK(mean_over_pictures(*rescaled, layer) == Approx(layer == std::string("relu2_1") ? 83 : 21).epsilon(1e-5));
     REQUIRE(said.size() == 1);
     CHECK_THAT(said.front(), Catch::Contains("relu1_2") && Catch::Contains(" to 21") && Catch::Contains(" to 83"));
-    // A border of zeros is the mean color before and after: the answers differ by a factor alone, at the border too.
+    // Zero padding stands for the mean color in both, so the features differ only by a factor, also at the border.
     const auto plain = prepared(contents, {}, {{"rescale", false}});
     const auto a = rescaled->encode(picture(8, 8), {"relu2_1"})[0];
     const auto b = plain->encode(picture(8, 8), {"relu2_1"})[0];

@@ -108,12 +108,13 @@ class Command final : public fresco::Stage
         "The program and its arguments, run without a shell; {port} stands for the path of an input or output"};
     fresco::Option<fresco::InputFiles> files_{
         this, "files", fresco::InputFiles{},
-        "Files that the program needs, such as scripts; an argument that names one becomes its path"};
-    fresco::Option<std::string> version_{this, "version", "", "Any text; change it after a change that is not in files"};
-    fresco::InputPorts inputs_{this, "inputs", "Ports that other stages or files are wired to by input"};
-    fresco::OutputPorts outputs_{this, "outputs", "Ports that the program makes"};
+        "Files that the program needs, such as scripts; an argument that names one becomes its absolute path"};
+    fresco::Option<std::string> version_{this, "version", "",
+                                         "Any text; change it to run the program again, for example after an update"};
+    fresco::InputPorts inputs_{this, "inputs", "Input ports, wired by input"};
+    fresco::OutputPorts outputs_{this, "outputs", "Output ports, made by the program"};
     fresco::Slot<fresco::ImageIo> images_{this, "images", "image.opencv", fresco::ForForm{"png"},
-                                          "Reader and writer of pictures for ports with 'as: png'"};
+                                          "Reads and writes pictures for ports with 'as: png'"};
 
     void run(fresco::RunContext& run) override
     {

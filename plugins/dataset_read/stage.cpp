@@ -17,11 +17,11 @@ namespace
 {
 class DatasetRead final : public Stage
 {
-    Output<UvMaps> uvmaps{this, "uvmaps", "The uv maps of its views"};
-    Output<Frames> frames{this, "frames", "Its views with their pictures, as NPY: no codec is needed to read them"};
-    Output<Image> style{this, "style", "Its style picture; an empty one (0 x 0) where it holds none"};
-    Output<Mesh> mesh{this, "mesh", "Its mesh, with texcoords"};
-    Option<InputFolder> path{this, "path", required, "The dataset's folder, with dataset.json in it"};
+    Output<UvMaps> uvmaps{this, "uvmaps", "The dataset's uv maps"};
+    Output<Frames> frames{this, "frames", "The dataset's frames, with pictures as NPY files that need no codec"};
+    Output<Image> style{this, "style", "The dataset's style picture; empty (0 x 0) if there is none"};
+    Output<Mesh> mesh{this, "mesh", "The dataset's mesh, with texcoords"};
+    Option<InputFolder> path{this, "path", required, "Folder that contains dataset.json"};
 
     Cost cost() const override
     {

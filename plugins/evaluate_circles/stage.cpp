@@ -32,12 +32,13 @@ class EvaluateCircles final : public Stage
     Input<Mesh> mesh{this, "mesh", optional, "The room's mesh, if there is no textured one"};
     Output<Files> figures{this, "figures", "All figures and every circle as JSON, and the overlays"};
     Option<InputFolder> folder{this, "folder", InputFolder{},
-                               "Folder of pictures made elsewhere (<sequence>_<frame>.png or .jpg), in place of port 'views'"};
+                               "Folder of pictures made elsewhere (<sequence>_<frame>.png or .jpg), instead of port 'views'"};
     Option<std::string> protocol{this, "protocol", "paper", one_of({"paper", "released"}),
                                  "paper: all circles together; released: what the authors' script measures"};
-    Option<int> every{this, "every", 1, range(1, 1'000'000), "Measure every n-th picture only"};
+    Option<int> every{this, "every", 1, range(1, 1'000'000), "Measure only every n-th picture"};
     Option<bool> overlay_pictures{this, "overlay", false, "Write circles/<sequence>_<frame>.png: each picture with its ellipses"};
-    Option<int> bootstrap_count{this, "bootstrap_count", 2000, range(100, 1'000'000), "Resamples behind the 95 % intervals"};
+    Option<int> bootstrap_count{this, "bootstrap_count", 2000, range(100, 1'000'000),
+                                "Number of resamples for the 95% intervals"};
     Option<int> seed{this, "seed", 1, range(0, 2'000'000'000), "Seed of the resampling"};
     Option<OutputName> path{this, "path", OutputName{"circles.json"}, "Name of the JSON file, below --out"};
     Slot<ImageIo> images{this, "images", "image.opencv", "Reads the pictures and writes the overlays"};

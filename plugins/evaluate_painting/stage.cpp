@@ -68,13 +68,13 @@ class EvaluatePainting final : public Stage
     Input<Frames> frames{this, "frames", optional,
                          "The frames whose color cameras took the pictures; their own pictures are the reference of 'edges'"};
     Input<Image> style{this, "style", optional, "The style picture of the room"};
-    Input<TexturedMesh> textured_mesh{this, "textured_mesh", optional, "The painted mesh; gives the seams"};
+    Input<TexturedMesh> textured_mesh{this, "textured_mesh", optional, "The painted mesh, for its seams"};
     Input<Texture> start{this, "start", optional, "The texture that the painting started from, in the same atlas, of any size"};
     Input<SourceMap> source{this, "source", optional, "Where in the picture each texel comes from"};
     Output<Files> figures{this, "figures", "All figures, and those of every view, as JSON"};
     Option<InputFolder> folder{this, "folder", InputFolder{},
-                               "Folder of pictures made elsewhere (<sequence>_<frame>.png or .jpg), in place of port 'views'"};
-    Option<int> every{this, "every", 1, range(1, 1'000'000), "Judge every n-th picture only"};
+                               "Folder of pictures made elsewhere (<sequence>_<frame>.png or .jpg), instead of port 'views'"};
+    Option<int> every{this, "every", 1, range(1, 1'000'000), "Judge only every n-th picture"};
     Option<OutputName> path{this, "path", OutputName{"painting.json"}, "Name of the JSON file, below --out"};
     Slot<ImageIo> images{this, "images", "image.opencv", "Reads the pictures"};
 

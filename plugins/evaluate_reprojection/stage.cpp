@@ -31,7 +31,7 @@ class EvaluateReprojection final : public Stage
     Input<Mesh> mesh{this, "mesh", optional, "The room's mesh, if there is no textured one"};
     Output<Files> figures{this, "figures", "All figures and every pair as JSON"};
     Option<InputFolder> folder{this, "folder", InputFolder{},
-                               "Folder of pictures made elsewhere (<sequence>_<frame>.png or .jpg), in place of port 'views'"};
+                               "Folder of pictures made elsewhere (<sequence>_<frame>.png or .jpg), instead of port 'views'"};
     Option<std::string> protocol{this, "protocol", "paper", one_of({"paper", "released"}),
                                  "paper: mean absolute difference, 0 to 1; released: what the authors' scripts measure"};
     Option<int> short_gap{this, "short_gap", 0, range(0, 1'000'000),
@@ -41,15 +41,16 @@ class EvaluateReprojection final : public Stage
     Option<int> height_px{this, "height_px", 0, range(0, 8192),
                           "Height to measure at; 0: the pictures' own (paper), 256 (released)"};
     Option<int> every{this, "every", 1, range(1, 1'000'000),
-                      "Measure the pairs of every n-th picture only; skipped pictures still serve as targets"};
+                      "Measure only the pairs of every n-th picture; skipped pictures still serve as targets"};
     Option<double> min_covisible{this, "min_covisible", 0.2, range(0, 1),
                                  "Drop and count pairs with a smaller share of co-visible pixels"};
     Option<std::string> floor{
         this, "floor", "auto", one_of({"auto", "texture", "picture"}),
         "Floor from the mesh's texture or the source picture; auto: texture if views and textured_mesh are set"};
     Option<std::string> shading{this, "shading", "none", one_of({"none", "scannet", "matterport3d"}),
-                                "How 'views' are shaded, as in render.views: the floor of the mesh's picture is shaded alike"};
-    Option<int> bootstrap_count{this, "bootstrap_count", 2000, range(100, 1'000'000), "Resamples behind the 95 % intervals"};
+                                "Shading of 'views', as in render.views; applied to the floor of the mesh's picture, too"};
+    Option<int> bootstrap_count{this, "bootstrap_count", 2000, range(100, 1'000'000),
+                                "Number of resamples for the 95% intervals"};
     Option<int> seed{this, "seed", 1, range(0, 2'000'000'000), "Seed of the resampling"};
     Option<OutputName> path{this, "path", OutputName{"reprojection.json"}, "Name of the JSON file, below --out"};
     Slot<ImageIo> images{this, "images", "image.opencv", "Reads the pictures"};
@@ -216,5 +217,5 @@ class EvaluateReprojection final : public Stage
 }  // namespace
 
 FRESCO_STAGE("evaluate.reprojection", EvaluateReprojection,
-             "Measures how consistent pictures are across views, against the error of resampling itself")
+             "Measures how consistent pictures are across views, compared with resampling error alone")
 FRESCO_LIBRARY("Embree", raycast::embree_version())

@@ -61,24 +61,25 @@ class EvaluateStudy final : public Stage
     Option<std::string> first_name{this, "first_name", "first", "Name of the method on port 'first' in the figures"};
     Option<std::string> second_name{this, "second_name", "second", "The same for port 'second'"};
     Option<InputFolder> folder{this, "folder", InputFolder{}, "Folder with a subfolder of pictures per method, named after it"};
-    Option<std::string> questions{this, "questions", default_questions, "What is asked about a pair, separated by |"};
+    Option<std::string> questions{this, "questions", default_questions, "Questions about each pair, separated by |"};
     Option<std::string> ours{this, "ours", "",
                              "Compare only this method with the others, as the paper did; empty: all pairs of methods"};
     Option<std::string> question_order{this, "question_order", "grouped", one_of({"grouped", "mixed"}),
                                        "One question after the other, or in random order"};
-    Option<InputFile> hints{this, "hints", InputFile{}, "Rectangles to draw into pictures: JSON, see the README"};
+    Option<InputFile> hints{this, "hints", InputFile{}, "JSON file of rectangles to draw into pictures: see the README"};
     Option<int> pairs_count{this, "pairs_count", 70, range(1, 10'000),
-                            "Pairs that each participant is shown, each with one question"};
+                            "Number of pairs shown to each participant, each with one question"};
     Option<int> pictures_count{this, "pictures_count", 40, range(1, 10'000),
-                               "Views that the page holds of each method, evenly spread"};
-    Option<int> max_px{this, "max_px", 960, range(64, 8192), "Longer side of the pictures in the page; larger ones are shrunk"};
+                               "Number of views per method in the page, evenly spread"};
+    Option<int> max_px{this, "max_px", 960, range(64, 8192), "Maximum longer side of the pictures in the page"};
     Option<std::string> image_format{this, "image_format", "jpeg", one_of({"jpeg", "png"}),
                                      "How pictures are stored in the page"};
     Option<int> jpeg_quality{this, "jpeg_quality", 90, range(1, 100), "For image_format: jpeg"};
     Option<int> seed{this, "seed", 1, range(0, 2'000'000'000), "Seed of the pictures' numbers and of the resampling"};
     Option<InputFolder> results{this, "results", InputFolder{}, "Folder of the participants' results (*.json)"};
     Option<InputFile> key{this, "key", InputFile{}, "Key of the earlier study that the results come from; replaces its pictures"};
-    Option<int> bootstrap_count{this, "bootstrap_count", 2000, range(100, 1'000'000), "Resamples behind the 95 % intervals"};
+    Option<int> bootstrap_count{this, "bootstrap_count", 2000, range(100, 1'000'000),
+                                "Number of resamples for the 95% intervals"};
     Option<OutputName> path{this, "path", OutputName{"study.html"}, "Name of the page, below --out; ends in .html"};
     Slot<ImageIo> images{this, "images", "image.opencv", "Reads and encodes the pictures"};
 

@@ -26,7 +26,7 @@ class ExportPly final : public Stage
     Option<std::string> texcoords{
         this, "texcoords", "vertex", one_of({"vertex", "face", "none"}),
         "vertex: s and t, split along seams, as Blender reads them; face: six numbers per face, as MeshLab reads them"};
-    Option<bool> colors{this, "colors", false, "Also the picture's color around each vertex, as vertex colors"};
+    Option<bool> colors{this, "colors", false, "Also write the picture's color around each vertex, as vertex colors"};
     PictureOptions picture{this};
 
     Cost cost() const override

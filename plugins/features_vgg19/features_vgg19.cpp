@@ -47,14 +47,13 @@ class FeaturesVgg19 final : public fresco::FeatureNetwork
                                        "The first 8 to 64 hexadecimal digits of the file's SHA-256; empty: not checked"};
     fresco::Option<std::string> pooling{this, "pooling", "max", fresco::one_of({"max", "average"}), "How 2x2 cells are pooled"};
     fresco::Option<std::string> padding{this, "padding", "auto", fresco::one_of({"auto", "zero", "reflect"}),
-                                        "What lies beyond the border; auto: as the weights say"};
+                                        "Padding beyond the border; auto: as the weights specify"};
     fresco::Option<bool> rescale{this, "rescale", true,
                                  "Scale activations to match StyleMesh's loss weights, unless the weights are raw"};
     fresco::Option<std::string> convolutions{
         this, "convolutions", "auto", fresco::one_of({"auto", "libtorch", "plain"}),
-        "auto: minimal filtering where possible (float32 on the CPU; two to three times faster, relative difference about 1e-6), "
-        "else libtorch's; libtorch: always its own; plain: libtorch's with channels outermost in memory, PyTorch's default, for "
-        "comparisons"};
+        "auto: minimal filtering for float32 on the CPU (two to three times faster, relative difference about 1e-6), else "
+        "libtorch; plain: libtorch with channels outermost in memory, for comparisons"};
     fresco::Option<std::string> precision{this, "precision", "full", fresco::one_of({"full", "mixed"}),
                                           "Precision of libtorch's convolutions: float32, or bfloat16 after the first layer "
                                           "(CUDA, or `convolutions: libtorch`); features are compared in float32"};

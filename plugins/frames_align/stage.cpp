@@ -42,14 +42,14 @@ class FramesAlign final : public Stage
 {
     Input<Mesh> mesh{this, "mesh", "The room, in the world frame of the poses"};
     Input<Frames> frames{this, "frames", "Recorded frames"};
-    Output<Frames> aligned{this, "frames", "The same frames, the poses of their color cameras corrected"};
+    Output<Frames> aligned{this, "frames", "The same frames with corrected poses of the color cameras"};
     Option<int> points_count{this, "points_count", 60'000, range(100, 10'000'000),
                              "Maximum number of surface points at which views are compared"};
     Option<int> rounds_count{this, "rounds_count", 40, range(1, 10'000),
                              "Maximum number of steps at each of the three picture sizes"};
     Option<double> likely_turn_deg{this, "likely_turn_deg", 1, range(0.001, 90),
-                                   "How far a camera's direction is usually off; a prior, not a limit"};
-    Option<double> likely_shift_m{this, "likely_shift_m", 0.02, range(1e-5, 100), "How far its position is usually off"};
+                                   "Typical error of a camera's direction; a prior, not a limit"};
+    Option<double> likely_shift_m{this, "likely_shift_m", 0.02, range(1e-5, 100), "Typical error of a camera's position"};
     Slot<ImageIo> images{this, "images", "image.opencv", optional, "Reads pictures that are not NPY; none: all are NPY"};
 
     Cost cost() const override

@@ -9,7 +9,7 @@ class FramesHoldOut final : public fresco::Stage
     fresco::Input<fresco::Frames> frames{this, "frames", "Posed frames"};
     fresco::Output<fresco::Frames> training{this, "training", "The frames to optimize with"};
     fresco::Output<fresco::Frames> held_out{this, "held_out", "The frames to judge the result on"};
-    fresco::Option<int> every_count{this, "every_count", 12, fresco::range(2, 1'000'000), "One frame of this many is held out"};
+    fresco::Option<int> every_count{this, "every_count", 12, fresco::range(2, 1'000'000), "Hold out one of this many frames"};
     fresco::Option<int> first_count{this, "first_count", 6, fresco::range(0, 1'000'000), "Frames before the first held-out one"};
 
     void run(fresco::RunContext& run) override

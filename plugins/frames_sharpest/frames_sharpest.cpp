@@ -2,8 +2,8 @@
 
 #include <fresco/frames.h>
 #include <fresco/image_io.h>
-#include <fresco/parallel.h>
 #include <fresco/images/sharpness.h>
+#include <fresco/parallel.h>
 #include <fresco/stage.h>
 
 #include <algorithm>
@@ -17,14 +17,14 @@ class FramesSharpest final : public fresco::Stage
     fresco::Input<fresco::Frames> frames{this, "frames", "Recorded frames"};
     fresco::Output<fresco::Frames> sharp{this, "frames", "The sharp frames, in the same order"};
     fresco::Option<double> min_sharpness{this, "min_sharpness", 150.0, fresco::at_least(0),
-                                         "Drop frames whose variance of the Laplacian is below this; 0: none"};
+                                         "Drop frames whose variance of the Laplacian is below this; 0: keep all"};
     fresco::Option<std::vector<int>> sharpness_size{this, "sharpness_size_px", std::vector<int>{320, 240},
                                                     fresco::range(8, 16'384), "Width and height at which sharpness is measured"};
     fresco::Option<int> window_count{this, "window_count", 1, fresco::range(1, 1'000'000),
-                                     "Keep the sharpest of this many consecutive frames of a sequence; 1: all"};
+                                     "Keep the sharpest of this many consecutive frames of a sequence; 1: keep all"};
     fresco::Option<int> max_frames{this, "max_frames", 0, fresco::range(0, 10'000'000),
-                                   "Maximum number of frames, evenly spread, the sharpest of each stretch; 0: no limit"};
-    fresco::Slot<fresco::ImageIo> images{this, "images", "image.opencv", "Reader and writer of pictures"};
+                                   "Maximum number of frames: the sharpest of as many equal stretches; 0: no limit"};
+    fresco::Slot<fresco::ImageIo> images{this, "images", "image.opencv", "Reads and writes pictures"};
 
     void run(fresco::RunContext& run) override
     {

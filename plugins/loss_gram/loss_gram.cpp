@@ -25,9 +25,9 @@ class LossGram final : public fresco::Loss
         this, "center", true,
         "Compare mean and covariance, each relative to the target's squared norm; otherwise the plain Gram "
         "matrix, mean square over its elements"};
-    fresco::Option<std::string> rule{this, "rule", "printed", fresco::one_of({"printed", "released"}),
-                                     "The coarse target on all pixels at once (printed), or on those that pass and those that "
-                                     "fail the angle filter, each on their own (released)"};
+    fresco::Option<std::string> rule{
+        this, "rule", "printed", fresco::one_of({"printed", "released"}),
+        "Coarse target on all pixels together (printed), or separately on those that pass and fail the angle filter (released)"};
     fresco::Option<std::string> fine_layers{this, "fine_layers", "",
                                             "Layers that the fine target applies to, such as \"relu4_1, relu5_1\"; empty: all"};
     fresco::Option<int> average_views_count{this, "average_views_count", 1, fresco::range(1, 1000),

@@ -18,10 +18,9 @@ class MeshFuse final : public Stage
     Output<Mesh> mesh{this, "mesh", "The surface that the depth pictures show, with vertex colors"};
     Option<double> voxel_m{this, "voxel_m", 0.02, range(0.001, 1), "Side of a voxel, and about that of a triangle"};
     Option<double> trunc_m{this, "trunc_m", 0, range(0, 10),
-                           "How far from the surface distances are averaged; more than the noise of the depth; 0: four voxels"};
-    Option<double> max_depth_m{this, "max_depth_m", 5, range(0.1, 1000),
-                               "Leave out what is farther away: noise grows with distance"};
-    Option<double> max_memory_gb{this, "max_memory_gb", 4, range(0.01, 10'000), "Stop with an error where the volume takes more"};
+                           "Average distances up to this far from the surface; more than the depth noise; 0: four voxels"};
+    Option<double> max_depth_m{this, "max_depth_m", 5, range(0.1, 1000), "Ignore depth beyond this; noise grows with distance"};
+    Option<double> max_memory_gb{this, "max_memory_gb", 4, range(0.01, 10'000), "Stop with an error if the volume needs more"};
     Slot<ImageIo> images{this, "images", "image.opencv", optional, "Reads pictures that are not NPY; none: all are NPY"};
 
     Cost cost() const override

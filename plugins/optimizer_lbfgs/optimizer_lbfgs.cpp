@@ -25,7 +25,7 @@ class OptimizerLbfgs final : public fresco::OptimizerRule
                                       "Past steps that shape the search direction"};
     fresco::Option<std::string> line_search{
         this, "line_search", "strong_wolfe", fresco::one_of({"strong_wolfe", "backtracking"}),
-        "strong_wolfe: until value and slope have fallen enough; backtracking: halve until the value has"};
+        "strong_wolfe: until value and slope have decreased enough; backtracking: halve the step until the value has"};
     fresco::Option<int> max_evaluations{this, "max_evaluations", 8, fresco::range(2, 100),
                                         "Maximum number of loss evaluations per step, including the first"};
     fresco::Option<double> max_change{this, "max_change", 10.0, fresco::range(1e-3, 1e9),

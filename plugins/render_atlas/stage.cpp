@@ -12,10 +12,10 @@ namespace
 class RenderAtlas final : public Stage
 {
     Input<Mesh> mesh{this, "mesh", "A mesh with texture coordinates, as any atlas.* stage makes it"};
-    Output<Files> picture{this, "picture", "One RGB PNG: every chart in a color of its own"};
-    Option<OutputName> path{this, "path", OutputName{"atlas.png"}, "File of the picture, below --out"};
+    Output<Files> picture{this, "picture", "One RGB PNG, with a color per chart"};
+    Option<OutputName> path{this, "path", OutputName{"atlas.png"}, "Path of the picture, below --out"};
     Option<int> picture_px{this, "picture_px", 1024, range(16, 8192), "Side of the picture"};
-    Option<int> size_px{this, "size_px", 2048, range(64, 32768), "Texture size that texels_per_cm is for"};
+    Option<int> size_px{this, "size_px", 2048, range(64, 32768), "Texture size for texels_per_cm"};
     Slot<ImageIo> images{this, "images", "image.opencv", "Encodes the picture"};
 
     Cost cost() const override

@@ -57,7 +57,7 @@ class RenderFlythrough final : public Stage
     Option<double> smoothing_count{this, "smoothing_count", 6, range(0.1, 10'000),
                                    "Standard deviation of the smoothing, in recorded frames"};
     Option<double> radius_m{this, "radius_m", 0.3, range(0, 100), "Radius of the orbit"};
-    Option<double> down_deg{this, "down_deg", 10, range(-89, 89), "How far the orbit looks down"};
+    Option<double> down_deg{this, "down_deg", 10, range(-89, 89), "Downward tilt of the orbit's camera"};
     Slot<ImageIo> images{this, "images", "image.opencv", "Encodes PNG pictures"};
 
     Cost cost() const override

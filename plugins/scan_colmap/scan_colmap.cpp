@@ -11,7 +11,7 @@ class ScanColmap final : public RecordingStage
 {
   public:
     ScanColmap()
-        : RecordingStage({.path = "Folder of the project, with the reconstruction in it, in sparse/0 or in sparse",
+        : RecordingStage({.path = "Folder of the project, with the reconstruction in sparse/0 or sparse",
                           .frames = "The registered pictures, by name",
                           .every = "Use every n-th picture"})
     {

@@ -37,7 +37,7 @@ class ScanInspect final : public Stage
     Input<Frames> frames{this, "frames", "The recorded frames"};
     Output<Files> pictures{this, "pictures", "A PNG that overlays mesh and frames, and the measurements as JSON"};
     Option<int> frames_count{this, "frames_count", 12, range(1, 10'000), "Number of frames to inspect, evenly spread"};
-    Option<int> pictures_count{this, "pictures_count", 4, range(1, 64), "Number of them to draw"};
+    Option<int> pictures_count{this, "pictures_count", 4, range(1, 64), "Number of inspected frames to draw"};
     Option<OutputName> path{this, "path", OutputName{"inspect.png"},
                             "File of the picture, below --out; the JSON file lies beside it"};
     Option<bool> fail{this, "fail", false, "End with an error instead of a warning if something is wrong"};

@@ -17,7 +17,7 @@ class ScanMatterport3d final : public RecordingStage
 {
   public:
     ScanMatterport3d()
-        : RecordingStage({.path = "Folder of the house, with undistorted_camera_parameters and the pictures in it",
+        : RecordingStage({.path = "Folder of the house, which contains undistorted_camera_parameters and the pictures",
                           .frames = "The undistorted pictures with their depth",
                           .every = "Use every n-th picture"})
     {
@@ -28,9 +28,8 @@ class ScanMatterport3d final : public RecordingStage
                                "Only this room: its mesh and the pictures taken in it; -1: the whole house"};
     RecordedMesh mesh{this, "Mesh in the poses' world; empty: the region's, or the house's",
                       "The surface of the region or the house"};
-    fresco::Option<std::string> image_origin{
-        this, "image_origin", "bottom_left", fresco::one_of({"bottom_left", "top_left"}),
-        "Where the intrinsics count rows from: the data set says bottom_left; programs that rewrote the file may not"};
+    fresco::Option<std::string> image_origin{this, "image_origin", "bottom_left", fresco::one_of({"bottom_left", "top_left"}),
+                                             "Where the intrinsics count rows from: bottom_left in the data set itself"};
 
     Recording list(fresco::RunContext& run) override
     {

@@ -23,10 +23,10 @@ class ScanMesh final : public fresco::Stage
     fresco::Option<fresco::InputFile> path{this, "path", fresco::required, "Mesh or model: PLY, OBJ, GLB or glTF"};
     fresco::Option<double> unit_m{this, "unit_m", 1.0, fresco::range(1e-6, 1e6), "Meters per unit of the file"};
     fresco::Option<std::string> axes{this, "axes", "x y z",
-                                     "Axes of the file that become x, y and z of the world; \"x -z y\" sets y-up meshes upright"};
+                                     "Axes of the file that become the world's x, y and z; \"x -z y\" turns y up into z up"};
     fresco::Option<std::vector<double>> transform{
         this, "transform", std::vector<double>{},
-        "16 numbers, row by row: the world from the file, rigid, in meters, after unit_m and axes; empty: none"};
+        "Rigid 4x4 transform after unit_m and axes: 16 numbers, row by row, in meters; empty: none"};
     fresco::Option<std::string> materials{this, "materials", "read", fresco::one_of({"read", "skip"}),
                                           "skip: ignore the materials and pictures that the file names"};
     fresco::Slot<fresco::ImageIo> images{this, "images", "image.opencv", fresco::optional,

@@ -11,8 +11,7 @@ using namespace fresco::recordings;
 class ScanNerfstudio final : public RecordingStage
 {
   public:
-    ScanNerfstudio()
-        : RecordingStage({.path = "Folder of the recording, with transforms.json in it", .frames = "The recorded views, by name"})
+    ScanNerfstudio() : RecordingStage({.path = "Folder that contains transforms.json", .frames = "The recorded views, by name"})
     {
     }
 
@@ -20,12 +19,12 @@ class ScanNerfstudio final : public RecordingStage
     fresco::Option<fresco::InputFile> transforms{this, "transforms", fresco::InputFile{},
                                                  "Cameras and poses; empty: transforms.json in path"};
     fresco::Option<fresco::InputFolder> pictures{this, "pictures", fresco::InputFolder{},
-                                                 "Folder that file_path is relative to; empty: that of the transforms"};
+                                                 "Folder that file_path is relative to; empty: the folder of transforms"};
     fresco::Option<std::string> world{this, "world", "saved", fresco::one_of({"saved", "original"}),
                                       "saved: the file's world; original: with applied_transform and applied_scale undone"};
     fresco::Option<double> unit_m{this, "unit_m", 1.0, fresco::range(1e-6, 1e6), "Meters per unit of the poses in that world"};
     fresco::Option<double> depth_unit_m{this, "depth_unit_m", 0.0, fresco::range(0, 1),
-                                        "Meters per step of the depth pictures; 0: what the file says, else a millimeter"};
+                                        "Meters per step of the depth pictures; 0: as in the file, or else a millimeter"};
 
     Recording list(fresco::RunContext& run) override
     {

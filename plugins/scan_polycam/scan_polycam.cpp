@@ -14,7 +14,7 @@ class ScanPolycam final : public RecordingStage
 {
   public:
     ScanPolycam()
-        : RecordingStage({.path = "Folder of the raw data export, with keyframes in it",
+        : RecordingStage({.path = "Folder of the raw data export, which contains keyframes",
                           .frames = "The keyframes, by time",
                           .every = "Use every n-th keyframe"})
     {

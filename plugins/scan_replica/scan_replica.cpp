@@ -14,7 +14,7 @@ class ScanReplica final : public RecordingStage
 {
   public:
     ScanReplica()
-        : RecordingStage({.path = "Folder of the scene, with results and traj.txt in it", .frames = "The rendered views"})
+        : RecordingStage({.path = "Folder of the scene, which contains results and traj.txt", .frames = "The rendered views"})
     {
     }
 
@@ -73,4 +73,4 @@ class ScanReplica final : public RecordingStage
 
 }  // namespace
 
-FRESCO_STAGE("scan.replica", ScanReplica, "Rendered frames and mesh of a Replica scene, as NICE-SLAM lays them out")
+FRESCO_STAGE("scan.replica", ScanReplica, "Rendered frames and mesh of a Replica scene, in NICE-SLAM's layout")

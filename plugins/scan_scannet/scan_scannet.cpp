@@ -14,8 +14,8 @@ class ScanScannet final : public RecordingStage
 {
   public:
     ScanScannet()
-        : RecordingStage({.path = "Folder of the exported scene, with color, depth, pose and the mesh in it",
-                          .frames = "The recorded views, color and depth camera each",
+        : RecordingStage({.path = "Folder of the exported scene, which contains color, depth, pose and the mesh",
+                          .frames = "The recorded views, each with a color and a depth camera",
                           .every = "Use every n-th view"})
     {
     }

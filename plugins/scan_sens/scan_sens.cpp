@@ -21,7 +21,7 @@ class ScanSens final : public RecordingStage
   public:
     ScanSens()
         : RecordingStage({.path = "The recording, scene….sens",
-                          .frames = "The recorded views, color and depth camera each",
+                          .frames = "The recorded views, each with a color and a depth camera",
                           .is_file = true})
     {
     }
@@ -92,5 +92,5 @@ class ScanSens final : public RecordingStage
 
 }  // namespace
 
-FRESCO_STAGE("scan.sens", ScanSens, "Posed frames of ScanNet's own recordings, scene….sens")
+FRESCO_STAGE("scan.sens", ScanSens, "Posed frames of ScanNet's native recordings (.sens)")
 FRESCO_LIBRARY("zlib", ZLIB_VERSION)

@@ -12,8 +12,8 @@ class ScanSevenScenes final : public RecordingStage
 {
   public:
     ScanSevenScenes()
-        : RecordingStage({.path = "Folder of the scan, with seq-01, seq-02, … in it",
-                          .frames = "The recorded views, color and depth camera each",
+        : RecordingStage({.path = "Folder of the scan, which contains seq-01, seq-02, …",
+                          .frames = "The recorded views, each with a color and a depth camera",
                           .every = "Use every n-th frame of each sequence"})
     {
     }
@@ -30,7 +30,7 @@ class ScanSevenScenes final : public RecordingStage
         "fx, fy, cx, cy of the depth camera in pixels; empty: depth-intrinsics.txt in path"};
     fresco::Option<std::vector<double>> color_from_depth{
         this, "color_from_depth", std::vector<double>{},
-        "16 numbers, row by row, X_color = M X_depth in meters; empty: color_from_depth.txt in path"};
+        "4x4 matrix M, X_color = M X_depth in meters: 16 numbers, row by row; empty: color_from_depth.txt in path"};
     PixelCenterOption pixel_center{this, "half"};
     fresco::Option<double> depth_unit_m = depth_unit_option(this);
 

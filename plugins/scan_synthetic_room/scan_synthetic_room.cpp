@@ -35,11 +35,10 @@ class ScanSyntheticRoom final : public fresco::Stage
     fresco::Option<int> color_height_px{this, "color_height_px", 480, fresco::range(16, 4096), "Height of the color pictures"};
     fresco::Option<int> depth_width_px{this, "depth_width_px", 320, fresco::range(16, 4096), "Width of the depth pictures"};
     fresco::Option<int> depth_height_px{this, "depth_height_px", 240, fresco::range(16, 4096), "Height of the depth pictures"};
-    fresco::Option<double> noise_m{this, "noise_m", 0.003, fresco::range(0, 0.02),
-                                   "Errors of the scanner, in mesh and depth; 0: none"};
+    fresco::Option<double> noise_m{this, "noise_m", 0.003, fresco::range(0, 0.02), "Scanner error in mesh and depth; 0: none"};
     fresco::Option<double> edge_m{this, "edge_m", 0.03, fresco::range(0.008, 0.2), "Length of the mesh's edges"};
-    fresco::Option<bool> keep_unseen{this, "keep_unseen", false, "Keep surfaces of the mesh that no depth picture shows"};
-    fresco::Slot<fresco::ImageIo> images{this, "images", "image.opencv", "Reader and writer of pictures"};
+    fresco::Option<bool> keep_unseen{this, "keep_unseen", false, "Keep mesh surfaces that no depth picture shows"};
+    fresco::Slot<fresco::ImageIo> images{this, "images", "image.opencv", "Reads and writes pictures"};
 
     fresco::Output<fresco::Frames> frames{this, "frames", "Views of a color and a depth camera"};
     fresco::Output<fresco::Mesh> mesh{this, "mesh", "The room as scanned"};

@@ -12,7 +12,7 @@ class ScanTum final : public RecordingStage
 {
   public:
     ScanTum()
-        : RecordingStage({.path = "Folder of the recording, with rgb.txt, depth.txt and groundtruth.txt in it",
+        : RecordingStage({.path = "Folder that contains rgb.txt, depth.txt and groundtruth.txt",
                           .frames = "The views that have color, depth and pose",
                           .every = "Use every n-th view"})
     {
@@ -24,10 +24,10 @@ class ScanTum final : public RecordingStage
                                        "Camera whose intrinsics and distortion to use; auto: from the folder's name"};
     fresco::Option<std::vector<double>> intrinsics{
         this, "intrinsics", std::vector<double>{},
-        "fx, fy, cx, cy in pixels, first pixel's center at (0, 0); replaces the camera's, without its lens"};
+        "fx, fy, cx, cy in pixels, first pixel's center at (0, 0); overrides camera and its distortion"};
     fresco::Option<std::vector<double>> distortion{
         this, "distortion", std::vector<double>{},
-        "k1, k2, p1, p2, k3 as in OpenCV; replaces the camera's, also with intrinsics"};
+        "k1, k2, p1, p2, k3 as in OpenCV; overrides camera, with or without intrinsics"};
     fresco::Option<double> max_gap_s{this, "max_gap_s", 0.02, fresco::range(0, 10),
                                      "Maximum time between a color picture and its depth picture or pose"};
     fresco::Option<double> depth_unit_m = depth_unit_option(this, 0.0002);

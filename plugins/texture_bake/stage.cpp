@@ -16,9 +16,8 @@ class TextureBake final : public Stage
     Input<Texture> texture{this, "texture", "The texture; the picture gets its size"};
     Input<Mesh> mesh{this, "mesh", "The mesh whose texcoords the texture was made for"};
     Output<TexturedMesh> textured_mesh{this, "textured_mesh", "The mesh with its 8-bit picture"};
-    Option<std::string> unseen{
-        this, "unseen", "fill", one_of({"fill", "color", "keep"}),
-        "Texels that no frame saw: fill from the seen surface around them, paint in unseen_color, or keep"};
+    Option<std::string> unseen{this, "unseen", "fill", one_of({"fill", "color", "keep"}),
+                               "Texels that no frame saw: fill from the seen surface around them, set to unseen_color, or keep"};
     Option<std::vector<int>> unseen_color{this, "unseen_color", {128, 128, 128}, range(0, 255), "RGB for unseen: color"};
 
     Cost cost() const override

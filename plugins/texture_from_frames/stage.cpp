@@ -29,17 +29,18 @@ class TextureFromFrames final : public Stage
                                  "Folder of pictures in place of the cameras' (<sequence>_<frame>.png, .jpg or .npy), in any "
                                  "size of the camera's aspect ratio, such as stylized frames"};
     Option<std::string> exposure{this, "exposure", "gain", one_of({"gain", "none"}),
-                                 "gain: solve a factor per picture and channel so that they agree"};
+                                 "gain: a factor per picture and channel, so that they agree"};
     Option<std::string> outliers{this, "outliers", "reject", one_of({"reject", "keep"}),
                                  "reject: leave out samples that disagree with the others of their texel"};
-    Option<int> views_count{this, "views_count", 16, range(1, 63), "Number of views to blend per texel, the best ones"};
+    Option<int> views_count{this, "views_count", 16, range(1, 63), "Maximum number of views to blend per texel, best first"};
     Option<double> edge_margin_px{this, "edge_margin_px", 3, range(0, 1000),
-                                  "Distrust pixels this close to a depth step; in pixels of the camera's full size"};
+                                  "Reduce the weight of pixels this close to a depth step, in pixels of the full picture"};
     Option<double> sensor_tolerance_m{
         this, "sensor_tolerance_m", 0.1, range(0, 1000),
-        "Reject pixels whose measured depth differs from the mesh's by more (and 5 %); 0: do not check"};
-    Option<double> sharpness_power{this, "sharpness_power", 2, range(0, 8),
-                                   "Weight pictures by their sharpness relative to their neighbors', to this power; 0: equally"};
+        "Reject pixels whose measured depth differs from the mesh's by more than this and 5%; 0: do not check"};
+    Option<double> sharpness_power{
+        this, "sharpness_power", 2, range(0, 8),
+        "Weight pictures by this power of their sharpness relative to their neighbors'; 0: equal weights"};
     Slot<ImageIo> images{this, "images", "image.opencv", optional, "Reads pictures that are not NPY; none: all are NPY"};
 
     Cost cost() const override
@@ -149,5 +150,4 @@ class TextureFromFrames final : public Stage
 
 }  // namespace
 
-FRESCO_STAGE("texture.from_frames", TextureFromFrames,
-             "A photographic texture from the camera pictures, or from others in their place")
+FRESCO_STAGE("texture.from_frames", TextureFromFrames, "Blends the camera pictures, or others in their place, into a texture")

@@ -32,7 +32,7 @@ class TextureFromModel final : public Stage
     Option<int> size_px{this, "size_px", 2048, range(8, 16384), "Texels per side of the texture"};
     Option<double> max_distance_m{
         this, "max_distance_m", 0, range(0, 1e6),
-        "Texels farther than this from the model count as unseen; 0: 2 % of its bounding box's diagonal"};
+        "Texels farther than this from the model count as unseen; 0: 2% of its bounding box's diagonal"};
     Slot<ImageIo> images{this, "images", "image.opencv", "Reads the model's pictures"};
 
     Cost cost() const override
@@ -143,4 +143,4 @@ class TextureFromModel final : public Stage
 
 }  // namespace
 
-FRESCO_STAGE("texture.from_model", TextureFromModel, "Transfers the colors of a model's materials and pictures to one atlas")
+FRESCO_STAGE("texture.from_model", TextureFromModel, "Transfers the colors of a model's materials and pictures to an atlas")

@@ -34,7 +34,7 @@ class TextureOptimize final : public fresco::Stage
     fresco::Input<fresco::Image> style{this, "style", "Style picture"};
     fresco::Input<fresco::Texture> start{
         this, "start", fresco::optional,
-        "With init: frames, the texture to recolor and start from; not wired: colors come from the pictures"};
+        "With init: frames, the texture to recolor and start from; not wired: colors of the pictures"};
     fresco::Output<fresco::Texture> texture{this, "texture", "The optimized texture, layer by layer"};
 
     fresco::Option<int> size_px{this, "size_px", 2048, fresco::range(8, 16384),
@@ -50,13 +50,13 @@ class TextureOptimize final : public fresco::Stage
     fresco::Option<double> rate{this, "rate", 0.02, fresco::range(0, 1e6), "Learning rate, in units of `values`"};
     fresco::Option<std::string> decay{
         this, "decay", "cosine", fresco::one_of({"cosine", "step"}),
-        "cosine: full rate for decay_start, then down to 0; step: times step_factor every step_epochs"};
+        "cosine: full rate for decay_start, then down to 0; step: multiplied by step_factor every step_epochs"};
     fresco::Option<double> decay_start{this, "decay_start", 0.5, fresco::range(0, 1),
                                        "With decay cosine: share of the steps at the full rate"};
     fresco::Option<int> step_epochs{this, "step_epochs", 3, fresco::at_least(1), "With decay step: epochs between two drops"};
-    fresco::Option<double> step_factor{this, "step_factor", 0.1, fresco::range(0, 1), "With decay step: factor of a drop"};
+    fresco::Option<double> step_factor{this, "step_factor", 0.1, fresco::range(0, 1), "With decay step: factor of each drop"};
     fresco::Option<std::string> values{this, "values", "display", fresco::one_of({"display", "network"}),
-                                       "What is stored: RGB in [0,1], or BGR in 0..255 minus the network's mean"};
+                                       "Stored values: RGB in [0,1], or BGR in 0..255 minus the network's mean"};
     fresco::Option<std::string> clamp{
         this, "clamp", "sum", fresco::one_of({"sum", "layers"}),
         "Clamp the sum of the layers at lookup, or the stored values of each layer after every step"};
@@ -72,44 +72,43 @@ class TextureOptimize final : public fresco::Stage
                                       "Show each pixel only at the heights that fit its depth, so that patterns keep one size in "
                                       "the world"};
     fresco::Option<double> theta_d_m{this, "theta_d_m", 0.25, fresco::range(0.001, 1000),
-                                     "θ_d: ideal height = theta_min_px · depth / theta_d_m; use less for short-range scans"};
+                                     "θ_d: ideal height = theta_min_px · depth / theta_d_m; smaller for short-range scans"};
     fresco::Option<double> theta_min_px{this, "theta_min_px", 32, fresco::range(1, 10000),
                                         "θ_min: height in pixels of a length θ_d seen from 1 m"};
     fresco::Option<std::string> level_weight{
         this, "level_weight", "nearest", fresco::one_of({"nearest", "printed"}),
-        "Weight of the nearest height between two: larger the nearer (nearest), or the paper's formula (printed)"};
+        "Weight of the nearer of two heights: larger the nearer it is (nearest), or the paper's formula (printed)"};
     fresco::Option<std::string> level_depth{this, "level_depth", "mesh", fresco::one_of({"mesh", "sensor", "sensor_or_lowest"}),
-                                            "Depth for the levels; pixels the sensor has not measured take part in none, or in "
-                                            "the lowest"};
+                                            "Depth for the levels; pixels that the sensor did not measure are in no level "
+                                            "(sensor) or in the lowest (sensor_or_lowest)"};
     fresco::Option<std::string> level_share{this, "level_share", "pixels", fresco::one_of({"pixels", "features"}),
-                                            "Weight of a level in the sum: its pixels, or its cells in each layer"};
+                                            "Weight of a level in the sum: its number of pixels, or of cells in each layer"};
     fresco::Option<double> angle_limit_deg{this, "angle_limit_deg", 90, fresco::range(0, 90),
                                            "Largest angle between normal and view for the fine style; 90: all pixels"};
     fresco::Option<std::string> angle_rule{this, "angle_rule", "at_most", fresco::one_of({"at_most", "below"}),
                                            "Whether the limit itself passes"};
     fresco::Option<std::string> angle_map{this, "angle_map", "own", fresco::one_of({"own", "smallest"}),
-                                          "Angles of each height, or of the smallest, enlarged"};
+                                          "Angles at each height, or at the smallest, enlarged"};
     fresco::Option<std::string> empty_pixels{
         this, "empty_pixels", "black", fresco::one_of({"black", "corner"}),
         "What pixels without a surface show to the losses' networks: black, or the texture's "
         "first texel"};
     fresco::Option<std::string> content_target{this, "content_target", "own", fresco::one_of({"own", "smallest"}),
-                                               "Camera features of each height, or of the smallest, enlarged"};
+                                               "Camera features at each height, or at the smallest, enlarged"};
     fresco::Option<std::string> style_sizes{this, "style_sizes", "printed", fresco::one_of({"printed", "released"}),
                                             "How the fine and the coarse style picture are sized"};
     fresco::Option<double> train_share{this, "train_share", 1, fresco::range(0.01, 1),
                                        "Share of the views to use, the first ones"};
     fresco::Option<int> held_out_count{this, "held_out_count", 0, fresco::range(0, 16),
-                                       "Evenly spread views to keep out of the optimization and to measure the losses on"};
+                                       "Number of evenly spread views to measure the losses on instead of optimizing"};
     fresco::Option<int> measure_steps{this, "measure_steps", 50, fresco::at_least(1),
                                       "With held_out_count: steps between two measurements"};
-    fresco::Option<double> stop_gain{this, "stop_gain", 0, fresco::range(0, 0.99),
-                                     "With held_out_count: end when three measurements have not lowered the loss by this share; "
-                                     "0: make all steps"};
+    fresco::Option<double> stop_gain{
+        this, "stop_gain", 0, fresco::range(0, 0.99),
+        "With held_out_count: stop when three measurements have not lowered the loss by this share; 0: run all steps"};
     fresco::Option<std::string> execution{this, "execution", "active", fresco::one_of({"active", "reference"}),
-                                          "active: encode only the parts of a frame that a level has pixels in, and the camera "
-                                          "picture once per visit; reference: whole frames and everything in every step, for "
-                                          "comparison"};
+                                          "active: encode only the parts of a frame with pixels of a level, and the camera "
+                                          "picture once per visit; reference: encode everything in every step, for comparison"};
     fresco::Option<std::int64_t> seed{this, "seed", 0, fresco::at_least(0),
                                       "Seed of the views' order, of the losses' sampling and of the noise of `init: noise`"};
     fresco::Option<std::string> device{this, "device", "auto", fresco::one_of({"auto", "cpu", "cuda"}),
@@ -119,13 +118,13 @@ class TextureOptimize final : public fresco::Stage
     // In the key: where a run goes back to after a loss that is not finite depends on it.
     fresco::Option<int> checkpoint_steps{this, "checkpoint_steps", 200, fresco::at_least(0),
                                          "Steps between two checkpoints that a run may roll back to; 0: none"};
-    fresco::Option<double> checkpoint_seconds{
-        this,
-        "checkpoint_seconds",
-        30,
-        fresco::range(0, 86400),
-        "Maximum seconds of work that a killed run loses, at least twenty times the cost of a checkpoint; 0: by checkpoint_steps",
-        fresco::not_in_key};
+    fresco::Option<double> checkpoint_seconds{this,
+                                              "checkpoint_seconds",
+                                              30,
+                                              fresco::range(0, 86400),
+                                              "Maximum seconds of work lost when a run is killed, at least twenty times the cost "
+                                              "of a checkpoint; 0: by checkpoint_steps",
+                                              fresco::not_in_key};
     fresco::Option<int> preview_every{
         this, "preview_every", 100, fresco::at_least(0), "Steps between two preview pictures; 0: none", fresco::not_in_key};
 

@@ -16,7 +16,7 @@ namespace
 class TextureSynthesize final : public Stage
 {
     Input<Mesh> mesh{this, "mesh", "The mesh with its atlas"};
-    Input<Texture> start{this, "start", "What to paint over: a photographic texture, or any other of the same atlas"};
+    Input<Texture> start{this, "start", "The texture to paint over, in the same atlas: usually a photographic one"};
     Input<Image> style{this, "style", "The picture whose brush strokes are copied"};
     Input<Frames> frames{this, "frames", optional, "Frames whose cameras show which way is up"};
     Output<Texture> texture{this, "texture", "The painted texture"};
@@ -27,18 +27,21 @@ class TextureSynthesize final : public Stage
                              "Width of the picture's brush strokes on the surface, whatever the texture size"};
     Option<double> painterly{this, "painterly", 0.5, range(0, 1),
                              "0: keep what the start shows; 1: let the picture's own motifs take over"};
-    Option<bool> recolor{this, "recolor", true, "Recolor the start with the picture's colors first; false: it has them already"};
+    Option<bool> recolor{this, "recolor", true, "First recolor the start with the picture's colors; false: it already has them"};
     Option<double> completeness{this, "completeness", 2.0, range(0.01, 1000),
                                 "Smaller values use all parts of the picture more evenly"};
     Option<std::vector<double>> up{this, "up", std::vector<double>{},
-                                   "Upward direction [x, y, z]; empty: by the frames' cameras, or else by the mesh"};
+                                   "Upward direction [x, y, z]; empty: from the frames' cameras, or else from the mesh"};
     Option<int> patch_px{this, "patch_px", 11, range(5, 21), "Side of a copied patch in texels, odd; strokes are 8 texels wide"};
     Option<int> levels_count{this, "levels_count", 2, range(1, 4), "Scales to paint at, each half as fine as the next"};
     Option<int> rounds_count{this, "rounds_count", 6, range(1, 100), "Rounds of search and vote at each scale"};
     Option<int> seed{this, "seed", 0, range(0, 2147483647), "Another seed gives another painting"};
-    Option<double> checkpoint_seconds{
-        this,      "checkpoint_seconds", 10.0, at_least(0), "Maximum seconds of work that a killed run loses; 0: no checkpoints",
-        not_in_key};
+    Option<double> checkpoint_seconds{this,
+                                      "checkpoint_seconds",
+                                      10.0,
+                                      at_least(0),
+                                      "Maximum seconds of work lost when a run is killed; 0: no checkpoints",
+                                      not_in_key};
     Option<double> preview_seconds{
         this, "preview_seconds", 5.0, at_least(0), "Seconds between previews; 0: after each round", not_in_key};
     Slot<ImageIo> images{this, "images", "image.opencv", optional, "Writes previews; none: no previews"};

@@ -17,7 +17,7 @@ namespace
 {
 constexpr int height_px = 256;
 constexpr double sigma_px = 3;
-constexpr int erosion_px = 7;
+constexpr int edge_erosion_px = 7;
 constexpr std::size_t least_pixels = 1000;
 
 /// L* and how much of each pixel is covered, 0..1.
@@ -73,7 +73,7 @@ double edge_correlation(const Raster8& view, const Raster8& covered, const Raste
     Raster8 mask(width, height_px);
     std::ranges::transform(seen.weight.values, mask.values.begin(),
                            [](float weight) { return weight > 0.5F ? std::uint8_t{1} : std::uint8_t{0}; });
-    mask = eroded(mask, erosion_px);
+    mask = eroded(mask, edge_erosion_px);
     std::vector<double> of_view;
     std::vector<double> of_camera;
     for (std::size_t i = 0; i < mask.values.size(); ++i)

@@ -10,7 +10,6 @@ using namespace fresco;
 
 namespace
 {
-constexpr std::size_t rows_per_block = 8;
 
 double level_of(double texels)
 {
@@ -47,7 +46,7 @@ void draw(const ViewSurface& view, const Camera& other, const Raster8& wanted, c
                                                                                0.0, 255.0));
             }
     };
-    parallel_for(static_cast<std::size_t>(wanted.height), rows_per_block, progress.threads(), draw_rows);
+    parallel_for(static_cast<std::size_t>(wanted.height), 8, progress.threads(), draw_rows);
 }
 }  // namespace
 

@@ -11,7 +11,6 @@ using raycast::Hit;
 
 namespace
 {
-constexpr std::size_t rows_per_block = 8;
 }
 
 ViewSurface view_surface(const raycast::Scene& scene, const Camera& camera, const Progress& progress)
@@ -20,7 +19,7 @@ ViewSurface view_surface(const raycast::Scene& scene, const Camera& camera, cons
     const int height = camera.intrinsics.height;
     ViewSurface view{camera, RasterF(width, height), Raster8(width, height),
                      Raster<std::uint32_t>(width, height, 1, std::uint32_t{Hit::none})};
-    parallel_for(static_cast<std::size_t>(height), rows_per_block, progress.threads(),
+    parallel_for(static_cast<std::size_t>(height), 8, progress.threads(),
                  [&](std::size_t begin, std::size_t end)
                  {
                      progress.check_canceled();

@@ -14,7 +14,7 @@ using fresco::texturing::WeldedMesh;
 
 namespace
 {
-void expect(bool good, const std::string& what)
+void expect_written(bool good, const std::string& what)
 {
     if (!good)
         throw Error("the file does not hold what was to be written: " + what);
@@ -28,25 +28,27 @@ double largest(Vec3d a)
 /// The first triangle whose corners are others, or follow each other differently.
 void check_triangles(const std::vector<std::uint32_t>& found, const std::vector<std::uint32_t>& meant, bool may_turn)
 {
-    expect(found.size() == meant.size(), std::to_string(found.size() / 3) + " triangles of " + std::to_string(meant.size() / 3));
+    expect_written(found.size() == meant.size(),
+                   std::to_string(found.size() / 3) + " triangles of " + std::to_string(meant.size() / 3));
     for (std::size_t i = 0; i < meant.size(); i += 3)
     {
         const auto same = [&](std::size_t turn) {
             return found[i] == meant[i + turn] && found[i + 1] == meant[i + (turn + 1) % 3] &&
                    found[i + 2] == meant[i + (turn + 2) % 3];
         };
-        expect(same(0) || (may_turn && (same(1) || same(2))), "triangle " + std::to_string(i / 3) + " is another");
+        expect_written(same(0) || (may_turn && (same(1) || same(2))), "triangle " + std::to_string(i / 3) + " is another");
     }
 }
 }  // namespace
 
 GlbErrors check_glb(const GlbModel& model, const WeldedMesh& mesh, const std::vector<std::byte>& image, const GlbOptions& options)
 {
-    expect(model.image == image && (image.empty() || model.image_type == options.image_type), "the picture is another");
-    expect(model.colors == mesh.colors, "the vertex colors are others");
-    expect(model.texcoords.size() == mesh.texcoords.size(), "another number of texcoords");
-    expect(model.positions.size() == mesh.positions.size(), "another number of vertices");
-    expect(model.normals.empty() == (options.material == GltfMaterial::unlit), "normals are with unlit or missing with pbr");
+    expect_written(model.image == image && (image.empty() || model.image_type == options.image_type), "the picture is another");
+    expect_written(model.colors == mesh.colors, "the vertex colors are others");
+    expect_written(model.texcoords.size() == mesh.texcoords.size(), "another number of texcoords");
+    expect_written(model.positions.size() == mesh.positions.size(), "another number of vertices");
+    expect_written(model.normals.empty() == (options.material == GltfMaterial::unlit),
+                   "normals are with unlit or missing with pbr");
     check_triangles(model.indices, mesh.indices, options.compress);
 
     // Half a step, and the rounding of this comparison itself.
@@ -59,17 +61,18 @@ GlbErrors check_glb(const GlbModel& model, const WeldedMesh& mesh, const std::ve
     {
         const std::string vertex = "vertex " + std::to_string(i);
         const double position = largest(model.positions[i] - vec_cast<double>(mesh.positions[i]));
-        expect(position <= position_limit, vertex + " is " + std::to_string(position) + " m away");
+        expect_written(position <= position_limit, vertex + " is " + std::to_string(position) + " m away");
         errors.position_m = std::max(errors.position_m, position);
         if (!model.normals.empty())
-            expect(largest(model.normals[i] - vec_cast<double>(mesh.normals[i])) <= normal_limit, vertex + " has another normal");
+            expect_written(largest(model.normals[i] - vec_cast<double>(mesh.normals[i])) <= normal_limit,
+                           vertex + " has another normal");
         if (mesh.texcoords.empty())
             continue;
         const Vec2f uv = mesh.texcoords[i];
         // The float that 1 - v is, where floats are written.
         const double v = options.quantize ? 1 - double{uv.y} : double{1 - uv.y};
         const double texcoord = std::max(std::abs(model.texcoords[i].x - double{uv.x}), std::abs(model.texcoords[i].y - v));
-        expect(texcoord <= texcoord_limit, vertex + " has another texcoord");
+        expect_written(texcoord <= texcoord_limit, vertex + " has another texcoord");
         errors.texcoord = std::max(errors.texcoord, texcoord);
     }
     return errors;

@@ -14,7 +14,7 @@ namespace
 
 /// Differences beyond this count as this.
 constexpr double largest_difference = 0.1;
-constexpr double near_share = 0.03;
+constexpr double near_depth_share = 0.03;
 
 void cast_frame(const raycast::Scene& scene, const SampledDepth& frame, const Convention& convention, double focal_scale,
                 std::size_t stride, DepthRatios& result)
@@ -95,7 +95,7 @@ double DepthRatios::best_scale() const
     auto end = ratios.begin();
     for (auto begin = std::ranges::upper_bound(ratios, 0.0); begin != ratios.end(); ++begin)
     {
-        const double last = *begin * (1 + near_share) / (1 - near_share);
+        const double last = *begin * (1 + near_depth_share) / (1 - near_depth_share);
         while (end != ratios.end() && *end <= last)
             ++end;
         if (end - begin > most)

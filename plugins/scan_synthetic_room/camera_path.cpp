@@ -14,7 +14,6 @@ namespace
 
 using fresco::Vec3d;
 
-constexpr double pi = std::numbers::pi;
 constexpr float clearance = 0.22f;
 
 /// OpenCV axes: z toward the target, y down, x right.
@@ -48,7 +47,7 @@ Recorder make_recorder(int color_width, int color_height, int depth_width, int d
     Recorder recorder;
     recorder.color = {color_width, color_height, color_focal, color_focal, 0.502 * color_width, 0.496 * color_height};
     recorder.depth = {depth_width, depth_height, depth_focal, depth_focal, 0.5 * depth_width, 0.5 * depth_height};
-    const double turn = 0.4 * pi / 180;
+    const double turn = 0.4 * std::numbers::pi / 180;
     recorder.color_from_depth.rotation.m = {std::cos(turn), 0, std::sin(turn), 0, 1, 0, -std::sin(turn), 0, std::cos(turn)};
     recorder.color_from_depth.translation = {-0.025, 0.0, 0.002};
     return recorder;
@@ -63,7 +62,7 @@ std::vector<fresco::RigidTransform> camera_path(const Scene& scene, int count, s
     {
         const bool first_round = i < across;
         const int steps = first_round ? across : count - across, step = first_round ? i : i - across;
-        const double turn = 2 * pi * (step + (first_round ? 0.0 : 0.5)) / steps;
+        const double turn = 2 * std::numbers::pi * (step + (first_round ? 0.0 : 0.5)) / steps;
         const auto jitter = [&](std::uint32_t what)
         { return static_cast<double>(bell(hash(seed, hash(static_cast<std::uint32_t>(i), what)))); };
         const double reach = first_round ? 0.36 : -0.12;

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 
 namespace room
 {
@@ -13,7 +12,6 @@ namespace room
 namespace
 {
 
-constexpr float pi = std::numbers::pi_v<float>;
 constexpr float bay = 3.0f;  ///< One more group of furniture for each so many meters beyond the first group's length.
 constexpr float first_length = 5.0f;
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 
 namespace room
 {
@@ -11,7 +10,6 @@ namespace room
 namespace
 {
 
-constexpr float pi = std::numbers::pi_v<float>;
 const Vec3f dark_wood{0.29f, 0.17f, 0.09f};
 const Vec3f light_wood{0.66f, 0.44f, 0.24f};
 

@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 
 namespace room
 {
@@ -16,7 +15,6 @@ namespace room
 namespace
 {
 
-constexpr float pi = std::numbers::pi_v<float>;
 constexpr float cell_m = 0.075f;
 constexpr int gather_rays = 48;
 constexpr float exposure = 0.92f;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 namespace room
 {
@@ -11,7 +10,6 @@ namespace
 {
 
 constexpr float least_t = 1e-4f;
-constexpr float pi = std::numbers::pi_v<float>;
 
 Hit hit_box(const Solid& solid, Vec3f o, Vec3f d, float limit)
 {

@@ -4,10 +4,13 @@
 
 #include <array>
 #include <cstdint>
+#include <numbers>
 
 /// \file The analytic bodies that the room is made of; meters. One description serves pictures, depth and mesh.
 namespace room
 {
+
+inline constexpr float pi = std::numbers::pi_v<float>;
 
 using fresco::Vec2f;
 using fresco::Vec3f;

@@ -4,15 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 namespace room
 {
 
 namespace
 {
-
-constexpr float pi = std::numbers::pi_v<float>;
 
 Vec3f mix(Vec3f a, Vec3f b, float t)
 {

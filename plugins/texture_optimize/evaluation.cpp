@@ -24,11 +24,6 @@ namespace fresco::optimize
 namespace
 {
 
-std::span<float> values_of(const torch::Tensor& tensor)
-{
-    return {tensor.data_ptr<float>(), static_cast<std::size_t>(tensor.numel())};
-}
-
 std::vector<SparseGradient> no_gradients(std::size_t parameters)
 {
     std::vector<SparseGradient> result;

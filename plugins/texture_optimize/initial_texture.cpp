@@ -4,9 +4,9 @@
 #include "splat.h"
 
 #include <fresco/error.h>
-#include <fresco/parallel.h>
 #include <fresco/images/push_pull.h>
 #include <fresco/images/recolor.h>
+#include <fresco/parallel.h>
 
 #include <algorithm>
 #include <cmath>

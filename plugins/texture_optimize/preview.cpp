@@ -1,5 +1,7 @@
 #include "preview.h"
 
+#include "value_tensors.h"
+
 #include <fresco/files_io.h>
 #include <fresco/torch/tensor.h>
 
@@ -7,7 +9,6 @@
 #include <ATen/ops/empty_like.h>
 
 #include <algorithm>
-#include <span>
 
 namespace fresco::optimize
 {
@@ -15,11 +16,6 @@ namespace
 {
 
 constexpr int largest_side = 1024;
-
-std::span<float> values_of(const torch::Tensor& tensor)
-{
-    return {tensor.data_ptr<float>(), static_cast<std::size_t>(tensor.numel())};
-}
 
 Raster8 displayed(const torch::Tensor& stored, const Raster8& valid, const ValueSpace& space)
 {

@@ -18,7 +18,7 @@ namespace fresco::synthesize
 namespace
 {
 
-constexpr std::size_t patches_per_piece = 192;
+constexpr std::size_t searched_together = 192;
 constexpr std::size_t sampled_queries = 6000;  // That say how well each key is served.
 /// A place that continues a neighbor's may differ by this much more than the best one: (d + tolerance) * factor.
 constexpr float coherence_factor = 2;
@@ -55,7 +55,7 @@ class Search
     template <class Work>
     void in_pieces(std::size_t count, const Work& work) const
     {
-        parallel_for(count, patches_per_piece, progress_.threads(),
+        parallel_for(count, searched_together, progress_.threads(),
                      [&](std::size_t begin, std::size_t end)
                      {
                          progress_.check_canceled();

@@ -31,10 +31,10 @@ void write_double(std::string& out, double number)
         out += ".0";
 }
 
-class Writer
+class JsonWriter
 {
   public:
-    explicit Writer(int indent) : indent_(indent) {}
+    explicit JsonWriter(int indent) : indent_(indent) {}
 
     void write(const Value& value, int depth)
     {
@@ -196,7 +196,7 @@ class Reader final : public nlohmann::json_sax<nlohmann::json>
 
 std::string to_json(const Value& value, int indent)
 {
-    Writer writer(indent);
+    JsonWriter writer(indent);
     writer.write(value, 0);
     return std::move(writer.text);
 }

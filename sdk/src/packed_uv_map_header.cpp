@@ -22,10 +22,10 @@ std::uint32_t crc32(std::span<const std::byte> bytes)
     return static_cast<std::uint32_t>(crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
 }
 
-class Writer
+class HeaderWriter
 {
   public:
-    explicit Writer(std::span<std::byte> out) : out_(out) {}
+    explicit HeaderWriter(std::span<std::byte> out) : out_(out) {}
     void byte(std::uint8_t value) { out_[at_++] = std::byte{value}; }
     void number(std::uint32_t value)
     {
@@ -70,7 +70,7 @@ void fail_packed(std::string_view source, std::size_t offset, std::string_view w
 std::array<std::byte, PackedUvMapHeader::bytes> PackedUvMapHeader::write() const
 {
     std::array<std::byte, bytes> out{};
-    Writer writer(out);
+    HeaderWriter writer(out);
     for (const char letter : std::string_view(magic))
         writer.byte(static_cast<std::uint8_t>(letter));
     for (const std::uint32_t value : {form, width, height, valid_pixels})

@@ -14,10 +14,10 @@ namespace fresco
 namespace
 {
 
-class Writer
+class PlyWriter
 {
   public:
-    explicit Writer(std::vector<std::byte>& bytes, std::size_t offset) : next_(bytes.data() + offset) {}
+    explicit PlyWriter(std::vector<std::byte>& bytes, std::size_t offset) : next_(bytes.data() + offset) {}
 
     template <class T>
     void put(T value)
@@ -70,7 +70,7 @@ std::vector<std::byte> to_ply(const Mesh& mesh)
     std::vector<std::byte> bytes(header.size() + mesh.positions.size() * vertex_bytes + mesh.triangles.size() * face_bytes);
     std::memcpy(bytes.data(), header.data(), header.size());
 
-    Writer out(bytes, header.size());
+    PlyWriter out(bytes, header.size());
     for (std::size_t i = 0; i < mesh.positions.size(); ++i)
     {
         out.put(mesh.positions[i].x);

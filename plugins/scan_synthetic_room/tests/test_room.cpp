@@ -15,6 +15,7 @@
 #include <cmath>
 #include <numbers>
 
+using room::pi;
 using room::Ray;
 using room::Shape;
 using room::Solid;
@@ -22,8 +23,6 @@ using room::Vec3f;
 
 namespace
 {
-
-constexpr float pi = std::numbers::pi_v<float>;
 
 struct Threads final : fresco::Progress
 {

@@ -17,9 +17,9 @@ namespace fresco
 namespace
 {
 
-constexpr std::int64_t chunk = 16384;
+constexpr std::int64_t chunk_length = 16384;
 
-/// The sum of up to `chunk` values in double precision: eight interleaved partial sums, added from the first to the last.
+/// The sum of up to `chunk_length` values in double precision: eight interleaved partial sums, added from the first to the last.
 template <class T>
 double chunk_sum(const T* values, std::int64_t count)
 {
@@ -40,19 +40,20 @@ double chunk_sum(const T* values, std::int64_t count)
 template <class T>
 void row_sums(const T* values, std::int64_t rows, std::int64_t columns, T* sums)
 {
-    const std::int64_t per_row = std::max<std::int64_t>(1, (columns + chunk - 1) / chunk);
+    const std::int64_t per_row = std::max<std::int64_t>(1, (columns + chunk_length - 1) / chunk_length);
     std::vector<double> partial(static_cast<std::size_t>(rows * per_row));
     // Not at::parallel_for: outside libtorch it is serial unless every caller is compiled with OpenMP. A piece takes about 0.2
     // ms.
-    const std::int64_t grain = std::max<std::int64_t>(1, 32 * chunk / std::max<std::int64_t>(1, std::min(columns, chunk)));
+    const std::int64_t grain =
+        std::max<std::int64_t>(1, 32 * chunk_length / std::max<std::int64_t>(1, std::min(columns, chunk_length)));
     parallel_for(partial.size(), static_cast<std::size_t>(grain), at::get_num_threads(),
                  [&](std::size_t begin, std::size_t end)
                  {
                      for (std::size_t piece = begin; piece < end; ++piece)
                      {
                          const std::int64_t row = static_cast<std::int64_t>(piece) / per_row;
-                         const std::int64_t first = static_cast<std::int64_t>(piece) % per_row * chunk;
-                         partial[piece] = chunk_sum(values + row * columns + first, std::min(chunk, columns - first));
+                         const std::int64_t first = static_cast<std::int64_t>(piece) % per_row * chunk_length;
+                         partial[piece] = chunk_sum(values + row * columns + first, std::min(chunk_length, columns - first));
                      }
                  });
     for (std::int64_t row = 0; row < rows; ++row)
@@ -68,7 +69,7 @@ void row_sums(const T* values, std::int64_t rows, std::int64_t columns, T* sums)
 template <class T>
 void row_sums_of_columns(const T* values, std::int64_t rows, std::int64_t columns, T* sums)
 {
-    const std::int64_t length = std::max<std::int64_t>(1, chunk / rows);
+    const std::int64_t length = std::max<std::int64_t>(1, chunk_length / rows);
     const std::int64_t pieces = (columns + length - 1) / length;
     std::vector<double> partial(static_cast<std::size_t>(rows * pieces));
     parallel_for(static_cast<std::size_t>(pieces), 32, at::get_num_threads(),

@@ -31,7 +31,7 @@ Rgb color_of(std::uint32_t chart)
     return color;
 }
 
-constexpr std::size_t faces_between_checks = 16384;
+constexpr std::size_t faces_between_reports = 16384;
 constexpr int rows_between_checks = 64;
 
 /// Calls paint(x, y, face) for the middle of every cell of a grid of side x side, row 0 at v = 1, that a face covers.
@@ -40,7 +40,7 @@ void for_each_covered(const Mesh& mesh, int side, const Progress* progress, Pain
 {
     for (std::size_t f = 0; f < mesh.triangles.size(); ++f)
     {
-        if (progress != nullptr && f % faces_between_checks == 0)
+        if (progress != nullptr && f % faces_between_reports == 0)
             progress->check_canceled();
         std::array<Vec2d, 3> t;
         for (std::size_t k = 0; k < 3; ++k)

@@ -9,9 +9,8 @@ namespace fresco::geometry
 namespace
 {
 
-/// Charts of more faces, or of more texels, stay where they are.
-constexpr std::size_t crumb_faces = 64;
-constexpr double crumb_texels = 256;
+/// Charts of more texels stay where they are.
+constexpr double attached_texels = 256;
 /// A crumb may be laid out larger or smaller by this factor, to fit the edge that it joins at.
 constexpr double largest_scale = 1.25;
 /// Edges that are tried for each neighboring chart, the longest ones.
@@ -39,7 +38,7 @@ class Attacher
 {
   public:
     Attacher(const Surface& surface, FlatCharts& flat, double texel_m)
-        : charts_(surface, flat), limits_{crumb_faces, crumb_texels * texel_m * texel_m}, tolerance_m_(1e-3 * texel_m)
+        : charts_(surface, flat), limits_{.area_m2 = attached_texels * texel_m * texel_m}, tolerance_m_(1e-3 * texel_m)
     {
     }
 

@@ -1,3 +1,5 @@
+#include "moving_charts.h"
+
 #include <fresco/geometry/charts.h>
 
 #include <cmath>
@@ -10,8 +12,6 @@ namespace fresco::geometry
 namespace
 {
 
-/// A chart of at most this many faces is a crumb: noise that may join a neighbor up to the merge limit.
-constexpr std::size_t crumb_faces = 64;
 constexpr int merging_rounds = 4;
 
 struct Link

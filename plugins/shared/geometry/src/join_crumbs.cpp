@@ -8,23 +8,20 @@ namespace
 {
 
 /// What is larger is no noise and stays as it is.
-constexpr std::size_t crumb_faces = 64;
-constexpr double crumb_texels = 512;
+constexpr double joined_texels = 512;
 /// Charts that are tried for each crumb, those of the longest common borders.
 constexpr std::size_t tried_charts = 2;
 /// How far the chart gives way, in faces: as little as will do.
 constexpr std::array<int, 2> tried_steps{2, 5};
-constexpr int sweeps = 40;
-/// A face keeps at least this share of its area, or too few texels are left for it.
-constexpr double smallest_area_share = 0.05;
+constexpr int joining_sweeps = 40;
 /// Largest L² stretch of a patch (Sander et al. 2001), squared.
-constexpr double largest_square_stretch = 10;
+constexpr double largest_patch_stretch = 10;
 
 class Joiner
 {
   public:
     Joiner(const Surface& surface, FlatCharts& flat, double texel_m)
-        : charts_(surface, flat), patches_(charts_), limits_{crumb_faces, crumb_texels * texel_m * texel_m},
+        : charts_(surface, flat), patches_(charts_), limits_{.area_m2 = joined_texels * texel_m * texel_m},
           tolerance_m_(1e-3 * texel_m), in_patch_(surface.areas.size(), false)
     {
     }
@@ -55,7 +52,7 @@ class Joiner
                         continue;
                     if (contracted)
                         contract(*patch);
-                    if (!lies_well(relax(patch->shape, sweeps)))
+                    if (!lies_well(relax(patch->shape, joining_sweeps)))
                         continue;
                     const auto corners = corners_of(patch->shape);
                     if (overlaps(*patch, corners, neighbors[i]))
@@ -70,7 +67,7 @@ class Joiner
 
     static bool lies_well(const PatchFigures& figures)
     {
-        return figures.least_area_share >= smallest_area_share && figures.square_stretch <= largest_square_stretch;
+        return figures.least_area_share >= smallest_area_share && figures.square_stretch <= largest_patch_stretch;
     }
 
     static Corners corners_of(const FlatPatch& shape)

@@ -18,7 +18,6 @@ constexpr std::size_t smallest_halved = 128;
 /// More faces are halved first: a map is made in one go, in memory that grows faster than the faces.
 constexpr std::size_t most_mapped = 65536;
 constexpr int most_halvings = 6;
-constexpr double smallest_area_share = 0.05;
 constexpr double smallest_kept_share = 0.9;
 constexpr double largest_square_stretch = 1.2 * 1.2;
 /// How far from a folded face the map may be relaxed, in rings.

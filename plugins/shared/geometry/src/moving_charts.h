@@ -14,10 +14,13 @@ namespace fresco::geometry
 
 using FaceList = std::vector<std::uint32_t>;
 
-/// Up to what size a chart is a crumb, which may go into another.
+/// A chart of at most this many faces may be a crumb: noise of the scan, which may go into another chart.
+inline constexpr std::size_t crumb_faces = 64;
+
+/// Up to what size a chart is a crumb.
 struct CrumbLimits
 {
-    std::size_t faces = 0;
+    std::size_t faces = crumb_faces;
     double area_m2 = 0;
 };
 

@@ -17,6 +17,9 @@ struct FlatPatch
     std::vector<bool> movable;  ///< One per vertex.
 };
 
+/// A face in the plane keeps at least this share of its area on the surface, or too few texels are left for it.
+inline constexpr double smallest_area_share = 0.05;
+
 /// How well a patch lies.
 struct PatchFigures
 {

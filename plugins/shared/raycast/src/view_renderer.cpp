@@ -13,7 +13,6 @@ namespace fresco::raycast
 {
 namespace
 {
-constexpr std::size_t rows_per_block = 8;
 
 std::uint8_t rounded(double v)
 {
@@ -111,6 +110,7 @@ Raster8 ViewRenderer::render(const Camera& camera, const Progress& progress) con
     dense.intrinsics = camera.intrinsics.scaled_to(camera.intrinsics.width * options_.samples_per_side,
                                                    camera.intrinsics.height * options_.samples_per_side);
     Raster8 image(camera.intrinsics.width, camera.intrinsics.height, 4);
+    constexpr std::size_t rows_per_block = 8;
     parallel_for(static_cast<std::size_t>(camera.intrinsics.height), rows_per_block, progress.threads(),
                  [&](std::size_t begin, std::size_t end)
                  {

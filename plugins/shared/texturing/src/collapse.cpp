@@ -14,7 +14,6 @@ namespace fresco::texturing
 
 namespace
 {
-constexpr std::size_t rows_per_block = 32;
 constexpr std::array<float, 3> network_mean_bgr{103.939F, 116.779F, 123.68F};
 
 /// The two source texels of a full-size texel center along one axis.
@@ -108,6 +107,7 @@ RasterF collapse(const Texture& texture, const Progress& progress)
             target[i] = std::clamp(row[i], 0.0F, 1.0F);
         }
     };
+    constexpr std::size_t rows_per_block = 32;
     parallel_for(static_cast<std::size_t>(size), rows_per_block, progress.threads(),
                  [&](std::size_t begin, std::size_t end)
                  {

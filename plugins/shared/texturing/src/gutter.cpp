@@ -13,7 +13,6 @@ namespace
 {
 constexpr int no_row = std::numeric_limits<int>::max();
 constexpr std::size_t columns_per_block = 64;
-constexpr std::size_t rows_per_block = 32;
 
 /// W x H: the row of the nearest source in the same column, or no_row.
 std::vector<int> nearest_rows(const Raster8& image, const std::vector<std::uint8_t>& is_source, const Progress& progress)
@@ -101,6 +100,7 @@ void fill_from_nearest(Raster8& image, const std::vector<std::uint8_t>& is_sourc
     const std::vector<int> rows = nearest_rows(image, is_source, progress);
     const auto width = static_cast<std::size_t>(image.width);
     const auto channels = static_cast<std::size_t>(image.channels);
+    constexpr std::size_t rows_per_block = 32;
     parallel_for(static_cast<std::size_t>(image.height), rows_per_block, progress.threads(),
                  [&](std::size_t begin, std::size_t end)
                  {

@@ -18,8 +18,6 @@ namespace fresco::texturing
 namespace
 {
 
-constexpr std::size_t rows_per_block = 16;
-
 /// S x S: the chart whose own a texel is, or TexelFaces::none.
 std::vector<std::uint32_t> own_charts(const TexelFaces& faces, const Charts& charts)
 {
@@ -93,6 +91,7 @@ Raster8 smaller_picture(const TexturedMesh& textured, int max_px, const Progress
 
     Raster8 result(max_px, max_px, source.channels);
     std::vector<std::uint8_t> is_source(faces.face.size(), 0);
+    constexpr std::size_t rows_per_block = 16;
     parallel_for(static_cast<std::size_t>(max_px), rows_per_block, progress.threads(),
                  [&](std::size_t begin, std::size_t end)
                  {

@@ -163,6 +163,10 @@ class TemporaryFolder
     std::filesystem::path path_;
 };
 
+/// What files of these kinds must hold at least.
+inline const std::string jpeg_text("\xff\xd8\xff\xda\0\2\xff\xd9", 8);
+inline const std::string ply_text = "ply\nend_header\n";
+
 using Sets = std::vector<std::pair<std::string, std::string>>;
 
 /// Checks `text` as the file p.yaml in `folder`, which is also the working directory.

@@ -66,7 +66,8 @@ class EvaluateStudy final : public Stage
                              "Compare only this method with the others, as the paper did; empty: all pairs of methods"};
     Option<std::string> question_order{this, "question_order", "grouped", one_of({"grouped", "mixed"}),
                                        "One question after the other, or in random order"};
-    Option<InputFile> hints{this, "hints", InputFile{}, "JSON file of rectangles to draw into pictures: see the README"};
+    Option<InputFile> hints{this, "hints", InputFile{}, extensions({".json"}),
+                            "Rectangles to draw into pictures: see the README"};
     Option<int> pairs_count{this, "pairs_count", 70, range(1, 10'000),
                             "Number of pairs shown to each participant, each with one question"};
     Option<int> pictures_count{this, "pictures_count", 40, range(1, 10'000),
@@ -77,7 +78,8 @@ class EvaluateStudy final : public Stage
     Option<int> jpeg_quality{this, "jpeg_quality", 90, range(1, 100), "For image_format: jpeg"};
     Option<int> seed{this, "seed", 1, range(0, 2'000'000'000), "Seed of the pictures' numbers and of the resampling"};
     Option<InputFolder> results{this, "results", InputFolder{}, "Folder of the participants' results (*.json)"};
-    Option<InputFile> key{this, "key", InputFile{}, "Key of the earlier study that the results come from; replaces its pictures"};
+    Option<InputFile> key{this, "key", InputFile{}, extensions({".json"}),
+                          "Key of the earlier study that the results come from; replaces its pictures"};
     Option<int> bootstrap_count{this, "bootstrap_count", 2000, range(100, 1'000'000),
                                 "Number of resamples for the 95% intervals"};
     Option<OutputName> path{this, "path", OutputName{"study.html"}, "Name of the page, below --out; ends in .html"};

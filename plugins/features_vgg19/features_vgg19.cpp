@@ -42,7 +42,8 @@ std::vector<torch::Tensor> rescaling_pictures(const fresco::PrepareContext& cont
 class FeaturesVgg19 final : public fresco::FeatureNetwork
 {
     fresco::Option<fresco::InputFile> weights{this, "weights", fresco::required,
-                                              "Weights of VGG-19: safetensors, or a state dict as .pth; may end at any layer"};
+                                              fresco::extensions({".safetensors", ".pth", ".pt"}),
+                                              "Weights of VGG-19, or its state dict; may end at any layer"};
     fresco::Option<std::string> sha256{this, "sha256", "",
                                        "The first 8 to 64 hexadecimal digits of the file's SHA-256; empty: not checked"};
     fresco::Option<std::string> pooling{this, "pooling", "max", fresco::one_of({"max", "average"}), "How 2x2 cells are pooled"};

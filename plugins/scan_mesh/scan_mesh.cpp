@@ -20,7 +20,8 @@ constexpr double largest_room_m = 300;
 
 class ScanMesh final : public fresco::Stage
 {
-    fresco::Option<fresco::InputFile> path{this, "path", fresco::required, "Mesh or model: PLY, OBJ, GLB or glTF"};
+    fresco::Option<fresco::InputFile> path{this, "path", fresco::required, fresco::extensions({".ply", ".obj", ".glb", ".gltf"}),
+                                           "Mesh or model"};
     fresco::Option<double> unit_m{this, "unit_m", 1.0, fresco::range(1e-6, 1e6), "Meters per unit of the file"};
     fresco::Option<std::string> axes{this, "axes", "x y z",
                                      "Axes of the file that become the world's x, y and z; \"x -z y\" turns y up into z up"};

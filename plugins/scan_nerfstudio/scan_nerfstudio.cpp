@@ -16,7 +16,7 @@ class ScanNerfstudio final : public RecordingStage
     }
 
   private:
-    fresco::Option<fresco::InputFile> transforms{this, "transforms", fresco::InputFile{},
+    fresco::Option<fresco::InputFile> transforms{this, "transforms", fresco::InputFile{}, fresco::extensions({".json"}),
                                                  "Cameras and poses; empty: transforms.json in path"};
     fresco::Option<fresco::InputFolder> pictures{this, "pictures", fresco::InputFolder{},
                                                  "Folder that file_path is relative to; empty: the folder of transforms"};

@@ -21,7 +21,7 @@ class ScanReplica final : public RecordingStage
   private:
     RecordedMesh mesh{this, "Mesh in the poses' world; empty: mesh.ply in path, or <scene>_mesh.ply beside it",
                       "The scene's surface"};
-    fresco::Option<fresco::InputFile> camera_file{this, "camera", fresco::InputFile{},
+    fresco::Option<fresco::InputFile> camera_file{this, "camera", fresco::InputFile{}, fresco::extensions({".json"}),
                                                   "Camera; empty: cam_params.json in path or beside it"};
 
     Recording list(fresco::RunContext& run) override

@@ -22,7 +22,7 @@ class ScanSens final : public RecordingStage
     ScanSens()
         : RecordingStage({.path = "The recording, scene….sens",
                           .frames = "The recorded views, each with a color and a depth camera",
-                          .is_file = true})
+                          .extensions = fresco::extensions({".sens"})})
     {
     }
 

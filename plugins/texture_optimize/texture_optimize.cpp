@@ -114,6 +114,7 @@ class TextureOptimize final : public fresco::Stage
     fresco::Option<std::string> device{this, "device", "auto", fresco::one_of({"auto", "cpu", "cuda"}),
                                        "Where losses are computed"};
     fresco::Option<fresco::InputFile> weights{this, "weights", fresco::InputFile{},
+                                              fresco::extensions({".safetensors", ".pth", ".pt"}),
                                               "VGG-19 weights for `losses: auto`; empty: losses without a network"};
     // In the key: where a run goes back to after a loss that is not finite depends on it.
     fresco::Option<int> checkpoint_steps{this, "checkpoint_steps", 200, fresco::at_least(0),

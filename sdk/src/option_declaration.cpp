@@ -75,6 +75,9 @@ OptionDeclaration OptionDeclaration::from(const Value& description)
     if (const Value* choices = description.find("choices"))
         for (const Value& choice : choices->as_list())
             option.choices.push_back(choice.as_string());
+    if (const Value* extensions = description.find("extensions"))
+        for (const Value& extension : extensions->as_list())
+            option.extensions.push_back(extension.as_string());
     option.unit = text_at(description, "unit");
     option.in_key = flag_at(description, "in_key", true);
     option.component_kind = text_at(description, "component_kind");
@@ -103,6 +106,8 @@ Value OptionDeclaration::describe() const
         description.set("max", *max);
     if (!choices.empty())
         description.set("choices", Value::List(choices.begin(), choices.end()));
+    if (!extensions.empty())
+        description.set("extensions", Value::List(extensions.begin(), extensions.end()));
     if (!unit.empty())
         description.set("unit", unit);
     if (!in_key)
@@ -135,7 +140,7 @@ std::string OptionDeclaration::accepted() const
     case OptionKind::numbers:
         return "a list, each entry a number" + range_text(*this);
     case OptionKind::input_file:
-        return "the path of an existing file";
+        return "the path of an existing file" + (extensions.empty() ? "" : " (" + join(extensions, " or ") + ")");
     case OptionKind::input_folder:
         return "the path of an existing folder";
     case OptionKind::output_name:

@@ -23,7 +23,8 @@ class Painter final : public fresco::Configurable
     fresco::Option<int> strokes_count{this, "strokes_count", 10, fresco::range(1, 100), "How many strokes"};
     fresco::Option<std::string> style{this, "style", "wet", fresco::one_of({"wet", "dry"}), "How the paint lies"};
     fresco::Option<std::vector<double>> color{this, "color", {0.0, 0.5, 1.0}, fresco::range(0, 1), "RGB"};
-    fresco::Option<fresco::InputFile> sketch{this, "sketch", fresco::required, "What to paint over"};
+    fresco::Option<fresco::InputFile> sketch{this, "sketch", fresco::required, fresco::extensions({".png", ".jpg"}),
+                                             "What to paint over"};
     fresco::Option<fresco::OutputName> path{this, "path", {"a.png"}, "Where to"};
     fresco::Option<bool> varnish{this, "varnish", false, "Shiny", fresco::not_in_key};
     fresco::Slot<Brush> brush{this, "brush", R"({"type": "brush.round", "width_px": 4})", "The brush"};
@@ -49,6 +50,10 @@ TEST_CASE("An option's declaration is all that a reader of the pipeline needs")
     CHECK(options[1].at("choices") == Value(Value::List{"wet", "dry"}));
     CHECK(options[3].at("required").as_bool());
     CHECK(options[3].find("default") == nullptr);
+    CHECK(options[3].at("extensions") == Value(Value::List{".png", ".jpg"}));
+    const auto sketch = fresco::OptionDeclaration::from(options[3]);
+    CHECK(sketch.accepted() == "the path of an existing file (.png or .jpg)");
+    CHECK(sketch.describe() == options[3]);
     CHECK_FALSE(options[5].at("in_key").as_bool());
     CHECK(options[6].at("default").at("width_px").as_int() == 4);
     CHECK(options[7].at("kind").as_string() == "components");

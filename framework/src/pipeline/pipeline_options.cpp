@@ -92,7 +92,10 @@ Value OptionChecker::check_plain(const OptionDeclaration& option, const YamlNode
     if (!value.is_string() || value.as_string().empty())
         return value;
     if (option.kind == OptionKind::input_file)
+    {
         uses.input_files.push_back(check_input_path(node, false, owner, problems_));
+        check_contents(node, uses.input_files.back(), option.extensions, owner, problems_);
+    }
     else if (option.kind == OptionKind::input_folder)
         check_input_path(node, true, owner, problems_);
     else if (option.kind == OptionKind::output_name)

@@ -55,5 +55,9 @@ Value value_of(const OptionDeclaration& option, const YamlNode& node, const std:
 
 /// The absolute path of a file or folder option's text; reports (as missing input) one that does not exist or cannot be read.
 std::filesystem::path check_input_path(const YamlNode& node, bool folder, const std::string& user, ProblemList& problems);
+/// Reports (as missing input) a file that is not what its extension says, or has none of `extensions`; nothing where those are
+/// empty, and nothing that check_input_path reports.
+void check_contents(const YamlNode& node, const std::filesystem::path& file, const std::vector<std::string>& extensions,
+                    const std::string& user, ProblemList& problems);
 
 }  // namespace fresco::host

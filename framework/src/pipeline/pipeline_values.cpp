@@ -1,3 +1,4 @@
+#include "base/file_contents.h"
 #include "pipeline/pipeline_options.h"
 #include <fresco/wording.h>
 
@@ -154,6 +155,13 @@ fs::path check_input_path(const YamlNode& node, bool folder, const std::string& 
     else if (::access(path.c_str(), folder ? R_OK | X_OK : R_OK) != 0)
         report(shown + " cannot be read: check its permissions");
     return path;
+}
+
+void check_contents(const YamlNode& node, const fs::path& file, const std::vector<std::string>& extensions,
+                    const std::string& user, ProblemList& problems)
+{
+    if (const std::string problem = extensions.empty() ? "" : file_problem(file, extensions); !problem.empty())
+        problems.add(node.position(), user + ": " + problem, ProblemKind::missing_input);
 }
 
 }  // namespace fresco::host

@@ -310,6 +310,7 @@ void Wiring::wire_file(StageDraft& stage, const Ports& inputs, const YamlNode& n
         return;
     }
     const auto& [reader, port] = readers.front();
+    check_contents(file, absolute, reader.declaration->extensions, user, problems_);
     YamlNode config = node;
     if (!config.find("type"))
         config.set("type", yaml_from_value(reader.description->type, node));

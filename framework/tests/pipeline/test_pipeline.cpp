@@ -29,7 +29,7 @@ struct Room : TemporaryFolder
     Room()
     {
         write("scan/a.png", "1");
-        write("pic.jpg", "1");
+        write("pic.jpg", jpeg_text);
         write("vgg.st", "1");
     }
 };
@@ -140,7 +140,7 @@ TEST_CASE("none leaves a slot empty that may be, whatever its default", "[pipeli
 TEST_CASE("Ports may be named, outputs too, and an empty file leaves an optional one open", "[pipeline]")
 {
     const Room folder;
-    folder.write("m.ply", "ply");
+    folder.write("m.ply", ply_text);
     const Catalog catalog = hand_made_catalog();
     const PipelineResult result = check(folder, R"(version: 1
 stages:
@@ -283,7 +283,7 @@ TEST_CASE("A pipeline file can build on another", "[pipeline]")
     const Catalog catalog = hand_made_catalog();
     folder.write("presets/room.yaml", room);
     folder.write("presets/scan/a.png", "1");
-    folder.write("presets/pic.jpg", "1");
+    folder.write("presets/pic.jpg", jpeg_text);
     const PipelineResult result = check(folder, R"(version: 1
 base: presets/room.yaml
 vars: {picture: pic.jpg, faces: 9}

@@ -130,7 +130,7 @@ TEST_CASE("check prints problems, as lines and as JSON", "[inspect]")
 TEST_CASE("The graph names stages, types, files and ports, and escapes them", "[inspect]")
 {
     const TemporaryFolder folder;
-    folder.write("odd \"name\"\\.ply", "x");
+    folder.write("odd \"name\"\\.ply", ply_text);
     const Catalog catalog = hand_made_catalog();
     const PipelineResult result = check(folder, R"(version: 1
 stages:

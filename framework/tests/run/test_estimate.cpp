@@ -21,8 +21,8 @@ struct Scanned : TemporaryFolder
         for (const char* name : {"a", "b", "c", "d", "e", "f"})
             write("scan/" + std::string(name) + ".png", "x");
         write("scan/mesh.ply", std::string(2000, 'x'));
-        write("pic.jpg", "x");
-        write("room.ply", "x");
+        write("pic.jpg", jpeg_text);
+        write("room.ply", ply_text);
     }
 };
 

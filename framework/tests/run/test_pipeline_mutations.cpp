@@ -105,7 +105,7 @@ TEST_CASE("Mutated pipeline files end in a pipeline or in problems with their pl
 {
     const TemporaryFolder folder;
     folder.write("scan/a.png", "1");
-    folder.write("pic.jpg", "1");
+    folder.write("pic.jpg", jpeg_text);
     const Catalog catalog = hand_made_catalog();
     REQUIRE(lines(check(folder, sample, catalog)).empty());
     Random random(2022);

@@ -75,6 +75,18 @@ inline OneOf one_of(std::initializer_list<const char*> words)
     return {{words.begin(), words.end()}};
 }
 
+/// Extensions of the files that an InputFile may be, lower case, with the dot: ".png". fresco check opens the file, too: one of a
+/// format that it knows must begin as that format does (.png .jpg .jpeg .npy .ply .obj .glb .gltf .json .sens .safetensors .pth
+/// .pt), and must not be empty or cut short.
+struct Extensions
+{
+    std::vector<std::string> extensions;
+};
+inline Extensions extensions(std::initializer_list<const char*> accepted)
+{
+    return {{accepted.begin(), accepted.end()}};
+}
+
 /// In place of a default: the pipeline must give a value.
 struct Required
 {
@@ -115,6 +127,17 @@ class Option final : public Parameter
     Option(Configurable* owner, std::string name, T value, OneOf accepted, std::string help)
         : Option(owner, std::move(value),
                  {.name = std::move(name), .choices = std::move(accepted.words), .help = std::move(help)})
+    {
+    }
+    Option(Configurable* owner, std::string name, T value, Extensions accepted, std::string help)
+        : Option(owner, std::move(value),
+                 {.name = std::move(name), .extensions = std::move(accepted.extensions), .help = std::move(help)})
+    {
+    }
+    Option(Configurable* owner, std::string name, Required, Extensions accepted, std::string help)
+        : Option(
+              owner, T{},
+              {.name = std::move(name), .required = true, .extensions = std::move(accepted.extensions), .help = std::move(help)})
     {
     }
     Option(Configurable* owner, std::string name, Required, std::string help)

@@ -56,6 +56,7 @@ struct OptionDeclaration
     std::optional<double> min{};
     std::optional<double> max{};
     std::vector<std::string> choices{};
+    std::vector<std::string> extensions{};  ///< Of an input file, lower case, with the dot; empty: any.
     std::string unit{};
     bool in_key = true;
     std::string component_kind{};

@@ -20,7 +20,7 @@ class FileReader : public Component
     ~FileReader() override;
     /// The artifact_name of what it makes.
     virtual std::string artifact() const = 0;
-    /// Lower case, with the dot: ".png".
+    /// Lower case, with the dot: ".png". A file of another is not read by it; fresco check looks at the file as for Extensions.
     virtual std::vector<std::string> extensions() const = 0;
     virtual std::shared_ptr<const Artifact> read(const std::filesystem::path& file) = 0;
 };

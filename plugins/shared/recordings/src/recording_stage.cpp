@@ -18,8 +18,8 @@ using PathOption = std::variant<Option<InputFolder>, Option<InputFile>>;
 
 PathOption path_option(Configurable* owner, const RecordingHelp& help)
 {
-    if (help.is_file)
-        return PathOption(std::in_place_type<Option<InputFile>>, owner, "path", required, help.path);
+    if (!help.extensions.extensions.empty())
+        return PathOption(std::in_place_type<Option<InputFile>>, owner, "path", required, help.extensions, help.path);
     return PathOption(std::in_place_type<Option<InputFolder>>, owner, "path", required, help.path);
 }
 
@@ -121,7 +121,8 @@ void RecordingStage::run(RunContext& run)
 }
 
 RecordedMesh::RecordedMesh(Configurable* owner, std::string option_help, std::string output_help)
-    : file_(owner, "mesh", InputFile{}, std::move(option_help)), mesh_(owner, "mesh", std::move(output_help))
+    : file_(owner, "mesh", InputFile{}, extensions({".ply", ".obj"}), std::move(option_help)),
+      mesh_(owner, "mesh", std::move(output_help))
 {
 }
 

@@ -31,7 +31,7 @@ struct RecordingHelp
     std::string path;
     std::string frames;
     std::string every = "Use every n-th frame";
-    bool is_file = false;  ///< `path` is a file.
+    Extensions extensions{};  ///< Of `path` where it is a file; empty: a folder.
 };
 
 /// Reads recorded views of one layout: derive, override list(), and register with FRESCO_STAGE. The base has the options `path`,

@@ -18,6 +18,19 @@ const Refusal* probable_refusal(const Catalog& catalog, std::string type)
             return &refusal;
     return nullptr;
 }
+
+/// What else may be meant by an unknown type, or why it may be unknown.
+std::string instead_of(const std::string& type, const std::vector<std::string>& names, const Catalog& catalog)
+{
+    constexpr std::size_t few = 12;
+    std::string folders;
+    for (const Refusal& refusal : catalog.refusals())
+        if (refusal.is_folder)
+            folders += "; " + refusal.library.string() + ": " + refusal.reason;
+    if (!nearest(type, names).empty() || (folders.empty() && names.size() <= few))
+        return suggestion(type, names) + folders;
+    return folders.empty() ? "; 'fresco stages' lists all types" : folders;
+}
 }  // namespace
 
 const TypeDeclaration& TypeTable::declaration(const TypeDescription& type)
@@ -115,7 +128,7 @@ KnownType TypeTable::require(const std::string& type, std::string_view kind, con
                          (unbuilt->reason.empty() ? "" : " (" + unbuilt->reason + ")") + ": run ./bootstrap build",
                      ProblemKind::plugin);
     else
-        problems.add(at, wanted + "unknown type '" + type + "'" + suggestion(type, names_of_kind(kind)));
+        problems.add(at, wanted + "unknown type '" + type + "'" + instead_of(type, names_of_kind(kind), catalog_));
     return {};
 }
 

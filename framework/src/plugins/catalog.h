@@ -25,11 +25,12 @@ struct TypeDescription
     Value library_versions;    ///< Map name -> version of the libraries behind it.
 };
 
-/// A file that looks like a plugin and cannot be used.
+/// A file that looks like a plugin and cannot be used, or a folder of FRESCO_PLUGIN_PATH without plugins.
 struct Refusal
 {
     std::filesystem::path library;
     std::string reason;  ///< Names what differs, with both values.
+    bool is_folder = false;
 };
 
 /// A plugin of fresco's own that the build left out.

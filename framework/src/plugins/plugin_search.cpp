@@ -22,6 +22,7 @@ namespace
 {
 
 constexpr int cache_format = 1;
+constexpr const char* named_by_user = "FRESCO_PLUGIN_PATH";
 
 fs::path home_based(const char* variable, const char* below_home)
 {
@@ -151,14 +152,16 @@ std::vector<fs::path> candidates(Catalog& catalog)
         fs::directory_iterator entries(folder.path, error);
         if (error)
         {
-            if (folder.origin == "FRESCO_PLUGIN_PATH")
-                catalog.add(Refusal{folder.path, "the folder named by FRESCO_PLUGIN_PATH cannot be listed: " + error.message()});
+            if (folder.origin == named_by_user)
+                catalog.add(Refusal{folder.path, "FRESCO_PLUGIN_PATH names this folder: " + error.message(), true});
             continue;
         }
         std::vector<fs::path> found;
         for (const auto& entry : entries)
             if (is_named_as_plugin(entry.path()))
                 found.push_back(entry.path());
+        if (found.empty() && folder.origin == named_by_user)
+            catalog.add(Refusal{folder.path, "FRESCO_PLUGIN_PATH names this folder, which holds no plugin (NAME.so)", true});
         std::sort(found.begin(), found.end());
         for (const auto& file : found)
         {
@@ -198,14 +201,14 @@ void add_unbuilt(Catalog& catalog, const fs::path& folder)
 std::vector<PluginFolder> plugin_folders()
 {
     std::vector<PluginFolder> folders;
-    if (const char* path = std::getenv("FRESCO_PLUGIN_PATH"))
+    if (const char* path = std::getenv(named_by_user))
     {
         const std::string text = path;
         for (std::size_t begin = 0; begin <= text.size();)
         {
             const std::size_t end = std::min(text.find(':', begin), text.size());
             if (end > begin)
-                folders.push_back({fs::absolute(text.substr(begin, end - begin)), "FRESCO_PLUGIN_PATH"});
+                folders.push_back({fs::absolute(text.substr(begin, end - begin)), named_by_user});
             begin = end + 1;
         }
     }

@@ -227,6 +227,32 @@ TEST_CASE("Equal plugins of two installations are each described with the librar
     }
 }
 
+TEST_CASE("A folder of FRESCO_PLUGIN_PATH without plugins is named where a type is unknown, and by doctor")
+{
+    Workplace place;
+    place.write("room.yaml", "version: 1\nstages:\n  room: {type: paint.walls}\n");
+    const std::string usual = place.environment["FRESCO_PLUGIN_PATH"];
+    const std::string nowhere = (place.root() / "nowhere").string();
+    const std::string empty = (place.root() / "empty").string();
+    fs::create_directory(empty);
+    CHECK(contains(place.run({"check", "room.yaml"}).err, "unknown type 'paint.walls' (there are: test.add, "));
+    for (const auto& [folder, reason] :
+         {std::pair(nowhere, "FRESCO_PLUGIN_PATH names this folder: No such file or directory"),
+          std::pair(empty, "FRESCO_PLUGIN_PATH names this folder, which holds no plugin (NAME.so)")})
+    {
+        place.environment["FRESCO_PLUGIN_PATH"] = usual + ":" + folder;
+        const Finished checked = place.run({"check", "room.yaml"});
+        CHECK(checked.code == 2);
+        CHECK(contains(checked.err, "unknown type 'paint.walls'; " + folder + ": " + reason + "\n"));
+        const Finished doctor = place.run({"doctor"});
+        CHECK(doctor.code == 4);
+        CHECK(contains(doctor.out, "refused: " + folder + ": " + reason));
+        // It may be a typing error, too.
+        place.write("near.yaml", "version: 1\nstages:\n  room: {type: test.sorce}\n");
+        CHECK(contains(place.run({"check", "near.yaml"}).err, "'test.sorce' (did you mean 'test.source'?); " + folder));
+    }
+}
+
 TEST_CASE("Descriptions are remembered by contents: a copy opens no library, a changed library is asked anew")
 {
     Workplace place({}, true);

@@ -9,7 +9,7 @@ function cellOf(cell, copies) {
     const files = cell.files.slice(0, most).map(file => element("li", {}, link(file, file)));
     return [
         pictures.length ? element("div", { class: pictures.length > 1 ? "row many" : "row" }, pictures) : element("div", { class: "none" }, "no picture"),
-        element("div", { class: "soft" }, badge(cell.state), cell.own_seconds > 0 ? ` · ${durationText(cell.own_seconds)}` : "", cell.report ? [" · ", link(cell.report, "report")] : null),
+        element("div", { class: "soft" }, badge(cell.state), cell.own_seconds > 0 ? ` · own time ${durationText(cell.own_seconds)}` : "", cell.report ? [" · ", link(cell.report, "report")] : null),
         cell.error ? element("div", { class: "error" }, cell.error) : null,
         files.length ? folded(counted(cell.files.length, "file"), element("ul", {}, files, cell.files.length > most ? element("li", {}, `and ${cell.files.length - most} more`) : null)) : null,
     ];

@@ -1,6 +1,9 @@
 #include "base/unit_text.h"
 
+#include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <cstring>
 #include <fmt/format.h>
 
 namespace fresco::host
@@ -23,6 +26,25 @@ std::string size_text(double megabytes)
     if (megabytes >= 10'240)
         return fmt::format("{:.1f} GB", megabytes / 1024);
     return megabytes >= 10 ? fmt::format("{:.0f} MB", megabytes) : fmt::format("{:.1f} MB", megabytes);
+}
+
+std::string path_text(const std::filesystem::path& path)
+{
+    std::error_code error;
+    const std::filesystem::path here = path.lexically_relative(std::filesystem::current_path(error));
+    return here.empty() || *here.begin() == ".." ? path.string() : here.string();
+}
+
+std::string shell_word(const std::string& text)
+{
+    const auto is_plain = [](char c)
+    { return std::isalnum(static_cast<unsigned char>(c)) != 0 || std::strchr("_./+-,@=", c) != nullptr; };
+    if (!text.empty() && std::ranges::all_of(text, is_plain))
+        return text;
+    std::string result = "'";
+    for (const char c : text)
+        result += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    return result + "'";
 }
 
 }  // namespace fresco::host

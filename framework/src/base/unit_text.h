@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <string>
 
 namespace fresco::host
@@ -9,5 +10,9 @@ namespace fresco::host
 std::string duration_text(double seconds);
 /// "12.3 s", "350 MB": for tables.
 std::string size_text(double megabytes);
+/// Relative to the working directory where it is below that.
+std::string path_text(const std::filesystem::path& path);
+/// As a shell reads it back.
+std::string shell_word(const std::string& text);
 
 }  // namespace fresco::host

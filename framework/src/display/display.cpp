@@ -1,7 +1,7 @@
+#include "base/text_layout.h"
 #include "base/unit_text.h"
 #include "display/live_display.h"
 #include "display/progress_rate.h"
-#include "display/terminal_line.h"
 
 #include "display/display.h"
 
@@ -16,12 +16,6 @@ namespace
 {
 
 using Clock = std::chrono::steady_clock;
-
-void print_line(const std::string& line)
-{
-    std::fputs((harmless(line) + "\n").c_str(), stderr);
-    std::fflush(stderr);
-}
 
 /// Errors alone, and what every other display of text does the same way.
 class QuietDisplay : public ProgressDisplay
@@ -38,7 +32,7 @@ class QuietDisplay : public ProgressDisplay
             problem(outcome.error);
     }
     void exported(const std::string&, const std::filesystem::path&, bool) override {}
-    void problem(const std::string& text) override { print_line(text); }
+    void problem(const std::string& text) override { print_message(text); }
     void note(const std::string&) override {}
     void tick() override {}
 };
@@ -101,7 +95,7 @@ class PlainDisplay final : public QuietDisplay
         Clock::time_point shown = Clock::now();
     };
 
-    static void line(const std::string& text) { print_line(text); }
+    static void line(const std::string& text) { print_message(text); }
     static std::string metrics_text(const Value& metrics)
     {
         std::string text;

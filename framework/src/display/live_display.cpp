@@ -1,7 +1,9 @@
 #include "display/live_display.h"
+#include "base/terminal_line.h"
+#include "base/text_layout.h"
+#include "base/unit_text.h"
 #include "display/progress_rate.h"
 #include "display/run_view.h"
-#include "display/terminal_line.h"
 
 #include <algorithm>
 #include <cerrno>
@@ -97,10 +99,7 @@ std::string newest_file(const fs::path& folder, fs::file_time_type begin)
         begin = time;
         newest = entry.path();
     }
-    if (newest.empty())
-        return "";
-    const fs::path here = newest.lexically_relative(fs::current_path(error));
-    return here.empty() || *here.begin() == ".." ? newest.string() : here.string();
+    return newest.empty() ? "" : path_text(newest);
 }
 
 class LiveDisplay final : public ProgressDisplay
@@ -231,7 +230,7 @@ class LiveDisplay final : public ProgressDisplay
 
     void above(const std::string& said)
     {
-        std::string text = harmless(said);
+        std::string text = folded(harmless(said), terminal().width, 4);
         for (std::size_t end = text.find('\n'); end != std::string::npos; end = text.find('\n', end + 4))
             text.insert(end, "\x1b[K");
         draw(text + "\x1b[K\n");

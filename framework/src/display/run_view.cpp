@@ -1,6 +1,6 @@
 #include "display/run_view.h"
+#include "base/terminal_line.h"
 #include "base/unit_text.h"
-#include "display/terminal_line.h"
 
 #include <algorithm>
 #include <cmath>

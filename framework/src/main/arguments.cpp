@@ -1,7 +1,9 @@
+#include "base/text_layout.h"
 #include "main/commands.h"
 #include "pipeline/yaml_text.h"
 
 #include "plugins/plugin_search.h"
+#include <fresco/error.h>
 
 #include <cerrno>
 #include <cstdio>
@@ -94,6 +96,14 @@ std::filesystem::path PlaceArguments::store_folder() const
     return std::filesystem::absolute(store).lexically_normal();
 }
 
+Store PlaceArguments::existing_store() const
+{
+    const std::filesystem::path folder = store_folder();
+    if (!Store::is_at(folder))
+        throw MissingInput(folder.string() + ": not a store; set its folder with --store");
+    return Store(folder);
+}
+
 std::string PlaceArguments::problem() const
 {
     for (const auto& found : {name_problem("--store", store_folder()), name_problem("--out", out_folder()),
@@ -109,7 +119,7 @@ std::unique_ptr<LoadedPipeline> load_and_report(const PipelineArguments& argumen
     loaded->catalog = load_catalog();
     loaded->result = load_pipeline(arguments.request(), loaded->catalog);
     for (const auto& problem : loaded->result.problems)
-        std::fprintf(stderr, "%s\n", to_string(problem).c_str());
+        print_message(to_string(problem));
     return loaded;
 }
 

@@ -1,6 +1,7 @@
 #include "main/commands.h"
 
 #include "base/machine.h"
+#include "base/text_layout.h"
 #include "plugins/plugin_library.h"
 #include "plugins/plugin_search.h"
 
@@ -10,6 +11,7 @@
 #include <fstream>
 #include <map>
 #include <set>
+#include <unistd.h>
 
 namespace fresco::host
 {
@@ -83,31 +85,36 @@ void print_json(const Catalog& catalog)
 
 void print_text(const Catalog& catalog)
 {
+    using Kind = TextTable::Kind;
+    const std::size_t width = terminal_width(STDOUT_FILENO);
+    const auto print = [&](const std::string& text) { fmt::print("{}\n", folded(text, width, 2)); };
     const Value processor = processor_capability();
-    fmt::print("fresco            {}\n", program_version());
-    fmt::print("compiler          {}, {}\n", host_stamp().compiler, host_stamp().standard_library);
-    fmt::print("Boost             {}\n", BOOST_LIB_VERSION);
-    fmt::print("processor         {}, {} cores\n", processor.at("model").as_string(), available_cores());
-    fmt::print("instruction sets  {}\n", processor.at("features").as_string());
     const auto versions = library_versions(catalog);
     const auto torch = versions.find("libtorch");
-    fmt::print("libtorch          {}\n", torch == versions.end() ? "no plugin uses it" : joined(torch->second));
-    fmt::print("CUDA              {}\n", cuda_text());
-    fmt::print("descriptions      {}\n", descriptor_cache_folder().string());
-    fmt::print("\nlibraries behind the plugins\n");
+    TextTable facts({{"", Kind::figure}, {"", Kind::text}});
+    facts.add({"fresco", program_version()});
+    facts.add({"compiler", fmt::format("{}, {}", host_stamp().compiler, host_stamp().standard_library)});
+    facts.add({"Boost", BOOST_LIB_VERSION});
+    facts.add({"processor", processor.at("model").as_string() + ", " + std::to_string(available_cores()) + " cores"});
+    facts.add({"instruction sets", processor.at("features").as_string()});
+    facts.add({"libtorch", torch == versions.end() ? "no plugin uses it" : joined(torch->second)});
+    facts.add({"CUDA", cuda_text()});
+    facts.add({"descriptions", descriptor_cache_folder().string()});
+    fmt::print("{}\nlibraries behind the plugins\n", facts.text(width));
+    TextTable libraries({{"", Kind::figure}, {"", Kind::text}}, 2);
     for (const auto& [name, found] : versions)
-        fmt::print("  {:<16}{}\n", name, joined(found));
-    fmt::print("\nplugin folders\n");
+        libraries.add({name, joined(found)});
+    fmt::print("{}\nplugin folders\n", libraries.text(width));
     for (const auto& folder : plugin_folders())
-        fmt::print("  {}  ({}{})\n", folder.path.string(), folder.origin,
-                   std::filesystem::exists(folder.path) ? "" : ", not there");
+        print(fmt::format("  {}  ({}{})", folder.path.string(), folder.origin,
+                          std::filesystem::exists(folder.path) ? "" : ", does not exist"));
     fmt::print("\nplugins\n");
     for (const auto& [library, count] : types_per_library(catalog))
-        fmt::print("  {}  ({} {})\n", library, count, count == 1 ? "type" : "types");
+        print(fmt::format("  {}  ({} {})", library, count, count == 1 ? "type" : "types"));
     for (const auto& refusal : catalog.refusals())
-        fmt::print("  refused: {}: {}\n", refusal.library.string(), refusal.reason);
+        print(fmt::format("  refused: {}: {}", refusal.library.string(), refusal.reason));
     for (const auto& plugin : catalog.unbuilt())
-        fmt::print("  not built: {}{}\n", plugin.type, plugin.reason.empty() ? "" : ": " + plugin.reason);
+        print(fmt::format("  not built: {}{}", plugin.type, plugin.reason.empty() ? "" : ": " + plugin.reason));
 }
 
 }  // namespace

@@ -1,9 +1,12 @@
 #include "main/commands.h"
 
+#include "base/text_layout.h"
 #include "plugins/plugin_search.h"
 #include "run/commands_inspect.h"
 
-#include <iostream>
+#include <cstdio>
+#include <sstream>
+#include <unistd.h>
 
 namespace fresco::host
 {
@@ -23,44 +26,70 @@ PipelineResult load(const InspectArguments& arguments, const Catalog& catalog)
     return load_pipeline(arguments.pipeline.request(), catalog);
 }
 
+/// What a command prints. Texts are folded in the width of the terminal, documents for machines are not.
+struct Printed
+{
+    std::ostringstream out{};
+    std::ostringstream errors{};
+    std::size_t width = terminal_width(STDOUT_FILENO);
+
+    void print(bool is_text) const
+    {
+        constexpr std::size_t indent = 4;
+        std::fputs((is_text ? folded(out.str(), width, indent) : out.str()).c_str(), stdout);
+        std::string said = errors.str();
+        if (said.ends_with('\n'))
+            said.pop_back();
+        if (!said.empty())
+            print_message(said);
+    }
+};
+
 }  // namespace
 
 void add_inspect_commands(CLI::App& app, int& exit_code)
 {
     const auto arguments = std::make_shared<InspectArguments>();
-    const auto add = [&](const char* name, const char* help, int (*action)(const InspectArguments&, const Catalog&))
+    const auto add =
+        [&](const char* name, const char* help, bool is_text, int (*action)(const InspectArguments&, const Catalog&, Printed&))
     {
         CLI::App* command = app.add_subcommand(name, help);
-        command->callback([arguments, action, &exit_code] { exit_code = action(*arguments, load_catalog()); });
+        command->callback(
+            [arguments, action, is_text, &exit_code]
+            {
+                Printed printed;
+                exit_code = action(*arguments, load_catalog(), printed);
+                printed.print(is_text && !arguments->json);
+            });
         return command;
     };
 
-    CLI::App* check = add("check", "Report every problem of a pipeline without running it",
-                          [](const InspectArguments& given, const Catalog& catalog)
-                          { return write_check(load(given, catalog), given.json, given.json ? std::cout : std::cerr); });
+    CLI::App* check = add("check", "Report every problem of a pipeline without running it", true,
+                          [](const InspectArguments& given, const Catalog& catalog, Printed& to)
+                          { return write_check(load(given, catalog), given.json, given.json ? to.out : to.errors); });
     arguments->pipeline.add_to(*check);
     check->add_flag("--json", arguments->json, "Print JSON");
 
-    CLI::App* stages = add("stages", "List the stages and components that plugins provide",
-                           [](const InspectArguments& given, const Catalog& catalog)
-                           { return write_stages(catalog, given.all, given.json, std::cout); });
+    CLI::App* stages = add("stages", "List the stages and components that plugins provide", true,
+                           [](const InspectArguments& given, const Catalog& catalog, Printed& to)
+                           { return write_stages(catalog, given.all, given.json, to.width, to.out); });
     stages->add_flag("--all", arguments->all,
                      "Also show where each comes from, and why plugins cannot be loaded or are not built");
     stages->add_flag("--json", arguments->json, "Print JSON");
 
-    CLI::App* describe = add("describe", "Show the ports, options, defaults, ranges and help of a stage or component",
-                             [](const InspectArguments& given, const Catalog& catalog)
-                             { return write_description(catalog, given.type, given.json, std::cout, std::cerr); });
+    CLI::App* describe = add("describe", "Show the ports, options, defaults, ranges and help of a stage or component", true,
+                             [](const InspectArguments& given, const Catalog& catalog, Printed& to)
+                             { return write_description(catalog, given.type, given.json, to.width, to.out, to.errors); });
     describe->add_option("type", arguments->type, "Type, as in a pipeline file: mesh.decimate")->required();
     describe->add_flag("--json", arguments->json, "Print JSON");
 
-    CLI::App* graph = add("graph", "Print the pipeline's graph in the DOT language",
-                          [](const InspectArguments& given, const Catalog& catalog)
-                          { return write_graph(load(given, catalog), std::cout, std::cerr); });
+    CLI::App* graph = add("graph", "Print the pipeline's graph in the DOT language", false,
+                          [](const InspectArguments& given, const Catalog& catalog, Printed& to)
+                          { return write_graph(load(given, catalog), to.out, to.errors); });
     arguments->pipeline.add_to(*graph);
 
-    add("schema", "Print a JSON Schema of pipeline files, for editors",
-        [](const InspectArguments&, const Catalog& catalog) { return write_schema(catalog, std::cout); });
+    add("schema", "Print a JSON Schema of pipeline files, for editors", false,
+        [](const InspectArguments&, const Catalog& catalog, Printed& to) { return write_schema(catalog, to.out); });
 }
 
 }  // namespace fresco::host

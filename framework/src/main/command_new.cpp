@@ -1,3 +1,5 @@
+#include "base/text_layout.h"
+#include "base/unit_text.h"
 #include "main/commands.h"
 
 #include "plugins/plugin_search.h"
@@ -6,14 +8,13 @@
 #include <fresco/files_io.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cerrno>
 #include <cstdlib>
-#include <cstring>
 #include <filesystem>
 #include <fmt/format.h>
 #include <sys/stat.h>
 #include <system_error>
+#include <unistd.h>
 
 namespace fresco::host
 {
@@ -87,19 +88,6 @@ void write_folder(const fs::path& folder, const std::vector<TextFile>& files)
     }
 }
 
-/// As a shell reads it back.
-std::string quoted(const std::string& text)
-{
-    const auto plain = [](char c)
-    { return std::isalnum(static_cast<unsigned char>(c)) != 0 || std::strchr("_./+-", c) != nullptr; };
-    if (std::all_of(text.begin(), text.end(), plain))
-        return text;
-    std::string result = "'";
-    for (const char c : text)
-        result += c == '\'' ? std::string("'\\''") : std::string(1, c);
-    return result + "'";
-}
-
 /// Where this program is installed, if it is.
 fs::path own_prefix()
 {
@@ -120,15 +108,16 @@ int begin_plugin(const NewArguments& arguments)
     for (const auto& file : files)
         fmt::print("{}\n", (folder / file.path).string());
     const fs::path prefix = own_prefix();
-    const std::string place = quoted(folder.lexically_normal().string());
+    const std::string place = shell_word(folder.lexically_normal().string());
     if (prefix.empty())
-        fmt::print("\nIt builds against an installed fresco: cmake --install BUILD --prefix PREFIX. Then\n");
+        fmt::print("\n{}\n", folded("It builds against an installed fresco: cmake --install BUILD --prefix PREFIX. Then",
+                                    terminal_width(STDOUT_FILENO)));
     else
         fmt::print("\nNow\n");
     fmt::print("  cmake -S {0} -B {0}/build -DCMAKE_PREFIX_PATH={1}\n"
                "  cmake --build {0}/build && ctest --test-dir {0}/build\n"
                "  FRESCO_PLUGIN_PATH={0}/build fresco run {0}/pipeline.yaml\n",
-               place, prefix.empty() ? "PREFIX" : quoted(prefix.string()));
+               place, prefix.empty() ? "PREFIX" : shell_word(prefix.string()));
     return 0;
 }
 
@@ -142,9 +131,9 @@ int begin_project(const NewArguments& arguments)
     write_folder(folder, files);
     for (const auto& file : files)
         fmt::print("{}\n", (folder / file.path).string());
-    fmt::print("\nNow\n  cd {} && fresco run pipeline.yaml\nIt paints a generated room after a generated picture; the file says "
-               "how to use your own.\n",
-               quoted(folder.string()));
+    fmt::print("\nNow\n  cd {} && fresco run pipeline.yaml\n{}\n", shell_word(folder.string()),
+               folded("It paints a generated room after a generated picture; the file says how to use your own.",
+                      terminal_width(STDOUT_FILENO)));
     return 0;
 }
 
@@ -157,7 +146,7 @@ int told(int (*action)(const NewArguments&), const NewArguments& arguments)
     }
     catch (const NameTaken& error)
     {
-        fmt::print(stderr, "error: {}\n", error.what());
+        print_message(fmt::format("error: {}", error.what()));
         return 2;
     }
     catch (const fs::filesystem_error& error)

@@ -1,3 +1,4 @@
+#include "base/text_layout.h"
 #include "base/unit_text.h"
 #include "main/commands.h"
 
@@ -9,6 +10,7 @@
 
 #include <algorithm>
 #include <fmt/format.h>
+#include <unistd.h>
 
 namespace fresco::host
 {
@@ -46,15 +48,20 @@ void print_json(const Plan& plan, const std::vector<std::string>& notes)
 
 void print_text(const Plan& plan, const std::vector<std::string>& notes)
 {
-    std::size_t widest = 5;
+    using Kind = TextTable::Kind;
+    const std::size_t width = terminal_width(STDOUT_FILENO);
+    TextTable table({{"stage", Kind::name},
+                     {"", Kind::figure},
+                     {"time", Kind::number},
+                     {"memory", Kind::number},
+                     {"disk", Kind::number},
+                     {"why", Kind::text}});
     for (const auto& stage : plan.stages)
-        widest = std::max(widest, stage.stage.size());
-    fmt::print("{:<{}}  {:<4}  {:>9}  {:>9}  {:>9}  {}\n", "stage", widest, "", "time", "memory", "disk", "why");
-    for (const auto& stage : plan.stages)
-        fmt::print("{:<{}}  {:<4}  {:>9}  {:>9}  {:>9}  {}\n", stage.stage, widest, stage.runs ? "run" : "-",
+        table.add({stage.stage, stage.runs ? "run" : "-",
                    stage.runs ? (stage.measured ? "" : "~") + duration_text(stage.cost.seconds) : "",
                    stage.runs ? size_text(stage.cost.memory_mb) : "", stage.runs ? size_text(stage.cost.disk_mb) : "",
-                   stage.reason);
+                   stage.reason});
+    fmt::print("{}", table.text(width));
     const auto runs = std::count_if(plan.stages.begin(), plan.stages.end(), [](const auto& stage) { return stage.runs; });
     if (runs == 0)
     {
@@ -62,10 +69,12 @@ void print_text(const Plan& plan, const std::vector<std::string>& notes)
         return;
     }
     for (const auto& note : notes)
-        fmt::print("{}\n", note);
-    fmt::print("about {} in all, at most {} of memory at a time per stage, {} more in the store (~: estimated, not yet "
-               "measured here)\n",
-               duration_text(plan.total.seconds), size_text(plan.total.memory_mb), size_text(plan.total.disk_mb));
+        fmt::print("{}\n", folded(note, width));
+    fmt::print("{}\n", folded(fmt::format("about {} in all, at most {} of memory at a time per stage, {} more in the store (~: "
+                                          "estimated, not yet measured here)",
+                                          duration_text(plan.total.seconds), size_text(plan.total.memory_mb),
+                                          size_text(plan.total.disk_mb)),
+                              width));
 }
 
 int plan(const PlanArguments& arguments)

@@ -1,3 +1,4 @@
+#include "base/text_layout.h"
 #include "base/unit_text.h"
 #include "display/display.h"
 #include "main/commands.h"
@@ -55,22 +56,15 @@ DisplayKind display_kind(const RunArguments& arguments)
 
 void print_table(const RunSummary& summary)
 {
-    std::size_t widest = 5;
-    for (const auto& stage : summary.stages)
-        widest = std::max(widest, stage.stage.size());
-    fmt::print("\n{:<{}}  {:<11}  {:>10}  {:>11}\n", "stage", widest, "", "time", "peak memory");
+    using Kind = TextTable::Kind;
+    TextTable table({{"stage", Kind::name}, {"", Kind::figure}, {"time", Kind::number}, {"peak memory", Kind::number}});
     for (const auto& stage : summary.stages)
     {
         const bool ran = stage.seconds > 0 || stage.memory_mb > 0;
-        fmt::print("{:<{}}  {:<11}  {:>10}  {:>11}\n", stage.stage, widest, to_string(stage.state),
-                   ran ? duration_text(stage.seconds) : "", stage.memory_mb > 0 ? size_text(stage.memory_mb) : "");
+        table.add({stage.stage, std::string(to_string(stage.state)), ran ? duration_text(stage.seconds) : "",
+                   stage.memory_mb > 0 ? size_text(stage.memory_mb) : ""});
     }
-}
-
-std::string short_path(const std::filesystem::path& path)
-{
-    const auto relative = path.lexically_relative(std::filesystem::current_path());
-    return relative.empty() || *relative.begin() == ".." ? path.string() : relative.string();
+    fmt::print("\n{}", table.text(terminal_width(STDOUT_FILENO)));
 }
 
 void print_files(const RunSummary& summary)
@@ -93,7 +87,7 @@ void print_files(const RunSummary& summary)
         }
         if (++count > shown_per_stage)
             continue;
-        fmt::print("{}{}\n", short_path(file.path), file.written ? "" : "  (unchanged)");
+        fmt::print("{}{}\n", path_text(file.path), file.written ? "" : "  (unchanged)");
     }
     close();
 }
@@ -127,16 +121,16 @@ void print_json(const RunSummary& summary, const std::vector<ReportOutcome>& rep
 /// Of a matrix: the summary beside the results, and a line per combination.
 void tell_combinations(const RunArguments& arguments, const ReportRequest& run)
 {
-    const auto outcomes = combination_outcomes(*run.run->pipeline, *run.summary);
+    const auto outcomes = combination_outcomes(*run.run->pipeline, *run.summary, Store(run.run->store));
     const SweepSummaryFiles files = write_sweep_summary({&run, arguments.thumbnails, &outcomes});
     if (!files.note.empty())
-        fmt::print(stderr, "{}\n", files.note);
+        print_message(files.note);
     if (arguments.quiet || arguments.json_log)
         return;
-    fmt::print("\n{}", sweep_table(run.run->pipeline->sweep, outcomes));
+    fmt::print("\n{}", sweep_table(run.run->pipeline->sweep, outcomes, terminal_width(STDOUT_FILENO)));
     for (const auto& file : {files.json, files.page})
         if (!file.empty())
-            fmt::print("{}\n", short_path(file));
+            fmt::print("{}\n", path_text(file));
 }
 
 /// What only a matrix has a meaning for; false where there is none.
@@ -148,7 +142,7 @@ bool fits_matrix(const RunArguments& arguments, const Pipeline& pipeline)
                                                          : nullptr;
     if (option != nullptr && pipeline.sweep.axes.empty())
     {
-        fmt::print(stderr, "{}: error: only for pipelines with a 'matrix'; {} has none\n", option, arguments.pipeline.file);
+        print_message(fmt::format("{}: error: only for pipelines with a 'matrix'; {} has none", option, arguments.pipeline.file));
         return false;
     }
     std::vector<std::string> names;
@@ -156,8 +150,8 @@ bool fits_matrix(const RunArguments& arguments, const Pipeline& pipeline)
         names.push_back(stage.own_name);
     if (arguments.thumbnails.empty() || std::find(names.begin(), names.end(), arguments.thumbnails) != names.end())
         return true;
-    fmt::print(stderr, "--thumbnails {}: error: unknown stage '{}'{}\n", arguments.thumbnails, arguments.thumbnails,
-               suggestion(arguments.thumbnails, names));
+    print_message(fmt::format("--thumbnails {}: error: unknown stage '{}'{}", arguments.thumbnails, arguments.thumbnails,
+                              suggestion(arguments.thumbnails, names)));
     return false;
 }
 
@@ -187,7 +181,7 @@ int run(const RunArguments& arguments)
         return 2;
     if (const std::string problem = arguments.places.problem(); !problem.empty())
     {
-        fmt::print(stderr, "error: {}\n", problem);
+        print_message("error: " + problem);
         return 2;
     }
     RunRequest request;
@@ -207,7 +201,7 @@ int run(const RunArguments& arguments)
     }
     catch (const Error& error)
     {
-        fmt::print(stderr, "error: {}\n", error.what());
+        print_message(fmt::format("error: {}", error.what()));
         return 2;
     }
     auto display = make_display(display_kind(arguments));
@@ -233,11 +227,11 @@ int run(const RunArguments& arguments)
         print_files(summary);
         for (const ReportOutcome& report : reports)
             if (report.there)
-                fmt::print("{}{}\n", short_path(report.file), report.written ? "" : "  (unchanged)");
+                fmt::print("{}{}\n", path_text(report.file), report.written ? "" : "  (unchanged)");
     }
     std::fflush(stdout);
     if (summary.exit_code == 75 && !arguments.json_log)
-        fmt::print(stderr, "interrupted; run the same command to resume\n");
+        print_message("interrupted; run the same command to resume");
     return summary.exit_code;
 }
 

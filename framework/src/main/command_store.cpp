@@ -1,3 +1,4 @@
+#include "base/text_layout.h"
 #include "base/unit_text.h"
 #include "main/commands.h"
 
@@ -7,6 +8,7 @@
 
 #include <ctime>
 #include <fmt/format.h>
+#include <unistd.h>
 
 namespace fresco::host
 {
@@ -34,42 +36,34 @@ Value to_value(const StoredObject& object)
                       {"disk_mb", object.disk_mb}, {"in_use", object.in_use}, {"whole", object.whole}};
 }
 
-/// Looking makes no store where there is none.
-Store existing_store(const StoreArguments& arguments)
-{
-    const std::filesystem::path folder = arguments.places.store_folder();
-    if (!Store::is_at(folder))
-        throw MissingInput(folder.string() + ": not a store; set its folder with --store");
-    return Store(folder);
-}
-
 int list(const StoreArguments& arguments)
 {
-    const Store store = existing_store(arguments);
+    const Store store = arguments.places.existing_store();
     const auto objects = list_objects(store);
     double total = 0;
     Value::List values;
+    using Kind = TextTable::Kind;
+    TextTable table(
+        {{"", Kind::figure}, {"", Kind::name}, {"", Kind::name}, {"", Kind::number}, {"", Kind::number}, {"", Kind::figure}});
     for (const auto& object : objects)
     {
         total += object.disk_mb;
         values.push_back(to_value(object));
-        if (!arguments.json)
-            fmt::print("{}  {:<16}  {:<22}  {:>9}  {:>6}  {}\n", object.id, object.stage, object.type, size_text(object.disk_mb),
-                       object.whole ? age_text(object.time_s) : "",
-                       !object.whole   ? "unfinished"
-                       : object.in_use ? "in use"
-                                       : "");
+        table.add({object.id, object.stage, object.type, size_text(object.disk_mb), object.whole ? age_text(object.time_s) : "",
+                   !object.whole   ? "unfinished"
+                   : object.in_use ? "in use"
+                                   : ""});
     }
     if (arguments.json)
         fmt::print("{}\n", to_json(Value::Map{{"objects", std::move(values)}, {"disk_mb", total}}, 2));
     else
-        fmt::print("{} results, {}\n", objects.size(), size_text(total));
+        fmt::print("{}{} results, {}\n", table.text(terminal_width(STDOUT_FILENO)), objects.size(), size_text(total));
     return 0;
 }
 
 int verify(const StoreArguments& arguments)
 {
-    const Store store = existing_store(arguments);
+    const Store store = arguments.places.existing_store();
     const auto damages = verify_store(store, available_cores());
     Value::List values;
     for (const auto& damage : damages)
@@ -92,7 +86,7 @@ int verify(const StoreArguments& arguments)
 
 int tidy(const StoreArguments& arguments)
 {
-    const Store store = existing_store(arguments);
+    const Store store = arguments.places.existing_store();
     const TidyResult result = tidy_store(store, arguments.keep_days, arguments.dry_run);
     if (arguments.json)
     {
@@ -107,11 +101,14 @@ int tidy(const StoreArguments& arguments)
                                    2));
         return 0;
     }
+    const std::size_t width = terminal_width(STDOUT_FILENO);
+    TextTable table({{"", TextTable::Kind::figure}, {"", TextTable::Kind::name}, {"", TextTable::Kind::number}});
     for (const auto& object : result.removed)
-        fmt::print("{}  {:<16}  {:>9}\n", object.id, object.stage, size_text(object.disk_mb));
-    fmt::print("{} {} results ({}), {} checkpoints, {} leftovers of killed runs\n",
-               arguments.dry_run ? "would remove" : "removed", result.removed.size(), size_text(result.freed_mb),
-               result.checkpoints, result.leftovers);
+        table.add({object.id, object.stage, size_text(object.disk_mb)});
+    const std::string counts = fmt::format("{} {} results ({}), {} checkpoints, {} leftovers of killed runs",
+                                           arguments.dry_run ? "would remove" : "removed", result.removed.size(),
+                                           size_text(result.freed_mb), result.checkpoints, result.leftovers);
+    fmt::print("{}{}\n", table.text(width), folded(counts, width));
     return 0;
 }
 

@@ -2,6 +2,7 @@
 
 #include "pipeline/pipeline.h"
 #include "plugins/catalog.h"
+#include "store/store.h"
 
 #include <CLI/CLI.hpp>
 
@@ -42,12 +43,14 @@ struct PipelineArguments
 struct PlaceArguments
 {
     std::string out = "out";
-    std::string store = ".fresco";
+    std::string store = default_store;
 
     void add_store_to(CLI::App& command);
     void add_out_to(CLI::App& command);
     std::filesystem::path out_folder() const;
     std::filesystem::path store_folder() const;
+    /// Throws MissingInput where there is none: looking makes no store.
+    Store existing_store() const;
     /// Why a run could not keep or write its results there; empty where it could. Said before anything runs.
     std::string problem() const;
 };

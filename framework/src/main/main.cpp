@@ -1,6 +1,7 @@
 #include "main/commands.h"
 
 #include "base/machine.h"
+#include "base/text_layout.h"
 #include <fresco/error.h>
 #include <fresco/wording.h>
 
@@ -9,6 +10,7 @@
 #include <exception>
 #include <fcntl.h>
 #include <iostream>
+#include <sstream>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -19,6 +21,42 @@ constexpr int exit_failed = 1;
 constexpr int exit_usage = 2;
 constexpr int exit_missing_input = 3;
 constexpr int exit_bug = 70;
+
+using fresco::host::print_message;
+
+/// Help in the width of the terminal. Where that is narrow, what an option does stands below it.
+class FoldedHelp final : public CLI::Formatter
+{
+  public:
+    FoldedHelp()
+    {
+        constexpr std::size_t narrow = 72;
+        constexpr std::size_t below = 6;
+        if (width_ < narrow)
+            column_width(below);
+    }
+
+    std::string make_help(const CLI::App* app, std::string name, CLI::AppFormatMode mode) const override
+    {
+        std::string result;
+        std::istringstream lines(Formatter::make_help(app, std::move(name), mode));
+        for (std::string line; std::getline(lines, line);)
+        {
+            const std::size_t first = std::min(line.find_first_not_of(' '), line.size());
+            const std::size_t column = get_column_width();
+            // An option or a command with what it does beside it.
+            const bool has_both = first > 0 && first < column && line.size() > column && line[column - 1] == ' ';
+            result += fresco::host::folded(line, width_, has_both ? column - first : line.starts_with("Usage") ? 4 : 0) + "\n";
+        }
+        return result;
+    }
+
+  private:
+    static constexpr std::size_t usual_width = 80;
+    std::size_t width_ = fresco::host::terminal_width(STDOUT_FILENO) == fresco::host::without_end
+                             ? usual_width
+                             : fresco::host::terminal_width(STDOUT_FILENO);
+};
 
 /// Whether the first word is none of the commands; says so.
 bool names_unknown_command(const CLI::App& app, int argc, char** argv)
@@ -33,7 +71,7 @@ bool names_unknown_command(const CLI::App& app, int argc, char** argv)
         if (!command->get_group().empty())
             names.push_back(command->get_name());
     }
-    std::fprintf(stderr, "error: unknown command '%s'%s\n", argv[1], fresco::suggestion(argv[1], names).c_str());
+    print_message("error: unknown command '" + std::string(argv[1]) + "'" + fresco::suggestion(argv[1], names));
     return true;
 }
 
@@ -55,7 +93,7 @@ bool output_is_lost()
     };
     if (!failed || fstat(STDOUT_FILENO, &target) != 0 || S_ISFIFO(target.st_mode) || S_ISSOCK(target.st_mode))
         return false;
-    std::fprintf(stderr, "error: standard output could not be written; is the disk full?\n");
+    print_message("error: standard output could not be written; is the disk full?");
     return true;
 }
 
@@ -64,6 +102,7 @@ int run_command_line(int argc, char** argv)
     CLI::App app("fresco paints scanned rooms: a pipeline of stages turns posed RGB-D frames, a mesh and a picture into a "
                  "painted, textured mesh.",
                  "fresco");
+    app.formatter(std::make_shared<FoldedHelp>());
     app.require_subcommand(1);
     app.set_version_flag("--version", fresco::host::program_version());
     app.footer(
@@ -89,7 +128,11 @@ int run_command_line(int argc, char** argv)
     }
     catch (const CLI::ParseError& error)
     {
-        return app.exit(error) == 0 ? 0 : exit_usage;
+        std::ostringstream said;
+        const int code = app.exit(error, std::cout, said);
+        if (code != 0)
+            print_message(said.str().substr(0, said.str().find_last_not_of('\n') + 1));
+        return code == 0 ? 0 : exit_usage;
     }
     return exit_code;
 }
@@ -110,23 +153,22 @@ int main(int argc, char** argv)
     }
     catch (const fresco::MissingInput& error)
     {
-        std::fprintf(stderr, "error: %s\n", error.what());
+        print_message("error: " + std::string(error.what()));
         return exit_missing_input;
     }
     catch (const fresco::Error& error)
     {
-        std::fprintf(stderr, "error: %s\n", error.what());
+        print_message("error: " + std::string(error.what()));
         return exit_failed;
     }
     catch (const std::exception& error)
     {
-        std::fprintf(stderr,
-                     "error: unexpected: %s\nThis is a bug in fresco; please report it with the command and the pipeline file.\n",
-                     error.what());
+        print_message("error: unexpected: " + std::string(error.what()) +
+                      "\nThis is a bug in fresco; please report it with the command and the pipeline file.");
     }
     catch (...)
     {
-        std::fprintf(stderr, "error: something other than an exception was thrown\nThis is a bug in fresco; please report it.\n");
+        print_message("error: something other than an exception was thrown\nThis is a bug in fresco; please report it.");
     }
     return exit_bug;
 }

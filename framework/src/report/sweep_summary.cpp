@@ -17,16 +17,6 @@ namespace
 
 constexpr int thumbnail_px = 480;
 
-/// What the stages took that are this combination's alone, now or when their results were made.
-double own_seconds(const Pipeline& pipeline, const Combination& combination, const Value::List& stages)
-{
-    double seconds = 0;
-    for (const std::size_t number : combination.stages)
-        if (pipeline.stages[number].place == combination.name)
-            seconds += stages[number].at("seconds").as_double();
-    return seconds;
-}
-
 /// More combinations, fewer pictures of each: the page stays of a size that a browser opens at once.
 std::size_t pictures_per_combination(std::size_t combinations)
 {
@@ -94,8 +84,7 @@ class Summary
                 {"state", outcome.state},
                 {"failed_stage", outcome.stage},
                 {"error", failed != nullptr ? failed->error : ""},
-                {"seconds", outcome.seconds},
-                {"own_seconds", own_seconds(pipeline_, own, stages_)},
+                {"own_seconds", outcome.own_seconds},
                 {"ran", outcome.ran_count},
                 {"stored", outcome.stored_count},
                 {"report", fs::exists(run_.out / report) ? report : ""},
@@ -110,7 +99,7 @@ class Summary
         Value::List combinations;
         for (Value combination : combinations_)
         {
-            for (const char* name : {"seconds", "own_seconds", "ran", "stored"})
+            for (const char* name : {"own_seconds", "ran", "stored"})
                 combination.set(name, {});
             combinations.push_back(std::move(combination));
         }

@@ -1,4 +1,6 @@
 #include "run/commands_inspect.h"
+#include "base/terminal_line.h"
+#include "base/text_layout.h"
 #include "pipeline/dot.h"
 #include "pipeline/pipeline_types.h"
 #include "pipeline/schema.h"
@@ -27,42 +29,7 @@ const char* kind_name(ProblemKind kind)
     return "";
 }
 
-/// Rows of text in columns, two blanks apart, the last column as long as it likes.
-class Columns
-{
-  public:
-    void add(std::vector<std::string> row) { rows_.push_back(std::move(row)); }
-
-    void write(std::ostream& out) const
-    {
-        for (const auto& row : rows_)
-        {
-            std::string line = " ";
-            for (std::size_t i = 0; i < row.size(); ++i)
-                line += " " + row[i] + (i + 1 < row.size() ? std::string(width(i) - length(row[i]) + 1, ' ') : "");
-            out << line.substr(0, line.find_last_not_of(' ') + 1) << '\n';
-        }
-    }
-
-  private:
-    /// In characters, not bytes.
-    static std::size_t length(const std::string& text)
-    {
-        return static_cast<std::size_t>(
-            std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; }));
-    }
-
-    std::size_t width(std::size_t column) const
-    {
-        std::size_t widest = 0;
-        for (const auto& row : rows_)
-            if (column < row.size())
-                widest = std::max(widest, length(row[column]));
-        return widest;
-    }
-
-    std::vector<std::vector<std::string>> rows_;
-};
+constexpr std::size_t table_indent = 2;
 
 Value libraries_of(const Catalog& catalog, const std::string& type)
 {
@@ -118,27 +85,34 @@ void write_refused(const Catalog& catalog, std::ostream& out)
         out << "  " << plugin.type << (plugin.reason.empty() ? "" : ": " + plugin.reason) << '\n';
 }
 
-void write_ports(const char* title, const std::vector<PortDeclaration>& ports, std::ostream& out)
+void write_ports(const char* title, const std::vector<PortDeclaration>& ports, std::size_t width, std::ostream& out)
 {
     if (ports.empty())
         return;
     out << '\n' << title << ":\n";
-    Columns columns;
+    TextTable table({{"", TextTable::Kind::figure}, {"", TextTable::Kind::figure}, {"", TextTable::Kind::text}}, table_indent);
     for (const PortDeclaration& port : ports)
-        columns.add({port.name, port.artifact_text() + (port.is_optional ? ", optional" : ""), port.help});
-    columns.write(out);
+        table.add({port.name, port.artifact_text() + (port.is_optional ? ", optional" : ""), port.help});
+    out << table.text(width);
 }
 
-void write_options(const TypeDeclaration& declaration, const TypeTable& types, std::ostream& out)
+void write_options(const TypeDeclaration& declaration, const TypeTable& types, std::size_t width, std::ostream& out)
 {
     if (declaration.options.empty())
         return;
     out << "\noptions (name, default, accepted, what it is):\n";
-    Columns columns;
+    TextTable table(
+        {{"", TextTable::Kind::figure}, {"", TextTable::Kind::figure}, {"", TextTable::Kind::text}, {"", TextTable::Kind::text}},
+        table_indent);
+    constexpr std::size_t most_columns = 24;
     for (const OptionDeclaration& option : declaration.options)
-        columns.add({option.name, option.default_text(), option.accepted(),
-                     option.help + (option.in_key ? "" : " (cannot change the result)")});
-    columns.write(out);
+    {
+        const std::string value = option.default_text();
+        const bool is_long = columns(value) > most_columns;
+        table.add({option.name, is_long ? "…" : value, option.accepted() + (is_long ? "; by default " + value : ""),
+                   option.help + (option.in_key ? "" : " (cannot change the result)")});
+    }
+    out << table.text(width);
     for (const OptionDeclaration& option : declaration.options)
     {
         if (!option.is_slot())
@@ -154,7 +128,8 @@ void write_options(const TypeDeclaration& declaration, const TypeTable& types, s
     }
 }
 
-void write_text(const TypeDescription& type, const TypeDeclaration& declaration, const TypeTable& types, std::ostream& out)
+void write_text(const TypeDescription& type, const TypeDeclaration& declaration, const TypeTable& types, std::size_t width,
+                std::ostream& out)
 {
     out << type.type << " (" << type.kind << "): " << type.help << '\n';
     out << "in " << type.library.string() << '\n';
@@ -165,9 +140,9 @@ void write_text(const TypeDescription& type, const TypeDeclaration& declaration,
             out << ' ' << extension;
         out << '\n';
     }
-    write_ports("inputs", declaration.inputs, out);
-    write_ports("outputs", declaration.outputs, out);
-    write_options(declaration, types, out);
+    write_ports("inputs", declaration.inputs, width, out);
+    write_ports("outputs", declaration.outputs, width, out);
+    write_options(declaration, types, width, out);
 }
 }  // namespace
 
@@ -219,7 +194,7 @@ int write_check(const PipelineResult& result, bool json, std::ostream& out)
     return result.exit_code();
 }
 
-int write_stages(const Catalog& catalog, bool all, bool json, std::ostream& out)
+int write_stages(const Catalog& catalog, bool all, bool json, std::size_t width, std::ostream& out)
 {
     if (json)
     {
@@ -229,11 +204,11 @@ int write_stages(const Catalog& catalog, bool all, bool json, std::ostream& out)
     // Stages first: they are what a pipeline is made of.
     std::vector<const TypeDescription*> types = catalog.types();
     std::stable_partition(types.begin(), types.end(), [](const TypeDescription* type) { return type->kind == "stage"; });
-    Columns columns;
+    TextTable table({{"", TextTable::Kind::figure}, {"", TextTable::Kind::figure}, {"", TextTable::Kind::text}}, table_indent);
     for (const TypeDescription* type : types)
-        columns.add(all ? std::vector<std::string>{type->type, type->kind, type->help + " [" + type->library.string() + "]"}
-                        : std::vector<std::string>{type->type, type->kind, type->help});
-    columns.write(out);
+        table.add(all ? std::vector<std::string>{type->type, type->kind, type->help + " [" + type->library.string() + "]"}
+                      : std::vector<std::string>{type->type, type->kind, type->help});
+    out << table.text(width);
     if (types.empty())
         out << "no stages: no plugin was found that can be used\n";
     if (all)
@@ -245,7 +220,8 @@ int write_stages(const Catalog& catalog, bool all, bool json, std::ostream& out)
     return 0;
 }
 
-int write_description(const Catalog& catalog, const std::string& type, bool json, std::ostream& out, std::ostream& errors)
+int write_description(const Catalog& catalog, const std::string& type, bool json, std::size_t width, std::ostream& out,
+                      std::ostream& errors)
 {
     TypeTable types(catalog);
     ProblemList problems;
@@ -268,7 +244,7 @@ int write_description(const Catalog& catalog, const std::string& type, bool json
                        2)
             << '\n';
     else
-        write_text(*known.description, *known.declaration, types, out);
+        write_text(*known.description, *known.declaration, types, width, out);
     return 0;
 }
 

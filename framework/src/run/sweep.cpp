@@ -1,27 +1,15 @@
 #include "run/sweep.h"
+#include "base/text_layout.h"
 #include "base/unit_text.h"
+#include <fresco/error.h>
 
-#include <algorithm>
 #include <fmt/format.h>
 #include <map>
-#include <set>
 
 namespace fresco::host
 {
 namespace
 {
-
-/// Characters on a terminal, not bytes.
-std::size_t length(const std::string& text)
-{
-    return static_cast<std::size_t>(
-        std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; }));
-}
-
-std::string padded(const std::string& text, std::size_t width)
-{
-    return text + std::string(width - std::min(width, length(text)), ' ');
-}
 
 /// The outcome of each of the pipeline's stages; null where it was not selected.
 std::vector<const StageOutcome*> by_stage(const Pipeline& pipeline, const RunSummary& summary)
@@ -38,15 +26,29 @@ std::vector<const StageOutcome*> by_stage(const Pipeline& pipeline, const RunSum
     return result;
 }
 
+/// Of a stored result, what it took when it was made.
+double seconds_of(const StageOutcome& stage, const Store& store)
+{
+    if (stage.state == StageState::done || stage.state == StageState::failed || stage.state == StageState::interrupted)
+        return stage.seconds;
+    try
+    {
+        return store.manifest(stage.object).at("seconds").as_double();
+    }
+    catch (const Error&)
+    {
+        return 0;
+    }
+}
+
 }  // namespace
 
-std::vector<CombinationOutcome> combination_outcomes(const Pipeline& pipeline, const RunSummary& summary)
+std::vector<CombinationOutcome> combination_outcomes(const Pipeline& pipeline, const RunSummary& summary, const Store& store)
 {
     const std::vector<const StageOutcome*> stages = by_stage(pipeline, summary);
     std::map<std::string, std::vector<std::size_t>> files;
     for (std::size_t i = 0; i < summary.files.size(); ++i)
         files[summary.files[i].stage].push_back(i);
-    std::set<std::size_t> counted;
     std::vector<CombinationOutcome> result;
     for (const Combination& combination : pipeline.sweep.combinations)
     {
@@ -58,8 +60,8 @@ std::vector<CombinationOutcome> combination_outcomes(const Pipeline& pipeline, c
             const StageOutcome* stage = stages[number];
             if (stage == nullptr)
                 continue;
-            if (counted.insert(number).second)
-                outcome.seconds += stage->state == StageState::stored ? 0 : stage->seconds;
+            if (pipeline.stages[number].place == combination.name)
+                outcome.own_seconds += seconds_of(*stage, store);
             outcome.ran_count += stage->state == StageState::done ? 1 : 0;
             outcome.stored_count += stage->state == StageState::stored ? 1 : 0;
             if (stage->state == StageState::failed && outcome.stage.empty())
@@ -80,35 +82,35 @@ std::vector<CombinationOutcome> combination_outcomes(const Pipeline& pipeline, c
     return result;
 }
 
-std::string sweep_table(const Sweep& sweep, const std::vector<CombinationOutcome>& outcomes)
+std::string sweep_table(const Sweep& sweep, const std::vector<CombinationOutcome>& outcomes, std::size_t width)
 {
-    std::vector<std::size_t> widths;
-    for (std::size_t axis = 0; axis < sweep.axes.size(); ++axis)
-    {
-        widths.push_back(length(sweep.axes[axis]));
-        for (const CombinationOutcome& outcome : outcomes)
-            widths.back() = std::max(widths.back(), length(outcome.combination->values[axis]));
-    }
-    std::string text;
-    for (std::size_t axis = 0; axis < widths.size(); ++axis)
-        text += padded(sweep.axes[axis], widths[axis]) + "  ";
-    text += fmt::format("{:<11}  {:>10}  {:>5}  {:>6}  {:>5}\n", "", "time", "ran", "stored", "files");
+    using Kind = TextTable::Kind;
+    std::vector<TextTable::Column> columns;
+    for (const std::string& axis : sweep.axes)
+        columns.push_back({axis, Kind::name});
+    columns.insert(columns.end(), {{"", Kind::figure},
+                                   {"own time", Kind::number},
+                                   {"ran", Kind::number},
+                                   {"stored", Kind::number},
+                                   {"files", Kind::number},
+                                   {"", Kind::text}});
+    TextTable table(std::move(columns));
     std::map<std::string, std::size_t> states;
     for (const CombinationOutcome& outcome : outcomes)
     {
         ++states[outcome.state];
-        for (std::size_t axis = 0; axis < widths.size(); ++axis)
-            text += padded(outcome.combination->values[axis], widths[axis]) + "  ";
-        text += fmt::format("{:<11}  {:>10}  {:>5}  {:>6}  {:>5}", outcome.state,
-                            outcome.seconds > 0 ? duration_text(outcome.seconds) : "", outcome.ran_count, outcome.stored_count,
-                            outcome.files.size());
-        text += (outcome.stage.empty() ? "" : "  at " + outcome.stage) + "\n";
+        std::vector<std::string> row = outcome.combination->values;
+        row.insert(row.end(), {outcome.state, outcome.own_seconds > 0 ? duration_text(outcome.own_seconds) : "",
+                               std::to_string(outcome.ran_count), std::to_string(outcome.stored_count),
+                               std::to_string(outcome.files.size()), outcome.stage.empty() ? "" : "at " + outcome.stage});
+        table.add(std::move(row));
     }
     std::string counts;
     for (const char* state : {"done", "failed", "interrupted", "not run"})
         if (states.contains(state))
             counts += fmt::format("{}{} {}", counts.empty() ? "" : ", ", states[state], state);
-    return text + fmt::format("{} combination{}: {}\n", outcomes.size(), outcomes.size() == 1 ? "" : "s", counts);
+    return table.text(width) +
+           folded(fmt::format("{} combination{}: {}\n", outcomes.size(), outcomes.size() == 1 ? "" : "s", counts), width);
 }
 
 }  // namespace fresco::host

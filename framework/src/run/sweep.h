@@ -17,16 +17,16 @@ struct CombinationOutcome
     const Combination* combination = nullptr;
     std::string state;               ///< "done", "failed", "not run", "interrupted".
     std::string stage;               ///< The first stage that failed; empty: none.
-    double seconds = 0;              ///< Of its stages that ran; shared ones count with the first combination alone.
+    double own_seconds = 0;          ///< Of the stages that are its own, now or when their results were made.
     std::size_t ran_count = 0;       ///< Stages that ran, shared ones too.
     std::size_t stored_count = 0;    ///< Stages whose result was there already.
     std::vector<std::size_t> files;  ///< Numbers in the summary's files, shared ones too.
 };
 
 /// One for each combination, in their order. The pipeline must outlive the result.
-std::vector<CombinationOutcome> combination_outcomes(const Pipeline& pipeline, const RunSummary& summary);
+std::vector<CombinationOutcome> combination_outcomes(const Pipeline& pipeline, const RunSummary& summary, const Store& store);
 
-/// The table that ends a run on a terminal: a line per combination.
-std::string sweep_table(const Sweep& sweep, const std::vector<CombinationOutcome>& outcomes);
+/// The table that ends a run on a terminal of this width: a line per combination.
+std::string sweep_table(const Sweep& sweep, const std::vector<CombinationOutcome>& outcomes, std::size_t width);
 
 }  // namespace fresco::host

@@ -29,6 +29,9 @@ struct Damage
     std::string text;  ///< Names the file and what is wrong with it.
 };
 
+/// Where it is unless somebody says otherwise.
+inline constexpr const char* default_store = ".fresco";
+
 /// The results of stages, in a folder:
 ///   objects/<id>/        one result: a folder per output, and manifest.json, written last; without it the folder is garbage
 ///   keys/<key>.json      what a key led to: up to 8 results, which differ in the outside files they were made from

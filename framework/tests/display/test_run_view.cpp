@@ -1,6 +1,6 @@
+#include "base/terminal_line.h"
 #include "display/display.h"
 #include "display/run_view.h"
-#include "display/terminal_line.h"
 #include "terminal.h"
 
 #include <algorithm>
@@ -159,7 +159,7 @@ stages:
     const std::string text = terminal.text();
     INFO(text);
     CHECK(contains(text, "source: made 3.000000"));
-    CHECK(contains(text, "mesh.ply:7: three vertices"));
+    CHECK(contains(text, "mesh.ply:7: three\n"));
     CHECK(contains(text, "text    ran"));
     CHECK(contains(text, "out/x.txt"));
     CHECK(text.find(" > slow") == std::string::npos);

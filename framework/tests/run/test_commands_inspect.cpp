@@ -2,6 +2,7 @@
 
 #include "hand_made_catalog.h"
 
+#include "base/text_layout.h"
 #include "pipeline/dot.h"
 #include "run/commands_inspect.h"
 
@@ -37,18 +38,18 @@ TEST_CASE("stages lists what there is, and with --all what cannot be used", "[in
 {
     const Catalog catalog = small_catalog();
     std::ostringstream brief;
-    CHECK(write_stages(catalog, false, false, brief) == 0);
+    CHECK(write_stages(catalog, false, false, without_end, brief) == 0);
     CHECK(brief.str() == "  mesh.pass  stage  What mesh.pass does\n"
                          "  loss.gram  loss   What loss.gram does\n"
                          "\n2 plugins or types cannot be used: see 'fresco stages --all'\n");
     std::ostringstream all;
-    write_stages(catalog, true, false, all);
+    write_stages(catalog, true, false, without_end, all);
     CHECK_THAT(all.str(),
                Contains("[/plugins/mesh.pass.so]") && Contains("several plugins have it: loss.twice\n  /plugins/loss.twice.so") &&
                    Contains("cannot be loaded:\n  /plugins/mesh_old.so: SDK ABI 0") &&
                    Contains("not built; ./bootstrap build builds them:\n  mesh.fuse: Open3D was not found\n  mesh.later\n"));
     std::ostringstream json;
-    write_stages(catalog, true, true, json);
+    write_stages(catalog, true, true, without_end, json);
     const fresco::Value value = fresco::parse_json(json.str());
     CHECK(value.at("types").as_list().size() == 2);
     CHECK(value.at("types").as_list()[1].at("type").as_string() == "mesh.pass");
@@ -57,7 +58,7 @@ TEST_CASE("stages lists what there is, and with --all what cannot be used", "[in
     CHECK(value.at("unbuilt").as_list().at(0).at("type").as_string() == "mesh.fuse");
     CHECK(value.at("unbuilt").as_list().at(0).at("reason").as_string() == "Open3D was not found");
     std::ostringstream none;
-    write_stages({}, false, false, none);
+    write_stages({}, false, false, without_end, none);
     CHECK_THAT(none.str(), Contains("no plugin was found"));
 }
 
@@ -66,7 +67,7 @@ TEST_CASE("describe tells ports, options, defaults and ranges", "[inspect]")
     const Catalog catalog = small_catalog();
     std::ostringstream out;
     std::ostringstream errors;
-    CHECK(write_description(catalog, "mesh.pass", false, out, errors) == 0);
+    CHECK(write_description(catalog, "mesh.pass", false, without_end, out, errors) == 0);
     CHECK(out.str() == "mesh.pass (stage): What mesh.pass does\n"
                        "in /plugins/mesh.pass.so\n"
                        "\n"
@@ -84,14 +85,14 @@ TEST_CASE("describe tells ports, options, defaults and ranges", "[inspect]")
                        "\n"
                        "for 'style' there is: loss.gram\n");
     std::ostringstream json;
-    CHECK(write_description(catalog, "mesh.pass", true, json, errors) == 0);
+    CHECK(write_description(catalog, "mesh.pass", true, without_end, json, errors) == 0);
     CHECK(fresco::parse_json(json.str()).at("declaration") == catalog.find("mesh.pass")->declaration);
     CHECK(errors.str().empty());
 
-    CHECK(write_description(catalog, "los.gram", false, out, errors) == 2);
+    CHECK(write_description(catalog, "los.gram", false, without_end, out, errors) == 2);
     CHECK_THAT(errors.str(), Contains("unknown type 'los.gram' (did you mean 'loss.gram'?)"));
-    CHECK(write_description(catalog, "loss.twice", false, out, errors) == 4);
-    CHECK(write_description(catalog, "mesh.old", false, out, errors) == 4);
+    CHECK(write_description(catalog, "loss.twice", false, without_end, out, errors) == 4);
+    CHECK(write_description(catalog, "mesh.old", false, without_end, out, errors) == 4);
     CHECK_THAT(errors.str(), Contains("SDK ABI 0"));
 }
 

@@ -1,5 +1,6 @@
 #include "program.h"
 
+#include "base/unit_text.h"
 #include "run/sweep.h"
 
 #include <algorithm>
@@ -89,6 +90,31 @@ TEST_CASE("every combination runs, what they share runs once, and results are pl
     CHECK(count(place, "source") == 0);
     CHECK(count(place, "add begins") == 2);
     CHECK(place.read("out/scan=1,picture=30/sum.txt") == "131.000000\n");
+}
+
+TEST_CASE("the table and sweep.json have one time, that of a combination's own stages, also where nothing ran")
+{
+    Workplace place;
+    place.write("sweep.yaml", "version: 1\nvars: {n: }\nmatrix: {n: [1, 2]}\nstages:\n"
+                              "  shared: {type: test.add, input: {left: one}, wait_ms: 1200}\n"
+                              "  one: {type: test.source}\n"
+                              "  own: {type: test.add, input: {left: shared}, plus: \"${n}\", wait_ms: 150}\n");
+    for (int i = 0; i < 2; ++i)
+    {
+        const Finished finished = place.run({"run", "sweep.yaml"});
+        REQUIRE(finished.code == 0);
+        CHECK(contains(finished.out, "own time"));
+        const auto summary = fresco::parse_json(place.read("out/sweep.json"), "sweep.json");
+        for (const auto& combination : summary.at("combinations").as_list())
+        {
+            const double seconds = combination.at("own_seconds").as_double();
+            CHECK(seconds >= 0.15);
+            CHECK(seconds < 1.2);
+            const std::size_t row = finished.out.find("\n" + combination.at("name").as_string() + " ") + 1;
+            CHECK(contains(finished.out.substr(row, finished.out.find('\n', row) - row),
+                           "  " + fresco::host::duration_text(seconds) + "  "));
+        }
+    }
 }
 
 TEST_CASE("combinations begin in their order, as many at once as are asked for")

@@ -1,4 +1,4 @@
-#include "display/terminal_line.h"
+#include "base/terminal_line.h"
 
 #include <algorithm>
 

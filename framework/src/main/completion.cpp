@@ -128,6 +128,8 @@ Words positional(const Place& place)
             return files;
         if (name == "folder")
             return folders;
+        if (name == "stage")
+            return settings(place.given.front(), true);
         if (name == "kind")
             return plugin_kinds();
         if (name == "network")

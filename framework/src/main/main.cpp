@@ -113,6 +113,7 @@ int run_command_line(int argc, char** argv)
     fresco::host::add_run_command(app, {argv, argv + argc}, exit_code);
     fresco::host::add_plan_command(app, exit_code);
     fresco::host::add_inspect_commands(app, exit_code);
+    fresco::host::add_log_command(app, exit_code);
     fresco::host::add_store_command(app, exit_code);
     fresco::host::add_weights_command(app, exit_code);
     fresco::host::add_doctor_command(app, exit_code);

@@ -95,6 +95,7 @@ Value stage_data(const PipelineStage& stage, const StageOutcome* outcome, const 
     for (const Value& output : stage.type->declaration.at("outputs").as_list())
         outputs.push_back(Value::Map{{"name", output.at("name")}, {"artifact", output.at("artifact")}});
     const Value made = entry("time_s", {});
+    const std::filesystem::path log = shown.key.empty() ? "" : store.log_file(shown.key);
     return Value::Map{{"name", stage.name},
                       {"own_name", stage.own_name},
                       {"type", stage.type->type},
@@ -105,6 +106,7 @@ Value stage_data(const PipelineStage& stage, const StageOutcome* outcome, const 
                       {"disk_mb", entry("bytes", 0).as_double() / (1024.0 * 1024.0)},
                       {"error", shown.error},
                       {"object", shown.object},
+                      {"log", std::filesystem::exists(log) ? log.string() : ""},
                       {"made", made.is_null() ? made : Value(utc(made.as_int()))},
                       {"threads", entry("threads", {})},
                       {"options", stage.options},

@@ -18,6 +18,7 @@ struct StageOutcome
     std::string stage;
     std::string type;
     StageState state = StageState::waiting;
+    std::string key;  ///< That its result has, or would have; empty: not known.
     std::string object;
     double seconds = 0;
     double memory_mb = 0;

@@ -44,6 +44,7 @@ std::vector<StageOutcome> RunOutcomes::all(const std::vector<StageNode>& nodes)
         StageOutcome outcome = of(node);
         outcome.stage = node.stage->name;
         outcome.type = node.stage->type->type;
+        outcome.key = node.key;
         outcome.state = node.state == StageState::waiting ? StageState::blocked : node.state;
         if (node.present && node.result)
             outcome.object = node.result->object;

@@ -6,6 +6,8 @@
 #include <fresco/files_io.h>
 #include <fresco/process_tree.h>
 
+#include <algorithm>
+#include <cmath>
 #include <csignal>
 #include <cstdlib>
 
@@ -86,7 +88,8 @@ WorkerRequest make_worker_request(const StageNode& node, const RunState& state, 
 RunningStage::RunningStage(StageNode& node, const WorkerRequest& request, const Store& store, const StageLimits& limits,
                            ProgressDisplay& display)
     : node_(&node), store_(&store), limits_(limits), display_(&display), threads_(request.threads),
-      request_folder_(store.make_temporary())
+      request_folder_(store.make_temporary()), resumes_(fs::exists(store.checkpoint(request.key))),
+      log_(store.log_file(request.key))
 {
     const fs::path file = request_folder_ / "request.json";
     write_file(file, to_json(to_value(request)));
@@ -112,8 +115,10 @@ void RunningStage::stop(int signal) const
 
 void RunningStage::end_for(std::string limit, int signal)
 {
+    // A tenth of its time to write a checkpoint in.
+    const double patience_s = std::clamp(limits_.seconds / 10, 0.5, 5.0);
     limit_text_ = std::move(limit);
-    kill_time_ = std::chrono::steady_clock::now() + std::chrono::seconds(5);
+    kill_time_ = std::chrono::steady_clock::now() + std::chrono::milliseconds(std::lround(1000 * patience_s));
     stop(signal);
 }
 
@@ -149,6 +154,7 @@ void RunningStage::take_event(const std::string& line)
     {
         start_ = std::chrono::steady_clock::now();
         runs_ = true;
+        log_.begin(resumes_);
         display_->stage_begins(stage, threads_);
     }
     else if (name == "waiting")
@@ -157,11 +163,18 @@ void RunningStage::take_event(const std::string& line)
         display_->stage_progress(stage, event.at("done").as_double(), event.at("total").as_double(), event.at("unit").as_string(),
                                  event.at("metrics"));
     else if (name == "message" || name == "warning")
-        display_->stage_says(stage, event.at("text").as_string(), name == "warning");
+    {
+        const std::string& text = event.at("text").as_string();
+        log_.add(name == "warning" ? "warning: " + text : text);
+        display_->stage_says(stage, text, name == "warning");
+    }
     else if (name == "damaged")
         damage_ = Damage{event.at("object").as_string(), event.at("text").as_string()};
     else if (name == "failed")
+    {
         failure_ = event.at("text").as_string();
+        log_.add("error: " + failure_);
+    }
     else if (name == "canceled")
         was_canceled_ = true;
     else if (name == "done")
@@ -178,19 +191,23 @@ void RunningStage::take_event(const std::string& line)
     }
 }
 
+void RunningStage::take_print(const std::string& line)
+{
+    ++printed_lines_;
+    display_->stage_prints(node_->stage->name, line);
+    log_.add(line);
+    tail_.push_back(line);
+    if (tail_.size() > tail_lines)
+        tail_.pop_front();
+}
+
 void RunningStage::take_events()
 {
     events_.read_from(child_.channel.get());
     output_.read_from(child_.output.get());
     std::string line;
     while (output_.next(line))
-    {
-        display_->stage_prints(node_->stage->name, line);
-        tail_.push_back(line);
-        constexpr std::size_t kept_lines = 12;
-        if (tail_.size() > kept_lines)
-            tail_.pop_front();
-    }
+        take_print(line);
     while (events_.next(line))
     {
         try
@@ -204,6 +221,7 @@ void RunningStage::take_events()
                 display_->stage_prints(node_->stage->name, line);
         }
     }
+    log_.flush();
 }
 
 bool RunningStage::ended()
@@ -212,7 +230,12 @@ bool RunningStage::ended()
         return false;
     take_events();
     if (const std::string rest = output_.rest(); !rest.empty())
-        tail_.push_back(rest);
+        take_print(rest);
+    if (!limit_text_.empty())
+        log_.add("error: " + limit_text_);
+    else if (end_.signal != 0)
+        log_.add("error: its process ended: " + signal_text(end_.signal));
+    log_.flush();
     return true;
 }
 

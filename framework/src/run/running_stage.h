@@ -4,6 +4,7 @@
 #include "run/progress_display.h"
 #include "run/run_state.h"
 #include "run/stage_limits.h"
+#include "store/stage_log.h"
 #include "worker/worker.h"
 
 #include <chrono>
@@ -54,8 +55,10 @@ class RunningStage
     const StageLimits& limits() const { return limits_; }
     /// It said that it stopped because it was told to.
     bool was_canceled() const { return was_canceled_; }
-    /// The last lines that it printed.
+    /// The last lines that it printed, tail_lines at most.
     std::string printed_tail() const;
+    static constexpr std::size_t tail_lines = 12;
+    std::size_t printed_lines() const { return printed_lines_; }
     double elapsed() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
     double seconds() const { return seconds_; }
     double memory_mb() const { return memory_mb_; }
@@ -63,7 +66,7 @@ class RunningStage
 
   private:
     void take_event(const std::string& line);
-
+    void take_print(const std::string& line);
     void end_for(std::string limit, int signal);
 
     StageNode* node_;
@@ -76,6 +79,9 @@ class RunningStage
     LineBuffer events_{std::size_t{1} << 24U};
     LineBuffer output_;
     std::deque<std::string> tail_;
+    std::size_t printed_lines_ = 0;
+    bool resumes_;
+    StageLog log_;
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
     ProcessEnd end_;
     std::optional<StoredResult> result_;

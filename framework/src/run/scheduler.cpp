@@ -136,6 +136,7 @@ class Scheduler
             running_.emplace_back(node, request, store_, limits == request_.limits.end() ? StageLimits{} : limits->second,
                                   display_);
             node.state = StageState::running;
+            link_stage_log(store_, request_.pipeline->file, node.stage->name, node.key);
         }
         catch (const MissingInput& error)
         {
@@ -242,7 +243,7 @@ class Scheduler
         else
         {
             outcomes_.of(node).seconds = running.elapsed();
-            fail(node, failure_text(running), failure_code(running));
+            fail(node, failure_text(running, request_.pipeline->file, store_.root()), failure_code(running));
         }
         state_.update();
     }
@@ -315,6 +316,7 @@ class Scheduler
                 if (!there || taken_[node.stage->name] == node.result->object)
                     continue;
                 taken_[node.stage->name] = node.result->object;
+                link_stage_log(store_, request_.pipeline->file, node.stage->name, node.key);
                 keep_books(
                     [&]
                     {

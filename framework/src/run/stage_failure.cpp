@@ -28,12 +28,12 @@ std::string stage_error_text(const PipelineStage& stage, const std::string& text
     return result;
 }
 
-std::string failure_text(const RunningStage& running)
+namespace
 {
-    if (!running.limit_text().empty())
-        return running.limit_text();
-    if (!running.failure().empty())
-        return running.failure();
+
+/// What it did not say itself.
+std::string end_text(const RunningStage& running)
+{
     const ProcessEnd& end = running.end();
     std::string text;
     if (end.exit_code == worker_lost_channel)
@@ -59,6 +59,20 @@ std::string failure_text(const RunningStage& running)
     if (const std::string tail = running.printed_tail(); !tail.empty())
         text += "; the last it printed:" + tail;
     return text;
+}
+
+}  // namespace
+
+std::string failure_text(const RunningStage& running, const std::filesystem::path& pipeline, const std::filesystem::path& store)
+{
+    const bool said = !running.limit_text().empty() || !running.failure().empty();
+    const std::string text = !said ? end_text(running) : running.limit_text().empty() ? running.failure() : running.limit_text();
+    const bool shown = !said && running.printed_lines() <= RunningStage::tail_lines;
+    if (shown || running.printed_lines() == 0)
+        return text;
+    const std::string place = path_text(store);
+    return text + "\n    all that it printed: fresco log " + shell_word(path_text(pipeline)) + " " +
+           shell_word(running.node().stage->name) + (place == default_store ? "" : " --store " + shell_word(place));
 }
 
 int failure_code(const RunningStage& running)

@@ -2,6 +2,7 @@
 
 #include "run/running_stage.h"
 
+#include <filesystem>
 #include <string>
 
 namespace fresco::host
@@ -10,8 +11,8 @@ namespace fresco::host
 /// "room.yaml:7:3: error: stage mesh (mesh.decimate): TEXT" and the inputs it worked on.
 std::string stage_error_text(const PipelineStage& stage, const std::string& text);
 
-/// Why a stage's process ended without a result, in words.
-std::string failure_text(const RunningStage& running);
+/// Why a stage's process ended without a result, in words, and the command that shows all it printed, where that is more.
+std::string failure_text(const RunningStage& running, const std::filesystem::path& pipeline, const std::filesystem::path& store);
 /// The host's exit code for it.
 int failure_code(const RunningStage& running);
 

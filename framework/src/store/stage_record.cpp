@@ -13,11 +13,6 @@ namespace
 
 constexpr std::int64_t day_s = 86400;
 
-fs::path pipeline_folder(const Store& store, const fs::path& pipeline)
-{
-    return store.root() / "stages" / content_hash(fs::weakly_canonical(pipeline).string());
-}
-
 std::optional<StageRecord> read_record(const fs::path& file)
 {
     try
@@ -35,6 +30,11 @@ std::optional<StageRecord> read_record(const fs::path& file)
 }
 
 }  // namespace
+
+fs::path pipeline_folder(const Store& store, const fs::path& pipeline)
+{
+    return store.root() / "stages" / content_hash(fs::weakly_canonical(pipeline).string());
+}
 
 std::optional<StageRecord> read_stage_record(const Store& store, const fs::path& pipeline, const std::string& stage)
 {
@@ -64,7 +64,8 @@ void remove_old_records(const Store& store, const fs::path& pipeline, const std:
 {
     std::error_code error;
     for (const auto& entry : fs::directory_iterator(pipeline_folder(store, pipeline), error))
-        if (entry.path().extension() == ".json" && !stages.contains(entry.path().stem().string()))
+        if ((entry.path().extension() == ".json" || entry.path().extension() == ".log") &&
+            !stages.contains(entry.path().stem().string()))
             fs::remove(entry.path(), error);
 }
 

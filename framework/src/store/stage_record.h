@@ -21,11 +21,13 @@ struct StageRecord
     std::int64_t time_s = 0;  ///< Unix time of the last run that used it.
 };
 
+/// Where the records of a pipeline file's stages are.
+std::filesystem::path pipeline_folder(const Store& store, const std::filesystem::path& pipeline);
 /// Of the pipeline file's stage.
 std::optional<StageRecord> read_stage_record(const Store& store, const std::filesystem::path& pipeline, const std::string& stage);
 /// Writes it if it says something new, or is more than a day old.
 void write_stage_record(const Store& store, const std::filesystem::path& pipeline, const StageRecord& record);
-/// Removes records of stages that the pipeline file no longer has.
+/// Removes records, and links to logs, of stages that the pipeline file no longer has.
 void remove_old_records(const Store& store, const std::filesystem::path& pipeline, const std::set<std::string>& stages);
 
 /// All records of all pipelines whose file still exists.

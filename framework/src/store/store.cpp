@@ -108,7 +108,7 @@ bool Store::is_at(const fs::path& folder)
 Store::Store(fs::path root) : root_(std::move(root))
 {
     std::error_code error;
-    for (const char* folder : {"objects", "keys", "stages", "checkpoints", "locks", "tmp"})
+    for (const char* folder : {"objects", "keys", "stages", "checkpoints", "logs", "locks", "tmp"})
     {
         fs::create_directories(root_ / folder, error);
         if (error)

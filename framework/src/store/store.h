@@ -37,6 +37,7 @@ inline constexpr const char* default_store = ".fresco";
 ///   keys/<key>.json      what a key led to: up to 8 results, which differ in the outside files they were made from
 ///   stages/<pipeline>/   the last result of each stage of a pipeline: what `gc` keeps and `plan` compares with
 ///   checkpoints/<key>/   of unfinished stages; beside it <key>.dependencies, <key>.curves and <key>.share
+///   logs/<key>.log       what the stage printed when it last ran; beside the records, <stage>.log is a link to it
 ///   locks/, tmp/, files.json (content hashes by stamp), stats.json (measured costs)
 /// Safe for several processes at once; objects never change once they have a manifest.
 class Store
@@ -58,6 +59,7 @@ class Store
     double checkpoint_share(std::string_view key) const;
     /// The checkpoint and the files beside it.
     void remove_checkpoint(std::string_view key) const;
+    std::filesystem::path log_file(std::string_view key) const { return root_ / "logs" / (std::string(key) + ".log"); }
     std::filesystem::path lock_file(std::string_view key) const { return root_ / "locks" / key; }
     /// A new empty folder below tmp/, whose name begins with `prefix` and a dot.
     std::filesystem::path make_temporary(const std::string& prefix = "run") const;

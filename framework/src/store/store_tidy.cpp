@@ -100,6 +100,18 @@ int remove_checkpoints(const Store& store, double keep_days, bool dry_run)
     return removed;
 }
 
+/// A log goes with the result of its key. That of a stage that has none, because it failed, is kept as long as a checkpoint.
+void remove_logs(const Store& store, const std::set<std::string>& kept_keys, const std::set<std::string>& removed_keys,
+                 double keep_days)
+{
+    for (const auto& path : entries_of(store.root() / "logs"))
+    {
+        const std::string key = path.stem().string();
+        if (!kept_keys.contains(key) && (removed_keys.contains(key) || age_days(path) >= keep_days))
+            remove_quietly(path);
+    }
+}
+
 /// The key that led to an object: by its manifest, or, where that is what is damaged, by the keys' own files. Nothing if no key
 /// leads to it.
 std::optional<std::string> key_of_object(const Store& store, const std::string& object)
@@ -133,6 +145,7 @@ std::vector<StoredObject> list_objects(const Store& store)
             const Value manifest = store.manifest(object.id);
             object.stage = manifest.at("stage").as_string();
             object.type = manifest.at("type").as_string();
+            object.key = manifest.at("key").as_string();
             object.time_s = manifest.at("time_s").as_int();
             object.disk_mb = static_cast<double>(manifest.at("bytes").as_int()) / (1024.0 * 1024.0);
         }
@@ -190,17 +203,25 @@ TidyResult tidy_store(const Store& store, double keep_days, bool dry_run)
         throw Error(store.root().string() + ": a run is using the store; tidy up when it has ended");
     TidyResult result;
     const double now = static_cast<double>(std::time(nullptr));
+    std::set<std::string> kept_keys;
+    std::set<std::string> removed_keys;
     for (auto& object : list_objects(store))
     {
         const bool old = (now - static_cast<double>(object.time_s)) / 86400.0 >= keep_days;
         if (object.whole && (object.in_use || !old))
+        {
+            kept_keys.insert(object.key);
             continue;
+        }
+        removed_keys.insert(object.key);
         result.freed_mb += object.disk_mb;
         if (!dry_run)
             store.discard(object.id);
         result.removed.push_back(std::move(object));
     }
     result.checkpoints = remove_checkpoints(store, keep_days, dry_run);
+    if (!dry_run)
+        remove_logs(store, kept_keys, removed_keys, keep_days);
     for (const auto& path : entries_of(store.root() / "tmp"))
     {
         ++result.leftovers;

@@ -14,6 +14,7 @@ struct StoredObject
     std::string id;
     std::string stage;
     std::string type;
+    std::string key;
     std::int64_t time_s = 0;  ///< Unix time of publishing.
     double disk_mb = 0;
     bool in_use = false;  ///< The last run of some pipeline uses it.
@@ -39,7 +40,8 @@ struct TidyResult
 };
 
 /// Removes results that no pipeline's last run used and that are older than `keep_days`, half-written ones, checkpoints of
-/// finished stages and those older than that, and what killed runs left. Throws Error if a run is using the store.
+/// finished stages and those older than that, the logs of both, and what killed runs left. Throws Error if a run is using the
+/// store.
 TidyResult tidy_store(const Store& store, double keep_days, bool dry_run);
 
 }  // namespace fresco::host

@@ -55,6 +55,7 @@ TEST_CASE("commands, options and types are offered from the program and the regi
     CHECK(offered(place, {"new", "loss", ""}).empty());
     CHECK(offered(place, {"completion", "z"}) == Words{"zsh"});
     CHECK(offered(place, {"run", ""}) == Words{":files"});
+    CHECK(offered(place, {"log", ""}) == Words{":files"});
     CHECK(offered(place, {"init", ""}) == Words{":folders"});
     CHECK(offered(place, {"run", "room.yaml", "--out", ""}) == Words{":folders"});
     CHECK(offered(place, {"run", "room.yaml", "--cores", ""}).empty());
@@ -72,6 +73,7 @@ TEST_CASE("--set offers what the pipeline has, and --until its stages")
     CHECK(offered(place, {"run", "--set", "start=3", "room.yaml", "--set", "add.pl"}) == Words{"add.plus="});
     CHECK(offered(place, {"run", "room.yaml", "--set", "start", "=", "3", "--until", "s"}) == Words{"source"});
     CHECK(offered(place, {"plan", "room.yaml", "--until", ""}) == Words{"add", "odd", "source"});
+    CHECK(offered(place, {"log", "room.yaml", ""}) == Words{"add", "odd", "source"});
     // In one word with the option, whole (zsh) or cut (bash).
     CHECK(offered(place, {"plan", "room.yaml", "--until=so"}) == Words{"source"});
     CHECK(offered(place, {"plan", "room.yaml", "--until", "=", "so"}) == Words{"source"});

@@ -79,6 +79,17 @@ TEST_CASE("What a stage does to its process ends that stage, by name, and nothin
     CHECK(place.run({"store", "verify"}).code == 0);
 }
 
+TEST_CASE("A stage that does not hear that its time is up is killed soon after", "[isolation]")
+{
+    Workplace place({"good", "misbehaving"});
+    place.write("room.yaml", "version: 1\nstages:\n  bad: {type: test.misbehave, how: loop}\n");
+    const Finished finished = place.run({"run", "room.yaml", "--isolate", "bad", "--isolate-time", "1s"});
+    CHECK(finished.code == 1);
+    CHECK(contains(finished.err, "it exceeded the time limit of 1.0 s"));
+    CHECK(finished.seconds >= 1);
+    CHECK(finished.seconds < 4);
+}
+
 TEST_CASE("A stage that prints without end does not keep the host from holding it to its time", "[isolation]")
 {
     Workplace place({"good", "misbehaving"});

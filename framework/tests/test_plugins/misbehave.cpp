@@ -1,8 +1,10 @@
 // A stage that does, on purpose, what no stage should.
+#include <fresco/error.h>
 #include <fresco/files.h>
 #include <fresco/stage.h>
 
 #include <csignal>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <fcntl.h>
@@ -83,7 +85,8 @@ class Misbehave final : public fresco::Stage
     fresco::Option<std::string> how{
         this, "how", "nothing",
         fresco::one_of({"nothing", "segfault", "overflow", "exit", "exit_canceled", "loop", "allocate", "allocate_elsewhere",
-                        "abort", "throw_int", "close_channel", "garbage", "leave_process", "leave_session", "print"}),
+                        "abort", "throw_int", "close_channel", "garbage", "leave_process", "leave_session", "print",
+                        "print_lines", "print_and_throw"}),
         "What it does"};
 
     void run(fresco::RunContext& run) override
@@ -116,11 +119,24 @@ class Misbehave final : public fresco::Stage
             leave(*how == "leave_session");
         if (*how == "print")
             print_without_end();
+        if (how->starts_with("print_"))
+            print_lines(*how == "print_lines" ? 100'000 : 3);
+        if (*how == "print_and_throw")
+            throw fresco::Error("enough");
         run.message("still here");
         fresco::Table table;
         table.columns = {"value"};
         table.rows = {{fresco::Value(1.0)}};
         output = std::move(table);
+    }
+
+    static void print_lines(int count)
+    {
+        std::printf("half of it\rall of it\r\n");
+        for (int i = 0; i < count; ++i)
+            std::printf("line %d\n", i);
+        std::fflush(stdout);
+        std::fprintf(stderr, "to the other stream\n");
     }
 
     static void print_without_end()

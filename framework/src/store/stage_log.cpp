@@ -1,0 +1,134 @@
+#include "store/stage_log.h"
+#include "store/stage_record.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+namespace fresco::host
+{
+namespace fs = std::filesystem;
+namespace
+{
+
+constexpr std::size_t most_bytes = std::size_t{1} << 20U;
+constexpr std::size_t head_bytes = most_bytes / 4;
+constexpr std::size_t tail_bytes = most_bytes / 2;
+
+std::size_t lines_in(std::string_view text)
+{
+    return static_cast<std::size_t>(std::ranges::count(text, '\n'));
+}
+
+/// Where the first line begins at or behind `at`; the end if there is none.
+std::size_t line_begin(std::string_view text, std::size_t at)
+{
+    const std::size_t end = at == 0 ? std::string_view::npos : text.find('\n', at - 1);
+    return at == 0 ? 0 : std::min(end, text.size() - 1) + 1;
+}
+
+std::string whole_text(int fd, std::size_t size)
+{
+    std::string text(size, '\0');
+    const ssize_t count = pread(fd, text.data(), size, 0);
+    text.resize(static_cast<std::size_t>(std::max<ssize_t>(count, 0)));
+    return text;
+}
+
+}  // namespace
+
+void StageLog::begin(bool resumes)
+{
+    fd_ = FileDescriptor(open(file_.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC | (resumes ? 0 : O_TRUNC), 0666));
+    struct stat status
+    {
+    };
+    if (fd_.valid() && fstat(fd_.get(), &status) == 0)
+        size_ = static_cast<std::size_t>(status.st_size);
+    if (size_ > 0)
+        added_.insert(0, "--- resumed ---\n");
+    flush();
+}
+
+void StageLog::add(std::string_view line)
+{
+    if (line.ends_with('\r'))
+        line.remove_suffix(1);
+    if (const std::size_t over = line.rfind('\r'); over != std::string_view::npos)
+        line.remove_prefix(over + 1);
+    // Of a process that prints before its stage begins, or whose log cannot be opened.
+    if (!fd_.valid() && added_.size() > head_bytes)
+        return;
+    added_.append(line).append("\n");
+}
+
+void StageLog::flush()
+{
+    if (!fd_.valid() || added_.empty())
+        return;
+    std::string text;
+    text.swap(added_);
+    if (size_ + text.size() <= most_bytes)
+        write(text);
+    else
+        cut(whole_text(fd_.get(), size_) + text);
+}
+
+/// Keeps the beginning, and the newest half megabyte.
+void StageLog::cut(std::string text)
+{
+    if (head_ == 0)
+        head_ = std::min(line_begin(text, head_bytes), head_bytes + head_bytes / 4);
+    const std::size_t tail = line_begin(text, text.size() - std::min(tail_bytes, text.size()));
+    const std::string_view left_out = std::string_view(text).substr(head_ + note_, tail - head_ - note_);
+    cut_lines_ += lines_in(left_out);
+    cut_bytes_ += left_out.size();
+    const std::string note = "--- " + std::to_string(cut_lines_) + " lines left out here (" + std::to_string(cut_bytes_) +
+                             " bytes): a log keeps its beginning and its end ---\n";
+    note_ = note.size();
+    text.replace(head_, tail - head_, note);
+    if (ftruncate(fd_.get(), 0) == 0)
+        size_ = 0;
+    write(text);
+}
+
+void StageLog::write(std::string_view text)
+{
+    while (!text.empty())
+    {
+        const ssize_t count = ::write(fd_.get(), text.data(), text.size());
+        if (count < 0 && errno == EINTR)
+            continue;
+        if (count <= 0)
+            return;
+        size_ += static_cast<std::size_t>(count);
+        text.remove_prefix(static_cast<std::size_t>(count));
+    }
+}
+
+void link_stage_log(const Store& store, const fs::path& pipeline, const std::string& stage, const std::string& key)
+{
+    std::error_code error;
+    const fs::path folder = pipeline_folder(store, pipeline);
+    fs::create_directories(folder, error);
+    const fs::path link = folder / (stage + ".log");
+    const fs::path target = fs::path("../..") / store.log_file(key).lexically_relative(store.root());
+    if (fs::read_symlink(link, error) == target)
+        return;
+    fs::remove(link, error);
+    fs::create_symlink(target, link, error);
+}
+
+std::map<std::string, fs::path> stage_logs(const Store& store, const fs::path& pipeline)
+{
+    std::map<std::string, fs::path> logs;
+    std::error_code error;
+    for (const auto& entry : fs::directory_iterator(pipeline_folder(store, pipeline), error))
+        if (entry.path().extension() == ".log")
+            logs[entry.path().stem().string()] = entry.path();
+    return logs;
+}
+
+}  // namespace fresco::host

@@ -28,6 +28,15 @@ if [ "$torch" = torch ]; then
         [ "$(ls "out_$kind/views" | wc -l)" = 4 ] || { echo "$kind: no views"; exit 1; }
     done
 fi
+# A plugin of the tree with tests and a shared component, copied, as sdk/docs/plugins.md says.
+mkdir mine
+cp -r "$(dirname "$0")/../../plugins/texture_bake" mine/
+sed -n '/^\*\*A plugin of the tree, elsewhere/,/^Give the copy/p' "$(dirname "$0")/../../sdk/docs/plugins.md" |
+    sed -n '/^```cmake/,/^```$/p' | grep -v '^```' >mine/CMakeLists.txt
+"$cmake" -S mine -B mine/build -G Ninja -DCMAKE_PREFIX_PATH="$work/prefix" >log 2>&1 || { cat log; exit 1; }
+"$cmake" --build mine/build >log 2>&1 || { cat log; exit 1; }
+ctest --test-dir mine/build --output-on-failure >log 2>&1 || { cat log; exit 1; }
+grep -q "100% tests passed, 0 tests failed out of 1" log || { cat log; exit 1; }
 "$fresco" init room >/dev/null
 "$fresco" check room/pipeline.yaml
 echo "new plugins of these kinds were built, tested and run: ${kinds[*]}"

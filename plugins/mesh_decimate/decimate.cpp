@@ -4,7 +4,7 @@
 #include "pieces.h"
 
 #include <fresco/parallel.h>
-#include <fresco/radix_sort.h>
+#include <fresco/numerics/radix_sort.h>
 
 #include <algorithm>
 #include <bit>
@@ -80,7 +80,7 @@ using Prices = std::vector<std::uint32_t>;
 Prices prices_of(const EdgeQueue& queue)
 {
     Prices prices((0xffffffffU >> class_shift) + 1, 0);
-    queue.each_cost([&](float cost) { ++prices[fresco::ordered_key(cost) >> class_shift]; });
+    queue.each_cost([&](float cost) { ++prices[fresco::numerics::ordered_key(cost) >> class_shift]; });
     return prices;
 }
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <fresco/noise.h>
+#include <fresco/numerics/noise.h>
 
 #include <cmath>
 #include <cstdint>

@@ -1,6 +1,6 @@
 #include "best_samples.h"
 
-#include <fresco/noise.h>
+#include <fresco/numerics/noise.h>
 
 #include <algorithm>
 #include <bit>

@@ -1,6 +1,6 @@
 #include "exposure.h"
 
-#include <fresco/noise.h>
+#include <fresco/numerics/noise.h>
 
 #include <algorithm>
 #include <cmath>

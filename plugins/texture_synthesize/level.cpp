@@ -5,7 +5,7 @@
 
 #include <fresco/error.h>
 #include <fresco/images/lab.h>
-#include <fresco/noise.h>
+#include <fresco/numerics/noise.h>
 #include <fresco/parallel.h>
 
 #include <algorithm>

@@ -4,7 +4,7 @@
 #include "nearest_keys.h"
 #include "variety.h"
 
-#include <fresco/noise.h>
+#include <fresco/numerics/noise.h>
 #include <fresco/parallel.h>
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 #include "variety.h"
 
-#include <fresco/noise.h>
+#include <fresco/numerics/noise.h>
 #include <fresco/parallel.h>
 
 #include <cmath>

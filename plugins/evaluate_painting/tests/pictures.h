@@ -2,7 +2,7 @@
 
 #include <fresco/image.h>
 #include <fresco/images/lab.h>
-#include <fresco/noise.h>
+#include <fresco/numerics/noise.h>
 #include <fresco/random.h>
 #include <fresco/images/recolor.h>
 

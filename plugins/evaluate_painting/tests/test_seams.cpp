@@ -2,7 +2,7 @@
 #include "two_chart_wall.h"
 
 #include <fresco/error.h>
-#include <fresco/noise.h>
+#include <fresco/numerics/noise.h>
 #include <fresco/texturing/charts.h>
 #include <fresco/texturing/texel_faces.h>
 

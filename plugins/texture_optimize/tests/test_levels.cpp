@@ -2,7 +2,7 @@
 
 #include <catch2/catch.hpp>
 
-#include <fresco/noise.h>
+#include <fresco/numerics/noise.h>
 
 #include <cmath>
 #include <numbers>

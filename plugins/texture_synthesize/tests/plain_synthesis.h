@@ -6,7 +6,7 @@
 #include "level.h"
 #include "variety.h"
 
-#include <fresco/noise.h>
+#include <fresco/numerics/noise.h>
 #include <fresco/testing.h>
 #include <fresco/texturing/texel_faces.h>
 

@@ -1,7 +1,7 @@
 #include <fresco/layered_texture/layer_view.h>
 
 #include <fresco/error.h>
-#include <fresco/radix_sort.h>
+#include <fresco/numerics/radix_sort.h>
 
 #include <algorithm>
 #include <array>
@@ -81,7 +81,7 @@ LayerView::LayerView(const ValidPixels& pixels, int size, TexelGrid grid) : size
             entries.push_back(static_cast<std::uint64_t>(texel) << 32U | (4 * static_cast<std::uint64_t>(i) + corner));
         }
     }
-    sort_by_upper_half(entries, static_cast<std::uint32_t>(size) * static_cast<std::uint32_t>(size) - 1);
+    numerics::sort_by_upper_half(entries, static_cast<std::uint32_t>(size) * static_cast<std::uint32_t>(size) - 1);
 
     lookups_.reserve(entries.size());
     for (const auto entry : entries)

@@ -1,12 +1,13 @@
 #include <catch2/catch.hpp>
 
-#include <fresco/radix_sort.h>
+#include <fresco/numerics/radix_sort.h>
 #include <fresco/random.h>
 
 #include <algorithm>
 #include <limits>
 
 using namespace fresco;
+using namespace fresco::numerics;
 
 TEST_CASE("entries are sorted by their upper half and keep their order where it is equal")
 {

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace fresco
+namespace fresco::numerics
 {
 
 /// Sorts by the upper 32 bits, keeping the order of equal ones, in linear time; no upper half exceeds `largest`.
@@ -17,4 +17,4 @@ inline std::uint32_t ordered_key(float value)
     return (bits & 0x80000000U) != 0 ? ~bits : bits | 0x80000000U;
 }
 
-}  // namespace fresco
+}  // namespace fresco::numerics

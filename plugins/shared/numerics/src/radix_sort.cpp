@@ -1,9 +1,9 @@
-#include <fresco/radix_sort.h>
+#include <fresco/numerics/radix_sort.h>
 
 #include <array>
 #include <cstddef>
 
-namespace fresco
+namespace fresco::numerics
 {
 
 void sort_by_upper_half(std::vector<std::uint64_t>& entries, std::uint32_t largest)
@@ -26,4 +26,4 @@ void sort_by_upper_half(std::vector<std::uint64_t>& entries, std::uint32_t large
     }
 }
 
-}  // namespace fresco
+}  // namespace fresco::numerics

@@ -6,7 +6,7 @@
 #include <fresco/dataset/dataset_files.h>
 #include <fresco/error.h>
 #include <fresco/images/sharpness.h>
-#include <fresco/view_frames.h>
+#include <fresco/uv_mapping/view_frames.h>
 
 #include <set>
 #include <utility>

@@ -1,10 +1,10 @@
 #include "frames_texture.h"
 #include "view_pictures.h"
 
-#include <fresco/sensor_depth.h>
+#include <fresco/uv_mapping/sensor_depth.h>
 #include <fresco/stage.h>
 #include <fresco/texture.h>
-#include <fresco/view_frames.h>
+#include <fresco/uv_mapping/view_frames.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,8 +1,8 @@
 #include "view_source.h"
 
 #include <fresco/error.h>
-#include <fresco/sensor_depth.h>
-#include <fresco/view_frames.h>
+#include <fresco/uv_mapping/sensor_depth.h>
+#include <fresco/uv_mapping/view_frames.h>
 
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-#include <fresco/view_frames.h>
+#include <fresco/uv_mapping/view_frames.h>
 
 #include <catch2/catch.hpp>
 

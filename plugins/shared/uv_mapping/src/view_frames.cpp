@@ -1,5 +1,5 @@
 #include <fresco/error.h>
-#include <fresco/view_frames.h>
+#include <fresco/uv_mapping/view_frames.h>
 
 #include <map>
 #include <string>

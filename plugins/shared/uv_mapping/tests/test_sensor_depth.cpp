@@ -1,4 +1,4 @@
-#include <fresco/sensor_depth.h>
+#include <fresco/uv_mapping/sensor_depth.h>
 
 #include <catch2/catch.hpp>
 

@@ -3,8 +3,8 @@
 #include "edge_queue.h"
 #include "pieces.h"
 
-#include <fresco/parallel.h>
 #include <fresco/numerics/radix_sort.h>
+#include <fresco/parallel.h>
 
 #include <algorithm>
 #include <bit>

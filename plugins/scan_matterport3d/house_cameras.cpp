@@ -94,7 +94,8 @@ HouseCameras parse_cameras(std::string_view text, std::string_view source)
 
 fresco::Intrinsics camera_of(const ListedView& view, int width, int height, ImageOrigin origin)
 {
-    auto k = fresco::intrinsics_from_matrix(view.intrinsics, fresco::PixelCenter::integer, width, height, view.source);
+    auto k = fresco::recordings::intrinsics_from_matrix(view.intrinsics, fresco::recordings::PixelCenter::integer, width, height,
+                                                        view.source);
     if (origin == ImageOrigin::bottom_left)
         k.cy = height - k.cy;
     return k;

@@ -4,8 +4,8 @@
 
 #include <fresco/files_io.h>
 #include <fresco/image_io.h>
-#include <fresco/matrix_text.h>
-#include <fresco/recording.h>
+#include <fresco/recordings/matrix_text.h>
+#include <fresco/recordings/picture_checks.h>
 #include <fresco/stage.h>
 
 #include <algorithm>
@@ -40,7 +40,7 @@ class ScanMesh final : public fresco::Stage
     {
         const auto rotation = scan_mesh::axes_rotation(*axes);
         const auto world_from_file =
-            transform->empty() ? fresco::RigidTransform{} : fresco::rigid_transform(*transform, "option transform");
+            transform->empty() ? fresco::RigidTransform{} : fresco::recordings::rigid_transform(*transform, "option transform");
         auto read = scan_mesh::read_file_model(path->path, *materials == "read");
         for (const auto& file : read.files_read)
             run.reads_file(file);
@@ -72,7 +72,7 @@ class ScanMesh final : public fresco::Stage
         try
         {
             if (images.has_value())
-                fresco::check_not_turned(file, images->check(file), "a model");
+                fresco::recordings::check_not_turned(file, images->check(file), "a model");
         }
         catch (const fresco::Error& error)
         {

@@ -123,7 +123,8 @@ Transforms parse_transforms(std::string_view text, const fs::path& file, const R
                        "mesh by scan.mesh where it is in another");
         if (root.find("applied_transform") != nullptr)
             world.original_from_saved =
-                fresco::rigid_transform(whole.matrix("applied_transform"), whole.place_of("applied_transform")).inverse();
+                fresco::recordings::rigid_transform(whole.matrix("applied_transform"), whole.place_of("applied_transform"))
+                    .inverse();
         applied_scale = applied_scale_of(whole);
     }
 

@@ -37,7 +37,7 @@ fresco::RigidTransform parse_alignment(std::string_view text, std::string_view s
             throw fresco::Error(place + ": 16 numbers were expected");
         matrix[4 * (i % 4) + i / 4] = value.as_double();
     }
-    return fresco::rigid_transform(matrix, place);
+    return fresco::recordings::rigid_transform(matrix, place);
 }
 
 }  // namespace polycam

@@ -1,8 +1,8 @@
 #include "replica_scene.h"
 
 #include <fresco/error.h>
-#include <fresco/matrix_text.h>
 #include <fresco/recordings/json_record.h>
+#include <fresco/recordings/matrix_text.h>
 #include <fresco/recordings/text_records.h>
 
 namespace replica
@@ -29,7 +29,8 @@ std::vector<fresco::RigidTransform> parse_trajectory(std::string_view text, std:
     fresco::recordings::LineReader lines(text, source);
     std::vector<fresco::RigidTransform> poses;
     while (const auto line = lines.next())
-        poses.push_back(fresco::rigid_transform(fresco::parse_numbers(*line, 16, lines.place()), lines.place()));
+        poses.push_back(
+            fresco::recordings::rigid_transform(fresco::recordings::parse_numbers(*line, 16, lines.place()), lines.place()));
     return poses;
 }
 

@@ -65,7 +65,7 @@ class ScanScannet final : public RecordingStage
             cameras_ = {intrinsics_for(calibration_.color, *pixel_center, codec().header(view.color), view.color),
                         intrinsics_for(calibration_.depth, *pixel_center, codec().header(view.depth), view.depth),
                         calibration_.depth_from_color};
-        const auto pose = tracked_pose(fresco::read_matrix_text(view.pose, 4, 4), view.source);
+        const auto pose = tracked_pose(fresco::recordings::read_matrix_text(view.pose, 4, 4), view.source);
         if (!pose)
             return false;
         cameras_.place(view, *pose);

@@ -27,7 +27,7 @@ double number_property(const Properties& properties, const std::string& key, con
     if (found == properties.end())
         throw fresco::Error(file.string() + ": the property " + key +
                             " is missing, and there is no folder intrinsic with intrinsic_color.txt and intrinsic_depth.txt");
-    return fresco::parse_numbers(found->second, 1, file.string() + ": " + key)[0];
+    return fresco::recordings::parse_numbers(found->second, 1, file.string() + ": " + key)[0];
 }
 
 fresco::recordings::CameraMatrix camera_of_properties(const Properties& properties, const std::string& camera,
@@ -40,7 +40,7 @@ fresco::recordings::CameraMatrix camera_of_properties(const Properties& properti
 fresco::recordings::CameraMatrix camera_of_file(const fs::path& file, fresco::RunContext& run)
 {
     run.reads_file(file);
-    return {fresco::read_matrix_text(file, 4, 4), file.string()};
+    return {fresco::recordings::read_matrix_text(file, 4, 4), file.string()};
 }
 
 fresco::RigidTransform extrinsic_of_file(const fs::path& file, fresco::RunContext& run)
@@ -49,7 +49,7 @@ fresco::RigidTransform extrinsic_of_file(const fs::path& file, fresco::RunContex
     if (!fs::exists(file))
         return {};
     run.reads_file(file);
-    return fresco::read_rigid_transform(file);
+    return fresco::recordings::read_rigid_transform(file);
 }
 
 /// A number that is cut is another number.
@@ -111,7 +111,8 @@ SceneCalibration read_scene_calibration(const fs::path& path, const fs::path& pr
     if (const auto found = properties.find("axisAlignment"); found != properties.end())
     {
         const auto source = properties_file.string() + ": axisAlignment";
-        calibration.aligned_from_world = fresco::rigid_transform(fresco::parse_numbers(found->second, 16, source), source);
+        calibration.aligned_from_world =
+            fresco::recordings::rigid_transform(fresco::recordings::parse_numbers(found->second, 16, source), source);
     }
     return calibration;
 }

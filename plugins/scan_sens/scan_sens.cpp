@@ -31,9 +31,10 @@ class ScanSens final : public RecordingStage
     {
         file_.emplace(path());
         index_ = sens::read_index(*file_);
-        cameras_ = {intrinsics(index_.color, "the color camera"), intrinsics(index_.depth, "the depth camera"),
-                    fresco::rigid_transform(index_.depth.extrinsics, source("the depth camera's extrinsics")).inverse() *
-                        fresco::rigid_transform(index_.color.extrinsics, source("the color camera's extrinsics"))};
+        cameras_ = {
+            intrinsics(index_.color, "the color camera"), intrinsics(index_.depth, "the depth camera"),
+            fresco::recordings::rigid_transform(index_.depth.extrinsics, source("the depth camera's extrinsics")).inverse() *
+                fresco::recordings::rigid_transform(index_.color.extrinsics, source("the color camera's extrinsics"))};
         Recording recording{.files = "a pose and two pictures",
                             .note = ", " + std::to_string(index_.frames.size()) + " recorded"};
         for (std::size_t i = 0; i < index_.frames.size(); ++i)
@@ -72,8 +73,8 @@ class ScanSens final : public RecordingStage
     std::string source(const std::string& what) const { return path().string() + ": " + what; }
     fresco::Intrinsics intrinsics(const sens::SensCamera& camera, const std::string& what) const
     {
-        return intrinsics_for({camera.intrinsics, source(what)}, fresco::PixelCenter::integer, {camera.width, camera.height},
-                              path());
+        return intrinsics_for({camera.intrinsics, source(what)}, fresco::recordings::PixelCenter::integer,
+                              {camera.width, camera.height}, path());
     }
 
     fresco::Cost cost() const override

@@ -37,7 +37,7 @@ CameraMatrix matrix_of(const std::vector<double>& values, const std::string& opt
     if (!values.empty())
         return {{values[0], 0, values[2], 0, values[1], values[3], 0, 0, 1}, "option " + option};
     if (is_there(file, option, "focal length 585 and center (320, 240) are assumed", run))
-        return {fresco::read_matrix_text(file, 3, 3), file.string()};
+        return {fresco::recordings::read_matrix_text(file, 3, 3), file.string()};
     return {{585, 0, 320, 0, 585, 240, 0, 0, 1}, assumed};
 }
 
@@ -50,13 +50,13 @@ Calibration read_calibration(const fs::path& path, const CalibrationOptions& opt
                             {}};
     const auto file = path / "color_from_depth.txt";
     if (!options.color_from_depth.empty())
-        calibration.color_from_depth = fresco::rigid_transform(options.color_from_depth, "option color_from_depth");
+        calibration.color_from_depth = fresco::recordings::rigid_transform(options.color_from_depth, "option color_from_depth");
     else if (is_there(file, "color_from_depth", "the color camera is taken to be where the depth camera is", run))
-        calibration.color_from_depth = fresco::read_rigid_transform(file);
+        calibration.color_from_depth = fresco::recordings::read_rigid_transform(file);
     return calibration;
 }
 
-fresco::Intrinsics calibrated(const CameraMatrix& matrix, fresco::PixelCenter center, const fresco::ImageHeader& size,
+fresco::Intrinsics calibrated(const CameraMatrix& matrix, fresco::recordings::PixelCenter center, const fresco::ImageHeader& size,
                               const fs::path& picture)
 {
     const bool is_assumed = matrix.source == assumed;
@@ -64,7 +64,7 @@ fresco::Intrinsics calibrated(const CameraMatrix& matrix, fresco::PixelCenter ce
         throw fresco::Error("the pictures are " + std::to_string(size.width) + "x" + std::to_string(size.height) +
                             ", and without a calibration only 640x480 can be assumed: give color-intrinsics.txt and "
                             "depth-intrinsics.txt in the scan's folder, or the options color_intrinsics and depth_intrinsics");
-    return fresco::recordings::intrinsics_for(matrix, is_assumed ? fresco::PixelCenter::half : center, size, picture);
+    return fresco::recordings::intrinsics_for(matrix, is_assumed ? fresco::recordings::PixelCenter::half : center, size, picture);
 }
 
 }  // namespace seven_scenes

@@ -32,7 +32,7 @@ Calibration read_calibration(const std::filesystem::path& path, const Calibratio
 
 /// Intrinsics for pictures of this size, such as `picture`. Throws Error if the matrix was assumed and the size is not the one it
 /// is for, and as fresco::recordings::intrinsics_for does.
-fresco::Intrinsics calibrated(const fresco::recordings::CameraMatrix& matrix, fresco::PixelCenter center,
+fresco::Intrinsics calibrated(const fresco::recordings::CameraMatrix& matrix, fresco::recordings::PixelCenter center,
                               const fresco::ImageHeader& size, const std::filesystem::path& picture);
 
 }  // namespace seven_scenes

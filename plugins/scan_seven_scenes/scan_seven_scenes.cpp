@@ -61,7 +61,7 @@ class ScanSevenScenes final : public RecordingStage
                         seven_scenes::calibrated(calibration_.depth, *pixel_center, codec().header(view.depth), view.depth),
                         calibration_.color_from_depth.inverse()};
         view.source = view.pose.string();
-        cameras_.place(view, fresco::read_rigid_transform(view.pose));
+        cameras_.place(view, fresco::recordings::read_rigid_transform(view.pose));
         return true;
     }
 

@@ -1,9 +1,9 @@
 #include "frames_texture.h"
 #include "view_pictures.h"
 
-#include <fresco/uv_mapping/sensor_depth.h>
 #include <fresco/stage.h>
 #include <fresco/texture.h>
+#include <fresco/uv_mapping/sensor_depth.h>
 #include <fresco/uv_mapping/view_frames.h>
 
 #include <algorithm>

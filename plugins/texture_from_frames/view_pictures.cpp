@@ -3,7 +3,6 @@
 #include <fresco/error.h>
 #include <fresco/evaluation/posed_pictures.h>
 #include <fresco/npy.h>
-#include <fresco/recording.h>
 
 #include <algorithm>
 #include <array>

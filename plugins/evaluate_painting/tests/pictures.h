@@ -2,9 +2,9 @@
 
 #include <fresco/image.h>
 #include <fresco/images/lab.h>
+#include <fresco/images/recolor.h>
 #include <fresco/numerics/noise.h>
 #include <fresco/random.h>
-#include <fresco/images/recolor.h>
 
 #include <algorithm>
 #include <array>

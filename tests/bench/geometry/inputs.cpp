@@ -6,8 +6,8 @@
 #include "scan_mesh.h"
 
 #include <fresco/error.h>
-#include <fresco/matrix_text.h>
 #include <fresco/mesh_io.h>
+#include <fresco/recordings/matrix_text.h>
 
 #include <algorithm>
 #include <cmath>
@@ -89,8 +89,9 @@ GeometryInput scan_folder(const std::filesystem::path& folder, int views)
     if (poses.empty())
         throw fresco::MissingInput((folder / "seq-01").string() + ": no *.pose.txt is there");
     for (std::size_t i = 0; i < static_cast<std::size_t>(views); ++i)
-        input.cameras.push_back({{640, 480, 528, 528, 320, 240},
-                                 fresco::read_rigid_transform(poses[i * poses.size() / static_cast<std::size_t>(views)])});
+        input.cameras.push_back(
+            {{640, 480, 528, 528, 320, 240},
+             fresco::recordings::read_rigid_transform(poses[i * poses.size() / static_cast<std::size_t>(views)])});
     return input;
 }
 

@@ -1,6 +1,6 @@
 #include <fresco/recordings/cameras.h>
 
-#include <fresco/recording.h>
+#include <fresco/recordings/picture_checks.h>
 
 #include <algorithm>
 #include <cmath>

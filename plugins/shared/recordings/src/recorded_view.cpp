@@ -4,7 +4,7 @@
 #include <fresco/files_io.h>
 #include <fresco/hash.h>
 #include <fresco/parallel.h>
-#include <fresco/recording.h>
+#include <fresco/recordings/picture_checks.h>
 #include <fresco/recordings/text_records.h>
 
 #include <algorithm>
@@ -33,11 +33,6 @@ std::string file_name_safe(std::string text)
     if (text.starts_with('.'))
         text.front() = '_';
     return text;
-}
-
-std::string size_text(int width, int height)
-{
-    return std::to_string(width) + "x" + std::to_string(height);
 }
 
 void refuse_doubles(const std::vector<RecordedView>& views)

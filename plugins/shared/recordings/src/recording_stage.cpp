@@ -2,7 +2,7 @@
 
 #include <fresco/error.h>
 #include <fresco/mesh_io.h>
-#include <fresco/recording.h>
+#include <fresco/recordings/picture_checks.h>
 
 #include <algorithm>
 #include <utility>

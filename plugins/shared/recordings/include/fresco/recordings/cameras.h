@@ -1,7 +1,7 @@
 #pragma once
 
 #include <fresco/image_io.h>
-#include <fresco/matrix_text.h>
+#include <fresco/recordings/matrix_text.h>
 #include <fresco/recordings/recorded_view.h>
 
 #include <filesystem>

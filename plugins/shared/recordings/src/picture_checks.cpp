@@ -1,23 +1,23 @@
-#include <fresco/recording.h>
+#include <fresco/recordings/picture_checks.h>
 
 #include <fresco/error.h>
 #include <fresco/value.h>
 
 #include <algorithm>
 
-namespace fresco
+namespace fresco::recordings
 {
 namespace
 {
 
 constexpr std::size_t files_named = 5;
 
+}  // namespace
+
 std::string size_text(int width, int height)
 {
     return std::to_string(width) + "x" + std::to_string(height);
 }
-
-}  // namespace
 
 void refuse_missing(const std::vector<std::string>& missing, std::string_view rule)
 {
@@ -53,4 +53,4 @@ void check_depth_kind(const std::filesystem::path& file, const ImageHeader& head
                     std::to_string(header.bits) + " bits" + (header.gray ? "" : " and colors"));
 }
 
-}  // namespace fresco
+}  // namespace fresco::recordings

@@ -3,7 +3,6 @@
 #include <fresco/files_io.h>
 #include <fresco/frames.h>
 #include <fresco/image_io.h>
-#include <fresco/matrix_text.h>
 #include <fresco/value.h>
 
 #include <catch2/catch.hpp>

@@ -7,7 +7,7 @@
 #include <vector>
 
 /// \file Calibrations and poses as text: the small matrices that recorders write, one row per line.
-namespace fresco
+namespace fresco::recordings
 {
 
 /// Strict reader of a rows x columns matrix: one row per line, numbers separated by blanks or tabs, in any locale; blank lines
@@ -38,4 +38,4 @@ enum class PixelCenter
 Intrinsics intrinsics_from_matrix(const std::vector<double>& matrix, PixelCenter center, int width, int height,
                                   std::string_view source);
 
-}  // namespace fresco
+}  // namespace fresco::recordings

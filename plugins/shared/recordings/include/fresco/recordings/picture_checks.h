@@ -10,8 +10,11 @@
 
 /// \file Checks of recorded pictures and their cameras.
 
-namespace fresco
+namespace fresco::recordings
 {
+
+/// "640x480"
+std::string size_text(int width, int height);
 
 /// Throws MissingInput that counts `missing`, names the first of them and says `rule`; does nothing if it is empty.
 void refuse_missing(const std::vector<std::string>& missing, std::string_view rule);
@@ -27,4 +30,4 @@ void check_not_turned(const std::filesystem::path& file, const ImageHeader& head
 /// Throws Error naming `file` unless ImageIo::check found 16-bit gray in it, or did not look.
 void check_depth_kind(const std::filesystem::path& file, const ImageHeader& header);
 
-}  // namespace fresco
+}  // namespace fresco::recordings

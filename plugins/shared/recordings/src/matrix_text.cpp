@@ -1,4 +1,4 @@
-#include <fresco/matrix_text.h>
+#include <fresco/recordings/matrix_text.h>
 
 #include <fresco/error.h>
 #include <fresco/files_io.h>
@@ -8,7 +8,7 @@
 #include <cmath>
 #include <string>
 
-namespace fresco
+namespace fresco::recordings
 {
 
 namespace
@@ -187,4 +187,4 @@ Intrinsics intrinsics_from_matrix(const std::vector<double>& matrix, PixelCenter
     return intrinsics;
 }
 
-}  // namespace fresco
+}  // namespace fresco::recordings

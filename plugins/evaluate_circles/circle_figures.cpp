@@ -83,7 +83,7 @@ CircleStatistics circle_statistics(const std::vector<std::vector<Circle>>& pictu
 }
 
 CircleFigures circle_figures(const std::vector<std::vector<Circle>>& pictures, Protocol protocol,
-                             const evaluation::BootstrapOptions& options)
+                             const evaluation::Bootstrap& bootstrap)
 {
     CircleFigures figures;
     for (const auto& picture : pictures)
@@ -99,7 +99,7 @@ CircleFigures circle_figures(const std::vector<std::vector<Circle>>& pictures, P
     {
         const auto drawn_statistic = [&](std::span<const std::size_t> drawn)
         { return circle_statistics(pictures, drawn, protocol).*member; };
-        return evaluation::bootstrap_interval(pictures.size(), drawn_statistic, options);
+        return evaluation::bootstrap_interval(pictures.size(), drawn_statistic, bootstrap);
     };
     figures.corr_2d = interval(&CircleStatistics::corr_2d);
     figures.corr_3d = interval(&CircleStatistics::corr_3d);

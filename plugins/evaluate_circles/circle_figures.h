@@ -32,4 +32,4 @@ struct CircleFigures
 
 /// The statistics of all pictures and their intervals over pictures.
 CircleFigures circle_figures(const std::vector<std::vector<Circle>>& pictures, Protocol protocol,
-                             const fresco::evaluation::BootstrapOptions& options);
+                             const fresco::evaluation::Bootstrap& bootstrap);

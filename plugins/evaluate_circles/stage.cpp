@@ -1,6 +1,7 @@
 #include "circle_figures.h"
 #include "overlay.h"
 
+#include <fresco/evaluation/options.h>
 #include <fresco/evaluation/posed_pictures.h>
 #include <fresco/files_io.h>
 #include <fresco/image_io.h>
@@ -33,13 +34,11 @@ class EvaluateCircles final : public Stage
     Output<Files> figures{this, "figures", "All figures and every circle as JSON, and the overlays"};
     Option<InputFolder> folder{this, "folder", InputFolder{},
                                "Folder of pictures made elsewhere (<sequence>_<frame>.png or .jpg), instead of port 'views'"};
-    Option<std::string> protocol{this, "protocol", "paper", one_of({"paper", "released"}),
-                                 "paper: all circles together; released: what the authors' script measures"};
+    Option<std::string> protocol =
+        evaluation::protocol_option(this, "paper: all circles together; released: what the authors' script measures");
     Option<int> every{this, "every", 1, range(1, 1'000'000), "Measure only every n-th picture"};
     Option<bool> overlay_pictures{this, "overlay", false, "Write circles/<sequence>_<frame>.png: each picture with its ellipses"};
-    Option<int> bootstrap_count{this, "bootstrap_count", 2000, range(100, 1'000'000),
-                                "Number of resamples for the 95% intervals"};
-    Option<int> seed{this, "seed", 1, range(0, 2'000'000'000), "Seed of the resampling"};
+    evaluation::BootstrapOptions bootstrap{this};
     Option<OutputName> path{this, "path", OutputName{"circles.json"}, "Name of the JSON file, below --out"};
     Slot<ImageIo> images{this, "images", "image.opencv", "Reads the pictures and writes the overlays"};
 
@@ -127,9 +126,7 @@ class EvaluateCircles final : public Stage
             counts += picture.counts;
             without += picture.circles.empty() ? 1 : 0;
         }
-        const CircleFigures all =
-            circle_figures(circles, evaluation::protocol_of(*protocol),
-                           {.resamples = *bootstrap_count, .seed = static_cast<std::uint64_t>(*seed), .confidence = 0.95});
+        const CircleFigures all = circle_figures(circles, evaluation::protocol_of(*protocol), *bootstrap);
         const std::size_t off_surface =
             counts.contours - counts.not_convex - counts.no_ellipse - counts.out_of_range - all.circles;
         Value::Map result{{"protocol", *protocol},

@@ -37,7 +37,7 @@ PairFigures judge_pair(const FramePair& pair, const JudgedView& source, const Ju
     return figures;
 }
 
-GapFigures summary(const std::vector<PairFigures>& pairs, const evaluation::BootstrapOptions& options)
+GapFigures summary(const std::vector<PairFigures>& pairs, const evaluation::Bootstrap& bootstrap)
 {
     GapFigures result;
     for (const PairFigures& pair : pairs)
@@ -53,7 +53,7 @@ GapFigures summary(const std::vector<PairFigures>& pairs, const evaluation::Boot
         for (const PairFigures& pair : pairs)
             if (!pair.dropped && (flat_too || !pair.flat))
                 values.push_back(pair.*member);
-        return Figure{evaluation::mean(values), evaluation::bootstrap_mean(values, options)};
+        return Figure{evaluation::mean(values), evaluation::bootstrap_mean(values, bootstrap)};
     };
     result.value = figure(&PairFigures::value, true);
     result.floor = figure(&PairFigures::floor, true);

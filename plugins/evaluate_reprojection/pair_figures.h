@@ -18,8 +18,8 @@ struct JudgedView
 
 struct JudgeOptions
 {
-    Protocol protocol = Protocol::paper;
-    double min_covisible = 0.2;  ///< Share of the source's pixels below which a pair is dropped.
+    Protocol protocol;
+    double min_covisible;  ///< Share of the source's pixels below which a pair is dropped.
 };
 
 /// What is measured of one pair. Where `dropped`, only `covisible` is.
@@ -63,4 +63,4 @@ struct GapFigures
     Figure detail;
     Figure headline;
 };
-GapFigures summary(const std::vector<PairFigures>& pairs, const fresco::evaluation::BootstrapOptions& options);
+GapFigures summary(const std::vector<PairFigures>& pairs, const fresco::evaluation::Bootstrap& bootstrap);

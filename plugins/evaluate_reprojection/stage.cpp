@@ -1,8 +1,10 @@
 #include "view_cache.h"
 
+#include <fresco/evaluation/options.h>
 #include <fresco/evaluation/posed_pictures.h>
 #include <fresco/files_io.h>
 #include <fresco/image_io.h>
+#include <fresco/raycast/options.h>
 #include <fresco/stage.h>
 
 #include <algorithm>
@@ -32,8 +34,8 @@ class EvaluateReprojection final : public Stage
     Output<Files> figures{this, "figures", "All figures and every pair as JSON"};
     Option<InputFolder> folder{this, "folder", InputFolder{},
                                "Folder of pictures made elsewhere (<sequence>_<frame>.png or .jpg), instead of port 'views'"};
-    Option<std::string> protocol{this, "protocol", "paper", one_of({"paper", "released"}),
-                                 "paper: mean absolute difference, 0 to 1; released: what the authors' scripts measure"};
+    Option<std::string> protocol =
+        evaluation::protocol_option(this, "paper: mean absolute difference, 0 to 1; released: what the authors' scripts measure");
     Option<int> short_gap{this, "short_gap", 0, range(0, 1'000'000),
                           "Frames from source to target; 0: 2 recorded numbers (paper), 1 list position (released)"};
     Option<int> long_gap{this, "long_gap", 0, range(0, 1'000'000),
@@ -47,11 +49,9 @@ class EvaluateReprojection final : public Stage
     Option<std::string> floor{
         this, "floor", "auto", one_of({"auto", "texture", "picture"}),
         "Floor from the mesh's texture or the source picture; auto: texture if views and textured_mesh are set"};
-    Option<std::string> shading{this, "shading", "none", one_of({"none", "scannet", "matterport3d"}),
-                                "Shading of 'views', as in render.views; applied to the floor of the mesh's picture, too"};
-    Option<int> bootstrap_count{this, "bootstrap_count", 2000, range(100, 1'000'000),
-                                "Number of resamples for the 95% intervals"};
-    Option<int> seed{this, "seed", 1, range(0, 2'000'000'000), "Seed of the resampling"};
+    Option<std::string> shading =
+        raycast::shading_option(this, "Shading of 'views', as in render.views; applied to the floor of the mesh's picture, too");
+    evaluation::BootstrapOptions bootstrap{this};
     Option<OutputName> path{this, "path", OutputName{"reprojection.json"}, "Name of the JSON file, below --out"};
     Slot<ImageIo> images{this, "images", "image.opencv", "Reads the pictures"};
 
@@ -130,7 +130,8 @@ class EvaluateReprojection final : public Stage
             run.check_canceled();
             const auto source = cache.get(pair.source);
             const auto target = cache.get(pair.target);
-            gap->figures.push_back(judge_pair(pair, *source, *target, shown, paint, {rules(), *min_covisible}, run));
+            gap->figures.push_back(
+                judge_pair(pair, *source, *target, shown, paint, {.protocol = rules(), .min_covisible = *min_covisible}, run));
             run.progress(static_cast<double>(++done), static_cast<double>(jobs.size()), "pairs");
         }
     }
@@ -153,8 +154,7 @@ class EvaluateReprojection final : public Stage
     /// Says a gap's figures in messages and in the report, and returns them for the file.
     Value tell(const Gap& gap, const std::vector<PosedPicture>& pictures, RunContext& run) const
     {
-        const GapFigures all =
-            summary(gap.figures, {.resamples = *bootstrap_count, .seed = static_cast<std::uint64_t>(*seed), .confidence = 0.95});
+        const GapFigures all = summary(gap.figures, *bootstrap);
         Value::Map entry{{"gap", static_cast<std::int64_t>(gap.length)},
                          {"pairs", all.kept},
                          {"dropped_pairs", all.dropped},

@@ -52,7 +52,7 @@ std::vector<Counts> counted(const Study& study, const std::vector<AnswerSheet>& 
     return result;
 }
 
-Share share_of(const std::vector<Counts>& participants, std::size_t which, const fresco::evaluation::BootstrapOptions& options)
+Share share_of(const std::vector<Counts>& participants, std::size_t which, const fresco::evaluation::Bootstrap& bootstrap)
 {
     const auto value_of = [&](std::span<const std::size_t> drawn)
     {
@@ -76,7 +76,7 @@ Share share_of(const std::vector<Counts>& participants, std::size_t which, const
     share.interval = fresco::evaluation::wilson_interval(share.count, all);
     if (participants.size() >= 2)
     {
-        const Interval drawn = fresco::evaluation::bootstrap_interval(participants.size(), value_of, options);
+        const Interval drawn = fresco::evaluation::bootstrap_interval(participants.size(), value_of, bootstrap);
         share.interval = {std::min(share.interval.low, drawn.low), std::max(share.interval.high, drawn.high)};
     }
     return share;
@@ -85,7 +85,7 @@ Share share_of(const std::vector<Counts>& participants, std::size_t which, const
 }  // namespace
 
 std::vector<Verdict> verdicts(const Study& study, const std::vector<AnswerSheet>& sheets,
-                              const fresco::evaluation::BootstrapOptions& options)
+                              const fresco::evaluation::Bootstrap& bootstrap)
 {
     std::vector<Verdict> result;
     const auto compared = comparisons(study);
@@ -98,7 +98,7 @@ std::vector<Verdict> verdicts(const Study& study, const std::vector<AnswerSheet>
             Verdict verdict{question, comparison.first, comparison.second, participants.size(), 0, {}, {}};
             for (std::size_t which = 0; which < verdict.shares.size(); ++which)
             {
-                verdict.shares[which] = share_of(participants, which, options);
+                verdict.shares[which] = share_of(participants, which, bootstrap);
                 verdict.answers += verdict.shares[which].count;
             }
             const Interval& first = verdict.shares[0].interval;

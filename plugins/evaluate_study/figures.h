@@ -37,6 +37,6 @@ struct Verdict
 /// knows that few or unanimous answers prove little. A method is preferred if at least two participants answered and its interval
 /// lies above the other's.
 std::vector<Verdict> verdicts(const Study& study, const std::vector<AnswerSheet>& sheets,
-                              const fresco::evaluation::BootstrapOptions& options);
+                              const fresco::evaluation::Bootstrap& bootstrap);
 
 }  // namespace study

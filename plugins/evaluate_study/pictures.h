@@ -23,9 +23,9 @@ std::vector<MethodPictures> pictures_below(const std::filesystem::path& folder, 
 
 struct ShownAs
 {
-    int max_px = 960;  ///< Of the longer side; smaller pictures stay as they are.
-    bool png = false;  ///< Else JPEG.
-    int jpeg_quality = 90;
+    int max_px;  ///< Of the longer side; smaller pictures stay as they are.
+    bool png;    ///< Else JPEG.
+    int jpeg_quality;
 };
 
 /// The data URIs of a group's pictures, by method, all of one size: none tells its method by its resolution. Throws Error naming

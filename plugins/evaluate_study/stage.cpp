@@ -3,6 +3,7 @@
 #include "page.h"
 #include "pictures.h"
 
+#include <fresco/evaluation/options.h>
 #include <fresco/files.h>
 #include <fresco/files_io.h>
 #include <fresco/parallel.h>
@@ -76,12 +77,10 @@ class EvaluateStudy final : public Stage
     Option<std::string> image_format{this, "image_format", "jpeg", one_of({"jpeg", "png"}),
                                      "How pictures are stored in the page"};
     Option<int> jpeg_quality{this, "jpeg_quality", 90, range(1, 100), "For image_format: jpeg"};
-    Option<int> seed{this, "seed", 1, range(0, 2'000'000'000), "Seed of the pictures' numbers and of the resampling"};
+    evaluation::BootstrapOptions bootstrap{this, "Seed of the pictures' numbers and of the resampling"};
     Option<InputFolder> results{this, "results", InputFolder{}, "Folder of the participants' results (*.json)"};
     Option<InputFile> key{this, "key", InputFile{}, extensions({".json"}),
                           "Key of the earlier study that the results come from; replaces its pictures"};
-    Option<int> bootstrap_count{this, "bootstrap_count", 2000, range(100, 1'000'000),
-                                "Number of resamples for the 95% intervals"};
     Option<OutputName> path{this, "path", OutputName{"study.html"}, "Name of the page, below --out; ends in .html"};
     Slot<ImageIo> images{this, "images", "image.opencv", "Reads and encodes the pictures"};
 
@@ -120,13 +119,12 @@ class EvaluateStudy final : public Stage
         for (const Group& group : groups)
             for (const auto& [method, file] : group.files)
                 run.reads_file(file);
-        const ShownAs shown{*max_px, *image_format == "png", *jpeg_quality};
+        const ShownAs shown{.max_px = *max_px, .png = *image_format == "png", .jpeg_quality = *jpeg_quality};
         Design design{*ours, *question_order == "mixed", {}};
         if (!hints->empty())
             design.hints = hints_from(read_text_file(hints->path), hints->path.string());
-        const Study study =
-            make_study(groups, split_questions(*questions), *pairs_count, std::move(design), static_cast<std::uint64_t>(*seed),
-                       std::to_string(*max_px) + *image_format + std::to_string(*jpeg_quality));
+        const Study study = make_study(groups, split_questions(*questions), *pairs_count, std::move(design), bootstrap.seed(),
+                                       std::to_string(*max_px) + *image_format + std::to_string(*jpeg_quality));
         const std::string text = page(study, encoded_pictures(study, groups, shown, run));
         write(path->path, text, result);
         write(sibling(".key.json"), key_text(study), result);
@@ -197,7 +195,7 @@ class EvaluateStudy final : public Stage
 
     void tell(const Study& study, const std::vector<AnswerSheet>& sheets, Files& result, RunContext& run) const
     {
-        const auto all = verdicts(study, sheets, {*bootstrap_count, static_cast<std::uint64_t>(*seed), 0.95});
+        const auto all = verdicts(study, sheets, *bootstrap);
         const auto complete = std::ranges::count(sheets, true, &AnswerSheet::complete);
         if (const auto early = static_cast<std::int64_t>(sheets.size()) - complete; early > 0)
             run.warning(std::to_string(early) + " of " + std::to_string(sheets.size()) +

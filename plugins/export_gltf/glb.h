@@ -25,11 +25,11 @@ enum class GltfUp
 
 struct GlbOptions
 {
-    GltfMaterial material = GltfMaterial::unlit;
-    GltfUp up = GltfUp::keep;
-    std::string image_type = "image/png";  ///< MIME type of the picture's bytes.
-    bool quantize = false;                 ///< KHR_mesh_quantization, see quantized_mesh.h.
-    bool compress = false;                 ///< EXT_meshopt_compression; the mesh should be in the order of order_for_compression.
+    GltfMaterial material;
+    GltfUp up;
+    std::string image_type;  ///< MIME type of the picture's bytes.
+    bool quantize;           ///< KHR_mesh_quantization, see quantized_mesh.h.
+    bool compress;           ///< EXT_meshopt_compression; the mesh should be in the order of order_for_compression.
 };
 
 /// A binary glTF 2.0 file of one mesh, with one picture unless `image` is empty. glTF's v runs downwards: 1 - v is written.

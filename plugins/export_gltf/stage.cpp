@@ -1,12 +1,10 @@
 #include <fresco/files.h>
 #include <fresco/files_io.h>
-#include <fresco/image_io.h>
 #include <fresco/stage.h>
 #include <fresco/texture.h>
 #include <fresco/texturing/exported_file.h>
 #include <fresco/texturing/exported_mesh.h>
 #include <fresco/texturing/exported_picture.h>
-#include <fresco/texturing/smaller_picture.h>
 
 #include "check_glb.h"
 #include "meshopt_compression.h"
@@ -27,11 +25,7 @@ class ExportGltf final : public Stage
     Option<std::string> material{
         this, "material", "unlit", one_of({"unlit", "pbr"}),
         "unlit: as painted (KHR_materials_unlit); pbr: lit, rough, smooth normals; always pbr without colors"};
-    Option<std::string> image_format{this, "image_format", "png", one_of({"png", "jpeg"}),
-                                     "How the picture is stored in the file"};
-    Option<int> jpeg_quality{this, "jpeg_quality", 92, range(1, 100), "For image_format: jpeg"};
-    Option<int> max_texture_px{this, "max_texture_px", 0, range(0, 65536),
-                               "Shrink the picture to this side, chart by chart in linear light; 0: do not shrink"};
+    PictureOptions picture{this};
     Option<bool> quantize{
         this, "quantize", false,
         "16-bit positions and texcoords, 8-bit normals (KHR_mesh_quantization): 12 bytes per vertex instead of 20"};
@@ -39,7 +33,6 @@ class ExportGltf final : public Stage
                                     "meshopt: EXT_meshopt_compression, which not every viewer reads; triangles are reordered"};
     Option<std::string> up{this, "up", "keep", one_of({"keep", "z", "-y"}),
                            "World axis that points up: the node is rotated so that it becomes glTF's +Y; keep: no rotation"};
-    Slot<ImageIo> images{this, "images", "image.opencv", "Encodes the picture and reads it back"};
 
     Cost cost() const override
     {
@@ -50,15 +43,15 @@ class ExportGltf final : public Stage
 
     GlbOptions glb_options() const
     {
-        GlbOptions options;
         // Without any color an unlit shape would be white all over.
         const bool has_colors = exported.has_picture() || !exported.mesh().colors.empty();
-        options.material = *material == "pbr" || !has_colors ? GltfMaterial::pbr : GltfMaterial::unlit;
-        options.up = *up == "z" ? GltfUp::z : *up == "-y" ? GltfUp::minus_y : GltfUp::keep;
-        options.image_type = *image_format == "jpeg" ? "image/jpeg" : "image/png";
-        options.quantize = *quantize;
-        options.compress = *compression == "meshopt";
-        return options;
+        return {.material = *material == "pbr" || !has_colors ? GltfMaterial::pbr : GltfMaterial::unlit,
+                .up = *up == "z"    ? GltfUp::z
+                      : *up == "-y" ? GltfUp::minus_y
+                                    : GltfUp::keep,
+                .image_type = picture.extension() == ".jpg" ? "image/jpeg" : "image/png",
+                .quantize = *quantize,
+                .compress = *compression == "meshopt"};
     }
 
     void check_inputs() const
@@ -72,15 +65,9 @@ class ExportGltf final : public Stage
     {
         check_inputs();
         const GlbOptions options = glb_options();
-        const char* const extension = *image_format == "jpeg" ? ".jpg" : ".png";
-        Raster8 pixels;
-        std::vector<std::byte> encoded;
+        PictureOptions::Encoded image;
         if (exported.has_picture())
-        {
-            pixels = smaller_picture(exported.textured(), *max_texture_px, run);
-            encoded = encoded_picture(pixels, extension, *jpeg_quality, *images);
-            run.check_canceled();
-        }
+            image = picture.encoded(exported.textured(), picture.extension(), run);
         // The colors of a mesh with a picture would darken it.
         WeldedMesh welded = weld(exported.mesh(), !exported.has_picture());
         if (options.compress)
@@ -88,19 +75,19 @@ class ExportGltf final : public Stage
         run.check_canceled();
         const auto file = files.folder().path / path->path;
         std::filesystem::create_directories(file.parent_path());
-        write_file(file, make_glb(welded, encoded, options));
+        write_file(file, make_glb(welded, image.bytes, options));
         run.check_canceled();
 
         const std::string written = read_text_file(file, std::size_t{1} << 33U);
         const GlbModel model = read_glb(written, path->path);
-        const GlbErrors errors = check_glb(model, welded, encoded, options);
+        const GlbErrors errors = check_glb(model, welded, image.bytes, options);
         if (exported.has_picture())
         {
-            const auto picture = run.scratch_folder() / (std::string("picture") + extension);
-            write_file(picture, model.image);
-            check_picture_file(picture, pixels, *images);
+            const auto again = run.scratch_folder() / ("picture" + picture.extension());
+            write_file(again, model.image);
+            picture.check(again, image.picture);
         }
-        tell(run, written.size(), model, pixels.width, errors);
+        tell(run, written.size(), model, image.picture.width, errors);
         Files result;
         result.names = {path->path};
         files = std::move(result);
@@ -109,9 +96,9 @@ class ExportGltf final : public Stage
     void tell(RunContext& run, std::size_t bytes, const GlbModel& model, int texture_px, const GlbErrors& errors) const
     {
         const std::string side = std::to_string(texture_px);
-        const std::string picture = ", picture of " + side + " x " + side + " in " + file_size(model.image.size());
+        const std::string shown = ", picture of " + side + " x " + side + " in " + file_size(model.image.size());
         run.message(valid_line(path->path, bytes,
-                               grouped(model.indices.size() / 3) + " triangles" + (exported.has_picture() ? picture : "")));
+                               grouped(model.indices.size() / 3) + " triangles" + (exported.has_picture() ? shown : "")));
         run.report("triangles", model.indices.size() / 3);
         run.report("vertices", model.positions.size());
         run.report("texture_px", texture_px);

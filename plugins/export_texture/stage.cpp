@@ -1,11 +1,9 @@
 #include <fresco/files.h>
 #include <fresco/files_io.h>
-#include <fresco/image_io.h>
 #include <fresco/stage.h>
 #include <fresco/texture.h>
 #include <fresco/texturing/exported_file.h>
 #include <fresco/texturing/exported_picture.h>
-#include <fresco/texturing/smaller_picture.h>
 
 #include <string>
 
@@ -19,10 +17,7 @@ class ExportTexture final : public Stage
     Input<TexturedMesh> mesh{this, "mesh", "The mesh with its picture, as texture.bake makes it"};
     Output<Files> files{this, "files", "The picture"};
     Option<OutputName> path{this, "path", OutputName{"room.png"}, "Output path below --out; ends in .png, .jpg, .jpeg or .npy"};
-    Option<int> jpeg_quality{this, "jpeg_quality", 92, range(1, 100), "For .jpg"};
-    Option<int> max_texture_px{this, "max_texture_px", 0, range(0, 65536),
-                               "Shrink the picture to this side, chart by chart in linear light; 0: do not shrink"};
-    Slot<ImageIo> images{this, "images", "image.opencv", "Encodes the picture and reads it back"};
+    PictureEncoding encoding{this};
 
     Cost cost() const override
     {
@@ -34,13 +29,11 @@ class ExportTexture final : public Stage
     void run(RunContext& run) override
     {
         check_textured_mesh(*mesh, "the mesh on port 'mesh'");
-        const Raster8 picture = smaller_picture(*mesh, *max_texture_px, run);
         const auto file = files.folder().path / path->path;
-        const auto bytes = encoded_picture(picture, file.extension().string(), *jpeg_quality, *images);
-        run.check_canceled();
+        const auto [picture, bytes] = encoding.encoded(*mesh, file.extension().string(), run);
         std::filesystem::create_directories(file.parent_path());
         write_file(file, bytes);
-        check_picture_file(file, picture, *images);
+        encoding.check(file, picture);
 
         const std::string side = std::to_string(picture.width);
         run.message(valid_line(path->path, bytes.size(), side + " x " + side + " texels"));

@@ -30,8 +30,8 @@ class SeenCell
 /// How much it is worth to see a cell: 1 to see it at all, and more to see it well.
 struct WorthRules
 {
-    double angle_weight = 1;      ///< Added when it is seen straight on, in proportion to the cosine of the angle.
-    double sharpness_weight = 1;  ///< Added when the picture is sharp, in proportion to its sharpness in [0,1].
+    double angle_weight;      ///< Added when it is seen straight on, in proportion to the cosine of the angle.
+    double sharpness_weight;  ///< Added when the picture is sharp, in proportion to its sharpness in [0,1].
 };
 
 /// The cells that valid pixels of `map` fall into, ascending, each with the best worth that a pixel gives it, scaled so that the

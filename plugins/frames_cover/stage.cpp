@@ -2,10 +2,10 @@
 
 #include <fresco/frames.h>
 #include <fresco/image_io.h>
+#include <fresco/images/sharpness_option.h>
 #include <fresco/mesh.h>
 #include <fresco/parallel.h>
 #include <fresco/raycast/ray_finder.h>
-#include <fresco/images/sharpness.h>
 #include <fresco/stage.h>
 #include <fresco/uv_mapping/uv_mapping_stage.h>
 
@@ -44,8 +44,7 @@ class FramesCover final : public Stage
                                 "Value of seeing a cell straight on, added to 1 for seeing it at all"};
     Option<double> sharpness_weight{this, "sharpness_weight", 0.1, range(0, 100),
                                     "Value of a picture at least as sharp as the median; 0: do not read pictures"};
-    Option<std::vector<int>> sharpness_size{this, "sharpness_size_px", std::vector<int>{320, 240}, range(8, 16'384),
-                                            "Width and height at which sharpness is measured"};
+    SharpnessOption sharpness{this};
     Slot<ImageIo> images{this, "images", "image.opencv", optional, "Reads pictures that are not NPY; none: all are NPY"};
 
     using SeenByFrame = std::vector<std::vector<cover::SeenCell>>;
@@ -62,9 +61,7 @@ class FramesCover final : public Stage
     void run(RunContext& run) override
     {
         check_uv_mapping_inputs(*mesh, *frames);
-        if (sharpness_size->size() != 2)
-            throw Error("option sharpness_size_px: " + std::to_string(sharpness_size->size()) +
-                        " numbers where a width and a height were expected");
+        sharpness.check();
         const auto seen = look(relative_sharpness(run), run);
         const auto side = static_cast<std::size_t>(*cells_px);
         const auto order = cover::greedy_order(seen, side * side, run);
@@ -107,7 +104,7 @@ class FramesCover final : public Stage
                          for (std::size_t i = begin; i < end; ++i)
                          {
                              progress.check_canceled();
-                             sharp[i] = sharpness(load_color(all[i], codec), (*sharpness_size)[0], (*sharpness_size)[1]);
+                             sharp[i] = sharpness.of(load_color(all[i], codec));
                              progress.progress(static_cast<double>(++done), static_cast<double>(all.size()), "pictures");
                          }
                      });
@@ -122,7 +119,7 @@ class FramesCover final : public Stage
     SeenByFrame look(const std::vector<double>& sharp, Progress& progress) const
     {
         UvMapper mapper(*mesh, std::make_unique<raycast::RayFinder>(*mesh));
-        const cover::WorthRules rules{*angle_weight, *sharpness_weight};
+        const cover::WorthRules rules{.angle_weight = *angle_weight, .sharpness_weight = *sharpness_weight};
         const std::array heights{*height_px};
         SeenByFrame seen;
         for (const Frame& frame : frames->frames)

@@ -2,7 +2,7 @@
 
 #include <fresco/frames.h>
 #include <fresco/image_io.h>
-#include <fresco/images/sharpness.h>
+#include <fresco/images/sharpness_option.h>
 #include <fresco/parallel.h>
 #include <fresco/stage.h>
 
@@ -18,8 +18,7 @@ class FramesSharpest final : public fresco::Stage
     fresco::Output<fresco::Frames> sharp{this, "frames", "The sharp frames, in the same order"};
     fresco::Option<double> min_sharpness{this, "min_sharpness", 150.0, fresco::at_least(0),
                                          "Drop frames whose variance of the Laplacian is below this; 0: keep all"};
-    fresco::Option<std::vector<int>> sharpness_size{this, "sharpness_size_px", std::vector<int>{320, 240},
-                                                    fresco::range(8, 16'384), "Width and height at which sharpness is measured"};
+    fresco::SharpnessOption sharpness{this};
     fresco::Option<int> window_count{this, "window_count", 1, fresco::range(1, 1'000'000),
                                      "Keep the sharpest of this many consecutive frames of a sequence; 1: keep all"};
     fresco::Option<int> max_frames{this, "max_frames", 0, fresco::range(0, 10'000'000),
@@ -28,11 +27,10 @@ class FramesSharpest final : public fresco::Stage
 
     void run(fresco::RunContext& run) override
     {
-        if (sharpness_size->size() != 2)
-            throw fresco::Error("option sharpness_size_px: " + std::to_string(sharpness_size->size()) +
-                                " numbers where a width and a height were expected");
+        sharpness.check();
         const auto measured = measure(run);
-        const auto selection = select_frames(measured, {*min_sharpness, *window_count, *max_frames});
+        const auto selection =
+            select_frames(measured, {.min_sharpness = *min_sharpness, .window_count = *window_count, .max_frames = *max_frames});
         fresco::Frames kept;
         for (const auto i : selection.kept)
             kept.frames.push_back(frames->frames[i]);
@@ -52,8 +50,7 @@ class FramesSharpest final : public fresco::Stage
                                  {
                                      progress.check_canceled();
                                      const auto picture = fresco::load_color(all[i], images.get().get());
-                                     measured[i] = {all[i].sequence, all[i].name,
-                                                    fresco::sharpness(picture, (*sharpness_size)[0], (*sharpness_size)[1])};
+                                     measured[i] = {all[i].sequence, all[i].name, sharpness.of(picture)};
                                      progress.progress(static_cast<double>(++done), static_cast<double>(all.size()), "frames");
                                  }
                              });

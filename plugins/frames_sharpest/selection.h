@@ -14,9 +14,9 @@ struct MeasuredFrame
 
 struct SelectionOptions
 {
-    double min_sharpness = 150;
-    int window_count = 1;  ///< Of this many consecutive frames of a sequence the sharpest is kept; 1 keeps all.
-    int max_frames = 0;    ///< Of more frames, the sharpest of each of this many equal stretches is kept; 0 = no limit.
+    double min_sharpness;
+    int window_count;  ///< Of this many consecutive frames of a sequence the sharpest is kept; 1 keeps all.
+    int max_frames;    ///< Of more frames, the sharpest of each of this many equal stretches is kept; 0 = no limit.
 };
 
 struct Selection

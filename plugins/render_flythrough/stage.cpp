@@ -5,6 +5,7 @@
 #include <fresco/files_io.h>
 #include <fresco/frames.h>
 #include <fresco/image_io.h>
+#include <fresco/raycast/options.h>
 #include <fresco/raycast/view_renderer.h>
 #include <fresco/stage.h>
 #include <fresco/texture.h>
@@ -51,9 +52,8 @@ class RenderFlythrough final : public Stage
     Option<double> seconds{this, "seconds", 12, range(0.1, 3600), "Duration"};
     Option<double> fps{this, "fps", 25, range(1, 120), "Video frames per second"};
     Option<int> height_px{this, "height_px", 480, range(16, 4320), "Height; the width follows from the camera, both even"};
-    Option<int> samples{this, "samples", 2, range(1, 8), "Rays per pixel along each side"};
-    Option<std::string> shading{this, "shading", "none", one_of({"none", "scannet", "matterport3d"}),
-                                "Lamps: none, or those of StyleMesh's published viewer for a data set"};
+    Option<int> samples = raycast::samples_option(this);
+    Option<std::string> shading = raycast::shading_option(this);
     Option<double> smoothing_count{this, "smoothing_count", 6, range(0.1, 10'000),
                                    "Standard deviation of the smoothing, in recorded frames"};
     Option<double> radius_m{this, "radius_m", 0.3, range(0, 100), "Radius of the orbit"};

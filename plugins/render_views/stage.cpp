@@ -2,6 +2,7 @@
 #include <fresco/files_io.h>
 #include <fresco/frames.h>
 #include <fresco/image_io.h>
+#include <fresco/raycast/options.h>
 #include <fresco/raycast/view_renderer.h>
 #include <fresco/stage.h>
 #include <fresco/texture.h>
@@ -23,13 +24,11 @@ class RenderViews final : public Stage
     Option<int> height_px{this, "height_px", 0, range(0, 8192),
                           "Height of the pictures, the width follows; 0: the camera's own size"};
     Option<int> every_count{this, "every_count", 1, range(1, 1'000'000), "Render every n-th frame"};
-    Option<int> samples{this, "samples", 2, range(1, 8),
-                        "Rays per pixel along each side, against aliasing at edges and far away"};
+    Option<int> samples = raycast::samples_option(this);
     Option<std::string> filter{
         this, "filter", "trilinear", one_of({"trilinear", "bilinear"}),
         "Texture lookup: trilinear uses mip-maps where a ray skips texels, bilinear always the full picture"};
-    Option<std::string> shading{this, "shading", "none", one_of({"none", "scannet", "matterport3d"}),
-                                "Lamps: none, or those of StyleMesh's published viewer for a data set"};
+    Option<std::string> shading = raycast::shading_option(this);
     Slot<ImageIo> images{this, "images", "image.opencv", "Encodes the pictures"};
 
     Cost cost() const override

@@ -161,7 +161,7 @@ TEST_CASE("circles of known size at known depths give the known correlations and
                 circles_on_surface(found_in(painted_discs::render(scene, c)), c, depth_of(scene, c), Protocol::paper));
             REQUIRE(pictures.back().size() == 1);
         }
-        return circle_figures(pictures, Protocol::paper, {.resamples = 200, .seed = 1, .confidence = 0.95});
+        return circle_figures(pictures, Protocol::paper, {.resamples = 200, .seed = 1});
     };
     const auto correlation = [&](const std::function<double(double)>& value)
     {
@@ -278,7 +278,7 @@ TEST_CASE("statistics of hand-made circles")
     const std::vector<std::size_t> all{0, 1, 2};
     CHECK(circle_statistics(pictures, all, Protocol::released).corr_2d == Approx(-1 / 7.0));
     CHECK(circle_statistics(pictures, all, Protocol::released).stretch == Approx((3 * 1.5 + 4 * 3 + 9) / 8.0));
-    const CircleFigures figures = circle_figures(pictures, Protocol::paper, {});
+    const CircleFigures figures = circle_figures(pictures, Protocol::paper, {.resamples = 2000, .seed = 1});
     CHECK(figures.circles == 8);
     CHECK(figures.circles_3d == 7);
     CHECK(figures.stretch.low <= figures.value.stretch);

@@ -91,7 +91,7 @@ TEST_CASE("entries that lie are named")
 {
     const auto refused = [](const GlbOptions& options, std::string_view from, std::string_view to, const std::string& reason)
     { CHECK_THAT(error_after(file_of(options), from, to), Contains("a.glb: ") && Contains(reason)); };
-    const GlbOptions plain;
+    const GlbOptions plain{GltfMaterial::unlit, GltfUp::keep, "image/png", false, false};
     CHECK(error_after(file_of(plain), "\"count\":6", "\"count\":6").empty());
     refused(plain, "\"count\":6", "\"count\":9", "accessors[0]: 9 rows of 2 bytes at byte 0 do not fit");
     refused(plain, "\"count\":6", "\"count\":5", "expected a multiple of 3");

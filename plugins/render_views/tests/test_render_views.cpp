@@ -107,7 +107,8 @@ TEST_CASE("lamps of the published viewers, on walls that face them, stand askew 
             position = vec_cast<float>(turn * vec_cast<double>(position));
         Camera camera = straight(8, 8, 8);
         camera.world_from_camera.rotation = turn;
-        const raycast::ViewRenderer renderer(turned, {.lights = raycast::lights_of(shading)});
+        const raycast::ViewRenderer renderer(turned,
+                                             {.samples_per_side = 2, .mip_maps = true, .lights = raycast::lights_of(shading)});
         return static_cast<int>(renderer.render(camera, Progress{}).at(4, 4, 0));
     };
     CHECK(shown("none", {0, 0, 1}) == 100);
@@ -133,7 +134,7 @@ TEST_CASE("pictures are equal for any number of threads")
     TexturedMesh textured = wall(64);
     for (std::size_t i = 0; i < textured.image.pixels.values.size(); ++i)
         textured.image.pixels.values[i] = static_cast<std::uint8_t>(i * 7919);
-    const raycast::ViewRenderer renderer(textured, {});
+    const raycast::ViewRenderer renderer(textured, {.samples_per_side = 2, .mip_maps = true});
     CHECK(renderer.render(straight(50, 33, 20), Threads(1)) == renderer.render(straight(50, 33, 20), Threads(4)));
 }
 

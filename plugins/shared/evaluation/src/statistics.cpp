@@ -14,6 +14,7 @@ namespace fresco::evaluation
 namespace
 {
 
+constexpr double confidence = 0.95;
 constexpr double undefined = std::numeric_limits<double>::quiet_NaN();
 
 /// Linear between the order statistics; `sorted` is not empty.
@@ -62,12 +63,12 @@ double pearson(std::span<const double> x, std::span<const double> y)
     return x.size() >= 2 && xx > 0 && yy > 0 ? std::clamp(xy / std::sqrt(xx * yy), -1.0, 1.0) : undefined;
 }
 
-Interval bootstrap_interval(std::size_t groups, const GroupStatistic& statistic, const BootstrapOptions& options)
+Interval bootstrap_interval(std::size_t groups, const GroupStatistic& statistic, const Bootstrap& bootstrap)
 {
-    const auto draws = static_cast<std::size_t>(options.resamples);
+    const auto draws = static_cast<std::size_t>(bootstrap.resamples);
     if (groups < 2 || draws == 0)
         return {undefined, undefined};
-    Random random(options.seed);
+    Random random(bootstrap.seed);
     std::vector<std::size_t> drawn(groups);
     std::vector<double> found;
     for (std::size_t draw = 0; draw < draws; ++draw)
@@ -79,11 +80,11 @@ Interval bootstrap_interval(std::size_t groups, const GroupStatistic& statistic,
     if (found.size() * 2 < draws)
         return {undefined, undefined};
     std::ranges::sort(found);
-    const double tail = (1 - options.confidence) / 2;
+    const double tail = (1 - confidence) / 2;
     return {quantile(found, tail), quantile(found, 1 - tail)};
 }
 
-Interval bootstrap_mean(std::span<const double> values, const BootstrapOptions& options)
+Interval bootstrap_mean(std::span<const double> values, const Bootstrap& bootstrap)
 {
     const auto mean_of = [&](std::span<const std::size_t> drawn)
     {
@@ -92,7 +93,7 @@ Interval bootstrap_mean(std::span<const double> values, const BootstrapOptions& 
             sum += values[i];
         return sum / static_cast<double>(drawn.size());
     };
-    return bootstrap_interval(values.size(), mean_of, options);
+    return bootstrap_interval(values.size(), mean_of, bootstrap);
 }
 
 Interval wilson_interval(std::int64_t successes, std::int64_t trials)

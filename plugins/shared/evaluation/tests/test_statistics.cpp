@@ -9,6 +9,11 @@
 using namespace fresco;
 using namespace fresco::evaluation;
 
+namespace
+{
+constexpr Bootstrap usual{.resamples = 2000, .seed = 1};
+}
+
 TEST_CASE("Pearson's correlation of pairs worked out by hand")
 {
     // Deviations (-1.5, -0.5, 0.5, 1.5) and (-1, -2, 1, 2): 6 / sqrt(5 * 10).
@@ -25,7 +30,7 @@ TEST_CASE("the bootstrap interval of a mean is about two standard errors wide on
     std::vector<double> values;
     for (int i = 0; i < 400; ++i)
         values.push_back(10 + random.normal());
-    const Interval interval = bootstrap_mean(values, {});
+    const Interval interval = bootstrap_mean(values, usual);
     const double center = mean(values);
     const double half = 1.96 / std::sqrt(400.0);  // the normal distribution's 95 %
     CHECK(interval.low == Approx(center - half).margin(0.15 * half));
@@ -41,7 +46,7 @@ TEST_CASE("the bootstrap covers the true mean about as often as it says")
         std::vector<double> values;
         for (int i = 0; i < 40; ++i)
             values.push_back(random.normal());
-        const Interval interval = bootstrap_mean(values, {.resamples = 400, .seed = 1, .confidence = 0.95});
+        const Interval interval = bootstrap_mean(values, {.resamples = 400, .seed = 1});
         covered += interval.low <= 0 && interval.high >= 0;
     }
     CHECK(covered >= 178);
@@ -51,17 +56,17 @@ TEST_CASE("the bootstrap covers the true mean about as often as it says")
 TEST_CASE("the bootstrap is the same for the same seed and leaves out what is undefined")
 {
     const std::vector<double> values{1, 5, 2, 8, 3};
-    const Interval one = bootstrap_mean(values, {.resamples = 300, .seed = 7, .confidence = 0.95});
-    const Interval again = bootstrap_mean(values, {.resamples = 300, .seed = 7, .confidence = 0.95});
+    const Interval one = bootstrap_mean(values, {.resamples = 300, .seed = 7});
+    const Interval again = bootstrap_mean(values, {.resamples = 300, .seed = 7});
     CHECK(one.low == again.low);
     CHECK(one.high == again.high);
     CHECK(one.low >= 1);
     CHECK(one.high <= 8);
-    CHECK(std::isnan(bootstrap_mean(std::vector<double>{3}, {}).low));
+    CHECK(std::isnan(bootstrap_mean(std::vector<double>{3}, usual).low));
     const auto never = [](std::span<const std::size_t>) { return std::nan(""); };
-    CHECK(std::isnan(bootstrap_interval(5, never, {}).high));
+    CHECK(std::isnan(bootstrap_interval(5, never, usual).high));
     const auto often = [](std::span<const std::size_t> drawn) { return drawn[0] == 0 ? std::nan("") : 2.0; };
-    CHECK(bootstrap_interval(5, often, {}).low == 2.0);
+    CHECK(bootstrap_interval(5, often, usual).low == 2.0);
 }
 
 TEST_CASE("figures as values and as text")

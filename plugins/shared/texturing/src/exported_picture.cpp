@@ -34,8 +34,7 @@ bool holds(const NpyArray& array, const Raster8& picture)
     return std::vector<std::uint8_t>(values.begin(), values.end()) == picture.values;
 }
 
-}  // namespace
-
+/// `jpeg_quality`: for .jpg and .jpeg.
 std::vector<std::byte> encoded_picture(const Raster8& picture, std::string_view extension, int jpeg_quality,
                                        const ImageIo& images)
 {
@@ -48,22 +47,7 @@ std::vector<std::byte> encoded_picture(const Raster8& picture, std::string_view 
     throw Error("a picture is written as .png, .jpg or .npy, not as \"" + std::string(extension) + "\"");
 }
 
-void check_picture_file(const std::filesystem::path& file, const Raster8& picture, const ImageIo& images)
-{
-    const std::string extension = file.extension().string();
-    bool good = false;
-    if (extension == ".npy")
-        good = holds(read_npy(file), picture);
-    else if (is_jpeg(extension))
-    {
-        const ImageHeader header = images.check(file);
-        good = header.width == picture.width && header.height == picture.height;
-    }
-    else
-        good = images.read_rgb(file) == picture;
-    if (!good)
-        throw Error(file.string() + ": does not hold the picture that was to be written");
-}
+}  // namespace
 
 void check_path_for_names(const std::string& path, std::string_view extension)
 {
@@ -72,25 +56,56 @@ void check_path_for_names(const std::string& path, std::string_view extension)
                     " and hold no spaces, which readers split names at");
 }
 
-PictureOptions::PictureOptions(Configurable* owner)
-    : image_format_(owner, "image_format", "png", one_of({"png", "jpeg"}), "How the picture is stored"),
-      jpeg_quality_(owner, "jpeg_quality", 92, range(1, 100), "For image_format: jpeg"),
+PictureEncoding::PictureEncoding(Configurable* owner)
+    : jpeg_quality_(owner, "jpeg_quality", 92, range(1, 100), "Quality if the picture is JPEG"),
       max_texture_px_(owner, "max_texture_px", 0, range(0, 65536),
                       "Shrink the picture to this side, chart by chart in linear light; 0: do not shrink"),
       images_(owner, "images", "image.opencv", "Encodes the picture and reads it back")
 {
 }
 
+PictureEncoding::Encoded PictureEncoding::encoded(const TexturedMesh& textured, std::string_view extension, RunContext& run) const
+{
+    Encoded result{smaller_picture(textured, *max_texture_px_, run), {}};
+    result.bytes = encoded_picture(result.picture, extension, *jpeg_quality_, *images_);
+    run.check_canceled();
+    return result;
+}
+
+void PictureEncoding::check(const std::filesystem::path& file, const Raster8& picture) const
+{
+    const std::string extension = file.extension().string();
+    bool good = false;
+    if (extension == ".npy")
+        good = holds(read_npy(file), picture);
+    else if (is_jpeg(extension))
+    {
+        const ImageHeader header = images_->check(file);
+        good = header.width == picture.width && header.height == picture.height;
+    }
+    else
+        good = images_->read_rgb(file) == picture;
+    if (!good)
+        throw Error(file.string() + ": does not hold the picture that was to be written");
+}
+
+PictureOptions::PictureOptions(Configurable* owner)
+    : PictureEncoding(owner), image_format_(owner, "image_format", "png", one_of({"png", "jpeg"}), "How the picture is stored")
+{
+}
+
+std::string PictureOptions::extension() const
+{
+    return *image_format_ == "jpeg" ? ".jpg" : ".png";
+}
+
 std::string PictureOptions::write(const TexturedMesh& textured, const std::filesystem::path& folder, const std::string& mesh_path,
                                   RunContext& run) const
 {
-    const char* const extension = *image_format_ == "jpeg" ? ".jpg" : ".png";
-    const std::string name = std::filesystem::path(mesh_path).replace_extension(extension).generic_string();
-    const Raster8 picture = smaller_picture(textured, *max_texture_px_, run);
-    const auto bytes = encoded_picture(picture, extension, *jpeg_quality_, *images_);
-    run.check_canceled();
+    const std::string name = std::filesystem::path(mesh_path).replace_extension(extension()).generic_string();
+    const auto [picture, bytes] = encoded(textured, extension(), run);
     write_file(folder / name, bytes);
-    check_picture_file(folder / name, picture, *images_);
+    check(folder / name, picture);
     const std::string side = std::to_string(picture.width);
     run.message(valid_line(name, bytes.size(), side + " x " + side + " texels"));
     run.report("texture_px", picture.width);

@@ -24,23 +24,22 @@ struct Interval
     double high = 0;
 };
 
-struct BootstrapOptions
+struct Bootstrap
 {
-    int resamples = 2000;
-    std::uint64_t seed = 1;
-    double confidence = 0.95;
+    int resamples;
+    std::uint64_t seed;
 };
 
 /// A statistic of some of the groups (frames), given as indices below the number of groups; one may occur several times.
 using GroupStatistic = std::function<double(std::span<const std::size_t>)>;
 
-/// Percentile interval of a statistic when whole groups are drawn with replacement: Efron, "Bootstrap methods: another look at
-/// the jackknife" (1979). Draws depend on the seed alone. Draws for which the statistic is NaN are left out; both ends are NaN
+/// 95 % percentile interval of a statistic when whole groups are drawn with replacement: Efron, "Bootstrap methods: another look
+/// at the jackknife" (1979). Draws depend on the seed alone. Draws for which the statistic is NaN are left out; both ends are NaN
 /// where more than half of the draws are, or there are fewer than two groups.
-Interval bootstrap_interval(std::size_t groups, const GroupStatistic& statistic, const BootstrapOptions& options);
+Interval bootstrap_interval(std::size_t groups, const GroupStatistic& statistic, const Bootstrap& bootstrap);
 
 /// The interval of the mean of one value per group.
-Interval bootstrap_mean(std::span<const double> values, const BootstrapOptions& options);
+Interval bootstrap_mean(std::span<const double> values, const Bootstrap& bootstrap);
 
 /// 95 % score interval of a share, `successes` of `trials` independent ones: Wilson, "Probable inference, the law of succession,
 /// and statistical inference" (1927). Both ends are NaN for no trials.

@@ -43,9 +43,9 @@ class Lighting
 
 struct RenderOptions
 {
-    int samples_per_side = 2;  ///< Rays per pixel: its square.
-    bool mip_maps = true;      ///< Look up the picture at the size that one ray's spacing calls for.
-    Lights lights = {};        ///< By the vertex normals, interpolated.
+    int samples_per_side;  ///< Rays per pixel: its square.
+    bool mip_maps;         ///< Look up the picture at the size that one ray's spacing calls for.
+    Lights lights = {};    ///< By the vertex normals, interpolated.
 };
 
 /// Throws Error unless a stage with these on its ports `mesh` and `frames` can show the mesh as the frames' color cameras do: a

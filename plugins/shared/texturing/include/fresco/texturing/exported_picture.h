@@ -15,34 +15,49 @@
 namespace fresco::texturing
 {
 
-/// The picture as `extension` says: ".png", ".jpg" or ".jpeg" (with `jpeg_quality`), ".npy" (uint8 H x W x 3). Throws Error for
-/// any other.
-std::vector<std::byte> encoded_picture(const Raster8& picture, std::string_view extension, int jpeg_quality,
-                                       const ImageIo& images);
-
-/// Reads a file again that encoded_picture made. Throws Error naming it unless it is whole and holds the picture: every texel, or
-/// its size where it is JPEG.
-void check_picture_file(const std::filesystem::path& file, const Raster8& picture, const ImageIo& images);
-
 /// Throws Error unless a path below --out ends in `extension` and holds no spaces, at which readers of text headers split names.
 void check_path_for_names(const std::string& path, std::string_view extension);
 
-/// The options of an export that writes the picture beside the mesh: declared in the stage as `PictureOptions picture{this};`.
-class PictureOptions
+/// The options of an export that encodes the picture of a textured mesh: declared in the stage as
+/// `PictureEncoding encoding{this};`.
+class PictureEncoding
+{
+  public:
+    explicit PictureEncoding(Configurable* owner);
+
+    struct Encoded
+    {
+        Raster8 picture;
+        std::vector<std::byte> bytes;
+    };
+    /// The picture, made smaller where that is asked for, as `extension` says: ".png", ".jpg" or ".jpeg", ".npy" (uint8 H x W
+    /// x 3). Throws Error for any other; Canceled.
+    Encoded encoded(const TexturedMesh& textured, std::string_view extension, RunContext& run) const;
+    /// Reads a file again that holds such bytes. Throws Error naming it unless it is whole and holds the picture: every texel, or
+    /// its size where it is JPEG.
+    void check(const std::filesystem::path& file, const Raster8& picture) const;
+
+  private:
+    Option<int> jpeg_quality_;
+    Option<int> max_texture_px_;
+    Slot<ImageIo> images_;
+};
+
+/// The same where the format is an option too: declared in the stage as `PictureOptions picture{this};`.
+class PictureOptions : public PictureEncoding
 {
   public:
     explicit PictureOptions(Configurable* owner);
 
-    /// Writes the picture, made smaller where that is asked for, below `folder` under the name of `mesh_path` with another
-    /// extension, reads it again and says so. Returns its name below the folder, which must exist. Throws Error, Canceled.
+    /// ".png" or ".jpg".
+    std::string extension() const;
+    /// Writes the picture below `folder` under the name of `mesh_path` with another extension, reads it again and says so.
+    /// Returns its name below the folder, which must exist. Throws Error, Canceled.
     std::string write(const TexturedMesh& textured, const std::filesystem::path& folder, const std::string& mesh_path,
                       RunContext& run) const;
 
   private:
     Option<std::string> image_format_;
-    Option<int> jpeg_quality_;
-    Option<int> max_texture_px_;
-    Slot<ImageIo> images_;
 };
 
 }  // namespace fresco::texturing

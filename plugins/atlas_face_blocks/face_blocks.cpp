@@ -28,7 +28,7 @@ std::vector<Vec2f> texcoords(std::size_t faces, const Layout& layout)
 
 int smallest_size_px(std::size_t faces, int block_px)
 {
-    Layout layout{1, block_px};
+    Layout layout{.size_px = 1, .block_px = block_px};
     while (layout.blocks_count() < faces)
         layout.size_px *= 2;
     return layout.size_px;

@@ -11,8 +11,8 @@ namespace fresco::face_blocks
 /// Square blocks of texels in a square texture, row by row from the lower left.
 struct Layout
 {
-    int size_px = 4096;
-    int block_px = 4;  ///< At least 2.
+    int size_px;
+    int block_px;  ///< At least 2.
 
     std::size_t blocks_per_row() const { return static_cast<std::size_t>(size_px / block_px); }
     std::size_t blocks_count() const { return blocks_per_row() * blocks_per_row(); }

@@ -29,7 +29,7 @@ class AtlasFaceBlocks final : public fresco::Stage
     void run(fresco::RunContext& run) override
     {
         fresco::check_mesh(*mesh, "atlas.face_blocks: input mesh");
-        const blocks::Layout layout{*size_px, *block_px};
+        const blocks::Layout layout{.size_px = *size_px, .block_px = *block_px};
         const auto faces = mesh->triangles.size();
         if (faces > layout.blocks_count())
             throw fresco::Error("atlas.face_blocks: " + std::to_string(faces) + " faces, but a texture of " +

@@ -128,7 +128,7 @@ class DatasetWrite final : public Stage
         }
         write(dataset::mesh_name, to_ply(*mesh));
         write_text(loader_name, loader_text());
-        const ViewOptions options{manifest.uv, *pictures};
+        const ViewOptions options{.uv = manifest.uv, .pictures = *pictures};
         const auto written =
             write_views(folder, frame_of.size(), run,
                         [&](const std::filesystem::path& to, std::size_t i)

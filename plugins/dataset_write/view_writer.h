@@ -23,8 +23,8 @@ double view_sharpness(const fresco::Raster8& picture);
 
 struct ViewOptions
 {
-    fresco::dataset::UvType uv = fresco::dataset::UvType::float32;
-    bool pictures = false;  ///< Also the camera picture and the mesh's depth (of the largest height) as picture files.
+    fresco::dataset::UvType uv;
+    bool pictures;  ///< Also the camera picture and the mesh's depth (of the largest height) as picture files.
 };
 
 /// Writes everything of one view below `folder`: at each height its uv map and its camera picture, resized as the optimizer does

@@ -351,13 +351,13 @@ Alignment align(const std::vector<AlignedView>& views, std::size_t points, const
     for (std::size_t level = 0; level < levels; ++level)
     {
         aligner.look(level, false, progress.threads());
-        for (int round = 0; round < rules.rounds; ++round)
+        for (int round = 0; round < rules.rounds_count; ++round)
         {
             progress.check_canceled();
             const double moved = aligner.step(level, false, progress.threads());
             aligner.look(level, true, progress.threads());
-            progress.progress(static_cast<double>(level) * rules.rounds + round + 1, static_cast<double>(levels) * rules.rounds,
-                              "rounds");
+            progress.progress(static_cast<double>(level) * rules.rounds_count + round + 1,
+                              static_cast<double>(levels) * rules.rounds_count, "rounds");
             if (moved < settled_px)
                 break;
         }

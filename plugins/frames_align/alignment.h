@@ -26,9 +26,9 @@ std::vector<RasterF> brightness_levels(const Raster8& rgb);
 
 struct AlignmentRules
 {
-    int rounds = 40;               ///< Per level, at most.
-    double likely_turn = 0.02;     ///< Standard deviation of a camera's error that is expected: radians …
-    double likely_shift_m = 0.02;  ///< … and meters.
+    int rounds_count;       ///< Per level, at most.
+    double likely_turn;     ///< Standard deviation of a camera's error that is expected: radians …
+    double likely_shift_m;  ///< … and meters.
 };
 
 struct Alignment

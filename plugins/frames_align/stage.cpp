@@ -89,8 +89,11 @@ class FramesAlign final : public Stage
                              run.progress(static_cast<double>(++done), static_cast<double>(all.size()), "frames");
                          }
                      });
-        const double turn = *likely_turn_deg * std::numbers::pi / 180;
-        const auto found = align::align(views, points.size(), {*rounds_count, turn, *likely_shift_m}, run);
+        const auto found = align::align(views, points.size(),
+                                        {.rounds_count = *rounds_count,
+                                         .likely_turn = *likely_turn_deg * std::numbers::pi / 180,
+                                         .likely_shift_m = *likely_shift_m},
+                                        run);
         Frames result = *frames;
         for (std::size_t i = 0; i < all.size(); ++i)
             result.frames[i].color.world_from_camera =

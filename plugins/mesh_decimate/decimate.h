@@ -8,7 +8,7 @@
 /// Options of `decimated`.
 struct DecimateOptions
 {
-    std::size_t max_faces = 500'000;   ///< Stop at this many triangles.
+    std::size_t max_faces;             ///< Stop at this many triangles.
     std::size_t piece_faces = 32'768;  ///< Of a piece, at most; at least 64.
 };
 

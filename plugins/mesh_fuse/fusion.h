@@ -9,8 +9,8 @@
 
 struct FusionOptions
 {
-    double voxel_m = 0.02;       ///< Side of a voxel.
-    double truncation_m = 0.08;  ///< How far from a measured surface its distance is kept, to both sides.
+    double voxel_m;       ///< Side of a voxel.
+    double truncation_m;  ///< How far from a measured surface its distance is kept, to both sides.
 };
 
 /// A volume of truncated signed distances, averaged over all depth pictures, in blocks of 16^3 voxels where a surface was seen;

@@ -35,12 +35,10 @@ class MeshFuse final : public Stage
 
     FusionOptions options() const
     {
-        FusionOptions result;
-        result.voxel_m = *voxel_m;
-        result.truncation_m = *trunc_m > 0 ? *trunc_m : 4 * *voxel_m;
-        if (result.truncation_m < result.voxel_m)
+        const double truncation_m = *trunc_m > 0 ? *trunc_m : 4 * *voxel_m;
+        if (truncation_m < *voxel_m)
             throw Error("trunc_m: " + std::to_string(*trunc_m) + " is less than a voxel (voxel_m); at least that was expected");
-        return result;
+        return {.voxel_m = *voxel_m, .truncation_m = truncation_m};
     }
 
     /// Depth as it is to be fused: what is too far counts as none.

@@ -12,9 +12,9 @@ namespace fresco::adam
 
 struct Constants
 {
-    double beta1 = 0.9;
-    double beta2 = 0.999;
-    double epsilon = 1e-8;
+    double beta1;
+    double beta2;
+    double epsilon;
 };
 
 /// Values and what Adam remembers of them; 3 N floats each.

@@ -56,7 +56,7 @@ class OptimizerAdam final : public fresco::OptimizerRule
             throw std::logic_error("optimizer.adam: step() with other parameters than attach()");
         const auto evaluation = evaluate();
         ++step_;
-        const fresco::adam::Constants constants{*beta1, *beta2, *epsilon};
+        const fresco::adam::Constants constants{.beta1 = *beta1, .beta2 = *beta2, .epsilon = *epsilon};
         for (std::size_t i = 0; i < parameters.size(); ++i)
         {
             auto& parameter = parameters[i];

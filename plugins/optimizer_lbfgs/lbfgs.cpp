@@ -135,7 +135,7 @@ double step(Vector& x, std::deque<Pair>& pairs, const Function& function, const 
     const double fastest = largest(along);
     auto search = options.search;
     search.longest = options.largest_change / fastest;
-    search.evaluations_count -= 1;
+    search.max_evaluations -= 1;
     const double first = pairs.empty() ? options.first_change / fastest : 1.0;
 
     VectorLine line(x, along, function, threads);
@@ -156,7 +156,7 @@ double step(Vector& x, std::deque<Pair>& pairs, const Function& function, const 
     // Negative or lost in rounding: such a pair would make H indefinite.
     if (curvature > 1e-6 * lengths && lengths > 0)
         pairs.push_back(std::move(pair));
-    while (pairs.size() > options.pairs_count)
+    while (pairs.size() > options.history_count)
         pairs.pop_front();
     return value;
 }

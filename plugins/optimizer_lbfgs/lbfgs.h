@@ -35,14 +35,14 @@ Vector direction(const std::deque<Pair>& pairs, const Vector& gradient, int thre
 
 struct StepOptions
 {
-    std::size_t pairs_count = 10;
-    SearchOptions search;        ///< `longest` is set from largest_change; the evaluation at the start is counted too.
-    double first_change = 1;     ///< Largest change of a value in the first trial where there are no pairs.
-    double largest_change = 10;  ///< Of a value in any trial.
+    std::size_t history_count;  ///< Pairs that are kept.
+    SearchOptions search;       ///< `longest` is set from largest_change; the evaluation at the start is counted too.
+    double first_change;        ///< Largest change of a value in the first trial where there are no pairs.
+    double largest_change;      ///< Of a value in any trial.
 };
 
 /// One step from `x`: the function is evaluated there, a direction chosen, and the line searched. Returns the value at the start.
-/// Adds to `pairs` and removes the oldest beyond pairs_count; only gradients of this very function make a pair, so the function
+/// Adds to `pairs` and removes the oldest beyond history_count; only gradients of this very function make a pair, so the function
 /// may be another one in every step. Where no point on the line is lower, x stays and the pairs are forgotten; where the value or
 /// a derivative at the start is not finite, nothing changes.
 double step(Vector& x, std::deque<Pair>& pairs, const Function& function, const StepOptions& options, int threads);

@@ -26,7 +26,7 @@ class Search
 {
   public:
     Search(const Sample& start, const SearchOptions& options, Line& line)
-        : start_(start), options_(options), line_(line), left_(options.evaluations_count)
+        : start_(start), options_(options), line_(line), left_(options.max_evaluations)
     {
     }
 

@@ -25,11 +25,11 @@ class Line
 
 struct SearchOptions
 {
-    bool strong_wolfe = true;   ///< Both conditions; otherwise halve the step until the first holds.
-    double sufficient = 1e-4;   ///< value <= start's + sufficient · step · start's slope
-    double curvature = 0.9;     ///< |slope| <= curvature · |start's slope|
-    double longest = 1e30;      ///< No step beyond this.
-    int evaluations_count = 8;  ///< Most calls of at().
+    bool strong_wolfe;         ///< Both conditions; otherwise halve the step until the first holds.
+    int max_evaluations;       ///< Calls of at().
+    double sufficient = 1e-4;  ///< value <= start's + sufficient · step · start's slope
+    double curvature = 0.9;    ///< |slope| <= curvature · |start's slope|
+    double longest = 1e30;     ///< No step beyond this.
 };
 
 /// From `start` (step 0, slope < 0), with `first` > 0 as the first step. Returns a point that satisfies the conditions; where the

@@ -70,13 +70,12 @@ class OptimizerLbfgs final : public fresco::OptimizerRule
             gradient.assign(gradient.size(), 0.0F);
             return evaluation.loss + add_gradients(parameters, evaluation.gradients, lambda_r, gradient);
         };
-        lb::StepOptions options;
-        options.pairs_count = static_cast<std::size_t>(*history_count);
-        options.search.strong_wolfe = *line_search == "strong_wolfe";
-        options.search.evaluations_count = *max_evaluations;
-        options.first_change = rate;
-        options.largest_change = rate * *max_change;
-        lb::step(x, pairs_, function, options, at::get_num_threads());
+        lb::step(x, pairs_, function,
+                 {.history_count = static_cast<std::size_t>(*history_count),
+                  .search = {.strong_wolfe = *line_search == "strong_wolfe", .max_evaluations = *max_evaluations},
+                  .first_change = rate,
+                  .largest_change = rate * *max_change},
+                 at::get_num_threads());
         store(x, parameters);
         return first_loss;
     }

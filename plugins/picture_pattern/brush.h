@@ -12,10 +12,10 @@ namespace pattern
 
 struct BrushOptions
 {
-    int size_px = 512;
-    float stroke_share = 0.05f;  ///< Width of the broadest brush as a share of the picture.
-    float stroke_length = 7;     ///< Length of a stroke in widths.
-    std::uint32_t seed = 0;
+    int size_px;
+    float stroke_share;   ///< Width of the broadest brush as a share of the picture.
+    float stroke_length;  ///< Length of a stroke in widths.
+    std::uint32_t seed;
 };
 
 /// Paints a motif with layers of bristled strokes that follow its direction, broad ones first, and lights the paint from the

@@ -29,8 +29,8 @@ struct ViewOptions
 {
     std::filesystem::path pictures;  ///< Folder of the pictures.
     std::filesystem::path depth;     ///< Folder of depth pictures named like them, ending in .png; empty: none.
-    double unit_m = 1;               ///< Meters per unit of the reconstruction.
-    double depth_unit_m = 0.001;     ///< Meters per step of the depth pictures.
+    double unit_m;                   ///< Meters per unit of the reconstruction.
+    double depth_unit_m;             ///< Meters per step of the depth pictures.
 };
 
 /// The views of the images, by name. Throws Error naming the image's place if its camera is not among `cameras`, or if there are

@@ -30,9 +30,11 @@ class ScanColmap final : public RecordingStage
         const auto files = colmap::find_model(path(), run);
         const auto cameras = colmap::read_cameras(files.cameras);
         run.report("cameras", cameras.size());
-        return {.views = colmap::model_views(
-                    cameras, colmap::read_images(files.images), files.images,
-                    {pictures->empty() ? path() / "images" : pictures->path, depth->path, *unit_m, *depth_unit_m})};
+        return {.views = colmap::model_views(cameras, colmap::read_images(files.images), files.images,
+                                             {.pictures = pictures->empty() ? path() / "images" : pictures->path,
+                                              .depth = depth->path,
+                                              .unit_m = *unit_m,
+                                              .depth_unit_m = *depth_unit_m})};
     }
 
     fresco::Cost cost() const override

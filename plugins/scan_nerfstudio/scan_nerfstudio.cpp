@@ -30,9 +30,12 @@ class ScanNerfstudio final : public RecordingStage
     {
         const auto file =
             first_file(*transforms, {path() / "transforms.json"}, "the file of cameras and poses", "transforms", run);
-        auto read = nerfstudio::parse_transforms(fresco::read_text_file(file), file,
-                                                 {*world == "original" ? nerfstudio::World::original : nerfstudio::World::saved,
-                                                  *unit_m, *depth_unit_m, pictures->path});
+        auto read =
+            nerfstudio::parse_transforms(fresco::read_text_file(file), file,
+                                         {.world = *world == "original" ? nerfstudio::World::original : nerfstudio::World::saved,
+                                          .unit_m = *unit_m,
+                                          .depth_unit_m = *depth_unit_m,
+                                          .pictures = pictures->path});
         if (read.has_masks)
             run.warning("the frames have masks (mask_path), which are not used");
         return {.views = std::move(read.views)};

@@ -19,10 +19,10 @@ enum class World
 
 struct Reading
 {
-    World world = World::saved;
-    double unit_m = 1;                    ///< Meters per unit of the poses.
-    double depth_unit_m = 0;              ///< Meters per step of the depth pictures; 0: what the file says, else a millimeter.
-    std::filesystem::path pictures = {};  ///< Folder that file_path is relative to; empty: the file's own.
+    World world;
+    double unit_m;                   ///< Meters per unit of the poses.
+    double depth_unit_m;             ///< Meters per step of the depth pictures; 0: what the file says, else a millimeter.
+    std::filesystem::path pictures;  ///< Folder that file_path is relative to; empty: the file's own.
 };
 
 struct Transforms

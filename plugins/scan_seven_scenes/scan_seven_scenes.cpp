@@ -48,7 +48,8 @@ class ScanSevenScenes final : public RecordingStage
                 view.depth_unit_m = *depth_unit_m;
                 recording.views.push_back(std::move(view));
             }
-        calibration_ = seven_scenes::read_calibration(path(), {*color_k, *depth_k, *color_from_depth}, run);
+        calibration_ = seven_scenes::read_calibration(
+            path(), {.color_intrinsics = *color_k, .depth_intrinsics = *depth_k, .color_from_depth = *color_from_depth}, run);
         mesh.read({path() / "mesh.ply"}, run);
         run.report("sequences", folders.size());
         return recording;

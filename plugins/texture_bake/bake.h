@@ -19,8 +19,8 @@ enum class Unseen
 
 struct BakeOptions
 {
-    Unseen unseen = Unseen::fill;
-    std::array<std::uint8_t, 3> unseen_color{128, 128, 128};
+    Unseen unseen;
+    std::array<std::uint8_t, 3> unseen_color;
 };
 
 /// Counts of texels whose center lies in a chart.

@@ -29,13 +29,13 @@ class TextureBake final : public Stage
 
     BakeOptions bake_options() const
     {
-        BakeOptions options;
-        options.unseen = *unseen == "fill" ? Unseen::fill : *unseen == "color" ? Unseen::color : Unseen::keep;
-        if (unseen_color->size() != options.unseen_color.size())
+        if (unseen_color->size() != 3)
             throw Error("unseen_color has " + std::to_string(unseen_color->size()) + " numbers; expected [red, green, blue]");
-        for (std::size_t i = 0; i < options.unseen_color.size(); ++i)
-            options.unseen_color[i] = static_cast<std::uint8_t>((*unseen_color)[i]);
-        return options;
+        const auto channel = [this](std::size_t i) { return static_cast<std::uint8_t>((*unseen_color)[i]); };
+        return {.unseen = *unseen == "fill"    ? Unseen::fill
+                          : *unseen == "color" ? Unseen::color
+                                               : Unseen::keep,
+                .unseen_color = {channel(0), channel(1), channel(2)}};
     }
 
     void run(RunContext& run) override

@@ -33,7 +33,7 @@ class KeptSample
 
 struct BlendRules
 {
-    bool reject_outliers = true;
+    bool reject_outliers;
 };
 
 struct Blend

@@ -3,9 +3,9 @@
 #include "gather.h"
 
 #include <fresco/error.h>
-#include <fresco/parallel.h>
 #include <fresco/images/push_pull.h>
 #include <fresco/images/sharpness.h>
+#include <fresco/parallel.h>
 
 #include <algorithm>
 #include <cmath>
@@ -199,7 +199,7 @@ FramesTexture frames_texture(std::size_t count, const ViewReader& read, const Te
     result.picture = RasterF(rules.size_px, rules.size_px, 3);
     result.seen = Raster8(rules.size_px, rules.size_px);
     {
-        BestSamples best(texels, static_cast<std::size_t>(rules.best_views) + 1);
+        BestSamples best(texels, static_cast<std::size_t>(rules.views_count) + 1);
         fill(best, result, read, rules, progress);
         blend(best, result, rules.blend, progress);
     }

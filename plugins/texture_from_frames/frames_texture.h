@@ -32,10 +32,10 @@ using ViewReader = std::function<View(std::size_t)>;
 
 struct TextureRules
 {
-    int size_px = 2048;
-    int best_views = 16;  ///< Per texel, 1 to 63.
-    bool solve_exposure = true;
-    double sharpness_power = 2;
+    int size_px;
+    int views_count;  ///< Per texel, 1 to 63.
+    bool solve_exposure;
+    double sharpness_power;
     WeightRules weights;
     BlendRules blend;
 };

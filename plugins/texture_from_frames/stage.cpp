@@ -67,14 +67,12 @@ class TextureFromFrames final : public Stage
 
     from_frames::TextureRules rules() const
     {
-        from_frames::TextureRules result;
-        result.size_px = *size_px;
-        result.best_views = *views_count;
-        result.solve_exposure = *exposure == "gain";
-        result.sharpness_power = *sharpness_power;
-        result.weights = {*edge_margin_px, *sensor_tolerance_m};
-        result.blend.reject_outliers = *outliers == "reject";
-        return result;
+        return {.size_px = *size_px,
+                .views_count = *views_count,
+                .solve_exposure = *exposure == "gain",
+                .sharpness_power = *sharpness_power,
+                .weights = {.edge_margin_px = *edge_margin_px, .sensor_tolerance_m = *sensor_tolerance_m},
+                .blend = {.reject_outliers = *outliers == "reject"}};
     }
 
     void run(RunContext& run) override

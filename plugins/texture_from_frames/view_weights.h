@@ -13,8 +13,8 @@ namespace fresco::from_frames
 
 struct WeightRules
 {
-    double edge_margin_px = 4;        ///< Pixels of the camera's picture beside a depth step that are not trusted.
-    double sensor_tolerance_m = 0.1;  ///< With 5 % of the depth: how far the measured depth may be from the mesh's.
+    double edge_margin_px;      ///< Pixels of the camera's picture beside a depth step that are not trusted.
+    double sensor_tolerance_m;  ///< With 5 % of the depth: how far the measured depth may be from the mesh's.
 };
 
 /// What each pixel of a view is worth.

@@ -2,8 +2,8 @@
 
 #include "surface_search.h"
 
-#include <fresco/parallel.h>
 #include <fresco/images/push_pull.h>
+#include <fresco/parallel.h>
 #include <fresco/texturing/charts.h>
 #include <fresco/texturing/linear_light.h>
 #include <fresco/texturing/texel_faces.h>
@@ -180,7 +180,7 @@ ModelTexture transfer_colors(const fresco::Model& model, const ModelColors& colo
                          [&](std::size_t begin, std::size_t end)
                          {
                              progress.check_canceled();
-                             TexelPainter painter(colors, search, atlas, faces, rules.reach_m);
+                             TexelPainter painter(colors, search, atlas, faces, rules.max_distance_m);
                              for (std::size_t texel = begin * size; texel < end * size; ++texel)
                              {
                                  if (!faces.covered(texel))

@@ -23,8 +23,8 @@ struct ModelTexture
 
 struct TransferRules
 {
-    int size_px = 2048;
-    double reach_m = 0.1;  ///< Points of the model farther away do not count.
+    int size_px;
+    double max_distance_m;  ///< Points of the model farther away do not count.
 };
 
 /// Meters per texel of an atlas of `size_px`, on average over its area.

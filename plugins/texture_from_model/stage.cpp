@@ -52,7 +52,7 @@ class TextureFromModel final : public Stage
             throw Error("the mesh on port 'mesh' has no texcoords: wire an atlas.* stage");
         const ColorSource source = color_source(*model);
         const ModelColors colors = source == ColorSource::shape ? ModelColors(*model) : ModelColors(*model, pictures(run));
-        const TransferRules rules{*size_px, reach_m()};
+        const TransferRules rules{.size_px = *size_px, .max_distance_m = reach_m()};
         ModelTexture made = transfer_colors(*model, colors, *mesh, rules, run);
         tell(source, made, rules, run);
         Texture result;
@@ -117,7 +117,7 @@ class TextureFromModel final : public Stage
     {
         if (made.far_texels == made.chart_texels)
             throw Error(
-                "no part of the mesh on port 'mesh' is within " + to_json(rules.reach_m) +
+                "no part of the mesh on port 'mesh' is within " + to_json(rules.max_distance_m) +
                 " m of the model: wire the atlas of the mesh that the same scan.mesh stage made, or raise max_distance_m");
         const auto total = static_cast<double>(made.chart_texels);
         const double seen_share = 1 - static_cast<double>(made.far_texels) / total;
@@ -128,14 +128,14 @@ class TextureFromModel final : public Stage
         run.report("pictures", model->pictures.size());
         run.report("chart_texels", made.chart_texels);
         run.report("seen_share", seen_share);
-        run.report("max_distance_m", rules.reach_m);
+        run.report("max_distance_m", rules.max_distance_m);
         run.report("mean_distance_m", made.mean_distance_m);
         run.report("largest_distance_m", made.largest_distance_m);
         if (source == ColorSource::shape)
             run.message("the model has no pictures and one color: shaded by its shape");
         if (seen_share < least_seen_share)
             run.warning(std::to_string(std::lround(100 * (1 - seen_share))) + " % of the atlas is farther than " +
-                        to_json(rules.reach_m) +
+                        to_json(rules.max_distance_m) +
                         " m from the model and takes the colors around it: decimate less, or raise "
                         "max_distance_m");
     }

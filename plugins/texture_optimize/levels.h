@@ -11,9 +11,9 @@ namespace fresco::optimize
 /// How pixels are given to the heights of the render pyramid (StyleMesh, section 3.2).
 struct DepthRule
 {
-    double theta_min_px = 32;     ///< What θ_d meters at a distance of 1 m should be at least, in pixels of height.
-    double theta_d_m = 0.25;      ///< Smaller for scans of short range.
-    bool printed_weight = false;  ///< |R - L1| / |L1 - L2| for L1, as the paper prints it; else 1 minus that.
+    double theta_min_px;  ///< What θ_d meters at a distance of 1 m should be at least, in pixels of height.
+    double theta_d_m;     ///< Smaller for scans of short range.
+    bool printed_weight;  ///< |R - L1| / |L1 - L2| for L1, as the paper prints it; else 1 minus that.
 };
 
 /// The two heights of one depth, as indices; `second == first` and weight 1 where one alone takes part.
@@ -31,9 +31,9 @@ LevelChoice level_choice(double depth_m, std::span<const int> heights_px, const 
 /// Which pixels take part in the fine style loss (StyleMesh, section 3.3).
 struct AngleRule
 {
-    double limit_deg = 90;       ///< Largest angle between normal and view that passes.
-    bool below = false;          ///< The angle must be smaller than the limit; else at most the limit.
-    bool from_smallest = false;  ///< Angles of the smallest height, enlarged bilinearly, cosines alike; else each height's own.
+    double limit_deg;    ///< Largest angle between normal and view that passes.
+    bool below;          ///< The angle must be smaller than the limit; else at most the limit.
+    bool from_smallest;  ///< Angles of the smallest height, enlarged bilinearly, cosines alike; else each height's own.
 };
 
 /// The pixels of one rendered height that take part.

@@ -28,23 +28,6 @@ namespace fresco::optimize
 namespace
 {
 
-Schedule schedule_of(const LoopOptions& options, std::vector<std::size_t> views)
-{
-    ScheduleOptions s;
-    s.views = std::move(views);
-    s.epochs = options.epochs;
-    s.repeats = options.repeats;
-    s.max_steps = options.max_steps;
-    s.shuffled = options.shuffled;
-    s.seed = options.seed;
-    s.rate = options.rate;
-    s.cosine = options.cosine;
-    s.decay_start = options.decay_start;
-    s.step_epochs = options.step_epochs;
-    s.step_factor = options.step_factor;
-    return Schedule(std::move(s));
-}
-
 std::vector<std::size_t> used_views(const ViewSource& source, double train_share, RunContext& run)
 {
     auto views = source.seeing_views();
@@ -73,7 +56,7 @@ class Loop
           source_(inputs.maps, inputs.frames, components.images, options.heights_px), start_(inputs.start),
           space_(options.values, !options.clamp_layers),
           split_(split_views(used_views(source_, options.train_share, run), options.held_out_count)),
-          schedule_(schedule_of(options, split_.trained)), checkpoints_(run.checkpoint_folder()),
+          schedule_(split_.trained, options.seed, options.schedule), checkpoints_(run.checkpoint_folder()),
           evaluator_(components.losses, space_, options.device, options.seed, !options.reference),
           style_(style_sizes(inputs.style, options.style_rule, [&](const std::string& text) { run.message(text); })),
           whole_steps_(run)
@@ -174,7 +157,7 @@ class Loop
     /// To the last step; false where a loss was not finite and the run has gone back.
     bool walked()
     {
-        const auto first_visit = static_cast<std::size_t>(step_ / options_.repeats);
+        const auto first_visit = static_cast<std::size_t>(step_ / options_.schedule.repeats_count);
         ViewFeed feed(options_.device, first_visit, schedule_.visits(),
                       [this](std::size_t visit)
                       {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "schedule.h"
 #include "style_pictures.h"
 #include "view_data.h"
 
@@ -41,36 +42,27 @@ struct LoopComponents
 
 struct LoopOptions
 {
-    int size_px = 2048;
+    int size_px;
     std::vector<int> heights_px;  ///< Empty = all.
-    std::string values = "display";
-    bool clamp_layers = false;  ///< The stored values of each layer after every step; else the sum in the lookup.
-    std::string init = "frames";
+    std::string values;
+    bool clamp_layers;  ///< The stored values of each layer after every step; else the sum in the lookup.
+    std::string init;
     LevelRules levels;
-    StyleRule style_rule = StyleRule::printed;
-    double lambda_r = 0;
-    std::uint64_t seed = 0;
-    torch::Device device = torch::kCPU;
-    // The schedule
-    double train_share = 1;  ///< Of the views, in recorded order: the first so many train.
-    int epochs = 1;
-    int repeats = 8;
-    std::int64_t max_steps = 0;
-    bool shuffled = true;
-    double rate = 0.02;
-    bool cosine = true;
-    double decay_start = 0.5;
-    int step_epochs = 3;
-    double step_factor = 0.1;
+    StyleRule style_rule;
+    double lambda_r;
+    std::uint64_t seed;
+    torch::Device device;
+    double train_share;  ///< Of the views, in recorded order: the first so many train.
+    ScheduleOptions schedule;
     // Measuring on views that are not optimized for
-    int held_out_count = 0;
-    std::int64_t measure_steps = 50;
-    double stop_gain = 0;  ///< 0 = all steps are made.
+    int held_out_count;
+    std::int64_t measure_steps;
+    double stop_gain;  ///< 0 = all steps are made.
     // How it is run
-    bool reference = false;  ///< Whole frames, and the camera pictures in every step, are encoded: the same up to rounding.
-    std::int64_t checkpoint_steps = 200;  ///< 0 = none. A run whose loss is not finite goes back to one.
-    double checkpoint_seconds = 0;   ///< Between states kept for a run that is killed; 0 = none are. Of no effect on results.
-    std::int64_t preview_every = 0;  ///< 0 = never.
+    bool reference;  ///< Whole frames, and the camera pictures in every step, are encoded: the same up to rounding.
+    std::int64_t checkpoint_steps;  ///< 0 = none. A run whose loss is not finite goes back to one.
+    double checkpoint_seconds;      ///< Between states kept for a run that is killed; 0 = none are. Of no effect on results.
+    std::int64_t preview_every;     ///< 0 = never.
 };
 
 /// Optimizes a texture until every view, rendered with it, is what the losses want. Goes on from the checkpoint in

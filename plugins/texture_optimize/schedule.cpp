@@ -37,36 +37,37 @@ std::size_t spread_index(std::size_t position, std::size_t count, std::uint64_t 
     return (number & 1U) != 0 ? (start + walked) % count : (start + count - walked) % count;
 }
 
-Schedule::Schedule(ScheduleOptions options) : options_(std::move(options))
+Schedule::Schedule(std::vector<std::size_t> views, std::uint64_t seed, const ScheduleOptions& options)
+    : views_(std::move(views)), seed_(seed), options_(options)
 {
-    if (options_.views.empty() || options_.epochs < 1 || options_.repeats < 1)
+    if (views_.empty() || options_.epochs < 1 || options_.repeats_count < 1)
         throw std::invalid_argument("a schedule takes at least one view, epoch and repeat");
-    steps_ = static_cast<std::int64_t>(options_.views.size()) * options_.epochs * options_.repeats;
+    steps_ = static_cast<std::int64_t>(views_.size()) * options_.epochs * options_.repeats_count;
     if (options_.max_steps > 0)
         steps_ = std::min(steps_, options_.max_steps);
 }
 
 std::size_t Schedule::visits() const
 {
-    return static_cast<std::size_t>((steps_ + options_.repeats - 1) / options_.repeats);
+    return static_cast<std::size_t>((steps_ + options_.repeats_count - 1) / options_.repeats_count);
 }
 
 std::size_t Schedule::view_of_visit(std::size_t visit) const
 {
-    const std::size_t count = options_.views.size();
+    const std::size_t count = views_.size();
     const std::size_t position = visit % count;
     if (!options_.shuffled)
-        return options_.views[position];
-    return options_.views[spread_index(position, count, mixed(options_.seed, visit / count, 1))];
+        return views_[position];
+    return views_[spread_index(position, count, mixed(seed_, visit / count, 1))];
 }
 
 ScheduledStep Schedule::at(std::int64_t step) const
 {
     ScheduledStep result;
-    result.visit = static_cast<std::size_t>(step / options_.repeats);
+    result.visit = static_cast<std::size_t>(step / options_.repeats_count);
     result.view = view_of_visit(result.visit);
-    result.repeat = step % options_.repeats;
-    result.epoch = static_cast<std::int64_t>(result.visit / options_.views.size());
+    result.repeat = step % options_.repeats_count;
+    result.epoch = static_cast<std::int64_t>(result.visit / views_.size());
     return result;
 }
 

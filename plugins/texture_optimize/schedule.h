@@ -9,33 +9,32 @@ namespace fresco::optimize
 
 struct ScheduleOptions
 {
-    std::vector<std::size_t> views;  ///< The views to visit, in recorded order; not empty.
-    int epochs = 1;                  ///< Number of visits to every view.
-    int repeats = 1;                 ///< Consecutive steps of a visit.
-    std::int64_t max_steps = 0;      ///< 0 = no limit.
-    bool shuffled = true;
-    std::uint64_t seed = 0;
-    double rate = 1;
-    bool cosine = true;
-    double decay_start = 0.5;  ///< Cosine: the share of the steps at the full rate.
-    int step_epochs = 3;       ///< Steps: the rate is multiplied by step_factor every so many epochs.
-    double step_factor = 0.1;
+    int epochs;              ///< Number of visits to every view.
+    int repeats_count;       ///< Consecutive steps of a visit.
+    std::int64_t max_steps;  ///< 0 = no limit.
+    bool shuffled;
+    double rate;
+    bool cosine;
+    double decay_start;  ///< Cosine: the share of the steps at the full rate.
+    int step_epochs;     ///< Steps: the rate is multiplied by step_factor every so many epochs.
+    double step_factor;
 };
 
 /// What happens in a step.
 struct ScheduledStep
 {
-    std::size_t visit = 0;  ///< Counted from 0 over the run; a visit is `repeats` steps on one view.
+    std::size_t visit = 0;  ///< Counted from 0 over the run; a visit is `repeats_count` steps on one view.
     std::size_t view = 0;
     std::int64_t repeat = 0;  ///< Within the visit.
     std::int64_t epoch = 0;
 };
 
-/// Which view each step sees, and at which learning rate. Depends on the options alone. Thread-safe.
+/// Which view each step sees, and at which learning rate. Thread-safe.
 class Schedule
 {
   public:
-    explicit Schedule(ScheduleOptions options);
+    /// `views`: those to visit, in recorded order; not empty. `seed`: of their order where it is shuffled.
+    Schedule(std::vector<std::size_t> views, std::uint64_t seed, const ScheduleOptions& options);
 
     std::int64_t steps() const { return steps_; }
     std::size_t visits() const;
@@ -44,6 +43,8 @@ class Schedule
     double rate(std::int64_t step) const;
 
   private:
+    std::vector<std::size_t> views_;
+    std::uint64_t seed_;
     ScheduleOptions options_;
     std::int64_t steps_ = 0;
 };

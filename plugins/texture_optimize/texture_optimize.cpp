@@ -178,53 +178,51 @@ class TextureOptimize final : public fresco::Stage
     {
         using fresco::optimize::GradientScaling;
         using fresco::optimize::LevelRules;
-        LevelRules rules;
-        rules.by_depth = *depth_levels;
-        rules.depth = *level_depth == "mesh"     ? LevelRules::Depth::mesh
-                      : *level_depth == "sensor" ? LevelRules::Depth::sensor
-                                                 : LevelRules::Depth::sensor_or_lowest;
-        rules.depth_rule = {*theta_min_px, *theta_d_m, *level_weight == "printed"};
-        rules.angle = {*angle_limit_deg, *angle_rule == "below", *angle_map == "smallest"};
-        rules.scaling = *gradient_scaling == "angle"   ? GradientScaling::angle
-                        : *gradient_scaling == "level" ? GradientScaling::level
-                                                       : GradientScaling::none;
-        rules.share_by_features = *level_share == "features";
-        rules.enlarge_camera_features = *content_target == "smallest";
-        rules.fill_with_corner = *empty_pixels == "corner";
-        return rules;
+        return {
+            .by_depth = *depth_levels,
+            .depth = *level_depth == "mesh"     ? LevelRules::Depth::mesh
+                     : *level_depth == "sensor" ? LevelRules::Depth::sensor
+                                                : LevelRules::Depth::sensor_or_lowest,
+            .depth_rule = {.theta_min_px = *theta_min_px, .theta_d_m = *theta_d_m, .printed_weight = *level_weight == "printed"},
+            .angle = {.limit_deg = *angle_limit_deg, .below = *angle_rule == "below", .from_smallest = *angle_map == "smallest"},
+            .scaling = *gradient_scaling == "angle"   ? GradientScaling::angle
+                       : *gradient_scaling == "level" ? GradientScaling::level
+                                                      : GradientScaling::none,
+            .share_by_features = *level_share == "features",
+            .enlarge_camera_features = *content_target == "smallest",
+            .fill_with_corner = *empty_pixels == "corner"};
     }
 
     fresco::optimize::LoopOptions loop_options() const
     {
-        fresco::optimize::LoopOptions o;
-        o.size_px = *size_px;
-        o.heights_px = *heights_px;
-        o.values = *values;
-        o.clamp_layers = *clamp == "layers";
-        o.init = *init;
-        o.levels = level_rules();
-        o.style_rule = *style_sizes == "released" ? fresco::optimize::StyleRule::released : fresco::optimize::StyleRule::printed;
-        o.train_share = *train_share;
-        o.lambda_r = *lambda_r;
-        o.seed = static_cast<std::uint64_t>(*seed);
-        o.device = chosen_device(*device);
-        o.epochs = *epochs;
-        o.repeats = *repeats_count;
-        o.max_steps = *max_steps;
-        o.shuffled = *order == "shuffled";
-        o.rate = *rate;
-        o.cosine = *decay == "cosine";
-        o.decay_start = *decay_start;
-        o.step_epochs = *step_epochs;
-        o.step_factor = *step_factor;
-        o.held_out_count = *held_out_count;
-        o.measure_steps = *measure_steps;
-        o.stop_gain = *stop_gain;
-        o.reference = *execution == "reference";
-        o.checkpoint_steps = *checkpoint_steps;
-        o.checkpoint_seconds = *checkpoint_seconds;
-        o.preview_every = *preview_every;
-        return o;
+        using fresco::optimize::StyleRule;
+        return {.size_px = *size_px,
+                .heights_px = *heights_px,
+                .values = *values,
+                .clamp_layers = *clamp == "layers",
+                .init = *init,
+                .levels = level_rules(),
+                .style_rule = *style_sizes == "released" ? StyleRule::released : StyleRule::printed,
+                .lambda_r = *lambda_r,
+                .seed = static_cast<std::uint64_t>(*seed),
+                .device = chosen_device(*device),
+                .train_share = *train_share,
+                .schedule = {.epochs = *epochs,
+                             .repeats_count = *repeats_count,
+                             .max_steps = *max_steps,
+                             .shuffled = *order == "shuffled",
+                             .rate = *rate,
+                             .cosine = *decay == "cosine",
+                             .decay_start = *decay_start,
+                             .step_epochs = *step_epochs,
+                             .step_factor = *step_factor},
+                .held_out_count = *held_out_count,
+                .measure_steps = *measure_steps,
+                .stop_gain = *stop_gain,
+                .reference = *execution == "reference",
+                .checkpoint_steps = *checkpoint_steps,
+                .checkpoint_seconds = *checkpoint_seconds,
+                .preview_every = *preview_every};
     }
 };
 

@@ -27,10 +27,10 @@ struct Task
 /// How one level is painted.
 struct LevelOptions
 {
-    int side = 11;               ///< Points along a patch.
-    int stride = 4;              ///< Texels from patch to patch.
-    double faithfulness = 0.27;  ///< g: how much of what is looked for is the start; the rest is what was painted before.
-    double unrest = 10;          ///< L*a*b*: noise that the coarsest level's start gets, so that plain surfaces get strokes too.
+    int side;             ///< Points along a patch.
+    int stride;           ///< Texels from patch to patch.
+    double faithfulness;  ///< g: how much of what is looked for is the start; the rest is what was painted before.
+    double unrest;        ///< L*a*b*: noise that the coarsest level's start gets, so that plain surfaces get strokes too.
     SearchOptions search;
 };
 

@@ -19,11 +19,11 @@ struct Match
 
 struct SearchOptions
 {
-    double completeness = 2;  ///< α in L*a*b*² per value: the smaller, the more evenly the picture is used.
-    double stroke_px = 8;     ///< How wide a stroke is, in texels and in pixels of the level's picture.
-    double variety = 5;       ///< What places of the surface prefer, see Variety; L*a*b*² per value.
-    double lift = 8;          ///< Added to all distances: makes completeness count where much fits well. L*a*b*² per value.
-    std::uint32_t seed = 0;   ///< Of the preferences.
+    double completeness;  ///< α in L*a*b*² per value: the smaller, the more evenly the picture is used.
+    double stroke_px;     ///< How wide a stroke is, in texels and in pixels of the level's picture.
+    double variety;       ///< What places of the surface prefer, see Variety; L*a*b*² per value.
+    double lift;          ///< Added to all distances: makes completeness count where much fits well. L*a*b*² per value.
+    std::uint32_t seed;   ///< Of the preferences.
 };
 
 /// The best place of the picture for every patch: an exact search over the keys by principal components; then, by all values,

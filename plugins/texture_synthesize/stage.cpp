@@ -98,17 +98,16 @@ class TextureSynthesize final : public Stage
             picture.recolor(style->pixels);
         run.report("up", Value::List{double{upright.up.x}, double{upright.up.y}, double{upright.up.z}});
         run.report("unseen_share", 1 - static_cast<double>(picture.known_texels()) / static_cast<double>(picture.chart_texels()));
-        synthesize::SynthesisOptions options;
-        options.size_px = *size_px;
-        options.stroke_m = *stroke_cm / 100;
-        options.painterly = *painterly;
-        options.completeness = *completeness;
-        options.patch_px = *patch_px;
-        options.levels = *levels_count;
-        options.rounds = *rounds_count;
-        options.seed = static_cast<std::uint32_t>(*seed);
-        options.checkpoint_s = *checkpoint_seconds;
-        options.preview_s = *preview_seconds;
+        const synthesize::SynthesisOptions options{.size_px = *size_px,
+                                                   .stroke_m = *stroke_cm / 100,
+                                                   .painterly = *painterly,
+                                                   .completeness = *completeness,
+                                                   .patch_px = *patch_px,
+                                                   .levels_count = *levels_count,
+                                                   .rounds_count = *rounds_count,
+                                                   .seed = static_cast<std::uint32_t>(*seed),
+                                                   .checkpoint_seconds = *checkpoint_seconds,
+                                                   .preview_seconds = *preview_seconds};
         const synthesize::Task task{surface, upright, style->pixels, [&](std::uint32_t chart, Vec2f uv, double footprint) {
                                         return picture.at(chart, uv, footprint);
                                     }};

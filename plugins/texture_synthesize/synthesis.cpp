@@ -55,7 +55,7 @@ class Synthesis
     {
         const int finest = finest_level();
         std::unique_ptr<Level> level;
-        int number = options_.levels - 1;
+        int number = options_.levels_count - 1;
         if (std::optional<Checkpoint> found = earlier(finest))
         {
             auto next = new_level(found->level);
@@ -85,7 +85,7 @@ class Synthesis
 
     int finest_level() const
     {
-        const int coarsest = options_.levels - 1;
+        const int coarsest = options_.levels_count - 1;
         if (spacing_m(coarsest) < narrowest * texel_m_)
         {
             std::ostringstream what;
@@ -103,17 +103,15 @@ class Synthesis
     LevelOptions level_options(int level) const
     {
         const double freedom = 2 * options_.painterly;
-        LevelOptions o;
-        o.side = options_.patch_px;
-        o.stride = level > 0 ? coarse_stride : fine_stride;
-        o.faithfulness = 0.5 * std::pow(0.3, options_.painterly);
-        o.unrest *= freedom;
-        o.search.stroke_px = stroke_texels / std::exp2(level);
-        o.search.completeness = options_.completeness;
-        o.search.variety *= freedom;
-        o.search.lift *= freedom;
-        o.search.seed = options_.seed;
-        return o;
+        return {.side = options_.patch_px,
+                .stride = level > 0 ? coarse_stride : fine_stride,
+                .faithfulness = 0.5 * std::pow(0.3, options_.painterly),
+                .unrest = 10 * freedom,
+                .search = {.completeness = options_.completeness,
+                           .stroke_px = stroke_texels / std::exp2(level),
+                           .variety = 5 * freedom,
+                           .lift = 8 * freedom,
+                           .seed = options_.seed}};
     }
 
     std::unique_ptr<Level> new_level(int number) const
@@ -126,8 +124,8 @@ class Synthesis
         try
         {
             auto found = read_checkpoint(file_);
-            if (found && (found->level < finest || found->level >= options_.levels || found->rounds < 1 ||
-                          found->rounds > options_.rounds))
+            if (found && (found->level < finest || found->level >= options_.levels_count || found->rounds < 1 ||
+                          found->rounds > options_.rounds_count))
                 throw Error(file_.string() + ": of another run");
             return found;
         }
@@ -155,10 +153,10 @@ class Synthesis
 
     void paint_rounds(Level& level, int number, int done, int finest)
     {
-        const int rounds_in_all = (options_.levels - finest) * options_.rounds;
-        for (int round = done; round < options_.rounds; ++round)
+        const int rounds_in_all = (options_.levels_count - finest) * options_.rounds_count;
+        for (int round = done; round < options_.rounds_count; ++round)
         {
-            run_.progress((options_.levels - 1 - number) * options_.rounds + round, rounds_in_all, "rounds");
+            run_.progress((options_.levels_count - 1 - number) * options_.rounds_count + round, rounds_in_all, "rounds");
             level.paint_round(run_);
             double sum = 0;
             for (const Match& match : level.matches())
@@ -166,12 +164,12 @@ class Synthesis
             run_.metric("distance", sum / static_cast<double>(level.matches().size()));
             const auto now = Clock::now();
             const auto since = [now](Clock::time_point then) { return std::chrono::duration<double>(now - then).count(); };
-            if (options_.checkpoint_s > 0 && since(saved_) >= options_.checkpoint_s)
+            if (options_.checkpoint_seconds > 0 && since(saved_) >= options_.checkpoint_seconds)
             {
                 write_checkpoint(file_, {number, round + 1, level.colors(), level.matches(), level.crowding()});
                 saved_ = Clock::now();
             }
-            if (images_ != nullptr && since(shown_) >= options_.preview_s)
+            if (images_ != nullptr && since(shown_) >= options_.preview_seconds)
             {
                 show(level);
                 shown_ = Clock::now();

@@ -12,16 +12,16 @@ namespace fresco::synthesize
 
 struct SynthesisOptions
 {
-    int size_px = 2048;       ///< Texels per side of the texture.
-    double stroke_m = 0.035;  ///< How wide the picture's strokes are on the surface.
-    double painterly = 0.5;   ///< 0 … 1
-    double completeness = 2;  ///< See SearchOptions.
-    int patch_px = 11;        ///< Points along a patch, odd.
-    int levels = 2;           ///< Each half as fine as the next.
-    int rounds = 6;           ///< Per level.
-    std::uint32_t seed = 0;
-    double checkpoint_s = 10;  ///< Maximum seconds of work that a killed run loses; 0: no checkpoints.
-    double preview_s = 5;      ///< Seconds between previews.
+    int size_px;          ///< Texels per side of the texture.
+    double stroke_m;      ///< How wide the picture's strokes are on the surface.
+    double painterly;     ///< 0 … 1
+    double completeness;  ///< See SearchOptions.
+    int patch_px;         ///< Points along a patch, odd.
+    int levels_count;     ///< Each half as fine as the next.
+    int rounds_count;     ///< Per level.
+    std::uint32_t seed;
+    double checkpoint_seconds;  ///< Maximum seconds of work that a killed run loses; 0: no checkpoints.
+    double preview_seconds;     ///< Between previews.
 };
 
 /// Paints a surface from coarse to fine: levels whose strokes are 8 texels wide and half as many, and then the texture. Levels

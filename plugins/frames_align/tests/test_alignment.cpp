@@ -13,6 +13,8 @@ using namespace fresco::align;
 namespace
 {
 
+constexpr AlignmentRules usual{.rounds_count = 40, .likely_turn = 0.02, .likely_shift_m = 0.02};
+
 /// Points are seen from where the recorder says that the cameras are; pictures are taken from where they are.
 std::vector<AlignedView> views_of(const std::vector<Camera>& true_cameras, const std::vector<Camera>& recorded,
                                   const std::vector<SurfacePoint>& points, const std::vector<double>& gains)
@@ -63,7 +65,7 @@ TEST_CASE("a camera that is told wrongly is put where it was")
     recorded[2] = mistaken(truth[2], 0.02, {0.02, -0.01, 0.015});
     REQUIRE(apart_px(truth[2], recorded[2]) > 5);
     testing::TestRun run;
-    const auto found = align::align(views_of(truth, recorded, points, even_gains), points.size(), {}, run);
+    const auto found = align::align(views_of(truth, recorded, points, even_gains), points.size(), usual, run);
     CHECK(relatively_apart_px(truth, recorded) > 2);
     CHECK(relatively_apart_px(truth, corrected(recorded, found)) < 0.5);
     for (std::size_t i = 0; i < truth.size(); ++i)
@@ -84,7 +86,8 @@ TEST_CASE("many small mistakes are corrected, whatever the exposures")
         recorded.push_back(mistaken(truth[i], sign * 0.004 * (part - 3), {0.003 * sign * part, 0.002 * (part - 3), 0}));
     }
     testing::TestRun run;
-    const auto found = align::align(views_of(truth, recorded, points, {1, 1.2, 0.8, 0.9, 1.1, 1.3, 0.7}), points.size(), {}, run);
+    const auto found =
+        align::align(views_of(truth, recorded, points, {1, 1.2, 0.8, 0.9, 1.1, 1.3, 0.7}), points.size(), usual, run);
     CHECK(relatively_apart_px(truth, recorded) > 2.5);
     CHECK(relatively_apart_px(truth, corrected(recorded, found)) < 0.4);
     CHECK(found.error_after < 0.4 * found.error_before);
@@ -97,7 +100,7 @@ TEST_CASE("right cameras stay, and one that shares nothing with others")
     auto views = views_of(truth, truth, points, even_gains);
     views.push_back({truth[0].intrinsics, {}, brightness_levels(picture_of(truth[0]))});
     testing::TestRun run;
-    const auto found = align::align(views, points.size(), {}, run);
+    const auto found = align::align(views, points.size(), usual, run);
     for (std::size_t i = 0; i < truth.size(); ++i)
         CHECK(found.moved_px[i] < 0.3);
     CHECK(found.corrected_from_recorded[7] == RigidTransform{});
@@ -105,7 +108,7 @@ TEST_CASE("right cameras stay, and one that shares nothing with others")
     CHECK(align::align({}, 0, {}, run).moved_px.empty());
     // Exposures are no error.
     const std::vector<double> gains{1, 1.2, 0.8, 0.9, 1.1, 1.3, 0.7};
-    CHECK(align::align(views_of(truth, truth, points, gains), points.size(), {}, run).error_before < 0.005);
+    CHECK(align::align(views_of(truth, truth, points, gains), points.size(), usual, run).error_before < 0.005);
 }
 
 TEST_CASE("what one picture shows alone hardly moves its camera")
@@ -119,7 +122,7 @@ TEST_CASE("what one picture shows alone hardly moves its camera")
             for (int x = level.width / 4; x < 3 * level.width / 4; ++x)
                 level.at(x, y) += 4 * (static_cast<float>(x) / static_cast<float>(level.width) - 0.25F);
     testing::TestRun run;
-    CHECK(align::align(views, points.size(), {}, run).moved_px[2] < 2);  // 5, did every difference count alike.
+    CHECK(align::align(views, points.size(), usual, run).moved_px[2] < 2);  // 5, did every difference count alike.
 }
 
 TEST_CASE("the prior holds cameras where pictures say nothing")
@@ -130,17 +133,15 @@ TEST_CASE("the prior holds cameras where pictures say nothing")
     recorded[1] = mistaken(truth[1], 0.02, {});
     const auto views = views_of(truth, recorded, points, even_gains);
     testing::TestRun run;
-    AlignmentRules stiff;
-    stiff.likely_turn = 1e-3;
-    stiff.likely_shift_m = 1e-3;
-    stiff.rounds = 100;  // It does not give way in the end.
+    // It does not give way in the end.
+    const AlignmentRules stiff{.rounds_count = 100, .likely_turn = 1e-3, .likely_shift_m = 1e-3};
     CHECK(align::align(views, points.size(), stiff, run).moved_px[1] < 0.1);
-    CHECK(align::align(views, points.size(), {}, run).moved_px[1] > 3);
+    CHECK(align::align(views, points.size(), usual, run).moved_px[1] > 3);
     auto blank = views;
     for (auto& view : blank)
         for (auto& level : view.levels)
             std::fill(level.values.begin(), level.values.end(), -1.0F);
-    CHECK(align::align(blank, points.size(), {}, run).moved_px[1] == 0);
+    CHECK(align::align(blank, points.size(), usual, run).moved_px[1] == 0);
 }
 
 TEST_CASE("the alignment does not depend on the threads, and heeds a stop")
@@ -150,8 +151,8 @@ TEST_CASE("the alignment does not depend on the threads, and heeds a stop")
     auto recorded = truth;
     recorded[3] = mistaken(truth[3], 0.015, {0, 0.01, 0});
     const auto views = views_of(truth, recorded, points, even_gains);
-    AlignmentRules rules;
-    rules.rounds = 5;
+    AlignmentRules rules = usual;
+    rules.rounds_count = 5;
     testing::TestRun one(1);
     const auto expected = align::align(views, points.size(), rules, one);
     for (const int threads : {2, 5})

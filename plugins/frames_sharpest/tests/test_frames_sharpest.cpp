@@ -81,7 +81,8 @@ fresco::Frames run_sharpest(const fresco::Frames& input, fresco::Value options, 
 
 TEST_CASE("blurred frames are dropped, the threshold itself passes", "[frames.sharpest]")
 {
-    const auto s = select_frames({measured("a", 149.9), measured("a", 150), measured("a", 300)}, {.min_sharpness = 150});
+    const auto s = select_frames({measured("a", 149.9), measured("a", 150), measured("a", 300)},
+                                 {.min_sharpness = 150, .window_count = 1, .max_frames = 0});
     CHECK(s.kept == std::vector<std::size_t>{1, 2});
     CHECK(s.blurred == 1);
     CHECK(s.less_sharp == 0);
@@ -91,7 +92,7 @@ TEST_CASE("the sharpest of each window is kept, and windows end with the sequenc
 {
     const std::vector<MeasuredFrame> frames{measured("a", 5), measured("a", 9), measured("a", 9), measured("a", 1),
                                             measured("b", 2), measured("b", 3), measured("b", 4)};
-    const auto s = select_frames(frames, {.min_sharpness = 2, .window_count = 3});
+    const auto s = select_frames(frames, {.min_sharpness = 2, .window_count = 3, .max_frames = 0});
     // Windows: a {5 9 9}, a {1}, b {2 3 4}.
     CHECK(s.kept == std::vector<std::size_t>{1, 6});
     CHECK(s.blurred == 1);
@@ -103,19 +104,20 @@ TEST_CASE("max_frames spreads over the whole recording", "[frames.sharpest]")
     std::vector<MeasuredFrame> frames;
     for (const double value : {1, 2, 9, 4, 5, 6, 7, 8, 3, 1})
         frames.push_back(measured("a", value));
-    const auto s = select_frames(frames, {.min_sharpness = 0, .max_frames = 3});
+    const auto s = select_frames(frames, {.min_sharpness = 0, .window_count = 1, .max_frames = 3});
     // Stretches of 3, 3 and 4 frames.
     CHECK(s.kept == std::vector<std::size_t>{2, 5, 7});
     CHECK(s.beyond_limit == 7);
-    CHECK(select_frames(frames, {.min_sharpness = 0, .max_frames = 10}).kept.size() == 10);
+    CHECK(select_frames(frames, {.min_sharpness = 0, .window_count = 1, .max_frames = 10}).kept.size() == 10);
 }
 
 TEST_CASE("when all are blurred the error names thresholds that would pass", "[frames.sharpest]")
 {
-    CHECK_THROWS_WITH(select_frames({measured("a", 20), measured("b", 40.56), measured("c", 30)}, {.min_sharpness = 150}),
+    CHECK_THROWS_WITH(select_frames({measured("a", 20), measured("b", 40.56), measured("c", 30)},
+                                    {.min_sharpness = 150, .window_count = 1, .max_frames = 0}),
                       Contains("none of the 3 frames passes min_sharpness 150.0") && Contains("b/frame, has 40.5") &&
                           Contains("min_sharpness: 30.0"));
-    CHECK_THROWS_WITH(select_frames({}, {}), Contains("no frames"));
+    CHECK_THROWS_WITH(select_frames({}, {.min_sharpness = 0, .window_count = 1, .max_frames = 0}), Contains("no frames"));
 }
 
 TEST_CASE("the stage keeps sharp frames, reports and leaves its input as it was", "[frames.sharpest]")
@@ -151,7 +153,7 @@ TEST_CASE("the stage refuses what it cannot use and can be stopped", "[frames.sh
     const auto input = made_frames(folder.path(), {false, false, true});
     TestRun run;
     CHECK_THROWS_WITH(run_sharpest(input, fresco::Value::Map{{"sharpness_size_px", fresco::Value::List{64}}}, run),
-                      Contains("sharpness_size_px: 1 numbers"));
+                      Contains("sharpness_size_px\" has 1 numbers"));
     CHECK_THROWS_WITH(run_sharpest(made_frames(folder.path(), {false, false}), fresco::Value::Map{}, run),
                       Contains("none of the 2"));
     TestRun stopped;

@@ -11,6 +11,8 @@ using namespace fresco::adam;
 namespace
 {
 
+constexpr Constants usual{.beta1 = 0.9, .beta2 = 0.999, .epsilon = 1e-8};
+
 double number(std::uint64_t& state)
 {
     state = state * 6364136223846793005ULL + 1442695040888963407ULL;
@@ -70,7 +72,7 @@ TEST_CASE("the first step goes by the rate, against the gradient's sign")
 {
     Memory memory(2);
     const Step step{{1}, {0.5F, -2.0F, 0.0F}};
-    step_visible(memory.block(), step.gradient(), 0.1, 0, {}, 1);
+    step_visible(memory.block(), step.gradient(), 0.1, 0, usual, 1);
     CHECK(memory.values[3] == Approx(0.15F));
     CHECK(memory.values[4] == Approx(0.35F));
     CHECK(memory.values[5] == 0.25F);
@@ -151,8 +153,8 @@ TEST_CASE("runs of texels that nothing has moved are left out, with the same byt
                         step.texels.push_back(texel);
                     else
                         step.values.push_back(static_cast<float>(t + c) - 4.5F);
-            step_dense(all.block(), step.gradient(), t, 0.02, pull, {}, 1);
-            step_dense(block, step.gradient(), t, 0.02, pull, {}, 3);
+            step_dense(all.block(), step.gradient(), t, 0.02, pull, usual, 1);
+            step_dense(block, step.gradient(), t, 0.02, pull, usual, 3);
         }
         CHECK(some == all);
         CHECK(std::count(moved.begin(), moved.end(), std::uint8_t{1}) == 8);
@@ -174,9 +176,9 @@ TEST_CASE("steps give the same bytes for any number of threads")
             for (const auto& step : steps)
             {
                 if (dense)
-                    step_dense(memory.block(), step.gradient(), ++t, 0.02, 0.1, {}, threads);
+                    step_dense(memory.block(), step.gradient(), ++t, 0.02, 0.1, usual, threads);
                 else
-                    step_visible(memory.block(), step.gradient(), 0.02, 0.1, {}, threads);
+                    step_visible(memory.block(), step.gradient(), 0.02, 0.1, usual, threads);
             }
             results.push_back(std::move(memory));
         }

@@ -136,8 +136,7 @@ TEST_CASE("the line search ends where both conditions hold")
         return Curve([c](double t) { return -std::sin(c * t) + 0.1 * t * t; },
                      [c](double t) { return -c * std::cos(c * t) + 0.2 * t; });
     };
-    SearchOptions options;
-    options.evaluations_count = 20;
+    SearchOptions options{.strong_wolfe = true, .max_evaluations = 20};
     options.curvature = 0.1;
     for (const double c : {0.01, 0.3, 1.0, 7.0})
         for (const double first : {1e-3, 0.4, 30.0})
@@ -155,12 +154,12 @@ TEST_CASE("the line search ends where both conditions hold")
 TEST_CASE("the line search keeps to its limits")
 {
     Curve steep([](double t) { return -t; }, [](double) { return -1.0; });
-    SearchOptions options;
+    SearchOptions options{.strong_wolfe = true, .max_evaluations = 8};
     options.longest = 3;
     CHECK(line_search(steep.start(), 1, options, steep).step == 3);
     CHECK(steep.kept == 3);
     options.longest = 1e30;
-    options.evaluations_count = 4;
+    options.max_evaluations = 4;
     steep.calls = 0;
     CHECK(line_search(steep.start(), 1, options, steep).step > 3);
     CHECK(steep.calls == 4);
@@ -182,8 +181,7 @@ TEST_CASE("points that are not finite are too far")
     for (const bool wolfe : {true, false})
     {
         Curve walled([nan](double t) { return t < 1 ? (t - 0.4) * (t - 0.4) : nan; }, [](double t) { return 2 * (t - 0.4); });
-        SearchOptions options;
-        options.strong_wolfe = wolfe;
+        const SearchOptions options{.strong_wolfe = wolfe, .max_evaluations = 8};
         const auto found = line_search(walled.start(), 4, options, walled);
         CHECK(found.step > 0);
         CHECK(found.step < 0.8);
@@ -193,8 +191,7 @@ TEST_CASE("points that are not finite are too far")
 TEST_CASE("backtracking halves the step until the value has fallen enough")
 {
     Curve parabola([](double t) { return (t - 1) * (t - 1); }, [](double t) { return 2 * (t - 1); });
-    SearchOptions options;
-    options.strong_wolfe = false;
+    const SearchOptions options{.strong_wolfe = false, .max_evaluations = 8};
     CHECK(line_search(parabola.start(), 5, options, parabola).step == 1.25);
     CHECK(parabola.calls == 3);
 }
@@ -203,10 +200,10 @@ TEST_CASE("a quadratic bowl and Rosenbrock's valley are descended to their ends"
 {
     for (const bool wolfe : {true, false})
     {
-        StepOptions options;
-        options.search.strong_wolfe = wolfe;
-        options.search.evaluations_count = 20;
-        options.first_change = 0.1;
+        const StepOptions options{.history_count = 10,
+                                  .search = {.strong_wolfe = wolfe, .max_evaluations = 20},
+                                  .first_change = 0.1,
+                                  .largest_change = 10};
         std::deque<Pair> pairs;
         Vector x(12, 0.0F);
         for (int i = 0; i < 60; ++i)
@@ -232,9 +229,10 @@ TEST_CASE("a quadratic bowl and Rosenbrock's valley are descended to their ends"
 
 TEST_CASE("the first step and every later one keep to the largest change")
 {
-    StepOptions options;
-    options.first_change = 0.01;
-    options.largest_change = 0.05;
+    const StepOptions options{.history_count = 10,
+                              .search = {.strong_wolfe = true, .max_evaluations = 8},
+                              .first_change = 0.01,
+                              .largest_change = 0.05};
     std::deque<Pair> pairs;
     Vector x(12, 0.0F);
     for (int i = 0; i < 10; ++i)

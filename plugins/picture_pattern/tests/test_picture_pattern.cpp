@@ -19,6 +19,8 @@ using pattern::Vec3f;
 namespace
 {
 
+constexpr pattern::BrushOptions brush{.size_px = 128, .stroke_share = 0.05f, .stroke_length = 7, .seed = 4};
+
 fresco::Raster8 make(const fresco::Value& options, int threads = 2)
 {
     const auto made = fresco::testing::make_from_plugin(FRESCO_PLUGIN_FILE, "picture.pattern");
@@ -101,8 +103,8 @@ TEST_CASE("pictures have strong local structure", "[picture.pattern]")
 TEST_CASE("strokes follow the direction of the motif", "[picture.pattern]")
 {
     TestRun run;
-    const auto lying = roughness(pattern::paint(EvenMotif(0), {.size_px = 128, .seed = 4}, run));
-    const auto standing = roughness(pattern::paint(EvenMotif(1.5707963f), {.size_px = 128, .seed = 4}, run));
+    const auto lying = roughness(pattern::paint(EvenMotif(0), brush, run));
+    const auto standing = roughness(pattern::paint(EvenMotif(1.5707963f), brush, run));
     CHECK(lying.second > 1.5 * lying.first);
     CHECK(standing.first > 1.5 * standing.second);
 }
@@ -145,7 +147,7 @@ TEST_CASE("unknown words and sizes are refused, and painting can be stopped", "[
     CHECK_THROWS_AS(pattern::palette_named("neon"), std::invalid_argument);
     TestRun run;
     run.cancel_after(3);
-    CHECK_THROWS_AS(pattern::paint(EvenMotif(0), {.size_px = 128}, run), fresco::Canceled);
+    CHECK_THROWS_AS(pattern::paint(EvenMotif(0), brush, run), fresco::Canceled);
     run.cancel_after(2);
     CHECK_THROWS_AS(pattern::lay_mosaic(EvenMotif(0), 128, 8, 1, run), fresco::Canceled);
 }

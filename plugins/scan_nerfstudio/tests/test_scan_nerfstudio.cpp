@@ -70,7 +70,7 @@ TEST_CASE("camera axes are OpenGL's", "[scan.nerfstudio]")
     const auto read = nerfstudio::parse_transforms(
         R"({"w": 8, "h": 6, "camera_angle_x": 1.5707963267948966, "frames": [{"file_path": "./train/r_0",
             "transform_matrix": [[1, 0, 0, 4], [0, 1, 0, 5], [0, 0, 1, 6], [0, 0, 0, 1]]}]})",
-        "/data/transforms.json", {});
+        "/data/transforms.json", {.world = nerfstudio::World::saved, .unit_m = 1, .depth_unit_m = 0, .pictures = {}});
     REQUIRE(read.views.size() == 1);
     const auto& view = read.views[0];
     CHECK(view.world_from_camera.direction({0, 0, 1}) == fresco::Vec3d{0, 0, -1});

@@ -14,7 +14,9 @@ namespace
 {
 constexpr int size = 80;
 
-Raster8 baked(const Texture& texture, const Mesh& mesh, const BakeOptions& options = {}, int threads = 2)
+constexpr BakeOptions usual{.unseen = Unseen::fill, .unseen_color = {}};
+
+Raster8 baked(const Texture& texture, const Mesh& mesh, const BakeOptions& options = usual, int threads = 2)
 {
     testing::TestRun run(threads);
     BakeCounts counts;
@@ -142,7 +144,7 @@ TEST_CASE("shares count the texels whose centers are in charts")
     see(texture, {0.0F, 0.0F}, {0.5F, 0.5F}, {0.2F, 0.2F, 0.2F});
     testing::TestRun run;
     BakeCounts counts;
-    bake(texture, two_chart_wall(), {}, counts, run);
+    bake(texture, two_chart_wall(), usual, counts, run);
     CHECK(counts.chart_texels == 2 * 24 * 24);
     CHECK(counts.seen_texels == 24 * 24);
 }
@@ -153,7 +155,7 @@ TEST_CASE("the picture is equal for any number of threads")
     for (std::size_t i = 0; i < texture.layers[0].values.size(); ++i)
         texture.layers[0].values[i] = static_cast<float>(i * 7919 % 997) / 997.0F;
     see(texture, {0.15F, 0.15F}, {0.25F, 0.3F}, {0.9F, 0.5F, 0.1F});
-    CHECK(baked(texture, two_chart_wall(), {}, 1) == baked(texture, two_chart_wall(), {}, 5));
+    CHECK(baked(texture, two_chart_wall(), usual, 1) == baked(texture, two_chart_wall(), usual, 5));
 }
 
 TEST_CASE("nothing to fill from is an error with the way out")

@@ -13,10 +13,12 @@ namespace
 
 TextureRules rules_of(int size)
 {
-    TextureRules rules;
-    rules.size_px = size;
-    rules.weights.edge_margin_px = 2;
-    return rules;
+    return {.size_px = size,
+            .views_count = 16,
+            .solve_exposure = true,
+            .sharpness_power = 2,
+            .weights = {.edge_margin_px = 2, .sensor_tolerance_m = 0.1},
+            .blend = {.reject_outliers = true}};
 }
 
 std::vector<View> five_views(int map_height, const Paint& paint = smooth_paint)
@@ -52,7 +54,7 @@ RasterF slow_texture(const std::vector<View>& views, const std::vector<Gain>& ga
         if (all[i].empty())
             continue;
         std::stable_sort(all[i].begin(), all[i].end(), [](const auto& a, const auto& b) { return a.heavier_than(b); });
-        all[i].resize(static_cast<std::size_t>(rules.best_views) + 1);
+        all[i].resize(static_cast<std::size_t>(rules.views_count) + 1);
         const auto color = blended(all[i], rules.blend).rgb;
         std::copy(color.begin(), color.end(), picture.values.begin() + static_cast<std::ptrdiff_t>(3 * i));
         seen.values[i] = 1;
@@ -229,7 +231,7 @@ TEST_CASE("the streamed texture is the one that sorting every sample gives, for 
         for (int x = 20; x < 60; ++x)
             views[6].picture.at(x, y, 0) = 10;
     TextureRules rules = rules_of(70);  // No whole number of blocks.
-    rules.best_views = 3;
+    rules.views_count = 3;
     testing::TestRun one(1);
     const auto made = texture_of(views, rules, one);
     Raster8 seen;

@@ -14,7 +14,8 @@ namespace
 {
 
 const std::vector<int> paper_heights{256, 432, 608, 784};
-constexpr DepthRule quarter{};  // 32 px at 0.25 m: R = 128 d
+constexpr DepthRule quarter{.theta_min_px = 32, .theta_d_m = 0.25, .printed_weight = false};  // R = 128 d
+constexpr AngleRule all_angles{.limit_deg = 90, .below = false, .from_smallest = false};
 
 UvMap flat_map(int width, int height, float depth, float cosine)
 {
@@ -129,7 +130,7 @@ TEST_CASE("depth levels: union eroded for the masks, weights eroded per role, bo
         for (int x = 6; x < 12; ++x)
             maps[0].depth.at(x, y) = 14.0F / 128;
     maps[1].valid.at(10, 8) = 0;
-    const auto levels = depth_levels(maps, maps[0].depth, quarter, {});
+    const auto levels = depth_levels(maps, maps[0].depth, quarter, all_angles);
     REQUIRE(levels.size() == 2);
     for (int y = 0; y < 8; ++y)
         for (int x = 0; x < 12; ++x)
@@ -155,11 +156,11 @@ TEST_CASE("depth levels: union eroded for the masks, weights eroded per role, bo
 TEST_CASE("a pixel on a height belongs to that level alone, one without depth to none")
 {
     std::vector<UvMap> maps{flat_map(8, 8, 8.0F / 128, 1), flat_map(16, 16, 1, 1)};
-    const auto on = depth_levels(maps, maps[0].depth, quarter, {});
+    const auto on = depth_levels(maps, maps[0].depth, quarter, all_angles);
     CHECK(on[0].count() == 36);
     CHECK(on[1].count() == 0);
     CHECK(level_shares(on)[1] == 0);
-    const auto none = depth_levels(maps, RasterF(8, 8), quarter, {});
+    const auto none = depth_levels(maps, RasterF(8, 8), quarter, all_angles);
     CHECK(none[0].count() + none[1].count() == 0);
 }
 
@@ -171,7 +172,7 @@ TEST_CASE("the angle filter takes a level's own cosines, or the smallest height'
     maps[1].cosine.at(3, 3) = 0.2F;
     maps[0].cosine.at(0, 0) = 0.2F;
     maps[0].cosine.at(3, 3) = std::nextafter(on_limit, 1.0F);
-    const auto own = whole_levels(maps, {limit_deg});
+    const auto own = whole_levels(maps, {limit_deg, false, false});
     CHECK(own[0].fine.at(0, 0) == 0);
     CHECK(own[0].fine.at(3, 3) == 1);
     CHECK(own[1].fine.at(3, 3) == 0);
@@ -189,15 +190,15 @@ TEST_CASE("the angle filter takes a level's own cosines, or the smallest height'
     CHECK(between[1].fine.at(1, 0) == 0);
     // Exactly on the limit: cos 90° = 0 passes "at most", not "below".
     maps[0].cosine.at(1, 1) = 0;
-    CHECK(whole_levels(maps, {90, false})[0].fine.at(1, 1) == 1);
-    CHECK(whole_levels(maps, {90, true})[0].fine.at(1, 1) == 0);
+    CHECK(whole_levels(maps, {90, false, false})[0].fine.at(1, 1) == 1);
+    CHECK(whole_levels(maps, {90, true, false})[0].fine.at(1, 1) == 0);
 }
 
 TEST_CASE("gradients are scaled by the level's share and the cosine, or not at all")
 {
     std::vector<UvMap> maps{flat_map(8, 8, 10.0F / 128, 0.5F), flat_map(16, 16, 1, 0.25F)};
     maps[1].valid.at(5, 5) = 0;
-    const auto levels = depth_levels(maps, maps[0].depth, quarter, {});
+    const auto levels = depth_levels(maps, maps[0].depth, quarter, all_angles);
     const auto angle = gradient_factor(maps[1], levels[1], GradientScaling::angle);
     CHECK(angle.at(8, 8) == Approx(0.25 * 0.25));
     CHECK(angle.at(0, 0) == 0);

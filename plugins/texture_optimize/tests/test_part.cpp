@@ -1,5 +1,6 @@
 #include "evaluation.h"
 #include "fakes.h"
+#include "level_rules.h"
 #include "part.h"
 
 #include <catch2/catch.hpp>
@@ -153,7 +154,7 @@ const LevelRules unscaled = []
 TEST_CASE("losses on one network share its encodings, and the camera's outlive the step")
 {
     World world;
-    const auto data = load_view(world.source, 0, world.texture, {});
+    const auto data = load_view(world.source, 0, world.texture, all_pixels);
     REQUIRE(data->levels.size() == 2);
     CHECK(data->numbers == std::vector<int>{0, 1});
     CHECK(data->levels[0].share == Approx(0.5).margin(0.02));
@@ -312,7 +313,7 @@ TEST_CASE("the evaluation's gradient is that of the weighted sum over losses and
         CHECK(evaluation.gradients[0].values[0][c].item<float>() == Approx((above - below) / 0.02).epsilon(1e-3).margin(1e-5));
     }
     // With the angle's scaling every pixel's gradient, and so their sum, is 0.8 of it.
-    const auto scaled_data = load_view(world.source, 1, world.texture, {});
+    const auto scaled_data = load_view(world.source, 1, world.texture, all_pixels);
     const auto scaled = evaluator.evaluate(0, {}, *scaled_data, "v", 1);
     CHECK(scaled.gradients[0].values[0][0].item<float>() == Approx(0.8 * evaluation.gradients[0].values[0][0].item<float>()));
     CHECK(scaled.loss == Approx(evaluation.loss));
@@ -398,7 +399,7 @@ TEST_CASE("a level's picture goes on beyond the level, as far as the texture is 
 {
     World world;
     world.texture.parameters()[0].values.fill_(0.4);
-    const auto data = load_view(world.source, 0, world.texture, {});
+    const auto data = load_view(world.source, 0, world.texture, all_pixels);
     auto& level = data->levels[1];
     std::fill(level.pixels.all.values.begin(), level.pixels.all.values.end(), std::uint8_t{0});
     level.pixels.all.at(20, 20) = 1;

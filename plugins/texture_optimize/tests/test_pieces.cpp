@@ -188,7 +188,7 @@ TEST_CASE("levels share by covered area, and gradients scale by the cosine")
     for (std::size_t i = 0; i < 8; ++i)
         large.valid.values[i] = 1;
     const std::vector<UvMap> maps{small, large, UvMap{RasterF(2, 2, 2), RasterF(2, 2), RasterF(2, 2), Raster8(2, 2)}};
-    const auto levels = whole_levels(maps, {});
+    const auto levels = whole_levels(maps, {.limit_deg = 90, .below = false, .from_smallest = false});
     CHECK(levels[0].count() == 4);
     CHECK((levels[0].fine == small.valid));
     const auto shares = level_shares(levels);

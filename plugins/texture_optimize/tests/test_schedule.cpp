@@ -6,6 +6,7 @@
 #include <atomic>
 #include <cmath>
 #include <memory>
+#include <numeric>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -15,25 +16,34 @@ using namespace fresco::optimize;
 namespace
 {
 
-ScheduleOptions options(std::size_t views)
+constexpr ScheduleOptions usual{.epochs = 1,
+                                .repeats_count = 1,
+                                .max_steps = 0,
+                                .shuffled = true,
+                                .rate = 1,
+                                .cosine = true,
+                                .decay_start = 0.5,
+                                .step_epochs = 3,
+                                .step_factor = 0.1};
+
+Schedule scheduled(std::size_t count, const ScheduleOptions& options)
 {
-    ScheduleOptions o;
-    for (std::size_t i = 0; i < views; ++i)
-        o.views.push_back(10 + i);
-    return o;
+    std::vector<std::size_t> views(count);
+    std::iota(views.begin(), views.end(), std::size_t{10});
+    return {std::move(views), 0, options};
 }
 
 }  // namespace
 
 TEST_CASE("repeats are consecutive and every epoch visits every view")
 {
-    auto o = options(5);
+    auto o = usual;
     o.epochs = 3;
-    o.repeats = 4;
+    o.repeats_count = 4;
     for (const bool shuffled : {false, true})
     {
         o.shuffled = shuffled;
-        const Schedule schedule(o);
+        const Schedule schedule = scheduled(5, o);
         REQUIRE(schedule.steps() == 60);
         REQUIRE(schedule.visits() == 15);
         for (std::int64_t epoch = 0; epoch < 3; ++epoch)
@@ -53,21 +63,21 @@ TEST_CASE("repeats are consecutive and every epoch visits every view")
         }
     }
     o.shuffled = false;
-    CHECK(Schedule(o).at(21).view == 10);
-    CHECK(Schedule(o).at(7).view == 11);
+    CHECK(scheduled(5, o).at(21).view == 10);
+    CHECK(scheduled(5, o).at(7).view == 11);
 }
 
 TEST_CASE("max_steps ends the run within a visit")
 {
-    auto o = options(5);
-    o.repeats = 4;
+    auto o = usual;
+    o.repeats_count = 4;
     o.max_steps = 7;
-    const Schedule schedule(o);
+    const Schedule schedule = scheduled(5, o);
     CHECK(schedule.steps() == 7);
     CHECK(schedule.visits() == 2);
     o.max_steps = 1000;
-    CHECK(Schedule(o).steps() == 20);
-    CHECK_THROWS_AS(Schedule(options(0)), std::invalid_argument);
+    CHECK(scheduled(5, o).steps() == 20);
+    CHECK_THROWS_AS(scheduled(0, usual), std::invalid_argument);
 }
 
 TEST_CASE("the spread order is a permutation whose beginnings cover the recording")
@@ -96,19 +106,19 @@ TEST_CASE("the spread order is a permutation whose beginnings cover the recordin
 
 TEST_CASE("learning rates by hand")
 {
-    auto o = options(10);
+    auto o = usual;
     o.epochs = 10;
     o.rate = 2;
-    const Schedule cosine(o);
+    const Schedule cosine = scheduled(10, o);
     CHECK(cosine.rate(0) == 2);
     CHECK(cosine.rate(50) == 2);
     CHECK(cosine.rate(75) == Approx(1));
     CHECK(cosine.rate(99) > 0);
     CHECK(cosine.rate(99) < 0.01);
     o.decay_start = 1;
-    CHECK(Schedule(o).rate(99) == 2);
+    CHECK(scheduled(10, o).rate(99) == 2);
     o.cosine = false;
-    const Schedule steps(o);
+    const Schedule steps = scheduled(10, o);
     CHECK(steps.rate(29) == 2);
     CHECK(steps.rate(30) == Approx(0.2));
     CHECK(steps.rate(99) == Approx(0.002));

@@ -1,4 +1,5 @@
 #include "fakes.h"
+#include "level_rules.h"
 #include "view_data.h"
 
 #include <catch2/catch.hpp>
@@ -38,7 +39,7 @@ TEST_CASE("pixels without a surface show the texture's corner where the released
     const KeptMaps texture;
     for (const bool by_angle : {false, true})
     {
-        LevelRules rules;
+        LevelRules rules = all_pixels;
         rules.fill_with_corner = true;
         rules.scaling = by_angle ? GradientScaling::angle : GradientScaling::none;
         const auto data = load_view(source, 1, texture, rules);
@@ -53,6 +54,6 @@ TEST_CASE("pixels without a surface show the texture's corner where the released
         CHECK(level.factor.at(0, 3) == (by_angle ? 0 : 1));
         CHECK(level.factor.at(5, 3) == Approx(by_angle ? 0.8 : 1));
     }
-    CHECK(load_view(source, 1, texture, {})->levels.back().valid.at(0, 3) == 0);
+    CHECK(load_view(source, 1, texture, all_pixels)->levels.back().valid.at(0, 3) == 0);
     CHECK(texture.maps.back().valid.at(0, 3) == 0);
 }

@@ -131,13 +131,16 @@ TEST_CASE("a whole synthesis is that of a plain twin")
 {
     SmallTask small;
     testing::TestRun run;
-    LevelOptions usual;
-    usual.side = 5;
-    LevelOptions other = usual;
-    other.side = 7;
-    other.faithfulness = 0.45;
-    other.unrest = 20;
-    other.search = {.completeness = 0.5, .variety = 40, .lift = 0, .seed = 7};
+    const LevelOptions usual{.side = 5,
+                             .stride = 4,
+                             .faithfulness = 0.27,
+                             .unrest = 10,
+                             .search = {.completeness = 2, .stroke_px = 8, .variety = 5, .lift = 8, .seed = 0}};
+    const LevelOptions other{.side = 7,
+                             .stride = 4,
+                             .faithfulness = 0.45,
+                             .unrest = 20,
+                             .search = {.completeness = 0.5, .stroke_px = 8, .variety = 40, .lift = 0, .seed = 7}};
     for (const LevelOptions& options : {usual, other})
     {
         const double spacing = 0.035;
@@ -182,31 +185,31 @@ TEST_CASE("a synthesis is its levels, with strokes eight texels wide in the fine
     {
         CAPTURE(c.painterly, c.levels, c.size);
         testing::TestRun run;
-        SynthesisOptions options;
-        options.size_px = c.size;
-        options.stroke_m = 0.28;
-        options.painterly = c.painterly;
-        options.completeness = 1.5;
-        options.patch_px = 5;
-        options.levels = c.levels;
-        options.rounds = 2;
-        options.seed = 3;
+        const SynthesisOptions options{.size_px = c.size,
+                                       .stroke_m = 0.28,
+                                       .painterly = c.painterly,
+                                       .completeness = 1.5,
+                                       .patch_px = 5,
+                                       .levels_count = c.levels,
+                                       .rounds_count = 2,
+                                       .seed = 3,
+                                       .checkpoint_seconds = 10,
+                                       .preview_seconds = 5};
         const Painting whole = fresco::synthesize::synthesize(small.task, options, nullptr, run);
 
         const double scale = 8 / stroke_width_px(small.picture, run);
         std::unique_ptr<Level> level;
         for (int number = c.levels - 1; number >= c.finest; --number)
         {
-            LevelOptions o;
-            o.side = 5;
-            o.stride = number > 0 ? 3 : 4;
-            o.faithfulness = c.faithfulness;
-            o.unrest = 20 * c.painterly;
-            o.search = {.completeness = 1.5,
-                        .stroke_px = std::ldexp(8.0, -number),
-                        .variety = 10 * c.painterly,
-                        .lift = 16 * c.painterly,
-                        .seed = 3};
+            const LevelOptions o{.side = 5,
+                                 .stride = number > 0 ? 3 : 4,
+                                 .faithfulness = c.faithfulness,
+                                 .unrest = 20 * c.painterly,
+                                 .search = {.completeness = 1.5,
+                                            .stroke_px = std::ldexp(8.0, -number),
+                                            .variety = 10 * c.painterly,
+                                            .lift = 16 * c.painterly,
+                                            .seed = 3}};
             auto next = std::make_unique<Level>(small.task, 0.035 * (1 << number), scale / (1 << number), o, run);
             next->begin(level.get(), run);
             level = std::move(next);

@@ -18,13 +18,14 @@ namespace geo = fresco::geometry;
 fresco::Mesh atlas(const fresco::Mesh& mesh, int size_px, const geo::DiskMap& map, fresco::Progress& progress)
 {
     const geo::Surface surface(mesh);
-    const geo::FlattenOptions options{.charts = {}, .texel_m = geo::expected_texel_m(surface, size_px)};
+    const geo::FlattenOptions options{.charts = {.angle_limit_deg = 70, .merge_limit_deg = 80},
+                                      .texel_m = geo::expected_texel_m(surface, size_px)};
     geo::LayFlat lay_flat;
     if (map)
         lay_flat = [&](geo::FlatCharts& flat) { geo::map_charts(surface, flat, map, options.tolerance_m(), progress); };
     const auto flat =
         geo::project_charts(surface, geo::cut_into_charts(surface, options.charts, progress), options, progress, lay_flat);
-    return geo::with_atlas(mesh, flat, geo::pack_charts(flat, {.size_px = size_px}, progress));
+    return geo::with_atlas(mesh, flat, geo::pack_charts(flat, {.size_px = size_px, .gutter_px = 4}, progress));
 }
 
 AtlasMaker maker(const char* name, const geo::DiskMap& map)

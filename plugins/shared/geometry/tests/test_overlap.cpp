@@ -9,6 +9,8 @@ using fresco::Vec2d;
 
 namespace
 {
+
+constexpr FlattenOptions usual{.charts = {.angle_limit_deg = 70, .merge_limit_deg = 80}, .texel_m = 0.001};
 double depth(std::array<Vec2d, 3> a, std::array<Vec2d, 3> b)
 {
     return overlap_depth(a, b);
@@ -59,8 +61,8 @@ TEST_CASE("charts of a clean sphere: few, connected, within their cone, and inje
     const auto mesh = shapes::sphere(40, 80);
     const Surface surface(mesh);
     fresco::Progress progress;
-    const auto partition = cut_into_charts(surface, {}, progress);
-    const auto flat = project_charts(surface, partition, {}, progress);
+    const auto partition = cut_into_charts(surface, usual.charts, progress);
+    const auto flat = project_charts(surface, partition, usual, progress);
     // A cone of 70 degrees sees (1 - cos 70°)/2 = 33 % of the sphere, so four is the least there can be.
     CHECK(flat.count >= 4);
     CHECK(flat.count <= 12);
@@ -91,9 +93,9 @@ TEST_CASE("a helix that passes over itself is cut")
     }
     const Surface surface(mesh);
     fresco::Progress progress;
-    const auto partition = cut_into_charts(surface, {}, progress);
+    const auto partition = cut_into_charts(surface, usual.charts, progress);
     REQUIRE(partition.axes.size() == 1);
-    const auto flat = project_charts(surface, partition, {}, progress);
+    const auto flat = project_charts(surface, partition, usual, progress);
     CHECK(flat.count == 3);
     for (const auto& faces : Partition{flat.chart_of_face, std::vector<fresco::Vec3d>(flat.count)}.faces())
         CHECK(find_overlaps(flat.corners, faces, 1e-6).empty());
@@ -106,7 +108,8 @@ TEST_CASE("a folded vertex inside a plane is unfolded in place")
     p = {p.x + 0.13F, p.y + 0.02F, 0.03F};  // past its neighbor
     const Surface surface(mesh);
     fresco::Progress progress;
-    const auto flat = project_charts(surface, cut_into_charts(surface, {}, progress), {.charts = {}, .texel_m = 0.03}, progress);
+    const auto flat = project_charts(surface, cut_into_charts(surface, usual.charts, progress),
+                                     {.charts = usual.charts, .texel_m = 0.03}, progress);
     CHECK(flat.count == 1);
     CHECK(flat.unfolded_faces > 0);
     std::vector<std::uint32_t> all(mesh.triangles.size());
@@ -122,17 +125,17 @@ TEST_CASE("a small flap at a border is unrolled; a large one stays a chart of it
     mesh.triangles.push_back({6, 5, 121});
     const Surface surface(mesh);
     fresco::Progress progress;
-    const auto partition = cut_into_charts(surface, {}, progress);
+    const auto partition = cut_into_charts(surface, usual.charts, progress);
     REQUIRE(partition.axes.size() == 2);
 
-    const auto small = project_charts(surface, partition, {.charts = {}, .texel_m = 0.02}, progress);
+    const auto small = project_charts(surface, partition, {.charts = usual.charts, .texel_m = 0.02}, progress);
     CHECK(small.count == 1);
     CHECK(small.unfolded_faces == 1);
     const auto* flap = &small.corners[3 * 200];
     CHECK(0.5 * cross(flap[1] - flap[0], flap[2] - flap[0]) == Approx(0.005));  // its true area
     CHECK(small.projected[0] == 1);                                             // away from it nothing moved
 
-    const auto large = project_charts(surface, partition, {.charts = {}, .texel_m = 0.001}, progress);
+    const auto large = project_charts(surface, partition, {.charts = usual.charts, .texel_m = 0.001}, progress);
     CHECK(large.count == 2);
     CHECK(large.unfolded_faces == 0);
 }

@@ -109,7 +109,7 @@ struct Studio
                 depth.at(x, y) *= static_cast<float>((room.farthest - (room.farthest - room.nearest) * y / depth.height) /
                                                      static_cast<double>(std::max(depth.at(x, y), 1e-3F)));
         const AngleRule angle{30, false, false};
-        const auto pixels = depth_levels(maps, depth, {}, angle);
+        const auto pixels = depth_levels(maps, depth, {.theta_min_px = 32, .theta_d_m = 0.25, .printed_weight = false}, angle);
         const auto shares = level_shares(pixels);
         for (std::size_t i = 0; i < maps.size(); ++i)
         {

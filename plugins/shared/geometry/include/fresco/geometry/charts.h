@@ -21,8 +21,8 @@ struct Surface
 
 struct ChartOptions
 {
-    double angle_limit_deg = 70;  ///< Largest angle between the smoothed normal of a face and its chart's axis.
-    double merge_limit_deg = 80;  ///< The same for the true normals, and for crumbs that join a neighbor.
+    double angle_limit_deg;  ///< Largest angle between the smoothed normal of a face and its chart's axis.
+    double merge_limit_deg;  ///< The same for the true normals, and for crumbs that join a neighbor.
 };
 
 /// A partition of the faces. `none` in chart_of_face: not in a chart yet.

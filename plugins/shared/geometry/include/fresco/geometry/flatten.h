@@ -26,8 +26,7 @@ struct FlatCharts
 struct FlattenOptions
 {
     ChartOptions charts;
-    double texel_m =
-        0.001;  ///< The size of a texel to expect: crumbs are small in texels, and depths below a thousandth are rounding.
+    double texel_m;  ///< The size of a texel to expect: crumbs are small in texels, and depths below a thousandth are rounding.
 
     double tolerance_m() const { return 1e-3 * texel_m; }
 };

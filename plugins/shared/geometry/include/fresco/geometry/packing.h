@@ -12,8 +12,8 @@ namespace fresco::geometry
 
 struct PackOptions
 {
-    int size_px = 2048;  ///< The texture for which charts share no texel.
-    int gutter_px = 4;   ///< Texels between charts at that size.
+    int size_px;    ///< The texture for which charts share no texel.
+    int gutter_px;  ///< Texels between charts at that size.
 };
 
 struct Packing

@@ -1,4 +1,4 @@
-#include "as_rigid.h"
+#include "arap.h"
 
 #include <fresco/geometry/atlas_stage.h>
 #include <fresco/geometry/map_charts.h>
@@ -22,7 +22,7 @@ class AtlasArap final : public geo::AtlasStage
     void lay_flat(const geo::Surface& surface, geo::FlatCharts& flat, const geo::FlattenOptions& options,
                   fresco::RunContext& run) const override
     {
-        report_mapping(run, geo::map_charts(surface, flat, as_rigid_map, options.tolerance_m(), run));
+        report_mapping(run, geo::map_charts(surface, flat, arap_map, options.tolerance_m(), run));
     }
 };
 

@@ -1,4 +1,4 @@
-#include "conformal.h"
+#include "lscm.h"
 
 #include <fresco/geometry/atlas_stage.h>
 #include <fresco/geometry/map_charts.h>
@@ -23,7 +23,7 @@ class AtlasLscm final : public geo::AtlasStage
                   fresco::RunContext& run) const override
     {
         report_mapping(run, geo::map_charts(
-                                surface, flat, [](const geo::Disk& disk, const auto&) { return conformal_map(disk); },
+                                surface, flat, [](const geo::Disk& disk, const auto&) { return lscm_map(disk); },
                                 options.tolerance_m(), run));
     }
 };

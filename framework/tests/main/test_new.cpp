@@ -45,8 +45,9 @@ TEST_CASE("a new plugin has its own names everywhere")
             CHECK_FALSE(contains(file.path, "my_plugin"));
         }
         CHECK_THAT(file_of(files, "CMakeLists.txt").text, Contains("fresco_add_plugin(paint_dark_dots\n"));
-        CHECK_THAT(file_of(files, kind + ".cpp").text, Contains("\"paint.dark_dots\", PaintDarkDots"));
-        CHECK_THAT(file_of(files, "tests/test_paint_dark_dots.cpp").text, Contains("\"paint.dark_dots\""));
+        const std::string part = kind == "stage" ? "stage" : "component";
+        CHECK_THAT(file_of(files, part + ".cpp").text, Contains("\"paint.dark_dots\", PaintDarkDots"));
+        CHECK_THAT(file_of(files, "tests/test_" + part + ".cpp").text, Contains("\"paint.dark_dots\""));
         CHECK_THAT(file_of(files, "pipeline.yaml").text, Contains("type: paint.dark_dots"));
         CHECK_THAT(file_of(files, "README.md").text, Contains("# paint.dark_dots"));
     }
@@ -71,17 +72,17 @@ TEST_CASE("fresco new writes a folder, whole or not at all, and never over one")
     const auto made = place.run({"new", "loss", "paint.dots"});
     CAPTURE(made.err);
     REQUIRE(made.code == 0);
-    CHECK_THAT(made.out, Contains("paint_dots/loss.cpp") && Contains("FRESCO_PLUGIN_PATH=paint_dots/build"));
+    CHECK_THAT(made.out, Contains("paint_dots/component.cpp") && Contains("FRESCO_PLUGIN_PATH=paint_dots/build"));
     CHECK(files_below(place.file("paint_dots")) == new_plugin("loss", "paint.dots").size());
 
-    place.write("paint_dots/loss.cpp", "mine");
+    place.write("paint_dots/component.cpp", "mine");
     const auto again = place.run({"new", "loss", "paint.dots"});
     CHECK(again.code == 2);
     CHECK_THAT(again.err, Contains("paint_dots: already exists; nothing was written"));
-    CHECK(place.read("paint_dots/loss.cpp") == "mine");
+    CHECK(place.read("paint_dots/component.cpp") == "mine");
 
     CHECK(place.run({"new", "loss", "paint.lines", "--in", "a/b"}).code == 0);
-    CHECK(fs::exists(place.file("a/b/paint_lines/loss.cpp")));
+    CHECK(fs::exists(place.file("a/b/paint_lines/component.cpp")));
     const auto known = place.run({"new", "stage", "test.add"});
     CHECK(known.code == 2);
     CHECK_THAT(known.err, Contains("'test.add' already exists, in "));
@@ -92,7 +93,7 @@ TEST_CASE("fresco new writes a folder, whole or not at all, and never over one")
     fs::permissions(place.file("closed"), fs::perms::owner_read | fs::perms::owner_exec);
     if (::access(place.file("closed").c_str(), W_OK) != 0)  // Not for root.
         CHECK(place.run({"new", "loss", "paint.more", "--in", "closed"}).code == 1);
-    CHECK(place.run({"new", "loss", "paint.more", "--in", "paint_dots/loss.cpp"}).code == 1);
+    CHECK(place.run({"new", "loss", "paint.more", "--in", "paint_dots/component.cpp"}).code == 1);
     for (const auto& entry : fs::recursive_directory_iterator(place.file(".")))
         CHECK_FALSE(contains(entry.path().string(), "fresco-new-"));
 }

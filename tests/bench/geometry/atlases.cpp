@@ -1,7 +1,7 @@
 #include "atlases.h"
 
-#include "as_rigid.h"
-#include "conformal.h"
+#include "arap.h"
+#include "lscm.h"
 #include "peer_blender.h"
 
 #include <fresco/geometry/atlas.h>
@@ -40,9 +40,8 @@ const std::vector<AtlasMaker>& atlas_makers()
 {
     static const std::vector<AtlasMaker> all = []
     {
-        std::vector<AtlasMaker> found{
-            maker("atlas.project", {}), maker("atlas.arap", as_rigid_map),
-            maker("atlas.lscm", [](const geo::Disk& disk, const auto&) { return conformal_map(disk); })};
+        std::vector<AtlasMaker> found{maker("atlas.project", {}), maker("atlas.arap", arap_map),
+                                      maker("atlas.lscm", [](const geo::Disk& disk, const auto&) { return lscm_map(disk); })};
         if (has_blender())
             found.push_back(blender_atlas());
         return found;

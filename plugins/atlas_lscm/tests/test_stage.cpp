@@ -1,5 +1,5 @@
-#include "conformal.h"
 #include "known_atlases.h"
+#include "lscm.h"
 
 #include <catch2/catch.hpp>
 
@@ -29,7 +29,7 @@ TEST_CASE("a bent sheet unrolls without any stretch")
 {
     const auto sheet = shapes::bent_sheet(12);
     const auto disk = cut_to_disk(Surface(sheet), all_faces(sheet));
-    const auto places = conformal_map(disk);
+    const auto places = lscm_map(disk);
     REQUIRE(places);
     const auto& first = disk.triangles.front();
     const double scale =

@@ -5,8 +5,8 @@
 #include <fresco/files.h>
 #include <fresco/files_io.h>
 #include <fresco/hash.h>
-#include <fresco/mesh_io.h>
 #include <fresco/images/sharpness.h>
+#include <fresco/mesh_io.h>
 #include <fresco/testing.h>
 
 #include <catch2/catch.hpp>

@@ -1,4 +1,4 @@
-#include "conformal.h"
+#include "lscm.h"
 
 #include <CGAL/Polygon_mesh_processing/measure.h>
 #include <CGAL/Simple_cartesian.h>
@@ -8,7 +8,7 @@
 
 namespace smp = CGAL::Surface_mesh_parameterization;
 
-std::optional<std::vector<fresco::Vec2d>> conformal_map(const fresco::geometry::Disk& disk)
+std::optional<std::vector<fresco::Vec2d>> lscm_map(const fresco::geometry::Disk& disk)
 {
     using Kernel = CGAL::Simple_cartesian<double>;
     using SurfaceMesh = CGAL::Surface_mesh<Kernel::Point_3>;

@@ -1,10 +1,10 @@
 #include "laplacian_layers.h"
 
 #include <fresco/error.h>
+#include <fresco/layered_texture/layered_texture.h>
 #include <fresco/option.h>
 #include <fresco/plugin.h>
 #include <fresco/stage.h>
-#include <fresco/layered_texture/layered_texture.h>
 
 #include <ATen/Parallel.h>
 

@@ -1,4 +1,4 @@
-#include "as_rigid.h"
+#include "arap.h"
 
 #define EIGEN_MPL2_ONLY
 #include <Eigen/SparseCholesky>
@@ -89,7 +89,7 @@ Matrix laplacian(const fresco::geometry::Disk& disk, const std::vector<Face>& fa
 
 }  // namespace
 
-std::optional<std::vector<Vec2d>> as_rigid_map(const fresco::geometry::Disk& disk, const std::vector<Vec2d>& from)
+std::optional<std::vector<Vec2d>> arap_map(const fresco::geometry::Disk& disk, const std::vector<Vec2d>& from)
 {
     if (disk.points.size() < 3)
         return std::nullopt;

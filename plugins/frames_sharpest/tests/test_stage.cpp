@@ -5,8 +5,8 @@
 #include <fresco/frames.h>
 #include <fresco/hash.h>
 #include <fresco/image_io.h>
-#include <fresco/npy.h>
 #include <fresco/images/sharpness.h>
+#include <fresco/npy.h>
 #include <fresco/stage.h>
 #include <fresco/testing.h>
 

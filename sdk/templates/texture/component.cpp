@@ -1,8 +1,8 @@
 #include <fresco/error.h>
+#include <fresco/layered_texture/layered_texture.h>
 #include <fresco/option.h>
 #include <fresco/plugin.h>
 #include <fresco/stage.h>
-#include <fresco/layered_texture/layered_texture.h>
 
 #include <string>
 

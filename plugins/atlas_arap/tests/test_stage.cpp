@@ -1,4 +1,4 @@
-#include "as_rigid.h"
+#include "arap.h"
 #include "known_atlases.h"
 
 #include <catch2/catch.hpp>
@@ -39,7 +39,7 @@ TEST_CASE("bent sheets and those with holes unroll without any stretch")
     for (auto sheet : {shapes::bent_sheet(12), shapes::holed_sheet()})
     {
         const auto disk = disk_of(sheet);
-        const auto places = as_rigid_map(disk, seen_from_above(disk));
+        const auto places = arap_map(disk, seen_from_above(disk));
         REQUIRE(places);
         for (const auto& t : disk.triangles)
             for (std::size_t k = 0; k < 3; ++k)
@@ -57,7 +57,7 @@ TEST_CASE("a square pulled askew goes back, wherever it lies")
     auto from = seen_from_above(disk);
     for (auto& p : from)
         p = {3 * p.x + 0.8 * p.y + 100, 0.5 * p.y - 7};
-    const auto places = as_rigid_map(disk, from);
+    const auto places = arap_map(disk, from);
     REQUIRE(places);
     for (std::size_t v = 1; v < places->size(); ++v)
         CHECK(length((*places)[v] - (*places)[0]) == Approx(length(disk.points[v] - disk.points[0])).epsilon(0.02));
@@ -68,7 +68,7 @@ TEST_CASE("a face without area harms nothing")
     auto mesh = shapes::grid(3, [](float x, float) { return 0.2F * x * x; });
     mesh.positions[5] = mesh.positions[6];
     const auto disk = disk_of(mesh);
-    const auto places = as_rigid_map(disk, seen_from_above(disk));
+    const auto places = arap_map(disk, seen_from_above(disk));
     REQUIRE(places);
     for (const auto& p : *places)
         CHECK(std::isfinite(p.x + p.y));

@@ -32,11 +32,11 @@ class AtlasFaceBlocks final : public fresco::Stage
         const blocks::Layout layout{.size_px = *size_px, .block_px = *block_px};
         const auto faces = mesh->triangles.size();
         if (faces > layout.blocks_count())
-            throw fresco::Error("atlas.face_blocks: " + std::to_string(faces) + " faces, but a texture of " +
-                                std::to_string(*size_px) + " texels has room for " + std::to_string(layout.blocks_count()) +
-                                " blocks of " + std::to_string(*block_px) + ": set `size_px` to " +
+            throw fresco::Error(std::to_string(faces) + " faces, but a texture of " + std::to_string(*size_px) +
+                                " texels has room for " + std::to_string(layout.blocks_count()) + " blocks of " +
+                                std::to_string(*block_px) + ": set size_px to " +
                                 std::to_string(blocks::smallest_size_px(faces, *block_px)) +
-                                ", decimate the mesh further, or take smaller blocks");
+                                ", decimate the mesh further, or set a smaller block_px");
         fresco::Mesh result = *mesh;
         result.texcoords = blocks::texcoords(faces, layout);
         result.charts.resize(faces);

@@ -16,16 +16,16 @@ void check_texcoords(const fresco::Mesh& mesh)
 {
     if (mesh.texcoords.empty())
         throw fresco::Error(
-            "atlas.keep: the mesh has no texture coordinates: use a mesh file that has them, or make an atlas with "
+            "the mesh on port 'mesh' has no texture coordinates: use a mesh file that has them, or make an atlas with "
             "atlas.project");
     for (std::size_t c = 0; c < mesh.texcoords.size(); ++c)
     {
         const auto uv = mesh.texcoords[c];
         if (!(uv.x >= 0 && uv.x <= 1 && uv.y >= 0 && uv.y <= 1))
-            throw fresco::Error("atlas.keep: face " + std::to_string(c / 3) + " has the texture coordinate (" +
-                                std::to_string(uv.x) + ", " + std::to_string(uv.y) +
-                                ") outside [0,1]: its texture repeats or has several tiles; lay it out within one "
-                                "tile, or make an atlas with atlas.project");
+            throw fresco::Error("face " + std::to_string(c / 3) + " has the texture coordinate (" + std::to_string(uv.x) + ", " +
+                                std::to_string(uv.y) +
+                                ") outside [0,1]: the texture repeats or has several tiles; lay it out in one tile, or make an "
+                                "atlas with atlas.project");
     }
 }
 
@@ -54,11 +54,10 @@ class AtlasKeep final : public fresco::Stage
         run.report("overlap_share", measures.overlap_share);
         run.report("mirrored_share", measures.mirrored_share);
         if (measures.overlap_share > 0)
-            run.warning(
-                "faces with " + std::to_string(std::lround(1000 * measures.overlap_share) / 10) + "." +
-                std::to_string(std::lround(1000 * measures.overlap_share) % 10) +
-                " % of the atlas's area lie on other faces: these places of the surface will share their paint; atlas.project "
-                "makes an atlas without overlaps");
+            run.warning("faces with " + std::to_string(std::lround(1000 * measures.overlap_share) / 10) + "." +
+                        std::to_string(std::lround(1000 * measures.overlap_share) % 10) +
+                        " % of the atlas's area lie on other faces: these parts of the surface will show the same paint; "
+                        "atlas.project makes an atlas without overlaps");
         atlas = std::move(kept);
     }
 };

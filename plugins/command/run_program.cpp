@@ -63,8 +63,8 @@ ProcessEnd run_program(const std::vector<std::string>& words, const EnvironmentC
 {
     const std::string file = find_program(words.front());
     if (file.empty())
-        throw Error(words.front() + ": no such program" +
-                    (words.front().find('/') == std::string::npos ? " in PATH" : ", or it may not be executed"));
+        throw Error(words.front() + ": program not found" +
+                    (words.front().find('/') == std::string::npos ? " in PATH" : " or not executable"));
     const HostWatch host;
     const Process program =
         start_process({.file = file, .arguments = words, .environment = environment, .folder = folder.string()});

@@ -91,7 +91,7 @@ class Printed
             }
             catch (const fresco::Error& error)
             {
-                return run_.warning("not understood: " + printable(line) + " (" + error.what() + ")");
+                return run_.warning("cannot parse " + printable(line) + " (" + error.what() + ")");
             }
         }
     }
@@ -163,7 +163,7 @@ class Command final : public fresco::Stage
         const fresco::ProcessEnd end =
             run_program(words, environment, made(scratch / "work"), run, [&](const std::string& line) { printed.take(line); });
         if (end.signal != 0)
-            throw fresco::Error("'" + shown_command(words) + "' was ended by a signal: " + fresco::signal_text(end.signal) +
+            throw fresco::Error("'" + shown_command(words) + "' was killed by a signal: " + fresco::signal_text(end.signal) +
                                 printed.tail());
         if (end.exit_code != 0)
             throw fresco::Error("'" + shown_command(words) + "' ended with exit code " + std::to_string(end.exit_code) +

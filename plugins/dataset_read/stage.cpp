@@ -37,8 +37,8 @@ class DatasetRead final : public Stage
     {
         const auto file = path->path / dataset::manifest_name;
         if (!std::filesystem::exists(file))
-            throw MissingInput(path->path.string() + ": holds no " + std::string(dataset::manifest_name) +
-                               ": not a dataset, or an incomplete copy");
+            throw MissingInput(path->path.string() + ": " + std::string(dataset::manifest_name) +
+                               " is missing: not a dataset, or an incomplete copy");
         // It stamps all other files: whatever a result was made from is known by it alone.
         run.reads_file(file);
         return dataset::parse_manifest(read_text_file(file, std::size_t{1} << 30U), file.string());
@@ -56,7 +56,7 @@ class DatasetRead final : public Stage
         Mesh result = *Mesh::load({path->path, {}});
         check_mesh(result, file.string());
         if (result.texcoords.empty())
-            throw Error(file.string() + ": the mesh has no texcoords");
+            throw Error(file.string() + ": the mesh has no texcoords; write the dataset again from a mesh with an atlas");
         return result;
     }
 

@@ -31,7 +31,7 @@ EncodedPicture encoded_color(const Frame& frame, const Raster8& picture, const I
         return {".png", images.encode_png(picture)};
     auto bytes = read_file(frame.color_picture.path);
     if (!frame.color_picture.hash.empty() && content_hash(bytes) != frame.color_picture.hash)
-        throw Error(frame.color_picture.path.string() + ": changed while it was read; run again");
+        throw Error(frame.color_picture.path.string() + ": the file changed while it was read; run again");
     return {is_jpeg ? ".jpg" : ".png", std::move(bytes)};
 }
 

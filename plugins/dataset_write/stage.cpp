@@ -54,9 +54,9 @@ class DatasetWrite final : public Stage
     {
         check_mesh(*mesh, "the mesh on port 'mesh'");
         if (mesh->texcoords.empty())
-            throw Error("the mesh on port 'mesh' has no texcoords: give the one that the uv maps were made from");
+            throw Error("the mesh on port 'mesh' has no texcoords: wire the mesh that the uv maps were made from");
         if (uvmaps->views.empty() || uvmaps->heights_px.empty())
-            throw Error("port 'uvmaps' brings no uv maps");
+            throw Error("port 'uvmaps' has no uv maps: check that the cameras see the mesh");
     }
 
     /// The files of every view, also in `folder`: those that an interrupted run had finished are not made again.

@@ -50,9 +50,9 @@ void check_scene_name(const std::string& scene)
     { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_'; };
     const std::size_t underscores = static_cast<std::size_t>(std::ranges::count(scene, '_'));
     if (!std::ranges::all_of(scene, good) || underscores != 1 || scene.front() == '_' || scene.back() == '_')
-        throw Error("scene: \"" + scene +
-                    "\"; a name of letters and digits in two parts was expected, as \"scene0000_00\": the code that reads the "
-                    "layout takes it apart at '_'");
+        throw Error("option \"scene\": \"" + scene +
+                    "\"; expected two parts of letters and digits, such as \"scene0000_00\": readers of this layout split the "
+                    "name at '_'");
 }
 
 /// H x W x 1: what reads it takes the first channel.
@@ -78,9 +78,9 @@ StylemeshLayout::StylemeshLayout(std::string scene, const UvMaps& maps, const Fr
     {
         const Frame& shown = frame(view);
         if (!(shown.color.intrinsics == frame(0).color.intrinsics))
-            throw Error("layout: stylemesh: the frame " + shown.sequence + "/" + shown.name +
-                        " has other color intrinsics than " + frame(0).sequence + "/" + frame(0).name +
-                        "; the layout has one file for all: take frames of one camera, or layout: fresco");
+            throw Error("layout: stylemesh: frame " + shown.sequence + "/" + shown.name + " has other color intrinsics than " +
+                        frame(0).sequence + "/" + frame(0).name +
+                        "; this layout has one file for all frames: use frames of one camera, or set layout: fresco");
         has_sensor_depth_ = has_sensor_depth_ && !shown.depth_picture.empty();
         numbers_.push_back(shown.number);
         unique.insert(shown.number);

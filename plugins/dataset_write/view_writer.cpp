@@ -31,12 +31,13 @@ std::vector<std::size_t> checked_frames(const UvMaps& maps, const Frames& frames
     std::set<std::pair<std::string, std::string>> names;
     for (const Frame& frame : frames.frames)
         if (!names.emplace(frame.sequence, frame.name).second)
-            throw Error("the frame " + frame.sequence + "/" + frame.name + " is there twice on port 'frames'");
+            throw Error("frame " + frame.sequence + "/" + frame.name +
+                        " appears twice on port 'frames'; rename the scan's sequences so that they differ");
     auto result = frames_of_views(maps, frames);
     for (std::size_t i = 0; i < result.size(); ++i)
         if (!(frames.frames[result[i]].color == maps.views[i].camera))
             throw Error("the uv map of " + name_of(maps.views[i]) +
-                        " was made for another color camera than the frame's; wire "
+                        " does not match the frame's color camera; wire "
                         "the frames that the uv maps were made from");
     return result;
 }

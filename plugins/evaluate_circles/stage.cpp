@@ -152,7 +152,7 @@ class EvaluateCircles final : public Stage
                     std::to_string(all.circles_3d) + " with a radius in meters; of " + std::to_string(counts.contours) +
                     " red contours " + std::to_string(counts.not_convex) + " are not convex");
         if (all.circles_3d < 2)
-            run.warning("fewer than two circles were found: stylize with a picture of red circles, by the style loss alone");
+            run.warning("fewer than two circles were found: stylize with a picture of red circles and only the style loss");
         return result;
     }
 

@@ -98,7 +98,7 @@ SourceUse source_use(const SourceMap& source)
                 ++use.texels;
             }
     if (use.texels == 0)
-        throw Error("on port 'source' no texel comes from the picture: wire the map that belongs to the painted texture");
+        throw Error("the map on port 'source' has no texel from the picture: wire the map that belongs to the painted texture");
     use.picture_used = cells.used_share();
     use.largest_share = static_cast<double>(bins.fullest_window(bins_per_window)) / static_cast<double>(use.texels);
     return use;

@@ -93,7 +93,7 @@ class EvaluatePainting final : public Stage
             throw Error(std::string("port '") + (style.has_value() ? "style" : "frames") +
                         "' is compared with views: wire 'views' to what render.views made, or set 'folder'");
         if (!has_views && !textured_mesh.has_value() && !source.has_value())
-            throw Error("there is nothing to measure: wire 'views' (or set 'folder') with 'style' or 'frames', or wire "
+            throw Error("nothing to measure: wire 'views' (or set 'folder') with 'style' or 'frames', or wire "
                         "'textured_mesh' or 'source'");
         if (has_views && !style.has_value() && !frames.has_value())
             throw Error("views are compared with the picture on port 'style' and with the camera pictures of port 'frames': wire "
@@ -135,8 +135,8 @@ class EvaluatePainting final : public Stage
             for (const auto& file : evaluation::pictures_of(files, folder->path, run))
                 all.push_back({file.stem().string(), file, nullptr});
         if (all.empty())
-            throw Error(std::string("there are no pictures ") +
-                        (files != nullptr ? "on port 'views'" : "in " + folder->path.string()) + ": expected .png or .jpg files");
+            throw Error(std::string("no pictures ") + (files != nullptr ? "on port 'views'" : "in " + folder->path.string()) +
+                        ": expected .png or .jpg files");
         std::erase_if(all, [&, i = 0](const View&) mutable { return i++ % *every != 0; });
         return all;
     }

@@ -55,7 +55,7 @@ RasterF style_lab(const Raster8& picture)
     const Raster8 rgb = on_white(picture);
     if (longer > longest_style * shorter)
         throw Error("the picture on port 'style' is " + std::to_string(picture.width) + " x " + std::to_string(picture.height) +
-                    ": expected one at most " + std::to_string(longest_style) + " times as long as wide; crop it");
+                    "; its longer side may be at most " + std::to_string(longest_style) + " times the shorter one; crop it");
     const auto side = [&](int px) { return static_cast<int>(std::lround(static_cast<double>(px) * style_side_px / shorter)); };
     return lab_picture(resized(rgb, side(picture.width), side(picture.height)));
 }
@@ -152,7 +152,8 @@ StylePicture::StylePicture(const Raster8& picture) : StylePicture(style_lab(pict
 StylePicture::StylePicture(const RasterF& lab) : palette(lab), look(appearance(lab, inner_pixels(lab)))
 {
     if (look.strokes < 1e-3)
-        throw Error("the picture on port 'style' has a single color: there are no strokes to compare with");
+        throw Error("the picture on port 'style' has a single color, so it has no strokes to compare with; use a picture with "
+                    "brush strokes");
 }
 
 ViewFigures view_figures(const Raster8& view, const JudgedPixels& pixels, const StylePicture& style)

@@ -105,7 +105,7 @@ class EvaluateReprojection final : public Stage
             gap.without_target = pictures.size() - gap.pairs.size();
         }
         if (result[0].pairs.empty() && result[1].pairs.empty())
-            throw Error("among the " + std::to_string(pictures.size()) + " frames with a picture none has another " +
+            throw Error("none of the " + std::to_string(pictures.size()) + " frames with a picture has another " +
                         std::to_string(result[0].length) + " or " + std::to_string(result[1].length) +
                         (paper
                              ? " recorded numbers later (the smallest difference is " + std::to_string(smallest_gap(places)) + ")"

@@ -27,7 +27,8 @@ std::size_t index_from(const Value& value, std::size_t count, const char* entry)
 {
     const std::int64_t index = value.as_int();
     if (index < 0 || index >= static_cast<std::int64_t>(count))
-        throw Error(std::string(entry) + ": " + std::to_string(index) + " is none of the study's " + std::to_string(count));
+        throw Error(std::string(entry) + ": " + std::to_string(index) + "; the study has " + std::to_string(count) +
+                    ", numbered from 0");
     return static_cast<std::size_t>(index);
 }
 
@@ -40,7 +41,7 @@ Choice choice_from(const Value& value)
         return Choice::right;
     if (word == "neither")
         return Choice::neither;
-    throw Error("choice: left, right or neither was expected");
+    throw Error("choice: expected left, right or neither");
 }
 
 Answer answer_from(const Value& value, const Study& study)
@@ -54,14 +55,14 @@ Answer answer_from(const Value& value, const Study& study)
     answer.seconds = entries.take("seconds").as_double();
     entries.refuse_others();
     if (!(answer.seconds >= 0))
-        throw Error("seconds: a number that is not negative was expected");
+        throw Error("seconds: expected a number that is not negative");
     const Picture& left = study.pictures[answer.left];
     const Picture& right = study.pictures[answer.right];
     const std::string& ours = study.design.ours;
     const bool is_compared = ours.empty() || left.method == ours || right.method == ours;
     if (left.name != right.name || left.method == right.method || !is_compared)
         throw Error("the pictures " + std::to_string(answer.left) + " and " + std::to_string(answer.right) +
-                    " are no pair of the study");
+                    " are not a pair of the study");
     return answer;
 }
 
@@ -71,7 +72,7 @@ std::string code_from(const Value& value)
     const auto good = [](char c)
     { return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '-' || c == '_'; };
     if (code.empty() || code.size() > longest_code || !std::ranges::all_of(code, good))
-        throw Error("participant: 1 to 40 letters, digits, - and _ were expected");
+        throw Error("participant: expected 1 to 40 letters, digits, - and _");
     return code;
 }
 
@@ -79,10 +80,10 @@ AnswerSheet sheet_from_value(const Value& root, const Study& study)
 {
     StrictMap entries(root);
     if (entries.take("format") != Value(sheet_format) || entries.take("version") != Value(sheet_version))
-        throw Error("these are no answers of a study, version " + std::to_string(sheet_version) +
-                    "; keep only the files that the page made in the folder");
+        throw Error("not the answers of a study, version " + std::to_string(sheet_version) +
+                    "; keep only files that the page wrote in this folder");
     if (entries.take("study") != Value(study.id))
-        throw Error("these are answers of another study; move the file away, or give the key of that study");
+        throw Error("answers of another study; move the file away, or set option \"key\" to that study's key");
     AnswerSheet sheet;
     sheet.participant = code_from(entries.take("participant"));
     sheet.complete = entries.take("complete").as_bool();
@@ -94,7 +95,7 @@ AnswerSheet sheet_from_value(const Value& root, const Study& study)
         {
             const Answer answer = answer_from(value, study);
             if (!known.emplace(answer.question, std::min(answer.left, answer.right), std::max(answer.left, answer.right)).second)
-                throw Error("this pair was answered before");
+                throw Error("this pair is answered twice");
             sheet.answers.push_back(answer);
         }
         catch (const Error& error)
@@ -104,8 +105,8 @@ AnswerSheet sheet_from_value(const Value& root, const Study& study)
     }
     entries.refuse_others();
     if (sheet.answers.size() > static_cast<std::size_t>(study.pairs_count))
-        throw Error("answers: " + std::to_string(sheet.answers.size()) + "; a participant is shown " +
-                    std::to_string(study.pairs_count) + " pairs at most");
+        throw Error("answers: " + std::to_string(sheet.answers.size()) + "; expected at most " +
+                    std::to_string(study.pairs_count) + ", the pairs that a participant sees");
     return sheet;
 }
 
@@ -133,8 +134,8 @@ std::vector<AnswerSheet> read_sheets(const std::vector<std::filesystem::path>& f
         const std::string participant = sheet.participant;
         const auto [entry, is_new] = by_participant.try_emplace(participant, std::move(sheet), file);
         if (!is_new)
-            throw Error(file.string() + " and " + entry->second.second.string() + " are of the same participant, " + participant +
-                        ": keep one of them");
+            throw Error(file.string() + " and " + entry->second.second.string() + " are answers of the same participant, " +
+                        participant + ": keep one of them");
     }
     std::vector<AnswerSheet> sheets;
     for (auto& [participant, entry] : by_participant)

@@ -137,11 +137,11 @@ class EvaluateStudy final : public Stage
             pairs += comparison.pairs.size();
         run.report("pairs", pairs);
         if (pairs * study.questions.size() < static_cast<std::size_t>(*pairs_count))
-            run.warning("there are only " + std::to_string(pairs) + " pairs for " + std::to_string(study.questions.size()) +
-                        " questions: participants are shown each once, fewer than pairs_count");
+            run.warning("only " + std::to_string(pairs) + " pairs for " + std::to_string(study.questions.size()) +
+                        " questions: each participant sees every pair once, fewer than pairs_count");
         if (text.size() > large_page)
             run.warning("the page has " + std::to_string(text.size() >> 20U) +
-                        " MB: make pictures_count, max_px or jpeg_quality smaller for phones");
+                        " MB: for phones, lower pictures_count, max_px or jpeg_quality");
         return study;
     }
 
@@ -170,9 +170,9 @@ class EvaluateStudy final : public Stage
     Study study_of_key(RunContext& run) const
     {
         if (results->empty())
-            throw Error("a key is for results: give the folder of result files too");
+            throw Error("option \"key\" is set without results: set option \"results\" to the folder of result files too");
         if (first.has_value() || second.has_value() || !folder->empty())
-            throw Error("give either the key of a study or its pictures");
+            throw Error("both the key of a study and its pictures are set: set only one of them");
         Study study = key_from(read_text_file(key->path), key->path.string());
         run.report("study", study.id);
         return study;
@@ -187,7 +187,7 @@ class EvaluateStudy final : public Stage
                 found.push_back(entry.path());
         std::ranges::sort(found);
         if (found.empty())
-            throw MissingInput(results->path.string() + ": holds no result file (*.json)");
+            throw MissingInput(results->path.string() + ": no result files (*.json)");
         for (const auto& file : found)
             run.reads_file(file);
         return read_sheets(found, study);

@@ -46,13 +46,13 @@ Hint hint_from(const Value& value)
     {
         const std::int64_t question = entries.take("question").as_int();
         if (question < 0)
-            throw Error("question: a number from 0 on was expected");
+            throw Error("question: expected a whole number from 0 on");
         hint.question = static_cast<std::size_t>(question);
     }
     entries.refuse_others();
     if (!(hint.left >= 0 && hint.top >= 0 && hint.width > 0 && hint.height > 0 && hint.left + hint.width <= 1 &&
           hint.top + hint.height <= 1))
-        throw Error("left, top, width and height: shares of the picture, within 0 to 1, were expected");
+        throw Error("left, top, width and height: expected shares of the picture, from 0 to 1");
     return hint;
 }
 
@@ -77,14 +77,14 @@ void check_design(const Study& study)
     const auto has = [&](auto member, const std::string& name)
     { return std::ranges::find(study.pictures, name, member) != study.pictures.end(); };
     if (!study.design.ours.empty() && !has(&Picture::method, study.design.ours))
-        throw Error("no method is called " + study.design.ours + ": option \"ours\" names one of the compared methods");
+        throw Error("option \"ours\": no method is called " + study.design.ours + "; expected one of the compared methods");
     for (const Hint& hint : study.design.hints)
     {
         if (!has(&Picture::name, hint.name))
-            throw Error("a hint is about the view " + hint.name + ", of which the study has no pictures");
+            throw Error("a hint names the view " + hint.name + ", which has no pictures in the study");
         if (hint.question && *hint.question >= study.questions.size())
-            throw Error("a hint is about question " + std::to_string(*hint.question) + ", and there are " +
-                        std::to_string(study.questions.size()) + ", counted from 0");
+            throw Error("a hint names question " + std::to_string(*hint.question) + "; there are " +
+                        std::to_string(study.questions.size()) + ", numbered from 0");
     }
 }
 
@@ -106,14 +106,14 @@ Value::List pictures_value(const std::vector<Picture>& pictures)
 std::vector<Group> compared_groups(const std::vector<MethodPictures>& methods, std::size_t most)
 {
     if (methods.size() < 2)
-        throw Error("a study compares two methods or more, but there " + std::string(methods.empty() ? "is none" : "is one") +
-                    ": give a folder with a subfolder of pictures per method, or the ports 'first' and 'second'");
+        throw Error("a study compares two methods or more, found " + std::string(methods.empty() ? "none" : "one") +
+                    ": set \"folder\" to a folder with a subfolder of pictures per method, or the ports 'first' and 'second'");
     std::map<std::string, Group> groups;
     std::set<std::string> names;
     for (const MethodPictures& method : methods)
     {
         if (!names.insert(method.method).second)
-            throw Error("two methods are called " + method.method + ": name them apart");
+            throw Error("two methods are named " + method.method + ": give them different names");
         for (const auto& [name, file] : method.files)
         {
             groups[name].name = name;
@@ -125,9 +125,8 @@ std::vector<Group> compared_groups(const std::vector<MethodPictures>& methods, s
         if (group.files.size() >= 2)
             shared.push_back(std::move(group));
     if (shared.empty())
-        throw Error("no picture's name is there in two methods: " + methods[0].method + " has " + names_of(methods[0].files) +
-                    " and " + methods[1].method + " has " + names_of(methods[1].files) +
-                    "; give the same view the same file name");
+        throw Error("no file name is shared by two methods: " + methods[0].method + " has " + names_of(methods[0].files) +
+                    " and " + methods[1].method + " has " + names_of(methods[1].files) + "; use one file name for one view");
     if (shared.size() <= most)
         return shared;
     std::vector<Group> chosen;
@@ -240,7 +239,7 @@ Study key_from(std::string_view text, std::string_view source)
     {
         fresco::StrictMap entries(root);
         if (entries.take("format") != Value(key_format) || entries.take("version") != Value(key_version))
-            throw Error("this is no key of a study, version " + std::to_string(key_version));
+            throw Error("not the key of a study, version " + std::to_string(key_version));
         Study study;
         study.id = entries.take("study").as_string();
         for (const Value& question : entries.take("questions").as_list())
@@ -261,7 +260,7 @@ Study key_from(std::string_view text, std::string_view source)
         entries.refuse_others();
         check_design(study);
         if (study.questions.empty() || comparisons(study).empty())
-            throw Error("there is no question, or no pair of pictures");
+            throw Error("it has no question, or no pair of pictures");
         return study;
     };
     try

@@ -17,7 +17,7 @@ namespace
 void expect_written(bool good, const std::string& what)
 {
     if (!good)
-        throw Error("the file does not hold what was to be written: " + what);
+        throw Error("the written file differs from what was to be written: " + what);
 }
 
 double largest(Vec3d a)
@@ -36,19 +36,19 @@ void check_triangles(const std::vector<std::uint32_t>& found, const std::vector<
             return found[i] == meant[i + turn] && found[i + 1] == meant[i + (turn + 1) % 3] &&
                    found[i + 2] == meant[i + (turn + 2) % 3];
         };
-        expect_written(same(0) || (may_turn && (same(1) || same(2))), "triangle " + std::to_string(i / 3) + " is another");
+        expect_written(same(0) || (may_turn && (same(1) || same(2))), "triangle " + std::to_string(i / 3) + " differs");
     }
 }
 }  // namespace
 
 GlbErrors check_glb(const GlbModel& model, const WeldedMesh& mesh, const std::vector<std::byte>& image, const GlbOptions& options)
 {
-    expect_written(model.image == image && (image.empty() || model.image_type == options.image_type), "the picture is another");
-    expect_written(model.colors == mesh.colors, "the vertex colors are others");
-    expect_written(model.texcoords.size() == mesh.texcoords.size(), "another number of texcoords");
-    expect_written(model.positions.size() == mesh.positions.size(), "another number of vertices");
+    expect_written(model.image == image && (image.empty() || model.image_type == options.image_type), "the picture differs");
+    expect_written(model.colors == mesh.colors, "the vertex colors differ");
+    expect_written(model.texcoords.size() == mesh.texcoords.size(), "the number of texcoords differs");
+    expect_written(model.positions.size() == mesh.positions.size(), "the number of vertices differs");
     expect_written(model.normals.empty() == (options.material == GltfMaterial::unlit),
-                   "normals are with unlit or missing with pbr");
+                   "normals present with unlit, or missing with pbr");
     check_triangles(model.indices, mesh.indices, options.compress);
 
     // Half a step, and the rounding of this comparison itself.
@@ -65,14 +65,14 @@ GlbErrors check_glb(const GlbModel& model, const WeldedMesh& mesh, const std::ve
         errors.position_m = std::max(errors.position_m, position);
         if (!model.normals.empty())
             expect_written(largest(model.normals[i] - vec_cast<double>(mesh.normals[i])) <= normal_limit,
-                           vertex + " has another normal");
+                           vertex + " has a different normal");
         if (mesh.texcoords.empty())
             continue;
         const Vec2f uv = mesh.texcoords[i];
         // The float that 1 - v is, where floats are written.
         const double v = options.quantize ? 1 - double{uv.y} : double{1 - uv.y};
         const double texcoord = std::max(std::abs(model.texcoords[i].x - double{uv.x}), std::abs(model.texcoords[i].y - v));
-        expect_written(texcoord <= texcoord_limit, vertex + " has another texcoord");
+        expect_written(texcoord <= texcoord_limit, vertex + " has a different texcoord");
         errors.texcoord = std::max(errors.texcoord, texcoord);
     }
     return errors;

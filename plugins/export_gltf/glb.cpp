@@ -193,7 +193,7 @@ std::string make_glb(const WeldedMesh& mesh, const std::vector<std::byte>& image
     const std::size_t bytes = mesh.indices.size() * 4 + mesh.positions.size() * 40 + image.size();
     if (bytes > largest_file)
         throw Error("the mesh and its picture take " + std::to_string(bytes >> 20U) +
-                    " MiB, a GLB file holds at most 4096: decimate the mesh or set max_texture_px");
+                    " MiB; a GLB file holds at most 4096: decimate the mesh or set max_texture_px");
     const bool has_normals = options.material == GltfMaterial::pbr;
     const QuantizedMesh steps = options.quantize ? quantized(mesh) : QuantizedMesh{};
     tinygltf::Model model;

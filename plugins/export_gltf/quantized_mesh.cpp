@@ -54,7 +54,8 @@ std::uint16_t nearest_step(double steps)
 std::uint16_t texcoord_step(double at)
 {
     if (!(at >= -texcoord_rounding && at <= 1 + texcoord_rounding))
-        throw Error("quantize: a texcoord is " + std::to_string(at) + "; 16 bits hold 0 to 1: leave quantize off for this mesh");
+        throw Error("option \"quantize\": a texcoord is " + std::to_string(at) +
+                    "; expected 0 to 1: set quantize: false for this mesh");
     return nearest_step(at * last_step);
 }
 

@@ -60,7 +60,7 @@ void check_look(const GltfFile& gltf, const tinygltf::Primitive& primitive)
     const int texture = material.pbrMetallicRoughness.baseColorTexture.index;
     expect(gltf.images.size() == (texture == -1 ? 0 : 1) &&
                (texture == -1 || element(model.textures, texture, "textures").source == 0),
-           "materials: the picture is not used");
+           "materials: the picture is unused");
     expect(material.extensions.contains(unlit_extension) == contains(model.extensionsUsed, unlit_extension),
            "extensionsUsed: " + std::string(unlit_extension) + " and the material do not agree");
     for (const std::string& name : model.extensionsRequired)
@@ -74,8 +74,8 @@ AccessorRows rows_of(const tinygltf::Model& model, int accessor, std::size_t com
     const auto& source = model.accessors[static_cast<std::size_t>(accessor)];
     const auto& view = model.bufferViews[static_cast<std::size_t>(source.bufferView)];
     const std::string place = entry("accessors", static_cast<std::size_t>(accessor));
-    expect(view.byteOffset % 4 == 0 && source.byteOffset % 4 == 0, place + "its bytes do not begin at a multiple of 4");
-    expect(components == 1 || rows.stride % 4 == 0, place + "rows do not begin at multiples of 4 bytes");
+    expect(view.byteOffset % 4 == 0 && source.byteOffset % 4 == 0, place + "its bytes do not start at a multiple of 4");
+    expect(components == 1 || rows.stride % 4 == 0, place + "rows do not start at multiples of 4 bytes");
     if (source.minValues.empty() && source.maxValues.empty())
         return rows;
     expect(source.minValues.size() == components && source.maxValues.size() == components,
@@ -89,7 +89,7 @@ AccessorRows rows_of(const tinygltf::Model& model, int accessor, std::size_t com
             low = std::min(low, rows.at(i, c));
             high = std::max(high, rows.at(i, c));
         }
-        expect(source.minValues[c] == low && source.maxValues[c] == high, place + "min and max are not those of the values");
+        expect(source.minValues[c] == low && source.maxValues[c] == high, place + "min and max differ from the values");
     }
     return rows;
 }
@@ -103,7 +103,7 @@ class MeshReader
     {
         const auto has = [&](const char* name) { return primitive.attributes.contains(name); };
         expect(primitive.mode == TINYGLTF_MODE_TRIANGLES, "primitives[0]: mode: expected triangles (4)");
-        expect(has("POSITION"), "primitives[0]: there is no POSITION");
+        expect(has("POSITION"), "primitives[0]: POSITION is missing");
         read_positions(rows_of(model_, primitive.attributes.at("POSITION"), 3));
         if (has("NORMAL"))
             read_normals(rows_of(model_, primitive.attributes.at("NORMAL"), 3));
@@ -123,14 +123,14 @@ class MeshReader
         const tinygltf::Node* node = &element(model_.nodes, element(scene.nodes, 0, "nodes"), "nodes");
         if (node->mesh == -1)
             node = &element(model_.nodes, element(node->children, 0, "children"), "nodes");
-        expect(node->mesh == 0, "nodes: none shows the mesh");
+        expect(node->mesh == 0, "nodes: no node has the mesh");
         return *node;
     }
 
     static double finite(const AccessorRows& rows, std::size_t row, std::size_t component)
     {
         const double value = rows.at(row, component);
-        expect(std::isfinite(value), "vertex " + std::to_string(row) + " has a number that is not finite");
+        expect(std::isfinite(value), "vertex " + std::to_string(row) + " is not finite");
         return value;
     }
 
@@ -160,7 +160,7 @@ class MeshReader
         {
             result_.normals.push_back({finite(rows, i, 0), finite(rows, i, 1), finite(rows, i, 2)});
             expect(std::abs(length(result_.normals.back()) - 1) <= unit_tolerance,
-                   "NORMAL: " + std::to_string(i) + " has not unit length");
+                   "NORMAL: " + std::to_string(i) + " does not have unit length");
         }
     }
 
@@ -194,7 +194,7 @@ void read_picture(const GltfFile& gltf, GlbModel& model)
     const std::string_view signature = image.mime_type == "image/png" ? "\x89PNG\r\n\x1a\n" : "\xFF\xD8\xFF";
     expect(bytes.size() > signature.size() &&
                std::ranges::equal(bytes.first(signature.size()), std::as_bytes(std::span(signature))),
-           "images[0]: the bytes do not begin as " + image.mime_type);
+           "images[0]: the bytes are not " + image.mime_type);
     model.image_type = image.mime_type;
     model.image.assign(bytes.begin(), bytes.end());
 }
@@ -208,7 +208,7 @@ GlbModel read_glb(std::string_view file, std::string_view source)
         const std::string restored = restored_glb(file);
         const std::string_view plain = restored.empty() ? file : restored;
         const auto refuse = [](const std::string&, const std::string& place) -> std::vector<std::byte>
-        { throw Error(place + "uri: expected all data in the GLB itself"); };
+        { throw Error(place + "uri: expected all data inside the GLB"); };
         const GltfFile gltf = gltf::load_gltf(std::as_bytes(std::span(plain)), refuse);
         const auto& primitive = element(element(gltf.model.meshes, 0, "meshes").primitives, 0, "primitives");
         check_look(gltf, primitive);

@@ -96,11 +96,11 @@ class FeaturesVgg19 final : public fresco::FeatureNetwork
         if (*precision != "mixed")
             return;
         if (device.is_cpu() && *convolutions == "auto")
-            throw fresco::Error("features.vgg19: `precision: mixed` is for libtorch's convolutions, and on the CPU minimal "
-                                "filtering in float32 is faster; leave it out, or set `convolutions: libtorch`");
+            throw fresco::Error("features.vgg19: `precision: mixed` needs libtorch's convolutions; on the CPU, Winograd "
+                                "convolutions in float32 are faster: leave it out, or set `convolutions: libtorch`");
         if (!vgg19::convolves_bfloat16(device))
             throw fresco::Error("features.vgg19: `precision: mixed` needs convolutions of bfloat16, which " + device.str() +
-                                " does not have here (NVIDIA's have them from compute capability 8.0 on); set `precision: full`");
+                                " lacks (NVIDIA has them from compute capability 8.0 on); set `precision: full`");
     }
 
     /// Which layers were rescaled, from what and to what.
@@ -120,16 +120,16 @@ class FeaturesVgg19 final : public fresco::FeatureNetwork
     vgg19::Vgg19 read(bool& raw) const
     {
         if (weights->empty())
-            throw fresco::MissingInput("features.vgg19: `weights` is empty; give a file with the weights of VGG-19 "
-                                       "(`fresco weights get vgg19` fetches torchvision's)");
+            throw fresco::MissingInput("features.vgg19: `weights` is empty; set it to a file with VGG-19 weights (`fresco "
+                                       "weights get vgg19` downloads torchvision's)");
         if (!sha256->empty() && !fresco::weights::is_sha256_prefix(*sha256))
-            throw fresco::Error("features.vgg19: `sha256` is \"" + *sha256 + "\"; give 8 to 64 hexadecimal digits");
+            throw fresco::Error("features.vgg19: `sha256` is \"" + *sha256 + "\"; expected 8 to 64 hexadecimal digits");
         const std::string source = weights->path.string();
         const auto file = fresco::weights::read_weights(weights->path);
         if (!sha256->empty())
             if (const auto hash = fresco::weights::sha256(file.bytes); !fresco::weights::has_sha256_prefix(hash, *sha256))
-                throw fresco::Error(source + ": its SHA-256 is " + hash + ", which does not begin with " + *sha256 +
-                                    "; it is another file, or damaged");
+                throw fresco::Error(source + ": its SHA-256 is " + hash + ", which does not start with " + *sha256 +
+                                    "; the file is damaged or a different one");
         const auto found = fresco::weights::recognize_vgg19(file.contents, source);
         raw = found.raw;
         auto input = found.input;

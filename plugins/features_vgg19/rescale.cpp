@@ -83,9 +83,8 @@ double raw_mean(std::string_view layer)
 Rescaled rescaled(const Vgg19& network, const std::vector<torch::Tensor>& pictures)
 {
     if (pictures.empty())
-        throw fresco::Error(
-            "features.vgg19: weights on another scale are rescaled by what they make of the style and the frames, "
-            "but there is no picture; give raw weights, or `rescale: false`");
+        throw fresco::Error("features.vgg19: these weights are rescaled by the style and the frames, but there is no picture; "
+                            "use raw weights, or set `rescale: false`");
     const Vgg19 common = folded(network);
     const auto means = mean_activations(common, pictures);
     std::vector<double> factors;
@@ -93,9 +92,9 @@ Rescaled rescaled(const Vgg19& network, const std::vector<torch::Tensor>& pictur
     {
         const std::string& layer = common.convolutions()[i].layer;
         if (!(means[i] > 0) || !std::isfinite(means[i]))
-            throw fresco::Error("features.vgg19: layer " + layer +
-                                " is silent on the style and on all frames, so it cannot be rescaled; give the weights of a "
-                                "trained VGG-19");
+            throw fresco::Error(
+                "features.vgg19: layer " + layer +
+                " is zero on the style and on all frames, so it cannot be rescaled; use the weights of a trained VGG-19");
         factors.push_back(raw_mean(layer) / means[i]);
     }
     return {scaled(common, factors), means};

@@ -74,7 +74,7 @@ class FramesAlign final : public Stage
         check_mesh(*mesh, "the mesh on port 'mesh'");
         const auto& all = frames->frames;
         if (all.empty())
-            throw Error("port 'frames' brings no frames: check the scan's path and the stages that drop frames");
+            throw Error("port 'frames' has no frames: check the scan's path and the stages that drop frames");
         const auto points = align::surface_points(*mesh, static_cast<std::size_t>(*points_count));
         const raycast::Scene scene(*mesh);
         std::vector<align::AlignedView> views(all.size());

@@ -67,8 +67,8 @@ class FramesCover final : public Stage
         const auto order = cover::greedy_order(seen, side * side, run);
         if (order.empty())
             throw Error("none of the " + std::to_string(seen.size()) +
-                        " frames sees a front of the mesh: are the mesh and the poses in the same world frame, are the faces "
-                        "counter-clockwise from outside? scan.inspect tells");
+                        " frames sees the front of the mesh: check with scan.inspect that mesh and poses share one world frame "
+                        "and that faces are counter-clockwise from outside");
         const std::size_t picks = cover::picks_needed(order, *target_coverage, most_frames());
         std::vector<std::size_t> kept(picks);
         for (std::size_t i = 0; i < picks; ++i)

@@ -22,8 +22,8 @@ class FramesHoldOut final : public fresco::Stage
             (position >= 0 && position % *every_count == 0 ? rest : kept).frames.push_back(frames->frames[i]);
         }
         if (kept.frames.empty() || rest.frames.empty())
-            throw fresco::Error("of " + std::to_string(frames->frames.size()) + " frames, " + std::to_string(rest.frames.size()) +
-                                " would be held out; lower first_count, or give more frames");
+            throw fresco::Error(std::to_string(rest.frames.size()) + " of " + std::to_string(frames->frames.size()) +
+                                " frames would be held out; lower first_count, or use more frames");
         run.report("training", kept.frames.size());
         run.report("held_out", rest.frames.size());
         training = std::move(kept);

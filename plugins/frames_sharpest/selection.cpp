@@ -70,7 +70,7 @@ std::vector<std::size_t> sharpest_of_stretches(const std::vector<MeasuredFrame>&
 Selection select_frames(const std::vector<MeasuredFrame>& frames, const SelectionOptions& options)
 {
     if (frames.empty())
-        throw fresco::Error("there are no frames to choose from");
+        throw fresco::Error("port 'frames' has no frames: check the scan's path and the stages that drop frames");
     const auto passes = [&](std::size_t i) { return frames[i].sharpness >= options.min_sharpness; };
     Selection selection;
     for (std::size_t i = 0; i < frames.size(); ++i)

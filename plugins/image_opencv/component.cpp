@@ -57,7 +57,7 @@ class OpenCvImages final : public fresco::ImageIo
         auto [info, picture] = read(file);
         auto* const depth = std::get_if<fresco::Raster16>(&picture);
         if (!info.is_gray || depth == nullptr)
-            throw fresco::Error(file.string() + ": expected a depth picture, a PNG of one channel of 16 bits; this one has " +
+            throw fresco::Error(file.string() + ": expected a depth picture (PNG, one channel of 16 bits), found " +
                                 std::to_string(info.bits) + " bits" + (info.is_gray ? "" : " and colors"));
         return std::move(*depth);
     }
@@ -77,7 +77,8 @@ class OpenCvImages final : public fresco::ImageIo
         auto picture = decode(bytes, file.string());
         const auto has_size = [&](const auto& raster) { return raster.width == info.width && raster.height == info.height; };
         if (!std::visit(has_size, picture))
-            throw fresco::Error(file.string() + ": the picture's size is not the one in its header: it is damaged");
+            throw fresco::Error(file.string() +
+                                ": the picture's size differs from its header: the file is damaged; copy it again");
         return {info, std::move(picture)};
     }
 };

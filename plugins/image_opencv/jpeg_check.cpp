@@ -48,13 +48,13 @@ class JpegWalk
     PictureInfo read(Walk walk)
     {
         if (bytes_.u16(0) != (0xFF00U | soi))
-            bytes_.fail(0, "this is no JPEG file: expected the marker SOI");
+            bytes_.fail(0, "not a JPEG file: expected the marker SOI");
         next_ = 2;
         while (walk == Walk::whole ? !ended_ : !has_frame_)
             segment();
         if (walk == Walk::whole && components_ == 4 && !has_adobe_)
             bytes_.fail(frame_at_,
-                        "a CMYK picture without Adobe marker: whether 0 means no ink cannot be told; convert it to RGB");
+                        "a CMYK picture without an Adobe marker, so whether 0 means no ink is unknown; convert it to RGB");
         return info_;
     }
 
@@ -76,7 +76,7 @@ class JpegWalk
         if (code == eoi)
         {
             if (!has_scan_)
-                bytes_.fail(begin, "the picture ends without data");
+                bytes_.fail(begin, "the picture has no data: the file is damaged");
             ended_ = true;
             return;
         }
@@ -103,11 +103,11 @@ class JpegWalk
         if (has_frame_)
             bytes_.fail(at, "a second frame header");
         if (code != sof_baseline && code != sof_extended && code != sof_progressive)
-            bytes_.fail(at, "a lossless, hierarchical or arithmetic-coded JPEG; only baseline and progressive ones are read");
+            bytes_.fail(at, "a lossless, hierarchical or arithmetic-coded JPEG; expected baseline or progressive");
         if (size < 6 || size != 6 + 3 * std::size_t{bytes_.u8(at + 5)})
             bytes_.fail(at, "a frame header of the wrong length: the file is damaged");
         if (const unsigned precision = bytes_.u8(at); precision != 8)
-            bytes_.fail(at, std::to_string(precision) + " bits per sample; only 8 are read");
+            bytes_.fail(at, std::to_string(precision) + " bits per sample; expected 8");
         bytes_.check_size(at + 1, bytes_.u16(at + 3), bytes_.u16(at + 1));
         components_ = bytes_.u8(at + 5);
         if (components_ != 1 && components_ != 3 && components_ != 4)

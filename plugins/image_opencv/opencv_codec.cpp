@@ -64,7 +64,7 @@ std::vector<std::byte> encode(const fresco::Raster<T>& image, const char* extens
     if (image.empty() || image.width < 1 || image.height < 1)
         refuse("it is empty");
     if (std::find(channels.begin(), channels.end(), image.channels) == channels.end())
-        refuse("the format takes another number of channels");
+        refuse("the format does not support this number of channels");
     cv::Mat mat(image.height, image.width, CV_MAKETYPE(cv::DataType<T>::depth, image.channels));
     copy_swapped(image.values.data(), mat.ptr<T>(), image.values.size() / static_cast<std::size_t>(image.channels),
                  static_cast<std::size_t>(image.channels));
@@ -79,7 +79,7 @@ std::vector<std::byte> encode(const fresco::Raster<T>& image, const char* extens
         refuse(error.what());
     }
     if (!done)
-        refuse("the encoder failed");
+        refuse("the encoder failed; is memory short?");
     std::vector<std::byte> bytes(encoded.size());
     std::memcpy(bytes.data(), encoded.data(), encoded.size());
     return bytes;
@@ -107,7 +107,7 @@ DecodedPicture decode(std::span<const std::byte> bytes, std::string_view source)
     }
     const int channels = mat.channels();
     if (mat.empty() || (channels != 1 && channels != 3 && channels != 4))
-        fail("OpenCV gives no picture");
+        fail("OpenCV cannot decode it");
     if (mat.depth() == CV_8U)
         return raster_of<std::uint8_t>(mat);
     if (mat.depth() != CV_16U)
@@ -130,7 +130,7 @@ std::vector<std::byte> encode_jpeg(const fresco::Raster8& image, int quality)
     if (quality < 1 || quality > 100)
         throw fresco::Error("JPEG quality " + std::to_string(quality) + "; expected 1 to 100");
     if (image.width > max_jpeg_side || image.height > max_jpeg_side)
-        throw fresco::Error("a JPEG file takes at most " + std::to_string(max_jpeg_side) + " pixels a side, not " +
+        throw fresco::Error("a JPEG file has at most " + std::to_string(max_jpeg_side) + " pixels per side; the picture has " +
                             std::to_string(std::max(image.width, image.height)));
     return encode(image, ".jpg", {1, 3}, {cv::IMWRITE_JPEG_QUALITY, quality});
 }

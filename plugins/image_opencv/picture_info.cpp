@@ -34,7 +34,7 @@ void PictureBytes::check_size(std::size_t at, std::int64_t width, std::int64_t h
     // Both are below 2^32, so the product may not fit: divide.
     if (width > max_pixels / height)
         fail(at, "the picture has " + text + "; at most " + std::to_string(max_pixels / 1'000'000) +
-                     " megapixels are read: make it smaller first");
+                     " megapixels are supported: shrink it first");
 }
 
 PictureInfo check_picture(std::span<const std::byte> bytes, std::string_view source, Walk walk)
@@ -44,7 +44,7 @@ PictureInfo check_picture(std::span<const std::byte> bytes, std::string_view sou
         return check_png(bytes, source, walk);
     if (picture.u8(0) == 0xFF)
         return check_jpeg(bytes, source, walk);
-    picture.fail(0, "this is neither a PNG nor a JPEG file; convert the picture to one of them");
+    picture.fail(0, "neither a PNG nor a JPEG file; convert the picture to one of them");
 }
 
 PictureInfo picture_size(const std::filesystem::path& file)

@@ -71,7 +71,7 @@ class PictureBytes
     std::span<const std::byte> part(std::size_t at, std::size_t count) const
     {
         if (at > bytes_.size() || count > bytes_.size() - at)
-            throw CutPicture(place(bytes_.size()) + "the file ends inside the picture: it is cut; copy it again");
+            throw CutPicture(place(bytes_.size()) + "the file ends inside the picture: it is truncated; copy it again");
         return bytes_.subspan(at, count);
     }
     [[noreturn]] void fail(std::size_t at, const std::string& what) const { throw fresco::Error(place(at) + what); }

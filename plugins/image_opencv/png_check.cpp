@@ -57,7 +57,7 @@ class PngWalk
     {
         for (std::size_t i = 0; i < signature.size(); ++i)
             if (bytes_.u8(i) != signature[i])
-                bytes_.fail(i, "this is no PNG file: its signature is damaged");
+                bytes_.fail(i, "not a PNG file: its signature is damaged");
         header();
         if (walk == Walk::whole)
             while (!ended_)
@@ -86,7 +86,7 @@ class PngWalk
         std::uint32_t type = 0;
         const auto data = frame(type);
         if (type != name("IHDR") || data.size() != 13)
-            bytes_.fail(begin_, "expected the chunk IHDR of 13 bytes");
+            bytes_.fail(begin_, "expected an IHDR chunk of 13 bytes");
         const std::size_t at = begin_ + 8;
         bytes_.check_size(at, bytes_.u32(at), bytes_.u32(at + 4));
         info_.format = PictureFormat::png;
@@ -107,13 +107,13 @@ class PngWalk
         std::uint32_t type = 0;
         const auto data = frame(type);
         if (type == name("IHDR"))
-            bytes_.fail(begin_, "a second chunk IHDR");
+            bytes_.fail(begin_, "a second IHDR chunk");
         if (type == name("IDAT"))
         {
             if (data_ended_)
-                bytes_.fail(begin_, "the chunks IDAT are not in one row");
+                bytes_.fail(begin_, "the IDAT chunks are not consecutive");
             if (color_type_ == palette && !has_palette_)
-                bytes_.fail(begin_, "the chunk PLTE is missing");
+                bytes_.fail(begin_, "the PLTE chunk is missing");
             has_data_ = true;
             return;
         }
@@ -127,7 +127,7 @@ class PngWalk
         else if (type == name("IEND"))
         {
             if (!has_data_)
-                bytes_.fail(begin_, "the picture has no chunk IDAT");
+                bytes_.fail(begin_, "the picture has no IDAT chunk");
             ended_ = true;
         }
     }

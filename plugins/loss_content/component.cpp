@@ -40,7 +40,7 @@ class LossContent final : public fresco::Loss
         for (const auto& name : names_)
             features->layer(name);
         if (names_.empty())
-            throw fresco::Error("loss.content: the network of `features` has no layer meant for contents; name one in `layers`");
+            throw fresco::Error("loss.content: the network of `features` has no default layer for content; name one in `layers`");
     }
 
     std::vector<fresco::LossTerm> evaluate(fresco::Part& part) override

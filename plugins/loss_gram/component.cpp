@@ -96,13 +96,13 @@ class LossGram final : public fresco::Loss
     void check_rule() const
     {
         if (*rule == "released" && *style.targets == "fine")
-            throw fresco::Error("loss.gram: `rule: released` is about the coarse target; set `targets` to coarse or both");
+            throw fresco::Error("loss.gram: `rule: released` needs the coarse target; set `targets` to coarse or both");
         const auto names = fresco::split_layer_names(*fine_layers);
         if (!names.empty() && *style.targets == "coarse")
             throw fresco::Error("loss.gram: `fine_layers` needs the fine target; set `targets` to both");
         for (const auto& name : names)
             if (std::none_of(compared_.begin(), compared_.end(), [&](const auto& layer) { return layer.name == name; }))
-                throw fresco::Error("loss.gram: `fine_layers` names " + name + ", which is none of the layers compared");
+                throw fresco::Error("loss.gram: `fine_layers` names " + name + ", which is not one of the compared layers");
     }
 
     bool has_fine(const std::string& layer) const

@@ -37,7 +37,8 @@ class MeshFuse final : public Stage
     {
         const double truncation_m = *trunc_m > 0 ? *trunc_m : 4 * *voxel_m;
         if (truncation_m < *voxel_m)
-            throw Error("trunc_m: " + std::to_string(*trunc_m) + " is less than a voxel (voxel_m); at least that was expected");
+            throw Error("option \"trunc_m\": " + std::to_string(*trunc_m) + " is less than voxel_m; expected at least " +
+                        std::to_string(*voxel_m));
         return {.voxel_m = *voxel_m, .truncation_m = truncation_m};
     }
 
@@ -55,10 +56,9 @@ class MeshFuse final : public Stage
     {
         constexpr double gigabyte = 1e9;
         if (!fusion.fits(depth, frames->frames[index].depth, static_cast<std::size_t>(*max_memory_gb * gigabyte)))
-            throw Error(
-                "with " + std::to_string(index + 1) + " of " + std::to_string(frames->frames.size()) +
-                " frames the volume takes more than max_memory_gb: raise that, or voxel_m (memory falls with its square), or "
-                "lower max_depth_m");
+            throw Error("with " + std::to_string(index + 1) + " of " + std::to_string(frames->frames.size()) +
+                        " frames, the volume needs more than max_memory_gb: raise max_memory_gb or voxel_m (memory falls with "
+                        "its square), or lower max_depth_m");
     }
 
     void run(RunContext& run) override
@@ -79,14 +79,14 @@ class MeshFuse final : public Stage
             run.progress(static_cast<double>(i + 1), static_cast<double>(frames->frames.size()), "frames");
         }
         if (fused == 0)
-            throw Error("no frame on port 'frames' has a depth picture: there is nothing to fuse");
+            throw Error("no frame on port 'frames' has a depth picture: use a scan with depth");
         if (fused < frames->frames.size())
             run.warning(std::to_string(frames->frames.size() - fused) + " of " + std::to_string(frames->frames.size()) +
                         " frames have no depth picture and are left out");
         Mesh result = fusion.mesh();
         if (result.triangles.empty())
             throw Error(
-                "the depth pictures show no surface: all depth is 0 or beyond max_depth_m; scan.inspect tells of wrong units");
+                "the depth pictures show no surface: all depth is 0 or beyond max_depth_m; scan.inspect detects wrong units");
         check_mesh(result, "the fused mesh");
         run.report("frames", fused);
         run.report("faces", result.triangles.size());

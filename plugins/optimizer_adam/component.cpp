@@ -35,7 +35,7 @@ class OptimizerAdam final : public fresco::OptimizerRule
     void attach(const std::vector<fresco::TextureParameter>& parameters) override
     {
         if (visible() && *untouched == "step")
-            throw fresco::Error("option \"untouched\": step is for the mode dense; the mode visible steps what is seen alone");
+            throw fresco::Error("option \"untouched\": step needs mode: dense; mode: visible steps only seen texels");
         step_ = 0;
         blocks_.clear();
         for (const auto& parameter : parameters)

@@ -49,7 +49,7 @@ class OptimizerLbfgs final : public fresco::OptimizerRule
             throw fresco::Error("optimizer.lbfgs would need " + std::to_string(std::llround(megabytes)) + " MB for " +
                                 std::to_string(size_) + " values and `history_count` " + std::to_string(*history_count) +
                                 ", more than `max_memory_mb` " + std::to_string(*max_memory_mb) +
-                                ": take optimizer.adam, a smaller texture, a shorter history, or allow more");
+                                ": use optimizer.adam, a smaller texture or a shorter history, or raise max_memory_mb");
     }
 
     double step(std::vector<fresco::TextureParameter>& parameters, const fresco::Evaluate& evaluate, double rate,

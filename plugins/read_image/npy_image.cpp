@@ -29,9 +29,8 @@ fresco::Image image_from_npy(const std::filesystem::path& file)
     const std::size_t channels = shape.size() == 3 ? shape[2] : 1;
     if (array.type != fresco::NpyType::uint8 || (shape.size() != 2 && shape.size() != 3) ||
         (channels != 1 && channels != 3 && channels != 4))
-        throw fresco::Error(file.string() +
-                            ": expected a picture, an array of uint8 of height x width x 3 (or 1, or 4); this is " +
-                            text_of(shape) + (array.type == fresco::NpyType::uint8 ? "" : " of another type"));
+        throw fresco::Error(file.string() + ": expected a picture, uint8 of height x width x 3 (or 1, or 4); found " +
+                            text_of(shape) + (array.type == fresco::NpyType::uint8 ? "" : " of a different type"));
     if (shape[0] == 0 || shape[1] == 0 || shape[0] > max_pixels / shape[1])
         throw fresco::Error(file.string() + ": a picture of " + text_of(shape) + "; expected 1 to 200 million pixels");
     fresco::Raster8 pixels;

@@ -34,7 +34,7 @@ VideoFile::VideoFile(std::filesystem::path file, int width, int height, double f
             continue;
         }
     }
-    throw fresco::Error(file_.filename().string() + ": OpenCV's FFmpeg has no encoder for such a video; take format: png");
+    throw fresco::Error(file_.filename().string() + ": OpenCV's FFmpeg has no encoder for this format; set format: png");
 }
 
 VideoFile::~VideoFile() = default;
@@ -56,6 +56,6 @@ void VideoFile::close()
     while (written.isOpened() && found <= added_ && written.grab())
         ++found;
     if (found != added_)
-        throw fresco::Error(file_.string() + ": of the " + std::to_string(added_) + " pictures of the video " +
-                            std::to_string(found) + " were written; is the disk full?");
+        throw fresco::Error(file_.string() + ": only " + std::to_string(found) + " of " + std::to_string(added_) +
+                            " video frames were written; is the disk full?");
 }

@@ -35,8 +35,8 @@ constexpr std::array<std::pair<std::int32_t, std::string_view>, 5> other_models{
     std::string names;
     for (const auto& known : read_models())
         names += (names.empty() ? "" : ", ") + std::string(known.name);
-    throw fresco::Error(place + ": the camera model " + model + " is not read; " + names +
-                        " are: undistort with \"colmap image_undistorter\" first");
+    throw fresco::Error(place + ": camera model " + model + " is not supported; expected " + names +
+                        ": undistort with \"colmap image_undistorter\" first");
 }
 
 }  // namespace
@@ -67,9 +67,9 @@ ModelCamera model_camera(const CameraModel& model, std::uint64_t width, std::uin
 {
     if (width < 1 || height < 1 || width > most_pixels || height > most_pixels)
         throw fresco::Error(place + ": a picture of " + std::to_string(width) + "x" + std::to_string(height) +
-                            " pixels; 1 to 65536 are accepted");
+                            " pixels; expected 1 to 65536");
     if (parameters.size() != model.parameters.size())
-        throw fresco::Error(place + ": " + std::to_string(parameters.size()) + " parameters where " + std::string(model.name) +
+        throw fresco::Error(place + ": " + std::to_string(parameters.size()) + " parameters; " + std::string(model.name) +
                             " has " + std::to_string(model.parameters.size()));
     ModelCamera camera;
     camera.intrinsics.width = static_cast<int>(width);

@@ -34,7 +34,7 @@ Cameras parse_cameras_binary(std::span<const std::byte> bytes, std::string_view 
             parameters.push_back(cursor.read<double>("a camera's parameters"));
         if (!cameras.emplace(id, model_camera(model, width, height, parameters, place)).second)
             throw fresco::Error(place + ": the camera " + std::to_string(id) +
-                                " appears twice; the file is damaged; copy it again");
+                                " appears twice: the file is damaged; copy it again");
     }
     cursor.expect_end();
     return cameras;
@@ -59,13 +59,12 @@ std::vector<ModelImage> parse_images_binary(std::span<const std::byte> bytes, st
         image.camera = cursor.read<std::uint32_t>("an image's camera");
         image.name = cursor.text("an image's name");
         if (image.name.empty())
-            throw fresco::Error(image.source + ": an image without a name; the file is damaged; copy it again");
+            throw fresco::Error(image.source + ": the image has no name: the file is damaged; copy it again");
         const auto points = cursor.read<std::uint64_t>("the count of an image's points");
         // Divided, so that a hostile count cannot run over.
         if (points > cursor.left() / point_bytes)
-            throw fresco::Error(cursor.place() + ": " + std::to_string(points) + " points of an image do not fit into the " +
-                                std::to_string(cursor.left()) +
-                                " bytes that are left; the file is truncated or damaged; copy it again");
+            throw fresco::Error(cursor.place() + ": " + std::to_string(points) + " points do not fit into the remaining " +
+                                std::to_string(cursor.left()) + " bytes: the file is truncated or damaged; copy it again");
         cursor.take(points * point_bytes, "an image's points");
         images.push_back(std::move(image));
     }

@@ -35,8 +35,8 @@ void check_count(std::optional<std::int64_t> expected, std::size_t count, std::s
 {
     if (expected && static_cast<std::uint64_t>(*expected) != count)
         throw fresco::Error(std::string(source) + ": " + std::to_string(count) + " " + std::string(what) +
-                            " where its head counts " + std::to_string(*expected) +
-                            "; the file is cut or was edited by hand: copy it again or correct the head");
+                            "; its header declares " + std::to_string(*expected) +
+                            "; the file is truncated or was edited: copy it again or correct the header");
 }
 
 /// The rest of a line behind its first `count` words, without blanks around it: names may have blanks inside.
@@ -52,7 +52,7 @@ ModelImage image_of(std::string_view line, const std::string& place)
     const auto words = words_of(line);
     if (words.size() <= pose_words)
         throw fresco::Error(place + ": " + std::to_string(words.size()) +
-                            " words where an image has IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME");
+                            " words; expected IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME");
     std::vector<double> numbers;
     for (std::size_t i = 1; i < 8; ++i)
         numbers.push_back(number_of(words[i], place));
@@ -84,7 +84,7 @@ Cameras parse_cameras_text(std::string_view text, std::string_view source)
         const auto words = words_of(*line);
         if (words.size() < 4)
             throw fresco::Error(place + ": " + std::to_string(words.size()) +
-                                " words where a camera has CAMERA_ID MODEL WIDTH HEIGHT PARAMS…");
+                                " words; expected CAMERA_ID MODEL WIDTH HEIGHT PARAMS…");
         const auto id = integer_of(words[0], 0, most_ids, place);
         const auto& model = camera_model(words[1], place);
         const auto width = integer_of(words[2], 1, most_ids, place), height = integer_of(words[3], 1, most_ids, place);
@@ -115,7 +115,9 @@ std::vector<ModelImage> parse_images_text(std::string_view text, std::string_vie
         // The line of its points, which may be empty.
         const auto points = lines.next();
         if (!points)
-            throw fresco::Error(lines.place() + ": the line of the image's points is missing (it may be empty); the file is cut");
+            throw fresco::Error(
+                lines.place() +
+                ": the line with the image's points is missing (it may be empty): the file is truncated; copy it again");
         if (words_of(*points).size() % 3 != 0)
             throw fresco::Error(lines.place() + ": expected an image's points, X Y POINT3D_ID each, or an empty line");
     }

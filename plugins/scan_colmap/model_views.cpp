@@ -34,7 +34,7 @@ ModelFiles find_model(const fs::path& path, fresco::RunContext& run)
         names += (names.empty() ? "" : ", ") + folder.string();
     }
     throw fresco::MissingInput(
-        "no reconstruction of COLMAP; expected cameras.bin and images.bin, or cameras.txt and images.txt, in " + names);
+        "no COLMAP reconstruction; expected cameras.bin and images.bin, or cameras.txt and images.txt, in " + names);
 }
 
 Cameras read_cameras(const fs::path& file)
@@ -60,7 +60,7 @@ std::vector<fresco::recordings::RecordedView> model_views(const Cameras& cameras
         const auto camera = cameras.find(image.camera);
         if (camera == cameras.end())
             throw fresco::Error(image.source + ": the camera " + std::to_string(image.camera) +
-                                " is not in the file of cameras; both files must be of one reconstruction");
+                                " is not in the cameras file; use both files of one reconstruction");
         fresco::recordings::RecordedView view;
         fresco::recordings::name_by_picture(view, image.name);
         view.color = options.pictures / image.name;

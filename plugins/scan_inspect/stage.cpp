@@ -57,8 +57,8 @@ class ScanInspect final : public Stage
         std::filesystem::path json = path->path;
         json.replace_extension(".json");
         if (json == path->path)
-            throw Error("option path: '" + path->path +
-                        "' is the name of the JSON file that goes with the picture: end it in .png");
+            throw Error("option \"path\": '" + path->path +
+                        "' is the name of the JSON file beside the picture; use a name that ends in .png");
         const auto chosen = choose(static_cast<std::size_t>(*frames_count));
         const raycast::Scene scene(*mesh);
         std::vector<inspect::View> views;
@@ -91,7 +91,7 @@ class ScanInspect final : public Stage
     {
         const std::size_t all = frames->frames.size();
         if (all == 0)
-            throw Error("port 'frames' brings no frames: check the scan's path and the stages that drop frames");
+            throw Error("port 'frames' has no frames: check the scan's path and the stages that drop frames");
         count = std::min(count, all);
         std::vector<std::size_t> chosen(count);
         for (std::size_t i = 0; i < count; ++i)

@@ -19,13 +19,13 @@ void tell_units(double pose_scale, double depth_scale, double extent, std::vecto
     if (pose_scale == 1000 && (depth_scale == 1000 || large))
     {
         findings.push_back({"millimeter_mesh",
-                            "the mesh is in millimeters where the poses are in meters: read it by scan.mesh with "
+                            "the mesh is in millimeters where the poses are in meters: read it with scan.mesh and "
                             "unit_m: 0.001"});
         return;
     }
     if (pose_scale > 1 && (depth_scale == pose_scale || large))
     {
-        findings.push_back({"mesh_unit", "the mesh is in another unit than the poses: read it by scan.mesh with unit_m: " +
+        findings.push_back({"mesh_unit", "the mesh is in another unit than the poses: read it with scan.mesh and unit_m: " +
                                              number(1 / pose_scale)});
         return;
     }
@@ -45,8 +45,7 @@ void tell_units(double pose_scale, double depth_scale, double extent, std::vecto
         findings.push_back({"millimeter_depth", "depths come out 1000 times too large: the depth pictures hold millimeters, set "
                                                 "depth_unit_m: 0.001"});
     else if (depth_scale != 1)
-        findings.push_back({"depth_unit", "depths must be multiplied by " + number(depth_scale) +
-                                              " to be the mesh's: multiply depth_unit_m by it"});
+        findings.push_back({"depth_unit", "depths are not in the mesh's unit: multiply depth_unit_m by " + number(depth_scale)});
 }
 
 /// "10 % too large" for a factor of 0.91 that mends it.
@@ -62,7 +61,7 @@ std::string how_to_mend(double factor, double reach)
     constexpr double hair = 1e-6;
     if (std::abs(std::log(factor)) < reach - hair)
         return how_far_off(factor) + ": multiply it by " + number(factor);
-    return how_far_off(factor) + " or more: is it of pictures of another size?";
+    return how_far_off(factor) + " or more: was it calibrated for another picture size?";
 }
 
 }  // namespace
@@ -119,7 +118,7 @@ void tell_convention(const Convention& convention, double depth_scale, double ex
     if (convention.camera_turn == axis_rotations()[1])
         findings.push_back({"opengl_axes",
                             "the poses have OpenGL's camera axes (y up, z backward) where OpenCV's (y down, z forward) are "
-                            "expected: turn the signs of the second and the third column of their rotations"});
+                            "expected: negate the second and third columns of their rotations"});
     else if (!(convention.camera_turn == Mat3{}))
         findings.push_back({"camera_axes", "the poses have other camera axes than OpenCV's: right, down and forward are their " +
                                                axis_names(convention.camera_turn)});
@@ -129,7 +128,7 @@ void tell_convention(const Convention& convention, double depth_scale, double ex
         std::erase(axes, '+');
         findings.push_back(
             {"world_axes",
-             "mesh and poses are turned against each other: read the mesh by scan.mesh with axes: \"" + axes + "\""});
+             "mesh and poses are rotated against each other: read the mesh with scan.mesh and axes: \"" + axes + "\""});
     }
     tell_units(convention.scale, depth_scale, extent, findings);
 }
@@ -142,24 +141,22 @@ void tell_cameras(const Diagnosis& diagnosis, bool one_camera, std::vector<Findi
     const bool color_off = color.focal_scale != 1 || color.shift_x != 0 || color.shift_y != 0;
     if (diagnosis.depth_by_color_camera && color_off)
     {
-        findings.push_back(
-            {"cameras_swapped", "color and depth camera were taken for each other: exchange their intrinsics and poses"});
+        findings.push_back({"cameras_swapped", "the color and depth cameras are swapped: exchange their intrinsics and poses"});
         return;
     }
     if (diagnosis.depth_by_color_camera)
         findings.push_back({"depth_by_color_camera",
-                            "the depth pictures fit the color camera, not the depth camera that they were given: "
-                            "they are registered to color, give them its intrinsics and pose"});
+                            "the depth pictures fit the color camera, not the depth camera: "
+                            "they are registered to color; use the color camera's intrinsics and pose for them"});
     if (depth_off && color_off && std::abs(std::log(depth / color.focal_scale)) < alike_focals)
     {
         findings.push_back({"focal_length", "the focal length of both cameras is " + how_to_mend(depth, color_focal_reach)});
         return;
     }
     if (depth_off && one_camera && !color_off)
-        findings.push_back(
-            {"depth_taken_for_color", "depth was taken for the color camera: both were given one, and it fits the color "
-                                      "pictures alone; the depth camera's focal length is " +
-                                          number(depth) + " times as large"});
+        findings.push_back({"depth_taken_for_color", "both cameras have the same intrinsics, which fit only the color "
+                                                     "pictures; the depth camera's focal length is " +
+                                                         number(depth) + " times as large"});
     else if (depth_off)
         findings.push_back(
             {"depth_focal_length", "the focal length of the depth camera is " + how_to_mend(depth, depth_focal_reach)});
@@ -167,30 +164,30 @@ void tell_cameras(const Diagnosis& diagnosis, bool one_camera, std::vector<Findi
         return;
     const bool focal_off = std::abs(std::log(color.focal_scale)) > 0.025;
     if (one_camera && diagnosis.depths > 0 && !depth_off)
-        findings.push_back(
-            {"color_taken_for_depth", "color was taken for the depth camera: both were given one, and it fits the depth "
-                                      "pictures alone; the color camera's focal length is about " +
-                                          number(color.focal_scale) + " times as large"});
+        findings.push_back({"color_taken_for_depth", "both cameras have the same intrinsics, which fit only the depth "
+                                                     "pictures; the color camera's focal length is about " +
+                                                         number(color.focal_scale) + " times as large"});
     else if (focal_off)
         findings.push_back({"color_focal_length",
                             "the focal length of the color camera is " + how_to_mend(color.focal_scale, color_focal_reach)});
     else
-        findings.push_back({"color_shift", "the color pictures lie beside the mesh: their principal point is off by about (" +
-                                               number(100 * color.shift_x) + ", " + number(100 * color.shift_y) +
-                                               ") % of the picture, or the color camera's place is wrong"});
+        findings.push_back(
+            {"color_shift", "the color pictures are shifted against the mesh: their principal point is off by about (" +
+                                number(100 * color.shift_x) + ", " + number(100 * color.shift_y) +
+                                ") % of the picture, or the color camera's position is wrong"});
 }
 
 void tell_inside_out(double front_share, std::vector<Finding>& findings)
 {
-    findings.push_back({"faces_inside_out", "the mesh is turned inside out: cameras see the front of a face at " +
-                                                percent(front_share) + " of its pixels alone; swap two corners of every face"});
+    findings.push_back({"faces_inside_out", "the mesh is inside out: cameras see the front of a face at only " +
+                                                percent(front_share) + " of its pixels; swap two corners of every face"});
 }
 
 void tell_unexplained_depth(const Diagnosis& diagnosis, std::vector<Finding>& findings)
 {
     findings.push_back(
-        {"unexplained", percent(diagnosis.explained.depth_share) +
-                            " of the depths alone are within 3 % of the mesh, and no usual mistake explains it: do mesh and "
+        {"unexplained", "only " + percent(diagnosis.explained.depth_share) +
+                            " of the depths are within 3 % of the mesh, and no usual mistake explains it: do mesh and "
                             "frames belong together?"});
 }
 

@@ -25,30 +25,31 @@ std::map<std::string, int> parse_regions(std::string_view text, std::string_view
     std::map<std::string, int> regions;
     std::optional<std::int64_t> promised;
     if (const auto head = lines.next(); !head || !head->starts_with("ASCII 1."))
-        throw fresco::Error(std::string(source) + ": no house file of Matterport3D: it begins with 'ASCII 1.'");
+        throw fresco::Error(std::string(source) + ": not a Matterport3D house file; expected 'ASCII 1.' at its start");
     while (const auto line = lines.next_record())
     {
         const auto words = fresco::recordings::words_of(*line);
         const auto place = lines.place();
         if (words[0].size() != 1 || std::string_view("HLRPSVICOE").find(words[0]) == std::string_view::npos)
-            throw fresco::Error(place + ": '" + std::string(words[0]) + "' where one of H L R P S V I C O E was expected");
+            throw fresco::Error(place + ": '" + std::string(words[0]) + "'; expected one of H L R P S V I C O E");
         if (words[0] == "H")
         {
             if (words.size() < 5)
-                throw fresco::Error(place + ": the head has " + std::to_string(words.size()) +
-                                    " words, the number of panoramas is missing");
+                throw fresco::Error(place + ": the header has " + std::to_string(words.size()) +
+                                    " words; the number of panoramas is missing");
             promised = fresco::recordings::integer_of(words[4], 0, most, place);
         }
         else if (words[0] == "P" && words.size() == panorama_words)
         {
             const auto region = static_cast<int>(fresco::recordings::integer_of(words[3], -1, most, place));
             if (!regions.emplace(words[1], region).second)
-                throw fresco::Error(place + ": panorama " + std::string(words[1]) + " is there twice");
+                throw fresco::Error(place + ": panorama " + std::string(words[1]) + " appears twice");
         }
     }
     if (!promised || static_cast<std::size_t>(*promised) != regions.size())
-        throw fresco::Error(std::string(source) + ": its head promises " + (promised ? std::to_string(*promised) : "no") +
-                            " panoramas, there are " + std::to_string(regions.size()) + ": the file is cut or was changed");
+        throw fresco::Error(std::string(source) + ": the header declares " + (promised ? std::to_string(*promised) : "no") +
+                            " panoramas, the file has " + std::to_string(regions.size()) +
+                            ": the file is truncated or was edited; copy it again");
     return regions;
 }
 
@@ -61,14 +62,13 @@ fs::path camera_file(const fs::path& folder)
             if (entry.path().extension() == ".conf")
                 found.push_back(entry.path());
     if (found.empty())
-        throw fresco::MissingInput(
-            parameters.string() +
-            ": no camera file; expected <house>.conf, as undistorted_camera_parameters.zip of the house has it: "
-            "unpack it, and let path be the folder that undistorted_camera_parameters is in");
+        throw fresco::MissingInput(parameters.string() +
+                                   ": no camera file; expected <house>.conf, from the house's undistorted_camera_parameters.zip: "
+                                   "unpack it, and set path to the folder that contains undistorted_camera_parameters");
     if (found.size() > 1)
         throw fresco::Error(parameters.string() + ": " + std::to_string(found.size()) + " camera files, " +
                             found[0].filename().string() + " and " + found[1].filename().string() +
-                            " among them; expected that of one house");
+                            " among them; expected those of one house");
     return found.front();
 }
 

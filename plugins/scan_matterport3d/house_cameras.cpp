@@ -16,14 +16,14 @@ using Words = std::vector<std::string_view>;
 void expect_words(const Words& words, std::size_t count, const std::string& place)
 {
     if (words.size() != count)
-        throw fresco::Error(place + ": " + std::to_string(words.size() - 1) + " values behind '" + std::string(words.front()) +
-                            "' where " + std::to_string(count - 1) + " were expected");
+        throw fresco::Error(place + ": " + std::to_string(words.size() - 1) + " values after '" + std::string(words.front()) +
+                            "'; expected " + std::to_string(count - 1));
 }
 
 std::string file_name(std::string_view word, const std::string& place)
 {
     if (word.empty() || word.front() == '.' || word.find_first_of("/\\") != std::string_view::npos)
-        throw fresco::Error(place + ": '" + std::string(word) + "' is no plain name of a file or folder");
+        throw fresco::Error(place + ": '" + std::string(word) + "' is not a plain file or folder name");
     return std::string(word);
 }
 
@@ -80,15 +80,14 @@ HouseCameras parse_cameras(std::string_view text, std::string_view source)
             house.views.push_back(std::move(view));
         }
         else
-            throw fresco::Error(
-                place + ": '" + std::string(command) +
-                "' where dataset, n_images, depth_directory, color_directory, intrinsics_matrix or scan was expected");
+            throw fresco::Error(place + ": '" + std::string(command) +
+                                "'; expected dataset, n_images, depth_directory, color_directory, intrinsics_matrix or scan");
     }
     if (!promised)
-        throw fresco::Error(std::string(source) + ": there is no n_images; expected the camera file of a Matterport3D house");
+        throw fresco::Error(std::string(source) + ": n_images is missing; expected the camera file of a Matterport3D house");
     if (static_cast<std::size_t>(*promised) != house.views.size())
-        throw fresco::Error(std::string(source) + ": n_images promises " + std::to_string(*promised) + " views, there are " +
-                            std::to_string(house.views.size()) + ": the file is cut or was changed");
+        throw fresco::Error(std::string(source) + ": n_images declares " + std::to_string(*promised) + " views, the file has " +
+                            std::to_string(house.views.size()) + ": the file is truncated or was edited; copy it again");
     return house;
 }
 

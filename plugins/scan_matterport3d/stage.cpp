@@ -49,7 +49,7 @@ class ScanMatterport3d final : public RecordingStage
             const auto at = regions.find(listed.panorama);
             if (*region >= 0 && at == regions.end())
                 throw fresco::Error(house_file.string() + ": panorama " + listed.panorama + " of " + listed.source +
-                                    " is not there; expected the files of one house");
+                                    " is missing; use the files of one house");
             if (*region >= 0 && at->second != *region)
                 continue;
             RecordedView view;
@@ -64,7 +64,7 @@ class ScanMatterport3d final : public RecordingStage
         }
         if (recording.views.empty())
             throw fresco::Error(house_file.string() + ": no picture was taken in region " + std::to_string(*region) +
-                                "; choose one that a line P of that file names");
+                                "; use a region from a P line of that file");
         if (*region >= 0)
             mesh.read({path() / "region_segmentations" / ("region" + std::to_string(*region) + ".ply")}, run);
         else

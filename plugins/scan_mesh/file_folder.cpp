@@ -42,13 +42,13 @@ fs::path FileFolder::find(std::string_view name, std::string_view place, std::st
     const fs::path relative(text);
     const bool leaves = std::ranges::find(relative, fs::path("..")) != relative.end();
     if (relative.is_absolute() || leaves || has_scheme(name))
-        throw fresco::Error(begin + "leads out of the model's folder; put the file beside the model and give its name only");
+        throw fresco::Error(begin + "is outside the model's folder; put the file beside the model and use only its name");
     fs::path file = folder_ / relative;
     std::error_code error;
     if (!fs::is_regular_file(file, error))
         throw fresco::MissingInput(begin + "is not in " + folder_.string() + "; put it there" + std::string(way_out));
     if (!is_inside(fs::canonical(file), fs::canonical(folder_)))
-        throw fresco::Error(begin + "is a link that leads out of the model's folder; put the file itself there");
+        throw fresco::Error(begin + "is a link to a file outside the model's folder; put the file itself there");
     return file;
 }
 

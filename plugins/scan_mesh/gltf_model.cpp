@@ -132,7 +132,7 @@ class SceneReader
                 throw Error("node " + std::to_string(number) + " of " + std::to_string(nodes.size()));
             const auto node = static_cast<std::size_t>(number);
             if (!seen.insert(node).second)
-                throw Error(entry("nodes", node) + "it stands in the tree twice");
+                throw Error(entry("nodes", node) + "the node appears twice in the tree");
             try
             {
                 placed.emplace_back(node, parent * place_of(nodes[node]));

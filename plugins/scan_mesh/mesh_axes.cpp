@@ -13,7 +13,7 @@ fresco::Mat3 axes_rotation(std::string_view axes)
 {
     const auto fail = [&](const std::string& what)
     {
-        throw fresco::Error("option axes: \"" + std::string(axes.substr(0, 40)) + "\" " + what +
+        throw fresco::Error("option \"axes\": \"" + std::string(axes.substr(0, 40)) + "\" " + what +
                             "; expected three axes of the file for x, y and z of the world, such as \"x -z y\"");
     };
     fresco::Mat3 rotation;
@@ -30,17 +30,17 @@ fresco::Mat3 axes_rotation(std::string_view axes)
             continue;
         }
         if (c < 'x' || c > 'z' || row == 3)
-            fail("is no such text");
+            fail("is not valid");
         rotation(row++, c - 'x') = sign;
         sign = 1;
     }
     if (row != 3)
-        fail("is no such text");
+        fail("is not valid");
     const double turn = fresco::determinant(rotation);
     if (turn == 0)
         fail("names an axis twice");
     if (turn < 0)
-        fail("mirrors: turn one sign around");
+        fail("mirrors the mesh: flip one sign");
     return rotation;
 }
 
@@ -50,7 +50,7 @@ void move_mesh(fresco::Mesh& mesh, double unit_m, const fresco::Mat3& axes, cons
     {
         position = fresco::vec_cast<float>(world_from_file.point(axes * (fresco::vec_cast<double>(position) * unit_m)));
         if (!std::isfinite(position.x) || !std::isfinite(position.y) || !std::isfinite(position.z))
-            throw fresco::Error("a vertex is beyond the range of numbers once it is moved; check unit_m and transform");
+            throw fresco::Error("a transformed vertex is out of range; check unit_m and transform");
     }
 }
 

@@ -93,7 +93,7 @@ class MtlReader
             fail("expected 'Kd R G B' with numbers from 0 to 1");
         for (const double value : values)
             if (value < 0 || value > 1)
-                fail("a color is outside of 0 to 1");
+                fail("a color is outside 0 to 1");
         current().color = values;
     }
 

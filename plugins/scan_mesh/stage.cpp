@@ -39,8 +39,8 @@ class ScanMesh final : public fresco::Stage
     void run(fresco::RunContext& run) override
     {
         const auto rotation = scan_mesh::axes_rotation(*axes);
-        const auto world_from_file =
-            transform->empty() ? fresco::RigidTransform{} : fresco::recordings::rigid_transform(*transform, "option transform");
+        const auto world_from_file = transform->empty() ? fresco::RigidTransform{}
+                                                        : fresco::recordings::rigid_transform(*transform, "option \"transform\"");
         auto read = scan_mesh::read_file_model(path->path, *materials == "read");
         for (const auto& file : read.files_read)
             run.reads_file(file);

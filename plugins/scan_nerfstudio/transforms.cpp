@@ -34,7 +34,7 @@ fresco::Intrinsics intrinsics_of(const Value& frame, const JsonRecord& record)
         {
             const double radians = focals.number(angle);
             if (!(radians > 0 && radians < std::numbers::pi))
-                focals.fail(angle, "must be an angle of view in radians, above 0 and below pi");
+                focals.fail(angle, "must be a field of view in radians, above 0 and below pi");
             return size / (2 * std::tan(radians / 2));
         }
         return fallback > 0 ? focals.number(key, fallback) : focals.number(key);
@@ -49,13 +49,13 @@ fresco::Intrinsics intrinsics_of(const Value& frame, const JsonRecord& record)
 fresco::recordings::Lens lens_of(const JsonRecord& record)
 {
     if (const Value* fisheye = record.find("is_fisheye"); fisheye != nullptr && !(fisheye->is_bool() && !fisheye->as_bool()))
-        record.fail("is_fisheye", "is set; fisheye lenses are not read: undistort the pictures to PINHOLE first");
+        record.fail("is_fisheye", "is set, and fisheye lenses are not supported: undistort the pictures to PINHOLE first");
     const std::string model = record.find("camera_model") == nullptr ? "OPENCV" : record.text("camera_model");
     constexpr std::array known{"PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL", "OPENCV", "FULL_OPENCV"};
     if (std::find(known.begin(), known.end(), model) == known.end())
         record.fail("camera_model", "is " + model +
-                                        "; PINHOLE, SIMPLE_PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV and FULL_OPENCV are "
-                                        "read: undistort the pictures to PINHOLE first");
+                                        "; PINHOLE, SIMPLE_PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV and FULL_OPENCV are supported: "
+                                        "undistort the pictures to PINHOLE first");
     const auto get = [&](const char* key) { return record.number(key, 0); };
     fresco::recordings::Lens lens{.k1 = get("k1"), .k2 = get("k2"), .k3 = get("k3"), .p1 = get("p1"), .p2 = get("p2")};
     if (model == "FULL_OPENCV")
@@ -65,9 +65,9 @@ fresco::recordings::Lens lens_of(const JsonRecord& record)
         lens.k6 = get("k6");
     }
     else if (get("k4") != 0)
-        record.fail("k4", "is not 0; in this place it is known of FULL_OPENCV only: undistort the pictures to PINHOLE first");
+        record.fail("k4", "is not 0, which only FULL_OPENCV supports: undistort the pictures to PINHOLE first");
     if (model.ends_with("PINHOLE") && lens.distorts())
-        record.fail("camera_model", "is " + model + ", but k1 … p2 are not 0: say OPENCV, or leave them out");
+        record.fail("camera_model", "is " + model + ", but k1 … p2 are not 0: set OPENCV, or remove them");
     return lens;
 }
 
@@ -118,9 +118,8 @@ Transforms parse_transforms(std::string_view text, const fs::path& file, const R
     if (reading.world == World::original)
     {
         if (root.find("applied_transform") == nullptr && root.find("applied_scale") == nullptr)
-            whole.fail("applied_transform",
-                       "is missing, so the recorder's own world is not known; take `world: saved`, and turn the "
-                       "mesh by scan.mesh where it is in another");
+            whole.fail("applied_transform", "is missing, so the recorder's own world is unknown; set world: saved, and transform "
+                                            "the mesh with scan.mesh if it is in another world");
         if (root.find("applied_transform") != nullptr)
             world.original_from_saved =
                 fresco::recordings::rigid_transform(whole.matrix("applied_transform"), whole.place_of("applied_transform"))
@@ -146,9 +145,8 @@ Transforms parse_transforms(std::string_view text, const fs::path& file, const R
         {
             view.depth = file.parent_path() / record.text("depth_file_path");
             if (view.depth.extension() != ".png")
-                record.fail("depth_file_path",
-                            "is " + view.depth.filename().string() +
-                                "; depth is read from PNG of 16 bits: convert it, or take the key out of every frame");
+                record.fail("depth_file_path", "is " + view.depth.filename().string() +
+                                                   "; expected a 16-bit PNG: convert it, or remove the key from every frame");
             view.depth_unit_m = depth_unit_of(record, reading.depth_unit_m);
             ++with_depth;
         }

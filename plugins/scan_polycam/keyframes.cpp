@@ -28,13 +28,13 @@ fresco::RigidTransform parse_alignment(std::string_view text, std::string_view s
     const auto* found = root.find("alignmentTransform");
     const std::string place = std::string(source) + ": alignmentTransform";
     if (found == nullptr || !found->is_list() || found->as_list().size() != 16)
-        throw fresco::Error(place + ": 16 numbers were expected");
+        throw fresco::Error(place + ": expected 16 numbers");
     std::vector<double> matrix(16);
     for (std::size_t i = 0; i < 16; ++i)
     {
         const auto& value = found->as_list()[i];
         if (!value.is_number())
-            throw fresco::Error(place + ": 16 numbers were expected");
+            throw fresco::Error(place + ": expected 16 numbers");
         matrix[4 * (i % 4) + i / 4] = value.as_double();
     }
     return fresco::recordings::rigid_transform(matrix, place);

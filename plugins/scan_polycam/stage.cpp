@@ -66,9 +66,8 @@ class ScanPolycam final : public RecordingStage
         {
             if (fs::is_directory(keyframes / "corrected_cameras") && fs::is_directory(keyframes / "corrected_images"))
                 return keyframes / "corrected_cameras";
-            run.warning(
-                "the export has no corrected cameras and images: poses as ARKit tracked them are taken, and the pictures' "
-                "distortion stays; frames.align mends poses");
+            run.warning("the export has no corrected cameras and images: using the poses ARKit tracked and distorted pictures; "
+                        "frames.align can correct the poses");
         }
         for (const char* name : {"cameras", "images"})
             if (!fs::is_directory(keyframes / name))

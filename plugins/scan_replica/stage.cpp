@@ -48,9 +48,10 @@ class ScanReplica final : public RecordingStage
     {
         const auto line = static_cast<std::size_t>(view.number);
         if (line >= trajectory_.size())
-            throw fresco::Error(trajectory_file().string() + ": " + std::to_string(trajectory_.size()) +
-                                " poses, but there are pictures of frame " + std::to_string(view.number) +
-                                "; expected a line for each frame, from frame 0 on: the file is cut, or of another scene");
+            throw fresco::Error(
+                trajectory_file().string() + ": " + std::to_string(trajectory_.size()) + " poses, but frame " +
+                std::to_string(view.number) +
+                " has pictures; expected one line per frame from frame 0 on: the file is truncated or belongs to another scene");
         view.world_from_camera = trajectory_[line];
         view.source = trajectory_file().string() + ":" + std::to_string(line + 1);
         return true;

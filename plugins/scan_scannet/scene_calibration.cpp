@@ -25,8 +25,9 @@ double number_property(const Properties& properties, const std::string& key, con
 {
     const auto found = properties.find(key);
     if (found == properties.end())
-        throw fresco::Error(file.string() + ": the property " + key +
-                            " is missing, and there is no folder intrinsic with intrinsic_color.txt and intrinsic_depth.txt");
+        throw fresco::Error(
+            file.string() + ": the property " + key +
+            " is missing; expected it there, or a folder intrinsic with intrinsic_color.txt and intrinsic_depth.txt");
     return fresco::recordings::parse_numbers(found->second, 1, file.string() + ": " + key)[0];
 }
 
@@ -76,10 +77,10 @@ Properties parse_properties(std::string_view text, std::string_view source)
             throw fresco::Error(place + ": expected \"key = value\"");
         const auto key = trimmed(line.substr(0, equals));
         if (end == std::string_view::npos && is_read(key))
-            throw fresco::Error(place + ": the file ends within the line of " + key +
-                                ", it seems truncated; copy it again (or, if it is complete, end its last line)");
+            throw fresco::Error(place + ": the file ends inside the line of " + key +
+                                ": it may be truncated; copy it again (if it is complete, add a final newline)");
         if (!properties.emplace(key, trimmed(line.substr(equals + 1))).second)
-            throw fresco::Error(place + ": the property " + key + " is given twice");
+            throw fresco::Error(place + ": the property " + key + " appears twice");
     }
     return properties;
 }

@@ -40,10 +40,10 @@ fs::path find_mesh(const fs::path& path, std::string_view kind, fresco::RunConte
                                    (kind == "full"      ? "*_vh_clean.ply"
                                     : kind == "reduced" ? "*_vh_clean_2.ply"
                                                         : "*_vh_clean.ply or *_vh_clean_2.ply") +
-                                   "; put it there or give the option mesh");
+                                   "; put it there or set option \"mesh\"");
     if (files.size() > 1)
         throw fresco::Error(path.string() + ": several meshes, " + files[0].filename().string() + " and " +
-                            files[1].filename().string() + "; name one with the option mesh");
+                            files[1].filename().string() + "; choose one with option \"mesh\"");
     return files[0];
 }
 

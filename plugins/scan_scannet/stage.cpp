@@ -41,7 +41,7 @@ class ScanScannet final : public RecordingStage
         }
         calibration_ = scannet::read_scene_calibration(path(), scannet::find_properties(path(), run), run);
         if (*align_axes && !calibration_.aligned_from_world)
-            throw fresco::Error(path().string() + ": the scene has no axisAlignment; leave align_axes out");
+            throw fresco::Error(path().string() + ": the scene has no axisAlignment; set align_axes: false");
         read_surface(run);
         return {.views = std::move(views), .files = "color/N.jpg (or .png), depth/N.png and pose/N.txt"};
     }

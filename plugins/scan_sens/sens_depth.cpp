@@ -15,8 +15,8 @@ fresco::Raster16 unpack_depth(std::span<const std::byte> packed, int width, int 
     const std::size_t expected = static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * sizeof(std::uint16_t);
     const auto fail = [&](const std::string& what)
     {
-        throw fresco::Error(place + ": " + what + " where a depth picture of " + std::to_string(expected) +
-                            " bytes, packed by zlib, was expected; the file is damaged; copy it again");
+        throw fresco::Error(place + ": " + what + "; expected a zlib-compressed depth picture of " + std::to_string(expected) +
+                            " bytes: the file is damaged; copy it again");
     };
     if (packed.size() > std::numeric_limits<uInt>::max() || expected > std::numeric_limits<uInt>::max())
         fail("more than 4 GiB");
@@ -26,7 +26,7 @@ fresco::Raster16 unpack_depth(std::span<const std::byte> packed, int width, int 
     fresco::Raster16 depth(width, height);
     z_stream stream = {};
     if (::inflateInit(&stream) != Z_OK)
-        throw fresco::Error(place + ": zlib cannot start, memory is short");
+        throw fresco::Error(place + ": zlib cannot start: out of memory");
     // zlib's interface is not const; it does not write there.
     stream.next_in = reinterpret_cast<Bytef*>(const_cast<std::byte*>(packed.data()));
     stream.avail_in = static_cast<uInt>(packed.size());

@@ -38,8 +38,8 @@ class Walk
     void pass(std::uint64_t count, const std::string& what)
     {
         if (count > left())
-            fail(what + " is said to have " + std::to_string(count) + " bytes, " + std::to_string(left()) +
-                 " are left; the file is truncated or damaged; copy it again");
+            fail(what + " has a declared length of " + std::to_string(count) + " bytes, but " + std::to_string(left()) +
+                 " remain: the file is truncated or damaged; copy it again");
         offset_ += count;
     }
     [[noreturn]] void fail(const std::string& text) const
@@ -63,14 +63,14 @@ std::vector<double> matrix_of(ByteCursor& cursor)
 ColorForm color_form_of(std::int32_t code, const Walk& walk)
 {
     if (code < 0 || code > 2)
-        walk.fail("compression " + std::to_string(code) + " of the color pictures; 0 (raw), 1 (PNG) and 2 (JPEG) are read");
+        walk.fail("compression " + std::to_string(code) + " of the color pictures; expected 0 (raw), 1 (PNG) or 2 (JPEG)");
     return static_cast<ColorForm>(code);
 }
 
 DepthForm depth_form_of(std::int32_t code, const Walk& walk)
 {
     if (code != 0 && code != 1)
-        walk.fail("compression " + std::to_string(code) + " of the depth pictures; 0 (raw) and 1 (zlib) are read" +
+        walk.fail("compression " + std::to_string(code) + " of the depth pictures; expected 0 (raw) or 1 (zlib)" +
                   (code == 2 ? ", not occi: export the scene with ScanNet's own reader and use scan.scannet" : ""));
     return static_cast<DepthForm>(code);
 }
@@ -79,7 +79,7 @@ void set_size(SensCamera& camera, std::uint64_t width, std::uint64_t height, con
 {
     if (width < 1 || height < 1 || width > 65536 || height > 65536 || width * height > most_pixels)
         walk.fail(std::string(name) + " pictures of " + std::to_string(width) + "x" + std::to_string(height) +
-                  "; at most 65536 pixels a side and 200 million are read");
+                  "; expected at most 65536 pixels per side and 200 million in all");
     camera.width = static_cast<int>(width);
     camera.height = static_cast<int>(height);
 }
@@ -94,7 +94,7 @@ SensFile::SensFile(std::filesystem::path path) : path_(std::move(path))
     {
         if (descriptor_ >= 0)
             ::close(descriptor_);
-        throw fresco::MissingInput(path_.string() + ": cannot be opened; expected a recording scene….sens");
+        throw fresco::MissingInput(path_.string() + ": cannot open the file; expected a recording scene….sens");
     }
     size_ = static_cast<std::uint64_t>(state.st_size);
 }
@@ -109,7 +109,7 @@ std::vector<std::byte> SensFile::read_at(std::uint64_t offset, std::uint64_t cou
     const auto fail = [&](const std::string& why)
     { throw fresco::Error(path_.string() + ": byte " + std::to_string(offset) + ": " + what + " " + why); };
     if (offset > size_ || count > size_ - offset)
-        fail("needs " + std::to_string(count) + " bytes, but the file ends before; it is truncated or damaged; copy it again");
+        fail("needs " + std::to_string(count) + " bytes, but the file ends earlier: it is truncated or damaged; copy it again");
     std::vector<std::byte> bytes(static_cast<std::size_t>(count));
     for (std::size_t done = 0; done < bytes.size();)
     {
@@ -117,7 +117,7 @@ std::vector<std::byte> SensFile::read_at(std::uint64_t offset, std::uint64_t cou
         if (got < 0 && errno == EINTR)
             continue;
         if (got <= 0)
-            fail("cannot be read; the file changed, or the disk fails");
+            fail("cannot be read: the file changed or the disk failed");
         done += static_cast<std::size_t>(got);
     }
     return bytes;
@@ -131,11 +131,11 @@ SensIndex read_index(const SensFile& file)
     ByteCursor first(start, file.path().string());
     if (const auto version = first.read<std::uint32_t>("the version"); version != read_version)
         throw fresco::Error(file.path().string() + ": byte 0: version " + std::to_string(version) +
-                            "; a .sens file of ScanNet has version 4");
+                            "; expected version 4, ScanNet's");
     const auto name_length = first.read<std::uint64_t>("the name's length");
     if (name_length > longest_name)
-        throw fresco::Error(file.path().string() + ": byte 4: a sensor's name of " + std::to_string(name_length) +
-                            " bytes; at most 4096 are read: the file is damaged; copy it again");
+        throw fresco::Error(file.path().string() + ": byte 4: the sensor's name has " + std::to_string(name_length) +
+                            " bytes; expected at most 4096: the file is damaged; copy it again");
     walk.pass(name_length, "the sensor's name");
 
     const auto head = walk.take(head_bytes, "the head");
@@ -152,13 +152,13 @@ SensIndex read_index(const SensFile& file)
     set_size(index.depth, depth_width, depth_height, walk, "depth");
     const auto shift = static_cast<double>(cursor.read<float>("the depth shift"));
     if (!(shift >= 1 && shift <= 1e6))
-        walk.fail("the depth shift, steps per meter, must be from 1 to 1000000; the file is damaged; copy it again");
+        walk.fail("the depth shift (steps per meter) must be from 1 to 1000000: the file is damaged; copy it again");
     index.depth_unit_m = 1 / shift;
 
     const auto count = cursor.read<std::uint64_t>("the count of frames");
     if (count > walk.left() / frame_head_bytes)
-        walk.fail(std::to_string(count) + " frames do not fit into the " + std::to_string(walk.left()) +
-                  " bytes that are left; the file is truncated or damaged; copy it again");
+        walk.fail(std::to_string(count) + " frames do not fit into the remaining " + std::to_string(walk.left()) +
+                  " bytes: the file is truncated or damaged; copy it again");
     for (std::uint64_t i = 0; i < count; ++i)
     {
         const std::string name = "frame " + std::to_string(i);

@@ -34,7 +34,7 @@ std::vector<std::byte> packed(const SensFile& file, std::uint64_t offset, std::u
     if (bytes > 2 * raw_bytes(camera, pixel_bytes) + packing_loss)
         throw fresco::Error(place_of(file, offset, name) + ": " + std::to_string(bytes) + " bytes for a picture of " +
                             std::to_string(camera.width) + "x" + std::to_string(camera.height) +
-                            "; the file is damaged; copy it again");
+                            ": the file is damaged; copy it again");
     return file.read_at(offset, bytes, name);
 }
 
@@ -43,8 +43,8 @@ template <class T>
 fresco::Raster<T> raw(const std::vector<std::byte>& bytes, const SensCamera& camera, int channels, const std::string& place)
 {
     if (const auto expected = raw_bytes(camera, sizeof(T) * static_cast<std::uint64_t>(channels)); bytes.size() != expected)
-        throw fresco::Error(place + ": " + std::to_string(bytes.size()) + " bytes where a raw picture has " +
-                            std::to_string(expected) + "; the file is damaged; copy it again");
+        throw fresco::Error(place + ": " + std::to_string(bytes.size()) + " bytes; expected a raw picture of " +
+                            std::to_string(expected) + " bytes: the file is damaged; copy it again");
     fresco::Raster<T> picture(camera.width, camera.height, channels);
     std::memcpy(picture.values.data(), bytes.data(), bytes.size());
     return picture;

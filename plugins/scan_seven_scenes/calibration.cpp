@@ -24,7 +24,7 @@ bool is_there(const fs::path& file, const std::string& option, const std::string
         return true;
     }
     fresco::recordings::looks_for(file, run);
-    run.warning(file.filename().string() + " is missing and the option " + option + " is not given: " + assumption);
+    run.warning(file.filename().string() + " is missing and option \"" + option + "\" is not set: " + assumption);
     return false;
 }
 
@@ -32,8 +32,7 @@ CameraMatrix matrix_of(const std::vector<double>& values, const std::string& opt
                        fresco::RunContext& run)
 {
     if (!values.empty() && values.size() != 4)
-        throw fresco::Error("option " + option + ": " + std::to_string(values.size()) +
-                            " numbers where fx, fy, cx, cy were expected");
+        throw fresco::Error("option \"" + option + "\": " + std::to_string(values.size()) + " numbers; expected fx, fy, cx, cy");
     if (!values.empty())
         return {{values[0], 0, values[2], 0, values[1], values[3], 0, 0, 1}, "option " + option};
     if (is_there(file, option, "focal length 585 and center (320, 240) are assumed", run))
@@ -62,8 +61,8 @@ fresco::Intrinsics calibrated(const CameraMatrix& matrix, fresco::recordings::Pi
     const bool is_assumed = matrix.source == assumed;
     if (is_assumed && (size.width != assumed_width || size.height != assumed_height))
         throw fresco::Error("the pictures are " + std::to_string(size.width) + "x" + std::to_string(size.height) +
-                            ", and without a calibration only 640x480 can be assumed: give color-intrinsics.txt and "
-                            "depth-intrinsics.txt in the scan's folder, or the options color_intrinsics and depth_intrinsics");
+                            "; the default calibration is for 640x480: put color-intrinsics.txt and depth-intrinsics.txt into "
+                            "the scan's folder, or set color_intrinsics and depth_intrinsics");
     return fresco::recordings::intrinsics_for(matrix, is_assumed ? fresco::recordings::PixelCenter::half : center, size, picture);
 }
 

@@ -19,7 +19,7 @@ std::vector<fs::path> list_sequences(const fs::path& path, const std::vector<int
     for (const auto& entry : fs::directory_iterator(path))
         if (const auto number = fresco::recordings::number_after(entry.path().filename().string(), "seq-");
             number && entry.is_directory() && !found.emplace(*number, entry.path()).second)
-            throw fresco::Error(path.string() + ": two folders of sequence " + std::to_string(*number));
+            throw fresco::Error(path.string() + ": two folders for sequence " + std::to_string(*number) + "; remove one");
     if (found.empty())
         throw fresco::MissingInput(path.string() +
                                    ": no sequences; expected folders seq-01, seq-02, … with frame-000000.color.png (or .jpg), "
@@ -29,8 +29,7 @@ std::vector<fs::path> list_sequences(const fs::path& path, const std::vector<int
         numbers += (numbers.empty() ? "" : ", ") + std::to_string(number);
     for (const int number : wanted)
         if (!found.contains(number))
-            throw fresco::MissingInput(path.string() + ": there is no sequence " + std::to_string(number) + "; there are " +
-                                       numbers);
+            throw fresco::MissingInput(path.string() + ": no sequence " + std::to_string(number) + "; found " + numbers);
     std::vector<fs::path> folders;
     for (const auto& [number, folder] : found)
         if (wanted.empty() || std::ranges::find(wanted, number) != wanted.end())

@@ -97,7 +97,7 @@ fresco::Mesh seen_part(const fresco::Mesh& mesh, const SeenVertices& seen)
             kept.push_back(t);
     drop_crumbs(kept, mesh.positions.size());
     if (kept.empty())
-        throw fresco::Error("the depth camera has seen no surface: give more frames_count or larger depth pictures");
+        throw fresco::Error("the depth camera saw no surface: set a larger frames_count or larger depth pictures");
 
     fresco::Mesh part;
     std::vector<std::uint32_t> renamed(mesh.positions.size(), 0xffffffffU);

@@ -34,19 +34,17 @@ const Known& known_camera(std::string_view name, const std::filesystem::path& fo
         if (name == known.name ||
             (name == "auto" && !known.in_folder.empty() && folder_name.find(known.in_folder) != std::string::npos))
             return known;
-    throw fresco::Error(folder.string() +
-                        ": the name does not tell which camera recorded it; give the option camera (freiburg1, freiburg2, "
-                        "freiburg3, ros_default), or intrinsics");
+    throw fresco::Error(folder.string() + ": unknown camera: the folder's name does not contain one; set option \"camera\" "
+                                          "(freiburg1, freiburg2, freiburg3, ros_default) or \"intrinsics\"");
 }
 
 void check_list(const std::vector<double>& list, std::size_t count, const std::string& option, const std::string& form)
 {
     if (!list.empty() && list.size() != count)
-        throw fresco::Error("option " + option + ": " + std::to_string(list.size()) + " numbers where " + form +
-                            " were expected");
+        throw fresco::Error("option \"" + option + "\": " + std::to_string(list.size()) + " numbers; expected " + form);
     for (const double number : list)
         if (!std::isfinite(number))
-            throw fresco::Error("option " + option + ": a number is not finite");
+            throw fresco::Error("option \"" + option + "\": a number is not finite");
 }
 
 }  // namespace

@@ -27,13 +27,11 @@ void each_record(std::string_view text, std::string_view source, std::size_t wor
         const auto place = lines.place();
         const auto words = words_of(*line);
         if (words.size() != words_expected)
-            throw fresco::Error(place + ": " + std::to_string(words.size()) + " words where \"" + std::string(form) +
-                                "\" was expected");
+            throw fresco::Error(place + ": " + std::to_string(words.size()) + " words; expected \"" + std::string(form) + "\"");
         const double time = number_of(words[0], place);
         if (any && !(time > last))
             throw fresco::Error(place + ": the time " + std::string(words[0]) +
-                                " is not after that of the line before; expected a list "
-                                "in the order of time, without doubles");
+                                " is not later than the line before; expected ascending times");
         any = true;
         last = time;
         take(time, words, place);
@@ -116,7 +114,7 @@ Association associate(const std::vector<StampedPicture>& color, const std::vecto
     if (result.views.empty())
         throw fresco::Error("no color picture has a depth picture and a pose within " + fresco::to_json(max_gap_s) +
                             " s: " + span_text(color) + "; " + span_text(depth) + "; " + span_text(poses) +
-                            "; give the lists of one recording, or a larger max_gap_s");
+                            "; use lists of one recording, or a larger max_gap_s");
     return result;
 }
 

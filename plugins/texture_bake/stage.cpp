@@ -30,7 +30,8 @@ class TextureBake final : public Stage
     BakeOptions bake_options() const
     {
         if (unseen_color->size() != 3)
-            throw Error("unseen_color has " + std::to_string(unseen_color->size()) + " numbers; expected [red, green, blue]");
+            throw Error("option \"unseen_color\" has " + std::to_string(unseen_color->size()) +
+                        " numbers; expected [red, green, blue]");
         const auto channel = [this](std::size_t i) { return static_cast<std::uint8_t>((*unseen_color)[i]); };
         return {.unseen = *unseen == "fill"    ? Unseen::fill
                           : *unseen == "color" ? Unseen::color

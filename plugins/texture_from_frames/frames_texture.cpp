@@ -204,7 +204,7 @@ FramesTexture frames_texture(std::size_t count, const ViewReader& read, const Te
         blend(best, result, rules.blend, progress);
     }
     if (result.blended_samples == 0)
-        throw Error("no view shows a texel: are the uv maps those of these frames?");
+        throw Error("no view shows a texel: wire uv maps of these frames");
     push_pull(result.picture, result.seen);
     return result;
 }

@@ -62,7 +62,7 @@ class TextureFromFrames final : public Stage
         std::string there;
         for (const int height : heights)
             there += (there.empty() ? "" : ", ") + std::to_string(height);
-        throw Error("option \"height_px\": there are no uv maps of " + std::to_string(*height_px) + " px; there are " + there);
+        throw Error("option \"height_px\": no uv maps of " + std::to_string(*height_px) + " px; found " + there);
     }
 
     from_frames::TextureRules rules() const
@@ -88,7 +88,8 @@ class TextureFromFrames final : public Stage
                 wanted.push_back(frame_of[i]);
             }
         if (views.empty())
-            throw Error("none of the " + std::to_string(uvmaps->views.size()) + " views sees the mesh");
+            throw Error("none of the " + std::to_string(uvmaps->views.size()) +
+                        " views sees the mesh: check that mesh and poses share one world frame");
         const ImageIo* const codec = images.has_value() ? images.get().get() : nullptr;
         const from_frames::ViewPictures source(*frames, wanted, pictures->path, codec, run);
         const auto read = [&](std::size_t i)
@@ -141,8 +142,8 @@ class TextureFromFrames final : public Stage
         if (made.occluded_pixels * 2 > made.pixels)
             run.warning("the measured depth disagrees with the mesh at " +
                         std::to_string(std::lround(100 * share(made.occluded_pixels, made.pixels))) +
-                        " % of the pixels, which are not used: are poses, depth and mesh of one recording? sensor_tolerance_m: 0 "
-                        "uses them");
+                        " % of the pixels, which are not used: check that poses, depth and mesh belong to one recording "
+                        "(sensor_tolerance_m: 0 uses all pixels)");
     }
 };
 

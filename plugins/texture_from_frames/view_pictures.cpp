@@ -30,7 +30,7 @@ Raster8 read_rgb(const std::filesystem::path& file, const ImageIo* images)
     }
     const NpyArray array = read_npy(file);
     if (array.type != NpyType::uint8 || array.shape.size() != 3 || array.shape[2] != 3)
-        throw Error(file.string() + ": a picture in NPY is uint8 of shape H x W x 3");
+        throw Error(file.string() + ": expected a picture, uint8 of height x width x 3");
     Raster8 picture(static_cast<int>(array.shape[1]), static_cast<int>(array.shape[0]), 3);
     std::memcpy(picture.values.data(), array.bytes.data(), picture.values.size());
     return picture;
@@ -64,7 +64,7 @@ ViewPictures::ViewPictures(const Frames& frames, const std::vector<std::size_t>&
     for (std::size_t i = 0; i < std::min(shown, missing.size()); ++i)
         names += (i > 0 ? ", " : "") + missing[i];
     throw MissingInput(folder.string() + ": " + std::to_string(missing.size()) + " of " + std::to_string(wanted.size()) +
-                       " frames have no picture there: " + names + (missing.size() > shown ? ", …" : "") +
+                       " frames have no picture in it: " + names + (missing.size() > shown ? ", …" : "") +
                        "; expected <sequence>_<frame>.png, .jpg or .npy for each");
 }
 
@@ -77,7 +77,7 @@ Raster8 ViewPictures::load(std::size_t frame) const
     if (!fits_camera(picture.width, picture.height, camera))
         throw Error(files_[frame].string() + ": is " + std::to_string(picture.width) + "x" + std::to_string(picture.height) +
                     "; the color camera of " + name_of(frames_.frames[frame]) + " has " + std::to_string(camera.width) + "x" +
-                    std::to_string(camera.height) + ", and pictures must show its whole view in any size of that aspect ratio");
+                    std::to_string(camera.height) + "; pictures must show its whole view, at any size of that aspect ratio");
     return picture;
 }
 

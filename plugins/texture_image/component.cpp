@@ -17,8 +17,7 @@ class TextureImage final : public fresco::LayeredTexture
     void allocate(int size_px) override
     {
         if (size_px < 2 || size_px > largest_size_px)
-            throw fresco::Error("a texture of " + std::to_string(size_px) + " texels does not fit; take 2 to " +
-                                std::to_string(largest_size_px));
+            throw fresco::Error("size_px is " + std::to_string(size_px) + "; expected 2 to " + std::to_string(largest_size_px));
         allocate_layers({size_px}, {*regularizer});
     }
 

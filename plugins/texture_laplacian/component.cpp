@@ -31,12 +31,13 @@ class TextureLaplacian final : public fresco::LayeredTexture
     {
         if (static_cast<int>(regularizer->size()) != *layers_count)
             throw fresco::Error("option \"regularizer\": " + std::to_string(regularizer->size()) + " numbers for " +
-                                std::to_string(*layers_count) + " layers; give one per layer, finest first");
+                                std::to_string(*layers_count) + " layers; expected one per layer, finest first");
         const int divisor = 1 << (*layers_count - 1);
         if (size_px % divisor != 0 || size_px / divisor < 2 || size_px > largest_size_px)
             throw fresco::Error("a texture of " + std::to_string(size_px) + " texels does not fit " +
-                                std::to_string(*layers_count) + " layers; take a multiple of " + std::to_string(divisor) +
-                                " from " + std::to_string(2 * divisor) + " to " + std::to_string(largest_size_px));
+                                std::to_string(*layers_count) + " layers; set size_px to a multiple of " +
+                                std::to_string(divisor) + " from " + std::to_string(2 * divisor) + " to " +
+                                std::to_string(largest_size_px));
         std::vector<int> sizes;
         for (int i = 0; i < *layers_count; ++i)
             sizes.push_back(size_px >> i);
@@ -47,7 +48,7 @@ class TextureLaplacian final : public fresco::LayeredTexture
     {
         check_picture(picture);
         if (*lookup == "corners")
-            throw fresco::Error("option \"lookup\": a texture with corners begins with zeros alone; set init to zeros");
+            throw fresco::Error("option \"lookup\": corners needs a texture that starts with zeros; set init: zeros");
         set_layers(fresco::laplacian::laplacian_layers(picture, *layers_count, at::get_num_threads()));
     }
 };

@@ -48,7 +48,7 @@ torch::Tensor to_bytes(const Raster8& raster)
 Raster8 from_bytes(const torch::Tensor& tensor, const std::string& file)
 {
     if (tensor.dim() != 2 || tensor.scalar_type() != at::kByte)
-        throw Error(file + ": 'seen' is no picture of bytes; remove the checkpoint folder");
+        throw Error(file + ": 'seen' is not a picture of bytes; remove the checkpoint folder");
     Raster8 raster(static_cast<int>(tensor.size(1)), static_cast<int>(tensor.size(0)));
     std::copy_n(tensor.data_ptr<std::uint8_t>(), raster.values.size(), raster.values.begin());
     return raster;
@@ -72,7 +72,7 @@ torch::Tensor to_tensor(const std::vector<HeldOutLoss>& history)
 std::vector<HeldOutLoss> to_history(const torch::Tensor& tensor, const std::string& file)
 {
     if (tensor.dim() != 2 || tensor.size(1) < 2 || tensor.scalar_type() != at::kDouble)
-        throw Error(file + ": 'held_out' is no table of steps and losses; remove the checkpoint folder");
+        throw Error(file + ": 'held_out' is not a table of steps and losses; remove the checkpoint folder");
     std::vector<HeldOutLoss> history;
     for (std::int64_t i = 0; i < tensor.size(0); ++i)
     {
@@ -124,7 +124,7 @@ std::optional<Checkpoint> Checkpoint::read(const std::filesystem::path& file)
     Checkpoint result;
     if (contents.metadata["form"] != form || !parsed_count(contents.metadata["step"], result.step) ||
         !parsed_count(contents.metadata["rollbacks"], result.rollbacks))
-        throw Error(file.string() + ": is no checkpoint of this version");
+        throw Error(file.string() + ": not a checkpoint of this version; remove the checkpoint folder");
     for (auto& [name, tensor] : contents.tensors)
     {
         const std::string_view view = name;

@@ -154,12 +154,13 @@ void InitialRules::check() const
     if (start == nullptr)
         return;
     if (init != "frames")
-        throw Error("port 'start' is wired, but init is " + init + ": take init: frames, or wire nothing");
+        throw Error("port 'start' is wired, but init is " + init + ": set init: frames, or remove the wire");
     if (start->values != "display")
         throw Error("the texture on port 'start' holds \"" + start->values +
                     "\" values; expected displayed colors (values: display), as texture.from_frames makes them");
     if (!has_any(start->seen))
-        throw Error("the texture on port 'start' has no texel that a frame saw: are its uv maps those of its frames?");
+        throw Error(
+            "the texture on port 'start' has no texel that a frame saw: check that its uv maps and frames belong together");
     for (const RasterF& layer : start->layers)
         if (!std::all_of(layer.values.begin(), layer.values.end(), [](float v) { return std::isfinite(v); }))
             throw Error("the texture on port 'start' has values that are not finite: expected colors from 0 to 1");

@@ -35,7 +35,8 @@ std::vector<std::size_t> used_views(const ViewSource& source, double train_share
     const std::size_t trained = std::max<std::size_t>(1, share);
     std::erase_if(views, [&](std::size_t view) { return view >= trained; });
     if (views.empty())
-        throw Error("no uv map has a valid pixel: the cameras do not see the mesh; check that mesh and poses share one frame");
+        throw Error(
+            "no uv map has a valid pixel: the cameras do not see the mesh; check that mesh and poses share one world frame");
     if (views.size() < trained)
         run.message(std::to_string(trained - views.size()) + " of " + std::to_string(trained) +
                     " views see nothing of the mesh and are left out");
@@ -112,10 +113,10 @@ class Loop
     void restore(const Checkpoint& checkpoint)
     {
         if (checkpoint.seen.width != options_.size_px || checkpoint.step > schedule_.steps())
-            throw Error("it is of another run");
+            throw Error("it belongs to another run");
         for (const auto& entry : checkpoint.held_out)
             if (entry.parts.size() != components_.losses.size())
-                throw Error("it is of a run with other losses");
+                throw Error("it belongs to a run with other losses");
         checkpoint.restore(parameters(), components_.rule, components_.losses);
         seen_ = checkpoint.seen;
         step_ = checkpoint.step;

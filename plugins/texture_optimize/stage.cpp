@@ -15,8 +15,8 @@ namespace
 torch::Device chosen_device(const std::string& wanted)
 {
     if (wanted == "cuda" && !at::hasCUDA())
-        throw fresco::Error("option \"device\": cuda was asked for, but this libtorch (" TORCH_VERSION
-                            ") finds no CUDA device; take cpu or auto, or build with a CUDA libtorch");
+        throw fresco::Error("option \"device\": cuda is not available: this libtorch (" TORCH_VERSION
+                            ") finds no CUDA device; set cpu or auto, or build with a CUDA libtorch");
     if (wanted == "cpu" || !at::hasCUDA())
         return torch::kCPU;
     // float32 shall be float32; a network has an option for less.
@@ -146,9 +146,9 @@ class TextureOptimize final : public fresco::Stage
     void run(fresco::RunContext& run) override
     {
         if (losses->empty())
-            throw fresco::Error("option \"losses\": none is given; name at least one, or leave the option out");
+            throw fresco::Error("option \"losses\" is empty; set at least one, or remove the option");
         if (*stop_gain > 0 && *held_out_count == 0)
-            throw fresco::Error("option \"stop_gain\": it is about the loss on held-out views; set held_out_count too");
+            throw fresco::Error("option \"stop_gain\" needs held-out views; set held_out_count too");
         const auto options = loop_options();
         run.report("device", options.device.is_cuda() ? "cuda" : "cpu");
         if (start.has_value() && !start->atlas.empty() && !uvmaps->atlas.empty() && start->atlas != uvmaps->atlas)

@@ -21,7 +21,7 @@ RasterF opaque_rgb(const Raster8& picture)
 {
     if (picture.empty() || (picture.channels != 1 && picture.channels != 3 && picture.channels != 4))
         throw Error("the style picture is " + std::to_string(picture.width) + "x" + std::to_string(picture.height) + " with " +
-                    std::to_string(picture.channels) + " channels; expected pixels of 1 (gray), 3 (RGB) or 4 (RGBA) channels");
+                    std::to_string(picture.channels) + " channels; expected 1 (gray), 3 (RGB) or 4 (RGBA)");
     RasterF result(picture.width, picture.height, 3);
     for (int y = 0; y < picture.height; ++y)
         for (int x = 0; x < picture.width; ++x)
@@ -91,7 +91,7 @@ StyleSizes style_sizes(const Raster8& picture, StyleRule rule, const std::functi
     RasterF source = opaque_rgb(picture);
     if (std::min(source.width, source.height) < least_side)
         throw Error("the style picture is " + std::to_string(source.width) + "x" + std::to_string(source.height) +
-                    "; its shorter side must have at least " + std::to_string(least_side) + " px for a style to be seen in it");
+                    "; expected at least " + std::to_string(least_side) + " px on the shorter side");
     if (rule == StyleRule::released)
         return released_sizes(std::move(source));
     const int longer = std::max(source.width, source.height);

@@ -29,7 +29,7 @@ ViewSource::ViewSource(const UvMaps& maps, const Frames& frames, const ImageIo* 
             levels_.push_back(level);
     for (const int height : heights_px)
         if (std::find(maps.heights_px.begin(), maps.heights_px.end(), height) == maps.heights_px.end())
-            throw Error("option \"heights_px\": there are no uv maps of " + std::to_string(height) + " px; there are " +
+            throw Error("option \"heights_px\": no uv maps of " + std::to_string(height) + " px; found " +
                         listed(maps.heights_px));
 }
 

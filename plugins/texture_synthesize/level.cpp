@@ -103,7 +103,7 @@ void Level::begin(const Level* coarser, const Progress& progress)
 void Level::resume(std::vector<Vec3f> colors, std::vector<Match> matches, std::vector<float> crowding)
 {
     if (colors.size() != start_.size() || matches.size() != patches_.count() || crowding.size() != picture_.key_count())
-        throw Error("it is of another surface or picture");
+        throw Error("it belongs to another surface or picture");
     const auto is_finite = [](Vec3f v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); };
     const auto is_match = [&](const Match& match) {
         return is_finite({match.at.x, match.at.y, match.distance}) && match.distance >= 0;

@@ -47,7 +47,7 @@ bool has_contrast(const RasterF& lab)
 
 [[noreturn]] void refuse_one_color()
 {
-    throw Error("the style picture is of one color: use a picture with brush strokes or other patterns");
+    throw Error("the style picture has a single color: use a picture with brush strokes or other patterns");
 }
 
 }  // namespace
@@ -61,7 +61,7 @@ PictureLevel::PictureLevel(const Raster8& rgb, double scale, int side, const Pro
     if (width < side || height < side)
         throw Error("the style picture is " + std::to_string(rgb.width) + "x" + std::to_string(rgb.height) + " pixels, " +
                     std::to_string(width) + "x" + std::to_string(height) +
-                    " where its strokes are searched: smaller than one patch of " + std::to_string(side) +
+                    " at the scale of the search: smaller than one patch of " + std::to_string(side) +
                     " pixels; use a larger picture");
     lab_ = lab_picture(resized(rgb, width, height));
     if (!has_contrast(lab_))

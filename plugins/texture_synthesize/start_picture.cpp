@@ -27,8 +27,8 @@ StartPicture::StartPicture(const PaintedSurface& surface, const Texture& texture
         }
     }
     if (known_texels_ == 0)
-        throw Error(
-            "the texture on port 'start' knows no texel of the mesh: was it made for this atlas, do its frames see the mesh?");
+        throw Error("the texture on port 'start' has no texel of the mesh: check that it was made for this atlas and that its "
+                    "frames see the mesh");
     texturing::fill_unseen(surface.mesh, surface.charts, faces_, known, rgb_, progress);
 }
 

@@ -126,7 +126,7 @@ class Synthesis
             auto found = read_checkpoint(file_);
             if (found && (found->level < finest || found->level >= options_.levels_count || found->rounds < 1 ||
                           found->rounds > options_.rounds_count))
-                throw Error(file_.string() + ": of another run");
+                throw Error(file_.string() + ": belongs to another run");
             return found;
         }
         catch (const Error& error)

@@ -107,7 +107,7 @@ TEST_CASE("a program that fails is named with its command, its end and what it p
 {
     const std::vector<std::pair<std::string, std::vector<std::string>>> ways{
         {"echo first; echo last words >&2; exit 3", {"ended with exit code 3; the last it printed:", "| last words"}},
-        {"kill -SEGV $$", {"was ended by a signal: Segmentation fault (signal 11); it printed nothing"}},
+        {"kill -SEGV $$", {"was killed by a signal: Segmentation fault (signal 11); it printed nothing"}},
         {"true", {"the program succeeded, but its output", "(table) cannot be used: ", "table.json was not written"}},
         {"echo {{}} >\"$1\"", {"cannot be used: ", "columns"}},
         {"exit 75", {"ended with exit code 75"}}};

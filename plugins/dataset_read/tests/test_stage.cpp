@@ -141,18 +141,18 @@ TEST_CASE("files that are not as the manifest lists them are named")
         auto bytes = read_file(damaged.path(file));
         bytes[bytes.size() - 3] ^= std::byte{1};
         write_file(damaged.path(file), bytes);
-        CHECK_THAT(damaged.error(), Contains(file) && Contains("its contents differ from those that dataset.json lists"));
+        CHECK_THAT(damaged.error(), Contains(file) && Contains("its contents differ from dataset.json"));
     }
     {
         const Damaged damaged;
         fs::remove(damaged.path("dataset.json"));
-        CHECK_THAT(damaged.error(), Contains("room: holds no dataset.json"));
+        CHECK_THAT(damaged.error(), Contains("room: dataset.json is missing"));
     }
     {
         Damaged damaged;
         damaged.dataset.manifest.files["extra/notes.txt"] = {4, content_hash(std::string_view("note"))};
         damaged.dataset.save();
-        CHECK_THAT(damaged.error(), Contains("extra/notes.txt: is missing"));
+        CHECK_THAT(damaged.error(), Contains("extra/notes.txt: file is missing"));
         fs::create_directory(damaged.path("extra"));
         write_file(damaged.path("extra/notes.txt"), "note");
         CHECK(damaged.error().empty());
@@ -207,7 +207,7 @@ TEST_CASE("a manifest that is not as described is refused before anything is rea
         return damaged.error();
     };
     CHECK_THAT(error("\"version\": 1", "\"version\": 9"), Contains("room/dataset.json: version: 9; this fresco reads version 1"));
-    CHECK_THAT(error("\"mesh.ply\"", "\"../mesh.ply\""), Contains("does not name a file inside of the dataset's folder"));
+    CHECK_THAT(error("\"mesh.ply\"", "\"../mesh.ply\""), Contains("is not a file inside the dataset's folder"));
     CHECK_THAT(error("\"uv\": \"float32\"", "\"uv\": \"uint16\""), Contains("uv_8.npy") && Contains("expected uint16"));
     CHECK_THAT(error("{", "["), Contains("dataset.json: not valid JSON"));
 }

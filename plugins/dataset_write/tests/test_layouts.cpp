@@ -92,7 +92,7 @@ TEST_CASE("pictures that are PNG or JPEG already are copied byte for byte")
     CHECK(copied.bytes == read_file(frame.color_picture.path));
     CHECK(codec.encoded == 0);
     frame.color_picture.hash = content_hash("others");
-    CHECK_THROWS_WITH(encoded_color(frame, Raster8(2, 2, 3), codec), Contains("a.JPEG: changed while it was read"));
+    CHECK_THROWS_WITH(encoded_color(frame, Raster8(2, 2, 3), codec), Contains("a.JPEG: the file changed while it was read"));
     RasterF depth(4, 1);
     depth.values = {0, 1.2344F, 65.534F, 65.536F};
     CHECK(dataset::raster16_from(encoded_depth(depth, codec), 4, 1, 1, "depth").values ==
@@ -174,7 +174,7 @@ TEST_CASE("layout stylemesh refuses what it has no place for")
     for (const char* scene : {"kitchen", "a_b_c", "_a", "a_", "a/b_c"})
         CHECK_THROWS_WITH(
             write_dataset(folder.path() / "out", recording, Value::Map{{"layout", "stylemesh"}, {"scene", scene}}, run),
-            Contains("a name of letters and digits in two parts"));
+            Contains("expected two parts of letters and digits"));
     recording.frames->frames[2].color.intrinsics.fx += 1;
     recording.maps->views[2].camera = recording.frames->frames[2].color;
     CHECK_THROWS_WITH(write_dataset(folder.path() / "out", recording, Value::Map{{"layout", "stylemesh"}}, run),

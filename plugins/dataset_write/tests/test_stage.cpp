@@ -156,13 +156,13 @@ TEST_CASE("frames without a uv map are left out, uv maps without their frame are
 
     Frames frames = *recording.frames;
     frames.frames[1].name = "frame-11";
-    CHECK_THROWS_WITH(checked_frames(*recording.maps, frames), Contains("seq-01/frame-10, which is not among the frames"));
+    CHECK_THROWS_WITH(checked_frames(*recording.maps, frames), Contains("seq-01/frame-10, which is missing on port 'frames'"));
     frames = *recording.frames;
     frames.frames[1].color.world_from_camera.translation.x += 1e-9;
-    CHECK_THROWS_WITH(checked_frames(*recording.maps, frames), Contains("uv map of seq-01/frame-10 was made for another"));
+    CHECK_THROWS_WITH(checked_frames(*recording.maps, frames), Contains("uv map of seq-01/frame-10 does not match"));
     frames = *recording.frames;
     frames.frames.back().name = "frame-0";
-    CHECK_THROWS_WITH(checked_frames(*recording.maps, frames), Contains("seq-01/frame-0 is there twice"));
+    CHECK_THROWS_WITH(checked_frames(*recording.maps, frames), Contains("seq-01/frame-0 appears twice"));
     CHECK(checked_frames(*recording.maps, *recording.frames) == std::vector<std::size_t>{0, 1, 2});
 }
 
@@ -183,7 +183,7 @@ TEST_CASE("what the reader would refuse is not written, and a canceled run stops
     CHECK_THROWS_WITH(refuse(inputs), Contains("has no texcoords"));
     inputs = inputs_of(recording);
     inputs["uvmaps"] = std::make_shared<UvMaps>();
-    CHECK_THROWS_WITH(refuse(inputs), Contains("brings no uv maps"));
+    CHECK_THROWS_WITH(refuse(inputs), Contains("has no uv maps"));
 
     UvMap map = recording.maps->load_map(2, 0);
     const float depth = map.depth.at(5, 3);

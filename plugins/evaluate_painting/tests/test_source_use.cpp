@@ -74,5 +74,5 @@ TEST_CASE("the picture's border and odd shapes")
     // The window of 8 px does not reach from top to bottom.
     CHECK(use.largest_share == Approx(0.25));
     CHECK_THROWS_WITH(source_use(map_of(4, [](int, int) { return std::nullopt; })),
-                      Catch::Contains("no texel comes from the picture"));
+                      Catch::Contains("has no texel from the picture"));
 }

@@ -234,7 +234,7 @@ TEST_CASE("the stage says what is missing or does not belong together")
     const auto refused = [&](const Inputs& inputs, const std::string& text, const Value& options = Value::Map{})
     { CHECK_THROWS_WITH(recording.judge(options, inputs, run), Catch::Contains(text)); };
     const Value folder = Value::Map{{"folder", recording.folder.path().string()}};
-    refused({}, "there is nothing to measure");
+    refused({}, "nothing to measure");
     refused({{"style", recording.style}}, "port 'style' is compared with views");
     refused({{"frames", recording.frames}}, "port 'frames' is compared with views");
     refused({{"views", recording.views}}, "wire one of them or both");
@@ -251,7 +251,7 @@ TEST_CASE("the stage says what is missing or does not belong together")
     refused({{"textured_mesh", wall.mesh}}, "has no texcoords");
 
     const auto none = std::make_shared<Files>();
-    refused({{"views", none}, {"style", recording.style}}, "there are no pictures on port 'views'");
+    refused({{"views", none}, {"style", recording.style}}, "no pictures on port 'views'");
     for (const std::string& name : recording.views->names)
         write_picture(recording.folder.path() / name, Raster8(60, 45, 4, 255));
     refused(recording.all_views(), "none of the 4 views shows enough");

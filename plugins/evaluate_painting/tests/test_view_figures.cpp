@@ -216,7 +216,7 @@ TEST_CASE("style pictures of other kinds, and those that cannot be compared with
     CHECK_FALSE(StylePicture(picture).palette.is_near({100, 0, 0}));
 
     CHECK_THROWS_WITH(StylePicture(Raster8(300, 300, 3, 200)), Catch::Contains("single color"));
-    CHECK_THROWS_WITH(StylePicture(Raster8(1, 17, 3)), Catch::Contains("16 times as long as wide"));
+    CHECK_THROWS_WITH(StylePicture(Raster8(1, 17, 3)), Catch::Contains("16 times the shorter one"));
     CHECK_THROWS_WITH(StylePicture(Raster8(9, 9, 2)), Catch::Contains("with 2 channels"));
 }
 

@@ -76,28 +76,27 @@ TEST_CASE("answers that cannot be are refused by file and entry")
     const auto set = [](const char* key, const Value& value) { return error_of([&](Value& root) { root.set(key, value); }); };
     const auto set_first = [](const char* key, const Value& value)
     { return error_of([&](Value& root) { first_answer(root).set(key, value); }); };
-    CHECK_THAT(set("format", "other"), Contains("ann.json: these are no answers of a study, version 1"));
-    CHECK_THAT(set("version", 2), Contains("no answers of a study, version 1"));
-    CHECK_THAT(set("study", "ffff"), Contains("ann.json: these are answers of another study; move the file away"));
-    CHECK_THAT(set("participant", "a b"), Contains("participant: 1 to 40 letters"));
+    CHECK_THAT(set("format", "other"), Contains("ann.json: not the answers of a study, version 1"));
+    CHECK_THAT(set("version", 2), Contains("not the answers of a study, version 1"));
+    CHECK_THAT(set("study", "ffff"), Contains("ann.json: answers of another study; move the file away"));
+    CHECK_THAT(set("participant", "a b"), Contains("participant: expected 1 to 40 letters"));
     CHECK_THAT(set("participant", ""), Contains("participant"));
     CHECK_THAT(set("complete", 1), Contains("ann.json: expected"));
     CHECK_THAT(set("more", 1), Contains("\"more\" is not known"));
-    CHECK_THAT(set_first("question", 2), Contains("ann.json: answers[0]: question: 2 is none of the study's 2"));
-    CHECK_THAT(set_first("left", 6), Contains("answers[0]: left: 6 is none of the study's 6"));
+    CHECK_THAT(set_first("question", 2), Contains("ann.json: answers[0]: question: 2; the study has 2"));
+    CHECK_THAT(set_first("left", 6), Contains("answers[0]: left: 6; the study has 6"));
     CHECK_THAT(set_first("left", -1), Contains("answers[0]: left"));
-    CHECK_THAT(set_first("left", 1), Contains("the pictures 1 and 2 are no pair"));  // another view
-    CHECK_THAT(set_first("left", 2), Contains("the pictures 2 and 2 are no pair"));  // the same picture
+    CHECK_THAT(set_first("left", 1), Contains("the pictures 1 and 2 are not a pair"));  // another view
+    CHECK_THAT(set_first("left", 2), Contains("the pictures 2 and 2 are not a pair"));  // the same picture
     CHECK_THAT(set_first("choice", "both"), Contains("left, right or neither"));
     CHECK_THAT(set_first("seconds", -1), Contains("seconds"));
     CHECK_THAT(set_first("seconds", "1"), Contains("answers[0]: expected"));
     CHECK_THAT(error_of([](Value& root) { root.find("answers")->as_list().push_back(answer(0, 2, 0, "right")); }),
-               Contains("answers[3]: this pair was answered before"));
+               Contains("answers[3]: this pair is answered twice"));
     CHECK_THROWS_WITH(sheet_from("{", "ann.json", small_study()), Contains("ann.json: not valid JSON"));
     Study short_study = small_study();
     short_study.pairs_count = 2;
-    CHECK_THROWS_WITH(sheet_from(fresco::to_json(sheet("Ann-1")), "ann.json", short_study),
-                      Contains("3; a participant is shown 2 pairs"));
+    CHECK_THROWS_WITH(sheet_from(fresco::to_json(sheet("Ann-1")), "ann.json", short_study), Contains("3; expected at most 2"));
 }
 
 TEST_CASE("sheets come in the order of their participants, each of whom has one")
@@ -116,5 +115,5 @@ TEST_CASE("sheets come in the order of their participants, each of whom has one"
     CHECK(sheets[1].participant == "zoe");
     const auto again = write("3.json", "ann");
     CHECK_THROWS_WITH(read_sheets({z, a, again}, small_study()),
-                      Contains("3.json and") && Contains("2.json are of the same participant, ann: keep one"));
+                      Contains("3.json and") && Contains("2.json are answers of the same participant, ann: keep one"));
 }

@@ -122,7 +122,7 @@ TEST_CASE("pictures from subfolders and from ports make the same kind of study")
     CHECK(pictures.made("study.key.json") == to_json(key, 1) + "\n");
     CHECK_THROWS_WITH(pictures.run_stage(Value::Map{{"first_name", "x"}, {"second_name", "x"}}, by_ports,
                                          {{"first", pictures.files("ours")}, {"second", pictures.files("theirs")}}),
-                      Contains("two methods are called x"));
+                      Contains("two methods are named x"));
 }
 
 TEST_CASE("pictures of a view are shown at one size, and must be of one shape")
@@ -183,11 +183,11 @@ TEST_CASE("results become percentages, of the same pictures or of the key alone"
     CHECK(alone->names == std::vector<std::string>{"study.results.json"});
     CHECK(pictures.made("study.results.json") == figures);
     pictures.write("ours", "one.png", "40x30 8");
-    CHECK_THROWS_WITH(pictures.run_stage(options, run), Contains("p1.json: these are answers of another study"));
+    CHECK_THROWS_WITH(pictures.run_stage(options, run), Contains("p1.json: answers of another study"));
     options.set("key", key_file.string());
-    CHECK_THROWS_WITH(pictures.run_stage(options, run), Contains("either the key of a study or its pictures"));
+    CHECK_THROWS_WITH(pictures.run_stage(options, run), Contains("both the key of a study and its pictures"));
     CHECK_THROWS_WITH(pictures.run_stage(Value::Map{{"key", key_file.string()}}, run),
-                      Contains("give the folder of result files too"));
+                      Contains("to the folder of result files too"));
 }
 
 TEST_CASE("too few pairs are told, and a canceled run stops")
@@ -198,8 +198,8 @@ TEST_CASE("too few pairs are told, and a canceled run stops")
     options.set("pairs_count", 7);
     pictures.run_stage(options, run);
     REQUIRE(run.messages.size() == 1);
-    CHECK_THAT(run.messages[0], Contains("warning: there are only 3 pairs for 2 questions"));
-    CHECK_THROWS_WITH(pictures.run_stage(Value::Map{}, run), Contains("two methods or more, but there is none"));
+    CHECK_THAT(run.messages[0], Contains("warning: only 3 pairs for 2 questions"));
+    CHECK_THROWS_WITH(pictures.run_stage(Value::Map{}, run), Contains("two methods or more, found none"));
     options.set("path", "study.htm");
     CHECK_THROWS_WITH(pictures.run_stage(options, run), Contains("does not end in .html"));
     run.cancel_after(2);

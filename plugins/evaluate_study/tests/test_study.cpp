@@ -52,9 +52,9 @@ TEST_CASE("pictures of equal names are compared, so many of them at most, evenly
     CHECK(some[0].name == "view-4");
     CHECK(some[1].name == "view-8");
 
-    CHECK_THROWS_WITH(compared_groups({}, 5), Contains("there is none"));
-    CHECK_THROWS_WITH(compared_groups({a}, 5), Contains("there is one"));
-    CHECK_THROWS_WITH(compared_groups({a, a}, 5), Contains("two methods are called a"));
+    CHECK_THROWS_WITH(compared_groups({}, 5), Contains("found none"));
+    CHECK_THROWS_WITH(compared_groups({a}, 5), Contains("found one"));
+    CHECK_THROWS_WITH(compared_groups({a, a}, 5), Contains("two methods are named a"));
     MethodPictures other{"other", {{"x", "x.png"}}};
     CHECK_THROWS_WITH(compared_groups({a, other}, 5), Contains("a has view-0, … and other has x;"));
 }
@@ -119,9 +119,9 @@ TEST_CASE("a key gives the study back, and only as it was written")
         other.replace(other.find(from), from.size(), to);
         return other;
     };
-    CHECK_THROWS_WITH(key_from(changed("study_key", "other"), "k.json"),
-                      Contains("k.json: this is no key of a study, version 1"));
-    CHECK_THROWS_WITH(key_from(changed("\"version\": 1", "\"version\": 2"), "k.json"), Contains("no key of a study, version 1"));
+    CHECK_THROWS_WITH(key_from(changed("study_key", "other"), "k.json"), Contains("k.json: not the key of a study, version 1"));
+    CHECK_THROWS_WITH(key_from(changed("\"version\": 1", "\"version\": 2"), "k.json"),
+                      Contains("not the key of a study, version 1"));
     CHECK_THROWS_WITH(key_from(changed("\"pairs_count\"", "\"pairs\""), "k.json"), Contains("\"pairs_count\" is missing"));
     CHECK_THROWS_WITH(key_from(changed("\"version\": 1,", "\"version\": 1, \"more\": 2,"), "k.json"),
                       Contains("\"more\" is not known"));

@@ -73,16 +73,16 @@ TEST_CASE("what was written passes its check, and a check against anything else 
         CHECK_THROWS_WITH(check_glb(model, other, picture(), options), Contains("vertex 2 is 0.0"));
         other = square();
         other.texcoords[1].y = 0.01F;
-        CHECK_THROWS_WITH(check_glb(model, other, picture(), options), Contains("vertex 1 has another texcoord"));
+        CHECK_THROWS_WITH(check_glb(model, other, picture(), options), Contains("vertex 1 has a different texcoord"));
         other = square();
         std::swap(other.indices[4], other.indices[5]);
-        CHECK_THROWS_WITH(check_glb(model, other, picture(), options), Contains("triangle 1 is another"));
-        CHECK_THROWS_WITH(check_glb(model, square(), {}, options), Contains("the picture is another"));
+        CHECK_THROWS_WITH(check_glb(model, other, picture(), options), Contains("triangle 1 differs"));
+        CHECK_THROWS_WITH(check_glb(model, square(), {}, options), Contains("the picture differs"));
         if (options.material == GltfMaterial::pbr)
         {
             other = square();
             other.normals[0] = {0, 1, 0};
-            CHECK_THROWS_WITH(check_glb(model, other, picture(), options), Contains("vertex 0 has another normal"));
+            CHECK_THROWS_WITH(check_glb(model, other, picture(), options), Contains("vertex 0 has a different normal"));
         }
     }
 }
@@ -95,15 +95,15 @@ TEST_CASE("entries that lie are named")
     CHECK(error_after(file_of(plain), "\"count\":6", "\"count\":6").empty());
     refused(plain, "\"count\":6", "\"count\":9", "accessors[0]: 9 rows of 2 bytes at byte 0 do not fit");
     refused(plain, "\"count\":6", "\"count\":5", "expected a multiple of 3");
-    refused(plain, "\"max\":[1.0", "\"max\":[2.0", "accessors[1]: min and max are not those of the values");
+    refused(plain, "\"max\":[1.0", "\"max\":[2.0", "accessors[1]: min and max differ from the values");
     refused(plain, "\"max\":[1.0,1.0", "\"max\":[1.01111", "accessors[1]: min and max: too few numbers");
     refused(plain, "\"componentType\":5123", "\"componentType\":5129", "componentType 5129");
-    refused(plain, "\"componentType\":5123", "\"componentType\":5122", "unsigned integers were expected");
-    refused(plain, "\"byteOffset\":12", "\"byteOffset\":10", "accessors[1]: its bytes do not begin at a multiple of 4");
-    refused(plain, "\"POSITION\":1", "\"POSITIAN\":1", "there is no POSITION");
+    refused(plain, "\"componentType\":5123", "\"componentType\":5122", "expected unsigned integers");
+    refused(plain, "\"byteOffset\":12", "\"byteOffset\":10", "accessors[1]: its bytes do not start at a multiple of 4");
+    refused(plain, "\"POSITION\":1", "\"POSITIAN\":1", "POSITION is missing");
     refused(plain, "image/png", "image/pxg", "images[0]: mimeType");
     refused(plain, "image/png\"", "image/jpeg", "JSON");
-    refused(plain, "\"source\":0", "\"source\":1", "the picture is not used");
+    refused(plain, "\"source\":0", "\"source\":1", "the picture is unused");
     refused(plain, "KHR_materials_unlit\"]", "KHR_materials_unlot\"]", "do not agree");
     refused(plain, "\"mode\":4", "\"mode\":5", "expected triangles (4)");
     refused(plain, "[{\"byteLength\":1", "[{\"byteLength\":9", "buffers[0]: byteLength");

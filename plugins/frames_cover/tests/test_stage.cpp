@@ -149,7 +149,7 @@ TEST_CASE("of frames that see the same the sharp and the straight ones are chose
     auto options = with(with(plain(), "sharpness_weight", 1), "sharpness_size_px", Value::List{64, 64});
     CHECK(cover(wall(), frames, options, run) == std::vector<std::string>{"sharp"});
     options.set("sharpness_size_px", Value::List{64});
-    CHECK_THROWS_WITH(cover(wall(), frames, options, run), Catch::Contains("sharpness_size_px: 1 numbers"));
+    CHECK_THROWS_WITH(cover(wall(), frames, options, run), Catch::Contains("sharpness_size_px\" has 1 numbers"));
 
     // Both see all of the wall, one at 45°.
     Frames both;
@@ -174,7 +174,7 @@ TEST_CASE("what cannot be covered is refused, and the choice can be stopped", "[
     auto away = tiling();
     for (auto& frame : away.frames)
         frame.color.world_from_camera.translation.z = 3;
-    CHECK_THROWS_WITH(cover(wall(), away, plain(), run), Catch::Contains("none of the 7 frames sees a front of the mesh"));
+    CHECK_THROWS_WITH(cover(wall(), away, plain(), run), Catch::Contains("none of the 7 frames sees the front of the mesh"));
     testing::TestRun stopped;
     stopped.cancel_after(5);
     CHECK_THROWS_AS(cover(wall(), tiling(), plain(), stopped), Canceled);

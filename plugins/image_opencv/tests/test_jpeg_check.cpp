@@ -69,19 +69,19 @@ TEST_CASE("JPEG check: kinds that would be read wrongly are refused")
         return file;
     };
     for (const int lossless : {0xC3, 0xC5, 0xC9, 0xCA, 0xCF})
-        refused(with({0xFF, 0xC0}, 1, lossless), "only baseline and progressive");
+        refused(with({0xFF, 0xC0}, 1, lossless), "expected baseline or progressive");
     refused(with({0xFF, 0xC0}, 4, 12), "12 bits per sample");
     refused(with({0xFF, 0xC0}, 6, 0), "16 x 0 pixels");
     refused(with({0xFF, 0xC0}, 9, 2), "wrong length");
     refused(file_of(Jpeg{.blocks = {{1, 2}}}), "2 color components");
-    refused(file_of(Jpeg{.blocks = {{1, 2, 3, 4}}}), "CMYK picture without Adobe marker");
+    refused(file_of(Jpeg{.blocks = {{1, 2, 3, 4}}}), "CMYK picture without an Adobe marker");
     CHECK_NOTHROW(check_jpeg(file_of(Jpeg{.blocks = {{1, 2, 3, 4}}, .before_frame = adobe_segment(0)}), "a.jpg", Walk::whole));
 }
 
 TEST_CASE("JPEG check: segments that contradict each other are refused")
 {
     refused(bytes_of({'G', 'I', 'F', '8'}), "expected the marker SOI");
-    refused(bytes_of({0xFF, 0xD8, 0xFF, 0xD9}), "ends without data");
+    refused(bytes_of({0xFF, 0xD8, 0xFF, 0xD9}), "has no data");
     refused(bytes_of({0xFF, 0xD8, 0x12, 0x34}), "expected a marker");
     refused(bytes_of({0xFF, 0xD8, 0xFF, 0xD8}), "unexpected marker");
     refused(bytes_of({0xFF, 0xD8, 0xFF, 0xE0, 0, 1}), "a segment of 1 bytes");
@@ -93,7 +93,7 @@ TEST_CASE("JPEG check: segments that contradict each other are refused")
     refused(twice, "a second frame header");
     Bytes no_scan(good.begin(), good.begin() + frame + 19);
     put(no_scan, bytes_of({0xFF, 0xD9}));
-    refused(no_scan, "ends without data");
+    refused(no_scan, "has no data");
 }
 
 TEST_CASE("EXIF: the orientation of both byte orders, 1 for anything malformed")

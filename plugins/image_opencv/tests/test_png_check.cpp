@@ -87,17 +87,17 @@ TEST_CASE("PNG check: missing, doubled and misplaced chunks are refused")
 {
     Png png{.width = 1, .height = 1, .rows = bytes_of({0, 7})};
     png.with_data = false;
-    refused(file_of(png), "no chunk IDAT");
+    refused(file_of(png), "no IDAT chunk");
     png.with_data = true;
     png.before_data = header_chunk(png);
-    refused(file_of(png), "a second chunk IHDR");
+    refused(file_of(png), "a second IHDR chunk");
     png.before_data = chunk("IDAT", {});
     put(png.before_data, chunk("tEXt", {}));
-    refused(file_of(png), "not in one row");
-    refused(file_of(Png{.color_type = 3, .rows = bytes_of({0, 0})}), "PLTE is missing");
+    refused(file_of(png), "not consecutive");
+    refused(file_of(Png{.color_type = 3, .rows = bytes_of({0, 0})}), "PLTE chunk is missing");
     Bytes no_header = png_signature();
     put(no_header, chunk("IDAT", {}));
-    refused(no_header, "expected the chunk IHDR");
+    refused(no_header, "expected an IHDR chunk");
     Bytes endless = png_signature();
     put(endless, header_chunk(Png{}));
     put(endless, 0xFFFFFFF0U, 4);

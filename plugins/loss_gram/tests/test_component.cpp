@@ -164,7 +164,7 @@ TEST_CASE("fine_layers leaves the fine target to the layers it names", "[gram]")
 
     const auto refused = [&](const std::string& options, const std::string& word)
     { CHECK_THROWS_WITH(fixture.make(options)->prepare(fixture.context), Catch::Contains(word)); };
-    refused(R"({"targets": "both", "fine_layers": "b"})", "none of the layers");
+    refused(R"({"targets": "both", "fine_layers": "b"})", "not one of the compared layers");
     refused(R"({"targets": "coarse", "fine_layers": "a"})", "fine_layers");
     refused(R"({"layers": "a, b", "fine_layers": "b"})", "layer a has no target");
     refused(R"({"rule": "released"})", "rule: released");

@@ -213,15 +213,15 @@ TEST_CASE("what cannot be fused is refused with a way out")
     const testing::TemporaryFolder folder;
     testing::TestRun run;
     auto frames = room_frames(folder.path());
-    CHECK_THROWS_WITH(fuse(frames, Value::Map{{"max_memory_gb", 0.01}}, run), Contains("raise that, or voxel_m"));
-    CHECK_THROWS_WITH(fuse(frames, Value::Map{{"trunc_m", 0.01}}, run), Contains("less than a voxel"));
+    CHECK_THROWS_WITH(fuse(frames, Value::Map{{"max_memory_gb", 0.01}}, run), Contains("raise max_memory_gb or voxel_m"));
+    CHECK_THROWS_WITH(fuse(frames, Value::Map{{"trunc_m", 0.01}}, run), Contains("less than voxel_m"));
     CHECK_THROWS_WITH(fuse(frames, Value::Map{{"max_depth_m", 0.2}}, run), Contains("show no surface"));
     frames->frames[0].depth_picture = {};
     fuse(frames, Value::Map{{"voxel_m", 0.1}}, run);
     CHECK(run.messages.back() == "warning: 1 of 6 frames have no depth picture and are left out");
     for (Frame& frame : frames->frames)
         frame.depth_picture = {};
-    CHECK_THROWS_WITH(fuse(frames, Value::Map{}, run), Contains("has a depth picture: there is nothing to fuse"));
+    CHECK_THROWS_WITH(fuse(frames, Value::Map{}, run), Contains("has a depth picture: use a scan"));
     run.cancel_after(1);
     CHECK_THROWS_AS(fuse(frames, Value::Map{}, run), Canceled);
 }

@@ -104,7 +104,7 @@ TEST_CASE("read.image: an NPY file that is no picture is refused")
     const std::vector<float> floats(12);
     const std::vector<std::size_t> shape{2, 2, 3};
     write_npy(file, shape, std::span(floats));
-    CHECK_THROWS_WITH(read_image::image_from_npy(file), Contains("2 x 2 x 3 of another type"));
+    CHECK_THROWS_WITH(read_image::image_from_npy(file), Contains("2 x 2 x 3 of a different type"));
     const std::vector<std::size_t> flat{0, 5, 3};
     write_npy(file, flat, std::span<const std::uint8_t>());
     CHECK_THROWS_WITH(read_image::image_from_npy(file), Contains("0 x 5 x 3; expected 1 to"));

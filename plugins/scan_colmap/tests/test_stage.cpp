@@ -111,7 +111,7 @@ TEST_CASE("the reconstruction is found where tools put it", "[scan.colmap]")
 {
     const WrittenRecording project(binary_reader);
     fs::rename(project.path / "sparse/0", project.path / "model");
-    CHECK_THAT(project.error(), Contains("no reconstruction of COLMAP") && Contains("sparse/0"));
+    CHECK_THAT(project.error(), Contains("no COLMAP reconstruction") && Contains("sparse/0"));
     for (const char* place : {".", "sparse", "colmap/sparse/0"})
     {
         fs::create_directories(project.path / place);
@@ -129,21 +129,19 @@ TEST_CASE("text that cannot be used is refused by line", "[scan.colmap]")
         text_reader,
         {{"a model that is not read",
           replacing(cameras_file, "PINHOLE", "OPENCV_FISHEYE"),
-          {"cameras.txt:3: the camera model \"OPENCV_FISHEYE\" is not read; SIMPLE_PINHOLE"}},
+          {"cameras.txt:3: camera model \"OPENCV_FISHEYE\" is not supported; expected SIMPLE_PINHOLE"}},
          {"another count of parameters",
           replacing(cameras_file, "PINHOLE", "OPENCV"),
-          {"cameras.txt:3: 4 parameters where OPENCV has 8"}},
-         {"counts", replacing(images_file, "images: 3", "images: 4"), {"images.txt: 3 images where its head counts 4"}},
-         {"a camera missing",
-          replacing(cameras_file, "\n7 ", "\n8 "),
-          {"images.txt:3: the camera 7 is not in the file of cameras"}},
+          {"cameras.txt:3: 4 parameters; OPENCV has 8"}},
+         {"counts", replacing(images_file, "images: 3", "images: 4"), {"images.txt: 3 images; its header declares 4"}},
+         {"a camera missing", replacing(cameras_file, "\n7 ", "\n8 "), {"images.txt:3: the camera 7 is not in the cameras file"}},
          {"a camera twice",
           writing(cameras_file, "7 SIMPLE_PINHOLE 32 24 30 16 12\n7 SIMPLE_PINHOLE 32 24 30 16 12\n"),
           {"cameras.txt:2: the camera 7 appears twice"}},
          {"broken points", replacing(images_file, "1.5 2.5 -1", "1.5 2.5"), {"images.txt:6: expected an image's points"}},
          {"a quaternion too short",
           writing(images_file, "1 0.5 0 0 0 1 2 3 7 view 000.png\n\n"),
-          {"images.txt:1: ", "length 1, this one 0.5"}},
+          {"images.txt:1: ", "its length is 0.5"}},
          {"too few words", writing(images_file, "1 1 0 0 0 1 2 3 7\n\n"), {"images.txt:1: 9 words"}},
          {"no images", writing(images_file, "# none\n"), {"images.txt: the reconstruction has no images"}},
          {"a size too large",
@@ -161,13 +159,13 @@ TEST_CASE("hostile counts are refused before anything is allocated", "[scan.colm
     const std::string wrapping("\xab\xaa\xaa\xaa\xaa\xaa\xaa\x0a", 8);
     fresco::testing::check_flaws(
         binary_reader,
-        {{"cameras", set(cameras, 0, huge), {"cameras.bin: byte 64: the file ends within a camera"}},
-         {"images", set(images, 0, huge), {"images.bin: byte ", "the file ends within an image"}},
-         {"points", set(images, 8 + 4 + 7 * 8 + 4 + sizeof "view 000.png", wrapping), {"points of an image do not fit into"}},
+        {{"cameras", set(cameras, 0, huge), {"cameras.bin: byte 64: the file ends inside a camera"}},
+         {"images", set(images, 0, huge), {"images.bin: byte ", "the file ends inside an image"}},
+         {"points", set(images, 8 + 4 + 7 * 8 + 4 + sizeof "view 000.png", wrapping), {"points do not fit into"}},
          {"more bytes", [&](const auto& it) { it.write(images, it.text(images) + "x"); }, {"1 bytes after the expected end"}},
          {"a model that is not read",
           set(cameras, 12, "\x05"),
-          {"cameras.bin: byte 8: the camera model OPENCV_FISHEYE is not read"}}});
+          {"cameras.bin: byte 8: camera model OPENCV_FISHEYE is not supported"}}});
 }
 
 TEST_CASE("what the iPhone of ScanNet++ recorded is read from its three folders", "[scan.colmap]")

@@ -217,7 +217,7 @@ TEST_CASE("a focal length at the end of what was looked through is no advice")
         return findings.front().text;
     };
     CHECK_THAT(told(1, 0.8), Catch::Contains("25 % too large: multiply it by 0.8"));
-    CHECK_THAT(told(1, 0.763), Catch::Contains("31 % too large or more: is it of pictures of another size?"));
+    CHECK_THAT(told(1, 0.763), Catch::Contains("31 % too large or more: was it calibrated for another picture size?"));
     CHECK_THAT(told(1.35, 1), Catch::Contains("26 % too small or more"));
     CHECK_THAT(told(1.25, 1), Catch::Contains("20 % too small: multiply it by 1.25"));
     CHECK_THAT(told(0.78, 0.78), Catch::Contains("both cameras") && Catch::Contains("or more"));

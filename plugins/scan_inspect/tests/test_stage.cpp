@@ -92,11 +92,11 @@ TEST_CASE("frames need neither depth nor pictures, but there must be some", "[sc
     CHECK_THAT(blind.messages.back(), Contains("nothing to compare"));
 
     CHECK_THROWS_WITH(inspect(room->mesh, std::make_shared<Frames>(), room->images, Value::Map{}, out.path(), run),
-                      Contains("brings no frames"));
+                      Contains("has no frames"));
     CHECK_THROWS_WITH(inspect(std::make_shared<Mesh>(), room->frames, room->images, Value::Map{}, out.path(), run),
                       Contains("the mesh on port 'mesh'"));
     CHECK_THROWS_WITH(inspect(room->mesh, room->frames, room->images, Value::Map{{"path", "a.json"}}, out.path(), run),
-                      Contains("end it in .png"));
+                      Contains("ends in .png"));
     testing::TestRun stopped;
     stopped.cancel_after(30);
     CHECK_THROWS_AS(inspect(room->mesh, room->frames, room->images, Value::Map{}, out.path(), stopped), Canceled);

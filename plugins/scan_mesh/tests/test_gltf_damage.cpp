@@ -140,7 +140,7 @@ TEST_CASE("glTF: ranges and indices that are wrong are refused with their entry"
         [](TriangleSample& t) {
             t.sample.rest.set("nodes", Value::List{Value::Map{{"children", Value::List{0}}}});
         },
-        "nodes[0]: it stands in the tree twice");
+        "nodes[0]: the node appears twice in the tree");
     refused(
         [](TriangleSample& t) {
             t.sample.rest.set("nodes", Value::List{Value::Map{{"children", Value::List{5}}}});
@@ -205,7 +205,7 @@ TEST_CASE("glTF: ranges and indices that are wrong are refused with their entry"
     CHECK_THAT(damaged.error_of_file(old), Contains("GLB version 1; expected 2"));
     // The lengths of the file and of its chunks, the highest bytes and the lowest, and the kinds of the chunks.
     const std::size_t binary_at = sample.glb().size() - sample.binary.size() - 8;
-    const std::string binary = "byte " + std::to_string(binary_at) + ": expected the BIN chunk, inside of the file";
+    const std::string binary = "byte " + std::to_string(binary_at) + ": expected the BIN chunk, inside the file";
     for (const auto& [at, reason] : std::vector<std::pair<std::size_t, std::string>>{{8, "byte 8: the header says"},
                                                                                      {11, "byte 8: the header says"},
                                                                                      {12, ""},
@@ -265,5 +265,5 @@ TEST_CASE("damage to a model's files gives an error or a model that can be used"
     write_file(gltf, to_json(sample.document()));
     check(gltf, gltf, 200);
     std::filesystem::resize_file(folder.path() / "a.bin", 35);
-    CHECK_THROWS_WITH(read_usable(gltf), Contains("byteLength is 36, but there are 35 bytes: the file is cut"));
+    CHECK_THROWS_WITH(read_usable(gltf), Contains("byteLength is 36, but there are 35 bytes: the file is truncated"));
 }

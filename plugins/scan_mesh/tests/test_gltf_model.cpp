@@ -286,10 +286,10 @@ TEST_CASE("nothing outside of the file's folder is opened", "[scan.mesh]")
     std::filesystem::create_directory_symlink(outside.path(), outside.path() / "model/up");
     for (const std::string uri : {"../secret.bin", "..%2Fsecret.bin", "up/../../secret.bin", "..\\\\secret.bin",
                                   "https://example.org/a.bin", "file:///etc/passwd", "C:\\\\secret.bin"})
-        refused(uri, "leads out of the model's folder");
-    refused((outside.path() / "secret.bin").string(), "leads out of the model's folder");
-    refused("link.bin", "is a link that leads out");
-    refused("up/secret.bin", "is a link that leads out");
+        refused(uri, "is outside the model's folder");
+    refused((outside.path() / "secret.bin").string(), "is outside the model's folder");
+    refused("link.bin", "is a link to a file outside");
+    refused("up/secret.bin", "is a link to a file outside");
     refused("missing.bin", "is not in " + (outside.path() / "model").string());
     refused("a%00.bin", "is not a file name");
     refused("a%0A.bin", "is not a file name");

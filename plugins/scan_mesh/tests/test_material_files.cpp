@@ -83,7 +83,7 @@ TEST_CASE("MTL: colors, pictures and the options of map_Kd", "[scan.mesh]")
     refused("Kd 1 1 1\n", "1: expected 'newmtl NAME'");
     refused("newmtl a\nKd 1 1\n", "2: expected 'Kd R G B'");
     refused("newmtl a\nKd 1 1 x\n", "2: expected 'Kd R G B'");
-    refused("newmtl a\nKd 1 1 2\n", "2: a color is outside of 0 to 1");
+    refused("newmtl a\nKd 1 1 2\n", "2: a color is outside 0 to 1");
     refused("newmtl a\nmap_Kd\n", "2: expected the name of a picture");
     refused("newmtl a\nmap_Kd -s x a.png\n", "2: expected a number after -s");
     refused("newmtl a\nmap_Kd -zoom 1 a.png\n", "2: unknown option \"-zoom\"");
@@ -105,7 +105,7 @@ TEST_CASE("what an OBJ names and what is missing is said with file and line", "[
     files.picture("textures/wall 1.png");
     CHECK(files.obj(wall).pictures.at(0).file == files.folder.path() / "textures/wall 1.png");
     files.write("my room.mtl", "newmtl wall\nmap_Kd /etc/wall.png\n");
-    CHECK_THROWS_WITH(files.obj(wall), Contains("my room.mtl:2: map_Kd: \"/etc/wall.png\" leads out of the model's folder"));
+    CHECK_THROWS_WITH(files.obj(wall), Contains("my room.mtl:2: map_Kd: \"/etc/wall.png\" is outside the model's folder"));
     CHECK(read_file_model(files.folder.path() / "a.obj", false).materials.size() == 1);
 
     // Several libraries on one line; a material without a definition where no library is named.

@@ -184,7 +184,7 @@ TEST_CASE("a file that cannot be used is refused by name", "[scan.nerfstudio]")
                 set_in_frame(it, frame, key, value);
         };
     };
-    const std::string angle = "frame 1: \"camera_angle_x\" must be an angle of view in radians";
+    const std::string angle = "frame 1: \"camera_angle_x\" must be a field of view in radians";
     fresco::testing::check_flaws(
         reader,
         {{"no file", removing("transforms.json"), {"transforms.json"}},
@@ -201,7 +201,7 @@ TEST_CASE("a file that cannot be used is refused by name", "[scan.nerfstudio]")
          {"a fourth coefficient", set(1, {{"k4", 0.1}}), {"frame 1: \"k4\" is not 0"}},
          {"a fisheye",
           set(1, {{"k4", 0.1}, {"camera_model", "OPENCV"}, {"is_fisheye", true}}),
-          {"transforms.json: frame 1: \"is_fisheye\" is set; fisheye lenses are not read"}},
+          {"transforms.json: frame 1: \"is_fisheye\" is set, and fisheye lenses are not supported"}},
          {"a full model", set(1, {{"k4", 0.1}, {"is_fisheye", false}, {"camera_model", "FULL_OPENCV"}}), {"no error"}},
          {"a pinhole", set(1, {{"camera_model", "PINHOLE"}}), {"no error"}},
          {"a pinhole with distortion",
@@ -213,7 +213,7 @@ TEST_CASE("a file that cannot be used is refused by name", "[scan.nerfstudio]")
          {"a pose in words", set(2, {{"transform_matrix", "x"}}), {"frame 2: \"transform_matrix\" must be a list of rows"}},
          {"a number as text", set(0, {{"fl_x", "585"}}), {"frame 0: \"fl_x\" must be a number"}},
          {"half a pixel", set(0, {{"w", 32.5}}), {"frame 0: \"w\" must be a whole number of pixels"}},
-         {"a number as path", set(0, {{"file_path", 3}}), {"frame 0: \"file_path\" must be a text"}},
+         {"a number as path", set(0, {{"file_path", 3}}), {"frame 0: \"file_path\" must be a non-empty text"}},
          {"depth of another kind", set(0, {{"depth_file_path", "depth/0.npy"}}), {"frame 0: \"depth_file_path\" is 0.npy"}},
          {"a step of 0", set(0, {{"depth_unit_scale_factor", 0}}), {"\"depth_unit_scale_factor\" must be meters per step"}}});
 }
@@ -224,7 +224,7 @@ TEST_CASE("the recorder's own world is asked for in vain where the file does not
     const WrittenRecording scan(made);
     const auto text = fresco::read_text_file(scan.path / "transforms.json");
     CHECK_THROWS_WITH(nerfstudio::parse_transforms(text, scan.path / "transforms.json", {nerfstudio::World::original, 1, 0, {}}),
-                      Contains("applied_transform\" is missing, so the recorder's own world is not known"));
+                      Contains("applied_transform\" is missing, so the recorder's own world is unknown"));
     CHECK_NOTHROW(nerfstudio::parse_transforms(text, scan.path / "transforms.json", {nerfstudio::World::saved, 1, 0, {}}));
 }
 

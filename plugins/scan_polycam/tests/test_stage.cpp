@@ -72,7 +72,7 @@ TEST_CASE("frames are brought into the mesh's world", "[scan.polycam]")
     const auto& place = capture.frames.frames[0].color.world_from_camera.translation;
     CHECK(length(moved - fresco::Vec3d{place.x + 5, -place.z, place.y}) < 1e-9);
     capture.write("mesh_info.json", R"({"alignmentTransform": [1, 2]})");
-    CHECK_THAT(capture.error(Value::Map{{"world", "mesh"}}), Contains("mesh_info.json: alignmentTransform: 16 numbers"));
+    CHECK_THAT(capture.error(Value::Map{{"world", "mesh"}}), Contains("mesh_info.json: alignmentTransform: expected 16 numbers"));
 }
 
 TEST_CASE("a capture that cannot be used is refused by name", "[scan.polycam]")

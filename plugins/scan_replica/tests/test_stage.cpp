@@ -66,7 +66,7 @@ TEST_CASE("the mesh and the camera may be elsewhere, frames may be left out", "[
     fs::rename(beside / "other.json", scene.path / "cam_params.json");
     CHECK(scene.error() == "no error");
     fs::rename(beside / "room0_mesh.ply", beside / "other.ply");
-    CHECK_THAT(scene.error(), Contains("the mesh is missing") && Contains("room0_mesh.ply, or the option mesh"));
+    CHECK_THAT(scene.error(), Contains("the mesh is missing") && Contains("room0_mesh.ply, or set option \"mesh\""));
     CHECK(scene.error(Value::Map{{"mesh", (beside / "other.ply").string()}}) == "no error");
     fs::rename(beside / "other.ply", scene.path / "mesh.ply");
     scene.remove("results/frame000001.jpg");
@@ -82,14 +82,14 @@ TEST_CASE("a scene that cannot be used is refused by name", "[scan.replica]")
         reader,
         {{"too few poses",
           [](const auto& it) { it.write("traj.txt", it.text("traj.txt").substr(0, it.text("traj.txt").find('\n') + 1)); },
-          {"traj.txt: 1 poses, but there are pictures of frame 1"}},
+          {"traj.txt: 1 poses, but frame 1 has pictures"}},
          {"a short pose",
           [](const auto& it) { it.write("traj.txt", "1 2 3\n" + it.text("traj.txt")); },
           {"traj.txt:1: 3 numbers; expected 16"}},
          {"no pictures", removing("results"), {"holds no views; each needs results/frameN.jpg (or .png) and results/depthN.png"}},
          {"a number twice",
           [](const auto& it) { it.write("results/frame01.png", it.text("results/frame000001.jpg")); },
-          {"there is another file of this number"}},
+          {"a second file with this number"}},
          {"no scale",
           writing("../cam_params.json", R"({"camera": {"w": 32, "h": 24, "fx": 30}})"),
           {"cam_params.json: camera: \"scale\" is missing"}},

@@ -188,7 +188,7 @@ TEST_CASE("a scene that cannot be used is refused by name", "[scan.scannet]")
           {"2 files are missing", "color/0.jpg", "depth/10.png"}},
          {"a number twice",
           [](const auto& it) { it.write("color/00.jpg", it.text("color/0.jpg")); },
-          {"another file of this number"}},
+          {"a second file with this number"}},
          {"a mirrored pose", writing("pose/10.txt", "-1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n"), {"pose/10.txt", "not a rotation"}},
          {"a short pose", writing("pose/10.txt", "1 0 0 0\n0 1 0\n"), {"pose/10.txt:2: 3 numbers"}},
          {"intrinsics missing", removing("intrinsic/intrinsic_depth.txt"), {"intrinsic_depth.txt"}},

@@ -104,12 +104,13 @@ TEST_CASE("depth that zlib compressed is unpacked, and nothing beyond the pictur
     const auto packed = pack(depth);
     CHECK(packed.size() < depth.values.size() * 2);
     CHECK(sens::unpack_depth(packed, 40, 30, "x") == depth);
-    CHECK_THROWS_WITH(sens::unpack_depth(packed, 40, 29, "f: byte 3"), Contains("f: byte 3: more where a depth picture of 2320"));
-    CHECK_THROWS_WITH(sens::unpack_depth(packed, 40, 31, "x"), Contains("x: 2400 bytes where"));
+    CHECK_THROWS_WITH(sens::unpack_depth(packed, 40, 29, "f: byte 3"),
+                      Contains("f: byte 3: more; expected a zlib-compressed depth picture of 2320"));
+    CHECK_THROWS_WITH(sens::unpack_depth(packed, 40, 31, "x"), Contains("x: 2400 bytes; expected"));
     CHECK_THROWS_WITH(sens::unpack_depth(std::span(packed).first(packed.size() - 5), 40, 30, "x"), Contains("x: "));
     CHECK_THROWS_AS(sens::unpack_depth({}, 40, 30, "x"), fresco::Error);
     // A thousand times its size if it were let.
-    CHECK_THROWS_WITH(sens::unpack_depth(pack(fresco::Raster16(2000, 2000)), 2, 2, "x"), Contains("x: more where"));
+    CHECK_THROWS_WITH(sens::unpack_depth(pack(fresco::Raster16(2000, 2000)), 2, 2, "x"), Contains("x: more; expected"));
 }
 
 TEST_CASE("a file that cannot be used is refused by byte", "[scan.sens]")
@@ -120,8 +121,10 @@ TEST_CASE("a file that cannot be used is refused by byte", "[scan.sens]")
     fresco::testing::check_flaws(
         reader,
         {{"another version", with(0, std::uint32_t{5}), {"scene0000_00.sens: byte 0: version 5"}},
-         {"a name too long", with(4, std::uint64_t{1} << 60U), {"byte 4: a sensor's name of 1152921504606846976 bytes"}},
-         {"unknown colors", with(at_forms, std::int32_t{-1}), {"compression -1 of the color pictures; 0 (raw), 1 (PNG)"}},
+         {"a name too long", with(4, std::uint64_t{1} << 60U), {"byte 4: the sensor's name has 1152921504606846976 bytes"}},
+         {"unknown colors",
+          with(at_forms, std::int32_t{-1}),
+          {"compression -1 of the color pictures; expected 0 (raw), 1 (PNG)"}},
          {"occi", with(at_forms + 4, std::int32_t{2}), {"compression 2 of the depth pictures", "not occi"}},
          {"a huge size", with(at_sizes, std::uint64_t{65536} << 32U | 65536U), {"color pictures of 65536x65536"}},
          {"no size", with(at_sizes, std::uint32_t{0}), {"color pictures of 0x24"}},
@@ -130,10 +133,10 @@ TEST_CASE("a file that cannot be used is refused by byte", "[scan.sens]")
          {"a hostile count", with(at_count, most), {"18446744073709551615 frames do not fit into the"}},
          {"a hostile picture",
           with(at_color_bytes, most - 8),
-          {"the color picture of frame 0 is said to have 18446744073709551607 bytes"}},
+          {"the color picture of frame 0 has a declared length of 18446744073709551607 bytes"}},
          {"intrinsics for another size",
           with(at_matrices + 8, 640.0F),
-          {"the color camera: the center (640.5, 12.5) is outside"}},
+          {"the color camera: the principal point (640.5, 12.5) is outside"}},
          {"a damaged color picture",
           with(at_color_bytes + 16, 0.0F),
           {"byte " + std::to_string(at_color_bytes + 16) + ", frame-000000: a picture in it cannot be used"}}});
@@ -161,5 +164,5 @@ TEST_CASE("pictures may be raw", "[scan.sens]")
     CHECK(fresco::load_color(frames.frames[0], &recording.images) == color);
     CHECK(fresco::load_depth_steps(frames.frames[0], &recording.images) == depth);
     set(recording, at_sizes + 4, std::uint32_t{25});
-    CHECK_THAT(recording.error(), Contains("2304 bytes where a raw picture has 2400"));
+    CHECK_THAT(recording.error(), Contains("2304 bytes; expected a raw picture of 2400"));
 }

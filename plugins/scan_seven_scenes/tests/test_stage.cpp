@@ -127,7 +127,7 @@ TEST_CASE("sequences and every choose frames", "[scan.seven_scenes]")
     REQUIRE(frames.size() == 2);
     CHECK(frames[1].sequence == "seq-10");
     CHECK(scan.read(Value::Map{{"sequences", Value::List{10}}}).frames->frames.size() == 1);
-    CHECK_THAT(scan.error(Value::Map{{"sequences", Value::List{3}}}), Contains("no sequence 3; there are 2, 10"));
+    CHECK_THAT(scan.error(Value::Map{{"sequences", Value::List{3}}}), Contains("no sequence 3; found 2, 10"));
 }
 
 TEST_CASE("options go before calibration files", "[scan.seven_scenes]")
@@ -141,7 +141,7 @@ TEST_CASE("options go before calibration files", "[scan.seven_scenes]")
     CHECK(frame.depth_unit_m == 0.0002);
     CHECK_THAT(scan.error(Value::Map{{"color_from_depth", Value::List{1, 0}}}), Contains("option color_from_depth"));
     CHECK_THAT(scan.error(Value::Map{{"color_intrinsics", Value::List{1, 2, 3}}}),
-               Contains("option color_intrinsics: 3 numbers"));
+               Contains("option \"color_intrinsics\": 3 numbers"));
 }
 
 TEST_CASE("without calibration 640x480 is assumed with warnings and another size is refused", "[scan.seven_scenes]")
@@ -149,7 +149,7 @@ TEST_CASE("without calibration 640x480 is assumed with warnings and another size
     const WrittenRecording scan(reader);
     for (const char* file : {"color-intrinsics.txt", "depth-intrinsics.txt", "color_from_depth.txt"})
         scan.remove(file);
-    CHECK_THAT(scan.error(), Contains("32x24") && Contains("only 640x480 can be assumed"));
+    CHECK_THAT(scan.error(), Contains("32x24") && Contains("the default calibration is for 640x480"));
 
     for (int i = 0; i < 3; ++i)
     {
@@ -186,10 +186,10 @@ TEST_CASE("a scan that cannot be used is refused by name", "[scan.seven_scenes]"
                       it.remove(pose);
                   },
                   {"2 files are missing", "seq-01/frame-000000.depth.png", pose}},
-                 {"two color pictures", copied("seq-01/frame-000001.color.jpg"), {"there is another file of this number"}},
+                 {"two color pictures", copied("seq-01/frame-000001.color.jpg"), {"a second file with this number"}},
                  {"two names of a number",
                   [&](const auto& it) { fs::rename(it.path / pose, it.path / "seq-01/frame-01.pose.txt"); },
-                  {"frame-01.pose.txt: two names for number 1, the other is frame-000001"}},
+                  {"frame-01.pose.txt: a second name for number 1, the first is frame-000001"}},
                  {"a pose with NaN", writing(pose, "nan 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n"), {pose, "not finite"}},
                  {"a pose that scales", writing(pose, "1.1 0 0 0\n0 1.1 0 0\n0 0 1.1 0\n0 0 0 1\n"), {pose, "not a rotation"}},
                  {"a pose in words",
@@ -198,7 +198,7 @@ TEST_CASE("a scan that cannot be used is refused by name", "[scan.seven_scenes]"
                  {"a short matrix",
                   writing("depth-intrinsics.txt", "25 0 16\n0 26 12\n"),
                   {"depth-intrinsics.txt: 2 rows; expected a 3x3"}},
-                 {"no mesh", removing("mesh.ply"), {"the mesh is missing; expected", "mesh.ply, or the option mesh"}}});
+                 {"no mesh", removing("mesh.ply"), {"the mesh is missing; expected", "mesh.ply, or set option \"mesh\""}}});
     const WrittenRecording without_mesh(reader);
     without_mesh.remove("mesh.ply");
     CHECK_THROWS_AS(without_mesh.read(), fresco::MissingInput);

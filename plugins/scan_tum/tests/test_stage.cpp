@@ -97,12 +97,12 @@ TEST_CASE("the makers' cameras go by name", "[scan.tum]")
     CHECK(tum::recording_camera("freiburg2", {}, {}, "/x").lens.k3 == 0.9172);
     CHECK_FALSE(tum::recording_camera("freiburg3", {}, {}, "/data/freiburg1").lens.distorts());
     CHECK(tum::recording_camera("ros_default", {}, {}, "/x").intrinsics.cx == 320);
-    CHECK_THROWS_WITH(tum::recording_camera("auto", {}, {}, "/data/desk"), Contains("give the option camera"));
+    CHECK_THROWS_WITH(tum::recording_camera("auto", {}, {}, "/data/desk"), Contains("set option \"camera\""));
     const auto own = tum::recording_camera("freiburg1", {1, 2, 3, 4}, {0.1, 0.2, 0.3, 0.4, 0.5}, "/x");
     CHECK(own.intrinsics == fresco::Intrinsics{0, 0, 1, 2, 3.5, 4.5});
     CHECK(own.lens == fresco::recordings::Lens{.k1 = 0.1, .k2 = 0.2, .k3 = 0.5, .p1 = 0.3, .p2 = 0.4});
-    CHECK_THROWS_WITH(tum::recording_camera("auto", {1, 2}, {}, "/x"), Contains("option intrinsics: 2 numbers"));
-    CHECK_THROWS_WITH(tum::recording_camera("freiburg1", {}, {1}, "/x"), Contains("option distortion: 1 numbers"));
+    CHECK_THROWS_WITH(tum::recording_camera("auto", {1, 2}, {}, "/x"), Contains("option \"intrinsics\": 2 numbers"));
+    CHECK_THROWS_WITH(tum::recording_camera("freiburg1", {}, {1}, "/x"), Contains("option \"distortion\": 1 numbers"));
     // Their lenses can be undone, at about their own focal length.
     for (const char* name : {"freiburg1", "freiburg2"})
     {
@@ -121,19 +121,20 @@ TEST_CASE("a lens is undone, and pictures for another camera are refused", "[sca
           fresco::recordings::pinhole_without({.k1 = 0.05}, {32, 24, 30.5, 31.25, 15.75, 12.5}, "x"));
     const Value none = Value::List{};
     CHECK_THAT(recording.error(Value::Map{{"intrinsics", none}, {"camera", "freiburg1"}}),
-               Contains("the picture is 32x24") && Contains("rgb.txt:3 with the camera freiburg1) has pictures of 640x480"));
-    CHECK_THAT(recording.error(Value::Map{{"intrinsics", none}}), Contains("desk: the name does not tell"));
+               Contains("the picture is 32x24") && Contains("rgb.txt:3 with the camera freiburg1) is for pictures of 640x480"));
+    CHECK_THAT(recording.error(Value::Map{{"intrinsics", none}}), Contains("desk: unknown camera"));
 }
 
 TEST_CASE("lists that cannot be used are refused by line", "[scan.tum]")
 {
     fresco::testing::check_flaws(
-        reader, {{"another form", writing("rgb.txt", "1.0 rgb/a.png x\n"), {"rgb.txt:1: 3 words where \"timestamp filename\""}},
-                 {"not in order", writing("depth.txt", "2.0 a.png\n1.0 b.png\n"), {"depth.txt:2: the time 1.0 is not after"}},
-                 {"empty", writing("groundtruth.txt", "# nothing\n"), {"groundtruth.txt: the list is empty"}},
-                 {"a quaternion of zeros",
-                  writing("groundtruth.txt", "1 0 0 0 0 0 0 0\n"),
-                  {"groundtruth.txt:1: a rotation's quaternion has length 1"}},
-                 {"a list missing", removing("depth.txt"), {"depth.txt"}},
-                 {"a picture missing", removing(reader.color), {"rgb.txt:4 with option intrinsics lists it"}}});
+        reader,
+        {{"another form", writing("rgb.txt", "1.0 rgb/a.png x\n"), {"rgb.txt:1: 3 words; expected \"timestamp filename\""}},
+         {"not in order", writing("depth.txt", "2.0 a.png\n1.0 b.png\n"), {"depth.txt:2: the time 1.0 is not later"}},
+         {"empty", writing("groundtruth.txt", "# nothing\n"), {"groundtruth.txt: the list is empty"}},
+         {"a quaternion of zeros",
+          writing("groundtruth.txt", "1 0 0 0 0 0 0 0\n"),
+          {"groundtruth.txt:1: expected a rotation, a quaternion of length 1"}},
+         {"a list missing", removing("depth.txt"), {"depth.txt"}},
+         {"a picture missing", removing(reader.color), {"rgb.txt:4 with option intrinsics lists it"}}});
 }

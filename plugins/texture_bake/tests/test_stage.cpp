@@ -44,7 +44,7 @@ TEST_CASE("the stage refuses what it cannot use")
     bare.texcoords.clear();
     CHECK_THROWS_WITH(baked(Value::Map{}, texture, bare, run), Catch::Contains("no texcoords"));
     CHECK_THROWS_WITH(baked(Value::Map{{"unseen_color", Value::List{1, 2}}}, texture, two_chart_wall(), run),
-                      Catch::Contains("unseen_color has 2 numbers"));
+                      Catch::Contains("unseen_color\" has 2 numbers"));
     CHECK_THROWS_WITH(baked(Value::Map{{"unseen", "blur"}}, texture, two_chart_wall(), run), Catch::Contains("unseen"));
     run.cancel_after(2);
     CHECK_THROWS_AS(baked(Value::Map{{"unseen", "keep"}}, texture, two_chart_wall(), run), Canceled);

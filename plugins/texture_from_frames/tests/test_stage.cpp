@@ -112,7 +112,7 @@ TEST_CASE("the stage makes a texture that texture.bake takes, and reports")
     CHECK(run.reported.at("most_gain").as_double() == Approx(1).epsilon(0.01));
     made(recording, {{"size_px", 16}, {"height_px", 30}}, run);
     CHECK(run.reported.at("height_px").as_int() == 30);
-    CHECK_THROWS_WITH(made(recording, {{"height_px", 45}}, run), Catch::Contains("45 px; there are 30, 60"));
+    CHECK_THROWS_WITH(made(recording, {{"height_px", 45}}, run), Catch::Contains("45 px; found 30, 60"));
 }
 
 TEST_CASE("measured depth is looked at, unless told not to")
@@ -157,7 +157,8 @@ TEST_CASE("pictures of a folder take the place of the cameras'")
     write_all(160, 120);
     const std::vector<std::size_t> flat{120, 160};
     write_npy(styled / "walk_frame-3.npy", flat, std::span<const std::uint8_t>(std::vector<std::uint8_t>(160 * 120)));
-    CHECK_THROWS_WITH(made(recording, options, run), Catch::Contains("walk_frame-3.npy") && Catch::Contains("H x W x 3"));
+    CHECK_THROWS_WITH(made(recording, options, run),
+                      Catch::Contains("walk_frame-3.npy") && Catch::Contains("height x width x 3"));
     fs::remove(styled / "walk_frame-3.npy");
     fs::remove(styled / "walk_frame-1.npy");
     CHECK_THROWS_AS(made(recording, options, run), MissingInput);

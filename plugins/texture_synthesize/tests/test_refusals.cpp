@@ -15,7 +15,7 @@ TEST_CASE("the stage says what it cannot use")
         {"a start of another atlas", [](Studio& s, Value&) { s.start.atlas = std::string(32, 'a'); }, {"port 'start'", "atlas"}},
         {"a start that knows nothing",
          [](Studio& s, Value&) { s.start.seen = Raster8(96, 96); },
-         {"port 'start'", "knows no texel"}},
+         {"port 'start'", "has no texel"}},
         {"a small picture",
          [](Studio& s, Value& o)
          {

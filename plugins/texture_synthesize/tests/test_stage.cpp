@@ -159,7 +159,7 @@ TEST_CASE("what the start does not know is painted too, and its share reported")
     // It continues the known half: the seam does not show.
     CHECK(std::abs(mean_light(*painted.texture, 0.8, 1) - mean_light(*painted.texture, 1, 1.2)) < 0.12);
     wall.start.seen = Raster8(96, 96);
-    CHECK_THROWS_WITH(wall.paint(), Catch::Contains("knows no texel"));
+    CHECK_THROWS_WITH(wall.paint(), Catch::Contains("has no texel"));
 }
 
 TEST_CASE("the same bytes for any number of threads and any run, others for another seed")

@@ -80,7 +80,7 @@ Raster<T> raster_from(std::span<const std::byte> npy, int width, int height, int
     if (array.shape != shape)
         fail(source, "an array of " + text_of(array.shape) + "; expected " + text_of(shape));
     if (array.type != npy_type<T>)
-        fail(source, std::string("an array of another type; expected ") + word_of(npy_type<T>));
+        fail(source, std::string("wrong array type; expected ") + word_of(npy_type<T>));
     return raster_of<T>(array, width, height, channels);
 }
 
@@ -120,13 +120,13 @@ std::vector<std::byte> read_stamped(const std::filesystem::path& file, const Fil
 {
     const std::string way_out = "; copy the dataset again from where it was written";
     if (!std::filesystem::exists(file))
-        throw MissingInput(file.string() + ": is missing" + way_out);
+        throw MissingInput(file.string() + ": file is missing" + way_out);
     auto bytes = read_file(file, std::numeric_limits<std::size_t>::max());
     if (bytes.size() != stamp.bytes)
         fail(file.string(),
              "has " + std::to_string(bytes.size()) + " bytes; dataset.json lists " + std::to_string(stamp.bytes) + way_out);
     if (content_hash(bytes) != stamp.hash)
-        fail(file.string(), "its contents differ from those that dataset.json lists: it was changed or damaged" + way_out);
+        fail(file.string(), "its contents differ from dataset.json: the file was changed or damaged" + way_out);
     return bytes;
 }
 

@@ -111,7 +111,7 @@ std::string checked_name(const std::string& name)
         start = end + 1;
     }
     if (!good)
-        throw Error("name: " + to_json(name) + " does not name a file inside of the dataset's folder");
+        throw Error("name: " + to_json(name) + " is not a file inside the dataset's folder");
     return name;
 }
 

@@ -147,7 +147,7 @@ TEST_CASE("names that lead out of the folder, or are missing, are refused")
     {
         INFO(name);
         CHECK_THAT(error_of([&](Value& root) { first_file(root).set("name", name); }),
-                   Contains("files[0]: name:") && Contains("does not name a file inside"));
+                   Contains("files[0]: name:") && Contains("is not a file inside"));
     }
     CHECK_THAT(error_of([](Value& root) { first_file(root).set("name", "views/other.npy"); }),
                Contains("mesh.ply is not listed"));

@@ -79,7 +79,7 @@ std::vector<PosedPicture> posed_pictures(const Frames& frames, const Files* view
     {
         const std::string name = frames.frames[i].sequence + "_" + frames.frames[i].name;
         if (!names.insert(name).second)
-            throw Error("two frames are called " + name + ": rename the scan's sequences so that they differ");
+            throw Error("two frames are named " + name + ": rename the scan's sequences so that they differ");
         const auto picture = pictures.find(name);
         if (picture == pictures.end())
             continue;
@@ -89,8 +89,8 @@ std::vector<PosedPicture> posed_pictures(const Frames& frames, const Files* view
     }
     if (result.empty())
         throw Error("none of the " + std::to_string(pictures.size()) + " pictures " +
-                    (views != nullptr ? "on port 'views'" : "in " + folder.string()) + " is of one of the " +
-                    std::to_string(frames.frames.size()) + " frames: they are looked for by name, " +
+                    (views != nullptr ? "on port 'views'" : "in " + folder.string()) + " belongs to one of the " +
+                    std::to_string(frames.frames.size()) + " frames; expected files named " +
                     (names.empty() ? "<sequence>_<frame>" : *names.begin()) + ".png or .jpg");
     return result;
 }

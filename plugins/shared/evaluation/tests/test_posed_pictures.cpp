@@ -75,7 +75,7 @@ TEST_CASE("pictures of nothing are refused")
     Frames twice = three_frames();
     twice.frames[2].name = "b";
     write_file(folder.path() / "seq_01_b.png", "x");
-    CHECK_THROWS_WITH(posed_pictures(twice, nullptr, folder.path(), run), Catch::Contains("two frames are called seq_01_b"));
+    CHECK_THROWS_WITH(posed_pictures(twice, nullptr, folder.path(), run), Catch::Contains("two frames are named seq_01_b"));
 }
 
 TEST_CASE("a picture's camera is the color camera at its size")

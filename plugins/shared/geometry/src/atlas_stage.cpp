@@ -10,7 +10,7 @@ void AtlasStage::run(RunContext& run)
 {
     check_mesh(*mesh_, "the input mesh");
     if (*merge_limit_deg_ < *angle_limit_deg_)
-        throw Error("merge_limit_deg must be at least angle_limit_deg");
+        throw Error("option \"merge_limit_deg\": expected at least angle_limit_deg");
     const auto faults = count_faults(*mesh_);
     if (faults.degenerate_faces == mesh_->triangles.size())
         throw Error("no face of the mesh has any area: check how it was made");

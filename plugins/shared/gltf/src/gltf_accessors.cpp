@@ -112,7 +112,7 @@ std::vector<std::uint32_t> triangle_indices(const tinygltf::Model& model, int in
         if (rows.normalized || (rows.component_type != TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE &&
                                 rows.component_type != TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT &&
                                 rows.component_type != TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT))
-            throw Error(place + "indices of unsigned integers were expected");
+            throw Error(place + "expected unsigned integers as indices");
         corners.reserve(rows.count);
         for (std::size_t i = 0; i < rows.count; ++i)
         {

@@ -79,7 +79,7 @@ std::string_view text_of(std::span<const std::byte> bytes)
 std::uint32_t word_at(std::span<const std::byte> bytes, std::size_t at)
 {
     if (bytes.size() < at + 4)
-        throw Error("ends at byte " + std::to_string(bytes.size()) + " inside of a header: the file is cut");
+        throw Error("ends at byte " + std::to_string(bytes.size()) + " inside a header: the file is truncated");
     std::uint32_t word = 0;
     std::memcpy(&word, bytes.data() + at, sizeof word);
     return word;
@@ -89,7 +89,7 @@ std::span<const std::byte> chunk_at(std::span<const std::byte> file, std::size_t
 {
     const std::size_t length = word_at(file, at);
     if (word_at(file, at + 4) != type || length > file.size() - at - chunk_header_bytes)
-        throw Error("byte " + std::to_string(at) + ": expected the " + name + " chunk, inside of the file");
+        throw Error("byte " + std::to_string(at) + ": expected the " + name + " chunk, inside the file");
     return file.subspan(at + chunk_header_bytes, length);
 }
 
@@ -178,14 +178,14 @@ std::vector<tinygltf::Buffer> buffers_of(const Value& document, std::span<const 
         const std::string uri = text_or_none(value, "uri");
         const auto length = static_cast<std::size_t>(value.at("byteLength").as_int());
         if (uri.empty() && (!buffers.empty() || binary.empty()))
-            throw Error(place + "there is neither a uri nor a BIN chunk");
+            throw Error(place + "expected a uri or a BIN chunk");
         std::vector<std::byte> outside;
         if (!uri.empty())
             outside = is_data_uri(uri) ? data_uri_bytes(uri, place) : read_beside(uri, place);
         const std::span<const std::byte> bytes = uri.empty() ? binary : outside;
         if (length == 0 || bytes.size() < length)
             throw Error(place + "byteLength is " + std::to_string(length) + ", but there are " + std::to_string(bytes.size()) +
-                        " bytes: the file is cut");
+                        " bytes: the file is truncated");
         const auto* const begin = reinterpret_cast<const unsigned char*>(bytes.data());
         buffers.emplace_back().data.assign(begin, begin + length);
     }
@@ -228,7 +228,7 @@ void check_counts(const Value& document, const tinygltf::Model& model)
     const auto expect = [](std::size_t found, std::size_t expected, const std::string& what)
     {
         if (found != expected)
-            throw Error(what + " has " + std::to_string(expected - found) + " entries that are not valid");
+            throw Error(what + " has " + std::to_string(expected - found) + " invalid entries");
     };
     expect(model.accessors.size(), list_of(document, "accessors").size(), "accessors");
     expect(model.nodes.size(), list_of(document, "nodes").size(), "nodes");
@@ -265,7 +265,7 @@ Chunks chunks_of(std::span<const std::byte> file)
                     "; expected 2: export the model again as glTF 2.0");
     if (word_at(file, 8) != file.size())
         throw Error("byte 8: the header says " + std::to_string(word_at(file, 8)) + " bytes, the file has " +
-                    std::to_string(file.size()) + ": it is cut or damaged");
+                    std::to_string(file.size()) + ": it is truncated or damaged");
     Chunks chunks;
     const auto json = chunk_at(file, glb_header_bytes, json_chunk, "JSON");
     chunks.json = text_of(json);

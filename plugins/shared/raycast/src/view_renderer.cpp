@@ -24,9 +24,9 @@ void check_showable(const TexturedMesh& mesh, const Frames& frames)
 {
     check_mesh(mesh.mesh, "the mesh on port 'mesh'");
     if (mesh.mesh.texcoords.empty())
-        throw Error("the mesh on port 'mesh' has no texcoords: render what texture.bake made");
+        throw Error("the mesh on port 'mesh' has no texcoords: wire what texture.bake made");
     if (frames.frames.empty())
-        throw Error("port 'frames' brings no frames: check the scan's path and the stages that drop frames");
+        throw Error("port 'frames' has no frames: check the scan's path and the stages that drop frames");
     for (const Frame& frame : frames.frames)
         check_camera(frame.color, "the color camera of " + frame.sequence + "/" + frame.name);
 }

@@ -47,7 +47,7 @@ std::string JsonRecord::text(std::string_view key) const
 {
     const Value* value = find(key);
     if (value == nullptr || !value->is_string() || value->as_string().empty())
-        fail(key, value == nullptr ? "is missing" : "must be a text that is not empty");
+        fail(key, value == nullptr ? "is missing" : "must be a non-empty text");
     return value->as_string();
 }
 

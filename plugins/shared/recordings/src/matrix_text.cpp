@@ -43,7 +43,7 @@ double parse_number(std::string_view word, const std::string& place)
     const auto digits = word.size() > 1 && word[0] == '+' && word[1] != '-' ? word.substr(1) : word;
     const auto [end, code] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
     if (code == std::errc::result_out_of_range)
-        throw Error(place + ": the number \"" + std::string(word) + "\" is beyond the range of a double");
+        throw Error(place + ": \"" + std::string(word) + "\" is out of range for a double");
     if (code != std::errc{} || end != digits.data() + digits.size())
         throw Error(place + ": \"" + std::string(word.substr(0, 40)) + "\" is not a number");
     return number;
@@ -85,9 +85,9 @@ std::vector<double> parse_matrix_text(std::string_view text, int rows, int colum
         if (row.empty())
             continue;
         if (rows_read == rows)
-            throw Error(place + ": expected a " + shape_text(rows, columns) + " matrix, but here is another row");
+            throw Error(place + ": expected a " + shape_text(rows, columns) + " matrix, but found another row");
         if (row.size() != static_cast<std::size_t>(columns))
-            throw Error(place + ": " + std::to_string(row.size()) + " numbers where a row of a " + shape_text(rows, columns) +
+            throw Error(place + ": " + std::to_string(row.size()) + " numbers; a row of a " + shape_text(rows, columns) +
                         " matrix has " + std::to_string(columns));
         values.insert(values.end(), row.begin(), row.end());
         ++rows_read;
@@ -138,7 +138,7 @@ RigidTransform rigid_transform(const std::vector<double>& matrix, std::string_vi
             throw Error(name + ": the transform has an entry that is not finite; leave this frame out");
     for (std::size_t i = 12; i < 16; ++i)
         if (std::abs(matrix[i] - (i == 15 ? 1.0 : 0.0)) > exactness)
-            throw Error(name + ": the last row of a rigid transform is 0 0 0 1");
+            throw Error(name + ": expected 0 0 0 1 as the last row of a rigid transform");
     RigidTransform transform;
     for (int row = 0; row < 3; ++row)
         for (int column = 0; column < 3; ++column)
@@ -163,7 +163,7 @@ Intrinsics intrinsics_from_matrix(const std::vector<double>& matrix, PixelCenter
     const std::string name(source);
     const std::size_t size = matrix.size() == 16 ? 4 : 3;
     if (matrix.size() != size * size)
-        throw Error(name + ": " + std::to_string(matrix.size()) + " numbers where intrinsics are a 3x3 or 4x4 matrix");
+        throw Error(name + ": " + std::to_string(matrix.size()) + " numbers; expected a 3x3 or 4x4 matrix of intrinsics");
     for (std::size_t row = 0; row < size; ++row)
         for (std::size_t column = 0; column < size; ++column)
         {

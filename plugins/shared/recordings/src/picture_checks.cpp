@@ -34,22 +34,22 @@ void refuse_missing(const std::vector<std::string>& missing, std::string_view ru
 void check_center(const Intrinsics& k, const std::string& source, const std::filesystem::path& picture)
 {
     if (k.cx <= 0 || k.cy <= 0 || k.cx >= k.width || k.cy >= k.height)
-        throw Error(source + ": the center (" + to_json(k.cx) + ", " + to_json(k.cy) + ") is outside of " + picture.string() +
-                    ", which is " + size_text(k.width, k.height) + "; set intrinsics for pictures of this size");
+        throw Error(source + ": the principal point (" + to_json(k.cx) + ", " + to_json(k.cy) + ") is outside " +
+                    picture.string() + ", which is " + size_text(k.width, k.height) +
+                    "; use intrinsics for pictures of this size");
 }
 
 void check_not_turned(const std::filesystem::path& file, const ImageHeader& header, const std::string& source)
 {
     if (header.orientation != 1)
-        throw Error(file.string() + ": its EXIF data says that it is to be turned (orientation " +
-                    std::to_string(header.orientation) + "), but " + source +
-                    " means the pixels as they are stored; remove the tag (exiftool -Orientation= FILE)");
+        throw Error(file.string() + ": its EXIF data rotates it (orientation " + std::to_string(header.orientation) + "), but " +
+                    source + " is for the pixels as stored; remove the tag (exiftool -Orientation= FILE)");
 }
 
 void check_depth_kind(const std::filesystem::path& file, const ImageHeader& header)
 {
     if (header.bits > 0 && (header.bits != 16 || !header.gray))
-        throw Error(file.string() + ": expected a depth picture, a PNG of one channel of 16 bits; this one has " +
+        throw Error(file.string() + ": expected a depth picture (PNG, one channel of 16 bits), found " +
                     std::to_string(header.bits) + " bits" + (header.gray ? "" : " and colors"));
 }
 

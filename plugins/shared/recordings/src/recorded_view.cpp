@@ -40,16 +40,16 @@ void refuse_doubles(const std::vector<RecordedView>& views)
     std::map<std::pair<std::string, std::string>, const RecordedView*> seen;
     for (const auto& view : views)
         if (const auto [other, is_new] = seen.try_emplace({view.sequence, view.name}, &view); !is_new)
-            throw Error(view.source + ": the view " + view.sequence + "/" + view.name + " appears twice, also at " +
+            throw Error(view.source + ": the view " + view.sequence + "/" + view.name + " appears twice, first at " +
                         other->second->source + "; remove one");
 }
 
 void check_size(const fs::path& file, const ImageHeader& header, const Intrinsics& camera, const std::string& source)
 {
     if (header.width != camera.width || header.height != camera.height)
-        throw Error(file.string() + ": the picture is " + size_text(header.width, header.height) + ", its camera (" + source +
-                    ") has pictures of " + size_text(camera.width, camera.height) +
-                    "; all pictures of one camera must have one size, the one its intrinsics are for");
+        throw Error(file.string() + ": the picture is " + size_text(header.width, header.height) + "; its camera (" + source +
+                    ") is for pictures of " + size_text(camera.width, camera.height) +
+                    "; all pictures of a camera must have the size of its intrinsics");
 }
 
 /// Throws unless a depth picture can show what the color picture shows: it has the same shape, within a pixel.
@@ -58,8 +58,8 @@ void check_shape(const fs::path& file, const ImageHeader& depth, const Intrinsic
     const double wide = static_cast<double>(depth.width) * color.height, high = static_cast<double>(color.width) * depth.height;
     if (std::abs(wide - high) > shape_tolerance * high + std::max(color.width, color.height))
         throw Error(file.string() + ": the depth picture is " + size_text(depth.width, depth.height) +
-                    ", the color picture that " + source + " gives it is " + size_text(color.width, color.height) +
-                    ": of another shape it cannot have that camera's field of view; was one of them turned or cropped?");
+                    " and the color picture of " + source + " is " + size_text(color.width, color.height) +
+                    ": they must have one aspect ratio; was one of them rotated or cropped?");
 }
 
 class FrameMaker
@@ -84,8 +84,7 @@ class FrameMaker
         // The picture has a name that the user has never seen.
         catch (const Error& error)
         {
-            throw Error(view.source + ": a picture in it cannot be used; if the file is damaged, copy it again (" + error.what() +
-                        ")");
+            throw Error(view.source + ": a picture in it cannot be used (" + error.what() + ")");
         }
     }
 

@@ -39,7 +39,7 @@ std::map<long, NumberedFile> files_by_number(const NumberedFiles& kind, RunConte
                 continue;
             const auto [other, is_new] = files.try_emplace(*number, NumberedFile{entry.path(), stem.substr(kind.prefix.size())});
             if (!is_new)
-                throw Error(entry.path().string() + ": there is another file of this number, " +
+                throw Error(entry.path().string() + ": a second file with this number, " +
                             other->second.path.filename().string() + "; remove one");
         }
     }
@@ -63,7 +63,7 @@ std::vector<RecordedView> numbered_views(const NumberedFiles& color, const Numbe
             if (view.name.empty())
                 view.name = color.prefix + file.digits;
             else if (kind.folder == color.folder && kind.prefix == color.prefix && view.name != kind.prefix + file.digits)
-                throw Error(file.path.string() + ": two names for number " + std::to_string(number) + ", the other is " +
+                throw Error(file.path.string() + ": a second name for number " + std::to_string(number) + ", the first is " +
                             view.name);
         }
     std::vector<RecordedView> list;
@@ -101,7 +101,7 @@ fs::path first_file(const InputFile& given, const std::vector<fs::path>& candida
         names += (names.empty() ? "" : " or ") + candidate.string();
         looks_for(candidate, run);
     }
-    throw MissingInput(std::string(what) + " is missing; expected " + names + ", or the option " + std::string(option));
+    throw MissingInput(std::string(what) + " is missing; expected " + names + ", or set option \"" + std::string(option) + "\"");
 }
 
 std::string recorded_text(const fs::path& file, RunContext& run)

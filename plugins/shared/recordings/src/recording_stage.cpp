@@ -104,7 +104,7 @@ void RecordingStage::run(RunContext& run)
     const auto lost = chosen.size() - views.size();
     if (views.empty())
         throw Error(path().string() + ": none of the " + std::to_string(chosen.size()) +
-                    " poses is finite: the recorder never knew where it was, this recording cannot be used");
+                    " poses is finite: the recorder lost tracking; use another recording");
     auto made = recorded_frames(views, *images, frames.folder().path, run,
                                 [this](RecordedView& view, const fs::path& folder) { return unpack(view, folder); });
 

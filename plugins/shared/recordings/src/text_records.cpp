@@ -37,9 +37,9 @@ std::size_t digits_at(std::string_view text)
 LineReader::LineReader(std::string_view text, std::string_view source) : rest_(text), source_(source)
 {
     if (text.empty() || text.back() != '\n')
-        throw Error(source_ +
-                    ": the file does not end in a line's end, it seems truncated; copy it again (or, if it is complete, end its "
-                    "last line)");
+        throw Error(
+            source_ +
+            ": the last line has no newline: the file may be truncated; copy it again (if it is complete, add a final newline)");
 }
 
 std::optional<std::string_view> LineReader::next()
@@ -105,9 +105,8 @@ RigidTransform quaternion_transform(double w, double x, double y, double z, Vec3
 {
     const double norm = std::sqrt(w * w + x * x + y * y + z * z);
     if (!(std::abs(norm - 1) <= 0.01))
-        throw Error(place + ": a rotation's quaternion has length 1, this one " +
-                    (std::isfinite(norm) ? to_json(std::round(norm * 1e4) / 1e4) : "none") +
-                    "; the columns may be in another order");
+        throw Error(place + ": expected a rotation, a quaternion of length 1; its length is " +
+                    (std::isfinite(norm) ? to_json(std::round(norm * 1e4) / 1e4) : "none") + "; check the order of the columns");
     if (!std::isfinite(translation.x) || !std::isfinite(translation.y) || !std::isfinite(translation.z))
         throw Error(place + ": the translation is not finite");
     w /= norm;

@@ -315,7 +315,7 @@ inline void check_reader(const ReaderUnderTest& reader)
     {
         WrittenRecording turned(reader);
         turned.images.orientation = 6;
-        CHECK_THAT(turned.error(), Catch::Contains("its EXIF data says that it is to be turned (orientation 6)"));
+        CHECK_THAT(turned.error(), Catch::Contains("its EXIF data rotates it (orientation 6)"));
     }
     const std::vector<std::pair<std::string, std::function<void(Frame&)>>> edits{
         {"rotation", [](Frame& frame) { frame.color.world_from_camera.rotation.m[0] += 0.5; }},
@@ -336,7 +336,7 @@ inline void check_reader(const ReaderUnderTest& reader)
                                        for (auto& frame : frames.frames)
                                            frame.color.intrinsics.cx = 640;
                                    });
-    CHECK_THAT(outside.error(), Catch::Contains("the center (640.0, 12.5) is outside"));
+    CHECK_THAT(outside.error(), Catch::Contains("the principal point (640.0, 12.5) is outside"));
     if (!reader.color.empty())
     {
         WrittenRecording missing(reader);

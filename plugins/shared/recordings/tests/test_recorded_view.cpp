@@ -124,25 +124,24 @@ TEST_CASE("views that cannot be used are refused by name", "[recordings]")
     SECTION("a name twice")
     {
         recording.views[2].name = recording.views[0].name;
-        CHECK_THAT(recording.error(), Contains("list.txt:3: the view run/frame-000000 appears twice, also at list.txt:1"));
+        CHECK_THAT(recording.error(), Contains("list.txt:3: the view run/frame-000000 appears twice, first at list.txt:1"));
     }
     SECTION("another size")
     {
         recording.views[1].camera.width = 640;
         CHECK_THAT(recording.error(),
-                   Contains("frame-000001.color.png: the picture is 32x24, its camera (list.txt:2) has pictures of 640x24"));
+                   Contains("frame-000001.color.png: the picture is 32x24; its camera (list.txt:2) is for pictures of 640x24"));
     }
-    SECTION("to be turned")
+    SECTION("rotated by EXIF")
     {
         recording.images.orientation = 3;
-        CHECK_THAT(recording.error(),
-                   Contains("frame-000000.color.png: its EXIF data says that it is to be turned (orientation 3), but "
-                            "list.txt:1 means the pixels as they are stored"));
+        CHECK_THAT(recording.error(), Contains("frame-000000.color.png: its EXIF data rotates it (orientation 3), but "
+                                               "list.txt:1 is for the pixels as stored"));
     }
     SECTION("a center outside")
     {
         recording.views[1].camera.cx = 320;
-        CHECK_THAT(recording.error(), Contains("list.txt:2: the center (320.0, 12.5) is outside"));
+        CHECK_THAT(recording.error(), Contains("list.txt:2: the principal point (320.0, 12.5) is outside"));
     }
     SECTION("no rotation")
     {
@@ -162,8 +161,8 @@ TEST_CASE("views that cannot be used are refused by name", "[recordings]")
     SECTION("depth of another shape")
     {
         fresco::write_file(recording.views[1].depth, recording.images.encode_png(fresco::Raster16(12, 16)));
-        CHECK_THAT(recording.error(), Contains("frame-000001.depth.png: the depth picture is 12x16, the color picture that "
-                                               "list.txt:2 gives it is 32x24: of another shape"));
+        CHECK_THAT(recording.error(), Contains("frame-000001.depth.png: the depth picture is 12x16 and the color picture "
+                                               "of list.txt:2 is 32x24: they must have one aspect ratio"));
         // A pixel is left to rounding.
         fresco::write_file(recording.views[1].depth, recording.images.encode_png(fresco::Raster16(10, 7)));
         CHECK(recording.error() == "no error");

@@ -24,11 +24,12 @@ void check_written_mesh(const Mesh& found, const Mesh& meant)
     const auto expect = [](bool good, const std::string& what)
     {
         if (!good)
-            throw Error("the file does not hold what was to be written: " + what);
+            throw Error("the written file differs from what was to be written: " + what);
     };
-    expect(found.positions == meant.positions, "other positions");
-    expect(found.colors == meant.colors, "other vertex colors");
-    expect(found.texcoords.size() == (meant.texcoords.empty() ? 0 : 3 * found.triangles.size()), "another number of texcoords");
+    expect(found.positions == meant.positions, "the positions differ");
+    expect(found.colors == meant.colors, "the vertex colors differ");
+    expect(found.texcoords.size() == (meant.texcoords.empty() ? 0 : 3 * found.triangles.size()),
+           "the number of texcoords differs");
     std::size_t next = 0;
     for (std::size_t face = 0; face < meant.triangles.size(); ++face)
     {
@@ -36,9 +37,9 @@ void check_written_mesh(const Mesh& found, const Mesh& meant)
         if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0])
             continue;
         const std::string name = "triangle " + std::to_string(face);
-        expect(next < found.triangles.size() && found.triangles[next] == t, name + " is missing or another");
+        expect(next < found.triangles.size() && found.triangles[next] == t, name + " is missing or differs");
         for (std::size_t i = 0; i < 3 && !meant.texcoords.empty(); ++i)
-            expect(found.texcoords[3 * next + i] == meant.texcoords[3 * face + i], name + " has another texcoord");
+            expect(found.texcoords[3 * next + i] == meant.texcoords[3 * face + i], name + " has a different texcoord");
         ++next;
     }
     expect(next == found.triangles.size(), "more triangles");

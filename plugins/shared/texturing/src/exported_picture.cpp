@@ -44,7 +44,7 @@ std::vector<std::byte> encoded_picture(const Raster8& picture, std::string_view 
         return images.encode_jpeg(picture, jpeg_quality);
     if (extension == ".npy")
         return to_npy(NpyType::uint8, shape_of(picture), std::as_bytes(std::span(picture.values)));
-    throw Error("a picture is written as .png, .jpg or .npy, not as \"" + std::string(extension) + "\"");
+    throw Error("unknown picture extension \"" + std::string(extension) + "\"; expected .png, .jpg or .npy");
 }
 
 }  // namespace
@@ -53,7 +53,7 @@ void check_path_for_names(const std::string& path, std::string_view extension)
 {
     if (!path.ends_with(extension) || path.find_first_of(" \t\r\n") != std::string::npos)
         throw Error("path \"" + path + "\" must end in " + std::string(extension) +
-                    " and hold no spaces, which readers split names at");
+                    " and contain no spaces, where readers split names");
 }
 
 PictureEncoding::PictureEncoding(Configurable* owner)
@@ -86,7 +86,7 @@ void PictureEncoding::check(const std::filesystem::path& file, const Raster8& pi
     else
         good = images_->read_rgb(file) == picture;
     if (!good)
-        throw Error(file.string() + ": does not hold the picture that was to be written");
+        throw Error(file.string() + ": the written picture differs from what was to be written");
 }
 
 PictureOptions::PictureOptions(Configurable* owner)

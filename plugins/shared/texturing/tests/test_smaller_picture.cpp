@@ -158,11 +158,11 @@ TEST_CASE("a mesh that was read again is compared to the last bit, but for faces
         }
         return std::string();
     };
-    CHECK_THAT(error([](Mesh& m) { m.positions[2].x += 1e-7F; }), Catch::Contains("other positions"));
-    CHECK_THAT(error([](Mesh& m) { m.colors.resize(m.positions.size()); }), Catch::Contains("other vertex colors"));
-    CHECK_THAT(error([](Mesh& m) { m.triangles[1] = {2, 3, 0}; }), Catch::Contains("triangle 2 is missing or another"));
-    CHECK_THAT(error([](Mesh& m) { m.texcoords[4].y += 0.01F; }), Catch::Contains("triangle 2 has another texcoord"));
-    CHECK_THAT(error([](Mesh& m) { m.texcoords.clear(); }), Catch::Contains("another number of texcoords"));
+    CHECK_THAT(error([](Mesh& m) { m.positions[2].x += 1e-7F; }), Catch::Contains("the positions differ"));
+    CHECK_THAT(error([](Mesh& m) { m.colors.resize(m.positions.size()); }), Catch::Contains("the vertex colors differ"));
+    CHECK_THAT(error([](Mesh& m) { m.triangles[1] = {2, 3, 0}; }), Catch::Contains("triangle 2 is missing or differs"));
+    CHECK_THAT(error([](Mesh& m) { m.texcoords[4].y += 0.01F; }), Catch::Contains("triangle 2 has a different texcoord"));
+    CHECK_THAT(error([](Mesh& m) { m.texcoords.clear(); }), Catch::Contains("the number of texcoords differs"));
     CHECK_THAT(error(
                    [](Mesh& m)
                    {

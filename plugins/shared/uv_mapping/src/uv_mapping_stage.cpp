@@ -16,9 +16,9 @@ std::vector<int> sorted_heights(std::vector<int> heights)
 {
     std::sort(heights.begin(), heights.end());
     if (heights.empty())
-        throw Error("heights_px is empty: name at least one height, for example [256]");
+        throw Error("option \"heights_px\" is empty; set at least one height, such as [256]");
     if (const auto twice = std::adjacent_find(heights.begin(), heights.end()); twice != heights.end())
-        throw Error("heights_px names " + std::to_string(*twice) + " twice: name each height once");
+        throw Error("option \"heights_px\" has " + std::to_string(*twice) + " twice; set each height once");
     return heights;
 }
 
@@ -52,10 +52,10 @@ class Tally
         if (blind_ == 0)
             return;
         run.warning(std::to_string(blind_) + " of " + std::to_string(frames_) +
-                    " frames see no front of the mesh, the first is " + first_blind_ +
-                    (blind_ == frames_ ? ": are the mesh and the poses in the same world frame, are the faces counter-clockwise "
-                                         "from outside?"
-                                       : ""));
+                    " frames do not see the front of the mesh, first " + first_blind_ +
+                    (blind_ == frames_
+                         ? ": check that mesh and poses share one world frame and that faces are counter-clockwise from outside"
+                         : ""));
     }
 
   private:
@@ -104,15 +104,15 @@ void check_uv_mapping_inputs(const Mesh& mesh, const Frames& frames)
 {
     check_mesh(mesh, "the mesh on port 'mesh'");
     if (mesh.texcoords.empty())
-        throw Error("the mesh on port 'mesh' has no texcoords: put an atlas.* stage before this one");
+        throw Error("the mesh on port 'mesh' has no texcoords: wire an atlas.* stage");
     // What a packed map takes for rounding.
     const auto within = [](float share) { return share >= -1e-5F && share <= 1 + 1e-5F; };
     const auto outside = [&](const Vec2f& texcoord) { return !within(texcoord.x) || !within(texcoord.y); };
     if (const auto bad = std::ranges::find_if(mesh.texcoords, outside); bad != mesh.texcoords.end())
         throw Error("face " + std::to_string((bad - mesh.texcoords.begin()) / 3) +
-                    " of the mesh on port 'mesh' has texcoords outside [0,1]: put an atlas.* stage before this one");
+                    " of the mesh on port 'mesh' has texcoords outside [0,1]: wire an atlas.* stage");
     if (frames.frames.empty())
-        throw Error("port 'frames' brings no frames: check the scan's path and the stages that drop frames");
+        throw Error("port 'frames' has no frames: check the scan's path and the stages that drop frames");
     for (const Frame& frame : frames.frames)
         check_camera(frame.color, "the color camera of " + frame.sequence + "/" + frame.name);
 }

@@ -18,8 +18,8 @@ std::vector<std::size_t> frames_of_views(const UvMaps& maps, const Frames& frame
     {
         const auto found = known.find({view.sequence, view.frame});
         if (found == known.end())
-            throw Error("the uv maps show the frame " + view.sequence + "/" + view.frame +
-                        ", which is not among the frames; wire the frames that the uv maps were made from");
+            throw Error("the uv maps show frame " + view.sequence + "/" + view.frame +
+                        ", which is missing on port 'frames'; wire the frames that the uv maps were made from");
         result.push_back(found->second);
     }
     return result;

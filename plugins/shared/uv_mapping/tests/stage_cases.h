@@ -150,7 +150,7 @@ TEST_CASE("what the stage cannot use is refused with the way out")
 {
     auto bare = shared_wall();
     bare->texcoords.clear();
-    CHECK(error_of(Value::Map{}, bare, two_frames()).find("put an atlas.* stage before") != std::string::npos);
+    CHECK(error_of(Value::Map{}, bare, two_frames()).find("wire an atlas.* stage") != std::string::npos);
     auto repeating = shared_wall();
     repeating->texcoords[4].y = 1.5F;
     CHECK(error_of(Value::Map{}, repeating, two_frames()).find("face 1 of the mesh on port 'mesh' has texcoords outside [0,1]") !=

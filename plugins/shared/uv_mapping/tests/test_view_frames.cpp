@@ -20,5 +20,5 @@ TEST_CASE("views of uv maps find their frames by sequence and name, in any order
     }
     CHECK(frames_of_views(maps, frames) == std::vector<std::size_t>{3, 2, 0});
     frames.frames.erase(frames.frames.begin() + 2);
-    CHECK_THROWS_WITH(frames_of_views(maps, frames), Catch::Contains("a/1, which is not among the frames"));
+    CHECK_THROWS_WITH(frames_of_views(maps, frames), Catch::Contains("a/1, which is missing on port 'frames'"));
 }

@@ -1,5 +1,7 @@
 #include "uv_charts.h"
 
+#include <fresco/numerics/disjoint_sets.h>
+
 #include <cmath>
 
 using namespace fresco::geometry;
@@ -7,7 +9,7 @@ using namespace fresco::geometry;
 std::vector<std::uint32_t> uv_charts(const fresco::Mesh& mesh)
 {
     const auto neighbors = face_neighbors(mesh.triangles, mesh.positions.size());
-    DisjointSets sets(mesh.triangles.size());
+    fresco::numerics::DisjointSets sets(mesh.triangles.size());
     const auto uv_at = [&](std::uint32_t face, std::uint32_t vertex)
     {
         std::size_t k = 0;

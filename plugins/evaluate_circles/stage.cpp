@@ -1,6 +1,7 @@
 #include "circle_figures.h"
 #include "overlay.h"
 
+#include <fresco/evaluation/figures_file.h>
 #include <fresco/evaluation/options.h>
 #include <fresco/evaluation/posed_pictures.h>
 #include <fresco/files_io.h>
@@ -169,8 +170,7 @@ class EvaluateCircles final : public Stage
 
         Value::Map result = tell(seen, run);
         Value::List list;
-        Files made;
-        made.names = {path->path};
+        std::vector<std::string> overlays;
         for (std::size_t i = 0; i < pictures.size(); ++i)
         {
             Value::List circles;
@@ -178,11 +178,11 @@ class EvaluateCircles final : public Stage
                 circles.push_back(circle_value(circle));
             list.push_back(Value::Map{{"picture", name(pictures[i])}, {"circles", std::move(circles)}});
             if (*overlay_pictures)
-                made.names.push_back(overlay_name(pictures[i]));
+                overlays.push_back(overlay_name(pictures[i]));
         }
         result.emplace_back("picture_circles", std::move(list));
-        std::filesystem::create_directories((figures.folder().path / path->path).parent_path());
-        write_file(figures.folder().path / path->path, to_json(result, 1) + "\n");
+        Files made = evaluation::write_figures(figures.folder(), path->path, result);
+        made.names.insert(made.names.end(), overlays.begin(), overlays.end());
         figures = std::move(made);
     }
 };

@@ -4,6 +4,7 @@
 #include "source_use.h"
 #include "view_figures.h"
 
+#include <fresco/evaluation/figures_file.h>
 #include <fresco/evaluation/posed_pictures.h>
 #include <fresco/evaluation/statistics.h>
 #include <fresco/files_io.h>
@@ -292,11 +293,7 @@ class EvaluatePainting final : public Stage
             run.message(values_line(found));
             run.message(ranges_line(found));
         }
-        Files made;
-        made.names = {path->path};
-        std::filesystem::create_directories((figures.folder().path / path->path).parent_path());
-        write_file(figures.folder().path / path->path, to_json(result, 1) + "\n");
-        figures = std::move(made);
+        figures = evaluation::write_figures(figures.folder(), path->path, result);
     }
 };
 }  // namespace

@@ -1,5 +1,6 @@
 #include "view_cache.h"
 
+#include <fresco/evaluation/figures_file.h>
 #include <fresco/evaluation/options.h>
 #include <fresco/evaluation/posed_pictures.h>
 #include <fresco/files_io.h>
@@ -207,11 +208,7 @@ class EvaluateReprojection final : public Stage
             run.report(key, value);
         for (const Gap& gap : all)
             result.emplace_back(gap.name, tell(gap, pictures, run));
-        Files made;
-        made.names = {path->path};
-        std::filesystem::create_directories((figures.folder().path / path->path).parent_path());
-        write_file(figures.folder().path / path->path, to_json(result, 1) + "\n");
-        figures = std::move(made);
+        figures = evaluation::write_figures(figures.folder(), path->path, result);
     }
 };
 }  // namespace

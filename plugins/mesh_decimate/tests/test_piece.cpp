@@ -3,6 +3,7 @@
 #include "shapes.h"
 
 #include <fresco/geometry/topology.h>
+#include <fresco/numerics/disjoint_sets.h>
 #include <fresco/random.h>
 
 #include <catch2/catch.hpp>
@@ -81,7 +82,7 @@ Mesh merged(const Mesh& mesh, std::uint32_t u, std::uint32_t v)
 bool one_fan_everywhere(const Mesh& mesh)
 {
     const auto neighbors = fresco::geometry::face_neighbors(mesh.triangles, mesh.positions.size());
-    fresco::geometry::DisjointSets corners(3 * mesh.triangles.size());
+    fresco::numerics::DisjointSets corners(3 * mesh.triangles.size());
     for (std::uint32_t f = 0; f < mesh.triangles.size(); ++f)
         for (std::uint32_t k = 0; k < 3; ++k)
             if (const std::uint32_t g = neighbors[f][k]; g != fresco::geometry::none)

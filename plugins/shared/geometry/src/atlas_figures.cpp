@@ -1,5 +1,6 @@
 #include <fresco/geometry/atlas_figures.h>
 #include <fresco/geometry/topology.h>
+#include <fresco/numerics/disjoint_sets.h>
 
 #include <algorithm>
 #include <array>
@@ -141,7 +142,7 @@ void for_each_inner_edge(const Mesh& mesh, Visit visit)
 
 void measure_seams(const Mesh& mesh, AtlasFigures& figures)
 {
-    DisjointSets charts(mesh.triangles.size());
+    numerics::DisjointSets charts(mesh.triangles.size());
     double inner = 0;
     for_each_inner_edge(mesh,
                         [&](std::uint32_t low, std::uint32_t high, std::span<const EdgeUse> uses, bool joined)
@@ -211,7 +212,7 @@ void report_atlas(RunContext& run, const AtlasFigures& figures)
 std::vector<std::uint32_t> texcoord_charts(const Mesh& mesh)
 {
     check_texcoords(mesh);
-    DisjointSets sets(mesh.triangles.size());
+    numerics::DisjointSets sets(mesh.triangles.size());
     for_each_inner_edge(mesh,
                         [&](std::uint32_t, std::uint32_t, std::span<const EdgeUse> uses, bool joined)
                         {

@@ -1,5 +1,7 @@
 #include "crumb_patch.h"
 
+#include <fresco/numerics/disjoint_sets.h>
+
 namespace fresco::geometry
 {
 namespace
@@ -95,7 +97,7 @@ std::optional<CrumbPatch> PatchMaker::assemble(const FaceList& patch, std::uint3
     const auto in_patch = [&](std::uint32_t face, std::uint32_t vertex)
     { return static_cast<std::uint32_t>(3 * std::size_t{place_[face]} + charts_.corner(face, vertex) - 3 * std::size_t{face}); };
 
-    DisjointSets corners(3 * patch.size());
+    numerics::DisjointSets corners(3 * patch.size());
     std::vector<bool> held(3 * patch.size(), false);
     for (const auto f : patch)
         for (std::size_t k = 0; k < 3; ++k)

@@ -1,5 +1,7 @@
 #include <fresco/geometry/disk.h>
 
+#include <fresco/numerics/disjoint_sets.h>
+
 #include <algorithm>
 #include <deque>
 
@@ -40,7 +42,7 @@ class Cutter
     /// By Euler's number: 2 - 2 x handles - closed border lines.
     bool is_disk_with_holes()
     {
-        DisjointSets corners(mate_.size());
+        numerics::DisjointSets corners(mate_.size());
         std::size_t inner = 0;
         for (std::uint32_t h = 0; h < mate_.size(); ++h)
             if (mate_[h] != none)
@@ -48,7 +50,7 @@ class Cutter
                 corners.join(h, next(mate_[h]));
                 ++inner;
             }
-        DisjointSets lines(mate_.size());
+        numerics::DisjointSets lines(mate_.size());
         for (std::uint32_t h = 0; h < mate_.size(); ++h)
             if (mate_[h] == none)
                 lines.join(corners.find(h), corners.find(next(h)));
@@ -121,7 +123,7 @@ class Cutter
     Disk take() const
     {
         Disk disk;
-        DisjointSets corners(mate_.size());
+        numerics::DisjointSets corners(mate_.size());
         for (std::uint32_t h = 0; h < mate_.size(); ++h)
         {
             if (joined_[h])

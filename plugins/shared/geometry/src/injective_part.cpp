@@ -1,4 +1,5 @@
 #include <fresco/geometry/flatten.h>
+#include <fresco/numerics/disjoint_sets.h>
 
 #include <queue>
 #include <tuple>
@@ -21,7 +22,7 @@ std::uint32_t place_of(const std::vector<std::uint32_t>& faces, std::uint32_t fa
 std::uint32_t best_seed(const Surface& surface, const std::vector<std::uint32_t>& faces,
                         const std::vector<std::array<std::uint32_t, 3>>& around, const std::vector<bool>& clean)
 {
-    DisjointSets parts(faces.size());
+    numerics::DisjointSets parts(faces.size());
     for (std::uint32_t i = 0; i < faces.size(); ++i)
         for (const auto j : around[i])
             if (j != none && clean[i] && clean[j])

@@ -3,6 +3,7 @@
 #include "nearest_pairs.h"
 
 #include <fresco/geometry/topology.h>
+#include <fresco/numerics/disjoint_sets.h>
 
 #include <algorithm>
 #include <cmath>
@@ -17,7 +18,7 @@ namespace
 /// Merges the ends of edges without length, so that the faces around stay joined when the collapsed face goes.
 std::size_t weld_zero_edges(Mesh& mesh)
 {
-    DisjointSets same(mesh.positions.size());
+    numerics::DisjointSets same(mesh.positions.size());
     for (const auto& t : mesh.triangles)
         for (std::size_t k = 0; k < 3; ++k)
             if (mesh.positions[t[k]] == mesh.positions[t[(k + 1) % 3]])
@@ -127,7 +128,7 @@ void join_best(const Mesh& mesh, std::uint32_t low, std::span<const EdgeUse> use
 /// The triangles after copying vertices so that two corners share a vertex only if joined edges connect them.
 std::vector<Triangle> split_fans(const Mesh& mesh, const Mates& mates, std::vector<std::uint32_t>& origin)
 {
-    DisjointSets corners(mates.size());
+    numerics::DisjointSets corners(mates.size());
     for (std::uint32_t a = 0; a < mates.size(); ++a)
         if (const auto b = mates[a]; b != none)
             corners.join(a, b / 3 * 3 + (b + 1 - b / 3 * 3) % 3);

@@ -1,5 +1,7 @@
 #include <fresco/geometry/topology.h>
 
+#include <fresco/numerics/disjoint_sets.h>
+
 namespace fresco::geometry
 {
 
@@ -30,7 +32,7 @@ SurfaceCounts count_surface(const Mesh& mesh)
     }
     counts.vertices = static_cast<std::size_t>(std::count(used.begin(), used.end(), true));
 
-    DisjointSets sets(mesh.triangles.size());
+    numerics::DisjointSets sets(mesh.triangles.size());
     for_each_edge(mesh.triangles, mesh.positions.size(),
                   [&](std::uint32_t low, std::uint32_t high, std::span<const EdgeUse> uses)
                   {

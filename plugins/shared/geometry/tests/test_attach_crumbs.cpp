@@ -1,6 +1,7 @@
 #include "shapes.h"
 
 #include <fresco/geometry/flatten.h>
+#include <fresco/numerics/disjoint_sets.h>
 
 #include <catch2/catch.hpp>
 
@@ -41,7 +42,7 @@ std::size_t charts_of(const FlatCharts& flat)
 /// A chart's faces hang together by edges whose corners agree in the plane.
 bool connected(const Surface& surface, const FlatCharts& flat)
 {
-    DisjointSets sets(flat.chart_of_face.size());
+    numerics::DisjointSets sets(flat.chart_of_face.size());
     for (std::uint32_t f = 0; f < flat.chart_of_face.size(); ++f)
         for (std::size_t k = 0; k < 3; ++k)
         {

@@ -1,6 +1,7 @@
 #include "shapes.h"
 
 #include <fresco/geometry/disk.h>
+#include <fresco/numerics/disjoint_sets.h>
 
 #include <catch2/catch.hpp>
 
@@ -28,7 +29,7 @@ std::pair<long, std::size_t> shape_of(const Disk& disk)
         mesh.positions.push_back(fresco::vec_cast<float>(p));
     mesh.triangles = disk.triangles;
     const auto counts = count_surface(mesh);
-    DisjointSets lines(disk.points.size());
+    fresco::numerics::DisjointSets lines(disk.points.size());
     std::set<std::uint32_t> on_border;
     for_each_edge(mesh.triangles, mesh.positions.size(),
                   [&](std::uint32_t low, std::uint32_t high, std::span<const EdgeUse> uses)

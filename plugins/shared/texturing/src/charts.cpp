@@ -1,5 +1,7 @@
 #include <fresco/texturing/charts.h>
 
+#include <fresco/numerics/disjoint_sets.h>
+
 #include <algorithm>
 #include <cstddef>
 #include <numeric>
@@ -44,26 +46,6 @@ std::vector<Side> sorted_sides(const Mesh& mesh)
     return sides;
 }
 
-class DisjointSets
-{
-  public:
-    explicit DisjointSets(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0U); }
-    std::uint32_t root(std::uint32_t i)
-    {
-        while (parent_[i] != i)
-            i = parent_[i] = parent_[parent_[i]];
-        return i;
-    }
-    void join(std::uint32_t a, std::uint32_t b)
-    {
-        a = root(a);
-        b = root(b);
-        parent_[std::max(a, b)] = std::min(a, b);
-    }
-
-  private:
-    std::vector<std::uint32_t> parent_;
-};
 }  // namespace
 
 std::vector<std::uint32_t> welded_vertices(const Mesh& mesh)
@@ -93,7 +75,7 @@ Charts find_charts(const Mesh& mesh)
 {
     const std::vector<Side> sides = sorted_sides(mesh);
     Charts charts;
-    DisjointSets sets(mesh.triangles.size());
+    numerics::DisjointSets sets(mesh.triangles.size());
     for (std::size_t i = 1; i < sides.size(); ++i)
     {
         const Side& a = sides[i - 1];
@@ -108,7 +90,7 @@ Charts find_charts(const Mesh& mesh)
     charts.of_face.resize(mesh.triangles.size());
     for (std::uint32_t face = 0; face < charts.of_face.size(); ++face)
     {
-        const std::uint32_t root = sets.root(face);
+        const std::uint32_t root = sets.find(face);
         charts.of_face[face] = root == face ? charts.count++ : charts.of_face[root];
     }
     return charts;

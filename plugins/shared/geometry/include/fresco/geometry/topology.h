@@ -62,28 +62,6 @@ void for_each_edge(std::span<const Triangle> triangles, std::size_t vertex_count
     }
 }
 
-/// Disjoint sets of [0, count) with path halving; the smallest member represents its set, so results do not depend on call order.
-class DisjointSets
-{
-  public:
-    explicit DisjointSets(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0u); }
-    std::uint32_t find(std::uint32_t i)
-    {
-        while (parent_[i] != i)
-            i = parent_[i] = parent_[parent_[i]];
-        return i;
-    }
-    void join(std::uint32_t a, std::uint32_t b)
-    {
-        a = find(a);
-        b = find(b);
-        parent_[std::max(a, b)] = std::min(a, b);
-    }
-
-  private:
-    std::vector<std::uint32_t> parent_;
-};
-
 /// F x 3: the face across the edge from corner k to the next, or `none` where the surface ends: at borders, where more than two
 /// faces meet, and where two faces disagree about which side is outside.
 using Neighbors = std::vector<std::array<std::uint32_t, 3>>;

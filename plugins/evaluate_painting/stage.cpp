@@ -12,6 +12,7 @@
 #include <fresco/parallel.h>
 #include <fresco/source_map.h>
 #include <fresco/stage.h>
+#include <fresco/texturing/exported_file.h>
 
 #include <algorithm>
 #include <array>
@@ -108,14 +109,7 @@ class EvaluatePainting final : public Stage
 
     void check_textured_mesh() const
     {
-        check_mesh(textured_mesh->mesh, "the mesh on port 'textured_mesh'");
-        if (textured_mesh->mesh.texcoords.empty())
-            throw Error("the mesh on port 'textured_mesh' has no texcoords: wire what texture.bake made");
-        const Raster8& picture = textured_mesh->image.pixels;
-        if (picture.empty() || picture.width != picture.height || picture.channels != 3)
-            throw Error("the picture on port 'textured_mesh' is " + std::to_string(picture.width) + " x " +
-                        std::to_string(picture.height) + " with " + std::to_string(picture.channels) +
-                        " channels; expected a square RGB picture, as texture.bake makes it");
+        texturing::check_textured_mesh(*textured_mesh, "the mesh on port 'textured_mesh'");
         if (start.has_value())
             check_atlas(start->atlas, textured_mesh->mesh, "the texture on port 'start'");
         if (source.has_value())

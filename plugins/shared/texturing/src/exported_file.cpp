@@ -11,12 +11,12 @@ void check_textured_mesh(const TexturedMesh& textured, std::string_view source)
 {
     check_mesh(textured.mesh, source);
     if (textured.mesh.texcoords.empty())
-        throw Error(std::string(source) + " has no texcoords: export what texture.bake made");
+        throw Error(std::string(source) + " has no texcoords: wire what texture.bake made");
     const Raster8& picture = textured.image.pixels;
     if (picture.empty() || picture.width != picture.height || picture.channels != 3)
         throw Error(std::string(source) + " has a picture of " + std::to_string(picture.width) + " x " +
                     std::to_string(picture.height) + " texels and " + std::to_string(picture.channels) +
-                    " channels; expected a square one of 3, as texture.bake makes it");
+                    " channels; expected a square RGB picture, as texture.bake makes it");
 }
 
 void check_written_mesh(const Mesh& found, const Mesh& meant)

@@ -96,9 +96,9 @@ struct Descriptors
         signal(number, SIG_DFL);
     const bool has_channel = descriptors.channel >= 0;
     const int failure = has_channel ? child_channel + 1 : child_channel;
-    if (dup2(descriptors.input, STDIN_FILENO) < 0 || dup2(descriptors.output, STDOUT_FILENO) < 0 ||
-        dup2(descriptors.output, STDERR_FILENO) < 0 || (has_channel && dup2(descriptors.channel, child_channel) < 0) ||
-        dup2(descriptors.failure, failure) < 0 || fcntl(failure, F_SETFD, FD_CLOEXEC) != 0)
+    if (::dup2(descriptors.input, STDIN_FILENO) < 0 || ::dup2(descriptors.output, STDOUT_FILENO) < 0 ||
+        ::dup2(descriptors.output, STDERR_FILENO) < 0 || (has_channel && ::dup2(descriptors.channel, child_channel) < 0) ||
+        ::dup2(descriptors.failure, failure) < 0 || fcntl(failure, F_SETFD, FD_CLOEXEC) != 0)
         _exit(127);
     close_range(static_cast<unsigned>(failure) + 1, ~0U, 0);
     if (start.data_limit_mb > 0)
@@ -106,14 +106,14 @@ struct Descriptors
     if (start.folder.empty() || chdir(start.folder.c_str()) == 0)
         execve(start.file.c_str(), arguments, environment);
     const int reason = errno;
-    (void)!write(failure, &reason, sizeof reason);
+    (void)!::write(failure, &reason, sizeof reason);
     _exit(127);
 }
 
 std::pair<FileDescriptor, FileDescriptor> made_pipe()
 {
     int ends[2]{-1, -1};
-    if (pipe2(ends, O_CLOEXEC) != 0)
+    if (::pipe2(ends, O_CLOEXEC) != 0)
         cannot_start("pipe");
     return {FileDescriptor(ends[0]), out_of_the_way(ends[1])};
 }
@@ -133,7 +133,7 @@ FileDescriptor& FileDescriptor::operator=(FileDescriptor&& other) noexcept
 void FileDescriptor::reset()
 {
     if (fd_ >= 0)
-        close(fd_);
+        ::close(fd_);
     fd_ = -1;
 }
 
@@ -170,21 +170,21 @@ Process start_process(const ProcessStart& start)
     const std::vector<char*> envp = pointers(environment_texts);
     auto [printed, output] = made_pipe();
     auto [failed, failure] = made_pipe();
-    const FileDescriptor input = out_of_the_way(open("/dev/null", O_RDONLY | O_CLOEXEC));
+    const FileDescriptor input = out_of_the_way(::open("/dev/null", O_RDONLY | O_CLOEXEC));
     const FileDescriptor channel = start.channel >= 0 ? out_of_the_way(dup(start.channel)) : FileDescriptor();
     fcntl(printed.get(), F_SETFL, fcntl(printed.get(), F_GETFL) | O_NONBLOCK);
 
     const pid_t parent = getpid();
-    const pid_t pid = fork();
+    const pid_t pid = ::fork();
     if (pid < 0)
         cannot_start("fork");
     if (pid == 0)
         become(start, parent, {input.get(), output.get(), channel.get(), failure.get()}, argv.data(), envp.data());
     failure.reset();
     int reason = 0;
-    if (read(failed.get(), &reason, sizeof reason) == static_cast<ssize_t>(sizeof reason))
+    if (::read(failed.get(), &reason, sizeof reason) == static_cast<ssize_t>(sizeof reason))
     {
-        waitpid(pid, nullptr, 0);
+        ::waitpid(pid, nullptr, 0);
         throw Error(start.file + ": cannot be started: " + std::strerror(reason));
     }
     return {pid, std::move(printed)};
@@ -210,7 +210,7 @@ bool take_group_end(pid_t pid, ProcessEnd& end)
     siginfo_t info{};
     if (waitid(P_PID, static_cast<id_t>(pid), &info, WEXITED | WNOHANG | WNOWAIT) != 0 || info.si_pid != pid)
         return false;
-    kill(-pid, SIGKILL);
+    ::kill(-pid, SIGKILL);
     return take_end(pid, end);
 }
 
@@ -228,7 +228,7 @@ bool LineBuffer::read_from(int fd)
     {
         if (taken >= at_a_time)  // Whoever writes without end must not keep the reader from all else.
             return true;
-        const ssize_t count = read(fd, block, sizeof block);
+        const ssize_t count = ::read(fd, block, sizeof block);
         if (count > 0)
         {
             buffer_.append(block, static_cast<std::size_t>(count));

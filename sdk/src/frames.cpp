@@ -1,4 +1,5 @@
 #include "artifact_files.h"
+#include "reference.h"
 
 #include <fresco/error.h>
 #include <fresco/files_io.h>
@@ -23,52 +24,25 @@ constexpr double farthest_m = 1e7;
 /// How many times its longer side a focal length or the principal point of a picture may be, or the other way.
 constexpr double most_sides = 1e6;
 
-/// The part of `path` below `base`, or nothing.
-std::optional<std::string> below(const fs::path& path, const fs::path& base)
-{
-    if (base.empty())
-        return std::nullopt;
-    const fs::path relative = path.lexically_relative(base);
-    if (relative.empty() || *relative.begin() == ".." || relative == ".")
-        return std::nullopt;
-    return relative.generic_string();
-}
-
-// A picture is referred to so that the store can be moved: "own:" = in the artifact's folder, "store:" = below the store's root,
-// and a user's file by its absolute path.
 Value picture_to_value(const PictureFile& picture, const ArtifactFolder& folder)
 {
     if (picture.empty())
         return {};
-    std::string reference;
-    if (const auto own = below(picture.path, folder.path))
-        reference = "own:" + *own;
-    else if (const auto stored = below(picture.path, folder.store))
-        reference = "store:" + *stored;
-    else
-        reference = "file:" + fs::absolute(picture.path).string();
-    return Value::Map{{"ref", reference}, {"hash", picture.hash}};
+    return Value::Map{{"ref", reference_to(picture.path, folder)}, {"hash", picture.hash}};
 }
 
 PictureFile picture_from(const Value& value, const ArtifactFolder& folder, const std::string& source)
 {
     if (value.is_null())
         return {};
-    const std::string& reference = value.at("ref").as_string();
-    const auto colon = reference.find(':');
-    const std::string scheme = reference.substr(0, colon);
-    const std::string rest = colon == std::string::npos ? "" : reference.substr(colon + 1);
-    PictureFile picture;
-    picture.hash = value.at("hash").as_string();
-    if (scheme == "own")
-        picture.path = folder.path / rest;
-    else if (scheme == "store")
-        picture.path = folder.store / rest;
-    else if (scheme == "file")
-        picture.path = rest;
-    else
-        throw Error(source + ": reference \"" + reference + "\" does not begin with own:, store: or file:");
-    return picture;
+    try
+    {
+        return {referred_file(value.at("ref").as_string(), folder), value.at("hash").as_string()};
+    }
+    catch (const Error& error)
+    {
+        throw Error(source + ": " + error.what());
+    }
 }
 
 Frame frame_from(const Value& value, const ArtifactFolder& folder, const std::string& source)
@@ -89,8 +63,8 @@ Frame frame_from(const Value& value, const ArtifactFolder& folder, const std::st
 /// The part of `path` below `base`, whichever way each is written.
 std::optional<std::string> really_below(const fs::path& path, const fs::path& base)
 {
-    const auto plain = below(path, base);
-    return plain ? plain : below(fs::weakly_canonical(path), fs::weakly_canonical(base));
+    const auto plain = detail::below(path, base);
+    return plain ? plain : detail::below(fs::weakly_canonical(path), fs::weakly_canonical(base));
 }
 
 /// A picture that a program refers to, as the folder refers to it. The user's own files are part of what the result was made

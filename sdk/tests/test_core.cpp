@@ -272,7 +272,11 @@ TEST_CASE("Frames keep their references when the store moves")
     frames.frames.push_back(frame);
     frame.color_picture = {place.path() / "user.npy", "abc"};
     frames.frames.push_back(frame);
-    frames.save(own);
+    std::set<std::string> references;
+    frames.save({own.path, store, &references});
+    CHECK(references == std::set<std::string>{"a"});
+    frames.frames[0].depth_picture.path = store / "tmp" / "run.abc" / "d.png";
+    CHECK_THROWS_WITH(frames.save(own), Contains("tmp/run.abc/d.png: will be gone when the stage is done"));
 
     const auto moved = place.path() / "moved";
     std::filesystem::rename(store, moved);

@@ -62,44 +62,6 @@ void sync_tree(const fs::path& root, const Tree& tree)
         sync_path(folder);
 }
 
-bool is_hexadecimal(char c)
-{
-    return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f');
-}
-
-/// How paths into the temporary folders of the stage begin. Those of a worker have one name but for what follows the second dot.
-std::string temporary_prefix(const fs::path& root)
-{
-    const std::string name = root.filename().string();
-    const auto dot = name.rfind('.');
-    return "tmp/" + (dot != name.find('.') ? name.substr(0, dot + 1) : name + "/");
-}
-
-/// Objects named in the JSON files directly in the outputs' folders, as paths below the store's root ("objects/<id>/…").
-std::set<std::string> find_references(const fs::path& root, const Tree& tree)
-{
-    constexpr std::string_view prefix = "objects/";
-    constexpr std::size_t id_length = 32;
-    const std::string own = temporary_prefix(root);
-    std::set<std::string> found;
-    for (const auto& file : tree.files)
-    {
-        if (!file.ends_with(".json") || std::count(file.begin(), file.end(), '/') != 1)
-            continue;
-        const std::string text = read_text_file(root / file, std::size_t{1} << 30U);
-        if (text.find(own) != std::string::npos)
-            throw Error(file + ": refers to a file in a folder the stage ran in (" + own +
-                        "…), which is gone when the stage is done; refer only to files in the artifact's own folder");
-        for (std::size_t at = text.find(prefix); at != std::string::npos; at = text.find(prefix, at + 1))
-        {
-            const std::string id = text.substr(at + prefix.size(), id_length);
-            if (id.size() == id_length && std::all_of(id.begin(), id.end(), is_hexadecimal))
-                found.insert(id);
-        }
-    }
-    return found;
-}
-
 /// With what those objects refer to themselves.
 std::vector<std::string> closure(const Store& store, const std::set<std::string>& direct)
 {
@@ -139,7 +101,7 @@ std::string object_id(const std::string& key, const std::vector<Dependency>& dep
 StoredResult publish(const Store& store, const fs::path& folder, const Publication& publication)
 {
     const Tree tree = list_tree(folder, publication.outputs);
-    const StoredResult result{object_id(publication.key, publication.dependencies), closure(store, find_references(folder, tree)),
+    const StoredResult result{object_id(publication.key, publication.dependencies), closure(store, publication.references),
                               publication.dependencies};
     Value manifest = publication.facts;
     Value::List files;

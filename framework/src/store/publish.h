@@ -2,6 +2,7 @@
 
 #include "store/store.h"
 
+#include <set>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,7 @@ struct Publication
     std::vector<Dependency> dependencies;
     /// Entries of the manifest that the store does not make itself: stage, type, key_document, report, messages, seconds, …
     Value facts;
+    std::set<std::string> references{};  ///< Other objects that the outputs refer to.
 };
 
 /// The object's name: the key, and the contents of what it was made from besides.

@@ -152,7 +152,10 @@ class Worker
         fault_point("stage.done");
         context_.check_canceled();
         for (const OutputPort* output : stage.outputs())
+        {
             output->save();
+            publication.references.insert(output->references().begin(), output->references().end());
+        }
         check_files_unchanged();
 
         publication.key = request_.key;

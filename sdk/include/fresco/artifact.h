@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <set>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -20,7 +21,16 @@ struct ArtifactFolder
     std::filesystem::path path;  ///< The artifact's own folder; exists.
     std::filesystem::path
         store;  ///< The store's root, so that references to other results survive moving the store; may be empty.
+    std::set<std::string>* references = nullptr;  ///< Where reference_to notes the results that are referred to; may be null.
 };
+
+/// How an artifact names a file that may lie outside of its folder, in what it saves: "own:NAME" below its own folder,
+/// "store:objects/…" in another result, or "file:PATH", a user's file by its absolute path. Of a result in the store, the id is
+/// noted in `folder.references`: nothing but this makes the store keep and verify that result along with the artifact's own.
+/// Throws Error for a file elsewhere in the store, which would be gone when the stage is done.
+std::string reference_to(const std::filesystem::path& file, const ArtifactFolder& folder);
+/// The file that a reference names. Throws Error for text that reference_to does not make.
+std::filesystem::path referred_file(const std::string& reference, const ArtifactFolder& folder);
 
 /// One form in which an artifact is put before a program of the user's, and taken back from it: the program gets a path.
 struct ExchangeForm
@@ -54,8 +64,9 @@ struct Exchange
 ///   void write_exchange(const Exchange&) const override;            // where a form is not what save writes
 ///   static std::shared_ptr<T> from_exchange(const Exchange&);       // where it is not what load reads; throws Error
 /// \endcode
-/// What is large stays on disk: the value is then a handle that reads piece by piece. Consumers share one value and must not
-/// change it. The type's out-of-line destructor lives in the one shared library that defines the type.
+/// Files of other results are named by reference_to. What is large stays on disk: the value is then a handle that reads piece by
+/// piece. Consumers share one value and must not change it. The type's out-of-line destructor lives in the one shared library
+/// that defines the type.
 class Artifact
 {
   public:

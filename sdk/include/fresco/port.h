@@ -3,7 +3,9 @@
 #include <fresco/artifact_type.h>
 #include <fresco/configurable.h>
 
+#include <filesystem>
 #include <memory>
+#include <set>
 #include <string>
 #include <utility>
 
@@ -55,10 +57,17 @@ class Input final : public InputPort
     bool has_value() const { return value_ != nullptr; }
     const T& operator*() const { return get(); }
     const T* operator->() const { return &get(); }
+    /// Where the value lies in the store; empty for one that was made elsewhere, as by a reader.
+    const std::filesystem::path& folder() const { return folder_; }
 
-    void load(const ArtifactFolder& folder) override { value_ = T::load(folder); }
+    void load(const ArtifactFolder& folder) override
+    {
+        value_ = T::load(folder);
+        folder_ = folder.path;
+    }
     void set(std::shared_ptr<const Artifact> value) override
     {
+        folder_.clear();
         value_ = std::dynamic_pointer_cast<const T>(std::move(value));
         if (!value_)
             wrong_type();
@@ -72,6 +81,7 @@ class Input final : public InputPort
         return *value_;
     }
     std::shared_ptr<const T> value_;
+    std::filesystem::path folder_;
 };
 
 /// Untyped half of Output.
@@ -85,7 +95,13 @@ class OutputPort
     const ArtifactType& type() const { return type_; }
     Value describe() const;
     /// Before `run`: where the artifact goes.
-    void set_folder(ArtifactFolder folder) { folder_ = std::move(folder); }
+    void set_folder(ArtifactFolder folder)
+    {
+        folder_ = std::move(folder);
+        folder_.references = &references_;
+    }
+    /// After save(): the ids of the results in the store that the artifact refers to.
+    const std::set<std::string>& references() const { return references_; }
     /// After `run`: writes the value; throws Error if the stage gave none.
     virtual void save() const = 0;
     virtual std::shared_ptr<const Artifact> value() const = 0;
@@ -101,6 +117,7 @@ class OutputPort
     std::string name_;
     const ArtifactType& type_;
     std::string help_;
+    std::set<std::string> references_;
 };
 
 /// An output: assign it once in `run`. An artifact that streams writes into folder() while the stage runs.

@@ -49,6 +49,7 @@ class TextureBake final : public Stage
         TexturedMesh result;
         result.image = Image(bake(*texture, *mesh, bake_options(), counts, run));
         result.mesh = *mesh;
+        result.mesh_folder = mesh.folder();
         tell(run, counts);
         textured_mesh = std::move(result);
     }

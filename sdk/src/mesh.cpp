@@ -49,7 +49,7 @@ Mesh::~Mesh() = default;
 
 void Mesh::save(const ArtifactFolder& folder) const
 {
-    write_file(folder.path / "mesh.ply", to_ply(*this));
+    write_file(folder.path / file_name, to_ply(*this));
 }
 
 std::vector<ExchangeForm> Mesh::exchange_forms()
@@ -59,7 +59,7 @@ std::vector<ExchangeForm> Mesh::exchange_forms()
 
 std::shared_ptr<Mesh> Mesh::load(const ArtifactFolder& folder)
 {
-    const auto file = folder.path / "mesh.ply";
+    const auto file = folder.path / file_name;
     return std::make_shared<Mesh>(
         detail::parse_ply_faces(read_file(file), file.string(), MeshLimits{}, nullptr, detail::DegenerateFaces::keep));
 }

@@ -56,14 +56,22 @@ std::vector<ExchangeForm> Texture::exchange_forms()
 
 void TexturedMesh::save(const ArtifactFolder& folder) const
 {
-    mesh.save(folder);
+    if (mesh_folder.empty())
+        mesh.save(folder);
+    const auto& holder = mesh_folder.empty() ? folder.path : mesh_folder;
+    write_file(folder.path / "textured_mesh.json",
+               to_json(Value::Map{{"mesh", reference_to(holder / Mesh::file_name, folder)}}, 1));
     image.save(folder);
 }
 
 std::shared_ptr<TexturedMesh> TexturedMesh::load(const ArtifactFolder& folder)
 {
+    const auto file = folder.path / "textured_mesh.json";
+    const auto mesh_file = referred_file(detail::read_json_file(file).at("mesh").as_string(), folder);
+    if (mesh_file.filename() != Mesh::file_name)
+        throw Error(file.string() + ": refers to " + mesh_file.string() + "; expected a " + std::string(Mesh::file_name));
     auto result = std::make_shared<TexturedMesh>();
-    result->mesh = std::move(*Mesh::load(folder));
+    result->mesh = std::move(*Mesh::load({mesh_file.parent_path(), folder.store}));
     result->image = std::move(*Image::load(folder));
     return result;
 }

@@ -356,6 +356,40 @@ TEST_CASE("uv maps stream to disk and back")
     CHECK_THROWS_WITH(loaded->load_map(0, 0), Contains("000000_16.uvmap") && Contains("is 20x16; the index says 21x16"));
 }
 
+TEST_CASE("A textured mesh refers to its mesh in the store, or holds it")
+{
+    const fresco::testing::TemporaryFolder place;
+    const auto store = place.path() / "store";
+    const auto atlas = store / "objects" / "a" / "atlas";
+    fresco::TexturedMesh textured;
+    textured.mesh.positions = {{0, 0, 1}, {1, 0, 1}, {0, 1, 1}};
+    textured.mesh.triangles = {{0, 1, 2}};
+    textured.mesh.texcoords = {{0, 0}, {1, 0}, {0, 1}};
+    textured.image = fresco::Image(fresco::Raster8(4, 4, 3, 77));
+    std::set<std::string> references;
+    const fresco::ArtifactFolder own{store / "tmp" / "run.b" / "textured", store, &references};
+    for (const auto& folder : {atlas, own.path})
+        std::filesystem::create_directories(folder);
+    textured.save(own);
+    CHECK(references.empty());
+    CHECK(fresco::TexturedMesh::load(own)->mesh.texcoords == textured.mesh.texcoords);
+
+    std::filesystem::remove(own.path / "mesh.ply");
+    textured.mesh.save({atlas, store});
+    textured.mesh_folder = atlas;
+    textured.save(own);
+    CHECK(references == std::set<std::string>{"a"});
+    CHECK_FALSE(std::filesystem::exists(own.path / "mesh.ply"));
+    const auto moved = place.path() / "moved";
+    std::filesystem::rename(store, moved);
+    const auto loaded = fresco::TexturedMesh::load({moved / "tmp" / "run.b" / "textured", moved});
+    CHECK(loaded->mesh.positions == textured.mesh.positions);
+    CHECK(loaded->mesh_folder.empty());
+    fresco::write_file(moved / "tmp/run.b/textured/textured_mesh.json", R"({"mesh": "store:objects/a/atlas/other.ply"})");
+    CHECK_THROWS_WITH(fresco::TexturedMesh::load({moved / "tmp" / "run.b" / "textured", moved}),
+                      Contains("textured_mesh.json: refers to") && Contains("expected a mesh.ply"));
+}
+
 TEST_CASE("A texture's lookup has texel centers at +0.5 and v upwards")
 {
     fresco::RasterF texture(4, 4, 1);

@@ -146,10 +146,18 @@ TEST_CASE("what a program hands on unchanged comes back bit by bit", "[exchange]
         TexturedMesh textured;
         textured.mesh = triangle();
         textured.image = picture();
+        SECTION("also one whose mesh is another result's")
+        {
+            textured.mesh_folder = place.store() / "objects/4567/atlas";
+            fs::create_directories(textured.mesh_folder);
+            textured.mesh.save({textured.mesh_folder, {}});
+        }
         const auto back = place.through(as, textured);
         CHECK(to_ply(back->mesh) == to_ply(triangle()));
         CHECK(back->image.pixels.values == picture().pixels.values);
         CHECK(fs::exists(place.scratch() / ("image." + as)));
+        CHECK(fs::exists(place.scratch() / "mesh.ply"));
+        CHECK(fs::exists(place.published() / "mesh.ply"));
     }
     SECTION("a table")
     {

@@ -30,13 +30,13 @@ PY
 grep -q 'recolor: turned 256x256 texels by 120 degrees' log || { cat log; fail "the script's words are not shown"; }
 test -s out/recolored.glb
 # A turn by 120 degrees around the gray axis makes red green, green blue and blue red.
-python3 - "$(objects texture.bake textured_mesh)" "$(objects command result)" <<'PY'
+python3 - "$(objects texture.bake textured_mesh)" "$(objects command result)" "$(objects atlas.project atlas)" <<'PY'
 import pathlib, sys
 import numpy as np
-before, after = (np.load(pathlib.Path(folder) / "image.npy") for folder in sys.argv[1:])
+before, after = (np.load(pathlib.Path(folder) / "image.npy") for folder in sys.argv[1:3])
 assert before.std() > 10 and np.abs(before[..., 0].astype(int) - before[..., 2]).max() > 20, "a gray picture shows nothing"
 assert (np.roll(before, 1, axis=2) == after).all(), "the colors were not turned by a third"
-meshes = [(pathlib.Path(folder) / "mesh.ply").read_bytes() for folder in sys.argv[1:]]
+meshes = [(pathlib.Path(folder) / "mesh.ply").read_bytes() for folder in sys.argv[2:]]
 assert meshes[0] == meshes[1]
 PY
 again() { # EXPECTED ARGUMENTS…: what a plan says of the script's stage

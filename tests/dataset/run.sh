@@ -39,12 +39,13 @@ rm -rf "$work/out"
 
 # The texture's layers and the baked mesh of each store, by name and contents.
 sums() {
-    (cd "$1/objects" && find . \( -path '*/texture/*.npy' -o -path '*/textured_mesh/*' \) -type f -exec sha256sum {} +) | sed 's, .*/,  ,' | sort -k2
+    (cd "$1/objects" && find . \( -path '*/texture/*.npy' -o -path '*/textured_mesh/*.npy' \) -type f -exec sha256sum {} +) | sed 's, .*/,  ,' | sort -k2
 }
 sums "$work/store" >"$work/direct"
 sums "$server/store" >"$work/through"
 [ "$(wc -l <"$work/direct")" -ge 5 ] || fail "found only: $(cat "$work/direct")"
 diff "$work/direct" "$work/through" || fail "the results differ"
+cmp "$work"/store/objects/*/atlas/mesh.ply "$server"/store/objects/*/mesh/mesh.ply
 
 # With NumPy, as plugins/dataset_write/README.md says.
 if python=$(python_with numpy); then

@@ -13,7 +13,7 @@
  *   6  Texture::atlas, UvMaps::atlas, ImageIo::read_with_alpha
  *   7  Cost of numbers and sizes; Artifact::preview, OutputPort::load; Parameter with an OptionDeclaration, virtual
  *      Artifact::save and write_exchange, ports with an ArtifactType; OptionDeclaration::extensions;
- *      ArtifactFolder::references
+ *      ArtifactFolder::references, TexturedMesh::mesh_folder
  */
 #include <stddef.h>
 #include <stdint.h>

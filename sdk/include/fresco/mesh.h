@@ -20,6 +20,7 @@ struct Mesh : Artifact
 {
     static constexpr std::string_view artifact_name = "mesh";
     static constexpr int artifact_version = 1;
+    static constexpr std::string_view file_name = "mesh.ply";
 
     std::vector<Vec3f> positions;       ///< V
     std::vector<Rgb8> colors;           ///< V or empty; sRGB

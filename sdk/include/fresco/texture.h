@@ -4,6 +4,7 @@
 #include <fresco/image.h>
 #include <fresco/mesh.h>
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -37,14 +38,19 @@ struct Texture : Artifact
     static std::vector<ExchangeForm> exchange_forms();
 };
 
-/// A mesh with texcoords and the picture they point into (RGB, square). On disk: `mesh.ply`, `image.npy`.
+/// A mesh with texcoords and the picture they point into (RGB, square). On disk: `textured_mesh.json`, which refers to the mesh,
+/// `image.npy`, and `mesh.ply` where the mesh is no other artifact's. An exchange form always holds the mesh: what leaves the
+/// store is whole by itself.
 struct TexturedMesh : Artifact
 {
     static constexpr std::string_view artifact_name = "textured_mesh";
-    static constexpr int artifact_version = 1;
+    static constexpr int artifact_version = 2;
 
     Mesh mesh;
     Image image;
+    /// The folder of a mesh artifact in the store that is equal to `mesh`, such as Input::folder: save refers to it instead of
+    /// writing the mesh again. Empty: save writes it. Not loaded.
+    std::filesystem::path mesh_folder;
 
     ~TexturedMesh() override;
     TexturedMesh() = default;

@@ -62,6 +62,11 @@ inline Catalog hand_made_catalog()
                            .memory_mb = {.fixed = 100, .per_face = 1e-4},
                            .disk_mb = {.per_face = 1e-4},
                            .faces = {.at_most = "max_faces"}}));
+    catalog.add(described("atlas.flat", "stage", R"json({
+        "options": [{"name": "size_px", "kind": "int", "default": 2048, "unit": "px", "help": "Side"}],
+        "inputs": [{"name": "mesh", "artifact": "mesh", "version": 1, "help": "Mesh"}],
+        "outputs": [{"name": "atlas", "artifact": "mesh", "version": 1, "help": "Charts"}]})json",
+                          {.texels = {.squares_of = "size_px"}}));
     catalog.add(described("uvmaps.raycast", "stage", R"json({
         "options": [{"name": "heights_px", "kind": "ints", "default": [256], "min": 16.0, "max": 4096.0, "unit": "px", "help": "Heights"},
                     {"name": "weights", "kind": "numbers", "default": [], "help": "Weights"}],
@@ -73,7 +78,7 @@ inline Catalog hand_made_catalog()
                            .disk_mb = {.per_frame = 1},
                            .pixels = {.squares_of = "heights_px"}}));
     catalog.add(described("texture.optimize", "stage", R"json({
-        "options": [{"name": "size_px", "kind": "int", "default": 2048, "min": 64.0, "max": 16384.0, "unit": "px", "help": "Side"},
+        "options": [{"name": "size_px", "kind": "int", "default": 2048, "min": 0.0, "max": 16384.0, "unit": "px", "help": "Side"},
                     {"name": "epochs", "kind": "int", "default": 2, "help": "Visits of every view"},
                     {"name": "max_steps", "kind": "int", "default": 0, "help": "Last step"},
                     {"name": "weights", "kind": "input_file", "default": "", "help": "Weights of VGG-19"},

@@ -15,15 +15,16 @@ class AtlasFaceBlocks final : public fresco::Stage
 {
     fresco::Input<fresco::Mesh> mesh{this, "mesh", "Triangle mesh; existing texture coordinates are replaced"};
     fresco::Output<fresco::Mesh> atlas{this, "atlas", "The same mesh with texture coordinates, every face a chart of its own"};
-    fresco::Option<int> size_px{this, "size_px", 4096, fresco::range(64, 32768),
-                                "Texture size that the blocks fit; texture.optimize needs the same size_px"};
+    fresco::Option<int> size_px{this, "size_px", 4096, fresco::range(64, 16384),
+                                "Texels per side of the texture: uv maps and what paints take it from the atlas"};
     fresco::Option<int> block_px{this, "block_px", 4, fresco::range(2, 64), "Texels per side of a face's block"};
 
     fresco::Cost cost() const override
     {
         return {.seconds = {.fixed = 0.1, .per_face = 2e-7},
                 .memory_mb = {.fixed = 20, .per_face = 1e-4},
-                .disk_mb = {.per_face = 5e-5}};
+                .disk_mb = {.per_face = 5e-5},
+                .texels = {.squares_of = "size_px"}};
     }
 
     void run(fresco::RunContext& run) override
@@ -41,6 +42,7 @@ class AtlasFaceBlocks final : public fresco::Stage
         result.texcoords = blocks::texcoords(faces, layout);
         result.charts.resize(faces);
         std::iota(result.charts.begin(), result.charts.end(), 0U);
+        result.texture_px = *size_px;
         run.report("faces", static_cast<std::int64_t>(faces));
         run.report("used_share", static_cast<double>(faces) / static_cast<double>(layout.blocks_count()));
         atlas = std::move(result);

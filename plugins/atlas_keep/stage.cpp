@@ -33,12 +33,15 @@ class AtlasKeep final : public fresco::Stage
 {
     fresco::Input<fresco::Mesh> mesh{this, "mesh", "Triangle mesh with texture coordinates in [0,1]"};
     fresco::Output<fresco::Mesh> atlas{this, "atlas", "The same mesh with its own texture coordinates and their charts"};
+    fresco::Option<int> size_px{this, "size_px", 2048, fresco::range(64, 16384),
+                                "Texels per side of the texture: uv maps and what paints take it from the atlas"};
 
     fresco::Cost cost() const override
     {
         return {.seconds = {.fixed = 0.2, .per_face = 1e-6},
                 .memory_mb = {.fixed = 10, .per_face = 2e-4},
-                .disk_mb = {.per_face = 5e-5}};
+                .disk_mb = {.per_face = 5e-5},
+                .texels = {.squares_of = "size_px"}};
     }
 
     void run(fresco::RunContext& run) override
@@ -47,6 +50,7 @@ class AtlasKeep final : public fresco::Stage
         check_texcoords(*mesh);
         auto kept = *mesh;
         kept.charts = uv_charts(*mesh);
+        kept.texture_px = *size_px;
         run.check_canceled();
         const auto measures = measure_uv(*mesh, overlap_tolerance);
         run.report("charts", static_cast<std::int64_t>(*std::max_element(kept.charts.begin(), kept.charts.end())) + 1);

@@ -16,7 +16,8 @@ class AtlasLscm final : public geo::AtlasStage
     {
         return {.seconds = {.fixed = 1, .per_face = 2e-5},
                 .memory_mb = {.fixed = 20, .per_face = 5e-4},
-                .disk_mb = {.per_face = 5e-5}};
+                .disk_mb = {.per_face = 5e-5},
+                .texels = {.squares_of = "size_px"}};
     }
 
     void lay_flat(const geo::Surface& surface, geo::FlatCharts& flat, const geo::FlattenOptions& options,

@@ -9,7 +9,8 @@ class AtlasProject final : public fresco::geometry::AtlasStage
     {
         return {.seconds = {.fixed = 0.5, .per_face = 7e-6},
                 .memory_mb = {.fixed = 10, .per_face = 2.8e-4},
-                .disk_mb = {.per_face = 4.8e-5}};
+                .disk_mb = {.per_face = 4.8e-5},
+                .texels = {.squares_of = "size_px"}};
     }
 };
 

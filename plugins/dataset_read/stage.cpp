@@ -8,8 +8,11 @@
 #include <fresco/stage.h>
 #include <fresco/uv_maps.h>
 
+#include <algorithm>
 #include <atomic>
 #include <set>
+#include <utility>
+#include <vector>
 
 using namespace fresco;
 
@@ -69,11 +72,12 @@ class DatasetRead final : public Stage
         return {};
     }
 
-    void read_views(const dataset::Manifest& manifest, const std::string& atlas, RunContext& run)
+    void read_views(const dataset::Manifest& manifest, UvMaps maps, RunContext& run)
     {
         const ViewFolders folders{path->path, uvmaps.folder(), frames.folder().path};
         Frames read;
         read.frames.resize(manifest.views.size());
+        std::vector<int> uv_bits(read.frames.size());
         std::atomic<std::size_t> done{0};
         parallel_for(read.frames.size(), 1, run.threads(),
                      [&](std::size_t begin, std::size_t end)
@@ -81,12 +85,13 @@ class DatasetRead final : public Stage
                          for (std::size_t i = begin; i < end; ++i)
                          {
                              run.check_canceled();
-                             read.frames[i] = read_view(manifest, i, folders);
+                             ReadView view = read_view(manifest, i, folders);
+                             read.frames[i] = std::move(view.frame);
+                             uv_bits[i] = view.uv_bits;
                              run.progress(static_cast<double>(++done), static_cast<double>(read.frames.size()), "views");
                          }
                      });
-        UvMaps maps;
-        maps.atlas = atlas;
+        maps.uv_bits = *std::ranges::max_element(uv_bits);
         maps.heights_px = manifest.heights_px;
         for (const dataset::View& view : manifest.views)
             maps.views.push_back({view.sequence, view.frame, view.color, view.valid_pixels});
@@ -112,10 +117,12 @@ class DatasetRead final : public Stage
         const dataset::Manifest found = manifest(run);
         check_others(found, run);
         Mesh atlas = checked_mesh(found);
-        const std::string id = atlas_id(atlas);
+        UvMaps maps;
+        maps.atlas = atlas_id(atlas);
+        maps.texture_px = atlas.texture_px;
         mesh = std::move(atlas);
         style = style_picture(found, run);
-        read_views(found, id, run);
+        read_views(found, std::move(maps), run);
         run.report("views", found.views.size());
         run.report("heights_px", Value::List(found.heights_px.begin(), found.heights_px.end()));
         run.report("files", found.files.size());

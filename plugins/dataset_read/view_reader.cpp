@@ -5,6 +5,7 @@
 #include <fresco/packed_uv_map.h>
 #include <fresco/uv_maps.h>
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -65,20 +66,23 @@ UvMap read_map(const Source& source, const dataset::View& entry, std::size_t vie
 
 }  // namespace
 
-Frame read_view(const dataset::Manifest& manifest, std::size_t view, const ViewFolders& folders)
+ReadView read_view(const dataset::Manifest& manifest, std::size_t view, const ViewFolders& folders)
 {
     const Source source(manifest, folders.dataset);
     const dataset::View& entry = manifest.views[view];
+    ReadView read;
     for (std::size_t level = 0; level < manifest.heights_px.size(); ++level)
     {
         const int height = manifest.heights_px[level];
         const UvMap map = read_map(source, entry, view, level, height);
         // Of a dataset that was made from stored maps, the same steps again.
-        UvMaps::write_map(folders.uvmaps, view, height, map, uv_bits_of(map));
+        const int uv_bits = uv_bits_of(map);
+        UvMaps::write_map(folders.uvmaps, view, height, map, uv_bits);
+        read.uv_bits = std::max(read.uv_bits, uv_bits);
         source.picture(dataset::map_name(view, "color", height), entry.color.intrinsics.width_at(height), height, 3);
     }
 
-    Frame frame;
+    Frame& frame = read.frame;
     frame.sequence = entry.sequence;
     frame.name = entry.frame;
     frame.number = entry.number;
@@ -98,5 +102,5 @@ Frame read_view(const dataset::Manifest& manifest, std::size_t view, const ViewF
         frame.depth_unit_m = *entry.depth_unit_m;
         frame.depth_picture = write("depth", source.steps(dataset::sensor_depth_name(view), depth.width, depth.height, 1));
     }
-    return frame;
+    return read;
 }

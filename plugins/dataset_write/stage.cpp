@@ -9,9 +9,11 @@
 #include <fresco/kept_pieces.h>
 #include <fresco/mesh.h>
 #include <fresco/mesh_io.h>
+#include <fresco/packed_uv_map.h>
 #include <fresco/parallel.h>
 #include <fresco/stage.h>
 
+#include <algorithm>
 #include <atomic>
 #include <functional>
 #include <span>
@@ -57,6 +59,9 @@ class DatasetWrite final : public Stage
             throw Error("the mesh on port 'mesh' has no texcoords: wire the mesh that the uv maps were made from");
         if (uvmaps->views.empty() || uvmaps->heights_px.empty())
             throw Error("port 'uvmaps' has no uv maps: check that the cameras see the mesh");
+        if (*uv == "uint16" && uv_bits_for_texture(std::max(uvmaps->texture_px, 1)) > 16)
+            throw Error("option \"uv\": uint16 is for textures up to 4096 texels a side, the uv maps on port 'uvmaps' are for " +
+                        std::to_string(uvmaps->texture_px) + ": set uv: float32");
     }
 
     /// The files of every view, also in `folder`: those that an interrupted run had finished are not made again.

@@ -3,6 +3,7 @@
 #include <fresco/geometry/atlas_figures.h>
 #include <fresco/image_io.h>
 #include <fresco/stage.h>
+#include <fresco/texture.h>
 
 using namespace fresco;
 
@@ -15,7 +16,7 @@ class RenderAtlas final : public Stage
     Output<Files> picture{this, "picture", "One RGB PNG, with a color per chart"};
     Option<OutputName> path{this, "path", OutputName{"atlas.png"}, "Path of the picture, below --out"};
     Option<int> picture_px{this, "picture_px", 1024, range(16, 8192), "Side of the picture"};
-    Option<int> size_px{this, "size_px", 2048, range(64, 32768), "Texture size for texels_per_cm"};
+    Option<int> size_px{this, "size_px", 0, range(0, 16384), "Texture size for texels_per_cm; 0: as the atlas says"};
     Slot<ImageIo> images{this, "images", "image.opencv", "Encodes the picture"};
 
     Cost cost() const override
@@ -31,9 +32,10 @@ class RenderAtlas final : public Stage
         check_mesh(*mesh, "the mesh on port 'mesh'");
         if (mesh->texcoords.empty())
             throw Error("the mesh on port 'mesh' has no texture coordinates: wire the atlas.* stage that makes them");
+        const int size = painted_size_px(*size_px, mesh->texture_px, "the mesh on port 'mesh'", run);
         try
         {
-            geometry::report_atlas(run, geometry::atlas_figures(*mesh, *size_px));
+            geometry::report_atlas(run, geometry::atlas_figures(*mesh, size));
         }
         catch (const std::invalid_argument&)
         {

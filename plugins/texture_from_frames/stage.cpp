@@ -23,7 +23,8 @@ class TextureFromFrames final : public Stage
     Input<Frames> frames{this, "frames", "The frames that the uv maps were made for, with their pictures"};
     Output<Texture> texture{this, "texture", "What the pictures show, in one layer"};
 
-    Option<int> size_px{this, "size_px", 2048, range(8, 16384), "Texels per side of the texture"};
+    Option<int> size_px{this, "size_px", 0, range(0, 16384),
+                        "Texels per side of the texture; 0: as the uv maps say, which have it from the atlas"};
     Option<int> height_px{this, "height_px", 0, range(0, 8192), "Height of the uv maps to use; 0: the largest"};
     Option<InputFolder> pictures{this, "pictures", InputFolder{},
                                  "Folder of pictures in place of the cameras' (<sequence>_<frame>.png, .jpg or .npy), in any "
@@ -65,9 +66,12 @@ class TextureFromFrames final : public Stage
         throw Error("option \"height_px\": no uv maps of " + std::to_string(*height_px) + " px; found " + there);
     }
 
-    from_frames::TextureRules rules() const
+    from_frames::TextureRules rules(RunContext& run) const
     {
-        return {.size_px = *size_px,
+        constexpr const char* source = "the uv maps on port 'uvmaps'";
+        const int size = painted_size_px(*size_px, uvmaps->texture_px, source, run);
+        check_uv_bits(*uvmaps, size, source);
+        return {.size_px = size,
                 .views_count = *views_count,
                 .solve_exposure = *exposure == "gain",
                 .sharpness_power = *sharpness_power,
@@ -78,6 +82,7 @@ class TextureFromFrames final : public Stage
     void run(RunContext& run) override
     {
         const std::size_t used_level = level();
+        const from_frames::TextureRules used_rules = rules(run);
         const auto frame_of = frames_of_views(*uvmaps, *frames);
         std::vector<std::size_t> views;
         std::vector<std::size_t> wanted;
@@ -104,7 +109,7 @@ class TextureFromFrames final : public Stage
                 view.measured = sensor_depth(view.map, view.camera, frame.depth, load_depth(frame, codec), 0);
             return view;
         };
-        auto made = from_frames::frames_texture(views.size(), read, rules(), run);
+        auto made = from_frames::frames_texture(views.size(), read, used_rules, run);
         tell(made, run);
         Texture result;
         result.atlas = uvmaps->atlas;

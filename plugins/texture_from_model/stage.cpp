@@ -29,7 +29,7 @@ class TextureFromModel final : public Stage
     Input<Mesh> mesh{this, "mesh", "The atlas of the same surface, decimated or not"};
     Output<Texture> texture{this, "texture", "The model's colors in the atlas, in one layer"};
 
-    Option<int> size_px{this, "size_px", 2048, range(8, 16384), "Texels per side of the texture"};
+    Option<int> size_px{this, "size_px", 0, range(0, 16384), "Texels per side of the texture; 0: as the atlas says"};
     Option<double> max_distance_m{
         this, "max_distance_m", 0, range(0, 1e6),
         "Texels farther than this from the model count as unseen; 0: 2% of its bounding box's diagonal"};
@@ -50,9 +50,10 @@ class TextureFromModel final : public Stage
         check_mesh(*mesh, "the mesh on port 'mesh'");
         if (mesh->texcoords.empty())
             throw Error("the mesh on port 'mesh' has no texcoords: wire an atlas.* stage");
+        const int size = painted_size_px(*size_px, mesh->texture_px, "the mesh on port 'mesh'", run);
         const ColorSource source = color_source(*model);
-        const ModelColors colors = source == ColorSource::shape ? ModelColors(*model) : ModelColors(*model, pictures(run));
-        const TransferRules rules{.size_px = *size_px, .max_distance_m = reach_m()};
+        const ModelColors colors = source == ColorSource::shape ? ModelColors(*model) : ModelColors(*model, pictures(size, run));
+        const TransferRules rules{.size_px = size, .max_distance_m = reach_m()};
         ModelTexture made = transfer_colors(*model, colors, *mesh, rules, run);
         tell(source, made, rules, run);
         Texture result;
@@ -77,13 +78,13 @@ class TextureFromModel final : public Stage
     }
 
     /// Decoded one after the other, and no finer than the texture can use.
-    std::vector<Raster8> pictures(RunContext& run) const
+    std::vector<Raster8> pictures(int size, RunContext& run) const
     {
         std::vector<Raster8> result(model->pictures.size());
         for (std::size_t i = 0; i < result.size(); ++i)
         {
             run.check_canceled();
-            const double pixels_per_uv = pixels_per_texel(static_cast<int>(i));
+            const double pixels_per_uv = pixels_per_texel(static_cast<int>(i), size);
             if (pixels_per_uv < 0)
                 continue;
             result[i] = images->read_rgb(model->loaded_from / model->pictures[i]);
@@ -95,7 +96,7 @@ class TextureFromModel final : public Stage
     }
 
     /// The side of a texel in the picture's uv, on average over its faces; negative for a picture that no face shows.
-    double pixels_per_texel(int picture) const
+    double pixels_per_texel(int picture, int size) const
     {
         double area = 0;
         double uv_area = 0;
@@ -110,7 +111,7 @@ class TextureFromModel final : public Stage
         }
         if (!is_used)
             return -1;
-        return area > 0 ? std::sqrt(uv_area / area) * meters_per_texel(*mesh, *size_px) : 0;
+        return area > 0 ? std::sqrt(uv_area / area) * meters_per_texel(*mesh, size) : 0;
     }
 
     void tell(ColorSource source, const ModelTexture& made, const TransferRules& rules, RunContext& run) const

@@ -37,8 +37,9 @@ class TextureOptimize final : public fresco::Stage
         "With init: frames, the texture to recolor and start from; not wired: colors of the pictures"};
     fresco::Output<fresco::Texture> texture{this, "texture", "The optimized texture, layer by layer"};
 
-    fresco::Option<int> size_px{this, "size_px", 2048, fresco::range(8, 16384),
-                                "Texels per side; a multiple of 8 for the default texture"};
+    fresco::Option<int> size_px{this, "size_px", 0, fresco::range(0, 16384),
+                                "Texels per side, a multiple of 8 for the default texture; 0: as the uv maps say, which have it "
+                                "from the atlas"};
     fresco::Option<std::vector<int>> heights_px{this, "heights_px", std::vector<int>{}, fresco::at_least(1),
                                                 "Heights of the uv maps to render, each a level; empty: all"};
     fresco::Option<int> epochs{this, "epochs", 2, fresco::range(1, 100000), "Number of visits to every view"};
@@ -149,7 +150,9 @@ class TextureOptimize final : public fresco::Stage
             throw fresco::Error("option \"losses\" is empty; set at least one, or remove the option");
         if (*stop_gain > 0 && *held_out_count == 0)
             throw fresco::Error("option \"stop_gain\" needs held-out views; set held_out_count too");
-        const auto options = loop_options();
+        constexpr const char* source = "the uv maps on port 'uvmaps'";
+        const auto options = loop_options(fresco::painted_size_px(*size_px, uvmaps->texture_px, source, run));
+        fresco::check_uv_bits(*uvmaps, options.size_px, source);
         run.report("device", options.device.is_cuda() ? "cuda" : "cpu");
         if (start.has_value() && !start->atlas.empty() && !uvmaps->atlas.empty() && start->atlas != uvmaps->atlas)
             throw fresco::Error(
@@ -193,10 +196,10 @@ class TextureOptimize final : public fresco::Stage
             .fill_with_corner = *empty_pixels == "corner"};
     }
 
-    fresco::optimize::LoopOptions loop_options() const
+    fresco::optimize::LoopOptions loop_options(int size) const
     {
         using fresco::optimize::StyleRule;
-        return {.size_px = *size_px,
+        return {.size_px = size,
                 .heights_px = *heights_px,
                 .values = *values,
                 .clamp_layers = *clamp == "layers",

@@ -22,7 +22,7 @@ class TextureSynthesize final : public Stage
     Output<Texture> texture{this, "texture", "The painted texture"};
     Output<SourceMap> source{this, "source", "Where in the picture each texel comes from"};
 
-    Option<int> size_px{this, "size_px", 2048, range(16, 16384), "Texels per side of the texture"};
+    Option<int> size_px{this, "size_px", 0, range(0, 16384), "Texels per side of the texture; 0: as the atlas says"};
     Option<double> stroke_cm{this, "stroke_cm", 3.5, range(0.1, 1000),
                              "Width of the picture's brush strokes on the surface, whatever the texture size"};
     Option<double> painterly{this, "painterly", 0.5, range(0, 1),
@@ -98,16 +98,17 @@ class TextureSynthesize final : public Stage
             picture.recolor(style->pixels);
         run.report("up", Value::List{double{upright.up.x}, double{upright.up.y}, double{upright.up.z}});
         run.report("unseen_share", 1 - static_cast<double>(picture.known_texels()) / static_cast<double>(picture.chart_texels()));
-        const synthesize::SynthesisOptions options{.size_px = *size_px,
-                                                   .stroke_m = *stroke_cm / 100,
-                                                   .painterly = *painterly,
-                                                   .completeness = *completeness,
-                                                   .patch_px = *patch_px,
-                                                   .levels_count = *levels_count,
-                                                   .rounds_count = *rounds_count,
-                                                   .seed = static_cast<std::uint32_t>(*seed),
-                                                   .checkpoint_seconds = *checkpoint_seconds,
-                                                   .preview_seconds = *preview_seconds};
+        const synthesize::SynthesisOptions options{
+            .size_px = painted_size_px(*size_px, mesh->texture_px, "the mesh on port 'mesh'", run),
+            .stroke_m = *stroke_cm / 100,
+            .painterly = *painterly,
+            .completeness = *completeness,
+            .patch_px = *patch_px,
+            .levels_count = *levels_count,
+            .rounds_count = *rounds_count,
+            .seed = static_cast<std::uint32_t>(*seed),
+            .checkpoint_seconds = *checkpoint_seconds,
+            .preview_seconds = *preview_seconds};
         const synthesize::Task task{surface, upright, style->pixels, [&](std::uint32_t chart, Vec2f uv, double footprint) {
                                         return picture.at(chart, uv, footprint);
                                     }};

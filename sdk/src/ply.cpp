@@ -388,6 +388,8 @@ Mesh detail::parse_ply_faces(std::span<const std::byte> bytes, std::string_view 
 
     if (mesh.triangles.empty())
         throw Error(std::string(source) + ": every face names a vertex twice; no triangle is left");
+    if (!mesh.texcoords.empty())
+        mesh.texture_px = header.texture_px;
     if (report != nullptr)
         *report = counted;
     if (materials != nullptr)

@@ -14,6 +14,7 @@ namespace
 
 // A header is a few hundred bytes; this bounds the search for its end in a file that is no PLY.
 constexpr std::size_t max_header_bytes = std::size_t{1} << 20U;
+constexpr int largest_texture_px = 262144;
 
 constexpr std::array<std::pair<std::string_view, PlyType>, 16> type_names{{{"char", PlyType::int8},
                                                                            {"int8", PlyType::int8},
@@ -76,10 +77,21 @@ class HeaderReader
             const std::string_view word = words_.next();
             if (word != "comment" && word != "obj_info")
                 return word;
-            if (words_.next() == "TextureFile")
+            const std::string_view about = words_.next();
+            if (about == "TextureFile")
                 header_.pictures.push_back({words_.rest(), lines_.number()});
+            else if (about == "texture_px")
+                texture_px();
         }
         lines_.fail("the file ends before 'end_header': it is cut; copy or export it again");
+    }
+
+    void texture_px()
+    {
+        const std::string_view word = words_.next();
+        if (!parse_number(word, header_.texture_px) || header_.texture_px < 1 || header_.texture_px > largest_texture_px)
+            lines_.fail("expected 'comment texture_px' and 1 to " + std::to_string(largest_texture_px) + " instead of " +
+                        in_quotes(word));
     }
 
     void end_of_line()

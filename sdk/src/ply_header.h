@@ -63,6 +63,7 @@ struct PlyHeader
     PlyFormat format = PlyFormat::ascii;
     std::vector<PlyElement> elements;
     std::vector<MeshFileName> pictures;  ///< Of each `comment TextureFile NAME`.
+    int texture_px = 0;                  ///< Of `comment texture_px N`.
     std::size_t lines = 0;               ///< Lines of the header.
     std::size_t body_offset = 0;         ///< Bytes of the header.
 };

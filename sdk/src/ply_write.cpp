@@ -35,8 +35,11 @@ class PlyWriter
 
 std::string header_of(const Mesh& mesh)
 {
-    std::string text = "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(mesh.positions.size()) +
-                       "\nproperty float x\nproperty float y\nproperty float z\n";
+    std::string text = "ply\nformat binary_little_endian 1.0\n";
+    if (!mesh.texcoords.empty() && mesh.texture_px > 0)
+        text += "comment texture_px " + std::to_string(mesh.texture_px) + "\n";
+    text +=
+        "element vertex " + std::to_string(mesh.positions.size()) + "\nproperty float x\nproperty float y\nproperty float z\n";
     if (!mesh.colors.empty())
         text += "property uchar red\nproperty uchar green\nproperty uchar blue\n";
     text += "element face " + std::to_string(mesh.triangles.size()) + "\nproperty list uchar int vertex_indices\n";

@@ -2,7 +2,9 @@
 
 #include <fresco/error.h>
 #include <fresco/files_io.h>
+#include <fresco/run_context.h>
 #include <fresco/texture.h>
+#include <fresco/wording.h>
 
 #include <algorithm>
 #include <cmath>
@@ -102,6 +104,25 @@ std::shared_ptr<TexturedMesh> TexturedMesh::from_exchange(const Exchange& from)
                     ": a textured mesh needs texcoords: a list property texcoord per face");
     result->image = std::move(*Image::from_exchange(from));
     return result;
+}
+
+int painted_size_px(int size_px, int laid_out_px, std::string_view source, RunContext& run)
+{
+    constexpr int least = 16;
+    constexpr int most = 16384;
+    const std::string given = std::to_string(laid_out_px);
+    const int size = size_px == 0 ? laid_out_px : size_px;
+    if (size == 0)
+        throw Error("the texture size is unknown: " + std::string(source) +
+                    " came without one; set size_px, or lay the mesh out with an atlas.* stage (atlas.keep keeps its texcoords)");
+    if (size < least || size > most)
+        throw Error("a texture of " + std::to_string(size) + " texels a side; expected " + std::to_string(least) + " to " +
+                    std::to_string(most) + ": set size_px" + (size_px == 0 ? " of the atlas.* stage" : ""));
+    if (laid_out_px > 0 && size != laid_out_px)
+        run.warning("size_px is " + std::to_string(size) + ", but " + std::string(source) + " came from an atlas for " + given +
+                    ", whose gutters are " + number_text(std::round(100.0 * size / laid_out_px) / 100) +
+                    " times as wide now: leave size_px out here, and set it at the atlas.* stage");
+    return size;
 }
 
 void sample_bilinear(const RasterF& texture, float u, float v, float* out)

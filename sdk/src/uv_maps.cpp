@@ -22,6 +22,17 @@ fs::path map_file(const fs::path& folder, std::size_t view, int height_px)
     return folder / (std::string(number) + "_" + std::to_string(height_px) + ".uvmap");
 }
 
+constexpr int largest_texture_px = 262144;
+
+int number_in(const Value& root, const char* name, int least, int most, const fs::path& file)
+{
+    const std::int64_t number = root.at(name).as_int();
+    if (number < least || number > most)
+        throw Error(file.string() + ": " + name + " is " + std::to_string(number) + "; expected " + std::to_string(least) +
+                    " to " + std::to_string(most));
+    return static_cast<int>(number);
+}
+
 }  // namespace
 
 UvMaps::~UvMaps() = default;
@@ -48,6 +59,8 @@ void UvMaps::save(const ArtifactFolder& folder) const
                                      {"camera", detail::to_value(view.camera)},
                                      {"valid_pixels", Value::List(view.valid_pixels.begin(), view.valid_pixels.end())}});
     write_file(folder.path / "uvmaps.json", to_json(Value::Map{{"atlas", atlas},
+                                                               {"texture_px", texture_px},
+                                                               {"uv_bits", uv_bits},
                                                                {"heights_px", Value::List(heights_px.begin(), heights_px.end())},
                                                                {"views", std::move(list)}},
                                                     1));
@@ -60,6 +73,8 @@ std::shared_ptr<UvMaps> UvMaps::load(const ArtifactFolder& folder)
     auto result = std::make_shared<UvMaps>();
     result->folder_ = folder.path;
     result->atlas = root.at("atlas").as_string();
+    result->texture_px = number_in(root, "texture_px", 0, largest_texture_px, file);
+    result->uv_bits = number_in(root, "uv_bits", min_uv_bits, max_uv_bits, file);
     for (const Value& height : root.at("heights_px").as_list())
         result->heights_px.push_back(static_cast<int>(height.as_int()));
     for (const Value& value : root.at("views").as_list())
@@ -92,6 +107,18 @@ std::shared_ptr<UvMaps> UvMaps::from_exchange(const Exchange& from)
             (void)maps->load_map(view, level);
         }
     return maps;
+}
+
+void check_uv_bits(const UvMaps& maps, int size_px, std::string_view source)
+{
+    if (uv_bits_for_texture(size_px) <= maps.uv_bits)
+        return;
+    int served = 1;
+    while (uv_bits_for_texture(2 * served) <= maps.uv_bits)
+        served *= 2;
+    throw Error(std::string(source) + " hold texcoords of " + std::to_string(maps.uv_bits) + " bits, for textures up to " +
+                std::to_string(served) + " texels a side, not " + std::to_string(size_px) +
+                ": set size_px of the atlas.* stage to " + std::to_string(size_px) + ", or paint at " + std::to_string(served));
 }
 
 }  // namespace fresco

@@ -337,12 +337,19 @@ TEST_CASE("uv maps stream to disk and back")
     const fresco::ArtifactFolder own{folder.path(), {}};
     fresco::UvMaps maps;
     maps.heights_px = {16, 32};
+    maps.texture_px = 8192;
+    maps.uv_bits = 18;
     maps.views.push_back({"s", "f", {{64, 48, 50, 50, 32, 24}, {}}, {5, 6}});
     fresco::UvMap map{{21, 16, 2, 0.2F}, {21, 16, 1, 1.5F}, {21, 16, 1, 0.6F}, {21, 16, 1, 1}};
     fresco::UvMaps::write_map(own, 0, 16, map);
     maps.save(own);
     const auto loaded = fresco::UvMaps::load(own);
     CHECK(loaded->views[0].valid_pixels == std::vector<std::int64_t>{5, 6});
+    CHECK(loaded->texture_px == 8192);
+    CHECK(loaded->uv_bits == 18);
+    CHECK_NOTHROW(fresco::check_uv_bits(*loaded, 16384, "the maps"));
+    CHECK_THROWS_WITH(fresco::check_uv_bits(*loaded, 16385, "the maps"),
+                      Contains("the maps hold texcoords of 18 bits, for textures up to 16384 texels a side, not 16385"));
     // A fifth is a whole number of steps of 1/65535 and of 1/255.
     CHECK(loaded->load_map(0, 0).uv == map.uv);
     CHECK(loaded->load_map(0, 0).depth == map.depth);
@@ -354,6 +361,23 @@ TEST_CASE("uv maps stream to disk and back")
     CHECK(loaded->load_map(0, 0).uv.at(3, 2, 1) == 1.0F / 262143);
     fresco::UvMaps::write_map(own, 0, 16, {{20, 16, 2}, {20, 16}, {20, 16}, {20, 16}});
     CHECK_THROWS_WITH(loaded->load_map(0, 0), Contains("000000_16.uvmap") && Contains("is 20x16; the index says 21x16"));
+}
+
+TEST_CASE("The size to paint at is the atlas's, or the one asked for, with a warning")
+{
+    fresco::testing::TestRun run;
+    CHECK(fresco::painted_size_px(0, 2048, "the mesh", run) == 2048);
+    CHECK(fresco::painted_size_px(2048, 2048, "the mesh", run) == 2048);
+    CHECK(fresco::painted_size_px(512, 0, "the mesh", run) == 512);
+    CHECK(run.messages.empty());
+    CHECK(fresco::painted_size_px(4096, 2048, "the mesh", run) == 4096);
+    REQUIRE(run.messages.size() == 1);
+    CHECK_THAT(run.messages[0],
+               Contains("size_px is 4096, but the mesh came from an atlas for 2048") && Contains("2 times as wide"));
+    CHECK_THROWS_WITH(fresco::painted_size_px(0, 0, "the mesh", run),
+                      Contains("the texture size is unknown: the mesh came without"));
+    CHECK_THROWS_WITH(fresco::painted_size_px(4, 0, "the mesh", run), Contains("expected 16 to 16384: set size_px"));
+    CHECK_THROWS_WITH(fresco::painted_size_px(0, 20000, "the mesh", run), Contains("set size_px of the atlas.* stage"));
 }
 
 TEST_CASE("A textured mesh refers to its mesh in the store, or holds it")

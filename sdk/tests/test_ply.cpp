@@ -23,6 +23,11 @@ Mesh parse(const std::string& text, MeshReadReport* report = nullptr, const Mesh
     return parse_ply(bytes_of(text), "room.ply", limits, report);
 }
 
+std::string text_of(const std::vector<std::byte>& bytes)
+{
+    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
 /// An ASCII file of a triangle with other face or vertex lines.
 std::string triangle_ply(const std::string& vertex_properties, const std::string& vertices, const std::string& face_properties,
                          const std::string& faces, std::size_t face_count = 1)
@@ -74,6 +79,26 @@ TEST_CASE("PLY: what to_ply writes is read back bit by bit", "[ply]")
         const auto bytes = to_ply(mesh);
         CHECK(same_mesh(parse_ply(bytes, "round trip"), mesh));
         CHECK(bytes == to_ply(mesh));
+    }
+}
+
+TEST_CASE("PLY: the texture's size is kept, in a comment", "[ply]")
+{
+    Mesh mesh = folded_square();
+    mesh.texcoords.resize(3 * mesh.triangles.size());
+    const std::string plain = text_of(to_ply(mesh));
+    mesh.texture_px = 8192;
+    CHECK(parse_ply(to_ply(mesh), "room.ply").texture_px == 8192);
+    std::string commented = text_of(to_ply(mesh));
+    const std::string line = "comment texture_px 8192\n";
+    commented.erase(commented.find(line), line.size());
+    CHECK(commented == plain);
+    CHECK(parse(plain).texture_px == 0);
+    for (const char* wrong : {"", " 0", " 2k", " 262145"})
+    {
+        std::string text = plain;
+        text.insert(text.find("element"), std::string("comment texture_px") + wrong + "\n");
+        CHECK_THROWS_WITH(parse(text), Contains("room.ply:3: ") && Contains("expected 'comment texture_px' and 1 to 262144"));
     }
 }
 

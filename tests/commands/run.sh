@@ -6,7 +6,7 @@ fresco=$1 source=$2
 cp -r "$source/sdk/examples/commands" "$work/examples"
 cd "$work"
 small=(--set scan.frames_count=4 --set scan.color_width_px=160 --set scan.color_height_px=120 --set scan.edge_m=0.15
-       --set atlas.size_px=256 --set texture.size_px=256 --set 'uvmaps.heights_px=[120]')
+       --set atlas.size_px=256 --set 'uvmaps.heights_px=[120]')
 
 # Of the interpreters at hand, one that has NumPy goes first.
 if python=$(python_with numpy); then

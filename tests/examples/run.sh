@@ -53,7 +53,6 @@ stages:
   texture:
     type: texture.optimize
     input: {uvmaps: uvmaps, frames: scan.frames, style: picture}
-    size_px: 128
     epochs: 1
     repeats_count: 5
     losses: {smooth: {type: example.smooth, weight: 1}}
@@ -76,7 +75,6 @@ stages:
   uvmaps: {heights_px: [32, 64]}
   texture:
     input: {style: pattern}
-    size_px: 128
     epochs: 1
     init: frames
     max_steps: 20

@@ -9,7 +9,7 @@ stages:
   scan: {type: scan.synthetic_room, frames_count: 6, color_width_px: 160, color_height_px: 120, depth_width_px: 80, depth_height_px: 60, edge_m: 0.08}
   atlas: {type: atlas.project, input: scan.mesh, size_px: 512, gutter_px: 8}
   uvmaps: {type: uvmaps.raster, input: {mesh: atlas, frames: scan.frames}, heights_px: [120]}
-  texture: {type: texture.from_frames, input: {uvmaps: uvmaps, frames: scan.frames}, size_px: 512}
+  texture: {type: texture.from_frames, input: {uvmaps: uvmaps, frames: scan.frames}}
   bake: {type: texture.bake, input: {texture: texture, mesh: atlas}}
   plain: {type: export.gltf, input: bake, path: plain.glb}
   lit: {type: export.gltf, input: bake, path: lit.glb, material: pbr, image_format: jpeg, up: z}

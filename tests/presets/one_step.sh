@@ -19,7 +19,6 @@ stages:
   dataset: {type: dataset.write, input: {uvmaps: uvmaps, frames: frames, mesh: atlas, style: pattern}}
   texture:
     input: {style: pattern}
-    size_px: 256
     theta_min_px: 5
     init: noise
     seed: 1

@@ -19,7 +19,7 @@ stages:
   mesh: {max_faces: 4000}
   atlas: {size_px: 512}
   uvmaps: {heights_px: [$heights]}
-  texture: {size_px: 512, max_steps: 4, theta_min_px: 8}
+  texture: {max_steps: 4, theta_min_px: 8}
 YAML
     "$fresco" run "$work/$name.yaml" --until texture --store "$work/store" --out "$work/out" --json-log >"$work/$name.log" ||
         { cat "$work/$name.log"; fail "$name"; }

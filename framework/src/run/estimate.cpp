@@ -16,12 +16,13 @@ struct SizeKind
 {
     std::string_view name;  ///< Of the entry in `cost`.
     std::string_view rate;
-    double assumed;             ///< Where nothing says how many.
-    std::string_view artifact;  ///< Whose wires carry this size and no other.
+    double assumed;                    ///< Where nothing says how many.
+    std::string_view artifact;         ///< Whose wires carry this size and no other, …
+    std::string_view last_artifact{};  ///< … and whose carry it where no other wire does.
 };
 constexpr std::array<SizeKind, 4> size_kinds{{{"frames", "per_frame", 300, "frames"},
                                               {"faces", "per_face", 1e6, "mesh"},
-                                              {"texels", "per_texel", 2048 * 2048, ""},
+                                              {"texels", "per_texel", 2048 * 2048, "", "mesh"},
                                               {"pixels", "per_pixel", 640 * 480, ""}}};
 using Sizes = std::array<std::optional<double>, size_kinds.size()>;
 
@@ -157,7 +158,7 @@ class StageEstimator
 /// A wire of the artifact that is all about a size goes before others.
 Sizes carried(const PipelineStage& stage, const std::map<std::string, Sizes>& made)
 {
-    Sizes result, own;
+    Sizes result, own, last;
     for (const Wire& wire : stage.wires)
         if (const auto source = made.find(wire.from_stage); source != made.end())
         {
@@ -167,11 +168,13 @@ Sizes carried(const PipelineStage& stage, const std::map<std::string, Sizes>& ma
                 Sizes& into = about == size_kinds.end() ? result : own;
                 if (!into[kind] && (about == size_kinds.end() || about == &size_kinds[kind]))
                     into[kind] = source->second[kind];
+                if (!last[kind] && wire.artifact == size_kinds[kind].last_artifact)
+                    last[kind] = source->second[kind];
             }
         }
     for (std::size_t kind = 0; kind < size_kinds.size(); ++kind)
-        if (own[kind])
-            result[kind] = own[kind];
+        if (own[kind] || !result[kind])
+            result[kind] = own[kind] ? own[kind] : last[kind];
     return result;
 }
 

@@ -75,6 +75,20 @@ TEST_CASE("Costs follow the sizes along the wires", "[estimate]")
           Approx(1 + 4 + 4 * pixels * 1e-6));
 }
 
+TEST_CASE("An atlas carries the texture's size to what paints", "[estimate]")
+{
+    const Scanned folder;
+    const std::string text = R"(version: 1
+stages:
+  scan:  {type: scan.folder, path: scan}
+  atlas: {type: atlas.flat, input: scan, size_px: 3000}
+  maps:  {type: uvmaps.raycast, input: {mesh: atlas, frames: scan}}
+  texture: {type: texture.optimize, input: {maps: maps, frames: scan, style: {file: pic.jpg}}, size_px: 0}
+)";
+    CHECK(estimated(folder, text).stages.at("texture").memory_mb == Approx(9));
+    CHECK(estimated(folder, text, {{"texture.size_px", "1000"}}).stages.at("texture").memory_mb == Approx(1));
+}
+
 TEST_CASE("Unknown sizes are assumed, and that is said where it matters", "[estimate]")
 {
     const Scanned folder;

@@ -94,6 +94,7 @@ TEST_CASE("the stage gives every face a chart and counter-clockwise texture coor
 {
     testing::TestRun context;
     const auto atlas = run(strip(200), Value::Map{{"size_px", 64}}, context);
+    CHECK(atlas->texture_px == 64);
     REQUIRE(atlas->texcoords.size() == 600);
     REQUIRE(atlas->charts.size() == 200);
     CHECK(atlas->charts[199] == 199);

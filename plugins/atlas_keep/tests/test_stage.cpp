@@ -40,6 +40,7 @@ TEST_CASE("texcoords stay as they are; faces joined in uv are one chart")
     const auto out = keep(mesh, run);
     CHECK(out->texcoords == mesh.texcoords);
     CHECK(out->charts == std::vector<std::uint32_t>{0, 0});
+    CHECK(out->texture_px == 2048);
     CHECK(run.reported.at("charts").as_int() == 1);
     CHECK(run.reported.at("used_share").as_double() == Approx(0.25));
     CHECK(run.reported.at("overlap_share").as_double() == 0);

@@ -26,6 +26,7 @@ class MadeDataset
         mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
         mesh.triangles = {{0, 1, 2}, {0, 1, 1}};
         mesh.texcoords = {{0, 0}, {1, 0}, {0, 1}, {0, 0}, {1, 0}, {1, 0}};
+        mesh.texture_px = 512;
         write("mesh.ply", fresco::to_ply(mesh));
         if (with_style)
             write("style.npy", fresco::dataset::to_npy(style = noise<std::uint8_t>(9, 7, 3, 256)));

@@ -71,6 +71,8 @@ TEST_CASE("everything that a dataset holds is read as it was written, without a 
 
             const auto maps = UvMaps::load({out / "uvmaps", out});
             CHECK(maps->heights_px == std::vector<int>{8, 20});
+            CHECK(maps->texture_px == 512);
+            CHECK(maps->uv_bits == (uv == dataset::UvType::uint16 ? 16 : 22));
             REQUIRE(maps->views.size() == 2);
             for (std::size_t i = 0; i < 2; ++i)
             {

@@ -113,6 +113,20 @@ TEST_CASE("the folder holds every view's maps and pictures, and the manifest lis
     CHECK(view.valid_pixels == std::vector<std::int64_t>{14 * 12, 58 * 45});
 }
 
+TEST_CASE("uint16 is refused for uv maps of a larger texture")
+{
+    const testing::TemporaryFolder folder;
+    const SmallRecording recording(folder.path());
+    Inputs inputs = inputs_of(recording);
+    const auto fine = std::make_shared<UvMaps>(*recording.maps);
+    fine->texture_px = 8192;
+    inputs["uvmaps"] = fine;
+    testing::TestRun run;
+    CHECK_THROWS_WITH(write_dataset(folder.path() / "out", inputs, run, Value::Map{{"uv", "uint16"}}),
+                      Contains("up to 4096 texels a side, the uv maps on port 'uvmaps' are for 8192: set uv: float32"));
+    CHECK_NOTHROW(write_dataset(folder.path() / "fine", inputs, run));
+}
+
 TEST_CASE("texcoords as uint16 are round(65535 u); the path is the folder's name")
 {
     const testing::TemporaryFolder folder;

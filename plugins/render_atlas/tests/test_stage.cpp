@@ -25,6 +25,7 @@ Mesh two_squares()
             const auto& p = mesh.positions[v];
             mesh.texcoords.push_back(f < 2 ? Vec2f{p.x * 0.5F, p.y * 0.5F} : Vec2f{0.75F + p.x * 0.25F, 0.75F + p.y * 0.25F});
         }
+    mesh.texture_px = 1000;
     return mesh;
 }
 
@@ -44,7 +45,7 @@ TEST_CASE("the picture shows both charts where they lie, the report what they ar
 {
     testing::TemporaryFolder folder;
     testing::TestRun run;
-    run_on(two_squares(), Value::Map{{"picture_px", 64}, {"size_px", 1000}, {"path", "pictures/charts.png"}}, folder.path(), run);
+    run_on(two_squares(), Value::Map{{"picture_px", 64}, {"path", "pictures/charts.png"}}, folder.path(), run);
     const auto files = Files::load({folder.path() / "picture", {}});
     REQUIRE(files->names == std::vector<std::string>{"pictures/charts.png"});
 

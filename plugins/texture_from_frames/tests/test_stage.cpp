@@ -90,6 +90,24 @@ std::shared_ptr<const Texture> made(const Recording& recording, Value::Map optio
 
 }  // namespace
 
+TEST_CASE("the texture has the atlas's size, and what contradicts it is said or refused")
+{
+    testing::TemporaryFolder folder;
+    const Recording recording(folder.path());
+    testing::TestRun run;
+    CHECK_THROWS_WITH(made(recording, {}, run), Catch::Contains("the texture size is unknown") && Catch::Contains("'uvmaps'"));
+    recording.maps->texture_px = 48;
+    CHECK(made(recording, {}, run)->size_px() == 48);
+    CHECK(run.messages.empty());
+    CHECK(made(recording, {{"size_px", 24}}, run)->size_px() == 24);
+    REQUIRE(run.messages.size() == 1);
+    CHECK_THAT(run.messages[0], Catch::Contains("size_px is 24, but the uv maps on port 'uvmaps' came from an atlas for 48") &&
+                                    Catch::Contains("0.5 times"));
+    CHECK_THROWS_WITH(made(recording, {{"size_px", 4097}}, run),
+                      Catch::Contains("16 bits, for textures up to 4096 texels a side, not 4097") &&
+                          Catch::Contains("set size_px of the atlas.* stage to 4097"));
+}
+
 TEST_CASE("the stage makes a texture that texture.bake takes, and reports")
 {
     testing::TemporaryFolder folder;
@@ -112,7 +130,7 @@ TEST_CASE("the stage makes a texture that texture.bake takes, and reports")
     CHECK(run.reported.at("most_gain").as_double() == Approx(1).epsilon(0.01));
     made(recording, {{"size_px", 16}, {"height_px", 30}}, run);
     CHECK(run.reported.at("height_px").as_int() == 30);
-    CHECK_THROWS_WITH(made(recording, {{"height_px", 45}}, run), Catch::Contains("45 px; found 30, 60"));
+    CHECK_THROWS_WITH(made(recording, {{"size_px", 16}, {"height_px", 45}}, run), Catch::Contains("45 px; found 30, 60"));
 }
 
 TEST_CASE("measured depth is looked at, unless told not to")

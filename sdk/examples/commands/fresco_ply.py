@@ -8,7 +8,7 @@ TYPES = {"float": "<f4", "uchar": "u1", "int": "<i4"}
 
 def read_mesh(path):
     """A dict of positions (V x 3 float32) and triangles (F x 3 int32), and where the file has them colors (V x 3 uint8), texcoords
-    (F x 3 x 2 float32, origin at the lower left) and charts (F int32)."""
+    (F x 3 x 2 float32, origin at the lower left), charts (F int32) and texture_px (the side of the texture that they are for)."""
     file = pathlib.Path(path).read_bytes()
     header, end = [], 0
     while not header or header[-1] != "end_header":
@@ -16,9 +16,12 @@ def read_mesh(path):
         header.append(file[start:end].decode().strip())
     if header[:2] != ["ply", "format binary_little_endian 1.0"]:
         raise ValueError(f"{path}: no binary little-endian PLY")
+    mesh = {}
     counts, fields, lists = {}, {"vertex": [], "face": []}, {"vertex_indices": 3, "texcoord": 6}
     for words in (line.split() for line in header[2:-1]):
-        if words[0] == "element":
+        if words[:2] == ["comment", "texture_px"]:
+            mesh["texture_px"] = int(words[2])
+        elif words[0] == "element":
             element = words[1]
             counts[element] = int(words[2])
         elif words[0] == "property" and words[1] == "list":
@@ -28,7 +31,8 @@ def read_mesh(path):
             fields[element].append((words[2], TYPES[words[1]]))
     vertices = np.frombuffer(file, fields["vertex"], counts["vertex"], end)
     faces = np.frombuffer(file, fields["face"], counts["face"], end + vertices.nbytes)
-    mesh = {"positions": np.stack([vertices[axis] for axis in "xyz"], 1), "triangles": faces["vertex_indices"]}
+    mesh["positions"] = np.stack([vertices[axis] for axis in "xyz"], 1)
+    mesh["triangles"] = faces["vertex_indices"]
     if "red" in vertices.dtype.names:
         mesh["colors"] = np.stack([vertices[channel] for channel in ("red", "green", "blue")], 1)
     if "texcoord" in faces.dtype.names:
@@ -42,7 +46,8 @@ def write_mesh(path, mesh):
     """Writes what read_mesh gives."""
     vertex = [("x", "<f4"), ("y", "<f4"), ("z", "<f4")]
     face = [("corners", "u1"), ("vertex_indices", "<i4", 3)]
-    lines = [f"element vertex {len(mesh['positions'])}", *(f"property float {axis}" for axis in "xyz")]
+    lines = [f"comment texture_px {mesh['texture_px']}"] if "texture_px" in mesh else []
+    lines += [f"element vertex {len(mesh['positions'])}", *(f"property float {axis}" for axis in "xyz")]
     if "colors" in mesh:
         vertex += [(channel, "u1") for channel in ("red", "green", "blue")]
         lines += [f"property uchar {channel}" for channel in ("red", "green", "blue")]

@@ -1,6 +1,6 @@
 """blender --background --factory-startup --python smart_uv.py -- IN.ply OUT.ply SIZE_PX ANGLE_DEG: texcoords by smart uv project.
 
-Blender brings its own Python with NumPy. SIZE_PX is the texture's side that the gutter of 4 texels is meant for.
+Blender brings its own Python with NumPy. SIZE_PX is the texture's side: the gutter is 4 of its texels, and what paints takes it.
 """
 import math
 import pathlib
@@ -41,4 +41,5 @@ texcoords = np.empty(6 * faces, np.float32)
 body.uv_layers.active.data.foreach_get("uv", texcoords)
 mesh["texcoords"] = np.clip(texcoords, 0, 1).reshape(faces, 3, 2)
 mesh.pop("charts", None)
+mesh["texture_px"] = int(size_px)
 fresco_ply.write_mesh(made, mesh)

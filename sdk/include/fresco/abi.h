@@ -13,7 +13,8 @@
  *   6  Texture::atlas, UvMaps::atlas, ImageIo::read_with_alpha
  *   7  Cost of numbers and sizes; Artifact::preview, OutputPort::load; Parameter with an OptionDeclaration, virtual
  *      Artifact::save and write_exchange, ports with an ArtifactType; OptionDeclaration::extensions;
- *      ArtifactFolder::references, TexturedMesh::mesh_folder
+ *      ArtifactFolder::references, TexturedMesh::mesh_folder, Mesh::texture_px,
+ *      UvMaps::texture_px and uv_bits
  */
 #include <stddef.h>
 #include <stdint.h>

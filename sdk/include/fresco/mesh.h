@@ -15,7 +15,8 @@ namespace fresco
 using Triangle = std::array<std::uint32_t, 3>;
 
 /// An indexed triangle mesh, world frame, meters. Faces are counter-clockwise seen from outside.
-/// On disk: `mesh.ply`, binary little-endian, with `list uchar float texcoord` and `int chart` per face where present.
+/// On disk: `mesh.ply`, binary little-endian, with `list uchar float texcoord` and `int chart` per face where present, and
+/// `comment texture_px N` where the texture's size is known.
 struct Mesh : Artifact
 {
     static constexpr std::string_view artifact_name = "mesh";
@@ -27,6 +28,9 @@ struct Mesh : Artifact
     std::vector<Triangle> triangles;    ///< F; indices < V
     std::vector<Vec2f> texcoords;       ///< 3F, one per corner, or empty; uv in [0,1], origin at the lower left
     std::vector<std::uint32_t> charts;  ///< F or empty: the atlas chart of each face, counted from 0
+    /// Texels per side of the texture that the texcoords are laid out for; 0: unknown. The one source of that size: uv maps pass
+    /// it on, and what paints takes it.
+    int texture_px = 0;
 
     ~Mesh() override;
     Mesh() = default;

@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace fresco
@@ -67,6 +68,10 @@ struct TexturedMesh : Artifact
     /// The atlas and the room to turn around, of the last textured mesh of a pipeline.
     void preview(Preview& page) const override;
 };
+
+/// Texels per side to paint at: `size_px`, an option whose 0 stands for `laid_out_px`, the texture_px of what `source` names
+/// ("the mesh on port 'mesh'"). Warns where the two differ. Throws Error where neither is known, or outside 16 … 16384.
+int painted_size_px(int size_px, int laid_out_px, std::string_view source, RunContext& run);
 
 /// Bilinear value at (u, v) of a raster whose row 0 is v = 1: texel centers at +0.5, clamped at the borders.
 void sample_bilinear(const RasterF& texture, float u, float v, float* out);

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace fresco
@@ -24,14 +25,15 @@ struct UvMap
 };
 
 /// The uv maps of many frames at several heights. Only the index is in memory; load() reads one map.
-/// On disk: `uvmaps.json` (frame names, cameras, heights, counts, atlas) and, for view i (six digits) and height h,
+/// On disk: `uvmaps.json` (frame names, cameras, heights, counts, atlas, texture size, bits) and, for view i (six digits) and
+/// height h,
 /// `<i>_<h>.uvmap`, one packed map (packed_uv_map.h; sdk/docs/uv_maps.md says what each byte is, sdk/docs/read_uv_maps.py reads
 /// it with NumPy).
 class UvMaps : public Artifact
 {
   public:
     static constexpr std::string_view artifact_name = "uv_maps";
-    static constexpr int artifact_version = 3;
+    static constexpr int artifact_version = 4;
 
     struct View
     {
@@ -42,6 +44,8 @@ class UvMaps : public Artifact
     };
 
     std::string atlas;            ///< The mesh's atlas_id; empty: unknown.
+    int texture_px = 0;           ///< The mesh's.
+    int uv_bits = 16;             ///< Texcoords are within half a step of 1 / (2^uv_bits - 1) of the mesh's; 16 … 22.
     std::vector<int> heights_px;  ///< Ascending.
     std::vector<View> views;
 
@@ -69,5 +73,9 @@ class UvMaps : public Artifact
   private:
     std::filesystem::path folder_;
 };
+
+/// Throws Error naming `source` ("the uv maps on port 'uvmaps'") and what to do, unless the maps tell apart the places of a
+/// texture of so many texels a side, within 0.032 texel.
+void check_uv_bits(const UvMaps& maps, int size_px, std::string_view source);
 
 }  // namespace fresco

@@ -34,7 +34,6 @@ stages:
   mesh: {{{mesh_input}max_faces: {faces}}}
   atlas: {{size_px: {size}}}
   texture:
-    size_px: {size}
     theta_d_m: {theta_d}
     repeats_count: {repeats}
     seed: {seed}

@@ -29,7 +29,6 @@ stages:
   atlas: {{size_px: 1024}}
   uvmaps: {{heights_px: [128, 216, 304, 392]}}
   texture:
-    size_px: 1024
     theta_d_m: 0.25
     held_out_count: 3
     checkpoint_steps: 0

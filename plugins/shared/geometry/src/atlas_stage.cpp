@@ -26,6 +26,7 @@ void AtlasStage::run(RunContext& run)
                                      [&](FlatCharts& projected) { lay_flat(surface, projected, options, run); });
     const auto packing = pack_charts(flat, {.size_px = *size_px_, .gutter_px = *gutter_px_}, run);
     auto result = with_atlas(*mesh_, flat, packing);
+    result.texture_px = *size_px_;
     report_atlas(run, atlas_figures(result, *size_px_));
     run.report("largest_angle_deg", largest_angle_deg(surface, flat));
     run.report("joined_faces", flat.unfolded_faces);

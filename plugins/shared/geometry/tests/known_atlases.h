@@ -29,6 +29,7 @@ inline void check_known_atlases(const char* plugin_file, const char* type)
         fresco::testing::TestRun run(2);
         const auto atlas =
             made_atlas(plugin_file, type, known.mesh, fresco::Value::Map{{"size_px", 1024}, {"gutter_px", 2}}, run);
+        CHECK(atlas->texture_px == 1024);
         CHECK(atlas->positions == known.mesh.positions);
         CHECK(atlas->triangles == known.mesh.triangles);
         CHECK(check_atlas(*atlas, 1024, 2).none());

@@ -121,7 +121,6 @@ void UvMappingStage::run(RunContext& run)
 {
     check_uv_mapping_inputs(*mesh_, *frames_);
     const std::vector<int> heights = sorted_heights(*heights_px_);
-    const int uv_bits = uv_bits_for_texture(*texture_px_);
     UvMapper mapper(*mesh_, finder(*mesh_, run));
     const std::size_t frames = frames_->frames.size();
 
@@ -129,6 +128,8 @@ void UvMappingStage::run(RunContext& run)
 
     UvMaps result;
     result.atlas = atlas_id(*mesh_);
+    result.texture_px = mesh_->texture_px;
+    result.uv_bits = uv_bits_for_texture(std::max(mesh_->texture_px, 1));
     result.heights_px = heights;
     Tally tally;
     std::size_t found = 0;
@@ -147,7 +148,7 @@ void UvMappingStage::run(RunContext& run)
             const auto& maps = mapper.make(frame.color, heights, run);
             parallel_for(heights.size(), 1, run.threads(),
                          [&](std::size_t level, std::size_t) {
-                             UvMaps::write_map({kept.folder(), {}}, i, heights[level], maps[level].map, uv_bits);
+                             UvMaps::write_map({kept.folder(), {}}, i, heights[level], maps[level].map, result.uv_bits);
                          });
             for (const CountedUvMap& map : maps)
                 counts.push_back(map.counts);

@@ -131,7 +131,7 @@ TEST_CASE("frames that an interrupted run had finished are not looked at again, 
         CHECK(read_file(entry.path()) == read_file(pieces.path() / "uvmaps" / entry.path().filename()));
 }
 
-TEST_CASE("a larger texture has its texcoords stored in smaller steps")
+TEST_CASE("an atlas for a larger texture has its texcoords stored in smaller steps")
 {
     std::vector<int> bits;
     for (const int texture_px : {4096, 16384})
@@ -139,9 +139,14 @@ TEST_CASE("a larger texture has its texcoords stored in smaller steps")
         testing::TemporaryFolder folder;
         testing::TestRun run;
         testing::TestFactory factory;
-        const Value options = Value::Map{{"heights_px", Value::List{24}}, {"texture_px", texture_px}};
-        testing::run_stage(stage(), options, {{"mesh", shared_wall()}, {"frames", two_frames()}}, folder.path(), run, factory);
-        bits.push_back(uv_bits_of(UvMaps::load({folder.path() / "uvmaps", folder.path()})->load_map(0, 0)));
+        const auto wall = shared_wall();
+        wall->texture_px = texture_px;
+        testing::run_stage(stage(), Value::Map{{"heights_px", Value::List{24}}}, {{"mesh", wall}, {"frames", two_frames()}},
+                           folder.path(), run, factory);
+        const auto maps = UvMaps::load({folder.path() / "uvmaps", folder.path()});
+        CHECK(maps->texture_px == texture_px);
+        CHECK(maps->uv_bits == uv_bits_of(maps->load_map(0, 0)));
+        bits.push_back(maps->uv_bits);
     }
     CHECK(bits == std::vector<int>{16, 18});
 }

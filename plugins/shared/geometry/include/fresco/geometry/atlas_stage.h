@@ -24,7 +24,8 @@ class AtlasStage : public Stage
                                     "Largest angle between the smoothed surface normal and the direction of the chart"};
     Option<double> merge_limit_deg_{this, "merge_limit_deg", 80.0, range(1, 89),
                                     "The same for single faces: tiny charts join a neighbor up to this angle"};
-    Option<int> size_px_{this, "size_px", 2048, range(64, 32768), "Texture size at which gutter_px applies"};
+    Option<int> size_px_{this, "size_px", 2048, range(64, 16384),
+                         "Texels per side of the texture: uv maps and what paints take it from the atlas"};
     Option<int> gutter_px_{this, "gutter_px", 4, range(0, 64), "Texels between charts at size_px"};
 };
 

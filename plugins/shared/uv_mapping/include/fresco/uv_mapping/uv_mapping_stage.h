@@ -31,8 +31,6 @@ class UvMappingStage : public Stage
     Input<Frames> frames_{this, "frames", "The views; their color cameras are used"};
     Output<UvMaps> uvmaps_{this, "uvmaps", "Per pixel: texcoord, depth, cosine of the viewing angle, validity"};
     Option<std::vector<int>> heights_px_{this, "heights_px", {256}, range(16, 4096), "Heights of the maps; widths follow"};
-    Option<int> texture_px_{this, "texture_px", 4096, range(8, 16384),
-                            "Largest texture size to support: texcoords are stored to within 0.032 of its texels"};
 };
 
 }  // namespace fresco

@@ -5,6 +5,7 @@
 #include <fresco/frames.h>
 #include <fresco/npy.h>
 
+#include <fmt/format.h>
 #include <limits>
 
 namespace fresco::detail
@@ -33,7 +34,7 @@ Raster<T> read_any(const std::filesystem::path& file, int channels)
         fail("larger than 1048576 pixels along a side");
     const std::size_t found = array.shape.size() == 3 ? array.shape[2] : 1;
     if (channels == 0 ? found < 1 || found > 4 : found != static_cast<std::size_t>(channels))
-        fail(std::to_string(found) + " channels; expected " + (channels == 0 ? "1 to 4" : std::to_string(channels)));
+        fail(fmt::format("{} channels; expected {}", found, channels == 0 ? "1 to 4" : std::to_string(channels)));
     Raster<T> raster;
     raster.height = static_cast<int>(array.shape[0]);
     raster.width = static_cast<int>(array.shape[1]);
@@ -87,7 +88,7 @@ Camera camera_from(const Value& value, std::string_view source)
         k.cy = value.at("cy").as_double();
         const auto& pose = value.at("world_from_camera").as_list();
         if (pose.size() != 12)
-            throw Error("world_from_camera has " + std::to_string(pose.size()) + " entries; expected 12 (3 x 4, row-major)");
+            throw Error(fmt::format("world_from_camera has {} entries; expected 12 (3 x 4, row-major)", pose.size()));
         RigidTransform& t = camera.world_from_camera;
         double* translation[] = {&t.translation.x, &t.translation.y, &t.translation.z};
         for (int row = 0; row < 3; ++row)

@@ -6,6 +6,7 @@
 #include <fresco/preview.h>
 
 #include <algorithm>
+#include <fmt/format.h>
 #include <iterator>
 
 namespace fresco
@@ -101,7 +102,7 @@ void Table::save(const ArtifactFolder& folder) const
     for (const auto& row : rows)
     {
         if (row.size() != columns.size())
-            throw Error("a table of " + std::to_string(columns.size()) + " columns has a row of " + std::to_string(row.size()));
+            throw Error(fmt::format("a table of {} columns has a row of {}", columns.size(), row.size()));
         list.emplace_back(Value::List(row.begin(), row.end()));
     }
     write_file(folder.path / "table.json",
@@ -119,7 +120,7 @@ std::shared_ptr<Table> Table::load(const ArtifactFolder& folder)
     {
         table->rows.push_back(row.as_list());
         if (table->rows.back().size() != table->columns.size())
-            throw Error(file.string() + ": row " + std::to_string(table->rows.size()) + " does not have one cell per column");
+            throw Error(fmt::format("{}: row {} does not have one cell per column", file.string(), table->rows.size()));
     }
     return table;
 }

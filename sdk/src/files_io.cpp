@@ -6,6 +6,7 @@
 #include <atomic>
 #include <cerrno>
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <functional>
 #include <sys/file.h>
 #include <sys/stat.h>
@@ -59,8 +60,7 @@ std::vector<std::byte> read_all(const std::filesystem::path& file, std::size_t l
         throw MissingInput(file.string() + ": cannot be opened: " + cause());
     const auto size = std::filesystem::file_size(file);
     if (size > limit_bytes)
-        throw Error(file.string() + ": has " + std::to_string(size) + " bytes; at most " + std::to_string(limit_bytes) +
-                    " are accepted");
+        throw Error(fmt::format("{}: has {} bytes; at most {} are accepted", file.string(), size, limit_bytes));
     std::vector<std::byte> bytes(size);
     std::size_t done = 0;
     while (done < bytes.size())
@@ -171,7 +171,7 @@ int open_temporary(const std::filesystem::path& file, std::filesystem::path& tem
     if (output.get() < 0)
     {
         static std::atomic<unsigned> counter{0};
-        temporary += "-" + std::to_string(::getpid()) + "-" + std::to_string(counter++);
+        temporary += fmt::format("-{}-{}", ::getpid(), counter++);
         output = Descriptor(open_to_write(temporary));
         if (output.get() < 0)
             throw Error(file.string() + ": cannot be written: " + cause());

@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fmt/format.h>
 #include <optional>
 
 namespace fresco
@@ -106,8 +107,8 @@ template <class T>
 void check_size(const Raster<T>& picture, const Intrinsics& intrinsics, const fs::path& file)
 {
     if (picture.width != intrinsics.width || picture.height != intrinsics.height)
-        throw Error(file.string() + ": is " + std::to_string(picture.width) + "x" + std::to_string(picture.height) +
-                    " pixels; its intrinsics say " + std::to_string(intrinsics.width) + "x" + std::to_string(intrinsics.height));
+        throw Error(fmt::format("{}: is {}x{} pixels; its intrinsics say {}x{}", file.string(), picture.width, picture.height,
+                                intrinsics.width, intrinsics.height));
 }
 
 }  // namespace
@@ -202,15 +203,16 @@ void check_camera(const Camera& camera, std::string_view source)
     const Intrinsics& k = camera.intrinsics;
     const auto fail = [&](const std::string& what) { throw Error(std::string(source) + ": " + what); };
     if (k.width < 1 || k.height < 1 || k.width > 65536 || k.height > 65536)
-        fail("camera of " + std::to_string(k.width) + "x" + std::to_string(k.height) + " pixels; 1 to 65536 are accepted");
+        fail(fmt::format("camera of {}x{} pixels; 1 to 65536 are accepted", k.width, k.height));
     if (!std::isfinite(k.fx) || !std::isfinite(k.fy) || k.fx <= 0 || k.fy <= 0)
         fail("focal lengths must be positive numbers");
     // Beyond, rays have no direction in the single precision of ray casters.
     const double side = std::max(k.width, k.height);
     for (const double focal : {k.fx, k.fy})
         if (focal < side / most_sides || focal > side * most_sides)
-            fail("a focal length of " + to_json(focal) + " pixels for a picture of " + std::to_string(k.width) + "x" +
-                 std::to_string(k.height) + "; from a millionth to a million times its longer side are accepted");
+            fail(fmt::format("a focal length of {} pixels for a picture of {}x{}; from a millionth to a million times its longer "
+                             "side are accepted",
+                             to_json(focal), k.width, k.height));
     if (!std::isfinite(k.cx) || !std::isfinite(k.cy))
         fail("the principal point is not finite");
     if (std::abs(k.cx) > side * most_sides || std::abs(k.cy) > side * most_sides)

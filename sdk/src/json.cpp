@@ -6,6 +6,7 @@
 
 #include <charconv>
 #include <cmath>
+#include <fmt/format.h>
 #include <limits>
 
 namespace fresco
@@ -205,7 +206,7 @@ Value parse_json(std::string_view text, std::string_view source)
 {
     Reader reader;
     if (!nlohmann::json::sax_parse(text.begin(), text.end(), &reader))
-        throw Error(std::string(source) + ": not valid JSON at byte " + std::to_string(reader.offset) + ": " + reader.problem);
+        throw Error(fmt::format("{}: not valid JSON at byte {}: {}", source, reader.offset, reader.problem));
     return std::move(reader.root);
 }
 

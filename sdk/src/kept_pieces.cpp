@@ -3,6 +3,7 @@
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 
+#include <fmt/format.h>
 #include <system_error>
 #include <utility>
 
@@ -17,7 +18,7 @@ KeptPieces::KeptPieces(fs::path checkpoint) : checkpoint_(std::move(checkpoint))
 
 fs::path KeptPieces::note_of(std::size_t piece) const
 {
-    return checkpoint_ / ("piece_" + std::to_string(piece) + ".json");
+    return checkpoint_ / fmt::format("piece_{}.json", piece);
 }
 
 std::optional<Value> KeptPieces::find(std::size_t piece) const

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fmt/format.h>
 #include <memory>
 #include <span>
 #include <string>
@@ -70,7 +71,7 @@ void check_mesh(const Mesh& mesh, std::string_view source)
     const auto sizes = [&](const char* name, std::size_t size, std::size_t expected)
     {
         if (size != 0 && size != expected)
-            fail(std::to_string(size) + " " + name + "; expected " + std::to_string(expected) + " or none");
+            fail(fmt::format("{} {}; expected {} or none", size, name, expected));
     };
     if (mesh.triangles.empty())
         fail("the mesh has no faces");
@@ -79,15 +80,14 @@ void check_mesh(const Mesh& mesh, std::string_view source)
     sizes("charts", mesh.charts.size(), mesh.triangles.size());
     for (std::size_t i = 0; i < mesh.positions.size(); ++i)
         if (!is_finite(mesh.positions[i]))
-            fail("the position of vertex " + std::to_string(i) + " is not finite");
+            fail(fmt::format("the position of vertex {} is not finite", i));
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
         for (const std::uint32_t index : mesh.triangles[i])
             if (index >= mesh.positions.size())
-                fail("face " + std::to_string(i) + " names vertex " + std::to_string(index) + " of " +
-                     std::to_string(mesh.positions.size()));
+                fail(fmt::format("face {} names vertex {} of {}", i, index, mesh.positions.size()));
     for (std::size_t i = 0; i < mesh.texcoords.size(); ++i)
         if (!std::isfinite(mesh.texcoords[i].x) || !std::isfinite(mesh.texcoords[i].y))
-            fail("the texcoord of corner " + std::to_string(i % 3) + " of face " + std::to_string(i / 3) + " is not finite");
+            fail(fmt::format("the texcoord of corner {} of face {} is not finite", i % 3, i / 3));
 }
 
 std::vector<Vec3f> face_normals(const Mesh& mesh)

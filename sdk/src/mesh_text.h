@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstddef>
+#include <fmt/format.h>
 #include <limits>
 #include <span>
 #include <string>
@@ -58,7 +59,7 @@ class Lines
     [[noreturn]] void fail(const std::string& what) const { fail_at(number_, what); }
     [[noreturn]] void fail_at(std::size_t line, const std::string& what) const
     {
-        throw Error(std::string(source_) + ":" + std::to_string(line) + ": " + what);
+        throw Error(fmt::format("{}:{}: {}", source_, line, what));
     }
 
   private:

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <fmt/format.h>
 #include <span>
 
 namespace fresco
@@ -33,7 +34,7 @@ Value to_value(const ModelMaterial& material)
 const Value& item(const Value& list, std::size_t at, std::size_t expected)
 {
     if (list.as_list().size() != expected)
-        throw Error("expected a list of " + std::to_string(expected) + " items");
+        throw Error(fmt::format("expected a list of {} items", expected));
     return list.as_list()[at];
 }
 
@@ -126,19 +127,17 @@ void check_model(const Model& model, std::string_view source)
     check_mesh(model.mesh, source);
     const auto fail = [&](const std::string& what) { throw Error(std::string(source) + ": " + what); };
     if (model.material_of_face.size() != model.mesh.triangles.size())
-        fail("materials of " + std::to_string(model.material_of_face.size()) + " faces; expected " +
-             std::to_string(model.mesh.triangles.size()));
+        fail(fmt::format("materials of {} faces; expected {}", model.material_of_face.size(), model.mesh.triangles.size()));
     for (std::size_t face = 0; face < model.material_of_face.size(); ++face)
         if (model.material_of_face[face] >= model.materials.size())
-            fail("face " + std::to_string(face) + " names material " + std::to_string(model.material_of_face[face]) + " of " +
-                 std::to_string(model.materials.size()));
+            fail(fmt::format("face {} names material {} of {}", face, model.material_of_face[face], model.materials.size()));
     for (const ModelMaterial& material : model.materials)
     {
         const std::string name = "material \"" + material.name + "\"";
         if (!is_light(material.color.x) || !is_light(material.color.y) || !is_light(material.color.z))
             fail(name + " has a color outside of 0 to 1");
         if (material.picture < ModelMaterial::no_picture || material.picture >= static_cast<int>(model.pictures.size()))
-            fail(name + " names picture " + std::to_string(material.picture) + " of " + std::to_string(model.pictures.size()));
+            fail(fmt::format("{} names picture {} of {}", name, material.picture, model.pictures.size()));
         if (material.picture != ModelMaterial::no_picture && model.mesh.texcoords.empty())
             fail(name + " has a picture, but the mesh has no texcoords");
         if (material.vertex_colors && model.mesh.colors.empty())

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cstring>
+#include <fmt/format.h>
 #include <limits>
 
 namespace fresco
@@ -91,7 +92,7 @@ class HeaderParser
   private:
     [[noreturn]] void fail(const std::string& what) const
     {
-        throw Error(std::string(source_) + ": byte " + std::to_string(offset_ + position_) + ": " + what);
+        throw Error(fmt::format("{}: byte {}: {}", source_, offset_ + position_, what));
     }
     void skip_blanks()
     {
@@ -210,7 +211,7 @@ template std::span<const double> NpyArray::as() const;
 NpyArray parse_npy(std::span<const std::byte> bytes, std::string_view source)
 {
     const auto fail = [&](std::size_t offset, const std::string& what)
-    { throw Error(std::string(source) + ": byte " + std::to_string(offset) + ": " + what); };
+    { throw Error(fmt::format("{}: byte {}: {}", source, offset, what)); };
     const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     if (!text.starts_with(magic))
         fail(0, "not an NPY file: the magic \\x93NUMPY is missing");
@@ -218,7 +219,7 @@ NpyArray parse_npy(std::span<const std::byte> bytes, std::string_view source)
         fail(text.size(), "the file is cut inside its header");
     const auto version = static_cast<unsigned char>(text[6]);
     if (version != 1 && version != 2)
-        fail(6, "NPY version " + std::to_string(version) + " is not supported (1 and 2 are)");
+        fail(6, fmt::format("NPY version {} is not supported (1 and 2 are)", version));
     const std::size_t length_bytes = version == 1 ? 2 : 4;
     const std::size_t header_begin = 8 + length_bytes;
     std::size_t header_size = 0;
@@ -233,8 +234,8 @@ NpyArray parse_npy(std::span<const std::byte> bytes, std::string_view source)
     if (!product(array.shape, expected) || __builtin_mul_overflow(expected, name_of(array.type).bytes, &expected))
         fail(header_begin, "the shape is too large");
     if (bytes.size() - data_begin != expected)
-        fail(bytes.size(), "the shape asks for " + std::to_string(expected) + " bytes of data, the file has " +
-                               std::to_string(bytes.size() - data_begin));
+        fail(bytes.size(),
+             fmt::format("the shape asks for {} bytes of data, the file has {}", expected, bytes.size() - data_begin));
     array.bytes.assign(bytes.begin() + static_cast<std::ptrdiff_t>(data_begin), bytes.end());
     return array;
 }

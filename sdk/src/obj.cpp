@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <fmt/format.h>
 #include <map>
 #include <string>
 #include <utility>
@@ -117,14 +118,14 @@ class ObjReader
             ++count;
         }
         if (count < least)
-            lines_.fail("the line ends after " + std::to_string(count) + " numbers; expected " + expected);
+            lines_.fail(fmt::format("the line ends after {} numbers; expected {}", count, expected));
         return count;
     }
 
     void limit(std::size_t count, const char* what) const
     {
         if (count >= max_vertices_)
-            lines_.fail("more than " + std::to_string(max_vertices_) + " " + what + ", the limit");
+            lines_.fail(fmt::format("more than {} {}, the limit", max_vertices_, what));
     }
 
     void vertex()
@@ -171,8 +172,8 @@ class ObjReader
     {
         std::int64_t value = 0;
         if (!parse_number(text, value) || value == 0 || value > UINT32_MAX || value < -static_cast<std::int64_t>(declared))
-            lines_.fail("wrong index in " + in_quotes(corner) + "; expected 1 to the number declared, or -1 to -" +
-                        std::to_string(declared));
+            lines_.fail(
+                fmt::format("wrong index in {}; expected 1 to the number declared, or -1 to -{}", in_quotes(corner), declared));
         const std::size_t from_one =
             value > 0 ? static_cast<std::size_t>(value) : declared + 1 - static_cast<std::size_t>(-value);
         if (from_one > reference.greatest)
@@ -206,7 +207,7 @@ class ObjReader
         for (auto word = words_.next(); !word.empty(); word = words_.next())
             corner(word);
         if (corners_.size() < 3)
-            lines_.fail("a face of " + std::to_string(corners_.size()) + " corners; expected 3 or more");
+            lines_.fail(fmt::format("a face of {} corners; expected 3 or more", corners_.size()));
         const bool textured = !corner_texcoords_.empty();
         some_textured_ = some_textured_ || textured;
         some_bare_ = some_bare_ || !textured;
@@ -225,7 +226,7 @@ class ObjReader
                        }
                    });
         if (mesh_.triangles.size() > max_faces_)
-            lines_.fail("more than " + std::to_string(max_faces_) + " triangles, the limit");
+            lines_.fail(fmt::format("more than {} triangles, the limit", max_faces_));
     }
 
     void check_references() const
@@ -233,9 +234,8 @@ class ObjReader
         const auto check = [&](const Reference& used, std::size_t declared, const char* what)
         {
             if (used.greatest > declared)
-                lines_.fail_at(used.line, std::string("a face names ") + what + " " + std::to_string(used.greatest) +
-                                              ", but only " + std::to_string(declared) +
-                                              " are declared: the file is cut or damaged");
+                lines_.fail_at(used.line, fmt::format("a face names {} {}, but only {} are declared: the file is cut or damaged",
+                                                      what, used.greatest, declared));
         };
         check(used_vertices_, mesh_.positions.size(), "vertex");
         check(used_texcoords_, texcoords_.size(), "texture coordinate");

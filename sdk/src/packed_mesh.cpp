@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <fmt/format.h>
 #include <limits>
 
 namespace fresco
@@ -123,14 +124,15 @@ void TexturedMesh::preview(Preview& page) const
     const auto numbers = [](const std::array<double, 3>& values) { return Value(Value::List(values.begin(), values.end())); };
     if (!page.last)
         return;
-    page.picture(std::to_string(image.pixels.width) + " × " + std::to_string(image.pixels.height) + " texels", image.pixels,
+    page.picture(fmt::format("{} × {} texels", image.pixels.width, image.pixels.height), image.pixels,
                  {{"section", "The atlas"}});
     check_mesh(mesh, "the room");
     if (mesh.texcoords.empty())
         throw Error("the room has no texcoords");
     if (mesh.triangles.size() > most_triangles)
-        throw Error("the room has " + std::to_string(mesh.triangles.size()) + " faces, the page takes " +
-                    std::to_string(most_triangles) + " at most: open the exported file, or decimate the mesh further");
+        throw Error(
+            fmt::format("the room has {} faces, the page takes {} at most: open the exported file, or decimate the mesh further",
+                        mesh.triangles.size(), most_triangles));
     const detail::PackedMesh packed = detail::pack_mesh(mesh);
     page.set("room", Value::Map{{"vertices", packed.vertices},
                                 {"triangles", packed.triangles},

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <fmt/format.h>
 #include <limits>
 #include <memory>
 #include <stdexcept>
@@ -40,7 +41,7 @@ constexpr int last_step(int bits)
 std::string pixel_text(std::size_t pixel, int width)
 {
     const auto columns = static_cast<std::size_t>(width);
-    return "pixel (" + std::to_string(pixel % columns) + ", " + std::to_string(pixel / columns) + ")";
+    return fmt::format("pixel ({}, {})", pixel % columns, pixel / columns);
 }
 
 /// All ones where a pixel is valid, 0 elsewhere.
@@ -109,8 +110,8 @@ float largest_depth(const UvMap& map, std::string_view source)
         std::size_t bad = 0;
         while (bits_at(bad) < infinity)
             ++bad;
-        throw Error(std::string(source) + ": depth: " + pixel_text(bad, map.depth.width) + " holds " +
-                    std::to_string(depth[bad]) + "; expected a distance in meters");
+        throw Error(fmt::format("{}: depth: {} holds {:f}; expected a distance in meters", source,
+                                pixel_text(bad, map.depth.width), depth[bad]));
     }
     return std::bit_cast<float>(largest);
 }
@@ -122,8 +123,8 @@ float largest_depth(const UvMap& map, std::string_view source)
         const std::size_t pixel = i / static_cast<std::size_t>(raster.channels);
         const float value = raster.values[i];
         if (valid.values[pixel] != 0 && !(value >= -uv_rounding && value <= 1 + uv_rounding))
-            throw Error(std::string(source) + ": " + std::string(what) + ": " + pixel_text(pixel, raster.width) + " holds " +
-                        std::to_string(value) + "; expected a number from 0 to 1");
+            throw Error(fmt::format("{}: {}: {} holds {:f}; expected a number from 0 to 1", source, what,
+                                    pixel_text(pixel, raster.width), value));
     }
     throw std::logic_error("no value is out of range");
 }
@@ -133,18 +134,15 @@ void check_rasters(const UvMap& map, std::string_view source)
     const auto check = [&](const auto& raster, int channels, const char* what)
     {
         if (raster.width != map.valid.width || raster.height != map.valid.height || raster.channels != channels)
-            throw Error(std::string(source) + ": " + what + ": is " + std::to_string(raster.width) + "x" +
-                        std::to_string(raster.height) + "x" + std::to_string(raster.channels) + "; expected " +
-                        std::to_string(map.valid.width) + "x" + std::to_string(map.valid.height) + "x" +
-                        std::to_string(channels) + ", as the validity has it");
+            throw Error(fmt::format("{}: {}: is {}x{}x{}; expected {}x{}x{}, as the validity has it", source, what, raster.width,
+                                    raster.height, raster.channels, map.valid.width, map.valid.height, channels));
     };
     check(map.valid, 1, "validity");
     check(map.uv, 2, "uv");
     check(map.depth, 1, "depth");
     check(map.cosine, 1, "cosine");
     if (map.valid.empty() || map.valid.values.size() > most_pixels)
-        throw Error(std::string(source) + ": expected 1 to " + std::to_string(most_pixels) + " pixels, got " +
-                    std::to_string(map.valid.values.size()));
+        throw Error(fmt::format("{}: expected 1 to {} pixels, got {}", source, most_pixels, map.valid.values.size()));
 }
 
 /// Bit i % 8 of byte i / 8 says whether pixel i is valid.
@@ -321,16 +319,15 @@ UvMap unpack_uv_map(std::span<const std::byte> bytes, int width, int height, std
 {
     const PackedUvMapHeader header = PackedUvMapHeader::read(bytes, source);
     if (header.width != static_cast<std::uint32_t>(width) || header.height != static_cast<std::uint32_t>(height))
-        throw Error(std::string(source) + ": offset 12: is " + std::to_string(header.width) + "x" +
-                    std::to_string(header.height) + "; the index says " + std::to_string(width) + "x" + std::to_string(height));
+        throw Error(
+            fmt::format("{}: offset 12: is {}x{}; the index says {}x{}", source, header.width, header.height, width, height));
     UvMap map{{width, height, 2}, {width, height}, {width, height}, {width, height}};
     Parts parts(bytes, source);
     {
         std::unique_ptr<std::uint8_t[]> memory;
         const auto mask = parts.next(header.mask, (map.valid.values.size() + 7) / 8, memory);
         if (const std::size_t ones = put_mask(mask, map.valid); ones != header.valid_pixels)
-            fail_packed(source, 20,
-                        std::to_string(header.valid_pixels) + " valid pixels are listed, the mask has " + std::to_string(ones));
+            fail_packed(source, 20, fmt::format("{} valid pixels are listed, the mask has {}", header.valid_pixels, ones));
     }
     const auto quantity = [&](std::size_t i) { return Quantity(parts, header.parts[i], width, height, header.bits[i]); };
     Quantity u = quantity(detail::packed_u);

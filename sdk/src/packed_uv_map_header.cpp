@@ -7,6 +7,7 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <fmt/format.h>
 #include <string>
 
 namespace fresco::detail
@@ -63,8 +64,9 @@ class Reader
 
 void fail_packed(std::string_view source, std::size_t offset, std::string_view what)
 {
-    throw Error(std::string(source) + ": offset " + std::to_string(offset) + ": " + std::string(what) +
-                "; the file is damaged: rerun the stage that wrote it ('fresco store verify' finds its result)");
+    throw Error(fmt::format(
+        "{}: offset {}: {}; the file is damaged: rerun the stage that wrote it ('fresco store verify' finds its result)", source,
+        offset, what));
 }
 
 std::array<std::byte, PackedUvMapHeader::bytes> PackedUvMapHeader::write() const
@@ -89,14 +91,14 @@ std::array<std::byte, PackedUvMapHeader::bytes> PackedUvMapHeader::write() const
 PackedUvMapHeader PackedUvMapHeader::read(std::span<const std::byte> file, std::string_view source)
 {
     if (file.size() < bytes)
-        fail_packed(source, file.size(), "ends within the header of " + std::to_string(bytes) + " bytes");
+        fail_packed(source, file.size(), fmt::format("ends within the header of {} bytes", bytes));
     if (std::memcmp(file.data(), magic, std::strlen(magic)) != 0)
         fail_packed(source, 0, "expected \"FRESCOUV\", the beginning of a packed uv map");
     Reader reader(file);
     reader.number();
     reader.number();
     if (const std::uint32_t found = reader.number(); found != form)
-        fail_packed(source, 8, "expected form " + std::to_string(form) + ", got " + std::to_string(found));
+        fail_packed(source, 8, fmt::format("expected form {}, got {}", form, found));
     PackedUvMapHeader header;
     header.width = reader.number();
     header.height = reader.number();

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <fmt/format.h>
 #include <initializer_list>
 #include <optional>
 #include <utility>
@@ -263,15 +264,14 @@ class BodyReader
     {
         const std::size_t size = cursor_.list_size(*layout_.indices);
         if (size < least_corners)
-            cursor_.fail("a face of " + std::to_string(size) + " corners; expected 3 or more");
+            cursor_.fail(fmt::format("a face of {} corners; expected 3 or more", size));
         corners_.resize(size);
         const auto vertex_count = static_cast<std::int64_t>(layout_.vertex->count);
         for (auto& corner : corners_)
         {
             const std::int64_t index = cursor_.integer(layout_.indices->type);
             if (index < 0 || index >= vertex_count)
-                cursor_.fail("the face names vertex " + std::to_string(index) + "; expected 0 to " +
-                             std::to_string(vertex_count - 1));
+                cursor_.fail(fmt::format("the face names vertex {}; expected 0 to {}", index, vertex_count - 1));
             corner = static_cast<std::uint32_t>(index);
         }
     }
@@ -280,7 +280,7 @@ class BodyReader
     {
         const std::size_t size = cursor_.list_size(*layout_.texcoord);
         if (size % 2 != 0)
-            cursor_.fail("the list 'texcoord' has " + std::to_string(size) + " items; expected u and v per corner");
+            cursor_.fail(fmt::format("the list 'texcoord' has {} items; expected u and v per corner", size));
         corner_texcoords_.resize(size / 2);
         for (auto& uv : corner_texcoords_)
         {
@@ -293,7 +293,7 @@ class BodyReader
     {
         const std::int64_t chart = cursor_.integer(layout_.chart->type);
         if (chart < 0)
-            cursor_.fail("chart " + std::to_string(chart) + "; expected 0 or more");
+            cursor_.fail(fmt::format("chart {}; expected 0 or more", chart));
         return static_cast<std::uint32_t>(chart);
     }
 
@@ -302,8 +302,8 @@ class BodyReader
     {
         const std::int64_t number = cursor_.integer(layout_.picture->type);
         if (number >= static_cast<std::int64_t>(header_.pictures.size()) && materials_ != nullptr)
-            cursor_.fail("texnumber " + std::to_string(number) + ", but the header names " +
-                         std::to_string(header_.pictures.size()) + " pictures ('comment TextureFile NAME')");
+            cursor_.fail(fmt::format("texnumber {}, but the header names {} pictures ('comment TextureFile NAME')", number,
+                                     header_.pictures.size()));
         return number < 0 ? MeshMaterials::none : static_cast<std::uint32_t>(number);
     }
 
@@ -311,8 +311,8 @@ class BodyReader
     {
         const bool textured = layout_.texcoord != nullptr;
         if (textured && corner_texcoords_.size() != corners_.size())
-            cursor_.fail("a face of " + std::to_string(corners_.size()) + " corners has " +
-                         std::to_string(corner_texcoords_.size()) + " texture coordinates; expected one per corner");
+            cursor_.fail(fmt::format("a face of {} corners has {} texture coordinates; expected one per corner", corners_.size(),
+                                     corner_texcoords_.size()));
         fan_.split(corners_,
                    [&](std::size_t a, std::size_t b, std::size_t c)
                    {
@@ -326,7 +326,7 @@ class BodyReader
                            materials_->of_face.push_back(picture_);
                    });
         if (mesh_.triangles.size() > max_triangles_)
-            cursor_.fail("more than " + std::to_string(max_triangles_) + " triangles, the limit");
+            cursor_.fail(fmt::format("more than {} triangles, the limit", max_triangles_));
     }
 
     void spread_vertex_texcoords()
@@ -354,14 +354,14 @@ void check_limits(const Layout& layout, const MeshLimits& limits, std::string_vi
 {
     const std::string begin = std::string(source) + ":";
     if (layout.vertex->count > std::min<std::size_t>(limits.max_vertices, UINT32_MAX))
-        throw Error(begin + std::to_string(layout.vertex->line) + ": " + std::to_string(layout.vertex->count) +
-                    " vertices; the limit is " + std::to_string(limits.max_vertices));
+        throw Error(fmt::format("{}{}: {} vertices; the limit is {}", begin, layout.vertex->line, layout.vertex->count,
+                                limits.max_vertices));
     if (layout.face->count > limits.max_faces)
-        throw Error(begin + std::to_string(layout.face->line) + ": " + std::to_string(layout.face->count) +
-                    " faces; the limit is " + std::to_string(limits.max_faces));
+        throw Error(
+            fmt::format("{}{}: {} faces; the limit is {}", begin, layout.face->line, layout.face->count, limits.max_faces));
     if (layout.face->count == 0)
-        throw Error(begin + std::to_string(layout.face->line) +
-                    ": the file holds no faces; export the scan as a triangle mesh, not as points");
+        throw Error(fmt::format("{}{}: the file holds no faces; export the scan as a triangle mesh, not as points", begin,
+                                layout.face->line));
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <fmt/format.h>
 #include <limits>
 #include <span>
 #include <string>
@@ -88,8 +89,8 @@ class BinaryCursor
             fail("the list " + in_quotes(list.name) + " has a negative length");
         const auto size = static_cast<std::size_t>(count);
         if (size > (bytes_.size() - offset_) / size_of(list.type))
-            fail("the list " + in_quotes(list.name) + " of " + std::to_string(size) +
-                 " items goes beyond the end of the file: it is cut or damaged");
+            fail(fmt::format("the list {} of {} items goes beyond the end of the file: it is cut or damaged",
+                             in_quotes(list.name), size));
         return size;
     }
 
@@ -123,10 +124,7 @@ class BinaryCursor
     }
 
     /// About the value read last.
-    [[noreturn]] void fail(const std::string& what) const
-    {
-        throw Error(std::string(source_) + ": byte " + std::to_string(last_) + ": " + what);
-    }
+    [[noreturn]] void fail(const std::string& what) const { throw Error(fmt::format("{}: byte {}: {}", source_, last_, what)); }
 
   private:
     void reach(std::size_t size)
@@ -214,7 +212,7 @@ class AsciiCursor
         const auto size = static_cast<std::size_t>(count);
         // Each item takes a separator and a digit.
         if (size > words_.characters_left() / 2)
-            fail("the list " + in_quotes(list.name) + " of " + std::to_string(size) + " items is longer than its line");
+            fail(fmt::format("the list {} of {} items is longer than its line", in_quotes(list.name), size));
         return size;
     }
 

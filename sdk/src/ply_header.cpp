@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <fmt/format.h>
 #include <optional>
 #include <utility>
 
@@ -90,8 +91,8 @@ class HeaderReader
     {
         const std::string_view word = words_.next();
         if (!parse_number(word, header_.texture_px) || header_.texture_px < 1 || header_.texture_px > largest_texture_px)
-            lines_.fail("expected 'comment texture_px' and 1 to " + std::to_string(largest_texture_px) + " instead of " +
-                        in_quotes(word));
+            lines_.fail(
+                fmt::format("expected 'comment texture_px' and 1 to {} instead of {}", largest_texture_px, in_quotes(word)));
     }
 
     void end_of_line()
@@ -193,10 +194,9 @@ class HeaderReader
             if (row == 0)
                 lines_.fail_at(element.line, "element " + in_quotes(element.name) + " has no properties");
             if (element.count > left / row)
-                lines_.fail_at(element.line, std::to_string(element.count) + " elements " + in_quotes(element.name) +
-                                                 " of at least " + std::to_string(row) + " bytes each do not fit into the " +
-                                                 std::to_string(left) +
-                                                 " bytes that are left: the file is cut, or the count is wrong");
+                lines_.fail_at(element.line, fmt::format("{} elements {} of at least {} bytes each do not fit into the {} bytes "
+                                                         "that are left: the file is cut, or the count is wrong",
+                                                         element.count, in_quotes(element.name), row, left));
             left -= element.count * row;
         }
     }

@@ -6,6 +6,7 @@
 #include <array>
 #include <bit>
 #include <cstring>
+#include <fmt/format.h>
 #include <limits>
 #include <string>
 
@@ -37,12 +38,11 @@ std::string header_of(const Mesh& mesh)
 {
     std::string text = "ply\nformat binary_little_endian 1.0\n";
     if (!mesh.texcoords.empty() && mesh.texture_px > 0)
-        text += "comment texture_px " + std::to_string(mesh.texture_px) + "\n";
-    text +=
-        "element vertex " + std::to_string(mesh.positions.size()) + "\nproperty float x\nproperty float y\nproperty float z\n";
+        text += fmt::format("comment texture_px {}\n", mesh.texture_px);
+    text += fmt::format("element vertex {}\nproperty float x\nproperty float y\nproperty float z\n", mesh.positions.size());
     if (!mesh.colors.empty())
         text += "property uchar red\nproperty uchar green\nproperty uchar blue\n";
-    text += "element face " + std::to_string(mesh.triangles.size()) + "\nproperty list uchar int vertex_indices\n";
+    text += fmt::format("element face {}\nproperty list uchar int vertex_indices\n", mesh.triangles.size());
     if (!mesh.texcoords.empty())
         text += "property list uchar float texcoord\n";
     if (!mesh.charts.empty())
@@ -54,11 +54,10 @@ void check_fits_int(const Mesh& mesh)
 {
     constexpr std::uint32_t greatest = std::numeric_limits<std::int32_t>::max();
     if (mesh.positions.size() > greatest)
-        throw Error("a PLY file holds at most " + std::to_string(greatest) + " vertices, not " +
-                    std::to_string(mesh.positions.size()));
+        throw Error(fmt::format("a PLY file holds at most {} vertices, not {}", greatest, mesh.positions.size()));
     for (const std::uint32_t chart : mesh.charts)
         if (chart > greatest)
-            throw Error("a PLY file holds chart numbers up to " + std::to_string(greatest) + ", not " + std::to_string(chart));
+            throw Error(fmt::format("a PLY file holds chart numbers up to {}, not {}", greatest, chart));
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fmt/format.h>
 #include <iterator>
 #include <utility>
 
@@ -32,7 +33,7 @@ Raster8 without_alpha(const Raster8& pixels)
 std::string megabytes(std::uintmax_t bytes)
 {
     const std::uintmax_t tenths = (bytes + 50'000) / 100'000;
-    return std::to_string(tenths / 10) + "." + std::to_string(tenths % 10) + " MB";
+    return fmt::format("{}.{} MB", tenths / 10, tenths % 10);
 }
 
 }  // namespace

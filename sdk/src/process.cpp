@@ -8,6 +8,7 @@
 #include <cstring>
 #include <fcntl.h>
 #include <filesystem>
+#include <fmt/format.h>
 #include <string.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
@@ -217,7 +218,7 @@ bool take_group_end(pid_t pid, ProcessEnd& end)
 std::string signal_text(int signal)
 {
     const char* name = sigdescr_np(signal);
-    return std::string(name != nullptr ? name : "unknown") + " (signal " + std::to_string(signal) + ")";
+    return fmt::format("{} (signal {})", name != nullptr ? name : "unknown", signal);
 }
 
 bool LineBuffer::read_from(int fd)

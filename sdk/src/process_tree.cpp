@@ -2,6 +2,7 @@
 
 #include <csignal>
 #include <filesystem>
+#include <fmt/format.h>
 #include <fstream>
 #include <poll.h>
 #include <string>
@@ -17,8 +18,7 @@ std::vector<pid_t> descendants_of(pid_t pid)
 {
     std::vector<pid_t> found;
     std::error_code error;
-    for (fs::directory_iterator task("/proc/" + std::to_string(pid) + "/task", error), end; !error && task != end;
-         task.increment(error))
+    for (fs::directory_iterator task(fmt::format("/proc/{}/task", pid), error), end; !error && task != end; task.increment(error))
     {
         std::ifstream children(task->path() / "children");
         for (pid_t child = 0; children >> child;)

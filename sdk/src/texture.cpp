@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fmt/format.h>
 
 namespace fresco
 {
@@ -20,7 +21,7 @@ void Texture::save(const ArtifactFolder& folder) const
     write_file(folder.path / "texture.json",
                to_json(Value::Map{{"values", values}, {"atlas", atlas}, {"layers", layers.size()}, {"size_px", size_px()}}, 1));
     for (std::size_t i = 0; i < layers.size(); ++i)
-        detail::write_raster(folder.path / ("layer_" + std::to_string(i) + ".npy"), layers[i]);
+        detail::write_raster(folder.path / fmt::format("layer_{}.npy", i), layers[i]);
     detail::write_raster(folder.path / "seen.npy", seen);
 }
 
@@ -37,13 +38,12 @@ std::shared_ptr<Texture> Texture::load(const ArtifactFolder& folder)
         throw Error(file.string() + ": a texture has 1 to 16 layers and at least 1 texel");
     for (std::int64_t i = 0; i < layers; ++i)
     {
-        const auto layer_file = folder.path / ("layer_" + std::to_string(i) + ".npy");
+        const auto layer_file = folder.path / fmt::format("layer_{}.npy", i);
         texture->layers.push_back(detail::read_raster_f(layer_file, 3));
         const RasterF& layer = texture->layers.back();
         if (layer.width != size >> i || layer.height != size >> i)
-            throw Error(layer_file.string() + ": is " + std::to_string(layer.width) + "x" + std::to_string(layer.height) +
-                        "; layer " + std::to_string(i) + " of a texture of " + std::to_string(size) +
-                        " texels must be half the one before");
+            throw Error(fmt::format("{}: is {}x{}; layer {} of a texture of {} texels must be half the one before",
+                                    layer_file.string(), layer.width, layer.height, i, size));
     }
     texture->seen = detail::read_raster8(folder.path / "seen.npy", 1);
     if (texture->seen.width != size || texture->seen.height != size)
@@ -110,18 +110,19 @@ int painted_size_px(int size_px, int laid_out_px, std::string_view source, RunCo
 {
     constexpr int least = 16;
     constexpr int most = 16384;
-    const std::string given = std::to_string(laid_out_px);
     const int size = size_px == 0 ? laid_out_px : size_px;
     if (size == 0)
-        throw Error("the texture size is unknown: " + std::string(source) +
-                    " came without one; set size_px, or lay the mesh out with an atlas.* stage (atlas.keep keeps its texcoords)");
+        throw Error(
+            fmt::format("the texture size is unknown: {} came without one; set size_px, or lay the mesh out with an atlas.* "
+                        "stage (atlas.keep keeps its texcoords)",
+                        source));
     if (size < least || size > most)
-        throw Error("a texture of " + std::to_string(size) + " texels a side; expected " + std::to_string(least) + " to " +
-                    std::to_string(most) + ": set size_px" + (size_px == 0 ? " of the atlas.* stage" : ""));
+        throw Error(fmt::format("a texture of {} texels a side; expected {} to {}: set size_px{}", size, least, most,
+                                size_px == 0 ? " of the atlas.* stage" : ""));
     if (laid_out_px > 0 && size != laid_out_px)
-        run.warning("size_px is " + std::to_string(size) + ", but " + std::string(source) + " came from an atlas for " + given +
-                    ", whose gutters are " + number_text(std::round(100.0 * size / laid_out_px) / 100) +
-                    " times as wide now: leave size_px out here, and set it at the atlas.* stage");
+        run.warning(fmt::format("size_px is {}, but {} came from an atlas for {}, whose gutters are {} times as wide now: leave "
+                                "size_px out here, and set it at the atlas.* stage",
+                                size, source, laid_out_px, number_text(std::round(100.0 * size / laid_out_px) / 100)));
     return size;
 }
 

@@ -6,7 +6,7 @@
 #include <fresco/run_context.h>
 #include <fresco/uv_maps.h>
 
-#include <cstdio>
+#include <fmt/format.h>
 
 namespace fresco
 {
@@ -17,9 +17,7 @@ namespace fs = std::filesystem;
 
 fs::path map_file(const fs::path& folder, std::size_t view, int height_px)
 {
-    char number[24];
-    std::snprintf(number, sizeof number, "%06zu", view);
-    return folder / (std::string(number) + "_" + std::to_string(height_px) + ".uvmap");
+    return folder / fmt::format("{:06}_{}.uvmap", view, height_px);
 }
 
 constexpr int largest_texture_px = 262144;
@@ -28,8 +26,7 @@ int number_in(const Value& root, const char* name, int least, int most, const fs
 {
     const std::int64_t number = root.at(name).as_int();
     if (number < least || number > most)
-        throw Error(file.string() + ": " + name + " is " + std::to_string(number) + "; expected " + std::to_string(least) +
-                    " to " + std::to_string(most));
+        throw Error(fmt::format("{}: {} is {}; expected {} to {}", file.string(), name, number, least, most));
     return static_cast<int>(number);
 }
 
@@ -116,9 +113,9 @@ void check_uv_bits(const UvMaps& maps, int size_px, std::string_view source)
     int served = 1;
     while (uv_bits_for_texture(2 * served) <= maps.uv_bits)
         served *= 2;
-    throw Error(std::string(source) + " hold texcoords of " + std::to_string(maps.uv_bits) + " bits, for textures up to " +
-                std::to_string(served) + " texels a side, not " + std::to_string(size_px) +
-                ": set size_px of the atlas.* stage to " + std::to_string(size_px) + ", or paint at " + std::to_string(served));
+    throw Error(fmt::format("{} hold texcoords of {} bits, for textures up to {} texels a side, not {}: set size_px of the "
+                            "atlas.* stage to {}, or paint at {}",
+                            source, maps.uv_bits, served, size_px, size_px, served));
 }
 
 }  // namespace fresco

@@ -2,6 +2,7 @@
 
 #include <fresco/error.h>
 
+#include <fmt/format.h>
 #include <memory>
 #include <new>
 #include <zstd.h>
@@ -75,7 +76,7 @@ std::string read_frame(std::span<const std::byte> frame, std::span<std::uint8_t>
     if (says == ZSTD_CONTENTSIZE_ERROR || says == ZSTD_CONTENTSIZE_UNKNOWN)
         return "expected a Zstandard frame with its size";
     if (says != bytes.size())
-        return "expected a frame of " + std::to_string(bytes.size()) + " bytes, got " + std::to_string(says);
+        return fmt::format("expected a frame of {} bytes, got {}", bytes.size(), says);
     const std::size_t size = ZSTD_decompressDCtx(decompressor(), bytes.data(), bytes.size(), frame.data(), frame.size());
     return ZSTD_isError(size) != 0 ? ZSTD_getErrorName(size) : "";
 }

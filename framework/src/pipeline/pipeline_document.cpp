@@ -4,6 +4,7 @@
 #include <fresco/wording.h>
 
 #include <algorithm>
+#include <fmt/format.h>
 
 namespace fresco::host
 {
@@ -230,9 +231,11 @@ void check_stages(const YamlNode& stages, const YamlNode& vars, ProblemList& pro
                          "stage '" + stage.key + "' must be a map {type: …, option: …}, got " + stage.value.summary());
     for (const YamlNode::Entry& var : vars.entries)
         if (const YamlNode::Entry* stage = stages.find(var.key))
-            problems.add(var.position(), "the var '" + var.key + "' has the name of the stage on line " +
-                                             std::to_string(stage->line) + ": rename one of them, so that --set " + var.key +
-                                             " is unambiguous");
+            problems.add(
+                var.position(),
+                fmt::format(
+                    "the var '{}' has the name of the stage on line {}: rename one of them, so that --set {} is unambiguous",
+                    var.key, stage->line, var.key));
 }
 }  // namespace
 
@@ -257,7 +260,7 @@ PipelineDocument read_pipeline_document(const fs::path& file, const std::string&
         if (again || files.size() >= base_limit)
         {
             problems.add(wanted_at, again ? "cycle: 'base: " + base.text + "' leads back to this file"
-                                          : "more than " + std::to_string(base_limit) + " nested base files");
+                                          : fmt::format("more than {} nested base files", base_limit));
             document.complete = false;
             break;
         }

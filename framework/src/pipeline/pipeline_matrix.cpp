@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <fmt/format.h>
 #include <set>
 
 namespace fresco::host
@@ -114,7 +115,7 @@ void label(MatrixAxis& axis)
     {
         std::string unique = labels[i];
         for (std::size_t number = 2; is_taken(unique) || !seen.insert(without_case(unique)).second; ++number)
-            unique = labels[i] + "-" + std::to_string(number);
+            unique = fmt::format("{}-{}", labels[i], number);
         axis.choices[i].label = unique;
     }
 }
@@ -164,10 +165,9 @@ bool read_named(MatrixAxis& axis, const YamlNode& map, ProblemList& problems)
     {
         const bool fits = label_of(entry.key) == entry.key && !is_taken(entry.key);
         if (!fits)
-            problems.add(entry.position(), "axis '" + axis.var + "': '" + entry.key +
-                                               "' cannot name a folder of results: use letters, digits, '_', '-', "
-                                               "'.', '+' and '=', at most " +
-                                               std::to_string(longest_label) + ", and none of fresco's own names");
+            problems.add(entry.position(), fmt::format("axis '{}': '{}' cannot name a folder of results: use letters, digits, "
+                                                       "'_', '-', '.', '+' and '=', at most {}, and none of fresco's own names",
+                                                       axis.var, entry.key, longest_label));
         const bool fresh = seen.insert(without_case(entry.key)).second;
         if (!fresh)
             problems.add(entry.position(), "axis '" + axis.var + "': '" + entry.key + "' differs from another name only in case");
@@ -227,7 +227,7 @@ std::vector<MatrixAxis> read_matrix(PipelineDocument& document, ProblemList& pro
     if (axes.size() > axis_limit)
     {
         problems.add(document.matrix.entries.front().position(),
-                     "a matrix of more than " + std::to_string(axis_limit) + " axes: put some into files of their own");
+                     fmt::format("a matrix of more than {} axes: put some into files of their own", axis_limit));
         axes.resize(axis_limit);
     }
     return axes;
@@ -277,7 +277,7 @@ std::vector<std::vector<std::size_t>> combinations(const std::vector<MatrixAxis>
                     longer.push_back(combination);
                     longer.back().push_back(i);
                     if (longer.size() > combination_limit)
-                        throw Error("the matrix has more than " + std::to_string(combination_limit) + " combinations");
+                        throw Error(fmt::format("the matrix has more than {} combinations", combination_limit));
                 }
         result = std::move(longer);
     }

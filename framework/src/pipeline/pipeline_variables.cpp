@@ -2,6 +2,7 @@
 #include <fresco/wording.h>
 
 #include <algorithm>
+#include <fmt/format.h>
 #include <optional>
 
 namespace fresco::host
@@ -151,7 +152,7 @@ bool Variables::spend(std::size_t amount, const YamlNode& use)
         return true;
     }
     if (!reported_budget_)
-        problems_.add(use.position(), "the vars grow to more than " + std::to_string(substitution_limit >> 20U) + " MiB of text");
+        problems_.add(use.position(), fmt::format("the vars grow to more than {} MiB of text", substitution_limit >> 20U));
     reported_budget_ = true;
     return false;
 }
@@ -179,7 +180,7 @@ const YamlNode* Variables::value_of(const std::string& name, const YamlNode& use
         // Every name takes a level of the machine's stack.
         if (in_progress_.size() >= yaml_depth_limit)
         {
-            problems_.add(use.position(), "more than " + std::to_string(yaml_depth_limit) + " nested vars");
+            problems_.add(use.position(), fmt::format("more than {} nested vars", yaml_depth_limit));
             return nullptr;
         }
         var.state = State::in_progress;
@@ -253,7 +254,7 @@ YamlNode Variables::substitute(const YamlNode& node)
     // Lists of vars that are lists nest deeper than any file may.
     if (depth(result) > yaml_depth_limit)
     {
-        problems_.add(node.position(), "the vars nest deeper than " + std::to_string(yaml_depth_limit) + " levels");
+        problems_.add(node.position(), fmt::format("the vars nest deeper than {} levels", yaml_depth_limit));
         return invalid(node);
     }
     return result;

@@ -2,6 +2,7 @@
 #include <fresco/wording.h>
 
 #include <algorithm>
+#include <fmt/format.h>
 #include <set>
 
 namespace fresco::host
@@ -391,7 +392,7 @@ StageGraph check_graph(const std::vector<StageDraft>& stages, ProblemList& probl
         for (std::size_t i = 0; i < cycle.size() && i < shown; ++i)
             text += stages[cycle[i]].name + " → ";
         if (cycle.size() > shown)
-            text += "… (" + std::to_string(cycle.size()) + " stages) → ";
+            text += fmt::format("… ({} stages) → ", cycle.size());
         const auto closing =
             std::find_if(first.sources.begin(), first.sources.end(), [&](const auto& s) { return s.first == cycle.back(); });
         problems.add(closing == first.sources.end() ? first.position : closing->second, text + first.name);

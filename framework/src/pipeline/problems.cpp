@@ -1,6 +1,7 @@
 #include "pipeline/problems.h"
 
 #include <algorithm>
+#include <fmt/format.h>
 #include <tuple>
 
 namespace fresco::host
@@ -34,7 +35,7 @@ std::vector<Problem> ProblemList::sorted() const
 std::string to_string(const Problem& problem)
 {
     const Position& at = problem.position;
-    const std::string place = at.line > 0 ? ":" + std::to_string(at.line) + ":" + std::to_string(at.column) : "";
+    const std::string place = at.line > 0 ? fmt::format(":{}:{}", at.line, at.column) : "";
     return at.file + place + ": error: " + problem.text;
 }
 

@@ -7,6 +7,7 @@
 #include <yaml-cpp/parser.h>
 
 #include <algorithm>
+#include <fmt/format.h>
 #include <sstream>
 #include <unordered_map>
 
@@ -135,7 +136,7 @@ class TreeBuilder final : public YAML::EventHandler
     {
         if (++count_ > yaml_node_limit)
         {
-            problems_.add(position(mark), "more than " + std::to_string(yaml_node_limit) + " values: not a pipeline file");
+            problems_.add(position(mark), fmt::format("more than {} values: not a pipeline file", yaml_node_limit));
             throw Stop{};
         }
         YamlNode node;
@@ -160,7 +161,7 @@ class TreeBuilder final : public YAML::EventHandler
         check_tag(mark, tag);
         if (open_.size() >= yaml_depth_limit)
         {
-            problems_.add(position(mark), "nested deeper than " + std::to_string(yaml_depth_limit) + " levels");
+            problems_.add(position(mark), fmt::format("nested deeper than {} levels", yaml_depth_limit));
             throw Stop{};
         }
         Open level;
@@ -202,7 +203,7 @@ class TreeBuilder final : public YAML::EventHandler
         }
         else if (const auto [first, fresh] = map.keys.emplace(key.text, key.line); !fresh)
             problems_.add(key.position(),
-                          "the key '" + key.text + "' appears twice; the first is on line " + std::to_string(first->second));
+                          fmt::format("the key '{}' appears twice; the first is on line {}", key.text, first->second));
         else
             map.drop_entry = false;
     }
@@ -269,7 +270,7 @@ YamlNode parse_yaml(std::string_view text, std::shared_ptr<const YamlSource> sou
     }
     if (const auto line = lines.first_longer_than(yaml_line_limit))
     {
-        problems.add(tree.position(*line), "a line of more than " + std::to_string(yaml_line_limit) + " bytes: break it");
+        problems.add(tree.position(*line), fmt::format("a line of more than {} bytes: break it", yaml_line_limit));
         return {};
     }
     std::istringstream stream{std::string(text)};

@@ -9,9 +9,9 @@ namespace
 {
 namespace fs = std::filesystem;
 
-constexpr std::string_view own = "own:";
-constexpr std::string_view stored = "store:";
-constexpr std::string_view outside = "file:";
+constexpr std::string_view own_prefix = "own:";
+constexpr std::string_view store_prefix = "store:";
+constexpr std::string_view file_prefix = "file:";
 
 /// `place`: of the file, below the store's root.
 void note_result(const fs::path& place, const ArtifactFolder& folder)
@@ -39,23 +39,23 @@ std::optional<std::string> detail::below(const fs::path& path, const fs::path& b
 std::string reference_to(const fs::path& file, const ArtifactFolder& folder)
 {
     if (const auto name = detail::below(file, folder.path))
-        return std::string(own) + *name;
+        return std::string(own_prefix) + *name;
     if (const auto place = detail::below(file, folder.store))
     {
         note_result(*place, folder);
-        return std::string(stored) + *place;
+        return std::string(store_prefix) + *place;
     }
-    return std::string(outside) + fs::absolute(file).string();
+    return std::string(file_prefix) + fs::absolute(file).string();
 }
 
 fs::path referred_file(const std::string& reference, const ArtifactFolder& folder)
 {
-    if (reference.starts_with(own))
-        return folder.path / reference.substr(own.size());
-    if (reference.starts_with(stored))
-        return folder.store / reference.substr(stored.size());
-    if (reference.starts_with(outside))
-        return reference.substr(outside.size());
+    if (reference.starts_with(own_prefix))
+        return folder.path / reference.substr(own_prefix.size());
+    if (reference.starts_with(store_prefix))
+        return folder.store / reference.substr(store_prefix.size());
+    if (reference.starts_with(file_prefix))
+        return reference.substr(file_prefix.size());
     throw Error("reference \"" + reference + "\" does not begin with own:, store: or file:");
 }
 

@@ -35,11 +35,10 @@ fs::path find_mesh(const fs::path& path, std::string_view kind, fresco::RunConte
     auto files = kind == "reduced" ? std::vector<fs::path>{} : files_ending(path, full_mesh, run);
     if (files.empty() && kind != "full")
         files = files_ending(path, reduced_mesh, run);
+    if (files.empty() && kind == "auto")
+        return {};
     if (files.empty())
-        throw fresco::MissingInput(path.string() + ": no mesh " +
-                                   (kind == "full"      ? "*_vh_clean.ply"
-                                    : kind == "reduced" ? "*_vh_clean_2.ply"
-                                                        : "*_vh_clean.ply or *_vh_clean_2.ply") +
+        throw fresco::MissingInput(path.string() + ": no mesh " + (kind == "full" ? "*_vh_clean.ply" : "*_vh_clean_2.ply") +
                                    "; put it there or set option \"mesh\"");
     if (files.size() > 1)
         throw fresco::Error(path.string() + ": several meshes, " + files[0].filename().string() + " and " +

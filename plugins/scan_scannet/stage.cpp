@@ -49,6 +49,8 @@ class ScanScannet final : public RecordingStage
     void read_surface(fresco::RunContext& run)
     {
         const auto file = mesh.given().empty() ? scannet::find_mesh(path(), *mesh_kind, run) : mesh.given().path;
+        if (file.empty())
+            return mesh.leave_out(path().string() + "/*_vh_clean.ply or *_vh_clean_2.ply, or set option \"mesh\"", run);
         run.reads_file(file);
         auto surface = fresco::read_mesh(file);
         if (*align_axes)

@@ -44,7 +44,7 @@ fs::path DeclaredInput::hand_over(const fs::path& folder, const ImageIo* images,
 }
 
 DeclaredOutput::DeclaredOutput(Configurable* owner, const std::string& name, const ArtifactType& type, const ExchangeForm& form)
-    : OutputPort(owner, name, type, ""), form_(form)
+    : OutputPort(owner, name, type, false, ""), form_(form)
 {
 }
 

@@ -8,13 +8,16 @@ Artifact::~Artifact() = default;
 
 namespace
 {
-Value described(const std::string& name, const ArtifactType& type)
+Value described(const std::string& name, const ArtifactType& type, bool is_optional, const std::string& help)
 {
     Value description = Value::Map{{"name", name}, {"artifact", type.name}, {"version", type.version}};
     if (const auto forms = type.form_names(); !forms.empty())
         description.set("as", Value::List(forms.begin(), forms.end()));
     if (type.has_preview)
         description.set("preview", true);
+    if (is_optional)
+        description.set("optional", true);
+    description.set("help", help);
     return description;
 }
 }  // namespace
@@ -28,11 +31,7 @@ InputPort::~InputPort() = default;
 
 Value InputPort::describe() const
 {
-    Value description = described(name_, type_);
-    if (optional_)
-        description.set("optional", true);
-    description.set("help", help_);
-    return description;
+    return described(name_, type_, optional_, help_);
 }
 
 void InputPort::not_wired() const
@@ -45,8 +44,8 @@ void InputPort::wrong_type() const
     throw Error("input \"" + name_ + "\" takes " + type_.name + ", got another type");
 }
 
-OutputPort::OutputPort(Configurable* owner, std::string name, const ArtifactType& type, std::string help)
-    : name_(std::move(name)), type_(type), help_(std::move(help))
+OutputPort::OutputPort(Configurable* owner, std::string name, const ArtifactType& type, bool is_optional, std::string help)
+    : name_(std::move(name)), type_(type), optional_(is_optional), help_(std::move(help))
 {
     owner->outputs_.push_back(this);
 }
@@ -54,9 +53,7 @@ OutputPort::~OutputPort() = default;
 
 Value OutputPort::describe() const
 {
-    Value description = described(name_, type_);
-    description.set("help", help_);
-    return description;
+    return described(name_, type_, optional_, help_);
 }
 
 void OutputPort::no_value() const

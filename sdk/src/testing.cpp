@@ -145,7 +145,10 @@ void run_stage(Stage& stage, const Value& options, const std::map<std::string, s
     }
     stage.run(run);
     for (const OutputPort* port : stage.outputs())
-        port->save();
+        if (port->is_left_out())
+            fs::remove(folder / port->name());
+        else
+            port->save();
 }
 
 std::unique_ptr<Configurable> make_from_plugin(const fs::path& library, std::string_view type)

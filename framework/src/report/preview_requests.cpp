@@ -69,7 +69,8 @@ class Requests
             const std::string& artifact = output.at("artifact").as_string();
             const bool exports = std::ranges::find(exported, name) != exported.end();
             const auto maker = makers_.find(artifact);
-            if (maker == makers_.end() || maker->second == nullptr || (!shown.names.empty() && !exports))
+            if (maker == makers_.end() || maker->second == nullptr || (!shown.names.empty() && !exports) ||
+                !fs::is_directory(store_.object(shown.object) / name))
                 continue;
             // What a command made is loaded by somebody else.
             const TypeDescription& type = output.find("preview") != nullptr ? *stage.type : *maker->second;

@@ -133,8 +133,11 @@ class Worker
                     throw PluginFailure(input.reader.at("type").as_string() + " is not a reader");
                 (*port)->set(reader->read(input.file));
             }
-            else
-                (*port)->load({store_.object(input.object) / input.output, store_.root()});
+            else if (const fs::path folder = store_.object(input.object) / input.output; fs::is_directory(folder))
+                (*port)->load({folder, store_.root()});
+            else if (!(*port)->is_optional())
+                throw MissingInput("input '" + input.port + "' is empty: " + input.from +
+                                   " is optional, and that stage made none; its messages say why");
         }
     }
 
@@ -143,7 +146,6 @@ class Worker
         Publication publication;
         for (OutputPort* output : stage.outputs())
         {
-            publication.outputs.push_back(output->name());
             fs::create_directories(folder_ / output->name());
             output->set_folder({folder_ / output->name(), store_.root()});
         }
@@ -153,7 +155,13 @@ class Worker
         context_.check_canceled();
         for (const OutputPort* output : stage.outputs())
         {
+            if (output->is_left_out())
+            {
+                fs::remove_all(folder_ / output->name());
+                continue;
+            }
             output->save();
+            publication.outputs.push_back(output->name());
             publication.references.insert(output->references().begin(), output->references().end());
         }
         check_files_unchanged();

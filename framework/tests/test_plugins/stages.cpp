@@ -108,6 +108,22 @@ class Add final : public LoggedStage
 };
 FRESCO_STAGE("test.add", Add, "The sum of two numbers")
 
+class Maybe final : public LoggedStage
+{
+    Output<Table> table{this, "table", fresco::optional, "The number, unless there is none"};
+    Output<Table> always{this, "always", "Another number"};
+    Option<bool> made{this, "made", true, "Whether there is one"};
+
+    void run(RunContext&) override
+    {
+        log("maybe");
+        if (*made)
+            table = number(7);
+        always = number(1);
+    }
+};
+FRESCO_STAGE("test.maybe", Maybe, "A number, or none")
+
 /// Counts to `steps`, one checkpoint per step. Says so when it is stopped in order.
 class Slow final : public LoggedStage
 {

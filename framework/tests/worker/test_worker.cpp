@@ -47,6 +47,34 @@ TEST_CASE("Every way to fail is told in words, with the right exit code, and pub
     CHECK(contains(place.run({"run", "room.yaml", "--set", "bad.how=crash"}).err, "about to fail"));
 }
 
+TEST_CASE("An output that is left out leaves an optional input empty, and stops a stage that needs it")
+{
+    Workplace place;
+    place.write("room.yaml", R"(version: 1
+stages:
+  maybe: {type: test.maybe, log: log}
+  add:   {type: test.add, input: {left: maybe.always, right: maybe.table}}
+  text:  {type: test.sink, input: add, path: sum.txt}
+)");
+    REQUIRE(place.run({"run", "room.yaml"}).code == 0);
+    CHECK(place.read("out/sum.txt") == "8.000000\n");
+    const Finished without = place.run({"run", "room.yaml", "--set", "maybe.made=false"});
+    INFO(without.err);
+    REQUIRE(without.code == 0);
+    CHECK(place.read("out/sum.txt") == "1.000000\n");
+    // It is stored as it is.
+    place.clear_log();
+    CHECK(place.run({"run", "room.yaml", "--set", "maybe.made=false"}).code == 0);
+    CHECK(place.log().empty());
+
+    place.write("needs.yaml", "version: 1\nstages:\n  maybe: {type: test.maybe, made: false}\n"
+                              "  text: {type: test.sink, input: maybe.table}\n");
+    const Finished needs = place.run({"run", "needs.yaml"});
+    CHECK(needs.code == 3);
+    CHECK(contains(needs.err, "needs.yaml:4:3: error: stage text (test.sink)"));
+    CHECK(contains(needs.err, "input 'table' is empty: maybe.table is optional, and that stage made none"));
+}
+
 TEST_CASE("The manifest says how a result came about")
 {
     Workplace place;

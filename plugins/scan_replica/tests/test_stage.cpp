@@ -66,7 +66,7 @@ TEST_CASE("the mesh and the camera may be elsewhere, frames may be left out", "[
     fs::rename(beside / "other.json", scene.path / "cam_params.json");
     CHECK(scene.error() == "no error");
     fs::rename(beside / "room0_mesh.ply", beside / "other.ply");
-    CHECK_THAT(scene.error(), Contains("the mesh is missing") && Contains("room0_mesh.ply, or set option \"mesh\""));
+    fresco::testing::check_no_mesh(scene, "room0_mesh.ply");
     CHECK(scene.error(Value::Map{{"mesh", (beside / "other.ply").string()}}) == "no error");
     fs::rename(beside / "other.ply", scene.path / "mesh.ply");
     scene.remove("results/frame000001.jpg");

@@ -128,6 +128,10 @@ TEST_CASE("the mesh is chosen by kind", "[scan.scannet]")
     for (const char* names : {"*_vh_clean.ply", "*_vh_clean_2.ply", "*.txt"})
         CHECK(std::ranges::count(run.folders_read, scene.path / names) == 1);
     CHECK_THAT(scene.error(Value::Map{{"mesh_kind", "full"}}), Contains("no mesh *_vh_clean.ply"));
+    const std::string reduced = scene.text("scene0000_00_vh_clean_2.ply");
+    scene.remove("scene0000_00_vh_clean_2.ply");
+    fresco::testing::check_no_mesh(scene, "*_vh_clean.ply or *_vh_clean_2.ply");
+    scene.write("scene0000_00_vh_clean_2.ply", reduced);
     scene.write("other_vh_clean_2.ply", scene.text("scene0000_00_vh_clean_2.ply"));
     CHECK_THAT(scene.error(), Contains("several meshes") && Contains("other_vh_clean_2.ply"));
     CHECK(scene.error(Value::Map{{"mesh", (scene.path / "other_vh_clean_2.ply").string()}}) == "no error");

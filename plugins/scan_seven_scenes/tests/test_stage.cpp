@@ -197,11 +197,18 @@ TEST_CASE("a scan that cannot be used is refused by name", "[scan.seven_scenes]"
                   {std::string(pose) + ":3: \"one\" is not a number"}},
                  {"a short matrix",
                   writing("depth-intrinsics.txt", "25 0 16\n0 26 12\n"),
-                  {"depth-intrinsics.txt: 2 rows; expected a 3x3"}},
-                 {"no mesh", removing("mesh.ply"), {"the mesh is missing; expected", "mesh.ply, or set option \"mesh\""}}});
-    const WrittenRecording without_mesh(reader);
-    without_mesh.remove("mesh.ply");
-    CHECK_THROWS_AS(without_mesh.read(), fresco::MissingInput);
+                  {"depth-intrinsics.txt: 2 rows; expected a 3x3"}}});
+}
+
+TEST_CASE("a recording without a mesh leaves that output out", "[scan.seven_scenes]")
+{
+    const WrittenRecording scene(reader);
+    scene.remove("mesh.ply");
+    fresco::testing::check_no_mesh(scene, (scene.path / "mesh.ply").string());
+    TestRun run;
+    scene.read(run);
+    // It is read once it is there.
+    CHECK(std::ranges::count(run.folders_read, scene.path / "mesh.ply") == 1);
 }
 
 TEST_CASE("the kitchen has 125 frames of two cameras 2.6 cm apart", "[scan.seven_scenes]")

@@ -93,6 +93,9 @@ class OutputPort
     OutputPort& operator=(const OutputPort&) = delete;
     const std::string& name() const { return name_; }
     const ArtifactType& type() const { return type_; }
+    bool is_optional() const { return optional_; }
+    /// Optional, and the stage gave no value: there is nothing to save.
+    bool is_left_out() const { return optional_ && value() == nullptr; }
     Value describe() const;
     /// Before `run`: where the artifact goes.
     void set_folder(ArtifactFolder folder)
@@ -109,24 +112,31 @@ class OutputPort
     virtual std::shared_ptr<const Artifact> load(const ArtifactFolder& folder) const = 0;
 
   protected:
-    OutputPort(Configurable* owner, std::string name, const ArtifactType& type, std::string help);
+    OutputPort(Configurable* owner, std::string name, const ArtifactType& type, bool is_optional, std::string help);
     [[noreturn]] void no_value() const;
     ArtifactFolder folder_;
 
   private:
     std::string name_;
     const ArtifactType& type_;
+    bool optional_;
     std::string help_;
     std::set<std::string> references_;
 };
 
-/// An output: assign it once in `run`. An artifact that streams writes into folder() while the stage runs.
+/// An output: assign it once in `run`. An artifact that streams writes into folder() while the stage runs. An optional one may be
+/// left without a value, where what the stage reads has none: an optional input wired to it is then empty, any other is an error
+/// of the run.
 template <class T>
 class Output final : public OutputPort
 {
   public:
     Output(Configurable* owner, std::string name, std::string help)
-        : OutputPort(owner, std::move(name), RegisteredArtifact<T>::type, std::move(help))
+        : OutputPort(owner, std::move(name), RegisteredArtifact<T>::type, false, std::move(help))
+    {
+    }
+    Output(Configurable* owner, std::string name, Optional, std::string help)
+        : OutputPort(owner, std::move(name), RegisteredArtifact<T>::type, true, std::move(help))
     {
     }
 

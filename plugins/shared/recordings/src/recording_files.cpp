@@ -85,12 +85,10 @@ void looks_for(const fs::path& pattern, RunContext& run)
     run.reads_folder(name.parent_path(), name.filename().string());
 }
 
-fs::path first_file(const InputFile& given, const std::vector<fs::path>& candidates, std::string_view what,
-                    std::string_view option, RunContext& run)
+std::optional<fs::path> find_file(const InputFile& given, const std::vector<fs::path>& candidates, RunContext& run)
 {
     if (!given.empty())
         return given.path;
-    std::string names;
     for (const auto& candidate : candidates)
     {
         if (fs::is_regular_file(candidate))
@@ -98,10 +96,25 @@ fs::path first_file(const InputFile& given, const std::vector<fs::path>& candida
             run.reads_file(candidate);
             return candidate;
         }
-        names += (names.empty() ? "" : " or ") + candidate.string();
         looks_for(candidate, run);
     }
-    throw MissingInput(std::string(what) + " is missing; expected " + names + ", or set option \"" + std::string(option) + "\"");
+    return std::nullopt;
+}
+
+std::string expected_files(const std::vector<fs::path>& candidates, std::string_view option)
+{
+    std::string names;
+    for (const auto& candidate : candidates)
+        names += (names.empty() ? "" : " or ") + candidate.string();
+    return names + ", or set option \"" + std::string(option) + "\"";
+}
+
+fs::path first_file(const InputFile& given, const std::vector<fs::path>& candidates, std::string_view what,
+                    std::string_view option, RunContext& run)
+{
+    if (auto file = find_file(given, candidates, run))
+        return *file;
+    throw MissingInput(std::string(what) + " is missing; expected " + expected_files(candidates, option));
 }
 
 std::string recorded_text(const fs::path& file, RunContext& run)

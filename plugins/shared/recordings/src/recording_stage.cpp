@@ -122,15 +122,22 @@ void RecordingStage::run(RunContext& run)
 
 RecordedMesh::RecordedMesh(Configurable* owner, std::string option_help, std::string output_help)
     : file_(owner, "mesh", InputFile{}, extensions({".ply", ".obj"}), std::move(option_help)),
-      mesh_(owner, "mesh", std::move(output_help))
+      mesh_(owner, "mesh", optional, std::move(output_help))
 {
 }
 
 void RecordedMesh::read(const std::vector<fs::path>& candidates, RunContext& run)
 {
-    const auto file = first_file(*file_, candidates, "the mesh", "mesh", run);
-    mesh_ = read_mesh(file);
-    run.report("mesh", file.filename().string());
+    const auto file = find_file(*file_, candidates, run);
+    if (!file)
+        return leave_out(expected_files(candidates, "mesh"), run);
+    mesh_ = read_mesh(*file);
+    run.report("mesh", file->filename().string());
+}
+
+void RecordedMesh::leave_out(const std::string& expected, RunContext& run)
+{
+    run.warning("there is no mesh; expected " + expected + ". mesh.fuse makes one from the depth pictures");
 }
 
 RecordedMesh& RecordedMesh::operator=(Mesh surface)

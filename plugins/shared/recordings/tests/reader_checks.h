@@ -50,7 +50,7 @@ struct ReaderUnderTest
 struct ReadScan
 {
     std::shared_ptr<Frames> frames;
-    std::shared_ptr<Mesh> mesh;  ///< Null where the reader has no such port.
+    std::shared_ptr<Mesh> mesh;  ///< Null where the reader has no such port, or left it out.
 };
 
 /// The text of the fresco::Error that `work` throws, "no error" if it throws none.
@@ -120,6 +120,8 @@ class WrittenRecording
         ReadScan result;
         for (const OutputPort* port : stage.outputs())
         {
+            if (port->is_left_out())
+                continue;
             if (saved)
                 port->save();
             if (port->name() == "frames")
@@ -169,6 +171,19 @@ inline void write_mesh(const std::filesystem::path& file, std::size_t faces = 1,
     mesh.triangles.resize(faces);
     std::filesystem::create_directories(file.parent_path());
     write_file(file, to_ply(mesh));
+}
+
+/// Checks that a recording without a mesh gives its frames and leaves the mesh out, with a warning that names what was
+/// `expected`.
+inline void check_no_mesh(const WrittenRecording& recording, const std::string& expected, const Value& options = Value::Map{})
+{
+    TestRun run;
+    const auto found = recording.read(run, options);
+    CHECK(found.mesh == nullptr);
+    CHECK_FALSE(found.frames->frames.empty());
+    REQUIRE_FALSE(run.messages.empty());
+    CHECK_THAT(run.messages.front(), Catch::Contains("warning: there is no mesh; expected") && Catch::Contains(expected) &&
+                                         Catch::Contains(", or set option \"mesh\". mesh.fuse makes one"));
 }
 
 /// Damages each of `files` in turn as damage_file does, and runs the reader each time. It must throw fresco::Error, or give

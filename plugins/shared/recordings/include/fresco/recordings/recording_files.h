@@ -5,6 +5,7 @@
 #include <fresco/run_context.h>
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -32,8 +33,13 @@ std::vector<RecordedView> numbered_views(const NumberedFiles& color, const Numbe
 /// be there.
 void looks_for(const std::filesystem::path& pattern, RunContext& run);
 
-/// The file that an option gives, else the first of `candidates` that is there. Throws MissingInput that names the candidates and
-/// the option, and says that `what` is missing.
+/// The file that an option gives, else the first of `candidates` that is there; else none.
+std::optional<std::filesystem::path> find_file(const InputFile& given, const std::vector<std::filesystem::path>& candidates,
+                                               RunContext& run);
+/// FILE or FILE, or set option "OPTION".
+std::string expected_files(const std::vector<std::filesystem::path>& candidates, std::string_view option);
+
+/// As find_file. Throws MissingInput that names the candidates and the option, and says that `what` is missing.
 std::filesystem::path first_file(const InputFile& given, const std::vector<std::filesystem::path>& candidates,
                                  std::string_view what, std::string_view option, RunContext& run);
 

@@ -63,15 +63,17 @@ class RecordingStage : public Stage
     Output<Frames> frames;
 };
 
-/// The option `mesh` and the output of that name, for a reader whose layout has a mesh: a member of it.
+/// The option `mesh` and the optional output of that name, for a reader whose layout has a mesh: a member of it.
 class RecordedMesh
 {
   public:
     RecordedMesh(Configurable* owner, std::string option_help, std::string output_help);
 
     const InputFile& given() const { return *file_; }
-    /// Reads the mesh that first_file finds.
+    /// Reads the mesh that find_file finds, if any.
     void read(const std::vector<std::filesystem::path>& candidates, RunContext& run);
+    /// Warns that there is none: the output stays empty.
+    void leave_out(const std::string& expected, RunContext& run);
     RecordedMesh& operator=(Mesh surface);
 
   private:

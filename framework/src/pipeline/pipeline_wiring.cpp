@@ -202,9 +202,17 @@ void Wiring::wire_stage(StageDraft& stage, const Ports& inputs, const YamlNode& 
         for (const PortDeclaration* input : inputs)
             if (fits(*output, *input))
                 pairs.emplace_back(output, input);
-    if (pairs.size() == 1)
+    std::set<const PortDeclaration*> used, wanted;
+    for (const auto& [output, input] : pairs)
     {
-        stage.wires.push_back({pairs[0].second->name, pairs[0].second->artifact, from.name, pairs[0].first->name, {}, {}});
+        used.insert(output);
+        wanted.insert(input);
+    }
+    const bool all = wanted.size() == pairs.size();
+    if (!pairs.empty() && all && used.size() == pairs.size())
+    {
+        for (const auto& [output, input] : pairs)
+            stage.wires.push_back({input->name, input->artifact, from.name, output->name, {}, {}});
         return;
     }
     gave_up_ = true;
@@ -218,11 +226,7 @@ void Wiring::wire_stage(StageDraft& stage, const Ports& inputs, const YamlNode& 
         problems_.add(node.position(), stage.title() + takes + ", but " + makes);
         return;
     }
-    // Several inputs that each fit one output are all meant to be named; else one of several ways is.
-    std::set<const PortDeclaration*> wanted;
-    for (const auto& pair : pairs)
-        wanted.insert(pair.second);
-    const bool all = wanted.size() == pairs.size();
+    // Several inputs that fit one output are all meant to be named; else one of several ways is.
     std::vector<std::string> ways;
     for (const auto& [output, input] : pairs)
         ways.push_back((all ? "" : "{") + input->name + ": " + from.name + "." + output->name + (all ? "" : "}"));

@@ -160,6 +160,25 @@ stages:
     CHECK(result.pipeline.find("e")->wires.empty());
 }
 
+TEST_CASE("A stage's name wires every input that one of its outputs fits in one way", "[pipeline]")
+{
+    const Room folder;
+    const Catalog catalog = hand_made_catalog();
+    const PipelineResult result = check(folder, R"(version: 1
+stages:
+  scan:   {type: scan.folder, path: .}
+  kept:   {type: frames.sharpest, input: scan}
+  uvmaps: {type: uvmaps.raycast, input: scan}
+)",
+                                        catalog);
+    REQUIRE(lines(result).empty());
+    const auto& wires = result.pipeline.find("uvmaps")->wires;
+    REQUIRE(wires.size() == 2);
+    CHECK((wires[0].port == "mesh" && wires[0].from_stage == "scan" && wires[0].from_port == "mesh"));
+    CHECK((wires[1].port == "frames" && wires[1].from_stage == "scan" && wires[1].from_port == "frames"));
+    CHECK(result.pipeline.find("kept")->wires.size() == 1);
+}
+
 TEST_CASE("A diamond and several sinks keep the file's order", "[pipeline]")
 {
     const Room folder;

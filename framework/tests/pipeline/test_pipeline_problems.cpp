@@ -138,8 +138,8 @@ TEST_CASE("Values of the wrong type are named with what is accepted and what was
     CHECK_THAT(height("16, 4096"), !Contains("heights_px"));
     CHECK_THAT(problem_of("a: {title: x}"), Contains("3:3: error: stage 'a': missing 'type'"));
     CHECK_THAT(problem_of("a: {typ: mesh.pass}"), Contains("missing 'type' (is 'typ' meant to be it?)"));
-    CHECK_THAT(problem_of("s: {type: scan.folder, path: .}\n  u: {type: uvmaps.raycast, input: s}"),
-               Contains("is ambiguous: name the ports: {frames: s.frames, mesh: s.mesh}"));
+    CHECK_THAT(problem_of("s: {type: scan.folder, path: .}\n  u: {type: uvmaps.raycast, input: s.mesh}"),
+               Contains("needs the input 'frames' (frames); it is made by s.frames"));
     CHECK_THAT(problem_of("a: {type: 5}"), Contains("expected a type such as 'mesh.decimate', got 5"));
     CHECK_THAT(problem_of("a: [1]"), Contains("stage 'a' must be a map"));
     CHECK_THAT(problem_of("a: {type: loss.gram}"), Contains("'loss.gram' is of kind 'loss'; expected kind 'stage'"));

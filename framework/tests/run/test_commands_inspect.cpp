@@ -28,7 +28,7 @@ Catalog small_catalog()
     catalog.add(described("loss.twice", "loss", "{}"));
     catalog.add(described("loss.twice", "loss", "{}"));
     catalog.add(Refusal{"/plugins/mesh_old.so", "SDK ABI 0, this program has 1"});
-    catalog.add(UnbuiltPlugin{"mesh.fuse", "Open3D was not found"});
+    catalog.add(UnbuiltPlugin{"mesh.rays", "Embree was not found"});
     catalog.add(UnbuiltPlugin{"mesh.later", ""});
     return catalog;
 }
@@ -47,7 +47,7 @@ TEST_CASE("stages lists what there is, and with --all what cannot be used", "[in
     CHECK_THAT(all.str(),
                Contains("[/plugins/mesh.pass.so]") && Contains("several plugins have it: loss.twice\n  /plugins/loss.twice.so") &&
                    Contains("cannot be loaded:\n  /plugins/mesh_old.so: SDK ABI 0") &&
-                   Contains("not built; ./bootstrap build builds them:\n  mesh.fuse: Open3D was not found\n  mesh.later\n"));
+                   Contains("not built; ./bootstrap build builds them:\n  mesh.rays: Embree was not found\n  mesh.later\n"));
     std::ostringstream json;
     write_stages(catalog, true, true, without_end, json);
     const fresco::Value value = fresco::parse_json(json.str());
@@ -55,8 +55,8 @@ TEST_CASE("stages lists what there is, and with --all what cannot be used", "[in
     CHECK(value.at("types").as_list()[1].at("type").as_string() == "mesh.pass");
     CHECK(value.at("ambiguous").as_list().at(0).at("libraries").as_list().size() == 2);
     CHECK(value.at("refused").as_list().at(0).at("reason").as_string() == "SDK ABI 0, this program has 1");
-    CHECK(value.at("unbuilt").as_list().at(0).at("type").as_string() == "mesh.fuse");
-    CHECK(value.at("unbuilt").as_list().at(0).at("reason").as_string() == "Open3D was not found");
+    CHECK(value.at("unbuilt").as_list().at(0).at("type").as_string() == "mesh.rays");
+    CHECK(value.at("unbuilt").as_list().at(0).at("reason").as_string() == "Embree was not found");
     std::ostringstream none;
     write_stages({}, false, false, without_end, none);
     CHECK_THAT(none.str(), Contains("no plugin was found"));

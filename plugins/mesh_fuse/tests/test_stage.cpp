@@ -1,13 +1,15 @@
-#include "fusion.h"
-#include "seen_colors.h"
+#include "room.h"
 
 #include <fresco/frames.h>
+#include <fresco/geometry/topology.h>
+#include <fresco/mesh.h>
 #include <fresco/npy.h>
 #include <fresco/testing.h>
 
 #include <catch2/catch.hpp>
 
 #include <cmath>
+#include <functional>
 #include <numbers>
 
 using namespace fresco;
@@ -16,196 +18,186 @@ using Catch::Contains;
 namespace
 {
 
-/// In the middle of a room of 3 m x 2 m x 2.4 m (x, y, z from 0), turned about y.
-Camera camera_at(double angle, int width = 160)
+/// A depth picture in tenths of a millimeter and a gray picture of one camera, written below `folder`.
+Frame written(const std::filesystem::path& folder, const std::string& name, const Camera& camera, const RasterF& depth)
 {
-    Camera camera;
-    camera.intrinsics = {width, width * 3 / 4, 0.6 * width, 0.6 * width, 0.5 * width, 0.375 * width};
-    camera.world_from_camera.rotation.m = {std::cos(angle), 0, std::sin(angle), 0, 1, 0, -std::sin(angle), 0, std::cos(angle)};
-    camera.world_from_camera.translation = {1.5, 1, 1.2};
-    return camera;
+    Frame frame;
+    frame.sequence = "seq-01";
+    frame.name = name;
+    frame.depth = frame.color = camera;
+    frame.depth_unit_m = 0.0001;
+    std::vector<std::uint16_t> steps;
+    for (const float meters : depth.values)
+        steps.push_back(static_cast<std::uint16_t>(std::lround(10'000 * meters)));
+    const auto height = static_cast<std::size_t>(depth.height), width = static_cast<std::size_t>(depth.width);
+    frame.depth_picture.path = folder / (name + ".depth.npy");
+    write_npy(frame.depth_picture.path, std::vector<std::size_t>{height, width}, steps);
+    frame.color_picture.path = folder / (name + ".color.npy");
+    write_npy(frame.color_picture.path, std::vector<std::size_t>{height, width, 3},
+              std::vector<std::uint8_t>(height * width * 3, 90));
+    return frame;
 }
 
-/// Along the optical axis to the room's walls, floor and ceiling.
-RasterF room_depth(const Camera& camera)
-{
-    const Vec3d size{3, 2, 2.4};
-    const Vec3d at = camera.world_from_camera.translation;
-    RasterF depth(camera.intrinsics.width, camera.intrinsics.height);
-    for (int y = 0; y < depth.height; ++y)
-        for (int x = 0; x < depth.width; ++x)
-        {
-            const Vec3d ray = camera.ray(x + 0.5, y + 0.5);
-            const auto wall = [](double from, double along, double far) {
-                return along > 0 ? (far - from) / along : along < 0 ? -from / along : 1e9;
-            };
-            depth.at(x, y) =
-                static_cast<float>(std::min({wall(at.x, ray.x, size.x), wall(at.y, ray.y, size.y), wall(at.z, ray.z, size.z)}));
-        }
-    return depth;
-}
-
-double distance_to_walls(Vec3f p)
-{
-    return std::min({std::abs(double{p.x}), std::abs(p.x - 3.0), std::abs(double{p.y}), std::abs(p.y - 2.0),
-                     std::abs(double{p.z}), std::abs(p.z - 2.4)});
-}
-
-/// Six frames around, with depth in millimeters, written below `folder`.
+/// Six frames around.
 std::shared_ptr<Frames> room_frames(const std::filesystem::path& folder)
 {
     auto frames = std::make_shared<Frames>();
     for (int i = 0; i < 6; ++i)
     {
-        Frame frame;
-        frame.sequence = "seq-01";
-        frame.name = "frame-" + std::to_string(i);
-        frame.depth = frame.color = camera_at(i * std::numbers::pi / 3);
-        const RasterF depth = room_depth(frame.depth);
-        std::vector<std::uint16_t> steps;
-        for (const float meters : depth.values)
-            steps.push_back(static_cast<std::uint16_t>(std::lround(1000 * meters)));
-        frame.depth_picture.path = folder / (frame.name + ".depth.npy");
-        write_npy(frame.depth_picture.path, std::vector<std::size_t>{120, 160}, steps);
-        frame.color_picture.path = folder / (frame.name + ".color.npy");
-        write_npy(frame.color_picture.path, std::vector<std::size_t>{120, 160, 3}, std::vector<std::uint8_t>(120 * 160 * 3, 90));
-        frames->frames.push_back(frame);
+        const Camera camera = test_room::camera_at(i * std::numbers::pi / 3);
+        frames->frames.push_back(written(folder, "frame-" + std::to_string(i), camera, test_room::depth_of(camera)));
     }
     return frames;
 }
 
-std::shared_ptr<Mesh> fuse(const std::shared_ptr<Frames>& frames, const Value& options, testing::TestRun& run)
+/// One frame, straight ahead, of what `depth` says about each pixel's ray.
+std::shared_ptr<Frames> one_frame(const std::filesystem::path& folder, const std::function<double(int, int, Vec3d)>& depth)
+{
+    const Camera camera = test_room::camera_at(0);
+    RasterF picture(camera.intrinsics.width, camera.intrinsics.height);
+    for (int y = 0; y < picture.height; ++y)
+        for (int x = 0; x < picture.width; ++x)
+            picture.at(x, y) = static_cast<float>(depth(x, y, camera.ray(x + 0.5, y + 0.5)));
+    auto frames = std::make_shared<Frames>();
+    frames->frames.push_back(written(folder, "frame-0", camera, picture));
+    return frames;
+}
+
+std::shared_ptr<Mesh> fuse_frames(const std::shared_ptr<Frames>& frames, const Value& options, testing::TestRun& run,
+                                  const std::shared_ptr<Mesh>& given = nullptr)
 {
     const testing::TemporaryFolder folder;
     const auto made = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "mesh.fuse");
     testing::TestFactory factory;
-    testing::run_stage(dynamic_cast<Stage&>(*made), options, {{"frames", frames}}, folder.path(), run, factory);
+    std::map<std::string, std::shared_ptr<const Artifact>> inputs{{"frames", frames}};
+    if (given)
+        inputs["mesh"] = given;
+    testing::run_stage(dynamic_cast<Stage&>(*made), options, inputs, folder.path(), run, factory);
     return Mesh::load({folder.path() / "mesh", folder.path()});
+}
+
+double inward_share(const Mesh& mesh)
+{
+    double area = 0;
+    double inward = 0;
+    for (std::size_t face = 0; face < mesh.triangles.size(); ++face)
+    {
+        const Vec3d normal = geometry::area_vector(mesh, face);
+        area += length(normal);
+        inward +=
+            dot(normal, test_room::middle - vec_cast<double>(mesh.positions[mesh.triangles[face][0]])) > 0 ? length(normal) : 0;
+    }
+    return inward / area;
 }
 
 }  // namespace
 
 TEST_CASE("a wall straight ahead lies where it was measured, to a fraction of a voxel, and faces the camera")
 {
-    const Camera camera = camera_at(0);
-    RasterF depth(160, 120, 1, 1.3F);
-    Fusion fusion({0.02, 0.08});
-    CHECK(fusion.bytes() == 0);
-    fusion.add(depth, Raster8(160, 120, 3, 200), camera);
-    const Mesh mesh = fusion.mesh();
-    CHECK(fusion.bytes() > 1'000'000);
-    REQUIRE(mesh.triangles.size() > 5000);
+    const testing::TemporaryFolder folder;
+    testing::TestRun run;
+    const auto mesh =
+        fuse_frames(one_frame(folder.path(), [](int, int, Vec3d) { return 1.3; }), Value::Map{{"voxel_m", 0.02}}, run);
+    REQUIRE(mesh->triangles.size() > 5000);
     float low_x = 10;
     float high_x = -10;
-    for (const Vec3f p : mesh.positions)
+    for (const Vec3f p : mesh->positions)
     {
-        CHECK(std::abs(p.z - 2.5F) < 0.002F);
+        CHECK(std::abs(p.z - 2.5F) < 0.001F);
         low_x = std::min(low_x, p.x);
         high_x = std::max(high_x, p.x);
     }
-    // The picture spans 1.3 m / 0.6 about the camera's x: half a pixel more or less would be 7 mm.
+    // The picture spans 1.3 m / 0.6 about the camera's x, less a pixel of 14 mm and a voxel.
     const double half = 1.3 / 1.2;
-    CHECK(low_x == Approx(1.5 - half).margin(0.03));
-    CHECK(high_x == Approx(1.5 + half).margin(0.03));
-    CHECK((low_x + high_x) / 2 == Approx(1.5).margin(0.012));
-    for (const Vec3d normal : {Vec3d{0, 0, -1}})
-    {
-        double toward = 0;
-        for (const Vec3f n : face_normals(mesh))
-            toward += dot(vec_cast<double>(n), normal);
-        CHECK(toward / static_cast<double>(mesh.triangles.size()) > 0.99);
-    }
-    CHECK(mesh.colors.size() == mesh.positions.size());
-    for (const Rgb8 color : mesh.colors)
-        CHECK(std::abs(color[0] - 200) <= 1);
+    CHECK(low_x == Approx(1.5 - half + 0.014).margin(0.035));
+    CHECK(high_x == Approx(1.5 + half - 0.014).margin(0.035));
+    CHECK(inward_share(*mesh) == Approx(1));
+    CHECK(mesh->colors.size() == mesh->positions.size());
+    CHECK(mesh->colors[100] == Rgb8{90, 90, 90});
 }
 
 TEST_CASE("a slanted wall lies where it was measured: pixels are looked at in their middles")
 {
     // z = 2.5 + 0.8 (x - 1.5): half a pixel, 7 mm at this distance, would shift it by 5 mm.
-    const Camera camera = camera_at(0);
-    RasterF depth(160, 120);
-    for (int y = 0; y < 120; ++y)
-        for (int x = 0; x < 160; ++x)
-            depth.at(x, y) = static_cast<float>(1.3 / (1 - 0.8 * camera.ray(x + 0.5, y + 0.5).x));
-    Fusion fusion({0.02, 0.08});
-    fusion.add(depth, Raster8(160, 120, 3), camera);
-    double sum = 0;
-    const Mesh mesh = fusion.mesh();
-    for (const Vec3f p : mesh.positions)
-        sum += double{p.z} - 2.5 - 0.8 * (double{p.x} - 1.5);
-    REQUIRE(mesh.positions.size() > 5000);
-    CHECK(std::abs(sum / static_cast<double>(mesh.positions.size())) < 0.001);
-}
-
-TEST_CASE("what a picture will take is known before it is added")
-{
-    Fusion fusion({0.02, 0.05});
-    for (const double angle : {0.0, 0.2})
-        for (const int width : {160, 640})
-        {
-            const Camera camera = camera_at(angle, width);
-            const RasterF depth = room_depth(camera);
-            Fusion ahead({0.02, 0.05});
-            ahead.add(depth, Raster8(width, width * 3 / 4, 3), camera);
-            CHECK(Fusion({0.02, 0.05}).fits(depth, camera, ahead.bytes()));
-            CHECK_FALSE(Fusion({0.02, 0.05}).fits(depth, camera, ahead.bytes() - 1));
-            // Beside what is there already.
-            fusion.add(depth, Raster8(width, width * 3 / 4, 3), camera);
-            CHECK(fusion.fits(depth, camera, fusion.bytes()));
-        }
-}
-
-TEST_CASE("a room is fused from what was recorded in its middle")
-{
     const testing::TemporaryFolder folder;
     testing::TestRun run;
-    const auto mesh = fuse(room_frames(folder.path()), Value::Map{{"voxel_m", 0.03}}, run);
-    CHECK(run.reported.at("frames").as_int() == 6);
-    std::size_t close = 0;
+    const auto frames = one_frame(folder.path(), [](int, int, Vec3d ray) { return 1.3 / (1 - 0.8 * ray.x); });
+    const auto mesh = fuse_frames(frames, Value::Map{{"voxel_m", 0.02}}, run);
+    REQUIRE(mesh->positions.size() > 5000);
     for (const Vec3f p : mesh->positions)
-        close += distance_to_walls(p) < 0.01;
-    CHECK(static_cast<double>(close) > 0.95 * static_cast<double>(mesh->positions.size()));
-    const auto normals = face_normals(*mesh);
-    double area = 0;
-    double inwards = 0;
-    for (std::size_t face = 0; face < mesh->triangles.size(); ++face)
-    {
-        const Triangle& t = mesh->triangles[face];
-        const Vec3d a = vec_cast<double>(mesh->positions[t[0]]);
-        const double size =
-            length(cross(vec_cast<double>(mesh->positions[t[1]]) - a, vec_cast<double>(mesh->positions[t[2]]) - a)) / 2;
-        area += size;
-        if (dot(vec_cast<double>(normals[face]), Vec3d{1.5, 1, 1.2} - a) > 0)
-            inwards += size;
-    }
-    // Four walls without their upper and lower parts, and the floor and ceiling around: less than the whole 36 m2.
-    CHECK(area > 18);
-    CHECK(area < 36);
-    CHECK(inwards > 0.99 * area);
-    testing::TestRun again;
-    const auto same = fuse(room_frames(folder.path()), Value::Map{{"voxel_m", 0.03}}, again);
-    CHECK(same->positions == mesh->positions);
-    CHECK(same->triangles == mesh->triangles);
+        CHECK(std::abs(double{p.z} - 2.5 - 0.8 * (double{p.x} - 1.5)) < 0.001);
 }
 
-TEST_CASE("colors are taken from where the color camera is")
+TEST_CASE("a room is fused from what was recorded in its middle, alike for any number of threads")
 {
-    const Camera depth_camera = camera_at(0, 16);
-    Camera color_camera = camera_at(0, 32);
-    // A baseline of 0.5 m at 1 m and focal lengths 9.6 and 19.2: 9.6 color pixels to the left.
-    color_camera.world_from_camera.translation.x += 0.5;
-    Raster8 picture(32, 24, 3);
-    for (int y = 0; y < 24; ++y)
-        for (int x = 0; x < 32; ++x)
-            picture.at(x, y, 0) = static_cast<std::uint8_t>(x);
-    RasterF depth(16, 12, 1, 1);
-    depth.at(3, 3) = 0;
-    const Raster8 seen = seen_colors(depth, depth_camera, picture, color_camera);
-    CHECK(seen.at(10, 5) == std::floor(21 - 9.6));
-    CHECK(seen.at(12, 5) == std::floor(25 - 9.6));
-    CHECK(seen.at(0, 5) == 0);  // beside the picture: its border
-    CHECK(seen.at(3, 3) == 0);
+    const testing::TemporaryFolder folder;
+    const auto frames = room_frames(folder.path());
+    testing::TestRun run;
+    const auto mesh = fuse_frames(frames, Value::Map{{"voxel_m", 0.03}}, run);
+    CHECK(run.reported.at("fused").as_bool());
+    CHECK(run.reported.at("frames").as_int() == 6);
+    CHECK(run.reported.at("faces").as_int() == static_cast<std::int64_t>(mesh->triangles.size()));
+    std::size_t close = 0;
+    for (const Vec3f p : mesh->positions)
+        close += test_room::distance_to_walls(p) < 0.003 ? 1 : 0;
+    CHECK(static_cast<double>(close) > 0.95 * static_cast<double>(mesh->positions.size()));
+    // Four walls without their upper and lower parts, and the floor and ceiling around: less than the whole 36 m2.
+    const geometry::SurfaceCounts counts = geometry::count_surface(*mesh);
+    CHECK(counts.area_m2 > 18);
+    CHECK(counts.area_m2 < 36);
+    CHECK(counts.complex_edges == 0);
+    CHECK(inward_share(*mesh) > 0.999);
+    for (const int threads : {1, 3})
+    {
+        testing::TestRun again(threads);
+        const auto same = fuse_frames(frames, Value::Map{{"voxel_m", 0.03}}, again);
+        CHECK(same->positions == mesh->positions);
+        CHECK(same->triangles == mesh->triangles);
+        CHECK(same->colors == mesh->colors);
+    }
+}
+
+TEST_CASE("specks before a wall go, pieces of a size stay")
+{
+    // A speck of 7 x 7 pixels and a sheet of 30 x 30, far before the wall.
+    const testing::TemporaryFolder folder;
+    const auto frames = one_frame(folder.path(),
+                                  [](int x, int y, Vec3d)
+                                  {
+                                      const bool speck = std::abs(x - 40) <= 3 && std::abs(y - 40) <= 3;
+                                      const bool sheet = std::abs(x - 110) <= 15 && std::abs(y - 60) <= 15;
+                                      return speck || sheet ? 0.7 : 1.3;
+                                  });
+    testing::TestRun run;
+    const Value options = Value::Map{{"voxel_m", 0.01}};
+    const auto mesh = fuse_frames(frames, options, run);
+    CHECK(run.reported.at("components_removed").as_int() == 1);
+    CHECK(geometry::count_surface(*mesh).components == 2);
+    Value all = options;
+    all.set("min_component_m2", 0);
+    CHECK(geometry::count_surface(*fuse_frames(frames, all, run)).components == 3);
+    all.set("min_component_m2", 0.2);
+    CHECK(geometry::count_surface(*fuse_frames(frames, all, run)).components == 1);
+}
+
+TEST_CASE("a mesh that is given is passed on as it is")
+{
+    const testing::TemporaryFolder folder;
+    auto frames = room_frames(folder.path());
+    for (Frame& frame : frames->frames)
+        frame.depth_picture = {};
+    auto given = std::make_shared<Mesh>();
+    given->positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    given->colors = {{1, 2, 3}, {4, 5, 6}, {7, 8, 9}};
+    given->triangles = {{0, 1, 2}};
+    given->texcoords = {{0, 0}, {1, 0}, {0, 1}};
+    testing::TestRun run;
+    const auto passed = fuse_frames(frames, Value::Map{}, run, given);
+    CHECK(to_json(run.reported) == R"({"fused":false})");
+    CHECK(passed->positions == given->positions);
+    CHECK(passed->colors == given->colors);
+    CHECK(passed->triangles == given->triangles);
+    CHECK(passed->texcoords == given->texcoords);
 }
 
 TEST_CASE("what cannot be fused is refused with a way out")
@@ -213,15 +205,37 @@ TEST_CASE("what cannot be fused is refused with a way out")
     const testing::TemporaryFolder folder;
     testing::TestRun run;
     auto frames = room_frames(folder.path());
-    CHECK_THROWS_WITH(fuse(frames, Value::Map{{"max_memory_gb", 0.01}}, run), Contains("raise max_memory_gb or voxel_m"));
-    CHECK_THROWS_WITH(fuse(frames, Value::Map{{"trunc_m", 0.01}}, run), Contains("less than voxel_m"));
-    CHECK_THROWS_WITH(fuse(frames, Value::Map{{"max_depth_m", 0.2}}, run), Contains("show no surface"));
+    CHECK_THROWS_WITH(fuse_frames(frames, Value::Map{{"max_memory_gb", 0.01}}, run),
+                      Contains("of 6 frames, the volume needs more than max_memory_gb (0.01)") &&
+                          Contains("raise max_memory_gb or voxel_m"));
+    CHECK_THROWS_WITH(fuse_frames(frames, Value::Map{{"trunc_m", 0.005}}, run), Contains("less than voxel_m"));
+    CHECK_THROWS_WITH(fuse_frames(frames, Value::Map{{"max_depth_m", 0.2}}, run), Contains("show no surface"));
+    CHECK_THROWS_WITH(fuse_frames(frames, Value::Map{{"voxel_m", 0.1}, {"min_component_m2", 100}}, run),
+                      Contains("at least min_component_m2"));
     frames->frames[0].depth_picture = {};
-    fuse(frames, Value::Map{{"voxel_m", 0.1}}, run);
+    fuse_frames(frames, Value::Map{{"voxel_m", 0.1}}, run);
     CHECK(run.messages.back() == "warning: 1 of 6 frames have no depth picture and are left out");
     for (Frame& frame : frames->frames)
         frame.depth_picture = {};
-    CHECK_THROWS_WITH(fuse(frames, Value::Map{}, run), Contains("has a depth picture: use a scan"));
-    run.cancel_after(1);
-    CHECK_THROWS_AS(fuse(frames, Value::Map{}, run), Canceled);
+    CHECK_THROWS_WITH(fuse_frames(frames, Value::Map{}, run),
+                      Contains("has a depth picture: use a scan with depth, or wire a mesh"));
+    for (const int checks : {1, 10, 20})
+    {
+        run.cancel_after(checks);
+        CHECK_THROWS_AS(fuse_frames(room_frames(folder.path()), Value::Map{{"voxel_m", 0.1}}, run), Canceled);
+    }
+}
+
+TEST_CASE("volume and mesh together stay within the memory that is allowed")
+{
+    const testing::TemporaryFolder folder;
+    const auto frames = room_frames(folder.path());
+    testing::TestRun run;
+    fuse_frames(frames, Value::Map{{"voxel_m", 0.012}}, run);
+    const double volume_gb = static_cast<double>(run.reported.at("volume_bytes").as_int()) / 1e9;
+    CHECK_THROWS_WITH(fuse_frames(frames, Value::Map{{"voxel_m", 0.012}, {"max_memory_gb", volume_gb * 0.999}}, run),
+                      Contains("of 6 frames, the volume needs more"));
+    CHECK_THROWS_WITH(fuse_frames(frames, Value::Map{{"voxel_m", 0.012}, {"max_memory_gb", volume_gb * 1.001}}, run),
+                      Contains("volume and mesh need more than max_memory_gb"));
+    CHECK(fuse_frames(frames, Value::Map{{"voxel_m", 0.012}, {"max_memory_gb", volume_gb * 3}}, run)->triangles.size() > 1000);
 }

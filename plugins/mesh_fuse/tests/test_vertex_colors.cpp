@@ -1,0 +1,105 @@
+#include "vertex_colors.h"
+
+#include <catch2/catch.hpp>
+
+#include <cmath>
+
+using namespace fresco;
+
+namespace
+{
+
+Camera camera(int width, double x = 0)
+{
+    Camera camera;
+    camera.intrinsics = {width, width * 3 / 4, 0.6 * width, 0.6 * width, 0.5 * width, 0.375 * width};
+    camera.world_from_camera.translation.x = x;
+    return camera;
+}
+
+/// A wall at z = 1 that faces the camera, one vertex per decimeter from -0.5 to 0.5, and one far behind it.
+Mesh wall()
+{
+    Mesh mesh;
+    for (int y = 0; y <= 10; ++y)
+        for (int x = 0; x <= 10; ++x)
+            mesh.positions.push_back({0.1F * static_cast<float>(x - 5), 0.1F * static_cast<float>(y - 5), 1});
+    for (std::uint32_t y = 0; y < 10; ++y)
+        for (std::uint32_t x = 0; x < 10; ++x)
+        {
+            const std::uint32_t v = y * 11 + x;
+            mesh.triangles.push_back({v, v + 11, v + 1});
+            mesh.triangles.push_back({v + 1, v + 11, v + 12});
+        }
+    mesh.positions.push_back({0, 0, 2});
+    return mesh;
+}
+
+/// Red is ten times the column.
+Raster8 columns(int width)
+{
+    Raster8 picture(width, width * 3 / 4, 3);
+    for (int y = 0; y < picture.height; ++y)
+        for (int x = 0; x < width; ++x)
+            picture.at(x, y, 0) = static_cast<std::uint8_t>(5 * x);
+    return picture;
+}
+
+}  // namespace
+
+TEST_CASE("colors are those that the color camera sees, from where it is")
+{
+    const Mesh mesh = wall();
+    // Seen 0.2 m from the right, in a picture of twice the size.
+    const fuse::ColorView view{camera(16), RasterF(16, 12, 1, 1), camera(32, 0.2), columns(32)};
+    fuse::VertexColors colors(mesh, 0.05);
+    const Progress progress;
+    colors.add(std::span(&view, 1), progress);
+    const std::vector<Rgb8> result = colors.colors();
+    for (std::size_t x = 2; x <= 8; ++x)
+    {
+        const double column = 19.2 * (0.1 * (static_cast<double>(x) - 5) - 0.2) + 16;
+        CHECK(result[5 * 11 + x][0] == Approx(5 * (column - 0.5)).margin(0.51));
+        CHECK(result[5 * 11 + x][1] == 0);
+    }
+}
+
+TEST_CASE("what is hidden, seen along itself or by nobody takes the color of its neighbors, else gray")
+{
+    const Mesh mesh = wall();
+    const Progress progress;
+    fuse::ColorView view{camera(160), RasterF(160, 120, 1, 1), camera(160), Raster8(160, 120, 3, 200)};
+    {
+        fuse::VertexColors colors(mesh, 0.05);
+        colors.add(std::span(&view, 1), progress);
+        const auto result = colors.colors();
+        CHECK(result[60] == Rgb8{200, 200, 200});
+        CHECK(result[121] == Rgb8{128, 128, 128});  // No face leads there.
+    }
+    // Depth is 0 to the right of the middle: nothing is seen there.
+    for (int y = 0; y < 120; ++y)
+        for (int x = 80; x < 160; ++x)
+            view.depth.at(x, y) = 0;
+    for (int y = 0; y < 120; ++y)
+        for (int x = 85; x < 160; ++x)
+            view.picture.at(x, y, 0) = 10;
+    fuse::VertexColors half(mesh, 0.05);
+    half.add(std::span(&view, 1), progress);
+    CHECK(half.colors()[5 * 11 + 9] == Rgb8{200, 200, 200});
+    // Another view does see it, from twice as near, and counts four times as much.
+    fuse::ColorView other = view;
+    other.depth = RasterF(160, 120, 1, 0.5F);
+    other.depth_camera.world_from_camera.translation.z = other.color_camera.world_from_camera.translation.z = 0.5;
+    other.picture = Raster8(160, 120, 3, 100);
+    const std::array<fuse::ColorView, 2> both{view, other};
+    fuse::VertexColors mean(mesh, 0.05);
+    mean.add(both, progress);
+    CHECK(mean.colors()[5 * 11 + 4][1] == Approx((200 + 4 * 100) / 5.0).margin(1.5));
+    // A surface that faces away is not seen.
+    Mesh turned = mesh;
+    for (Triangle& t : turned.triangles)
+        std::swap(t[0], t[1]);
+    fuse::VertexColors away(turned, 0.05);
+    away.add(both, progress);
+    CHECK(away.colors()[60] == Rgb8{128, 128, 128});
+}

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <fresco/camera.h>
+#include <fresco/image.h>
+#include <fresco/mesh.h>
+#include <fresco/progress.h>
+
+#include <array>
+#include <span>
+#include <vector>
+
+namespace fuse
+{
+
+/// A depth picture, and what the color camera saw meanwhile.
+struct ColorView
+{
+    fresco::Camera depth_camera;
+    fresco::RasterF depth;  ///< Meters along the optical axis, 0 = none.
+    fresco::Camera color_camera;
+    fresco::Raster8 picture;  ///< RGB, of the color camera's size.
+};
+
+/// Averages what cameras see of a mesh's vertices. A vertex is seen where the depth picture shows it at its distance, and takes
+/// the color at which the color camera sees it; it counts by the cosine of the angle over the square of the distance.
+class VertexColors
+{
+  public:
+    /// `tolerance_m`: how far from the measured surface a vertex may lie. The mesh must outlive this.
+    VertexColors(const fresco::Mesh& mesh, double tolerance_m);
+
+    void add(std::span<const ColorView> views, const fresco::Progress& progress);
+    /// One for each vertex; one that no camera saw takes those of its neighbors, else gray.
+    std::vector<fresco::Rgb8> colors() const;
+
+  private:
+    using Sum = std::array<float, 4>;  ///< Red, green and blue times weights; weights.
+
+    void add(const ColorView& view, const fresco::RigidTransform& camera_from_world, std::size_t vertex);
+
+    const fresco::Mesh& mesh_;
+    std::vector<fresco::Vec3f> normals_;
+    double tolerance_m_;
+    std::vector<Sum> sums_;
+};
+
+}  // namespace fuse

@@ -1,0 +1,131 @@
+#include "closest_triangle.h"
+#include "recording_layouts.h"
+#include "shared_data.h"
+#include "surface_figures.h"
+
+#include <fresco/component.h>
+#include <fresco/mesh.h>
+#include <fresco/stage.h>
+#include <fresco/testing.h>
+
+#include <catch2/catch.hpp>
+
+namespace fs = std::filesystem;
+using fresco::Frames;
+using fresco::Mesh;
+using fresco::Value;
+
+namespace
+{
+
+using Inputs = std::map<std::string, std::shared_ptr<const fresco::Artifact>>;
+
+fresco::testing::TestFactory factory()
+{
+    fresco::testing::TestFactory factory;
+    factory.add("image.opencv",
+                []
+                {
+                    std::shared_ptr<fresco::Configurable> made =
+                        fresco::testing::make_from_plugin(IMAGE_OPENCV_PLUGIN, "image.opencv");
+                    return std::dynamic_pointer_cast<fresco::Component>(made);
+                });
+    return factory;
+}
+
+/// Runs a stage; gives the folder of its outputs.
+fs::path run(const char* library, const char* type, Value options, const Inputs& inputs, const fs::path& out)
+{
+    auto components = factory();
+    options.set("images", Value::Map{{"type", "image.opencv"}});
+    fresco::testing::TestRun run;
+    const auto made = fresco::testing::make_from_plugin(library, type);
+    fresco::testing::run_stage(dynamic_cast<fresco::Stage&>(*made), options, inputs, out, run, components);
+    return out;
+}
+
+Mesh mesh_in(const fs::path& out)
+{
+    return *Mesh::load({out / "mesh", out});
+}
+
+/// Mean distance of points on `mesh` to `reference`; where `range_m` is not 0, of those that lie within it.
+struct Distance
+{
+    double mean_m = 0;
+    double covered = 0;  ///< The share of the points.
+};
+
+Distance distance(const Mesh& mesh, const Mesh& reference, double range_m)
+{
+    std::vector<bench::Corners3> triangles;
+    for (const fresco::Triangle& t : reference.triangles)
+        triangles.push_back({fresco::vec_cast<double>(reference.positions[t[0]]),
+                             fresco::vec_cast<double>(reference.positions[t[1]]),
+                             fresco::vec_cast<double>(reference.positions[t[2]])});
+    const bench::ClosestTriangle closest(std::move(triangles));
+    constexpr std::size_t samples = 50'000;
+    double sum = 0;
+    std::size_t count = 0;
+    for (const fresco::Vec3d& point : bench::surface_samples(mesh, samples, 1))
+        if (const double d = closest.find(point).distance; d < range_m)
+        {
+            sum += d;
+            ++count;
+        }
+    return {sum / static_cast<double>(count), static_cast<double>(count) / samples};
+}
+
+}  // namespace
+
+TEST_CASE("the generated room's surface comes back from its depth pictures, read through a layout without a mesh", "[fusion]")
+{
+    const fresco::testing::TemporaryFolder folder;
+    const auto path = [&](const char* name) { return folder.path() / name; };
+    // The truth: what the pictures can show, without the errors of a scanner.
+    const Value size =
+        Value::Map{{"length_m", 3.5},        {"width_m", 3},          {"frames_count", 26},    {"color_width_px", 320},
+                   {"color_height_px", 240}, {"depth_width_px", 320}, {"depth_height_px", 240}};
+    Value exact = size;
+    exact.set("noise_m", 0);
+    exact.set("edge_m", 0.015);
+    const Mesh truth = mesh_in(run(SCAN_SYNTHETIC_ROOM_PLUGIN, "scan.synthetic_room", exact, {}, path("truth")));
+    Value rough = size;
+    rough.set("edge_m", 0.1);
+    run(SCAN_SYNTHETIC_ROOM_PLUGIN, "scan.synthetic_room", rough, {}, path("room"));
+    Frames frames = *Frames::load({path("room") / "frames", path("room")});
+    // The layout has one camera.
+    for (fresco::Frame& frame : frames.frames)
+        frame.color = frame.depth;
+    fresco::testing::write_tum(frames, path("tum"));
+    const auto& k = frames.frames[0].depth.intrinsics;
+    const auto scan = run(SCAN_TUM_PLUGIN, "scan.tum",
+                          Value::Map{{"path", path("tum").string()},
+                                     {"intrinsics", Value::List{k.fx, k.fy, k.cx - 0.5, k.cy - 0.5}},
+                                     {"depth_unit_m", 0.001}},
+                          {}, path("scan"));
+    const Mesh fused = mesh_in(run(MESH_FUSE_PLUGIN, "mesh.fuse", Value::Map{{"voxel_m", 0.01}},
+                                   {{"frames", Frames::load({scan / "frames", scan})}}, path("fused")));
+    const Distance added = distance(fused, truth, 1);
+    const Distance lost = distance(truth, fused, 0.05);
+    INFO("to the truth " << added.mean_m << " m, from it " << lost.mean_m << " m over " << lost.covered);
+    CHECK(added.mean_m < 0.005);
+    CHECK(lost.mean_m < 0.005);
+    CHECK(lost.covered > 0.9);
+}
+
+TEST_CASE("a part of the kitchen comes back", "[fusion]")
+{
+    const auto kitchen = shared_data("kitchen", "mesh.fuse on the kitchen");
+    if (kitchen.empty())
+        return;
+    const fresco::testing::TemporaryFolder folder;
+    const auto scan = run(SCAN_SEVEN_SCENES_PLUGIN, "scan.seven_scenes", Value::Map{{"path", kitchen.string()}, {"every", 4}}, {},
+                          folder.path() / "scan");
+    const Mesh fused = mesh_in(run(MESH_FUSE_PLUGIN, "mesh.fuse", Value::Map{{"voxel_m", 0.01}},
+                                   {{"frames", Frames::load({scan / "frames", scan})}}, folder.path() / "fused"));
+    const Distance added = distance(fused, mesh_in(scan), 0.1);
+    INFO("to the recording's mesh " << added.mean_m << " m over " << added.covered);
+    CHECK(added.mean_m < 0.005);
+    CHECK(added.covered > 0.97);
+}

@@ -14,7 +14,7 @@
  *   7  Cost of numbers and sizes; Artifact::preview, OutputPort::load; Parameter with an OptionDeclaration, virtual
  *      Artifact::save and write_exchange, ports with an ArtifactType; OptionDeclaration::extensions;
  *      ArtifactFolder::references, TexturedMesh::mesh_folder, Mesh::texture_px,
- *      UvMaps::texture_px and uv_bits
+ *      UvMaps::texture_px and uv_bits; outputs that may be left out
  */
 #include <stddef.h>
 #include <stdint.h>

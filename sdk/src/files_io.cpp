@@ -1,18 +1,18 @@
 #include <fresco/copy_file.h>
 #include <fresco/error.h>
 #include <fresco/files_io.h>
+#include <fresco/process.h>
 #include <fresco/write_pieces.h>
 
-#include <atomic>
+#include <array>
 #include <cerrno>
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <functional>
-#include <sys/file.h>
+#include <sys/random.h>
 #include <sys/stat.h>
 #include <system_error>
 #include <unistd.h>
-#include <utility>
 #include <vector>
 
 namespace fresco
@@ -25,40 +25,18 @@ std::string cause()
     return std::generic_category().message(errno);
 }
 
-/// Closes on every way out.
-class Descriptor
-{
-  public:
-    explicit Descriptor(int fd) : fd_(fd) {}
-    ~Descriptor()
-    {
-        if (fd_ >= 0)
-            ::close(fd_);
-    }
-    Descriptor(Descriptor&& other) noexcept : fd_(other.release()) {}
-    Descriptor(const Descriptor&) = delete;
-    Descriptor& operator=(const Descriptor&) = delete;
-    Descriptor& operator=(Descriptor&& other) noexcept
-    {
-        std::swap(fd_, other.fd_);
-        return *this;
-    }
-    int get() const { return fd_; }
-    int release() { return std::exchange(fd_, -1); }
-
-  private:
-    int fd_;
-};
-
 std::vector<std::byte> read_all(const std::filesystem::path& file, std::size_t limit_bytes)
 {
-    const auto status = std::filesystem::status(file);
-    if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
-        throw Error(file.string() + ": is not a regular file");
-    const Descriptor input(::open(file.c_str(), O_RDONLY | O_CLOEXEC));
-    if (input.get() < 0)
+    // Opening a FIFO would wait for its writer.
+    const FileDescriptor input(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+    struct stat status
+    {
+    };
+    if (!input.valid() || ::fstat(input.get(), &status) != 0)
         throw MissingInput(file.string() + ": cannot be opened: " + cause());
-    const auto size = std::filesystem::file_size(file);
+    if (!S_ISREG(status.st_mode))
+        throw Error(file.string() + ": is not a regular file");
+    const auto size = static_cast<std::size_t>(status.st_size);
     if (size > limit_bytes)
         throw Error(fmt::format("{}: has {} bytes; at most {} are accepted", file.string(), size, limit_bytes));
     std::vector<std::byte> bytes(size);
@@ -90,117 +68,88 @@ void write_all(int fd, std::span<const std::byte> bytes, const std::filesystem::
     }
 }
 
-void make_durable(int fd, const std::filesystem::path& file)
+/// 128 random bits: a name that begins so is nobody else's.
+std::string temporary_name()
 {
-    if (::fsync(fd) != 0)
-        throw Error(file.string() + ": cannot be written: " + cause());
-}
-
-/// To find that a temporary file is still the one that was locked.
-constexpr int most_tries = 100;
-
-enum class Lock
-{
-    held,
-    /// The file system has none, so that nobody holds one.
-    unknown_here,
-    refused
-};
-
-Lock lock(int fd)
-{
-    while (::flock(fd, LOCK_EX) != 0)
+    std::array<unsigned char, 16> bits{};
+    if (::getrandom(bits.data(), bits.size(), 0) != static_cast<ssize_t>(bits.size()))
+        throw Error("no random numbers: " + cause());
+    std::string name{temporary_file_prefix};
+    for (const unsigned char byte : bits)
     {
-        if (errno == EOPNOTSUPP || errno == ENOSYS || errno == EINVAL)
-            return Lock::unknown_here;
-        if (errno != EINTR)
-            return Lock::refused;
+        name += "0123456789abcdef"[byte >> 4U];
+        name += "0123456789abcdef"[byte & 15U];
     }
-    return Lock::held;
+    return name;
 }
 
-/// Whether `path` still names the open file: another writer may have renamed or removed it before its lock became ours.
-bool names(const std::filesystem::path& path, int fd)
+/// What is to become `file`. It has no name as long as it is written, where the file system can do that: a killed process leaves
+/// nothing behind.
+class Draft
 {
-    struct stat there = {};
-    struct stat here = {};
-    return ::stat(path.c_str(), &there) == 0 && ::fstat(fd, &here) == 0 && there.st_ino == here.st_ino &&
-           there.st_dev == here.st_dev;
-}
-
-int open_to_write(const std::filesystem::path& path)
-{
-    return ::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0666);
-}
-
-/// `shared` opened and locked, or nothing where this process needs a name of its own: the file system knows no locks, the name
-/// is another user's, or other writers of the same file were always faster. A file under that name is never removed here while
-/// somebody may hold it.
-Descriptor open_shared(const std::filesystem::path& file, const std::filesystem::path& shared)
-{
-    for (int tries = 0; tries < most_tries; ++tries)
+  public:
+    explicit Draft(const std::filesystem::path& file)
+        : file_(file), folder_(file.has_parent_path() ? file.parent_path() : "."),
+          output_(::open(folder_.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0666))
     {
-        Descriptor output(open_to_write(shared));
-        if (output.get() < 0)
+        if (output_.valid())
+            return;
+        name_ = folder_ / temporary_name();
+        output_ = FileDescriptor(::open(name_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
+        if (output_.valid())
+            return;
+        name_.clear();
+        fail();
+    }
+    Draft(const Draft&) = delete;
+    Draft& operator=(const Draft&) = delete;
+    ~Draft()
+    {
+        if (!name_.empty())
+            ::unlink(name_.c_str());
+    }
+
+    int descriptor() const { return output_.get(); }
+    void make_durable() const
+    {
+        if (::fsync(output_.get()) != 0)
+            fail();
+    }
+    void put_in_place()
+    {
+        if (name_.empty())
         {
-            if (errno == EACCES || errno == EPERM || errno == ELOOP)
-                return Descriptor(-1);
-            // On layered file systems also when the name was renamed away at this moment.
-            if (errno == ENOENT && std::filesystem::is_directory(shared.parent_path().empty() ? "." : shared.parent_path()))
-                continue;
-            throw Error(file.string() + ": cannot be written: " + cause());
+            // A link never replaces a file, so it gets a name first.
+            const auto named = folder_ / temporary_name();
+            const std::string unnamed = "/proc/self/fd/" + std::to_string(output_.get());
+            if (::linkat(AT_FDCWD, unnamed.c_str(), AT_FDCWD, named.c_str(), AT_SYMLINK_FOLLOW) != 0)
+                fail();
+            name_ = named;
         }
-        const Lock state = lock(output.get());
-        if (state == Lock::unknown_here)
-            ::unlink(shared.c_str());
-        if (state != Lock::held)
-            return Descriptor(-1);
-        if (names(shared, output.get()))
-            return output;
+        if (::rename(name_.c_str(), file_.c_str()) != 0)
+            fail();
+        name_.clear();
     }
-    return Descriptor(-1);
-}
 
-/// The file that becomes `file`, open, empty and ours alone; `temporary` is set to its path. Its name is the same every time, so
-/// that what a killed process left behind is used by the next one that writes the same file.
-int open_temporary(const std::filesystem::path& file, std::filesystem::path& temporary)
-{
-    temporary = file;
-    temporary += ".tmp";
-    Descriptor output = open_shared(file, temporary);
-    if (output.get() < 0)
-    {
-        static std::atomic<unsigned> counter{0};
-        temporary += fmt::format("-{}-{}", ::getpid(), counter++);
-        output = Descriptor(open_to_write(temporary));
-        if (output.get() < 0)
-            throw Error(file.string() + ": cannot be written: " + cause());
-    }
-    if (::ftruncate(output.get(), 0) != 0)
-        throw Error(file.string() + ": cannot be written: " + cause());
-    return output.release();
-}
+  private:
+    [[noreturn]] void fail() const { throw Error(file_.string() + ": cannot be written: " + cause()); }
+
+    std::filesystem::path file_;
+    std::filesystem::path folder_;
+    FileDescriptor output_;
+    std::filesystem::path name_;
+};
 
 /// `file` with what `fill` writes to the descriptor that it is given.
 void write_whole(const std::filesystem::path& file, const std::function<void(int)>& fill,
                  const std::function<void()>& written = {})
 {
-    std::filesystem::path temporary;
-    const Descriptor output(open_temporary(file, temporary));
-    try
-    {
-        fill(output.get());
-        make_durable(output.get(), file);
-        if (written)
-            written();
-        if (::rename(temporary.c_str(), file.c_str()) != 0)
-            throw Error(file.string() + ": cannot be written: " + cause());
-    }
-    catch (...)
-    {
-        ::unlink(temporary.c_str());
-        throw;
-    }
+    Draft draft(file);
+    fill(draft.descriptor());
+    draft.make_durable();
+    if (written)
+        written();
+    draft.put_in_place();
 }
 
 }  // namespace
@@ -233,8 +182,8 @@ void write_pieces(const std::filesystem::path& file, std::span<const std::span<c
 
 void copy_file(const std::filesystem::path& from, const std::filesystem::path& to, const std::function<void()>& written)
 {
-    const Descriptor input(::open(from.c_str(), O_RDONLY | O_CLOEXEC));
-    if (input.get() < 0)
+    const FileDescriptor input(::open(from.c_str(), O_RDONLY | O_CLOEXEC));
+    if (!input.valid())
         throw Error(from.string() + ": cannot be opened: " + cause());
     const auto fill = [&](int output)
     {

@@ -44,7 +44,8 @@ std::string content_hash(std::string_view text)
 std::string file_hash(const std::filesystem::path& file)
 {
     // Opening a FIFO would wait for its writer.
-    if (const auto status = std::filesystem::status(file);
+    std::error_code unknown;
+    if (const auto status = std::filesystem::status(file, unknown);
         std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
         throw Error(file.string() + ": is not a regular file");
     const std::unique_ptr<std::FILE, int (*)(std::FILE*)> stream(std::fopen(file.c_str(), "rb"), &std::fclose);

@@ -1,4 +1,5 @@
 #include <fresco/camera.h>
+#include <fresco/checked_file.h>
 #include <fresco/copy_file.h>
 #include <fresco/error.h>
 #include <fresco/files.h>
@@ -169,27 +170,48 @@ TEST_CASE("write_file is whole or not at all, and says why not")
     CHECK(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 1);
 }
 
-TEST_CASE("What a killed writer left is taken over by the next one of the same file")
+TEST_CASE("Files beside the one that is written stay, whatever their names")
 {
     const fresco::testing::TemporaryFolder folder;
     const auto file = folder.path() / "a.txt";
-    const auto left = folder.path() / "a.txt.tmp";
-    std::ofstream(left) << std::string(1000, 'x');
+    for (const char* name : {"a.txt.tmp", "a.txt~", ".a.txt"})
+        std::ofstream(folder.path() / name) << "mine";
     fresco::write_file(file, "one");
-    CHECK(fresco::read_text_file(file) == "one");
-    CHECK_FALSE(std::filesystem::exists(left));
+    fresco::write_file(file, "two");
+    CHECK(fresco::read_text_file(file) == "two");
+    for (const char* name : {"a.txt.tmp", "a.txt~", ".a.txt"})
+        CHECK(fresco::read_text_file(folder.path() / name) == "mine");
+}
 
-    // Somebody else's, which is neither followed nor taken.
-    std::filesystem::create_symlink(folder.path() / "other", left);
-    fresco::write_file(file, "one more");
-    CHECK(fresco::read_text_file(file) == "one more");
-    CHECK_FALSE(std::filesystem::exists(folder.path() / "other"));
-    CHECK(std::filesystem::is_symlink(left));
-    std::filesystem::remove(left);
+TEST_CASE("A file that is written has no name yet, so that a killed writer leaves nothing")
+{
+    const fresco::testing::TemporaryFolder folder;
+    fresco::write_file(folder.path() / "from", "text");
+    fresco::copy_file(folder.path() / "from", folder.path() / "to",
+                      [&] { CHECK(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 1); });
+    CHECK(fresco::read_text_file(folder.path() / "to") == "text");
+}
 
-    REQUIRE(mkfifo(left.c_str(), 0600) == 0);
-    CHECK_THROWS_WITH(fresco::write_file(file, "two"), Contains("a.txt") && Contains("cannot be written"));
-    CHECK(fresco::read_text_file(file) == "one more");
+TEST_CASE("A checked file is read back, and damage to it is named")
+{
+    const fresco::testing::TemporaryFolder folder;
+    const auto file = folder.path() / "state";
+    for (const std::string text : {"", "0", "a longer text"})
+    {
+        fresco::write_checked(file, text);
+        CHECK(fresco::read_checked_text(file) == text);
+        const std::string whole = fresco::read_text_file(file);
+        for (std::size_t at = 0; at < whole.size(); ++at)
+        {
+            std::string flipped = whole;
+            flipped[at] = static_cast<char>(flipped[at] ^ 4);
+            fresco::write_file(file, flipped);
+            CHECK_THROWS_WITH(fresco::read_checked(file), Contains("state: is damaged"));
+            fresco::write_file(file, whole.substr(0, at));
+            CHECK_THROWS_WITH(fresco::read_checked(file), Contains("state: is damaged"));
+        }
+    }
+    CHECK_THROWS_AS(fresco::read_checked(folder.path() / "none"), fresco::MissingInput);
 }
 
 TEST_CASE("Of several writers of one file one is last, and nothing is mixed or left")

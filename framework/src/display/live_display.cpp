@@ -4,6 +4,7 @@
 #include "base/unit_text.h"
 #include "display/progress_rate.h"
 #include "display/run_view.h"
+#include <fresco/files_io.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -94,7 +95,8 @@ std::string newest_file(const fs::path& folder, fs::file_time_type begin)
     for (const fs::directory_entry& entry : fs::directory_iterator(folder, error))
     {
         const fs::file_time_type time = entry.last_write_time(error);
-        if (error || time < begin || !entry.is_regular_file(error) || entry.path().extension() == ".tmp")
+        if (error || time < begin || !entry.is_regular_file(error) ||
+            entry.path().filename().string().starts_with(temporary_file_prefix))
             continue;
         begin = time;
         newest = entry.path();
@@ -126,12 +128,9 @@ class LiveDisplay final : public ProgressDisplay
     void stages(const std::vector<StageStanding>& stages, int cores) override
     {
         cores_ = cores;
-        order_.clear();
         for (const StageStanding& standing : stages)
         {
-            order_.push_back(standing.stage);
-            Entry& entry = entries_[standing.stage];
-            entry.view.name = standing.stage;
+            Entry& entry = entry_of(standing.stage);
             entry.view.state = standing.state;
             entry.view.expected_s = standing.expected_s;
             entry.preview_folder = standing.preview_folder;

@@ -125,7 +125,8 @@ class Part
         if (!file_.valid())
             throw Error(path_.string() + ": cannot be written: " + cause());
         if (flock(file_.get(), LOCK_EX | LOCK_NB) != 0)
-            throw Error(path_.string() + ": another program is fetching this file now; wait for it");
+            throw Error(path_.string() + (errno == EWOULDBLOCK ? ": another program is fetching this file now; wait for it"
+                                                               : ": cannot be locked: " + cause()));
     }
     const fs::path& path() const { return path_; }
     std::uintmax_t size() const { return fs::file_size(path_); }
@@ -183,7 +184,7 @@ bool download(const Download& what)
     if (what.to.has_parent_path())
         fs::create_directories(what.to.parent_path());
     fs::path beside = what.to;
-    beside += ".part";
+    beside += ".fresco-part";
     const Part part(beside);
 
     bool resumed = part.size() > 0;

@@ -146,26 +146,26 @@ TEST_CASE("weights get fetches a file once, checks it and goes on where it was i
     CHECK(contains(server.requests(), "/w.pth None"));
     const fs::path kept = place.root() / "home" / "cache" / "fresco" / "weights" / "vgg19-dcbb9e9d.pth";
     CHECK_FALSE(fs::exists(kept));
-    CHECK(fs::file_size(kept.string() + ".part") == 3000);
+    CHECK(fs::file_size(kept.string() + ".fresco-part") == 3000);
 
     const Finished whole = place.run(get);
     CHECK(whole.code == 0);
     CHECK(whole.out == kept.string() + "\n");
     CHECK(contains(server.requests(), "bytes=3000-"));
     CHECK(fresco::read_file(kept) == bytes);
-    CHECK_FALSE(fs::exists(kept.string() + ".part"));
+    CHECK_FALSE(fs::exists(kept.string() + ".fresco-part"));
 
     CHECK(place.run(get).code == 0);
     CHECK(server.requests().empty());
     // Ended between the last byte and the new name.
-    fs::rename(kept, kept.string() + ".part");
+    fs::rename(kept, kept.string() + ".fresco-part");
     CHECK(place.run(get).code == 0);
     CHECK(server.requests().empty());
     // Another file's beginning, and more of it than there is: from the start.
     for (const std::size_t size : {std::size_t{100}, bytes.size() + 5})
     {
         fs::remove(kept);
-        fresco::write_file(kept.string() + ".part", std::string(size, 'x'));
+        fresco::write_file(kept.string() + ".fresco-part", std::string(size, 'x'));
         CHECK(place.run(get).code == 0);
         CHECK(fresco::read_file(kept) == bytes);
     }
@@ -187,15 +187,15 @@ TEST_CASE("weights get refuses what is not the file")
     const Finished other = get({"--url", server.url()});
     CHECK(other.code == 1);
     CHECK((contains(other.err, hash) && contains(other.err, "dcbb9e9d")));
-    CHECK_FALSE((fs::exists(place.file("w.pth")) || fs::exists(place.file("w.pth.part"))));
+    CHECK_FALSE((fs::exists(place.file("w.pth")) || fs::exists(place.file("w.pth.fresco-part"))));
     const Finished missing = get({"--url", server.url("missing")});
     CHECK(missing.code == 1);
     CHECK(contains(missing.err, "404"));
-    CHECK_FALSE(fs::exists(place.file("w.pth.part")));
+    CHECK_FALSE(fs::exists(place.file("w.pth.fresco-part")));
     CHECK(contains(get({"--url", "file:///etc/passwd"}).err, "http://"));
     CHECK(contains(get({"--sha256", "dcbb"}).err, "8 to 64"));
     // A server that knows no ranges: from the start.
-    fresco::write_file(place.file("w.pth.part"), std::span(bytes).first(1000));
+    fresco::write_file(place.file("w.pth.fresco-part"), std::span(bytes).first(1000));
     CHECK(get({"--url", server.url(), "--sha256", hash}).code == 0);
     CHECK(fresco::read_file(place.file("w.pth")) == bytes);
     // What is there and different is left alone.

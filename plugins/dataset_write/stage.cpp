@@ -69,7 +69,7 @@ class DatasetWrite final : public Stage
     write_views(const std::filesystem::path& folder, std::size_t count, RunContext& run,
                 const std::function<WrittenFiles(const std::filesystem::path&, std::size_t)>& write) const
     {
-        const KeptPieces kept(run.checkpoint_folder());
+        const KeptPieces kept(run);
         std::vector<WrittenFiles> written(count);
         std::atomic<std::size_t> done{0};
         std::atomic<std::size_t> found{0};

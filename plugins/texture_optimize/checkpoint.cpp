@@ -1,6 +1,7 @@
 #include "checkpoint.h"
 
 #include <fresco/error.h>
+#include <fresco/hash.h>
 #include <fresco/torch/lazy_tensor.h>
 #include <fresco/torch/tensor.h>
 
@@ -8,6 +9,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <span>
 #include <string_view>
 
 namespace fresco::optimize
@@ -20,7 +22,8 @@ constexpr std::string_view rule_prefix = "rule/";
 constexpr std::string_view loss_prefix = "loss/";
 constexpr std::string_view seen_name = "seen";
 constexpr std::string_view held_out_name = "held_out";
-constexpr const char* form = "fresco texture.optimize 3";
+constexpr const char* checksum_name = "checksum";
+constexpr const char* form = "fresco texture.optimize 4";
 
 bool begins(std::string_view text, std::string_view prefix)
 {
@@ -82,6 +85,28 @@ std::vector<HeldOutLoss> to_history(const torch::Tensor& tensor, const std::stri
     return history;
 }
 
+/// Of everything else. The tensors are contiguous and on the CPU.
+std::string checksum_of(const SafeTensors& contents)
+{
+    std::string all;
+    const auto add = [&all](const std::string& text) { all += std::to_string(text.size()) + ":" + text; };
+    for (const auto& [name, text] : contents.metadata)
+        if (name != checksum_name)
+        {
+            add(name);
+            add(text);
+        }
+    for (const auto& [name, tensor] : contents.tensors)
+    {
+        add(name);
+        add(std::to_string(static_cast<int>(tensor.scalar_type())));
+        for (const std::int64_t size : tensor.sizes())
+            add(std::to_string(size));
+        add(content_hash(std::span(static_cast<const std::byte*>(tensor.data_ptr()), tensor.nbytes())));
+    }
+    return content_hash(all);
+}
+
 }  // namespace
 
 Checkpoint Checkpoint::of(std::int64_t step, std::int64_t rollbacks, const std::vector<TextureParameter>& parameters,
@@ -113,6 +138,9 @@ void Checkpoint::write(const std::filesystem::path& file) const
             contents.tensors.emplace(joined(loss_prefix, loss + "/" + name), tensor);
     contents.tensors.emplace(std::string(seen_name), to_bytes(seen));
     contents.tensors.emplace(std::string(held_out_name), to_tensor(held_out));
+    for (auto& [name, tensor] : contents.tensors)
+        tensor = tensor.detach().to(at::kCPU).contiguous();
+    contents.metadata[checksum_name] = checksum_of(contents);
     write_safetensors(file, contents);
 }
 
@@ -125,6 +153,8 @@ std::optional<Checkpoint> Checkpoint::read(const std::filesystem::path& file)
     if (contents.metadata["form"] != form || !parsed_count(contents.metadata["step"], result.step) ||
         !parsed_count(contents.metadata["rollbacks"], result.rollbacks))
         throw Error(file.string() + ": not a checkpoint of this version; remove the checkpoint folder");
+    if (contents.metadata[checksum_name] != checksum_of(contents))
+        throw Error(file.string() + ": is damaged: its bytes do not fit its checksum");
     for (auto& [name, tensor] : contents.tensors)
     {
         const std::string_view view = name;

@@ -1,13 +1,9 @@
 #include "checkpoint.h"
 
+#include <fresco/checked_file.h>
 #include <fresco/error.h>
-#include <fresco/files_io.h>
-#include <fresco/hash.h>
 
-#include <array>
 #include <cstring>
-#include <span>
-#include <string>
 
 namespace fresco::synthesize
 {
@@ -16,7 +12,7 @@ namespace
 
 static_assert(sizeof(Vec3f) == 12 && sizeof(Match) == 12);
 
-/// What the file begins with, after the checksum of all that follows. Little-endian, as the rest.
+/// What the file begins with. Little-endian, as the rest.
 struct Header
 {
     std::int64_t level = 0;
@@ -25,8 +21,6 @@ struct Header
     std::uint64_t matches = 0;
     std::uint64_t crowding = 0;
 };
-
-constexpr std::size_t hash_digits = 32;
 
 }  // namespace
 
@@ -37,8 +31,8 @@ void write_checkpoint(const std::filesystem::path& file, const Checkpoint& check
     const std::size_t colors_bytes = checkpoint.colors.size() * sizeof(Vec3f);
     const std::size_t matches_bytes = checkpoint.matches.size() * sizeof(Match);
     const std::size_t crowding_bytes = checkpoint.crowding.size() * sizeof(float);
-    std::vector<std::byte> bytes(hash_digits + sizeof header + colors_bytes + matches_bytes + crowding_bytes);
-    std::byte* at = bytes.data() + hash_digits;
+    std::vector<std::byte> bytes(sizeof header + colors_bytes + matches_bytes + crowding_bytes);
+    std::byte* at = bytes.data();
     const auto put = [&at](const void* from, std::size_t count)
     {
         if (count > 0)
@@ -49,22 +43,19 @@ void write_checkpoint(const std::filesystem::path& file, const Checkpoint& check
     put(checkpoint.colors.data(), colors_bytes);
     put(checkpoint.matches.data(), matches_bytes);
     put(checkpoint.crowding.data(), crowding_bytes);
-    const std::string hash = content_hash(std::span(bytes).subspan(hash_digits));
-    std::memcpy(bytes.data(), hash.data(), hash_digits);
-    write_file(file, bytes);
+    write_checked(file, bytes);
 }
 
 std::optional<Checkpoint> read_checkpoint(const std::filesystem::path& file)
 {
     if (!std::filesystem::exists(file))
         return std::nullopt;
-    const std::vector<std::byte> bytes = read_file(file);
+    const std::vector<std::byte> bytes = read_checked(file);
     const Error damaged(file.string() + ": damaged");
     Header header;
-    if (bytes.size() < hash_digits + sizeof header || content_hash(std::span(bytes).subspan(hash_digits)) !=
-                                                          std::string(reinterpret_cast<const char*>(bytes.data()), hash_digits))
+    if (bytes.size() < sizeof header)
         throw damaged;
-    const std::byte* at = bytes.data() + hash_digits;
+    const std::byte* at = bytes.data();
     std::memcpy(&header, at, sizeof header);
     at += sizeof header;
     const auto rest = static_cast<std::size_t>(bytes.data() + bytes.size() - at);

@@ -1,7 +1,8 @@
 #include <fresco/kept_pieces.h>
 
+#include <fresco/checked_file.h>
 #include <fresco/error.h>
-#include <fresco/files_io.h>
+#include <fresco/hash.h>
 
 #include <fmt/format.h>
 #include <system_error>
@@ -11,7 +12,7 @@ namespace fresco
 {
 namespace fs = std::filesystem;
 
-KeptPieces::KeptPieces(fs::path checkpoint) : checkpoint_(std::move(checkpoint))
+KeptPieces::KeptPieces(RunContext& run) : run_(run), checkpoint_(run.checkpoint_folder())
 {
     fs::create_directories(folder());
 }
@@ -23,25 +24,33 @@ fs::path KeptPieces::note_of(std::size_t piece) const
 
 std::optional<Value> KeptPieces::find(std::size_t piece) const
 {
-    if (!fs::exists(note_of(piece)))
+    const fs::path file = note_of(piece);
+    if (!fs::exists(file))
         return std::nullopt;
-    const Value note = parse_json(read_text_file(note_of(piece)), note_of(piece).string());
-    for (const Value& file : note.at("files").as_list())
+    try
     {
-        std::error_code gone;
-        const auto bytes = fs::file_size(folder() / file.at("name").as_string(), gone);
-        if (gone || bytes != static_cast<std::uintmax_t>(file.at("bytes").as_int()))
-            return std::nullopt;
+        const Value note = parse_json(read_checked_text(file), file.string());
+        if (note.at("piece").as_int() != static_cast<std::int64_t>(piece))
+            throw Error(file.string() + ": is the note of another piece");
+        for (const auto& [name, hash] : note.at("files").as_map())
+            if (file_hash(folder() / name) != hash.as_string())
+                throw Error((folder() / name).string() + ": is damaged: its bytes do not fit its checksum");
+        return note.at("about");
     }
-    return note.at("about");
+    catch (const Error& error)
+    {
+        run_.warning(std::string("a finished piece is made again: ") + error.what());
+        return std::nullopt;
+    }
 }
 
 void KeptPieces::note(std::size_t piece, const std::vector<std::string>& files, Value about) const
 {
-    Value::List list;
+    Value::Map hashes;
     for (const std::string& name : files)
-        list.emplace_back(Value::Map{{"name", name}, {"bytes", static_cast<std::size_t>(fs::file_size(folder() / name))}});
-    write_file(note_of(piece), to_json(Value::Map{{"files", std::move(list)}, {"about", std::move(about)}}));
+        hashes.emplace_back(name, file_hash(folder() / name));
+    write_checked(note_of(piece),
+                  to_json(Value::Map{{"piece", piece}, {"files", std::move(hashes)}, {"about", std::move(about)}}));
 }
 
 void KeptPieces::link(const std::vector<std::string>& files, const fs::path& to) const

@@ -7,26 +7,58 @@
 using namespace fresco;
 namespace fs = std::filesystem;
 
-TEST_CASE("a piece is kept while all its files have their sizes")
+TEST_CASE("a piece is kept while its note and all its files are whole")
 {
-    const testing::TemporaryFolder folder;
-    const KeptPieces kept(folder.path());
+    testing::TestRun run;
+    const KeptPieces kept(run);
     CHECK_FALSE(kept.find(3));
     fs::create_directories(kept.folder() / "a");
     write_file(kept.folder() / "a/b.npy", "12345");
     kept.note(3, {"a/b.npy"}, Value::Map{{"sharpness", 0.1}});
-    const KeptPieces again(folder.path());
+    const KeptPieces again(run);
     REQUIRE(again.find(3));
     CHECK(again.find(3)->at("sharpness").as_double() == 0.1);
     CHECK_FALSE(again.find(4));
-    write_file(kept.folder() / "a/b.npy", "1234");
-    CHECK_FALSE(again.find(3));
+    CHECK(run.messages.empty());
+    const fs::path note = run.checkpoint_folder() / "piece_3.json";
+    const std::string whole = read_text_file(note);
+
+    SECTION("a file of another size")
+    {
+        write_file(kept.folder() / "a/b.npy", "1234");
+        CHECK_FALSE(again.find(3));
+    }
+    SECTION("a flipped bit in a file")
+    {
+        write_file(kept.folder() / "a/b.npy", "12346");
+        CHECK_FALSE(again.find(3));
+    }
+    SECTION("a file that is gone")
+    {
+        fs::remove(kept.folder() / "a/b.npy");
+        CHECK_FALSE(again.find(3));
+    }
+    SECTION("a flipped bit in the note")
+    {
+        std::string flipped = whole;
+        flipped[flipped.find("0.1")] = '1';
+        write_file(note, flipped);
+        CHECK_FALSE(again.find(3));
+    }
+    SECTION("another piece's note")
+    {
+        write_file(run.checkpoint_folder() / "piece_4.json", whole);
+        CHECK_FALSE(again.find(4));
+    }
+    REQUIRE(run.messages.size() == 1);
+    CHECK_THAT(run.messages[0], Catch::StartsWith("warning: a finished piece is made again: "));
 }
 
 TEST_CASE("pieces are there still when the result that has them was not published")
 {
+    testing::TestRun run;
     const testing::TemporaryFolder folder;
-    const KeptPieces kept(folder.path());
+    const KeptPieces kept(run);
     fs::create_directories(kept.folder() / "a");
     write_file(kept.folder() / "a/b.npy", "12345");
     kept.note(3, {"a/b.npy"}, Value::Map{});

@@ -1,6 +1,7 @@
 // Small stages for the tests of the host: tables with one number, and everything that can go wrong.
 #include "scaler.h"
 
+#include <fresco/checked_file.h>
 #include <fresco/files.h>
 #include <fresco/files_io.h>
 #include <fresco/reader.h>
@@ -138,8 +139,15 @@ class Slow final : public LoggedStage
     {
         const auto checkpoint = run.checkpoint_folder() / "step";
         int step = 0;
-        if (std::filesystem::exists(checkpoint))
-            step = std::stoi(fresco::read_text_file(checkpoint));
+        try
+        {
+            step = std::stoi(fresco::read_checked_text(checkpoint));
+        }
+        catch (const fresco::Error& error)
+        {
+            if (std::filesystem::exists(checkpoint))
+                run.warning(error.what());
+        }
         log("slow from " + std::to_string(step));
         for (; step < *steps; ++step)
         {
@@ -147,7 +155,7 @@ class Slow final : public LoggedStage
             run.metric("loss", 1.0 / (step + 1));
             run.progress(step, *steps, "steps");
             std::this_thread::sleep_for(std::chrono::milliseconds(*step_ms));
-            fresco::write_file(checkpoint, std::to_string(step + 1));
+            fresco::write_checked(checkpoint, std::to_string(step + 1));
         }
         counted = number((start.has_value() ? value_of(*start) : 0) + step);
     }

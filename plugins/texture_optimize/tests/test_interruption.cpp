@@ -120,6 +120,25 @@ TEST_CASE("a damaged checkpoint is named and the run begins anew")
                       [](const std::string& m) { return m.find("warning: the checkpoint cannot be used") == 0; }));
 }
 
+TEST_CASE("a flipped bit in a checkpoint is named and changes nothing")
+{
+    Studio studio;
+    const auto options = Studio::options(mean_losses, {{"epochs", 1}, {"checkpoint_steps", 0}});
+    testing::TestRun whole;
+    const auto expected = bytes_in(studio.paint(whole, options));
+    testing::TestRun run;
+    run.cancel_after(3 + 8);
+    CHECK_THROWS_AS(studio.paint(run, options), Canceled);
+    const auto file = run.checkpoint_folder() / "interrupted.safetensors";
+    auto bytes = read_file(file);
+    bytes[bytes.size() - bytes.size() / 4] ^= std::byte{1};
+    write_file(file, bytes);
+    run.cancel_after(1000);
+    CHECK((bytes_in(studio.paint(run, options)) == expected));
+    CHECK(std::any_of(run.messages.begin(), run.messages.end(),
+                      [](const std::string& m) { return m.find("warning: the checkpoint cannot be used") == 0; }));
+}
+
 TEST_CASE("where a loss is not finite the run goes back and halves the rate, and ends with the same bytes when interrupted then")
 {
     Studio studio;

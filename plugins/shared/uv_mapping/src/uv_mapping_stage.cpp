@@ -124,7 +124,7 @@ void UvMappingStage::run(RunContext& run)
     UvMapper mapper(*mesh_, finder(*mesh_, run));
     const std::size_t frames = frames_->frames.size();
 
-    const KeptPieces kept(run.checkpoint_folder());
+    const KeptPieces kept(run);
 
     UvMaps result;
     result.atlas = atlas_id(*mesh_);

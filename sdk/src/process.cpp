@@ -81,7 +81,15 @@ struct Descriptors
     int failure;  ///< Gets errno if there is no new program; closed by its start.
 };
 
-/// In the child. Must not allocate.
+/// In the child: tells the parent why it is no new program.
+[[noreturn]] void give_up(int failure)
+{
+    const int reason = errno;
+    (void)!::write(failure, &reason, sizeof reason);
+    _exit(127);
+}
+
+/// In the child, in the parent's memory: must not allocate.
 [[noreturn]] void become(const ProcessStart& start, pid_t parent, const Descriptors& descriptors, char* const* arguments,
                          char* const* environment)
 {
@@ -100,15 +108,25 @@ struct Descriptors
     if (::dup2(descriptors.input, STDIN_FILENO) < 0 || ::dup2(descriptors.output, STDOUT_FILENO) < 0 ||
         ::dup2(descriptors.output, STDERR_FILENO) < 0 || (has_channel && ::dup2(descriptors.channel, child_channel) < 0) ||
         ::dup2(descriptors.failure, failure) < 0 || fcntl(failure, F_SETFD, FD_CLOEXEC) != 0)
-        _exit(127);
+        give_up(descriptors.failure);
     close_range(static_cast<unsigned>(failure) + 1, ~0U, 0);
     if (start.data_limit_mb > 0)
         limit_data(start.data_limit_mb);
     if (start.folder.empty() || chdir(start.folder.c_str()) == 0)
         execve(start.file.c_str(), arguments, environment);
-    const int reason = errno;
-    (void)!::write(failure, &reason, sizeof reason);
-    _exit(127);
+    give_up(failure);
+}
+
+/// The child has this process's memory until it is another program: copying a large process's page tables takes longer than all
+/// else that starting a program takes.
+pid_t child_that_becomes(const ProcessStart& start, const Descriptors& descriptors, char* const* arguments,
+                         char* const* environment)
+{
+    const pid_t parent = getpid();
+    const pid_t pid = ::vfork();
+    if (pid == 0)
+        become(start, parent, descriptors, arguments, environment);
+    return pid;
 }
 
 std::pair<FileDescriptor, FileDescriptor> made_pipe()
@@ -171,16 +189,17 @@ Process start_process(const ProcessStart& start)
     const std::vector<char*> envp = pointers(environment_texts);
     auto [printed, output] = made_pipe();
     auto [failed, failure] = made_pipe();
-    const FileDescriptor input = out_of_the_way(::open("/dev/null", O_RDONLY | O_CLOEXEC));
+    const int nothing = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
+    if (nothing < 0)
+        cannot_start("/dev/null");
+    const FileDescriptor input = out_of_the_way(nothing);
     const FileDescriptor channel = start.channel >= 0 ? out_of_the_way(dup(start.channel)) : FileDescriptor();
     fcntl(printed.get(), F_SETFL, fcntl(printed.get(), F_GETFL) | O_NONBLOCK);
 
-    const pid_t parent = getpid();
-    const pid_t pid = ::fork();
+    const pid_t pid =
+        child_that_becomes(start, {input.get(), output.get(), channel.get(), failure.get()}, argv.data(), envp.data());
     if (pid < 0)
         cannot_start("fork");
-    if (pid == 0)
-        become(start, parent, {input.get(), output.get(), channel.get(), failure.get()}, argv.data(), envp.data());
     failure.reset();
     int reason = 0;
     if (::read(failed.get(), &reason, sizeof reason) == static_cast<ssize_t>(sizeof reason))

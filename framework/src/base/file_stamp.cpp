@@ -1,7 +1,7 @@
 #include "base/file_stamp.h"
+#include "base/durable_file.h"
 #include "base/glob.h"
 #include <fresco/error.h>
-#include <fresco/files_io.h>
 #include <fresco/hash.h>
 
 #include <algorithm>
@@ -42,6 +42,38 @@ std::filesystem::path place_of(const std::filesystem::path& path, bool folder)
     return folder ? path.parent_path() : path;
 }
 
+std::int64_t nanoseconds(const timespec& time)
+{
+    return std::int64_t{time.tv_sec} * 1'000'000'000 + time.tv_nsec;
+}
+
+/// The stamp where it is old enough to be relied on. Call it before reading the contents.
+std::optional<FileStamp> settled(const FileStamp& stamp)
+{
+    // The coarsest file systems (FAT) count in two seconds.
+    constexpr std::int64_t coarsest_step_ns = 2'000'000'000;
+    timespec now{};
+    clock_gettime(CLOCK_REALTIME, &now);
+    if (std::max(stamp.mtime_ns, stamp.ctime_ns) > nanoseconds(now) - coarsest_step_ns)
+        return std::nullopt;
+    return stamp;
+}
+
+Value to_value(const FileStamp& stamp)
+{
+    return Value::List{static_cast<std::int64_t>(stamp.size), stamp.mtime_ns, stamp.ctime_ns,
+                       static_cast<std::int64_t>(stamp.inode), static_cast<std::int64_t>(stamp.device)};
+}
+
+FileStamp stamp_from(const Value& value)
+{
+    const auto& list = value.as_list();
+    if (list.size() != 5)
+        throw Error("a stamp has 5 entries, this one " + std::to_string(list.size()));
+    return {static_cast<std::uint64_t>(list[0].as_int()), list[1].as_int(), list[2].as_int(),
+            static_cast<std::uint64_t>(list[3].as_int()), static_cast<std::uint64_t>(list[4].as_int())};
+}
+
 }  // namespace
 
 std::optional<FileStamp> stamp_of(const std::filesystem::path& file)
@@ -51,26 +83,17 @@ std::optional<FileStamp> stamp_of(const std::filesystem::path& file)
     };
     if (stat(file.c_str(), &status) != 0)
         return std::nullopt;
-    const auto mtime = std::int64_t{status.st_mtim.tv_sec} * 1'000'000'000 + status.st_mtim.tv_nsec;
-    return FileStamp{static_cast<std::uint64_t>(status.st_size), mtime, status.st_ino};
-}
-
-FileStamp settled(FileStamp stamp)
-{
-    timespec now{};
-    clock_gettime(CLOCK_REALTIME, &now);
-    const auto now_ns = std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
-    if (stamp.mtime_ns > now_ns - 2'000'000'000)
-        stamp.mtime_ns = 0;
-    return stamp;
+    return FileStamp{static_cast<std::uint64_t>(status.st_size), nanoseconds(status.st_mtim), nanoseconds(status.st_ctim),
+                     status.st_ino, status.st_dev};
 }
 
 Dependency take_dependency(const std::filesystem::path& path, bool folder)
 {
-    const auto before = stamp_of(place_of(path, folder));
-    if (!before)
+    const auto now = stamp_of(place_of(path, folder));
+    if (!now)
         throw MissingInput(place_of(path, folder).string() + ": no such " + (folder ? "folder" : "file"));
-    return {path, folder, settled(*before), contents_of(path, folder)};
+    const auto stamp = settled(*now);
+    return {path, folder, stamp, contents_of(path, folder)};
 }
 
 Change compare(Dependency& dependency)
@@ -78,15 +101,16 @@ Change compare(Dependency& dependency)
     const auto now = stamp_of(place_of(dependency.path, dependency.folder));
     if (!now)
         return Change::contents;
-    if (dependency.stamp.matches(*now))
+    if (dependency.stamp == now)
         return Change::none;
     try
     {
         const Dependency taken = take_dependency(dependency.path, dependency.folder);
         if (taken.hash != dependency.hash)
             return Change::contents;
+        const bool renewed = taken.stamp != dependency.stamp;
         dependency.stamp = taken.stamp;
-        return Change::stamp;
+        return renewed ? Change::stamp : Change::none;
     }
     catch (const Error&)
     {
@@ -96,29 +120,29 @@ Change compare(Dependency& dependency)
 
 Value to_value(const Dependency& dependency)
 {
-    return Value::List{dependency.path.string(),  dependency.folder,      dependency.stamp.size,
-                       dependency.stamp.mtime_ns, dependency.stamp.inode, Value(dependency.hash)};
+    return Value::List{dependency.path.string(), dependency.folder, dependency.stamp ? to_value(*dependency.stamp) : Value(),
+                       Value(dependency.hash)};
 }
 
 Dependency dependency_from(const Value& value)
 {
     const auto& list = value.as_list();
-    if (list.size() != 6)
-        throw Error("a dependency has 6 entries, this one " + std::to_string(list.size()));
-    return {list[0].as_string(),
-            list[1].as_bool(),
-            {static_cast<std::uint64_t>(list[2].as_int()), list[3].as_int(), static_cast<std::uint64_t>(list[4].as_int())},
-            list[5].as_string()};
+    if (list.size() != 4)
+        throw Error("a dependency has 4 entries, this one " + std::to_string(list.size()));
+    Dependency dependency{list[0].as_string(), list[1].as_bool(), std::nullopt, list[3].as_string()};
+    if (!list[2].is_null())
+        dependency.stamp = stamp_from(list[2]);
+    return dependency;
 }
 
 FileHashes::FileHashes(std::filesystem::path index) : index_(std::move(index))
 {
     try
     {
-        if (!std::filesystem::exists(index_))
+        if (index_.empty() || !stamp_of(index_))
             return;
-        const Value entries = parse_json(read_text_file(index_, std::size_t{1} << 30U), index_.string());
-        for (const auto& entry : entries.as_list())
+        const Value known = read_record(index_);
+        for (const auto& entry : known.at("files").as_list())
         {
             Dependency dependency = dependency_from(entry);
             std::string path = dependency.path.string();
@@ -134,12 +158,8 @@ FileHashes::FileHashes(std::filesystem::path index) : index_(std::move(index))
 Dependency FileHashes::dependency(const std::filesystem::path& file)
 {
     const auto known = known_.find(file.string());
-    if (known != known_.end())
-    {
-        const auto now = stamp_of(file);
-        if (now && known->second.stamp.matches(*now))
-            return known->second;
-    }
+    if (known != known_.end() && known->second.stamp && known->second.stamp == stamp_of(file))
+        return known->second;
     Dependency taken = take_dependency(file, false);
     changed_ = true;
     return known_.insert_or_assign(file.string(), std::move(taken)).first->second;
@@ -161,15 +181,15 @@ void FileHashes::remember(const std::filesystem::path& file, const std::string& 
 
 void FileHashes::save()
 {
-    if (!changed_)
+    if (!changed_ || index_.empty())
         return;
     Value::List entries;
     for (const auto& [path, dependency] : known_)
-        if (std::filesystem::exists(dependency.path))
+        if (dependency.stamp && stamp_of(dependency.path))
             entries.push_back(to_value(dependency));
     try
     {
-        write_file(index_, to_json(Value(std::move(entries))));
+        write_record(index_, Value::Map{{"files", std::move(entries)}});
         changed_ = false;
     }
     catch (const Error&)

@@ -11,22 +11,20 @@
 namespace fresco::host
 {
 
-/// What tells cheaply that a file is as it was. A file changed in the last two seconds gets mtime 0, which never matches: its
-/// clock tick may not have passed yet, so the next comparison looks at the contents.
+/// What tells cheaply that a file is as it was: whoever writes to it, gives it another name or sets its times changes `ctime_ns`.
 struct FileStamp
 {
     std::uint64_t size = 0;
     std::int64_t mtime_ns = 0;
+    std::int64_t ctime_ns = 0;
     std::uint64_t inode = 0;
+    std::uint64_t device = 0;
 
-    bool matches(const FileStamp& now) const { return mtime_ns != 0 && *this == now; }
     friend bool operator==(const FileStamp&, const FileStamp&) = default;
 };
 
-/// The stamp as it is now; nothing if there is no such file.
+/// The stamp as it is now; nothing if there is no such file, or none that may be looked at.
 std::optional<FileStamp> stamp_of(const std::filesystem::path& file);
-/// The same with mtime 0 where it is too young to be relied on.
-FileStamp settled(FileStamp stamp);
 
 /// Something outside the store that a result was made from: a file's contents, or which names that match a pattern are directly
 /// in a folder.
@@ -34,7 +32,9 @@ struct Dependency
 {
     std::filesystem::path path;  ///< With `folder`, the folder and then the pattern (see name_matches): "scan/seq-*".
     bool folder = false;
-    FileStamp stamp;
+    /// From before its contents were read. None where the last change was less than two seconds before: the file may change once
+    /// more within the same step of the file system's clock.
+    std::optional<FileStamp> stamp;
     std::string hash;
 };
 
@@ -44,7 +44,7 @@ Dependency take_dependency(const std::filesystem::path& path, bool folder);
 enum class Change
 {
     none,
-    stamp,    ///< Touched, but the contents are the same; the dependency's stamp was renewed.
+    stamp,    ///< The contents are the same; the dependency's stamp was renewed.
     contents  ///< Changed, or gone.
 };
 /// Compares with what is there now: the stamp first, contents only when it changed.
@@ -54,11 +54,11 @@ Value to_value(const Dependency& dependency);
 /// Throws Error if the value is no dependency.
 Dependency dependency_from(const Value& value);
 
-/// Content hashes of files, remembered by stamp in an index file.
+/// Content hashes of files, remembered by stamp.
 class FileHashes
 {
   public:
-    /// An unreadable index is started anew: it is a cache.
+    /// Those that `index` holds, as far as it is whole: it is a cache. Empty: remembers nothing beyond this process.
     explicit FileHashes(std::filesystem::path index);
 
     /// The file's content hash. Throws MissingInput if it cannot be read.

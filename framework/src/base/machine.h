@@ -2,6 +2,7 @@
 
 #include <fresco/value.h>
 
+#include <cstdint>
 #include <string>
 #include <sys/types.h>
 
@@ -27,6 +28,13 @@ double peak_memory_of_programs_mb();
 double memory_of_tree_mb(pid_t pid);
 /// What this machine, or the control group that the process is in, has, in MB.
 double machine_memory_mb();
+
+/// How many processes this system has killed because memory ran out; 0 where it does not tell.
+std::int64_t oom_kills();
+/// How many more files this process may open.
+int free_descriptors();
+/// What this process may map for writing, in MB; 0: no limit.
+double memory_limit_mb();
 
 /// Version of this program: "0.1.0".
 std::string program_version();

@@ -1,4 +1,5 @@
 #include "base/file_contents.h"
+#include "base/utf8.h"
 #include "pipeline/pipeline_options.h"
 #include <fresco/wording.h>
 
@@ -144,7 +145,9 @@ fs::path check_input_path(const YamlNode& node, bool folder, const std::string& 
     const std::string shown = "'" + path.string() + "'";
     std::error_code failure;
     const fs::file_status status = fs::status(path, failure);
-    if (!fs::exists(status))
+    if (!is_utf8(path.string()))
+        report(shown + ": the name is not UTF-8 text: rename it");
+    else if (!fs::exists(status))
         report(std::string("no such ") + (folder ? "folder " : "file ") + shown);
     else if (folder && !fs::is_directory(status))
         report(shown + " is not a folder");

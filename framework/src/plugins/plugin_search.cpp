@@ -1,11 +1,11 @@
 #include "plugins/own_libraries.h"
 
+#include "base/durable_file.h"
 #include "base/file_stamp.h"
 #include "plugins/plugin_library.h"
 #include "plugins/plugin_probe.h"
 #include "plugins/plugin_search.h"
 #include <fresco/error.h>
-#include <fresco/files_io.h>
 #include <fresco/hash.h>
 
 #include <algorithm>
@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 namespace
 {
 
-constexpr int cache_format = 1;
+constexpr int cache_format = 2;
 constexpr const char* named_by_user = "FRESCO_PLUGIN_PATH";
 
 fs::path home_based(const char* variable, const char* below_home)
@@ -46,7 +46,7 @@ fs::path sdk_library()
 class DescriptorCache
 {
   public:
-    DescriptorCache() : folder_(descriptor_cache_folder()), hashes_(folder_ / "stamps.json")
+    DescriptorCache() : folder_(descriptor_cache_folder()), hashes_(folder_.empty() ? fs::path() : folder_ / "stamps.json")
     {
         std::error_code error;
         if (!folder_.empty())
@@ -63,12 +63,14 @@ class DescriptorCache
         {
             if (folder_.empty())
                 return std::nullopt;
-            fs::path entry = entry_file(library, "");
-            if (!fs::exists(entry))
-                entry = entry_file(library, library.string());
-            if (!fs::exists(entry))
+            Entry entry = entry_of(library, "");
+            if (!fs::exists(entry.file))
+                entry = entry_of(library, library.string());
+            if (!fs::exists(entry.file))
                 return std::nullopt;
-            const Value value = parse_json(read_text_file(entry), entry.string());
+            const Value value = read_record(entry.file);
+            if (value.at("key").as_string() != entry.key)
+                return std::nullopt;
             for (const auto& [file, hash] : value.at("own_hashes").as_map())
                 if (!fs::exists(file) || hashes_.hash(file) != hash.as_string())
                     return std::nullopt;
@@ -94,9 +96,11 @@ class DescriptorCache
             std::error_code error;
             const fs::path sdk = fs::weakly_canonical(sdk_library(), error);
             const bool alone = std::all_of(own.begin(), own.end(), [&](const auto& of) { return fs::path(of.first) == sdk; });
-            const Value entry =
-                Value::Map{{"description", probe.description}, {"refusal", probe.refusal}, {"own_hashes", std::move(own)}};
-            write_file(entry_file(probe.library, alone ? "" : probe.library.string()), to_json(entry));
+            const Entry entry = entry_of(probe.library, alone ? "" : probe.library.string());
+            write_record(entry.file, Value::Map{{"key", entry.key},
+                                                {"description", probe.description},
+                                                {"refusal", probe.refusal},
+                                                {"own_hashes", std::move(own)}});
         }
         catch (const Error&)
         {
@@ -107,11 +111,16 @@ class DescriptorCache
     void save() { hashes_.save(); }
 
   private:
-    fs::path entry_file(const fs::path& library, const std::string& place)
+    struct Entry
+    {
+        std::string key;
+        fs::path file;
+    };
+    Entry entry_of(const fs::path& library, const std::string& place)
     {
         const std::string key = std::to_string(cache_format) + "/" + std::to_string(FRESCO_ABI) + "/" + sdk_hash_ + "/" +
                                 hashes_.hash(library) + "/" + place;
-        return folder_ / (content_hash(key) + ".json");
+        return {key, folder_ / (content_hash(key) + ".json")};
     }
 
     fs::path folder_;

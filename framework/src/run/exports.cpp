@@ -1,6 +1,6 @@
 #include "run/exports.h"
+#include "base/durable_file.h"
 #include "base/fault.h"
-#include "store/publish.h"
 #include <fresco/copy_file.h>
 #include <fresco/error.h>
 #include <fresco/files.h>
@@ -13,10 +13,14 @@ namespace
 
 void copy_whole(const fs::path& from, const fs::path& to)
 {
-    std::error_code error;
-    fs::create_directories(to.parent_path(), error);
-    if (error)
-        throw Error(to.parent_path().string() + ": cannot make the folder: " + error.message() + "; choose another with --out");
+    try
+    {
+        make_folder(to.parent_path());
+    }
+    catch (const Error& error)
+    {
+        throw Error(std::string(error.what()) + "; choose another with --out");
+    }
     copy_file(from, to, [] { fault_point("export.written"); });
     sync_path(to.parent_path());
 }
@@ -75,7 +79,7 @@ void Exporter::copy(const PipelineStage& stage, const std::string& object, const
                 if (auto damage = verified ? std::nullopt : store_.verify(object, 1, output))
                     throw DamagedObject{std::move(*damage)};
                 verified = true;
-                if (fs::is_directory(to))
+                if (std::error_code error; fs::is_directory(to, error))
                     throw Error(to.string() + ": is a folder where the stage's file goes; move it away");
                 copy_whole(from, to);
                 hashes_.remember(to, hashes_.hash(from));

@@ -1,5 +1,7 @@
 #include "store/publish.h"
+#include "base/durable_file.h"
 #include "base/fault.h"
+#include "base/utf8.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/hash.h>
@@ -32,6 +34,8 @@ Tree list_tree(const fs::path& root, const std::vector<std::string>& outputs)
         for (const auto& entry : fs::recursive_directory_iterator(root / output))
         {
             const std::string relative = entry.path().lexically_relative(root).generic_string();
+            if (!is_utf8(relative))
+                throw Error(relative + ": the name is not UTF-8 text; write the file under another name");
             if (entry.is_symlink() || !(entry.is_regular_file() || entry.is_directory()))
                 throw Error(relative + ": not a regular file or folder; a result can hold nothing else");
             if (entry.is_directory())
@@ -77,26 +81,20 @@ std::vector<std::string> closure(const Store& store, const std::set<std::string>
     return {all.begin(), all.end()};
 }
 
+bool has_whole_manifest(const Store& store, const std::string& object)
+{
+    try
+    {
+        store.manifest(object);
+        return true;
+    }
+    catch (const Error&)
+    {
+        return false;
+    }
+}
+
 }  // namespace
-
-void sync_path(const fs::path& path)
-{
-    const FileDescriptor fd(open(path.c_str(), O_RDONLY | O_CLOEXEC));
-    if (!fd.valid() || fsync(fd.get()) != 0)
-        throw Error(path.string() + ": cannot be written to the disk: " + std::strerror(errno));
-}
-
-std::string object_id(const std::string& key, const std::vector<Dependency>& dependencies)
-{
-    std::vector<std::string> parts;
-    for (const auto& dependency : dependencies)
-        parts.push_back(dependency.path.string() + '\0' + dependency.hash);
-    std::sort(parts.begin(), parts.end());
-    std::string joined = key;
-    for (const auto& part : parts)
-        joined += '\0' + part;
-    return content_hash(joined);
-}
 
 StoredResult publish(const Store& store, const fs::path& folder, const Publication& publication)
 {
@@ -114,18 +112,17 @@ StoredResult publish(const Store& store, const fs::path& folder, const Publicati
     }
     Value::List dependencies;
     for (const auto& dependency : publication.dependencies)
-        dependencies.push_back(Value::Map{{"path", dependency.path.string()}, {"hash", dependency.hash}});
+        dependencies.push_back(to_value(Dependency{dependency.path, dependency.folder, std::nullopt, dependency.hash}));
     manifest.set("key", publication.key);
     manifest.set("references", Value::List(result.references.begin(), result.references.end()));
     manifest.set("dependencies", std::move(dependencies));
     manifest.set("bytes", bytes);
     manifest.set("files", std::move(files));
-    manifest.set("checksum", manifest_checksum(manifest));
 
     fault_point("publish.written");
     sync_tree(folder, tree);
     fault_point("publish.synced");
-    if (store.present(result.object))
+    if (has_whole_manifest(store, result.object))
     {
         store.remember(publication.key, result);
         remove_quietly(folder);
@@ -142,8 +139,7 @@ StoredResult publish(const Store& store, const fs::path& folder, const Publicati
     // Before the manifest: a key that leads to nothing is harmless, a result that no key leads to would be made twice.
     store.remember(publication.key, result);
     fault_point("publish.key");
-    write_file(store.manifest_file(result.object), to_json(manifest));
-    sync_path(store.object(result.object));
+    write_durable_record(store.manifest_file(result.object), manifest);
     fault_point("publish.manifest");
     return result;
 }

@@ -20,15 +20,9 @@ struct Publication
     std::set<std::string> references{};  ///< Other objects that the outputs refer to.
 };
 
-/// The object's name: the key, and the contents of what it was made from besides.
-std::string object_id(const std::string& key, const std::vector<Dependency>& dependencies);
-
 /// Makes `folder` (from Store::make_temporary) an object: hashes, fsyncs, renames, remembers it under its key, writes the
 /// manifest last. If the object is there already, whole, that one stays and `folder` is removed. The caller holds the key's lock.
 /// Throws Error if a file cannot be written or is of a kind that cannot be stored; nothing is published then.
 StoredResult publish(const Store& store, const std::filesystem::path& folder, const Publication& publication);
-
-/// Writes a file's or folder's data to the disk. Throws Error.
-void sync_path(const std::filesystem::path& path);
 
 }  // namespace fresco::host

@@ -1,9 +1,7 @@
 #include "store/stage_record.h"
+#include "base/durable_file.h"
 #include <fresco/error.h>
-#include <fresco/files_io.h>
 #include <fresco/hash.h>
-
-#include <ctime>
 
 namespace fresco::host
 {
@@ -11,17 +9,45 @@ namespace fs = std::filesystem;
 namespace
 {
 
-constexpr std::int64_t day_s = 86400;
+std::string text_of(const fs::path& pipeline)
+{
+    std::error_code error;
+    const fs::path whole = fs::weakly_canonical(pipeline, error);
+    return error ? pipeline.string() : whole.string();
+}
 
-std::optional<StageRecord> read_record(const fs::path& file)
+fs::path folder_of(const Store& store, const std::string& pipeline)
+{
+    return store.root() / "stages" / content_hash(pipeline);
+}
+
+/// Throws Error if there is none, or it is damaged or another's.
+StageRecord read_record_of(const fs::path& file, std::string& pipeline)
+{
+    const Value value = read_record(file);
+    pipeline = value.at("pipeline").as_string();
+    StageRecord record{value.at("stage").as_string(), value.at("key").as_string(), value.at("object").as_string(),
+                       value.at("key_document")};
+    if (record.stage != file.stem() || content_hash(pipeline) != file.parent_path().filename())
+        throw Error(file.string() + ": is the record of another stage");
+    return record;
+}
+
+/// Whether nothing is there; where that cannot be told, something may be.
+bool is_gone(const fs::path& file)
+{
+    std::error_code error;
+    return fs::status(file, error).type() == fs::file_type::not_found;
+}
+
+}  // namespace
+
+std::optional<StageRecord> read_stage_record(const Store& store, const fs::path& pipeline, const std::string& stage)
 {
     try
     {
-        if (!fs::exists(file))
-            return std::nullopt;
-        const Value value = parse_json(read_text_file(file), file.string());
-        return StageRecord{value.at("stage").as_string(), value.at("key").as_string(), value.at("object").as_string(),
-                           value.at("key_document"), value.at("time_s").as_int()};
+        std::string found;
+        return read_record_of(folder_of(store, text_of(pipeline)) / (stage + ".json"), found);
     }
     catch (const Error&)
     {
@@ -29,35 +55,24 @@ std::optional<StageRecord> read_record(const fs::path& file)
     }
 }
 
-}  // namespace
-
 fs::path pipeline_folder(const Store& store, const fs::path& pipeline)
 {
-    return store.root() / "stages" / content_hash(fs::weakly_canonical(pipeline).string());
-}
-
-std::optional<StageRecord> read_stage_record(const Store& store, const fs::path& pipeline, const std::string& stage)
-{
-    return read_record(pipeline_folder(store, pipeline) / (stage + ".json"));
+    return folder_of(store, text_of(pipeline));
 }
 
 void write_stage_record(const Store& store, const fs::path& pipeline, const StageRecord& record)
 {
-    const fs::path folder = pipeline_folder(store, pipeline);
-    const fs::path file = folder / (record.stage + ".json");
-    const auto now = static_cast<std::int64_t>(std::time(nullptr));
-    if (const auto old = read_record(file);
-        old && old->key == record.key && old->object == record.object && now - old->time_s < day_s)
+    if (const auto old = read_stage_record(store, pipeline, record.stage);
+        old && old->key == record.key && old->object == record.object)
         return;
-    std::error_code error;
-    fs::create_directories(folder, error);
-    if (!fs::exists(folder / "pipeline.path"))
-        write_file(folder / "pipeline.path", fs::weakly_canonical(pipeline).string());
-    write_file(file, to_json(Value::Map{{"stage", record.stage},
-                                        {"key", record.key},
-                                        {"object", record.object},
-                                        {"time_s", now},
-                                        {"key_document", record.key_document}}));
+    const std::string text = text_of(pipeline);
+    const fs::path folder = folder_of(store, text);
+    make_folder(folder);
+    write_durable_record(folder / (record.stage + ".json"), Value::Map{{"pipeline", text},
+                                                                       {"stage", record.stage},
+                                                                       {"key", record.key},
+                                                                       {"object", record.object},
+                                                                       {"key_document", record.key_document}});
 }
 
 void remove_old_records(const Store& store, const fs::path& pipeline, const std::set<std::string>& stages)
@@ -69,21 +84,39 @@ void remove_old_records(const Store& store, const fs::path& pipeline, const std:
             fs::remove(entry.path(), error);
 }
 
-std::vector<StageRecord> all_stage_records(const Store& store)
+UsedResults used_results(const Store& store)
 {
-    std::vector<StageRecord> records;
+    UsedResults used;
     std::error_code error;
     for (const auto& folder : fs::directory_iterator(store.root() / "stages", error))
     {
-        const fs::path origin = folder.path() / "pipeline.path";
-        if (!fs::exists(origin) || !fs::exists(read_text_file(origin)))
-            continue;
+        bool abandoned = false;
+        std::set<std::string> objects;
+        std::set<std::string> damaged;
         for (const auto& entry : fs::directory_iterator(folder.path(), error))
-            if (entry.path().extension() == ".json")
-                if (auto record = read_record(entry.path()))
-                    records.push_back(std::move(*record));
+        {
+            if (entry.path().extension() != ".json")
+                continue;
+            try
+            {
+                std::string pipeline;
+                objects.insert(read_record_of(entry.path(), pipeline).object);
+                abandoned = abandoned || is_gone(pipeline);
+            }
+            catch (const Error&)
+            {
+                damaged.insert(entry.path().stem().string());
+            }
+        }
+        if (abandoned)
+        {
+            used.abandoned.push_back(folder.path());
+            continue;
+        }
+        used.objects.merge(objects);
+        used.stages.merge(damaged);
     }
-    return records;
+    return used;
 }
 
 }  // namespace fresco::host

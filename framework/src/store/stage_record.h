@@ -18,19 +18,25 @@ struct StageRecord
     std::string key;
     std::string object;
     Value key_document;
-    std::int64_t time_s = 0;  ///< Unix time of the last run that used it.
 };
 
 /// Where the records of a pipeline file's stages are.
 std::filesystem::path pipeline_folder(const Store& store, const std::filesystem::path& pipeline);
 /// Of the pipeline file's stage.
 std::optional<StageRecord> read_stage_record(const Store& store, const std::filesystem::path& pipeline, const std::string& stage);
-/// Writes it if it says something new, or is more than a day old.
+/// Writes it if it says something new.
 void write_stage_record(const Store& store, const std::filesystem::path& pipeline, const StageRecord& record);
 /// Removes records, and links to logs, of stages that the pipeline file no longer has.
 void remove_old_records(const Store& store, const std::filesystem::path& pipeline, const std::set<std::string>& stages);
 
-/// All records of all pipelines whose file still exists.
-std::vector<StageRecord> all_stage_records(const Store& store);
+/// What the last runs used.
+struct UsedResults
+{
+    std::set<std::string> objects;
+    /// Names of stages whose record is damaged: any result of such a stage may be in use.
+    std::set<std::string> stages;
+    std::vector<std::filesystem::path> abandoned;  ///< Folders of records of pipelines whose file is gone.
+};
+UsedResults used_results(const Store& store);
 
 }  // namespace fresco::host

@@ -1,6 +1,6 @@
 #include "store/statistics.h"
+#include "base/durable_file.h"
 #include <fresco/error.h>
-#include <fresco/files_io.h>
 
 #include <algorithm>
 #include <vector>
@@ -21,15 +21,12 @@ Value read_statistics(const Store& store)
 {
     try
     {
-        if (std::filesystem::exists(statistics_file(store)))
-            if (Value value = parse_json(read_text_file(statistics_file(store)), "stats.json"); value.is_map())
-                return value;
+        return read_record(statistics_file(store)).at("types");
     }
     catch (const Error&)
     {
         return Value::Map{};
     }
-    return Value::Map{};
 }
 
 Value figures(const CostFigures& cost)
@@ -74,7 +71,7 @@ void record_cost(const Store& store, const std::string& type, const CostFigures&
     if (runs.size() > kept_runs)
         runs.resize(kept_runs);
     all.set(type, std::move(runs));
-    write_file(statistics_file(store), to_json(all, 1));
+    write_record(statistics_file(store), Value::Map{{"types", std::move(all)}});
 }
 
 Statistics::Statistics(const Store& store) : entries_(read_statistics(store)) {}

@@ -1,4 +1,6 @@
 #include "store/store.h"
+#include "base/durable_file.h"
+#include <fresco/checked_file.h>
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/hash.h>
@@ -8,9 +10,11 @@
 #include <cerrno>
 #include <cstring>
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <fstream>
-#include <mutex>
-#include <sys/file.h>
+#include <functional>
+#include <random>
+#include <sys/stat.h>
 
 namespace fresco::host
 {
@@ -18,7 +22,9 @@ namespace fs = std::filesystem;
 namespace
 {
 
-constexpr std::string_view store_format = "fresco store 1\n";
+constexpr std::string_view store_format = "fresco store 2\n";
+/// The first format's file had no checksum.
+constexpr std::string_view first_format = "fresco store 1\n";
 constexpr std::size_t results_per_key = 8;
 
 std::vector<std::string> text_list(const Value& value)
@@ -39,96 +45,133 @@ Value to_value(const StoredResult& result)
                       {"dependencies", std::move(dependencies)}};
 }
 
-StoredResult result_from(const Value& value)
+/// By the record of a key, or by the object's manifest.
+StoredResult result_from(const std::string& object, const Value& value)
 {
-    StoredResult result;
-    result.object = value.at("object").as_string();
-    result.references = text_list(value.at("references"));
+    StoredResult result{object, text_list(value.at("references")), {}};
     for (const auto& dependency : value.at("dependencies").as_list())
         result.dependencies.push_back(dependency_from(dependency));
     return result;
 }
 
-/// An unreadable record counts as none: the stage runs again.
-std::vector<StoredResult> read_results(const fs::path& file)
+/// What the record of a key holds. Throws Error if there is none, or it is damaged.
+std::vector<StoredResult> read_results(const Store& store, const std::string& key)
 {
+    const fs::path file = store.key_file(key);
+    const Value record = read_record(file);
+    if (record.at("key").as_string() != key)
+        throw Error(file.string() + ": is the record of another key");
     std::vector<StoredResult> results;
-    try
+    for (const auto& entry : record.at("results").as_list())
     {
-        if (!fs::exists(file))
-            return results;
-        const Value entries = parse_json(read_text_file(file, std::size_t{1} << 30U), file.string());
-        for (const auto& entry : entries.as_list())
-            results.push_back(result_from(entry));
-    }
-    catch (const Error&)
-    {
-        results.clear();
+        results.push_back(result_from(entry.at("object").as_string(), entry));
+        if (!results.back().object.starts_with(object_prefix(key)))
+            throw Error(file.string() + ": leads to the result of another key");
     }
     return results;
 }
 
-void write_results(const fs::path& file, const std::vector<StoredResult>& results)
+/// The same; a record that cannot be used counts as empty: the stage runs again.
+std::vector<StoredResult> results_of(const Store& store, const std::string& key)
+{
+    try
+    {
+        return read_results(store, key);
+    }
+    catch (const Error&)
+    {
+        return {};
+    }
+}
+
+void write_results(const Store& store, const std::string& key, const std::vector<StoredResult>& results)
 {
     Value::List entries;
     for (const auto& result : results)
         entries.push_back(to_value(result));
-    write_file(file, to_json(Value(std::move(entries))));
+    write_durable_record(store.key_file(key), Value::Map{{"key", key}, {"results", std::move(entries)}});
 }
 
-/// Writes a result's new stamps. Where another process is at work on the same key, or the disk is full, the old ones stay: the
-/// next look-up reads the files once more.
-void renew(const Store& store, const std::string& key, const StoredResult& result)
+/// Writes what `changed` makes of the record of a key. False where another process is at work on the key, or the disk is full.
+bool change_results(const Store& store, const std::string& key, const std::function<std::vector<StoredResult>()>& changed)
 {
     try
     {
         FileLock lock(store.lock_file(key));
         if (!lock.try_exclusive())
-            return;
-        std::vector<StoredResult> results = read_results(store.key_file(key));
-        for (auto& other : results)
-            if (other.object == result.object)
-                other.dependencies = result.dependencies;
-        write_results(store.key_file(key), results);
+            return false;
+        write_results(store, key, changed());
+        return true;
     }
     catch (const Error&)
     {
-        return;
+        return false;
     }
+}
+
+[[noreturn]] void refuse_format(const fs::path& file, const std::string& found)
+{
+    throw Error(file.string() + ": the store is \"" + found.substr(0, found.find('\n')) + "\", this program needs \"" +
+                std::string(store_format.substr(0, store_format.size() - 1)) + "\": remove " + file.parent_path().string() +
+                " to compute its results again, or choose another with --store");
+}
+
+void check_format(const fs::path& root)
+{
+    const fs::path file = root / "format";
+    if (!stamp_of(file))
+        return write_checked(file, store_format);
+    const std::string text = read_text_file(file);
+    if (text == first_format)
+        refuse_format(file, text);
+    std::string found;
+    try
+    {
+        found = read_checked_text(file);
+    }
+    catch (const Error&)
+    {
+        if (!stamp_of(root / "objects") || !stamp_of(root / "keys"))
+            throw Error(file.string() + ": is not the file of a store: choose another folder with --store");
+        // Damaged. All else in the store is checked by itself.
+        return write_checked(file, store_format);
+    }
+    if (found != store_format)
+        refuse_format(file, found);
 }
 
 }  // namespace
 
 bool Store::is_at(const fs::path& folder)
 {
-    std::error_code error;
-    return fs::exists(folder / "format", error);
+    return stamp_of(folder / "format").has_value();
 }
 
 Store::Store(fs::path root) : root_(std::move(root))
 {
-    std::error_code error;
-    for (const char* folder : {"objects", "keys", "stages", "checkpoints", "logs", "locks", "tmp"})
+    try
     {
-        fs::create_directories(root_ / folder, error);
-        if (error)
-            throw Error((root_ / folder).string() + ": cannot make the store's folder: " + error.message() +
-                        "; choose another with --store");
+        make_folder(root_);
     }
-    const fs::path format = root_ / "format";
-    if (!fs::exists(format))
-        write_file(format, store_format);
-    else if (const std::string found = read_text_file(format); found != store_format)
-        throw Error(format.string() + ": the store is \"" + found.substr(0, found.find('\n')) + "\", this program needs \"" +
-                    std::string(store_format.substr(0, store_format.size() - 1)) + "\"; choose another with --store");
+    catch (const Error& error)
+    {
+        throw Error(std::string(error.what()) + "; choose another store with --store");
+    }
+    check_format(root_);
+    for (const char* folder : {"objects", "keys", "stages", "checkpoints", "logs", "locks", "tmp"})
+        make_folder(root_ / folder);
 }
 
 fs::path Store::make_temporary(const std::string& prefix) const
 {
-    std::string pattern = (root_ / "tmp" / (prefix + ".XXXXXX")).string();
-    if (mkdtemp(pattern.data()) == nullptr)
-        throw Error((root_ / "tmp").string() + ": cannot make a folder: " + std::strerror(errno));
-    return pattern;
+    for (std::random_device random;;)
+    {
+        const fs::path folder = root_ / "tmp" / fmt::format("{}.{:08x}{:08x}", prefix, random(), random());
+        if (mkdir(folder.c_str(), 0777) == 0)
+            return folder;
+        if (errno != EEXIST)
+            throw Error((root_ / "tmp").string() + ": cannot make a folder: " + std::strerror(errno));
+    }
 }
 
 void Store::remove_temporaries(const std::string& prefix) const
@@ -141,7 +184,7 @@ void Store::remove_temporaries(const std::string& prefix) const
 
 std::optional<StoredResult> Store::lookup(const std::string& key, std::string* why_not) const
 {
-    std::vector<StoredResult> results = read_results(key_file(key));
+    std::vector<StoredResult> results = results_of(*this, key);
     for (std::size_t i = 0; i < results.size(); ++i)
     {
         bool renewed = false;
@@ -160,26 +203,70 @@ std::optional<StoredResult> Store::lookup(const std::string& key, std::string* w
         }
         if (!fits)
             continue;
+        // Where the new stamps cannot be written, the next look-up reads the files once more.
         if (renewed)
-            renew(*this, key, results[i]);
+            change_results(*this, key,
+                           [&]
+                           {
+                               std::vector<StoredResult> now = read_results(*this, key);
+                               for (auto& other : now)
+                                   if (other.object == results[i].object)
+                                       other.dependencies = results[i].dependencies;
+                               return now;
+                           });
         return results[i];
     }
     return std::nullopt;
 }
 
+bool Store::restore(const std::string& key) const
+{
+    try
+    {
+        read_results(*this, key);
+        return false;
+    }
+    catch (const Error&)
+    {
+        if (!objects_)
+        {
+            objects_.emplace();
+            std::error_code error;
+            for (const auto& entry : fs::directory_iterator(root_ / "objects", error))
+                objects_->insert(entry.path().filename().string());
+        }
+    }
+    std::vector<StoredResult> results;
+    const std::string prefix = object_prefix(key);
+    for (auto object = objects_->lower_bound(prefix); object != objects_->end() && object->starts_with(prefix); ++object)
+    {
+        try
+        {
+            const Value found = manifest(*object);
+            if (results.size() < results_per_key && found.at("key").as_string() == key)
+                results.push_back(result_from(*object, found));
+        }
+        catch (const Error&)
+        {
+            continue;  // Nothing was published there, or it is damaged.
+        }
+    }
+    return !results.empty() && change_results(*this, key, [&] { return results; });
+}
+
 void Store::remember(const std::string& key, const StoredResult& result) const
 {
-    std::vector<StoredResult> results = read_results(key_file(key));
+    std::vector<StoredResult> results = results_of(*this, key);
     std::erase_if(results, [&](const StoredResult& other) { return other.object == result.object; });
     results.insert(results.begin(), result);
     if (results.size() > results_per_key)
         results.resize(results_per_key);
-    write_results(key_file(key), results);
+    write_results(*this, key, results);
 }
 
 bool Store::present(std::string_view object) const
 {
-    return fs::exists(manifest_file(object));
+    return stamp_of(manifest_file(object)).has_value();
 }
 
 bool Store::present(const StoredResult& result) const
@@ -207,19 +294,34 @@ void Store::remove_checkpoint(std::string_view key) const
         remove_quietly(checkpoint_file(key, extension));
 }
 
-std::string manifest_checksum(const Value& manifest)
+std::string object_id(const std::string& key, const std::vector<Dependency>& dependencies)
 {
-    Value::Map entries = manifest.as_map();
-    std::erase_if(entries, [](const Value::Entry& entry) { return entry.first == "checksum"; });
-    return content_hash(to_json(Value(std::move(entries))));
+    std::vector<std::string> parts;
+    for (const auto& dependency : dependencies)
+        parts.push_back(dependency.path.string() + '\0' + dependency.hash);
+    std::sort(parts.begin(), parts.end());
+    std::string joined = key;
+    for (const auto& part : parts)
+        joined += '\0' + part;
+    const std::string prefix = object_prefix(key);
+    return prefix + content_hash(joined).substr(prefix.size());
+}
+
+std::string object_prefix(std::string_view key)
+{
+    constexpr std::size_t half = 16;
+    return content_hash(key).substr(0, half);
 }
 
 Value Store::manifest(std::string_view object) const
 {
     const fs::path file = manifest_file(object);
-    Value manifest = parse_json(read_text_file(file, std::size_t{1} << 30U), file.string());
-    if (manifest_checksum(manifest) != manifest.at("checksum").as_string())
-        throw Error(file.string() + ": does not fit its own checksum");
+    Value manifest = read_record(file);
+    std::vector<Dependency> dependencies;
+    for (const auto& dependency : manifest.at("dependencies").as_list())
+        dependencies.push_back(dependency_from(dependency));
+    if (object_id(manifest.at("key").as_string(), dependencies) != object)
+        throw Error(file.string() + ": is the manifest of another result");
     return manifest;
 }
 
@@ -239,6 +341,8 @@ std::optional<Damage> Store::verify(const std::string& object, int threads, cons
         return Damage{object, error.what()};
     }
     const fs::path folder = this->object(object);
+    if (!below.empty() && files.empty())
+        return Damage{object, (folder / below).string() + ": is not among the files of the result"};
     std::vector<std::optional<std::string>> damage(files.size());
     parallel_for(files.size(), 1, threads,
                  [&](std::size_t begin, std::size_t end)
@@ -267,26 +371,50 @@ void remove_quietly(const fs::path& path)
     fs::remove_all(path, error);
 }
 
-FileLock::FileLock(const fs::path& file) : fd_(::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666))
+FileLock::FileLock(fs::path file) : file_(std::move(file))
 {
+    open();
+}
+
+void FileLock::open()
+{
+    fd_ = FileDescriptor(::open(file_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666));
     if (!fd_.valid())
-        throw Error(file.string() + ": cannot be opened as a lock: " + std::strerror(errno));
+        throw Error(file_.string() + ": cannot be opened as a lock: " + std::strerror(errno));
 }
 
-bool FileLock::try_exclusive()
+void FileLock::fail() const
 {
-    return flock(fd_.get(), LOCK_EX | LOCK_NB) == 0;
+    throw Error(file_.string() + ": cannot be locked: " + std::strerror(errno) +
+                ": a store needs a file system with locks; choose another with --store");
 }
 
-bool FileLock::try_shared()
+bool FileLock::try_lock(int kind)
 {
-    return flock(fd_.get(), LOCK_SH | LOCK_NB) == 0;
+    for (;;)
+    {
+        if (flock(fd_.get(), kind | LOCK_NB) != 0)
+        {
+            if (errno == EWOULDBLOCK)
+                return false;
+            if (errno != EINTR)
+                fail();
+            continue;
+        }
+        struct stat locked = {};
+        struct stat named = {};
+        if (fstat(fd_.get(), &locked) == 0 && stat(file_.c_str(), &named) == 0 && locked.st_ino == named.st_ino &&
+            locked.st_dev == named.st_dev)
+            return true;
+        open();
+    }
 }
 
 void FileLock::wait_shared()
 {
-    while (flock(fd_.get(), LOCK_SH) != 0 && errno == EINTR)
-        continue;
+    while (flock(fd_.get(), LOCK_SH) != 0)
+        if (errno != EINTR)
+            fail();
 }
 
 FileLock store_lock(const Store& store)

@@ -7,8 +7,10 @@
 
 #include <filesystem>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
+#include <sys/file.h>
 #include <vector>
 
 namespace fresco::host
@@ -34,18 +36,20 @@ inline constexpr const char* default_store = ".fresco";
 
 /// The results of stages, in a folder:
 ///   objects/<id>/        one result: a folder per output, and manifest.json, written last; without it the folder is garbage
-///   keys/<key>.json      what a key led to: up to 8 results, which differ in the outside files they were made from
+///   keys/<key>.json      what a key led to: up to 8 results, which differ in the outside files they were made from. What is lost
+///                        of it is told by the manifests
 ///   stages/<pipeline>/   the last result of each stage of a pipeline: what `gc` keeps and `plan` compares with
 ///   checkpoints/<key>/   of unfinished stages; beside it <key>.dependencies, <key>.curves and <key>.share
 ///   logs/<key>.log       what the stage printed when it last ran; beside the records, <stage>.log is a link to it
 ///   locks/, tmp/, files.json (content hashes by stamp), stats.json (measured costs)
-/// Safe for several processes at once; objects never change once they have a manifest.
+/// Safe for several processes at once; objects never change once they have a manifest. All that is read back is checked against
+/// checksums and against the name it is read by.
 class Store
 {
   public:
     /// Whether a store was made in this folder.
     static bool is_at(const std::filesystem::path& folder);
-    /// Makes the folders. Throws Error if that fails or the store has another format.
+    /// Makes the folders. Throws Error if that fails, the store has another format, or a file of somebody else's is in the way.
     explicit Store(std::filesystem::path root);
 
     const std::filesystem::path& root() const { return root_; }
@@ -69,43 +73,54 @@ class Store
     /// The result whose outside files are as they are now; renews stamps of files that were only touched. `why_not` is told
     /// which file changed, where that is the reason.
     std::optional<StoredResult> lookup(const std::string& key, std::string* why_not = nullptr) const;
+    /// Where the record of a key is gone or damaged, writes it from the manifests of the key's results, which are found by their
+    /// names. True if there are any. Lists the objects once.
+    bool restore(const std::string& key) const;
     /// Puts a result first among those of its key.
     void remember(const std::string& key, const StoredResult& result) const;
     /// Whether the object and all it refers to are there (not whether they are undamaged).
     bool present(const StoredResult& result) const;
     bool present(std::string_view object) const;
 
-    /// The manifest, checked against its own checksum. Throws Error naming the file.
+    /// The manifest, checked against its own checksum and the object's name. Throws Error naming the file.
     Value manifest(std::string_view object) const;
-    /// Reads every file of an object (below `below`, if given) and compares. Uses up to `threads` threads.
+    /// Reads every file of an object (below `below`, if given: there must be some) and compares. Uses up to `threads` threads.
     std::optional<Damage> verify(const std::string& object, int threads, const std::string& below = {}) const;
     /// Removes an object: its manifest first, so that nobody takes half of it for a result.
     void discard(std::string_view object) const;
 
   private:
     std::filesystem::path root_;
+    mutable std::optional<std::set<std::string>> objects_;  ///< Names, as `restore` found them.
 };
 
-/// The checksum of a manifest: of all its entries but "checksum".
-std::string manifest_checksum(const Value& manifest);
+/// The object's name: 16 digits of the key's hash, and 16 of that of the key and the contents of what it was made from besides.
+std::string object_id(const std::string& key, const std::vector<Dependency>& dependencies);
+/// How the names of all objects of this key begin.
+std::string object_prefix(std::string_view key);
 
 /// Removes a folder or file; what cannot be removed stays.
 void remove_quietly(const std::filesystem::path& path);
 
-/// A kernel lock on a file: ends with the process at the latest.
+/// A kernel lock on a file: ends with the process at the latest. All throw Error where the file system has no locks.
 class FileLock
 {
   public:
     FileLock() = default;
     /// Opens (makes) the file. Throws Error if that fails.
-    explicit FileLock(const std::filesystem::path& file);
-    /// Tries without waiting.
-    bool try_exclusive();
-    bool try_shared();
-    /// Waits. From exclusive to shared this is a change of the kind.
+    explicit FileLock(std::filesystem::path file);
+    /// Tries without waiting. What somebody removed meanwhile is made again.
+    bool try_exclusive() { return try_lock(LOCK_EX); }
+    bool try_shared() { return try_lock(LOCK_SH); }
+    /// Waits.
     void wait_shared();
 
   private:
+    void open();
+    bool try_lock(int kind);
+    [[noreturn]] void fail() const;
+
+    std::filesystem::path file_;
     FileDescriptor fd_;
 };
 

@@ -26,28 +26,21 @@ std::vector<fs::path> entries_of(const fs::path& folder)
     return entries;
 }
 
-/// Objects that the last runs used, with all that those refer to.
-std::set<std::string> used_objects(const Store& store)
+/// Adds what the used objects refer to.
+void add_references(const Store& store, UsedResults& used)
 {
-    std::set<std::string> used;
-    for (const auto& record : all_stage_records(store))
+    for (const std::string& object : std::vector<std::string>(used.objects.begin(), used.objects.end()))
     {
-        used.insert(record.object);
         try
         {
-            if (store.present(record.object))
-            {
-                const Value manifest = store.manifest(record.object);
-                for (const auto& reference : manifest.at("references").as_list())
-                    used.insert(reference.as_string());
-            }
+            for (const auto& reference : store.manifest(object).at("references").as_list())
+                used.objects.insert(reference.as_string());
         }
         catch (const Error&)
         {
-            continue;  // Damaged: what it refers to cannot be told; its makers keep their own records.
+            continue;  // Gone or damaged: what it refers to cannot be told; its makers have their own records.
         }
     }
-    return used;
 }
 
 double folder_mb(const fs::path& folder)
@@ -65,20 +58,6 @@ double age_days(const fs::path& path)
     const auto stamp = stamp_of(path);
     const double modified_s = stamp ? static_cast<double>(stamp->mtime_ns) * 1e-9 : 0;
     return std::max(0.0, static_cast<double>(std::time(nullptr)) - modified_s) / 86400.0;
-}
-
-bool leads_to(const fs::path& key_file, const std::string& object)
-{
-    try
-    {
-        const Value results = parse_json(read_text_file(key_file, std::size_t{1} << 30U), key_file.string());
-        return std::any_of(results.as_list().begin(), results.as_list().end(),
-                           [&](const Value& result) { return result.at("object").as_string() == object; });
-    }
-    catch (const Error&)
-    {
-        return false;  // An unreadable record counts as none.
-    }
 }
 
 /// A checkpoint serves until its stage is done, or is given up.
@@ -112,34 +91,48 @@ void remove_logs(const Store& store, const std::set<std::string>& kept_keys, con
     }
 }
 
-/// The key that led to an object: by its manifest, or, where that is what is damaged, by the keys' own files. Nothing if no key
-/// leads to it.
+/// The key that led to an object, by the names of the keys' files: its manifest may be what is damaged. Nothing if no key does.
 std::optional<std::string> key_of_object(const Store& store, const std::string& object)
 {
-    try
-    {
-        return store.manifest(object).at("key").as_string();
-    }
-    catch (const Error&)
-    {
-        for (const auto& file : entries_of(store.root() / "keys"))
-            if (leads_to(file, object))
-                return file.stem().string();
-        return std::nullopt;
-    }
+    for (const auto& file : entries_of(store.root() / "keys"))
+        if (object.starts_with(object_prefix(file.stem().string())))
+            return file.stem();
+    return std::nullopt;
 }
 
-}  // namespace
-
-std::vector<StoredObject> list_objects(const Store& store)
+/// What serves nobody any more once the results are removed: records of keys that lead to no result, locks that nobody holds, and
+/// what killed writers left.
+void remove_leftovers(const Store& store)
 {
-    const std::set<std::string> used = used_objects(store);
+    std::set<std::string> objects;
+    for (const auto& path : entries_of(store.root() / "objects"))
+        objects.insert(path.filename().string());
+    for (const auto& file : entries_of(store.root() / "keys"))
+    {
+        const std::string prefix = object_prefix(file.stem().string());
+        const auto object = objects.lower_bound(prefix);
+        if (object == objects.end() || !object->starts_with(prefix))
+            remove_quietly(file);
+    }
+    for (const auto& file : entries_of(store.root() / "locks"))
+        if (file.filename() != "store" && FileLock(file).try_exclusive())
+            remove_quietly(file);
+    std::vector<fs::path> folders{store.root(), store.root() / "keys", store.root() / "checkpoints"};
+    for (const auto& folder : entries_of(store.root() / "stages"))
+        folders.push_back(folder);
+    for (const auto& folder : folders)
+        for (const auto& file : entries_of(folder))
+            if (file.filename().string().starts_with(temporary_file_prefix))
+                remove_quietly(file);
+}
+
+std::vector<StoredObject> objects_of(const Store& store, const UsedResults& used)
+{
     std::vector<StoredObject> objects;
     for (const auto& path : entries_of(store.root() / "objects"))
     {
         StoredObject object;
         object.id = path.filename().string();
-        object.in_use = used.contains(object.id);
         try
         {
             const Value manifest = store.manifest(object.id);
@@ -154,10 +147,25 @@ std::vector<StoredObject> list_objects(const Store& store)
             object.whole = false;
             object.disk_mb = folder_mb(path);
         }
+        object.in_use = used.objects.contains(object.id) || used.stages.contains(object.stage);
         objects.push_back(std::move(object));
     }
     std::stable_sort(objects.begin(), objects.end(), [](const auto& a, const auto& b) { return a.time_s > b.time_s; });
     return objects;
+}
+
+UsedResults all_used(const Store& store)
+{
+    UsedResults used = used_results(store);
+    add_references(store, used);
+    return used;
+}
+
+}  // namespace
+
+std::vector<StoredObject> list_objects(const Store& store)
+{
+    return objects_of(store, all_used(store));
 }
 
 std::vector<Damage> verify_store(const Store& store, int threads)
@@ -205,7 +213,8 @@ TidyResult tidy_store(const Store& store, double keep_days, bool dry_run)
     const double now = static_cast<double>(std::time(nullptr));
     std::set<std::string> kept_keys;
     std::set<std::string> removed_keys;
-    for (auto& object : list_objects(store))
+    const UsedResults used = all_used(store);
+    for (auto& object : objects_of(store, used))
     {
         const bool old = (now - static_cast<double>(object.time_s)) / 86400.0 >= keep_days;
         if (object.whole && (object.in_use || !old))
@@ -228,6 +237,11 @@ TidyResult tidy_store(const Store& store, double keep_days, bool dry_run)
         if (!dry_run)
             remove_quietly(path);
     }
+    if (dry_run)
+        return result;
+    for (const auto& folder : used.abandoned)
+        remove_quietly(folder);
+    remove_leftovers(store);
     return result;
 }
 

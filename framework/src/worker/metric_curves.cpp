@@ -1,12 +1,16 @@
 #include "worker/metric_curves.h"
 
-#include <fresco/error.h>
+#include <fresco/hash.h>
 
 #include <algorithm>
 #include <fstream>
 
 namespace fresco::host
 {
+namespace
+{
+constexpr std::size_t checksum_digits = 32;
+}
 
 bool MetricCurves::add(double done, const Value& metrics)
 {
@@ -61,7 +65,8 @@ Value MetricCurves::to_value(std::string_view unit) const
 
 std::string MetricCurves::line(double done, const Value& metrics)
 {
-    return to_json(Value::Map{{"done", done}, {"metrics", metrics}}) + "\n";
+    const std::string text = to_json(Value::Map{{"done", done}, {"metrics", metrics}});
+    return content_hash(text) + text + "\n";
 }
 
 void MetricCurves::load(const std::filesystem::path& file)
@@ -69,15 +74,11 @@ void MetricCurves::load(const std::filesystem::path& file)
     std::ifstream stream(file);
     for (std::string text; std::getline(stream, text);)
     {
-        try
-        {
-            const Value value = parse_json(text);
-            add(value.at("done").as_double(), value.at("metrics"));
-        }
-        catch (const Error&)
-        {
-            return;  // The line that a killed run was writing.
-        }
+        const std::string point = text.substr(std::min(text.size(), checksum_digits));
+        if (!text.starts_with(content_hash(point)))
+            continue;  // Damaged, or the line that a killed run was writing.
+        const Value value = parse_json(point);
+        add(value.at("done").as_double(), value.at("metrics"));
     }
 }
 

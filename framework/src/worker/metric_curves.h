@@ -31,9 +31,9 @@ class MetricCurves
     Value to_value(std::string_view unit) const;
     const std::vector<Point>& points() const { return points_; }
 
-    /// A line of a file that takes the curves over a killed run.
+    /// A line, with its checksum, of a file that takes the curves over a killed run.
     static std::string line(double done, const Value& metrics);
-    /// The lines of such a file, as far as they are whole; none where there is no file.
+    /// Those lines of such a file that are whole; none where there is no file.
     void load(const std::filesystem::path& file);
 
   private:

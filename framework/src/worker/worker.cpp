@@ -22,7 +22,6 @@
 #include <ctime>
 #include <optional>
 #include <set>
-#include <sys/resource.h>
 #include <system_error>
 #include <thread>
 
@@ -240,11 +239,10 @@ std::string with_advice(std::string text)
 std::string memory_text()
 {
     const char* less = "ask for less (smaller sizes, fewer frames, --cores 1)";
-    rlimit limit{};
-    if (getrlimit(RLIMIT_DATA, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY)
+    const double limit_mb = memory_limit_mb();
+    if (limit_mb == 0)
         return std::string("there is not enough memory: close other programs, or ") + less;
-    return "it needs more memory than the limit of " + size_text(static_cast<double>(limit.rlim_cur) / (1024.0 * 1024.0)) +
-           ": raise --isolate-memory, or " + less;
+    return "it needs more memory than the limit of " + size_text(limit_mb) + ": raise it (--isolate-memory, ulimit), or " + less;
 }
 
 int guarded_run(const fs::path& request_file, WorkerChannel& channel)

@@ -39,8 +39,8 @@ void take_stop_signals()
     };
     action.sa_handler = ask_to_stop;
     action.sa_flags = SA_RESTART;
-    sigaction(SIGTERM, &action, nullptr);
-    sigaction(SIGINT, &action, nullptr);
+    for (const int number : {SIGTERM, SIGINT, SIGHUP})
+        sigaction(number, &action, nullptr);
 }
 
 bool stop_requested()

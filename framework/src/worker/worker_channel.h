@@ -22,7 +22,7 @@ class WorkerChannel
     std::atomic<bool> lost_{false};
 };
 
-/// From now on SIGTERM and SIGINT ask this process to stop instead of ending it.
+/// From now on SIGTERM, SIGINT and SIGHUP ask this process to stop instead of ending it.
 void take_stop_signals();
 bool stop_requested();
 

@@ -1,7 +1,8 @@
 #include "worker/worker_context.h"
 
+#include "base/durable_file.h"
+#include "base/utf8.h"
 #include <fresco/error.h>
-#include <fresco/files_io.h>
 
 #include <cmath>
 #include <fstream>
@@ -15,14 +16,6 @@ namespace
 
 /// In the manifest, which is read as a whole.
 constexpr std::size_t most_messages = 1000;
-
-void make_folder(const fs::path& folder)
-{
-    std::error_code error;
-    fs::create_directories(folder, error);
-    if (error)
-        throw Error(folder.string() + ": cannot make the folder: " + error.message());
-}
 
 /// With null for every number that is not finite: JSON has no other word for them.
 Value finite_or_null(Value value)
@@ -138,34 +131,41 @@ fs::path WorkerContext::scratch_folder()
     return scratch_;
 }
 
-/// A checkpoint was made from the outside files that its log names; it is worth nothing once one of them changed.
+/// A checkpoint was made from the outside files that its record names; it is worth nothing once one of them changed. Throws Error
+/// if the record is gone or damaged.
 bool WorkerContext::checkpoint_fits() const
 {
-    std::ifstream log(store_.checkpoint_file(key_, ".dependencies"));
-    std::string line;
-    while (std::getline(log, line))
-    {
-        try
-        {
-            Dependency dependency = dependency_from(parse_json(line));
-            if (compare(dependency) == Change::contents)
-                return false;
-        }
-        catch (const Error&)
-        {
+    const fs::path file = store_.checkpoint_file(key_, ".dependencies");
+    const Value record = read_record(file);
+    if (record.at("key").as_string() != key_)
+        throw Error(file.string() + ": is the record of another checkpoint");
+    for (const auto& entry : record.at("dependencies").as_list())
+        if (Dependency dependency = dependency_from(entry); compare(dependency) == Change::contents)
             return false;
-        }
-    }
     return true;
 }
 
-void WorkerContext::log_dependency(const Dependency& dependency) const
+void WorkerContext::record_dependencies() const
 {
-    std::ofstream log(store_.checkpoint_file(key_, ".dependencies"), std::ios::app);
-    log << to_json(to_value(dependency)) << '\n';
-    log.flush();
-    if (!log)
-        throw Error(store_.checkpoint_file(key_, ".dependencies").string() + ": cannot be written");
+    Value::List dependencies;
+    for (const auto& [path, dependency] : dependencies_)
+        dependencies.push_back(to_value(dependency));
+    write_durable_record(store_.checkpoint_file(key_, ".dependencies"),
+                         Value::Map{{"key", key_}, {"dependencies", std::move(dependencies)}});
+}
+
+void WorkerContext::drop_unfit_checkpoint()
+{
+    try
+    {
+        if (checkpoint_fits())
+            return;
+    }
+    catch (const Error& error)
+    {
+        channel_.send("warning", {{"text", std::string("the checkpoint cannot be used: ") + error.what()}});
+    }
+    store_.remove_checkpoint(key_);
 }
 
 fs::path WorkerContext::checkpoint_folder()
@@ -174,15 +174,14 @@ fs::path WorkerContext::checkpoint_folder()
     const fs::path folder = store_.checkpoint(key_);
     if (!checkpointing_)
     {
-        if (fs::exists(folder) && !checkpoint_fits())
-            store_.remove_checkpoint(key_);
+        if (fs::exists(folder))
+            drop_unfit_checkpoint();
+        record_dependencies();
         make_folder(folder);
         checkpointing_ = true;
         std::error_code error;
         checkpoint_time_ = fs::last_write_time(folder, error);
         curves_.load(store_.checkpoint_file(key_, ".curves"));
-        for (const auto& [path, dependency] : dependencies_)
-            log_dependency(dependency);
     }
     return folder;
 }
@@ -190,6 +189,8 @@ fs::path WorkerContext::checkpoint_folder()
 void WorkerContext::depend_on(const fs::path& path, bool folder)
 {
     const fs::path absolute = fs::absolute(path).lexically_normal();
+    if (!is_utf8(absolute.string()))
+        throw Error(absolute.string() + ": the name is not UTF-8 text: rename it");
     {
         const std::lock_guard lock(mutex_);
         if (dependencies_.contains(absolute))
@@ -199,7 +200,7 @@ void WorkerContext::depend_on(const fs::path& path, bool folder)
     const std::lock_guard lock(mutex_);
     const auto [entry, is_new] = dependencies_.emplace(absolute, std::move(taken));
     if (is_new && checkpointing_)
-        log_dependency(entry->second);
+        record_dependencies();
 }
 
 void WorkerContext::reads_file(const fs::path& file)

@@ -49,7 +49,8 @@ class WorkerContext final : public RunContext
     void keep_curves(double done, std::string_view unit);
     void keep_checkpoint_share();
     bool checkpoint_fits() const;
-    void log_dependency(const Dependency& dependency) const;
+    void record_dependencies() const;
+    void drop_unfit_checkpoint();
 
     WorkerChannel& channel_;
     const Store& store_;

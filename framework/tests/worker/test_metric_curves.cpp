@@ -31,7 +31,9 @@ TEST_CASE("curves are kept within bounds, go back with their stage and survive a
 
     const testing::TemporaryFolder folder;
     const auto file = folder.path() / "curves";
-    std::ofstream(file) << MetricCurves::line(1, loss(4)) << MetricCurves::line(2, loss(3))
+    std::string damaged = MetricCurves::line(2, loss(30));
+    damaged.replace(damaged.find("30"), 2, "31");
+    std::ofstream(file) << MetricCurves::line(1, loss(4)) << damaged << MetricCurves::line(2, loss(3))
                         << MetricCurves::line(3, Value::Map{{"loss", Value()}, {"other", 7}}) << R"({"done":4,"me)";
     MetricCurves taken;
     taken.load(file);

@@ -5,13 +5,16 @@
 #include <fresco/error.h>
 #include <fresco/wording.h>
 
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <exception>
 #include <fcntl.h>
 #include <iostream>
+#include <new>
 #include <sstream>
 #include <sys/stat.h>
+#include <system_error>
 #include <unistd.h>
 
 namespace
@@ -97,8 +100,18 @@ bool output_is_lost()
     return true;
 }
 
+/// Else what cannot be opened, such as a plugin, would pass for missing.
+void check_descriptors()
+{
+    constexpr int needed = 16;
+    if (const int free = fresco::host::free_descriptors(); free < needed)
+        throw fresco::Error("only " + std::to_string(std::max(free, 0)) + " more files may be open; fresco needs " +
+                            std::to_string(needed) + ": raise the limit (ulimit -n)");
+}
+
 int run_command_line(int argc, char** argv)
 {
+    check_descriptors();
     CLI::App app("fresco paints scanned rooms: a pipeline of stages turns posed RGB-D frames, a mesh and a picture into a "
                  "painted, textured mesh.",
                  "fresco");
@@ -160,6 +173,18 @@ int main(int argc, char** argv)
     catch (const fresco::Error& error)
     {
         print_message("error: " + std::string(error.what()));
+        return exit_failed;
+    }
+    catch (const std::bad_alloc&)
+    {
+        std::fprintf(stderr,
+                     "error: there is not enough memory: close other programs, or raise the limit (ulimit -d, ulimit -v)\n");
+        return exit_failed;
+    }
+    catch (const std::system_error& error)
+    {
+        // What the machine refuses is no fault of this program: a limit, a folder that was removed, a path that may not be read.
+        std::fprintf(stderr, "error: %s\n", error.what());
         return exit_failed;
     }
     catch (const std::exception& error)

@@ -41,7 +41,7 @@ class ProgressDisplay
 {
   public:
     virtual ~ProgressDisplay() = default;
-    /// All stages in their order: before the first begins, and whenever one changed its state.
+    /// All stages in their order before the first begins; later those whose state changed.
     virtual void stages(const std::vector<StageStanding>& /*stages*/, int /*cores*/) {}
     virtual void stage_begins(const std::string& stage, int threads) = 0;
     /// The same result is being made by another run; this one waits for it.

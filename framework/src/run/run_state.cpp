@@ -5,6 +5,7 @@
 #include <fresco/error.h>
 
 #include <algorithm>
+#include <iterator>
 
 namespace fresco::host
 {
@@ -71,33 +72,39 @@ RunState::RunState(const Pipeline& pipeline, const Store& store, FileHashes& has
         throw Error("--until " + until + ": the pipeline has no stage of this name");
 }
 
-StageNode* RunState::find(std::string_view stage)
-{
-    const auto found =
-        std::find_if(nodes_.begin(), nodes_.end(), [&](const StageNode& node) { return node.stage->name == stage; });
-    return found == nodes_.end() ? nullptr : &*found;
-}
-
-bool RunState::ready(const StageNode& node) const
+bool RunState::inputs_are_present(const StageNode& node) const
 {
     return std::all_of(node.producers.begin(), node.producers.end(),
                        [&](std::size_t producer) { return nodes_[producer].present; });
 }
 
+/// Goes on where the last look found one missing: a stage may read thousands, which come one by one.
+bool RunState::results_are_known(StageNode& node) const
+{
+    std::size_t& known = node.known_producers;
+    for (const bool all : {false, true})
+    {
+        known = all ? 0 : known;
+        while (known < node.producers.size() && nodes_[node.producers[known]].result)
+            ++known;
+        if (known < node.producers.size())
+            return false;
+    }
+    return true;
+}
+
 void RunState::resolve(StageNode& node)
 {
+    if (!results_are_known(node))
+    {
+        node.resolved = false;
+        node.result.reset();
+        node.present = false;
+        return;
+    }
     std::map<std::string, std::string> upstream;
     for (const std::size_t producer : node.producers)
-    {
-        if (!nodes_[producer].result)
-        {
-            node.resolved = false;
-            node.result.reset();
-            node.present = false;
-            return;
-        }
         upstream[nodes_[producer].stage->name] = nodes_[producer].result->object;
-    }
     if (!node.resolved || node.upstream != upstream)
     {
         node.key_document = key_document(*node.stage, upstream, hashes_);
@@ -106,61 +113,107 @@ void RunState::resolve(StageNode& node)
         node.upstream = std::move(upstream);
         node.resolved = true;
         node.why_not.clear();
+        store_.restore(node.key);
         node.result = store_.lookup(node.key, &node.why_not);
     }
     node.present = node.result && store_.present(*node.result);
 }
 
+void RunState::set_state(StageNode& node)
+{
+    if (!node.selected)
+        node.state = StageState::not_selected;
+    const bool fixed = node.state == StageState::running || node.state == StageState::failed ||
+                       node.state == StageState::interrupted || !node.selected;
+    if (fixed)
+        return;
+    try
+    {
+        resolve(node);
+    }
+    catch (const MissingInput& error)
+    {
+        node.state = StageState::failed;
+        node.error = error.what();
+        node.error_code = 3;
+        return;
+    }
+    const bool broken =
+        std::any_of(node.producers.begin(), node.producers.end(), [&](std::size_t producer) { return views_[producer].broken; });
+    if (node.present)
+        node.state = node.state == StageState::done ? StageState::done : StageState::stored;
+    else if (broken)
+        node.state = StageState::blocked;
+    else if (node.state != StageState::not_needed)
+        node.state = StageState::waiting;
+}
+
+/// Takes the stage as it is now, and notes whom that concerns.
+void RunState::show(std::size_t place)
+{
+    const StageNode& node = nodes_[place];
+    View& view = views_[place];
+    const View before = std::exchange(view, {node.result ? node.result->object : "", node.present,
+                                             node.state == StageState::failed || node.state == StageState::blocked,
+                                             node.selected && !node.present && node.state != StageState::not_needed});
+    if (view.result != before.result || view.present != before.present || view.broken != before.broken)
+        to_look_at_.insert(node.consumers.begin(), node.consumers.end());
+    if (view.reads != before.reads)
+        to_ask_for_.insert(node.producers.begin(), node.producers.end());
+    const bool there = node.state == StageState::done || node.state == StageState::stored;
+    if (there && (!before.present || view.result != before.result))
+        arrived_.push_back(place);
+    if (node.state == StageState::waiting && node.resolved && inputs_are_present(node))
+        ready_.insert(place);
+    else
+        ready_.erase(place);
+}
+
+void RunState::look_at(std::size_t place)
+{
+    set_state(nodes_[place]);
+    to_ask_for_.insert(place);
+    show(place);
+}
+
+/// What nobody who must run reads need not be there.
+void RunState::ask_for(std::size_t place)
+{
+    StageNode& node = nodes_[place];
+    if (node.state != StageState::waiting && node.state != StageState::not_needed)
+        return;
+    bool end = true;
+    bool read = false;
+    for (const std::size_t consumer : node.consumers)
+    {
+        end = end && !nodes_[consumer].selected;
+        read = read || views_[consumer].reads;
+    }
+    node.state = end || read || node.exports_files ? StageState::waiting : StageState::not_needed;
+    show(place);
+}
+
+/// Each stage once: first those that read others' results, in their order, then those that are read, from the ends.
+void RunState::settle()
+{
+    while (!to_look_at_.empty())
+        look_at(to_look_at_.extract(to_look_at_.begin()).value());
+    while (!to_ask_for_.empty())
+        ask_for(to_ask_for_.extract(std::prev(to_ask_for_.end())).value());
+}
+
 void RunState::update()
 {
-    const auto fixed = [](StageState state)
-    { return state == StageState::running || state == StageState::failed || state == StageState::interrupted; };
-    for (auto& node : nodes_)
-    {
-        if (!node.selected)
-            node.state = StageState::not_selected;
-        if (!node.selected || fixed(node.state))
-            continue;
-        const bool broken = std::any_of(node.producers.begin(), node.producers.end(),
-                                        [&](std::size_t producer)
-                                        {
-                                            const StageState state = nodes_[producer].state;
-                                            return state == StageState::failed || state == StageState::blocked;
-                                        });
-        const bool was_done = node.state == StageState::done;
-        try
-        {
-            resolve(node);
-        }
-        catch (const MissingInput& error)
-        {
-            node.state = StageState::failed;
-            node.error = error.what();
-            node.error_code = 3;
-            continue;
-        }
-        if (node.present)
-            node.state = was_done ? StageState::done : StageState::stored;
-        else
-            node.state = broken ? StageState::blocked : StageState::waiting;
-    }
-    // From the ends: what nobody who must run reads need not be there.
-    for (std::size_t i = nodes_.size(); i-- > 0;)
-    {
-        StageNode& node = nodes_[i];
-        if (node.state != StageState::waiting)
-            continue;
-        bool end = true;
-        bool read = false;
-        for (const std::size_t consumer : node.consumers)
-        {
-            const StageNode& reader = nodes_[consumer];
-            end = end && !reader.selected;
-            read = read || (reader.selected && !reader.present && reader.state != StageState::not_needed);
-        }
-        if (!end && !read && !node.exports_files)
-            node.state = StageState::not_needed;
-    }
+    views_.assign(nodes_.size(), {});
+    for (std::size_t place = 0; place < nodes_.size(); ++place)
+        to_look_at_.insert(to_look_at_.end(), place);
+    settle();
+}
+
+void RunState::update(const StageNode& node)
+{
+    to_look_at_.insert(static_cast<std::size_t>(&node - nodes_.data()));
+    settle();
 }
 
 }  // namespace fresco::host

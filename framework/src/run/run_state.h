@@ -8,7 +8,9 @@
 #include <cstddef>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace fresco::host
@@ -42,6 +44,7 @@ struct StageNode
     std::string key;
     Value key_document;
     std::map<std::string, std::string> upstream;  ///< Results that the key was made with.
+    std::size_t known_producers = 0;              ///< The results of those before it were known at the last look.
     double done_share = 0;                        ///< Of its work, in the checkpoint of an interrupted run.
     std::optional<StoredResult> result;
     bool present = false;
@@ -64,19 +67,43 @@ class RunState
 
     std::vector<StageNode>& nodes() { return nodes_; }
     const std::vector<StageNode>& nodes() const { return nodes_; }
-    StageNode* find(std::string_view stage);
 
     /// Looks at the store anew and sets the states of all stages that are not running, failed or interrupted.
     void update();
-    /// Whether all producers' results are there.
-    bool ready(const StageNode& node) const;
+    /// The same after a change of one stage, for those that it concerns: what reads its result, and what only those needed.
+    void update(const StageNode& node);
+    /// Places of the stages that may begin: they must run, and all producers' results are there.
+    const std::set<std::size_t>& ready() const { return ready_; }
+    /// Places of the stages whose result is there, and was not or was another at the call before; all after a full update.
+    std::vector<std::size_t> take_arrived() { return std::exchange(arrived_, {}); }
 
   private:
+    /// What others see of a stage.
+    struct View
+    {
+        std::string result;
+        bool present = false;
+        bool broken = false;  ///< What is below it cannot run.
+        bool reads = false;   ///< It needs its producers' results.
+    };
+
+    void settle();
+    void look_at(std::size_t place);
+    void ask_for(std::size_t place);
+    void set_state(StageNode& node);
+    void show(std::size_t place);
+    bool inputs_are_present(const StageNode& node) const;
+    bool results_are_known(StageNode& node) const;
     void resolve(StageNode& node);
 
     const Store& store_;
     FileHashes& hashes_;
     std::vector<StageNode> nodes_;
+    std::vector<View> views_;
+    std::set<std::size_t> to_look_at_;
+    std::set<std::size_t> to_ask_for_;
+    std::set<std::size_t> ready_;
+    std::vector<std::size_t> arrived_;
 };
 
 }  // namespace fresco::host

@@ -68,8 +68,8 @@ WorkerRequest make_worker_request(const StageNode& node, const RunState& state, 
         if (!wire.from_stage.empty())
         {
             input.from = wire.from_stage + "." + wire.from_port;
-            for (const auto& producer : state.nodes())
-                if (producer.stage->name == wire.from_stage)
+            for (const std::size_t place : node.producers)
+                if (const StageNode& producer = state.nodes()[place]; producer.stage->name == wire.from_stage)
                 {
                     input.object = producer.result->object;
                     input.references = producer.result->references;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "base/machine.h"
 #include "base/process.h"
 #include "run/progress_display.h"
 #include "run/run_state.h"
@@ -53,6 +54,8 @@ class RunningStage
     /// Which limit it was ended for, in words; or empty.
     const std::string& limit_text() const { return limit_text_; }
     const StageLimits& limits() const { return limits_; }
+    /// The system killed some process since the start, because memory ran out.
+    bool memory_ran_out() const { return oom_kills() > oom_kills_; }
     /// It said that it stopped because it was told to.
     bool was_canceled() const { return was_canceled_; }
     /// The last lines that it printed, tail_lines at most.
@@ -75,6 +78,7 @@ class RunningStage
     ProgressDisplay* display_;
     int threads_;
     std::filesystem::path request_folder_;
+    std::int64_t oom_kills_ = oom_kills();
     Child child_;
     LineBuffer events_{std::size_t{1} << 24U};
     LineBuffer output_;

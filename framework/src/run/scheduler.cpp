@@ -4,6 +4,7 @@
 #include "run/stop_signals.h"
 #include "run/sweep_turns.h"
 
+#include "base/machine.h"
 #include "pipeline/pipeline_ports.h"
 #include "run/scheduler.h"
 #include "store/stage_record.h"
@@ -34,28 +35,26 @@ class Scheduler
         : request_(request), display_(display), store_(request.store), in_use_(store_lock(store_)),
           hashes_(store_.root() / "files.json"), state_(*request.pipeline, store_, hashes_, request.until),
           turns_(request.pipeline->sweep, request.jobs, request.keep_going), statistics_(store_),
-          exporter_(store_, request.out, hashes_), outcomes_(display)
+          exporter_(store_, request.out, hashes_), outcomes_(display), expected_(state_.nodes().size())
     {
-        // Alone in the store: nobody needs what killed runs left in tmp/.
-        if (in_use_.try_exclusive())
-            for (const auto& entry : std::filesystem::directory_iterator(store_.root() / "tmp"))
-                remove_quietly(entry.path());
-        in_use_.wait_shared();
     }
 
     RunSummary run()
     {
-        state_.update();
-        take_finished();
-        for (;;)
+        if (enter_store())
         {
-            dispatch();
-            tell_stages();
-            if (running_.empty())
-                break;
-            wait();
-            collect();
+            state_.update();
             take_finished();
+            for (;;)
+            {
+                dispatch();
+                tell_stages();
+                if (running_.empty())
+                    break;
+                wait();
+                collect();
+                take_finished();
+            }
         }
         return summary();
     }
@@ -63,62 +62,97 @@ class Scheduler
   private:
     bool stopping() const { return stops_ > 0; }
 
+    /// Waits until nobody tidies up the store; false if told to stop before.
+    bool enter_store()
+    {
+        // Alone in the store: nobody needs what killed runs left in tmp/.
+        if (in_use_.try_exclusive())
+            for (const auto& entry : std::filesystem::directory_iterator(store_.root() / "tmp"))
+                remove_quietly(entry.path());
+        const auto begin = Clock::now();
+        for (bool told = false; !in_use_.try_shared();)
+        {
+            if (!told && Clock::now() - begin > std::chrono::milliseconds(300))
+            {
+                display_.note("waiting for 'fresco store gc', which is cleaning up " + store_.root().string());
+                told = true;
+            }
+            pollfd signals{signals_.descriptor(), POLLIN, 0};
+            poll(&signals, 1, 50);
+            display_.tick();
+            take_stops();
+            if (stopping())
+                return false;
+        }
+        return true;
+    }
+
     void dispatch()
     {
         if (stopping())
             return;
-        const std::vector<bool> may_begin = turns_.take(state_.nodes());
-        std::vector<StageNode*> ready;
-        int busy = 0;
+        int free = request_.cores;
         double memory_mb = 0;
         for (const auto& running : running_)
         {
-            busy += running.threads();
+            free -= running.threads();
             memory_mb += expected(running.node()).memory_mb;
         }
-        for (std::size_t i = 0; i < state_.nodes().size(); ++i)
+        const std::vector<bool> may_begin = turns_.take(state_.nodes());
+        std::vector<StageNode*> chosen;
+        for (const std::size_t place : state_.ready())
         {
-            StageNode& node = state_.nodes()[i];
-            if (!may_begin[i] || node.state != StageState::waiting || !node.resolved || !state_.ready(node))
+            if (static_cast<int>(chosen.size()) >= free)
+                break;
+            StageNode& node = state_.nodes()[place];
+            if (!may_begin[place])
                 continue;
             const double more_mb = expected(node).memory_mb;
             const bool fits = request_.memory_mb <= 0 || memory_mb + more_mb <= request_.memory_mb;
-            if (!fits && !(running_.empty() && ready.empty()))
+            if (!fits && !(running_.empty() && chosen.empty()))
                 continue;
             memory_mb += more_mb;
-            ready.push_back(&node);
+            chosen.push_back(&node);
         }
-        int left = static_cast<int>(ready.size());
-        for (StageNode* node : ready)
+        int left = static_cast<int>(chosen.size());
+        for (StageNode* node : chosen)
         {
-            const int free = request_.cores - busy;
-            if (free <= 0)
+            // Beyond that a process could not be started, or not be spoken to; one that ends gives its own back.
+            constexpr int descriptors_of_start = 20;
+            if (!running_.empty() && free_descriptors() < descriptors_of_start)
                 return;
             const int threads = std::max(1, free / left);
             start(*node, threads);
-            busy += threads;
+            free -= threads;
             --left;
         }
     }
 
-    CostFigures expected(const StageNode& node) const
+    const CostFigures& expected(const StageNode& node) const
     {
-        return statistics_.corrected(cost_name(*node.stage), remaining_cost(node, request_.estimates));
+        Expected& known = expected_[static_cast<std::size_t>(&node - state_.nodes().data())];
+        if (!known.cost || known.key != node.key)
+            known = {node.key, statistics_.corrected(cost_name(*node.stage), remaining_cost(node, request_.estimates))};
+        return *known.cost;
     }
 
-    /// Where one's state is another than the last time.
+    /// Those whose state is another than the last time, a few times a second: there may be thousands.
     void tell_stages()
     {
-        std::vector<StageState> states;
-        for (const auto& node : state_.nodes())
-            states.push_back(node.state);
-        if (states == told_states_)
+        if (!running_.empty() && Clock::now() - told_ < std::chrono::milliseconds(100))
             return;
-        told_states_ = std::move(states);
+        told_ = Clock::now();
         std::vector<StageStanding> stages;
-        for (const auto& node : state_.nodes())
-            stages.push_back({node.stage->name, node.state, expected(node).seconds, preview_folder(*node.stage)});
-        display_.stages(stages, request_.cores);
+        told_states_.resize(state_.nodes().size());
+        for (std::size_t i = 0; i < told_states_.size(); ++i)
+        {
+            const StageNode& node = state_.nodes()[i];
+            if (told_states_[i] != node.state)
+                stages.push_back({node.stage->name, node.state, expected(node).seconds, preview_folder(*node.stage)});
+            told_states_[i] = node.state;
+        }
+        if (!stages.empty())
+            display_.stages(stages, request_.cores);
     }
 
     std::filesystem::path preview_folder(const PipelineStage& stage) const
@@ -136,6 +170,7 @@ class Scheduler
             running_.emplace_back(node, request, store_, limits == request_.limits.end() ? StageLimits{} : limits->second,
                                   display_);
             node.state = StageState::running;
+            state_.update(node);
             link_stage_log(store_, request_.pipeline->file, node.stage->name, node.key);
         }
         catch (const MissingInput& error)
@@ -245,7 +280,7 @@ class Scheduler
             outcomes_.of(node).seconds = running.elapsed();
             fail(node, failure_text(running, request_.pipeline->file, store_.root()), failure_code(running));
         }
-        state_.update();
+        state_.update(node);
     }
 
     void remember_cost(const StageNode& node, const RunningStage& running)
@@ -301,35 +336,34 @@ class Scheduler
         node.error = text;
         node.error_code = code;
         outcomes_.end(node);
-        state_.update();
+        state_.update(node);
     }
 
     /// Records and exports results that are there, whether they were made now or before.
     void take_finished()
     {
-        for (bool again = true; again;)
-        {
-            again = false;
-            for (auto& node : state_.nodes())
-            {
-                const bool there = node.state == StageState::done || node.state == StageState::stored;
-                if (!there || taken_[node.stage->name] == node.result->object)
-                    continue;
-                taken_[node.stage->name] = node.result->object;
-                link_stage_log(store_, request_.pipeline->file, node.stage->name, node.key);
-                keep_books(
-                    [&]
-                    {
-                        write_stage_record(store_, request_.pipeline->file,
-                                           {node.stage->name, node.key, node.result->object, node.key_document, 0});
-                    });
-                if (node.exports_files && !stopping())
-                    again = !export_result(node) || again;
-            }
-        }
+        for (auto places = state_.take_arrived(); !places.empty(); places = state_.take_arrived())
+            for (const std::size_t place : places)
+                take(state_.nodes()[place]);
     }
 
-    bool export_result(StageNode& node)
+    void take(StageNode& node)
+    {
+        const bool there = node.state == StageState::done || node.state == StageState::stored;
+        if (!there || taken_[node.stage->name] == node.result->object)
+            return;
+        taken_[node.stage->name] = node.result->object;
+        link_stage_log(store_, request_.pipeline->file, node.stage->name, node.key);
+        keep_books(
+            [&] {
+                write_stage_record(store_, request_.pipeline->file,
+                                   {node.stage->name, node.key, node.result->object, node.key_document});
+            });
+        if (node.exports_files && !stopping())
+            export_result(node);
+    }
+
+    void export_result(StageNode& node)
     {
         const std::size_t before = exporter_.files().size();
         try
@@ -342,18 +376,15 @@ class Scheduler
                            });
             for (std::size_t i = before; i < exporter_.files().size(); ++i)
                 display_.exported(node.stage->name, exporter_.files()[i].path, exporter_.files()[i].written);
-            return true;
         }
         catch (const DamagedObject& object)
         {
             taken_.erase(node.stage->name);
             repair(object.damage, node);
-            return false;
         }
         catch (const Error& error)
         {
             fail(node, error.what(), worker_failed);
-            return true;
         }
     }
 
@@ -387,7 +418,14 @@ class Scheduler
     StopSignals signals_;
     std::list<RunningStage> running_;
     RunOutcomes outcomes_;
-    std::vector<StageState> told_states_;
+    struct Expected
+    {
+        std::string key;
+        std::optional<CostFigures> cost;
+    };
+    mutable std::vector<Expected> expected_;  ///< By place.
+    std::vector<std::optional<StageState>> told_states_;
+    Clock::time_point told_;
     std::map<std::string, std::string> taken_;
     std::map<std::string, int> repairs_;
     int stops_ = 0;

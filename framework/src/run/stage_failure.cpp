@@ -40,12 +40,15 @@ std::string end_text(const RunningStage& running)
         text = "it closed descriptor " + std::to_string(child_channel) +
                ", by which it speaks to the host; please report it to the author of the plugin " +
                running.node().stage->type->library.string();
-    else if (end.signal == SIGKILL && end.peak_memory_mb > machine_memory_mb() / 4)
-        text = "its process was killed, most likely because the memory ran out (it had used " + size_text(end.peak_memory_mb) +
-               "): close other programs or ask for less";
+    else if (end.signal == SIGKILL && running.memory_ran_out())
+        text = "its process was killed, most likely because the machine ran out of memory (it had used " +
+               size_text(end.peak_memory_mb) + "): close other programs or ask for less";
     else if (end.signal == SIGKILL)
         text = "its process was killed from outside: by a user, a debugger, or the system (it had used " +
                size_text(end.peak_memory_mb) + " of memory); run again to resume";
+    else if (end.signal == SIGABRT && memory_limit_mb() > 0)
+        text = "its process ended itself, most likely because it may use no more than " + size_text(memory_limit_mb()) +
+               " of memory: raise the limit (ulimit -d, ulimit -v)";
     else if (end.signal != 0)
         text = "its process crashed: " + signal_text(end.signal) + "; please report it to the author of the plugin " +
                running.node().stage->type->library.string();

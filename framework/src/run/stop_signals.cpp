@@ -14,6 +14,12 @@ StopSignals::StopSignals()
     sigemptyset(&taken);
     for (const int number : {SIGINT, SIGTERM, SIGCHLD})
         sigaddset(&taken, number);
+    // Under nohup it stays ignored.
+    struct sigaction hangup
+    {
+    };
+    if (sigaction(SIGHUP, nullptr, &hangup) == 0 && hangup.sa_handler != SIG_IGN)
+        sigaddset(&taken, SIGHUP);
     sigprocmask(SIG_BLOCK, &taken, &before_);
     fd_ = FileDescriptor(signalfd(-1, &taken, SFD_CLOEXEC | SFD_NONBLOCK));
     if (!fd_.valid())

@@ -7,7 +7,7 @@
 namespace fresco::host
 {
 
-/// While it lives, SIGINT, SIGTERM and SIGCHLD arrive as a readable descriptor instead of interrupting anything.
+/// While it lives, SIGINT, SIGTERM, SIGHUP and SIGCHLD arrive as a readable descriptor instead of interrupting anything.
 class StopSignals
 {
   public:
@@ -17,7 +17,7 @@ class StopSignals
     StopSignals& operator=(const StopSignals&) = delete;
 
     int descriptor() const { return fd_.get(); }
-    /// How many SIGINT and SIGTERM came since the last call.
+    /// How many requests to stop (SIGINT, SIGTERM, SIGHUP) came since the last call.
     int take();
 
   private:

@@ -191,7 +191,7 @@ stages:
     CHECK(slow.at("reason").as_string() == "interrupted at " + std::to_string(std::lround(100 * (1 - seconds / 6))) + " %");
     REQUIRE(place.run({"run", "room.yaml"}).code == 0);
     const auto costs = fresco::parse_json(place.read(".fresco/stats.json"));
-    CHECK(costs.at("test.slow").as_list().at(0).at("estimated").as_list().at(0).as_double() == Approx(seconds));
+    CHECK(costs.at("types").at("test.slow").as_list().at(0).at("estimated").as_list().at(0).as_double() == Approx(seconds));
     CHECK(place.read("out/count.txt") == "60.000000\n");
     const auto log = place.log();
     REQUIRE(log.size() == 6);
@@ -306,7 +306,7 @@ TEST_CASE("Books that cannot be kept are told and end nothing")
         if (event.at("event").as_string() == "note")
             notes += event.at("text").as_string() + "\n";
     CHECK(contains(notes, "stats.json"));
-    CHECK(contains(notes, "pipeline.path"));
+    CHECK(contains(notes, records.filename().string()));
     place.clear_log();
     CHECK(place.run({"run", "room.yaml", "--set", "right.plus=10"}).code == 0);
     CHECK(place.log().empty());

@@ -1,0 +1,396 @@
+#include "program.h"
+
+#include "store/store.h"
+
+#include <cerrno>
+
+// What an attacker, a failing disk and a strange machine do to a run.
+
+namespace
+{
+
+constexpr const char* chain = R"(version: 1
+stages:
+  source: {type: test.source, file: extra, value: 0, log: log}
+  add:    {type: test.add, input: {left: source}, plus: 1, log: log}
+  text:   {type: test.sink, input: add, path: x.txt, log: log}
+)";
+
+/// A workplace where the chain has run.
+struct ChainPlace : Workplace
+{
+    explicit ChainPlace(bool own_cache = false) : Workplace({"good"}, own_cache)
+    {
+        write("extra", "123");
+        write("room.yaml", chain);
+        REQUIRE(run({"run", "room.yaml"}).code == 0);
+        REQUIRE(read("out/x.txt") == "4.000000\n");
+        clear_log();
+    }
+};
+
+std::vector<fs::path> files_in(const fs::path& folder)
+{
+    std::vector<fs::path> files;
+    for (const auto& entry : fs::recursive_directory_iterator(folder))
+        if (entry.is_regular_file())
+            files.push_back(entry.path());
+    std::sort(files.begin(), files.end());
+    return files;
+}
+
+void flip(const fs::path& file, std::size_t at)
+{
+    std::string text = fresco::read_text_file(file);
+    text[at] = static_cast<char>(text[at] ^ 1);
+    std::ofstream(file) << text;
+}
+
+/// Commands in a shell; the program is $F.
+Finished in_shell(const Workplace& place, const std::string& commands)
+{
+    std::string script = "ulimit -c 0\nF='" + (place.root() / "bin/fresco").string() + "'\ncd '" + place.work().string() + "'\n";
+    for (const auto& [name, value] : place.environment)
+        script += "export " + name + "='" + value + "'\n";
+    const fs::path file = place.root() / "script";
+    fresco::write_file(file, script + commands + "\n");
+    const std::string line = "bash '" + file.string() + "' >'" + file.string() + ".out' 2>'" + file.string() + ".err'";
+    const int status = std::system(line.c_str());
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status), fresco::read_text_file(file.string() + ".out"),
+            fresco::read_text_file(file.string() + ".err"), 0};
+}
+
+}  // namespace
+
+TEST_CASE("Exports leave the user's files beside them alone, and each other's")
+{
+    Workplace place;
+    place.write("room.yaml", R"(version: 1
+stages:
+  source: {type: test.source}
+  one:    {type: test.sink, input: source, path: a}
+  two:    {type: test.sink, input: source, path: a.tmp}
+  three:  {type: test.sink, input: source, path: b}
+)");
+    place.write("out/b.tmp", "mine");
+    place.write("out/run.json.tmp", "mine");
+    REQUIRE(place.run({"run", "room.yaml"}).code == 0);
+    CHECK(place.read("out/a") == "1.000000\n");
+    CHECK(place.read("out/a.tmp") == "1.000000\n");
+    CHECK(place.read("out/b.tmp") == "mine");
+    CHECK(place.read("out/run.json.tmp") == "mine");
+#ifndef __SANITIZE_ADDRESS__
+    // The same on a file system without files that have no name.
+    place.environment["LD_PRELOAD"] = (fs::path(FRESCO_TEST_PLUGINS) / "lacking/lacking.so").string();
+    place.environment["LACKING_TMPFILE"] = "1";
+    REQUIRE(place.run({"run", "room.yaml", "--set", "source.value=2"}).code == 0);
+    CHECK(place.read("out/a") == "2.000000\n");
+    CHECK(place.read("out/b.tmp") == "mine");
+    for (const auto& file : files_in(place.file("out")))
+        CHECK(!file.filename().string().starts_with(fresco::temporary_file_prefix));
+#endif
+}
+
+TEST_CASE("Other bytes under the old size and time are never taken for the old ones")
+{
+    Workplace place;
+    place.write("a.number", "1");
+    place.write("other", "2");
+    place.write("room.yaml", R"(version: 1
+stages:
+  sum:  {type: test.add, input: {left: {file: a.number}}, log: log}
+  text: {type: test.sink, input: sum, path: x.txt}
+)");
+    const auto time = fs::file_time_type::clock::now() - std::chrono::hours(5);
+    for (const char* file : {"a.number", "other"})
+        fs::last_write_time(place.file(file), time);
+    std::this_thread::sleep_for(std::chrono::milliseconds(2100));
+    REQUIRE(place.run({"run", "room.yaml"}).code == 0);
+    REQUIRE(place.run({"run", "room.yaml"}).code == 0);
+    REQUIRE(place.read("out/x.txt") == "1.000000\n");
+    SECTION("written in place, and the time set back")
+    {
+        place.write("a.number", "2");
+        fs::last_write_time(place.file("a.number"), time);
+    }
+    SECTION("another file put in its place")
+    {
+        fs::rename(place.file("other"), place.file("a.number"));
+    }
+    REQUIRE(place.run({"run", "room.yaml"}).code == 0);
+    CHECK(place.read("out/x.txt") == "2.000000\n");
+}
+
+TEST_CASE("A plugin of other bytes under the old size and time is seen")
+{
+    Workplace place({"good"}, true);
+    const fs::path plugins = place.root() / "plugins";
+    fs::create_directory(plugins);
+    const fs::path library = plugins / "test_stages.so";
+    fs::copy_file(fs::path(FRESCO_TEST_PLUGINS) / "good/test_stages.so", library);
+    const auto time = fs::file_time_type::clock::now() - std::chrono::hours(5);
+    fs::last_write_time(library, time);
+    place.environment["FRESCO_PLUGIN_PATH"] = plugins.string();
+    place.write("room.yaml", "version: 1\nstages:\n  source: {type: test.source, log: log}\n");
+    std::this_thread::sleep_for(std::chrono::milliseconds(2100));
+    REQUIRE(place.run({"run", "room.yaml"}).code == 0);
+    REQUIRE(place.run({"run", "room.yaml"}).code == 0);
+    CHECK(place.log().size() == 1);
+    std::string bytes = fresco::read_text_file(library, std::size_t{1} << 30U);
+    const std::size_t help = bytes.find("A number from options and files");
+    REQUIRE(help != std::string::npos);
+    bytes[help] = 'B';
+    {
+        std::fstream stream(library, std::ios::in | std::ios::out | std::ios::binary);
+        stream << bytes;
+    }
+    fs::last_write_time(library, time);
+    const Finished finished = place.run({"run", "room.yaml"});
+    INFO(finished.err);
+    CHECK(finished.code == 0);
+    CHECK(place.log().size() == 2);
+}
+
+TEST_CASE("Damage to any file beside the results costs work at most")
+{
+    ChainPlace place(true);
+    std::vector<fs::path> files = files_in(place.root() / "home/cache");
+    for (const char* folder : {"keys", "stages", "locks"})
+        for (const auto& file : files_in(place.file(std::string(".fresco/") + folder)))
+            files.push_back(file);
+    for (const char* file : {"format", "files.json", "stats.json"})
+        files.push_back(place.file(std::string(".fresco/") + file));
+    REQUIRE(files.size() > 10);
+    for (const auto& file : files)
+    {
+        INFO(file);
+        const std::string whole = fresco::read_text_file(file);
+        for (const std::size_t part : {std::size_t{8}, std::size_t{3}, std::size_t{2}, std::size_t{1}})
+        {
+            if (whole.empty())
+                continue;
+            flip(file, whole.size() - 1 - whole.size() / (part + 1));
+            const Finished finished = place.run({"run", "room.yaml"});
+            INFO(finished.err);
+            REQUIRE(finished.code == 0);
+            CHECK(place.read("out/x.txt") == "4.000000\n");
+            CHECK(place.log().empty());
+            std::ofstream(file) << whole;
+        }
+        std::ofstream(file) << "";
+        CHECK(place.run({"run", "room.yaml"}).code == 0);
+        CHECK(place.log().empty());
+    }
+}
+
+TEST_CASE("Swapped results and records serve nobody another's result")
+{
+    ChainPlace place;
+    const fs::path store = place.file(".fresco");
+    const auto swap = [&](const fs::path& folder)
+    {
+        std::vector<fs::path> entries;
+        for (const auto& entry : fs::directory_iterator(folder))
+            entries.push_back(entry.path());
+        std::sort(entries.begin(), entries.end());
+        for (std::size_t i = 0; i + 1 < entries.size(); ++i)
+        {
+            fs::rename(entries[i], folder / "aside");
+            fs::rename(entries[i + 1], entries[i]);
+            fs::rename(folder / "aside", entries[i + 1]);
+        }
+    };
+    SECTION("records of keys")
+    {
+        swap(store / "keys");
+    }
+    SECTION("results")
+    {
+        swap(store / "objects");
+    }
+    SECTION("records of stages")
+    {
+        swap(fs::directory_iterator(store / "stages")->path());
+    }
+    fs::remove_all(place.file("out"));
+    const Finished finished = place.run({"run", "room.yaml", "--set", "add.plus=2"});
+    INFO(finished.err);
+    CHECK(finished.code == 0);
+    CHECK(place.read("out/x.txt") == "5.000000\n");
+    CHECK(place.run({"run", "room.yaml"}).code == 0);
+    CHECK(place.read("out/x.txt") == "4.000000\n");
+}
+
+TEST_CASE("Without the records of keys nothing is made again")
+{
+    ChainPlace place;
+    fs::remove_all(place.file(".fresco/keys"));
+    CHECK(place.run({"run", "room.yaml"}).code == 0);
+    CHECK(place.log().empty());
+}
+
+TEST_CASE("A damaged checkpoint is dropped with a warning")
+{
+    Workplace place;
+    place.write("room.yaml", R"(version: 1
+stages:
+  slow: {type: test.slow, steps: 30, step_ms: 40, log: log}
+  text: {type: test.sink, input: slow, path: x.txt}
+)");
+    const auto run = place.start({"run", "room.yaml"});
+    Workplace::wait_until([&] { return !place.log().empty(); });
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    run->signal(SIGKILL);
+    run->wait();
+    const auto files = files_in(place.file(".fresco/checkpoints"));
+    SECTION("the stage's own file")
+    {
+        const auto step =
+            std::find_if(files.begin(), files.end(), [](const fs::path& file) { return file.filename() == "step"; });
+        REQUIRE(step != files.end());
+        flip(*step, 0);
+    }
+    SECTION("what it was made from")
+    {
+        const auto record =
+            std::find_if(files.begin(), files.end(), [](const fs::path& file) { return file.extension() == ".dependencies"; });
+        REQUIRE(record != files.end());
+        flip(*record, 3);
+    }
+    const Finished finished = place.run({"run", "room.yaml"});
+    CHECK(finished.code == 0);
+    CHECK(contains(finished.err, "warning"));
+    CHECK(contains(finished.err, "damaged"));
+    CHECK(place.log().back() == "slow from 0");
+    CHECK(place.read("out/x.txt") == "30.000000\n");
+}
+
+TEST_CASE("Without a home nothing is written to the working directory")
+{
+    Workplace place;
+    place.write("room.yaml", "version: 1\nstages:\n  source: {type: test.source}\n");
+    place.write("stamps.json", "mine");
+    place.environment["HOME"] = "";
+    place.environment["XDG_CACHE_HOME"] = "";
+    place.environment["XDG_DATA_HOME"] = "";
+    CHECK(place.run({"check", "room.yaml"}).code == 0);
+    CHECK(place.read("stamps.json") == "mine");
+    CHECK(files_in(place.work()).size() == 2);
+}
+
+TEST_CASE("A path remembered by another pipeline is nobody's business")
+{
+    Workplace place;
+    place.write("elsewhere/a.number", "3");
+    place.write("one.yaml", "version: 1\nstages:\n  sum: {type: test.add, input: {left: {file: elsewhere/a.number}}}\n");
+    place.write("room.yaml", "version: 1\nstages:\n  source: {type: test.source}\n  text: {type: test.sink, input: source}\n");
+    std::this_thread::sleep_for(std::chrono::milliseconds(2100));
+    REQUIRE(place.run({"run", "one.yaml"}).code == 0);
+    fs::remove_all(place.file("elsewhere"));
+    fs::create_symlink(place.file("elsewhere"), place.file("elsewhere"));
+    const Finished finished = place.run({"run", "room.yaml"});
+    INFO(finished.err);
+    CHECK(finished.code == 0);
+}
+
+TEST_CASE("A run that waits for a clean-up says so and can be stopped")
+{
+    ChainPlace place;
+    fresco::host::FileLock lock(place.file(".fresco/locks/store"));
+    REQUIRE(lock.try_exclusive());
+    const auto run = place.start({"run", "room.yaml"});
+    Workplace::wait_until(
+        [&]
+        {
+            const fs::path err = place.root() / "err2";
+            return fs::exists(err) && fresco::read_text_file(err).find("store gc") != std::string::npos;
+        });
+    SECTION("it ends")
+    {
+        lock = fresco::host::FileLock();
+        CHECK(run->wait().code == 0);
+    }
+    SECTION("the user gives up")
+    {
+        run->signal(SIGINT);
+        const Finished finished = run->wait();
+        CHECK(finished.code == 75);
+        CHECK(finished.seconds < 5);
+    }
+}
+
+TEST_CASE("A terminal that hangs up ends a run in order")
+{
+    Workplace place;
+    place.write("room.yaml", "version: 1\nstages:\n  slow: {type: test.slow, steps: 1000, step_ms: 20, log: log}\n");
+    const auto run = place.start({"run", "room.yaml"});
+    Workplace::wait_until([&] { return !place.log().empty(); });
+    run->signal(SIGHUP);
+    CHECK(run->wait().code == 75);
+    CHECK(place.log().back() == "slow was stopped");
+}
+
+#ifndef __SANITIZE_ADDRESS__
+TEST_CASE("A file system without locks is refused at once")
+{
+    Workplace place;
+    place.write("room.yaml", chain);
+    place.write("extra", "123");
+    place.environment["LD_PRELOAD"] = (fs::path(FRESCO_TEST_PLUGINS) / "lacking/lacking.so").string();
+    for (const int number : {ENOSYS, ENOLCK, EOPNOTSUPP})
+    {
+        place.environment["LACKING_FLOCK"] = std::to_string(number);
+        for (const std::string command : {"run", "store"})
+        {
+            const Finished finished = command == "run" ? place.run({"run", "room.yaml"}) : place.run({"store", "gc"});
+            CHECK(finished.code == 1);
+            CHECK(finished.seconds < 5);
+            CHECK(contains(finished.err, ".fresco/locks/store: cannot be locked"));
+            CHECK(contains(finished.err, "--store"));
+        }
+    }
+}
+
+TEST_CASE("With few descriptors stages wait for each other")
+{
+    Workplace place;
+    std::string text = "version: 1\nstages:\n";
+    for (int i = 0; i < 32; ++i)
+        text += "  s" + std::to_string(i) + ": {type: test.source, value: " + std::to_string(i) + ", wait_ms: 200, log: log}\n";
+    place.write("room.yaml", text);
+    const Finished finished = in_shell(place, "ulimit -n 64; $F run room.yaml --cores 32");
+    INFO(finished.err);
+    CHECK(finished.code == 0);
+    CHECK(place.log().size() == 32);
+}
+
+TEST_CASE("What the machine refuses is not called a bug")
+{
+    Workplace place;
+    place.write("extra", "123");
+    place.write("room.yaml", chain);
+    const auto refused = [&](const std::string& commands, const std::string& words)
+    {
+        const Finished finished = in_shell(place, commands);
+        INFO(commands << ": " << finished.err);
+        CHECK(finished.code == 1);
+        CHECK(contains(finished.err, words));
+        CHECK(finished.err.find("bug") == std::string::npos);
+        CHECK(finished.err.find("author") == std::string::npos);
+    };
+    refused("mkdir gone; cd gone; rmdir ../gone; $F run ../room.yaml", "current path");
+    refused("$F check room.yaml; ulimit -n 8; $F run room.yaml", "ulimit -n");
+    refused("$F check room.yaml; ulimit -d 1000; $F run room.yaml", "memory");
+}
+#endif
+
+TEST_CASE("A path that is not UTF-8 is named as it is")
+{
+    Workplace place;
+    place.write("caf\xe9.number", "3");
+    place.write("room.yaml",
+                "version: 1\nvars: {file: a.number}\nstages:\n  sum: {type: test.add, input: {left: {file: \"${file}\"}}}\n");
+    const Finished finished = place.run({"run", "room.yaml", "--set", "file=caf\xe9.number"});
+    CHECK(finished.code == 3);
+    CHECK(contains(finished.err, "caf\xe9.number': the name is not UTF-8"));
+}

@@ -1,0 +1,182 @@
+#include <catch2/catch.hpp>
+
+#include "hand_made_catalog.h"
+
+#include "run/run_state.h"
+#include <fresco/error.h>
+#include <fresco/files_io.h>
+
+#include <algorithm>
+#include <random>
+
+using namespace fresco;
+using namespace fresco::host;
+using namespace fresco::host::testing;
+
+namespace
+{
+
+Catalog catalog_of_nodes()
+{
+    const std::string inputs = R"("options": [{"name": "seed", "kind": "int", "default": 0, "help": ""}],
+        "inputs": [{"name": "a", "artifact": "mesh", "version": 1, "optional": true, "help": ""},
+                   {"name": "b", "artifact": "mesh", "version": 1, "optional": true, "help": ""},
+                   {"name": "c", "artifact": "mesh", "version": 1, "optional": true, "help": ""}],)";
+    const std::string mesh = R"({"name": "mesh", "artifact": "mesh", "version": 1, "help": ""})";
+    Catalog catalog;
+    catalog.add(described("n.plain", "stage", "{" + inputs + "\"outputs\": [" + mesh + "]}"));
+    catalog.add(described("n.files", "stage",
+                          "{" + inputs + "\"outputs\": [" + mesh +
+                              R"(, {"name": "files", "artifact": "files", "version": 1, "help": ""}]})"));
+    return catalog;
+}
+
+/// Each stage reads up to three before it.
+std::string random_pipeline(int count, std::mt19937& random)
+{
+    std::string text = "version: 1\nstages:\n";
+    for (int i = 0; i < count; ++i)
+    {
+        std::string wires;
+        for (const char* port : {"a", "b", "c"})
+            if (i > 0 && random() % 2 == 0)
+                wires += (wires.empty() ? "" : ", ") + std::string(port) + ": s" +
+                         std::to_string(random() % static_cast<unsigned>(i)) + ".mesh";
+        text += "  s" + std::to_string(i) + ": {type: " + (random() % 6 == 0 ? "n.files" : "n.plain") +
+                ", seed: " + std::to_string(i) + (wires.empty() ? "" : ", input: {" + wires + "}") + "}\n";
+    }
+    return text;
+}
+
+bool is_fixed(const StageNode& node)
+{
+    return node.state == StageState::running || node.state == StageState::failed || node.state == StageState::interrupted;
+}
+
+/// The states as they follow from which results are there, all anew.
+std::vector<StageState> expected_states(const std::vector<StageNode>& nodes)
+{
+    std::vector<StageState> states;
+    for (const StageNode& node : nodes)
+    {
+        const bool broken =
+            std::any_of(node.producers.begin(), node.producers.end(),
+                        [&](std::size_t producer)
+                        { return states[producer] == StageState::failed || states[producer] == StageState::blocked; });
+        states.push_back(!node.selected   ? StageState::not_selected
+                         : is_fixed(node) ? node.state
+                         : node.present   ? (node.state == StageState::done ? StageState::done : StageState::stored)
+                         : broken         ? StageState::blocked
+                                          : StageState::waiting);
+    }
+    for (std::size_t i = nodes.size(); i-- > 0;)
+    {
+        if (states[i] != StageState::waiting || nodes[i].exports_files)
+            continue;
+        bool needed = true;
+        for (const std::size_t consumer : nodes[i].consumers)
+            needed = needed && !nodes[consumer].selected;
+        for (const std::size_t consumer : nodes[i].consumers)
+            needed =
+                needed || (nodes[consumer].selected && !nodes[consumer].present && states[consumer] != StageState::not_needed);
+        if (!needed)
+            states[i] = StageState::not_needed;
+    }
+    return states;
+}
+
+void check_against_all_anew(const RunState& state)
+{
+    RunState anew = state;
+    anew.update();
+    const auto expected = expected_states(anew.nodes());
+    std::set<std::size_t> ready;
+    for (std::size_t i = 0; i < expected.size(); ++i)
+    {
+        INFO("stage " << i << ": " << to_string(state.nodes()[i].state) << ", expected " << to_string(expected[i]));
+        const StageNode& node = state.nodes()[i];
+        REQUIRE(node.state == expected[i]);
+        REQUIRE(node.present == anew.nodes()[i].present);
+        REQUIRE(node.key == anew.nodes()[i].key);
+        if (expected[i] == StageState::waiting &&
+            std::all_of(node.producers.begin(), node.producers.end(),
+                        [&](std::size_t producer) { return anew.nodes()[producer].present; }))
+            ready.insert(i);
+    }
+    REQUIRE(state.ready() == ready);
+    REQUIRE(anew.ready() == ready);
+}
+
+StoredResult made(const Store& store, const StageNode& node)
+{
+    const StoredResult result{object_id(node.key, {}), {}, {}};
+    std::filesystem::create_directories(store.object(result.object));
+    write_file(store.manifest_file(result.object), "{}");
+    store.remember(node.key, result);
+    return result;
+}
+
+}  // namespace
+
+TEST_CASE("After each change of one stage all states are as if they were found anew", "[run_state]")
+{
+    std::mt19937 random(7);
+    const Catalog catalog = catalog_of_nodes();
+    for (int round = 0; round < 12; ++round)
+    {
+        const TemporaryFolder folder;
+        const PipelineResult pipeline = check(folder, random_pipeline(25, random), catalog);
+        REQUIRE(lines(pipeline).empty());
+        const Store store(folder.path() / "store");
+        FileHashes hashes({});
+        // The second time some results are gone, and some stages fail.
+        for (const bool again : {false, true})
+        {
+            RunState state(pipeline.pipeline, store, hashes, random() % 3 == 0 ? "s20" : "");
+            state.update();
+            check_against_all_anew(state);
+            std::set<std::size_t> arrived;
+            const auto take_arrived = [&]
+            {
+                for (const std::size_t place : state.take_arrived())
+                    CHECK(arrived.insert(place).second);
+            };
+            take_arrived();
+            std::vector<std::size_t> running;
+            while (!state.ready().empty() || !running.empty())
+            {
+                if (!state.ready().empty() && (running.empty() || random() % 2 == 0))
+                {
+                    const std::size_t place =
+                        *std::next(state.ready().begin(), static_cast<long>(random() % state.ready().size()));
+                    state.nodes()[place].state = StageState::running;
+                    state.update(state.nodes()[place]);
+                    running.push_back(place);
+                }
+                else
+                {
+                    std::swap(running.back(), running[random() % running.size()]);
+                    StageNode& node = state.nodes()[running.back()];
+                    running.pop_back();
+                    if (again && random() % 8 == 0)
+                        node.state = StageState::failed;
+                    else
+                    {
+                        node.result = made(store, node);
+                        node.present = true;
+                        node.state = StageState::done;
+                    }
+                    state.update(node);
+                }
+                check_against_all_anew(state);
+                take_arrived();
+            }
+            for (std::size_t i = 0; i < state.nodes().size(); ++i)
+                CHECK(arrived.contains(i) ==
+                      (state.nodes()[i].state == StageState::done || state.nodes()[i].state == StageState::stored));
+            for (const auto& object : std::filesystem::directory_iterator(store.root() / "objects"))
+                if (random() % 3 == 0)
+                    std::filesystem::remove_all(object);
+        }
+    }
+}

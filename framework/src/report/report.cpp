@@ -7,6 +7,7 @@
 #include <fresco/hash.h>
 
 #include <algorithm>
+#include <set>
 
 namespace fresco::host
 {
@@ -41,24 +42,27 @@ std::vector<Subject> subjects_of(const RunRequest& run)
     return {std::move(whole)};
 }
 
-bool reads(const PipelineStage& stage, const std::string& producer)
+/// Those whose result is read by one that has a result.
+std::set<std::string> read_stages(const ReportRequest& request, const Subject& subject)
 {
-    return std::ranges::any_of(stage.wires, [&](const Wire& wire) { return wire.from_stage == producer; });
+    std::set<std::string> read;
+    for (const PipelineStage* stage : subject.stages)
+        if (const StageOutcome* outcome = request.summary->outcome_of(stage->name);
+            outcome != nullptr && !outcome->object.empty())
+            for (const Wire& wire : stage->wires)
+                read.insert(wire.from_stage);
+    return read;
 }
 
 /// What a report depends on: the last results of the pipeline, which name all that is above them, and what failed.
 std::string signature_of(const ReportRequest& request, const Subject& subject)
 {
+    const std::set<std::string> read = read_stages(request, subject);
     Value::List stages;
     for (const PipelineStage* stage : subject.stages)
     {
         const StageOutcome* outcome = request.summary->outcome_of(stage->name);
-        const auto tells_of_it = [&](const PipelineStage* other)
-        {
-            const StageOutcome* later = request.summary->outcome_of(other->name);
-            return later != nullptr && !later->object.empty() && reads(*other, stage->name);
-        };
-        const bool told = std::ranges::any_of(subject.stages, tells_of_it);
+        const bool told = read.contains(stage->name);
         stages.push_back(Value::Map{{"name", stage->name},
                                     {"object", outcome != nullptr && !told ? outcome->object : ""},
                                     {"selected", outcome != nullptr},
@@ -118,11 +122,15 @@ Value run_data(const ReportRequest& request, const Subject& subject, const Store
                 ->find("combination")
                 ->set(request.run->pipeline->sweep.axes[axis], subject.combination->values[axis]);
     Value::List stages;
+    std::set<std::string> names;
     for (const PipelineStage* stage : subject.stages)
+    {
+        names.insert(stage->name);
         stages.push_back(stage_data(*stage, request.summary->outcome_of(stage->name), store));
+    }
     Value::List files;
     for (const auto& file : request.summary->files)
-        if (std::ranges::any_of(subject.stages, [&](const PipelineStage* stage) { return stage->name == file.stage; }))
+        if (names.contains(file.stage))
         {
             std::error_code error;
             const auto bytes = fs::file_size(file.path, error);

@@ -1,14 +1,13 @@
 #include "run/run_outcomes.h"
 #include "run/running_stage.h"
+#include "run/stage_costs.h"
 #include "run/stage_failure.h"
 #include "run/stop_signals.h"
 #include "run/sweep_turns.h"
 
 #include "base/machine.h"
-#include "pipeline/pipeline_ports.h"
 #include "run/scheduler.h"
 #include "store/stage_record.h"
-#include "store/statistics.h"
 #include "store/store_tidy.h"
 #include <fresco/error.h>
 
@@ -34,8 +33,8 @@ class Scheduler
     Scheduler(const RunRequest& request, ProgressDisplay& display)
         : request_(request), display_(display), store_(request.store), in_use_(store_lock(store_)),
           hashes_(store_.root() / "files.json"), state_(*request.pipeline, store_, hashes_, request.until),
-          turns_(request.pipeline->sweep, request.jobs, request.keep_going), statistics_(store_),
-          exporter_(store_, request.out, hashes_), outcomes_(display), expected_(state_.nodes().size())
+          turns_(request.pipeline->sweep, request.jobs, request.keep_going), costs_(store_, request.estimates),
+          exporter_(store_, request.out, hashes_), outcomes_(display)
     {
     }
 
@@ -96,7 +95,7 @@ class Scheduler
         for (const auto& running : running_)
         {
             free -= running.threads();
-            memory_mb += expected(running.node()).memory_mb;
+            memory_mb += costs_.expected(running.node()).memory_mb;
         }
         const std::vector<bool> may_begin = turns_.take(state_.nodes());
         std::vector<StageNode*> chosen;
@@ -107,7 +106,7 @@ class Scheduler
             StageNode& node = state_.nodes()[place];
             if (!may_begin[place])
                 continue;
-            const double more_mb = expected(node).memory_mb;
+            const double more_mb = costs_.expected(node).memory_mb;
             const bool fits = request_.memory_mb <= 0 || memory_mb + more_mb <= request_.memory_mb;
             if (!fits && !(running_.empty() && chosen.empty()))
                 continue;
@@ -128,14 +127,6 @@ class Scheduler
         }
     }
 
-    const CostFigures& expected(const StageNode& node) const
-    {
-        Expected& known = expected_[static_cast<std::size_t>(&node - state_.nodes().data())];
-        if (!known.cost || known.key != node.key)
-            known = {node.key, statistics_.corrected(cost_name(*node.stage), remaining_cost(node, request_.estimates))};
-        return *known.cost;
-    }
-
     /// Those whose state is another than the last time, a few times a second: there may be thousands.
     void tell_stages()
     {
@@ -148,7 +139,7 @@ class Scheduler
         {
             const StageNode& node = state_.nodes()[i];
             if (told_states_[i] != node.state)
-                stages.push_back({node.stage->name, node.state, expected(node).seconds, preview_folder(*node.stage)});
+                stages.push_back({node.stage->name, node.state, costs_.expected(node).seconds, preview_folder(*node.stage)});
             told_states_[i] = node.state;
         }
         if (!stages.empty())
@@ -262,7 +253,7 @@ class Scheduler
             node.state = running.was_stored() ? StageState::stored : StageState::done;
             outcomes_.take_figures(running);
             if (!running.was_stored())
-                remember_cost(node, running);
+                keep_books([&] { costs_.remember(node, {running.seconds(), running.memory_mb(), running.disk_mb()}); });
             outcomes_.end(node);
         }
         else if (running.damage())
@@ -281,16 +272,6 @@ class Scheduler
             fail(node, failure_text(running, request_.pipeline->file, store_.root()), failure_code(running));
         }
         state_.update(node);
-    }
-
-    void remember_cost(const StageNode& node, const RunningStage& running)
-    {
-        keep_books(
-            [&]
-            {
-                record_cost(store_, cost_name(*node.stage), {running.seconds(), running.memory_mb(), running.disk_mb()},
-                            remaining_cost(node, request_.estimates));
-            });
     }
 
     /// What is written about results, not the results: no run ends because there is no room for it.
@@ -393,8 +374,10 @@ class Scheduler
         for (const auto& node : state_.nodes())
             if (node.state == StageState::waiting && !stopping() && !turns_.ended_early())
                 throw std::logic_error("the stage " + node.stage->name + " was never started");
-        RunSummary result{outcomes_.all(state_.nodes()), exporter_.files(),
-                          stopping() ? int{worker_canceled} : exit_code_of(state_.nodes())};
+        RunSummary result;
+        result.stages = outcomes_.all(state_.nodes());
+        result.files = exporter_.files();
+        result.exit_code = stopping() ? int{worker_canceled} : exit_code_of(state_.nodes());
         if (request_.until.empty() && !request_.pipeline->sweep.narrowed && result.exit_code == 0)
         {
             std::set<std::string> stages;
@@ -413,17 +396,11 @@ class Scheduler
     FileHashes hashes_;
     RunState state_;
     SweepTurns turns_;
-    Statistics statistics_;
+    StageCosts costs_;
     Exporter exporter_;
     StopSignals signals_;
     std::list<RunningStage> running_;
     RunOutcomes outcomes_;
-    struct Expected
-    {
-        std::string key;
-        std::optional<CostFigures> cost;
-    };
-    mutable std::vector<Expected> expected_;  ///< By place.
     std::vector<std::optional<StageState>> told_states_;
     Clock::time_point told_;
     std::map<std::string, std::string> taken_;
@@ -436,8 +413,11 @@ class Scheduler
 
 const StageOutcome* RunSummary::outcome_of(const std::string& stage) const
 {
-    const auto found = std::ranges::find(stages, stage, &StageOutcome::stage);
-    return found == stages.end() ? nullptr : &*found;
+    if (places_.size() != stages.size())
+        for (std::size_t i = 0; i < stages.size(); ++i)
+            places_[stages[i].stage] = i;
+    const auto found = places_.find(stage);
+    return found == places_.end() ? nullptr : &stages[found->second];
 }
 
 RunSummary run_pipeline(const RunRequest& request, ProgressDisplay& display)

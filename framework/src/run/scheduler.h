@@ -37,6 +37,9 @@ struct RunSummary
 
     /// nullptr where the run had no such stage.
     const StageOutcome* outcome_of(const std::string& stage) const;
+
+  private:
+    mutable std::map<std::string, std::size_t> places_;  ///< In `stages`, once somebody asked.
 };
 
 /// Runs a checked pipeline: every stage at most once, each in a process of its own, independent ones side by side within `cores`

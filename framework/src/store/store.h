@@ -2,7 +2,7 @@
 
 #include "base/chunk_hash.h"
 #include "base/file_stamp.h"
-#include "base/process.h"
+#include "store/file_lock.h"
 #include <fresco/value.h>
 
 #include <filesystem>
@@ -10,7 +10,6 @@
 #include <set>
 #include <string>
 #include <string_view>
-#include <sys/file.h>
 #include <vector>
 
 namespace fresco::host
@@ -101,28 +100,6 @@ std::string object_prefix(std::string_view key);
 
 /// Removes a folder or file; what cannot be removed stays.
 void remove_quietly(const std::filesystem::path& path);
-
-/// A kernel lock on a file: ends with the process at the latest. All throw Error where the file system has no locks.
-class FileLock
-{
-  public:
-    FileLock() = default;
-    /// Opens (makes) the file. Throws Error if that fails.
-    explicit FileLock(std::filesystem::path file);
-    /// Tries without waiting. What somebody removed meanwhile is made again.
-    bool try_exclusive() { return try_lock(LOCK_EX); }
-    bool try_shared() { return try_lock(LOCK_SH); }
-    /// Waits.
-    void wait_shared();
-
-  private:
-    void open();
-    bool try_lock(int kind);
-    [[noreturn]] void fail() const;
-
-    std::filesystem::path file_;
-    FileDescriptor fd_;
-};
 
 /// The lock that every run holds shared and that tidying up takes alone.
 FileLock store_lock(const Store& store);

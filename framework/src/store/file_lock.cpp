@@ -1,0 +1,59 @@
+#include "store/file_lock.h"
+#include <fresco/error.h>
+
+#include <cerrno>
+#include <cstring>
+#include <fcntl.h>
+#include <string>
+#include <sys/stat.h>
+
+namespace fresco::host
+{
+
+FileLock::FileLock(std::filesystem::path file) : file_(std::move(file))
+{
+    open();
+}
+
+void FileLock::open()
+{
+    fd_ = FileDescriptor(::open(file_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666));
+    if (!fd_.valid())
+        throw Error(file_.string() + ": cannot be opened as a lock: " + std::strerror(errno));
+}
+
+void FileLock::fail() const
+{
+    throw Error(file_.string() + ": cannot be locked: " + std::strerror(errno) +
+                ": a store needs a file system with locks; choose another with --store");
+}
+
+bool FileLock::try_lock(int kind)
+{
+    for (;;)
+    {
+        if (flock(fd_.get(), kind | LOCK_NB) != 0)
+        {
+            if (errno == EWOULDBLOCK)
+                return false;
+            if (errno != EINTR)
+                fail();
+            continue;
+        }
+        struct stat locked = {};
+        struct stat named = {};
+        if (fstat(fd_.get(), &locked) == 0 && stat(file_.c_str(), &named) == 0 && locked.st_ino == named.st_ino &&
+            locked.st_dev == named.st_dev)
+            return true;
+        open();
+    }
+}
+
+void FileLock::wait_shared()
+{
+    while (flock(fd_.get(), LOCK_SH) != 0)
+        if (errno != EINTR)
+            fail();
+}
+
+}  // namespace fresco::host

@@ -1,5 +1,5 @@
 #include "fakes.h"
-#include "loop.h"
+#include "loop_options.h"
 
 #include <far_device.h>
 #include <fresco/torch/tensor.h>
@@ -81,13 +81,10 @@ struct Room
         const auto texture = made<TextureRepresentation>("texture.laplacian", Value::Map{}, factory);
         const auto steps = made<OptimizerRule>(
             rule, rule == "optimizer.adam" ? Value::Map{{"mode", "visible"}} : Value::Map{{"max_evaluations", 2}}, factory);
-        LoopOptions options;
-        options.size_px = 64;
-        options.repeats = repeats;
-        options.device = device;
+        LoopOptions options = optimize::short_loop(64, repeats, device);
+        options.init = "frames";
         options.lambda_r = 0.01;
         options.levels.angle.limit_deg = 60;
-        options.checkpoint_steps = 0;
         testing::TestRun run;
         testing::forget_far_traffic();
         Result result;

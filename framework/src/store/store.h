@@ -83,7 +83,8 @@ class Store
 
     /// The manifest, checked against its own checksum and the object's name. Throws Error naming the file.
     Value manifest(std::string_view object) const;
-    /// Reads every file of an object (below `below`, if given: there must be some) and compares. Uses up to `threads` threads.
+    /// Reads every file of an object (of output `below` alone, if given, which may have none) and compares. Uses up to `threads`
+    /// threads.
     std::optional<Damage> verify(const std::string& object, int threads, const std::string& below = {}) const;
     /// Removes an object: its manifest first, so that nobody takes half of it for a result.
     void discard(std::string_view object) const;

@@ -184,10 +184,10 @@ stages:
           Words{"p.yaml:5:44: error: stage 'first' (mesh.pass) has no option 'color' (there are: title, size, type, input)",
                 "p.yaml:6:49: error: stage 'second' (mesh.pass): option 'size': expected a number, got the text 'two' (with b "
                 "'two')",
-                "p.yaml:7:18: error: stage 'third': unknown type 'mesh.x' (there are: export.gltf, frames.sharpest, "
+                "p.yaml:7:18: error: stage 'third': unknown type 'mesh.x' (there are: atlas.flat, export.gltf, frames.sharpest, "
                 "mesh.decimate, mesh.future, mesh.judged, mesh.pass, mesh.two, scan.folder, texture.optimize, uvmaps.raycast) "
                 "(with a 'x')",
-                "p.yaml:7:18: error: stage 'third': unknown type 'mesh.y' (there are: export.gltf, frames.sharpest, "
+                "p.yaml:7:18: error: stage 'third': unknown type 'mesh.y' (there are: atlas.flat, export.gltf, frames.sharpest, "
                 "mesh.decimate, mesh.future, mesh.judged, mesh.pass, mesh.two, scan.folder, texture.optimize, uvmaps.raycast) "
                 "(with a 'y')"});
 }

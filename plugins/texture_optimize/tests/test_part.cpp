@@ -145,7 +145,7 @@ namespace
 {
 const LevelRules unscaled = []
 {
-    LevelRules rules;
+    LevelRules rules = all_pixels;
     rules.scaling = GradientScaling::none;
     return rules;
 }();
@@ -346,7 +346,7 @@ TEST_CASE("levels share by pixels, or by the cells of a term's layer where the n
 {
     World world;
     HalfNetwork network;
-    LevelRules rules;
+    LevelRules rules = all_pixels;
     rules.share_by_features = true;
     const auto data = load_view(world.source, 0, world.texture, rules);
     REQUIRE(data->levels.size() == 2);

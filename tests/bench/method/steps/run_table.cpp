@@ -1,6 +1,6 @@
 #include "components.h"
 #include "forked_case.h"
-#include "loop.h"
+#include "loop_options.h"
 #include "method_tables.h"
 #include "scene.h"
 
@@ -87,12 +87,8 @@ fresco::Value measured(const Case& one, const std::filesystem::path& folder, con
     const auto texture = components.make<fresco::TextureRepresentation>(Map{{"type", "texture.laplacian"}});
     const auto rule = components.make<fresco::OptimizerRule>(Map{{"type", "optimizer.adam"}, {"mode", "visible"}});
     const auto style = fresco::to_raster8(fresco::to_tensor(generated_style(400, 300)));
-    LoopOptions options;
-    options.size_px = one.size_px;
-    options.init = "zeros";
-    options.repeats = 1;
-    options.max_steps = 24;
-    options.checkpoint_steps = 0;
+    LoopOptions options = short_loop(one.size_px, 1);
+    options.schedule.max_steps = 24;
     fresco::testing::TestRun run(threads);
     measure.times(
         1,

@@ -80,6 +80,8 @@ TEST_CASE("A published result is found by its key, whole, and damage to it is na
     }
     SECTION("an output that the manifest does not list")
     {
+        CHECK_FALSE(store.verify(result.object, 2, "other"));
+        fs::create_directory(store.object(result.object) / "other");
         CHECK(contains(store.verify(result.object, 2, "other").value().text, "not among the files of the result"));
     }
     SECTION("an emptied manifest")

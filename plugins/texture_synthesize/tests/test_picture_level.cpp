@@ -44,8 +44,8 @@ TEST_CASE("a picture without contrast, or smaller than a patch, is refused by na
         int side;
         const char* text;
     };
-    for (const Case& c :
-         {Case{64, 64, 1, 11, "one color"}, Case{64, 64, 0.5, 31, "one color"}, Case{64, 64, 0.1, 11, "one color"}})
+    for (const Case& c : {Case{64, 64, 1, 11, "a single color"}, Case{64, 64, 0.5, 31, "a single color"},
+                          Case{64, 64, 0.1, 11, "a single color"}})
         CHECK_THROWS_WITH(PictureLevel(Raster8(c.width, c.height, 3, 90), c.scale, c.side, run), Catch::Contains(c.text));
     for (const Case& c : {Case{10, 64, 1, 11, "10x64"}, Case{64, 10, 1, 11, "64x10"}, Case{64, 64, 0.15, 11, "64x64"}})
         CHECK_THROWS_WITH(PictureLevel(brush_picture(c.width, c.height, 1), c.scale, c.side, run),

@@ -31,21 +31,23 @@ TEST_CASE("the stage says what it cannot use")
              o.set("patch_px", 21);
          },
          {"style picture", "40x40", "smaller than one patch of 21"}},
-        {"a constant picture", [](Studio& s, Value&) { s.picture = Raster8(96, 96, 3, 120); }, {"style picture", "one color"}},
+        {"a constant picture",
+         [](Studio& s, Value&) { s.picture = Raster8(96, 96, 3, 120); },
+         {"style picture", "a single color"}},
         {"a constant picture, large patches",
          [](Studio& s, Value& o)
          {
              s.picture = Raster8(96, 96, 3, 120);
              o.set("patch_px", 21);
          },
-         {"one color"}},
+         {"a single color"}},
         {"a constant picture, many levels",
          [](Studio& s, Value& o)
          {
              s.picture = Raster8(20, 20, 3, 0);
              o.set("levels_count", 4);
          },
-         {"one color"}},
+         {"a single color"}},
         {"a gray picture",
          [](Studio& s, Value&) { s.picture = Raster8(96, 96, 1, 120); },
          {"style picture", "1 channels", "RGB"}},

@@ -47,7 +47,7 @@ void flip(const fs::path& file, std::size_t at)
 }
 
 /// Commands in a shell; the program is $F.
-Finished in_shell(const Workplace& place, const std::string& commands)
+[[maybe_unused]] Finished in_shell(const Workplace& place, const std::string& commands)
 {
     std::string script = "ulimit -c 0\nF='" + (place.root() / "bin/fresco").string() + "'\ncd '" + place.work().string() + "'\n";
     for (const auto& [name, value] : place.environment)

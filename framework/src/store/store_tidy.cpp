@@ -33,7 +33,8 @@ void add_references(const Store& store, UsedResults& used)
     {
         try
         {
-            for (const auto& reference : store.manifest(object).at("references").as_list())
+            const Value manifest = store.manifest(object);
+            for (const auto& reference : manifest.at("references").as_list())
                 used.objects.insert(reference.as_string());
         }
         catch (const Error&)

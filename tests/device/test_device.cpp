@@ -22,12 +22,9 @@ std::shared_ptr<Contract> made(const std::string& type, const Value& options, Co
 {
     std::string file = type;
     file.replace(file.find('.'), 1, "_");
-    auto object = testing::make_from_plugin(std::filesystem::path(FRESCO_PLUGINS) / (file + ".so"), type);
-    object->configure(options, factory);
-    auto* component = dynamic_cast<Contract*>(object.get());
-    REQUIRE(component != nullptr);
-    object.release();
-    return std::shared_ptr<Contract>(component);
+    auto component = testing::make_from_plugin<Contract>(std::filesystem::path(FRESCO_PLUGINS) / (file + ".so"), type);
+    component->configure(options, factory);
+    return component;
 }
 
 /// Weights of VGG-19 up to relu2_1, drawn so that activations keep their size.

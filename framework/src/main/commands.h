@@ -50,7 +50,7 @@ struct PlaceArguments
     void add_out_to(CLI::App& command);
     std::filesystem::path out_folder() const;
     std::filesystem::path store_folder() const;
-    /// Throws MissingInput where there is none: looking makes no store.
+    /// Never creates a store: throws MissingInput if there is none.
     Store existing_store() const;
     /// Why a run could not keep or write its results there; empty where it could. Said before anything runs.
     std::string problem() const;

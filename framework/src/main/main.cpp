@@ -183,7 +183,7 @@ int main(int argc, char** argv)
     }
     catch (const std::system_error& error)
     {
-        // What the machine refuses is no fault of this program: a limit, a folder that was removed, a path that may not be read.
+        // The machine refused, which is not a bug: a limit, a removed folder, a path without permission.
         std::fprintf(stderr, "error: %s\n", error.what());
         return exit_failed;
     }

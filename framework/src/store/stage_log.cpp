@@ -22,7 +22,7 @@ std::size_t lines_in(std::string_view text)
     return static_cast<std::size_t>(std::ranges::count(text, '\n'));
 }
 
-/// Where the first line begins at or behind `at`; the end if there is none.
+/// The first line start from `at` on, or the end.
 std::size_t line_begin(std::string_view text, std::size_t at)
 {
     const std::size_t end = at == 0 ? std::string_view::npos : text.find('\n', at - 1);

@@ -11,18 +11,18 @@
 namespace fresco::host
 {
 
-/// What a stage printed and said while it made the result of a key: Store::log_file, of a megabyte at most. What cannot be
-/// written (a full disk) is lost in silence: no run ends because of it.
+/// The log of the stage that made a key's result (Store::log_file), at most 1 MB. Write errors such as a full disk are
+/// ignored: a log never ends a run.
 class StageLog
 {
   public:
     explicit StageLog(std::filesystem::path file) : file_(std::move(file)) {}
 
-    /// The stage runs: nothing is written before. The file begins anew, unless the stage resumes.
+    /// Call when the stage starts. Truncates the file unless the stage resumes.
     void begin(bool resumes);
-    /// A line as a terminal would show it in the end: a part that the program wrote over is left out.
+    /// Adds a line as a terminal would finally show it, without the parts overwritten after a carriage return.
     void add(std::string_view line);
-    /// Writes what was added.
+    /// Writes the added lines.
     void flush();
 
   private:

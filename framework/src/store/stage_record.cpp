@@ -21,7 +21,7 @@ fs::path folder_of(const Store& store, const std::string& pipeline)
     return store.root() / "stages" / content_hash(pipeline);
 }
 
-/// Throws Error if there is none, or it is damaged or another's.
+/// Throws Error if the record is missing, damaged, or that of another stage.
 StageRecord read_record_of(const fs::path& file, std::string& pipeline)
 {
     const Value value = read_record(file);

@@ -54,7 +54,7 @@ StoredResult result_from(const std::string& object, const Value& value)
     return result;
 }
 
-/// What the record of a key holds. Throws Error if there is none, or it is damaged.
+/// The results in the record of a key. Throws Error if the record is missing or damaged.
 std::vector<StoredResult> read_results(const Store& store, const std::string& key)
 {
     const fs::path file = store.key_file(key);

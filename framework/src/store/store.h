@@ -20,7 +20,7 @@ struct StoredResult
 {
     std::string object;
     std::vector<std::string> references;   ///< Other objects that its files refer to, theirs included.
-    std::vector<Dependency> dependencies;  ///< What it was made from besides what is in the key.
+    std::vector<Dependency> dependencies;  ///< Files it was made from that the key does not name.
 };
 
 /// Raised where the files of a result are not those that were written.
@@ -94,7 +94,7 @@ class Store
     mutable std::optional<std::set<std::string>> objects_;  ///< Names, as `restore` found them.
 };
 
-/// The object's name: 16 digits of the key's hash, and 16 of that of the key and the contents of what it was made from besides.
+/// The object's name: 16 digits of the key's hash, then 16 of the hash of the key and the contents of its dependencies.
 std::string object_id(const std::string& key, const std::vector<Dependency>& dependencies);
 /// How the names of all objects of this key begin.
 std::string object_prefix(std::string_view key);

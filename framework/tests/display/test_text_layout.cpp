@@ -30,7 +30,7 @@ Lines written_lines(const std::string& written)
     return lines;
 }
 
-/// A word may be wider than the terminal; then it stands alone.
+/// A word wider than the terminal gets a line of its own.
 bool fits(const std::string& line, std::size_t width)
 {
     const std::size_t first = line.find_first_not_of(' ');

@@ -1,10 +1,8 @@
-#include "program.h"
+#include "store_samples.h"
 
 #include "base/file_stamp.h"
 #include <fresco/error.h>
 #include <fresco/hash.h>
-
-#include <algorithm>
 
 using namespace fresco::host;
 using fresco::testing::TemporaryFolder;
@@ -12,39 +10,12 @@ using fresco::testing::TemporaryFolder;
 namespace
 {
 
-void write(const fs::path& file, const std::string& text)
-{
-    fs::create_directories(file.parent_path());
-    std::ofstream(file) << text;
-}
-
-/// As `touch` does.
-void touch(const fs::path& file, int hours_ago)
-{
-    fs::last_write_time(file, fs::file_time_type::clock::now() - std::chrono::hours(hours_ago));
-}
-
-/// Until stamps of what was written are relied on. Nobody can set the time of the last change.
-void let_stamps_settle()
-{
-    std::this_thread::sleep_for(std::chrono::milliseconds(2100));
-}
-
 /// Other bytes of the same number, with the times that the file had before.
 void write_in_secret(const fs::path& file, const std::string& text)
 {
     const auto time = fs::last_write_time(file);
     std::fstream(file, std::ios::in | std::ios::out) << text;
     fs::last_write_time(file, time);
-}
-
-std::vector<std::string> names_in(const fs::path& folder)
-{
-    std::vector<std::string> names;
-    for (const auto& entry : fs::directory_iterator(folder))
-        names.push_back(entry.path().filename().string());
-    std::sort(names.begin(), names.end());
-    return names;
 }
 
 }  // namespace

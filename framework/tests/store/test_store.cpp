@@ -1,45 +1,11 @@
-#include "program.h"
+#include "store_samples.h"
 
-#include "store/publish.h"
-#include "store/store.h"
 #include <fresco/error.h>
 
 #include <sys/stat.h>
 
 using namespace fresco::host;
 using fresco::testing::TemporaryFolder;
-
-namespace
-{
-
-void write(const fs::path& file, const std::string& text)
-{
-    fs::create_directories(file.parent_path());
-    std::ofstream(file) << text;
-}
-
-StoredResult publish_text(const Store& store, const std::string& key, const std::string& text,
-                          const std::vector<Dependency>& dependencies = {}, const std::set<std::string>& references = {})
-{
-    const fs::path folder = store.make_temporary();
-    write(folder / "out" / "a.json", text);
-    return publish(store, folder,
-                   {key, {"out"}, dependencies, fresco::Value::Map{{"stage", "s"}, {"type", "t.t"}, {"time_s", 0}}, references});
-}
-
-/// As `touch` does.
-void touch(const fs::path& file, int hours_ago)
-{
-    fs::last_write_time(file, fs::file_time_type::clock::now() - std::chrono::hours(hours_ago));
-}
-
-/// Until stamps of what was written are relied on. Nobody can set the time of the last change.
-void let_stamps_settle()
-{
-    std::this_thread::sleep_for(std::chrono::milliseconds(2100));
-}
-
-}  // namespace
 
 TEST_CASE("A published result is found by its key, whole, and damage to it is named")
 {

@@ -1,46 +1,14 @@
-#include "program.h"
+#include "store_samples.h"
 
-#include "store/publish.h"
 #include "store/stage_record.h"
-#include "store/store.h"
 #include "store/store_tidy.h"
 #include <fresco/checked_file.h>
 #include <fresco/error.h>
 
-#include <algorithm>
 #include <sys/stat.h>
 
 using namespace fresco::host;
 using fresco::testing::TemporaryFolder;
-
-namespace
-{
-
-void write(const fs::path& file, const std::string& text)
-{
-    fs::create_directories(file.parent_path());
-    std::ofstream(file) << text;
-}
-
-StoredResult publish_text(const Store& store, const std::string& key, const std::string& text,
-                          const std::vector<Dependency>& dependencies = {})
-{
-    const fs::path folder = store.make_temporary();
-    write(folder / "out" / "a.json", text);
-    return publish(store, folder,
-                   {key, {"out"}, dependencies, fresco::Value::Map{{"stage", "s"}, {"type", "t.t"}, {"time_s", 0}}});
-}
-
-std::vector<std::string> names_in(const fs::path& folder)
-{
-    std::vector<std::string> names;
-    for (const auto& entry : fs::directory_iterator(folder))
-        names.push_back(entry.path().filename().string());
-    std::sort(names.begin(), names.end());
-    return names;
-}
-
-}  // namespace
 
 TEST_CASE("A store of another format is refused with both and with what to do")
 {

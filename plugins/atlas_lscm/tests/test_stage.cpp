@@ -62,13 +62,7 @@ TEST_CASE("the stage: same ports and options, no overlap, less stretch than proj
 
 TEST_CASE("a noisy corner: nearly all of it is mapped, nothing overlaps, and threads do not matter")
 {
-    fresco::testing::TestRun run(2);
-    const auto mesh = shapes::noisy_corner(30);
-    const auto atlas = atlas_of(mesh, fresco::Value::Map{{"size_px", 512}}, run);
-    CHECK(check_atlas(*atlas, 512, 4).none());
-    CHECK(run.reported.at("mapped_area_share").as_double() > 0.8);
-    fresco::testing::TestRun one(1);
-    CHECK(atlas_of(mesh, fresco::Value::Map{{"size_px", 512}}, one)->texcoords == atlas->texcoords);
+    check_noisy_corner_atlas(FRESCO_PLUGIN_FILE, "atlas.lscm");
 }
 
 TEST_CASE("known meshes: every face keeps its place, and the report tells what is wrong with them")

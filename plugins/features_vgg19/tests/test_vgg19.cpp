@@ -162,8 +162,7 @@ std::shared_ptr<fresco::FeatureNetwork> prepared(const fresco::SafeTensors& cont
     const fresco::testing::TemporaryFolder folder;
     const auto file = folder.path() / "weights.safetensors";
     fresco::write_safetensors(file, contents);
-    auto made = fresco::testing::make_from_plugin(FRESCO_PLUGIN_FILE, "features.vgg19");
-    std::shared_ptr<fresco::FeatureNetwork> network(dynamic_cast<fresco::FeatureNetwork*>(made.release()));
+    auto network = fresco::testing::make_from_plugin<fresco::FeatureNetwork>(FRESCO_PLUGIN_FILE, "features.vgg19");
     fresco::testing::TestFactory factory;
     fresco::Value::Map config{{"weights", file.string()}};
     config.insert(config.end(), options.begin(), options.end());

@@ -42,8 +42,7 @@ std::vector<fresco::LossTerm> evaluate(const std::string& options, fresco::Part&
     factory.add("test.averages", [] { return std::make_shared<Averages>(); });
     auto value = fresco::parse_json(options, "test");
     value.set("features", fresco::Value::Map{{"type", "test.averages"}});
-    auto made = fresco::testing::make_from_plugin(FRESCO_PLUGIN_FILE, "loss.content");
-    std::unique_ptr<fresco::Loss> loss(dynamic_cast<fresco::Loss*>(made.release()));
+    const auto loss = fresco::testing::make_from_plugin<fresco::Loss>(FRESCO_PLUGIN_FILE, "loss.content");
     loss->configure(value, factory);
     CHECK(loss->needs().features.at(0).camera);
     loss->prepare({});

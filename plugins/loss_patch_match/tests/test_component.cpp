@@ -41,8 +41,7 @@ struct Fixture
 
     std::unique_ptr<fresco::Loss> make(const std::string& options = "{}")
     {
-        auto made = fresco::testing::make_from_plugin(FRESCO_PLUGIN_FILE, "loss.patch_match");
-        std::unique_ptr<fresco::Loss> loss(dynamic_cast<fresco::Loss*>(made.release()));
+        auto loss = fresco::testing::make_from_plugin<fresco::Loss>(FRESCO_PLUGIN_FILE, "loss.patch_match");
         loss->configure(fresco::parse_json(options, "test"), factory);
         loss->prepare(context);
         return loss;

@@ -18,13 +18,10 @@ namespace
 
 std::unique_ptr<OptimizerRule> made(const Value& options)
 {
-    auto object = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "optimizer.adam");
+    auto rule = testing::make_from_plugin<OptimizerRule>(FRESCO_PLUGIN_FILE, "optimizer.adam");
     testing::TestFactory factory;
-    object->configure(options, factory);
-    auto* rule = dynamic_cast<OptimizerRule*>(object.get());
-    REQUIRE(rule != nullptr);
-    object.release();
-    return std::unique_ptr<OptimizerRule>(rule);
+    rule->configure(options, factory);
+    return rule;
 }
 
 std::vector<TextureParameter> parameters()

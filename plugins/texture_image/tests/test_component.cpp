@@ -19,13 +19,10 @@ namespace
 
 std::unique_ptr<TextureRepresentation> made(const Value& options)
 {
-    auto object = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "texture.image");
+    auto texture = testing::make_from_plugin<TextureRepresentation>(FRESCO_PLUGIN_FILE, "texture.image");
     testing::TestFactory factory;
-    object->configure(options, factory);
-    auto* texture = dynamic_cast<TextureRepresentation*>(object.get());
-    REQUIRE(texture != nullptr);
-    object.release();
-    return std::unique_ptr<TextureRepresentation>(texture);
+    texture->configure(options, factory);
+    return texture;
 }
 
 RasterF random_picture(int width, int height, int channels, std::uint64_t seed)

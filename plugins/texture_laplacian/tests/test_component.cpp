@@ -26,13 +26,10 @@ double number(std::uint64_t& state)
 
 std::unique_ptr<TextureRepresentation> made(const Value& options)
 {
-    auto object = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "texture.laplacian");
+    auto texture = testing::make_from_plugin<TextureRepresentation>(FRESCO_PLUGIN_FILE, "texture.laplacian");
     testing::TestFactory factory;
-    object->configure(options, factory);
-    auto* texture = dynamic_cast<TextureRepresentation*>(object.get());
-    REQUIRE(texture != nullptr);
-    object.release();
-    return std::unique_ptr<TextureRepresentation>(texture);
+    texture->configure(options, factory);
+    return texture;
 }
 
 RasterF random_picture(int size, std::uint64_t seed)

@@ -17,15 +17,6 @@
 namespace fakes
 {
 
-inline std::shared_ptr<Component> from_plugin(const char* file, const char* type)
-{
-    auto object = testing::make_from_plugin(file, type);
-    auto* component = dynamic_cast<Component*>(object.get());
-    REQUIRE(component != nullptr);
-    object.release();
-    return std::shared_ptr<Component>(component);
-}
-
 inline Raster8 style_picture()
 {
     Raster8 picture(96, 72, 3);
@@ -62,8 +53,10 @@ struct Studio
     std::filesystem::path paint(testing::TestRun& run, const Value& options, const std::shared_ptr<Texture>& start = nullptr)
     {
         testing::TestFactory factory;
-        factory.add("texture.laplacian", [] { return from_plugin(FRESCO_PLUGIN_texture_laplacian, "texture.laplacian"); });
-        factory.add("optimizer.adam", [] { return from_plugin(FRESCO_PLUGIN_optimizer_adam, "optimizer.adam"); });
+        factory.add("texture.laplacian",
+                    [] { return testing::make_from_plugin<Component>(FRESCO_PLUGIN_texture_laplacian, "texture.laplacian"); });
+        factory.add("optimizer.adam",
+                    [] { return testing::make_from_plugin<Component>(FRESCO_PLUGIN_optimizer_adam, "optimizer.adam"); });
         factory.add("features.half", [] { return std::make_shared<HalfNetwork>(); });
         factory.add("camera", [] { return std::make_shared<CameraLoss>(); });
         factory.add("mean", [] { return std::make_shared<MeanLoss>(); });
@@ -71,9 +64,7 @@ struct Studio
         factory.add("asking", [] { return std::make_shared<AskingLoss>(0); });
         factory.add("breaking", [] { return std::make_shared<AskingLoss>(9); });
         factory.add("exploding", [] { return std::make_shared<ExplodingLoss>(); });
-        const auto object = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "texture.optimize");
-        auto* stage = dynamic_cast<Stage*>(object.get());
-        REQUIRE(stage != nullptr);
+        const auto stage = testing::make_from_plugin<Stage>(FRESCO_PLUGIN_FILE, "texture.optimize");
         const auto out = folder.path() / ("run" + std::to_string(runs++));
         std::map<std::string, std::shared_ptr<const Artifact>> inputs{{"uvmaps", wall.maps},
                                                                       {"frames", std::make_shared<Frames>(wall.frames)},

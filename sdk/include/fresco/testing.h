@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fresco/component.h>
+#include <fresco/error.h>
 #include <fresco/run_context.h>
 #include <fresco/stage.h>
 
@@ -86,5 +87,16 @@ void run_stage(Stage& stage, const Value& options, const std::map<std::string, s
 /// Opens a built plugin in this process after the handshake and makes one object of a type it holds; the test owns it. The
 /// library stays open. Throws Error naming the file.
 std::unique_ptr<Configurable> make_from_plugin(const std::filesystem::path& library, std::string_view type);
+/// The same as a Loss, an OptimizerRule, a Stage … Throws Error if the type is something else.
+template <class Contract>
+std::unique_ptr<Contract> make_from_plugin(const std::filesystem::path& library, std::string_view type)
+{
+    auto made = make_from_plugin(library, type);
+    auto* contract = dynamic_cast<Contract*>(made.get());
+    if (contract == nullptr)
+        throw Error(library.string() + ": '" + std::string(type) + "' is of another kind than its test expects");
+    (void)made.release();
+    return std::unique_ptr<Contract>(contract);
+}
 
 }  // namespace fresco::testing

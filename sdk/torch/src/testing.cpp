@@ -70,13 +70,9 @@ std::unique_ptr<Loss> loss_on_colors(const std::filesystem::path& library, const
     factory.add("test.colors", [] { return std::make_shared<ColorNetwork>(); });
     auto value = parse_json(options, "test");
     value.set("features", Value::Map{{"type", "test.colors"}});
-    auto made = make_from_plugin(library, type);
-    made->configure(value, factory);
-    auto* loss = dynamic_cast<Loss*>(made.get());
-    if (loss == nullptr)
-        throw std::invalid_argument(type + " is not a loss");
-    made.release();
-    return std::unique_ptr<Loss>(loss);
+    auto loss = make_from_plugin<Loss>(library, type);
+    loss->configure(value, factory);
+    return loss;
 }
 
 PicturePart::PicturePart(const torch::Tensor& picture, const torch::Tensor& camera)

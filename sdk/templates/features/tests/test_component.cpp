@@ -13,10 +13,9 @@ namespace
 
 std::unique_ptr<fresco::FeatureNetwork> made(double contrast)
 {
-    auto object = fresco::testing::make_from_plugin(FRESCO_PLUGIN_FILE, "my.plugin");
+    auto network = fresco::testing::make_from_plugin<fresco::FeatureNetwork>(FRESCO_PLUGIN_FILE, "my.plugin");
     fresco::testing::TestFactory factory;
-    object->configure(fresco::Value::Map{{"contrast", contrast}}, factory);
-    std::unique_ptr<fresco::FeatureNetwork> network(dynamic_cast<fresco::FeatureNetwork*>(object.release()));
+    network->configure(fresco::Value::Map{{"contrast", contrast}}, factory);
     network->prepare({});
     return network;
 }

@@ -13,10 +13,9 @@ namespace
 
 std::unique_ptr<fresco::Loss> made(const fresco::Value& options, const torch::Tensor& style)
 {
-    auto object = fresco::testing::make_from_plugin(FRESCO_PLUGIN_FILE, "my.plugin");
+    auto loss = fresco::testing::make_from_plugin<fresco::Loss>(FRESCO_PLUGIN_FILE, "my.plugin");
     fresco::testing::TestFactory factory;
-    object->configure(options, factory);
-    std::unique_ptr<fresco::Loss> loss(dynamic_cast<fresco::Loss*>(object.release()));
+    loss->configure(options, factory);
     fresco::PrepareContext context;
     context.style = {style, style};
     loss->prepare(context);

@@ -13,10 +13,10 @@ namespace
 
 std::unique_ptr<fresco::TextureRepresentation> made()
 {
-    auto object = fresco::testing::make_from_plugin(FRESCO_PLUGIN_FILE, "my.plugin");
+    auto texture = fresco::testing::make_from_plugin<fresco::TextureRepresentation>(FRESCO_PLUGIN_FILE, "my.plugin");
     fresco::testing::TestFactory factory;
-    object->configure(fresco::Value::Map{{"regularizer", 3.0}}, factory);
-    return std::unique_ptr<fresco::TextureRepresentation>(dynamic_cast<fresco::TextureRepresentation*>(object.release()));
+    texture->configure(fresco::Value::Map{{"regularizer", 3.0}}, factory);
+    return texture;
 }
 
 /// Two pixels: one at the center of texel (1, 0) of 8 x 8, one that sees nothing.

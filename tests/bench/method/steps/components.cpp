@@ -20,8 +20,8 @@ std::shared_ptr<fresco::Component> from_plugin(const std::string& type)
 {
     std::string file = type;
     file[file.find('.')] = '_';
-    auto made = fresco::testing::make_from_plugin(std::filesystem::path(FRESCO_PLUGIN_FOLDER) / (file + ".so"), type);
-    return std::shared_ptr<fresco::Component>(dynamic_cast<fresco::Component*>(made.release()));
+    return fresco::testing::make_from_plugin<fresco::Component>(std::filesystem::path(FRESCO_PLUGIN_FOLDER) / (file + ".so"),
+                                                                type);
 }
 
 /// Deterministic, roughly normal.

@@ -1,0 +1,218 @@
+#include <fresco/error.h>
+#include <fresco/files.h>
+#include <fresco/files_io.h>
+#include <fresco/frames.h>
+#include <fresco/hash.h>
+#include <fresco/npy.h>
+#include <fresco/testing.h>
+#include <fresco/texture.h>
+#include <fresco/uv_maps.h>
+
+#include <catch2/catch.hpp>
+
+using Catch::Matchers::Contains;
+
+TEST_CASE("Frames keep their references when the store moves")
+{
+    const fresco::testing::TemporaryFolder place;
+    const auto store = place.path() / "store";
+    const fresco::ArtifactFolder own{store / "objects" / "b" / "frames", store};
+    std::filesystem::create_directories(own.path);
+    fresco::Frames frames;
+    fresco::Frame frame;
+    frame.sequence = "seq-01";
+    frame.name = "frame-000008";
+    frame.number = 8;
+    frame.color = {{2, 2, 2, 2, 1, 1}, {}};
+    frame.depth = {{3, 3, 2, 2, 1, 1}, {}};
+    frame.color_picture = {own.path / "c.npy", ""};
+    frame.depth_picture = {store / "objects" / "a" / "d.png", ""};
+    frames.frames.push_back(frame);
+    frame.color_picture = {place.path() / "user.npy", "abc"};
+    frames.frames.push_back(frame);
+    std::set<std::string> references;
+    frames.save({own.path, store, &references});
+    CHECK(references == std::set<std::string>{"a"});
+    frames.frames[0].depth_picture.path = store / "tmp" / "run.abc" / "d.png";
+    CHECK_THROWS_WITH(frames.save(own), Contains("tmp/run.abc/d.png: will be gone when the stage is done"));
+
+    const auto moved = place.path() / "moved";
+    std::filesystem::rename(store, moved);
+    const auto loaded = fresco::Frames::load({moved / "objects" / "b" / "frames", moved});
+    REQUIRE(loaded->frames.size() == 2);
+    CHECK(loaded->frames[0].color_picture.path == moved / "objects" / "b" / "frames" / "c.npy");
+    CHECK(loaded->frames[0].depth_picture.path == moved / "objects" / "a" / "d.png");
+    CHECK(loaded->frames[1].color_picture.path == place.path() / "user.npy");
+    CHECK(loaded->frames[0].color == frame.color);
+    CHECK(loaded->frames[0].depth == frame.depth);
+    CHECK(loaded->frames[0].number == 8);
+}
+
+TEST_CASE("A frame's picture must be the one that was listed, of its camera's size")
+{
+    const fresco::testing::TemporaryFolder folder;
+    const fresco::Image image(fresco::Raster8(4, 3, 3, 77));
+    image.save({folder.path(), {}});
+    fresco::Frame frame;
+    frame.color = {{4, 3, 2, 2, 1, 1}, {}};
+    frame.color_picture = {folder.path() / "image.npy", fresco::file_hash(folder.path() / "image.npy")};
+    CHECK(fresco::load_color(frame, nullptr).at(3, 2, 2) == 77);
+    CHECK_THROWS_WITH(fresco::load_depth(frame, nullptr), Contains("no depth"));
+    frame.color.intrinsics.width = 5;
+    CHECK_THROWS_WITH(fresco::load_color(frame, nullptr), Contains("image.npy") && Contains("5x3"));
+    frame.color.intrinsics.width = 4;
+    fresco::Image(fresco::Raster8(4, 3, 3, 78)).save({folder.path(), {}});
+    CHECK_THROWS_WITH(fresco::load_color(frame, nullptr), Contains("changed"));
+    frame.color_picture.path = folder.path() / "image.png";
+    fresco::write_file(frame.color_picture.path, "x");
+    frame.color_picture.hash.clear();
+    CHECK_THROWS_WITH(fresco::load_color(frame, nullptr), Contains("codec"));
+}
+
+TEST_CASE("A depth picture may be NPY, and needs no codec then")
+{
+    const fresco::testing::TemporaryFolder folder;
+    fresco::Frame frame;
+    frame.sequence = "seq";
+    frame.name = "f";
+    CHECK_THROWS_WITH(fresco::load_color(frame, nullptr), Contains("seq/f: has no color picture"));
+    frame.depth.intrinsics = {3, 2, 1, 1, 1, 1};
+    frame.depth_unit_m = 0.5;
+    frame.depth_picture.path = folder.path() / "depth.npy";
+    const std::vector<std::uint16_t> steps{0, 1, 2, 3, 65534, 65535};
+    fresco::write_npy(frame.depth_picture.path, std::vector<std::size_t>{2, 3}, steps);
+    CHECK(fresco::load_depth_steps(frame, nullptr).values == steps);
+    CHECK(fresco::load_depth(frame, nullptr).values == std::vector<float>{0, 0.5F, 1, 1.5F, 32767, 0});
+    fresco::write_npy(frame.depth_picture.path, std::vector<std::size_t>{3, 2}, steps);
+    CHECK_THROWS_WITH(fresco::load_depth(frame, nullptr), Contains("depth.npy") && Contains("2x3"));
+    frame.depth_picture.path = folder.path() / "depth.png";
+    CHECK_THROWS_WITH(fresco::load_depth(frame, nullptr), Contains("codec"));
+}
+
+TEST_CASE("uv maps stream to disk and back")
+{
+    const fresco::testing::TemporaryFolder folder;
+    const fresco::ArtifactFolder own{folder.path(), {}};
+    fresco::UvMaps maps;
+    maps.heights_px = {16, 32};
+    maps.texture_px = 8192;
+    maps.uv_bits = 18;
+    maps.views.push_back({"s", "f", {{64, 48, 50, 50, 32, 24}, {}}, {5, 6}});
+    fresco::UvMap map{{21, 16, 2, 0.2F}, {21, 16, 1, 1.5F}, {21, 16, 1, 0.6F}, {21, 16, 1, 1}};
+    fresco::UvMaps::write_map(own, 0, 16, map);
+    maps.save(own);
+    const auto loaded = fresco::UvMaps::load(own);
+    CHECK(loaded->views[0].valid_pixels == std::vector<std::int64_t>{5, 6});
+    CHECK(loaded->texture_px == 8192);
+    CHECK(loaded->uv_bits == 18);
+    CHECK_NOTHROW(fresco::check_uv_bits(*loaded, 16384, "the maps"));
+    CHECK_THROWS_WITH(fresco::check_uv_bits(*loaded, 16385, "the maps"),
+                      Contains("the maps hold texcoords of 18 bits, for textures up to 16384 texels a side, not 16385"));
+    // A fifth is a whole number of steps of 1/65535 and of 1/255.
+    CHECK(loaded->load_map(0, 0).uv == map.uv);
+    CHECK(loaded->load_map(0, 0).depth == map.depth);
+    CHECK(loaded->load_map(0, 0).cosine == map.cosine);
+    CHECK(loaded->load_map(0, 0).valid == map.valid);
+    CHECK_THROWS_AS(loaded->load_map(0, 1), fresco::MissingInput);
+    map.uv.at(3, 2, 1) = 1.0F / 262143;
+    fresco::UvMaps::write_map(own, 0, 16, map, 18);
+    CHECK(loaded->load_map(0, 0).uv.at(3, 2, 1) == 1.0F / 262143);
+    fresco::UvMaps::write_map(own, 0, 16, {{20, 16, 2}, {20, 16}, {20, 16}, {20, 16}});
+    CHECK_THROWS_WITH(loaded->load_map(0, 0), Contains("000000_16.uvmap") && Contains("is 20x16; the index says 21x16"));
+}
+
+TEST_CASE("The size to paint at is the atlas's, or the one asked for, with a warning")
+{
+    fresco::testing::TestRun run;
+    CHECK(fresco::painted_size_px(0, 2048, "the mesh", run) == 2048);
+    CHECK(fresco::painted_size_px(2048, 2048, "the mesh", run) == 2048);
+    CHECK(fresco::painted_size_px(512, 0, "the mesh", run) == 512);
+    CHECK(run.messages.empty());
+    CHECK(fresco::painted_size_px(4096, 2048, "the mesh", run) == 4096);
+    REQUIRE(run.messages.size() == 1);
+    CHECK_THAT(run.messages[0],
+               Contains("size_px is 4096, but the mesh came from an atlas for 2048") && Contains("2 times as wide"));
+    CHECK_THROWS_WITH(fresco::painted_size_px(0, 0, "the mesh", run),
+                      Contains("the texture size is unknown: the mesh came without"));
+    CHECK_THROWS_WITH(fresco::painted_size_px(4, 0, "the mesh", run), Contains("expected 16 to 16384: set size_px"));
+    CHECK_THROWS_WITH(fresco::painted_size_px(0, 20000, "the mesh", run), Contains("set size_px of the atlas.* stage"));
+}
+
+TEST_CASE("A textured mesh refers to its mesh in the store, or holds it")
+{
+    const fresco::testing::TemporaryFolder place;
+    const auto store = place.path() / "store";
+    const auto atlas = store / "objects" / "a" / "atlas";
+    fresco::TexturedMesh textured;
+    textured.mesh.positions = {{0, 0, 1}, {1, 0, 1}, {0, 1, 1}};
+    textured.mesh.triangles = {{0, 1, 2}};
+    textured.mesh.texcoords = {{0, 0}, {1, 0}, {0, 1}};
+    textured.image = fresco::Image(fresco::Raster8(4, 4, 3, 77));
+    std::set<std::string> references;
+    const fresco::ArtifactFolder own{store / "tmp" / "run.b" / "textured", store, &references};
+    for (const auto& folder : {atlas, own.path})
+        std::filesystem::create_directories(folder);
+    textured.save(own);
+    CHECK(references.empty());
+    CHECK(fresco::TexturedMesh::load(own)->mesh.texcoords == textured.mesh.texcoords);
+
+    std::filesystem::remove(own.path / "mesh.ply");
+    textured.mesh.save({atlas, store});
+    textured.mesh_folder = atlas;
+    textured.save(own);
+    CHECK(references == std::set<std::string>{"a"});
+    CHECK_FALSE(std::filesystem::exists(own.path / "mesh.ply"));
+    const auto moved = place.path() / "moved";
+    std::filesystem::rename(store, moved);
+    const auto loaded = fresco::TexturedMesh::load({moved / "tmp" / "run.b" / "textured", moved});
+    CHECK(loaded->mesh.positions == textured.mesh.positions);
+    CHECK(loaded->mesh_folder.empty());
+    fresco::write_file(moved / "tmp/run.b/textured/textured_mesh.json", R"({"mesh": "store:objects/a/atlas/other.ply"})");
+    CHECK_THROWS_WITH(fresco::TexturedMesh::load({moved / "tmp" / "run.b" / "textured", moved}),
+                      Contains("textured_mesh.json: refers to") && Contains("expected a mesh.ply"));
+}
+
+TEST_CASE("A texture's lookup has texel centers at +0.5 and v upwards")
+{
+    fresco::RasterF texture(4, 4, 1);
+    for (int y = 0; y < 4; ++y)
+        for (int x = 0; x < 4; ++x)
+            texture.at(x, y) = static_cast<float>(x + 10 * y);
+    float value = 0;
+    fresco::sample_bilinear(texture, 0.125F, 0.875F, &value);
+    CHECK(value == 0);
+    fresco::sample_bilinear(texture, 0.25F, 0.875F, &value);
+    CHECK(value == 0.5F);
+    fresco::sample_bilinear(texture, 0.875F, 0.125F, &value);
+    CHECK(value == 33);
+    fresco::sample_bilinear(texture, 2.0F, -1.0F, &value);
+    CHECK(value == 33);
+}
+
+TEST_CASE("Textures, tables and files read back; what is missing is named")
+{
+    const fresco::testing::TemporaryFolder folder;
+    const fresco::ArtifactFolder own{folder.path(), {}};
+    fresco::Texture texture;
+    texture.layers = {fresco::RasterF(8, 8, 3, 0.5F), fresco::RasterF(4, 4, 3, 0.1F)};
+    texture.seen = fresco::Raster8(8, 8, 1, 1);
+    texture.save(own);
+    CHECK(fresco::Texture::load(own)->layers == texture.layers);
+    texture.layers[1] = fresco::RasterF(5, 5, 3);
+    texture.save(own);
+    CHECK_THROWS_WITH(fresco::Texture::load(own), Contains("layer_1.npy") && Contains("half"));
+
+    fresco::Table table;
+    table.columns = {"stage", "seconds"};
+    table.rows = {{"scan", 1.5}, {"mesh", 2}};
+    table.save(own);
+    CHECK(fresco::Table::load(own)->rows == table.rows);
+    table.rows.push_back({"short"});
+    CHECK_THROWS_WITH(table.save(own), Contains("row of 1"));
+
+    fresco::Files files;
+    files.names = {"views/a.png"};
+    CHECK_THROWS_WITH(files.save(own), Contains("a.png") && Contains("not written"));
+    files.names = {"../up.png"};
+    CHECK_THROWS_WITH(files.save(own), Contains("up.png"));
+}

@@ -1,0 +1,67 @@
+#include <fresco/error.h>
+#include <fresco/parallel.h>
+
+#include <catch2/catch.hpp>
+
+#include <atomic>
+#include <numeric>
+#include <sys/wait.h>
+#include <thread>
+#include <unistd.h>
+
+TEST_CASE("parallel_for covers every item once and its pieces do not depend on the threads")
+{
+    for (const std::size_t count : {0U, 1U, 7U, 1000U})
+        for (const int threads : {1, 2, 5})
+        {
+            std::vector<int> hits(count, 0);
+            std::atomic<bool> even = true;
+            fresco::parallel_for(count, 3, threads,
+                                 [&](std::size_t begin, std::size_t end)
+                                 {
+                                     if (begin % 3 != 0 || end - begin > 3)
+                                         even = false;
+                                     for (std::size_t i = begin; i < end; ++i)
+                                         ++hits[i];
+                                 });
+            CHECK(even);
+            CHECK(std::accumulate(hits.begin(), hits.end(), std::size_t{0}) == count);
+        }
+}
+
+TEST_CASE("parallel_for covers every item when calls are nested, made by several threads at once, and after a fork")
+{
+    const auto nested = []
+    {
+        std::vector<std::atomic<int>> hits(40 * 25);
+        fresco::parallel_for(40, 1, 4,
+                             [&](std::size_t i, std::size_t)
+                             { fresco::parallel_for(25, 1, 3, [&](std::size_t j, std::size_t) { ++hits[25 * i + j]; }); });
+        return std::all_of(hits.begin(), hits.end(), [](const auto& hit) { return hit == 1; });
+    };
+    std::atomic<int> right{0};
+    {
+        std::vector<std::jthread> callers;
+        for (int i = 0; i < 4; ++i)
+            callers.emplace_back([&] { right += nested() ? 1 : 0; });
+    }
+    CHECK(right == 4);
+
+    const pid_t child = ::fork();
+    if (child == 0)
+        ::_exit(nested() ? 7 : 8);
+    int state = 0;
+    REQUIRE(::waitpid(child, &state, 0) == child);
+    CHECK((WIFEXITED(state) && WEXITSTATUS(state) == 7));
+}
+
+TEST_CASE("parallel_for rethrows the first failure")
+{
+    const auto work = [](std::size_t begin, std::size_t)
+    {
+        if (begin >= 4)
+            throw fresco::Error("piece " + std::to_string(begin));
+    };
+    CHECK_THROWS_WITH(fresco::parallel_for(100, 1, 1, work), "piece 4");
+    CHECK_THROWS_AS(fresco::parallel_for(100, 1, 4, work), fresco::Error);
+}

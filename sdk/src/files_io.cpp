@@ -130,6 +130,12 @@ class Draft
             fail();
         name_.clear();
     }
+    void make_name_durable() const
+    {
+        const FileDescriptor folder(::open(folder_.c_str(), O_RDONLY | O_CLOEXEC));
+        if (!folder.valid() || ::fsync(folder.get()) != 0)
+            fail();
+    }
 
   private:
     [[noreturn]] void fail() const { throw Error(file_.string() + ": cannot be written: " + cause()); }
@@ -140,9 +146,9 @@ class Draft
     std::filesystem::path name_;
 };
 
-/// `file` with what `fill` writes to the descriptor that it is given.
-void write_whole(const std::filesystem::path& file, const std::function<void(int)>& fill,
-                 const std::function<void()>& written = {})
+/// `fill` writes the contents to the descriptor that it is given.
+void write_durable(const std::filesystem::path& file, const std::function<void(int)>& fill,
+                   const std::function<void()>& written = {})
 {
     Draft draft(file);
     fill(draft.descriptor());
@@ -150,6 +156,7 @@ void write_whole(const std::filesystem::path& file, const std::function<void(int
     if (written)
         written();
     draft.put_in_place();
+    draft.make_name_durable();
 }
 
 }  // namespace
@@ -167,17 +174,34 @@ std::string read_text_file(const std::filesystem::path& file, std::size_t limit_
 
 void write_file(const std::filesystem::path& file, std::span<const std::byte> bytes)
 {
+    Draft draft(file);
+    write_all(draft.descriptor(), bytes, file);
+    draft.put_in_place();
+}
+
+void write_file(const std::filesystem::path& file, std::string_view text)
+{
+    write_file(file, std::as_bytes(std::span(text.data(), text.size())));
+}
+
+void write_durable_file(const std::filesystem::path& file, std::span<const std::byte> bytes)
+{
     write_pieces(file, std::span(&bytes, 1));
+}
+
+void write_durable_file(const std::filesystem::path& file, std::string_view text)
+{
+    write_durable_file(file, std::as_bytes(std::span(text.data(), text.size())));
 }
 
 void write_pieces(const std::filesystem::path& file, std::span<const std::span<const std::byte>> pieces)
 {
-    write_whole(file,
-                [&](int output)
-                {
-                    for (const auto bytes : pieces)
-                        write_all(output, bytes, file);
-                });
+    write_durable(file,
+                  [&](int output)
+                  {
+                      for (const auto bytes : pieces)
+                          write_all(output, bytes, file);
+                  });
 }
 
 void copy_file(const std::filesystem::path& from, const std::filesystem::path& to, const std::function<void()>& written)
@@ -200,12 +224,7 @@ void copy_file(const std::filesystem::path& from, const std::filesystem::path& t
             write_all(output, std::span(buffer).first(static_cast<std::size_t>(count)), to);
         }
     };
-    write_whole(to, fill, written);
-}
-
-void write_file(const std::filesystem::path& file, std::string_view text)
-{
-    write_file(file, std::as_bytes(std::span(text.data(), text.size())));
+    write_durable(to, fill, written);
 }
 
 }  // namespace fresco

@@ -21,6 +21,14 @@ constexpr std::string_view checksum_begin = ",\"checksum\":\"";
 constexpr std::string_view checksum_end = "\"}\n";
 constexpr std::size_t checksum_digits = 32;
 
+std::string checked_text(const Value& map)
+{
+    std::string text = to_json(map);
+    text.pop_back();
+    const std::string checksum = content_hash(text);
+    return text.append(checksum_begin).append(checksum).append(checksum_end);
+}
+
 }  // namespace
 
 void sync_path(const fs::path& path)
@@ -44,17 +52,12 @@ void make_folder(const fs::path& folder)
 
 void write_record(const fs::path& file, const Value& map)
 {
-    std::string text = to_json(map);
-    text.pop_back();
-    const std::string checksum = content_hash(text);
-    text.append(checksum_begin).append(checksum).append(checksum_end);
-    write_file(file, text);
+    write_file(file, checked_text(map));
 }
 
 void write_durable_record(const fs::path& file, const Value& map)
 {
-    write_record(file, map);
-    sync_path(file.parent_path());
+    write_durable_file(file, checked_text(map));
 }
 
 Value read_record(const fs::path& file)

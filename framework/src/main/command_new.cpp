@@ -35,7 +35,7 @@ void write_files(const fs::path& folder, const std::vector<TextFile>& files)
     for (const auto& file : files)
     {
         fs::create_directories((folder / file.path).parent_path());
-        write_file(folder / file.path, file.text);
+        write_durable_file(folder / file.path, file.text);
     }
 }
 

@@ -143,7 +143,7 @@ int convert(const WeightsArguments& arguments)
     auto metadata = weights::vgg19_metadata(vgg19);
     metadata["source_sha256"] = weights::sha256(file.bytes);
     const auto bytes = weights::to_safetensors(tensors, metadata);
-    write_file(arguments.out, bytes);
+    write_durable_file(arguments.out, bytes);
     fmt::print("{}: VGG-19, conv1_1 to conv{}, {} bytes\n", arguments.out, vgg19.layers.back().name, bytes.size());
     return 0;
 }

@@ -150,7 +150,7 @@ void write_data(const Page& page)
     if (error)
         throw Error(page.json.parent_path().string() + ": cannot make the folder: " + error.message() +
                     "; give another one with --out");
-    write_file(page.json, json_lines(page.data));
+    write_durable_file(page.json, json_lines(page.data));
 }
 
 std::string write_html(const Page& page, const Catalog& catalog, const Store& store)
@@ -177,7 +177,7 @@ std::string write_html(const Page& page, const Catalog& catalog, const Store& st
         note = "There are no pictures: " + failed;
         signature = "without pictures";
     }
-    write_file(page.html, page_html(page.data, Value::List{Value::Map{{"notes", Value::List{note}}}}, signature));
+    write_durable_file(page.html, page_html(page.data, Value::List{Value::Map{{"notes", Value::List{note}}}}, signature));
     return failed.empty() ? "" : page.html.string() + " is without pictures: " + failed;
 }
 

@@ -22,7 +22,6 @@ void copy_whole(const fs::path& from, const fs::path& to)
         throw Error(std::string(error.what()) + "; choose another with --out");
     }
     copy_file(from, to, [] { fault_point("export.written"); });
-    sync_path(to.parent_path());
 }
 
 }  // namespace

@@ -10,7 +10,7 @@
 namespace fresco
 {
 
-/// As write_file, with a checksum at the file's end: for what only this program reads back, such as checkpoints.
+/// As write_durable_file, with a checksum at the file's end: for what only this program reads back, such as checkpoints.
 void write_checked(const std::filesystem::path& file, std::span<const std::byte> bytes);
 void write_checked(const std::filesystem::path& file, std::string_view text);
 /// What write_checked wrote. Throws MissingInput if there is no such file, Error naming it if its bytes are others.

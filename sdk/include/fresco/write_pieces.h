@@ -7,8 +7,7 @@
 namespace fresco
 {
 
-/// As write_file, for a file whose bytes lie in several places: `pieces`, one after the other. What is large need not be copied
-/// together first.
+/// As write_durable_file, with the bytes of all `pieces`, one after the other: large data need not be joined in memory first.
 void write_pieces(const std::filesystem::path& file, std::span<const std::span<const std::byte>> pieces);
 
 }  // namespace fresco

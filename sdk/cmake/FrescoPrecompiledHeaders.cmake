@@ -50,7 +50,7 @@ endfunction()
 
 # fresco_use_unity(TARGET): with FRESCO_UNITY its sources are compiled a dozen at a time, which is half the work of a build from scratch
 # and more of it after a change. Names in their unnamed namespaces must differ. Sources with options of their own stay alone.
-option(FRESCO_UNITY "Compile a library's sources a dozen at a time (for builds from scratch)" OFF)
+option(FRESCO_UNITY "Compile the sources of a library or test a dozen at a time (for builds from scratch)" OFF)
 function(fresco_use_unity TARGET)
     set_target_properties(${TARGET} PROPERTIES UNITY_BUILD ${FRESCO_UNITY} UNITY_BUILD_BATCH_SIZE 12)
 endfunction()

@@ -27,7 +27,7 @@ Parsed parse(const std::string& text)
 }
 
 /// The only problem of a text, or all of them joined where there is not one.
-std::string problem_of(const std::string& text)
+std::string yaml_problem(const std::string& text)
 {
     std::string joined;
     for (const std::string& problem : parse(text).problems)
@@ -83,39 +83,39 @@ TEST_CASE("What a pipeline file must not hold is named with its place", "[yaml]"
 {
     using Catch::Matchers::Contains;
     using Catch::Matchers::StartsWith;
-    CHECK_THAT(problem_of("a: &a [*a]\n"),
+    CHECK_THAT(yaml_problem("a: &a [*a]\n"),
                StartsWith("f.yaml:1:4: error: anchors (&a)") && Contains("f.yaml:1:8: error: aliases (*name)"));
-    CHECK_THAT(problem_of("x: &n\ny: 1\n"), StartsWith("f.yaml:1:4: error: anchors (&n)"));
-    CHECK_THAT(problem_of("a: {b: 1}\n<<: {c: 2}\n"), StartsWith("f.yaml:2:1: error: merge keys (<<)"));
-    CHECK_THAT(problem_of("a: 1\nb: 2\na: 3\n"),
+    CHECK_THAT(yaml_problem("x: &n\ny: 1\n"), StartsWith("f.yaml:1:4: error: anchors (&n)"));
+    CHECK_THAT(yaml_problem("a: {b: 1}\n<<: {c: 2}\n"), StartsWith("f.yaml:2:1: error: merge keys (<<)"));
+    CHECK_THAT(yaml_problem("a: 1\nb: 2\na: 3\n"),
                StartsWith("f.yaml:3:1: error: the key 'a' appears twice; the first is on line 1"));
-    CHECK_THAT(problem_of("a: 1\n---\nb: 2\n"), StartsWith("f.yaml:2:1: error: a second document"));
-    CHECK_THAT(problem_of("a: 1\n...\nb\n"), StartsWith("f.yaml:3:1: error: there is text after the end"));
-    CHECK_THAT(problem_of("{a: 1} b\n"), StartsWith("f.yaml:1:8: error: there is text after the end"));
-    CHECK_THAT(problem_of("{a: 1} ]\n"), Contains("f.yaml:1:8: error:"));
-    CHECK_THAT(problem_of("a: !!str 1\n"), StartsWith("f.yaml:1:4: error: tags ("));
-    CHECK_THAT(problem_of("a: ! 1\n"), StartsWith("f.yaml:1:4: error: tags (!)"));
-    CHECK_THAT(problem_of("a: !mine {b: 1}\n"), StartsWith("f.yaml:1:4: error: tags (!mine)"));
-    CHECK_THAT(problem_of("[a, b]: 1\n"), StartsWith("f.yaml:1:1: error: a key must be a word, not a list"));
-    CHECK_THAT(problem_of("a:\n\tb: 1\n"), StartsWith("f.yaml:2:1: error: a tab cannot indent"));
-    CHECK_THAT(problem_of("a: b: c\n"), StartsWith("f.yaml:1:5: error: a second ':'"));
-    CHECK_THAT(problem_of("a: [1, 2\n"), Contains("error: a '[' is not closed"));
-    CHECK_THAT(problem_of("a: {b: ${x}/c}\n"), Contains("needs quotes"));
-    CHECK_THAT(problem_of("a: 'never closed\nb: 2\n"), StartsWith("f.yaml:1:4: error: this quote is never closed"));
-    CHECK_THAT(problem_of("a: \"never \\\"\n"), StartsWith("f.yaml:1:4: error: this quote is never closed"));
-    CHECK_THAT(problem_of("a: \xff\n"), StartsWith("f.yaml:1:4: error: invalid UTF-8"));
-    CHECK_THAT(problem_of(std::string("a: \0b\n", 6)), StartsWith("f.yaml:1:4: error: invalid UTF-8"));
+    CHECK_THAT(yaml_problem("a: 1\n---\nb: 2\n"), StartsWith("f.yaml:2:1: error: a second document"));
+    CHECK_THAT(yaml_problem("a: 1\n...\nb\n"), StartsWith("f.yaml:3:1: error: there is text after the end"));
+    CHECK_THAT(yaml_problem("{a: 1} b\n"), StartsWith("f.yaml:1:8: error: there is text after the end"));
+    CHECK_THAT(yaml_problem("{a: 1} ]\n"), Contains("f.yaml:1:8: error:"));
+    CHECK_THAT(yaml_problem("a: !!str 1\n"), StartsWith("f.yaml:1:4: error: tags ("));
+    CHECK_THAT(yaml_problem("a: ! 1\n"), StartsWith("f.yaml:1:4: error: tags (!)"));
+    CHECK_THAT(yaml_problem("a: !mine {b: 1}\n"), StartsWith("f.yaml:1:4: error: tags (!mine)"));
+    CHECK_THAT(yaml_problem("[a, b]: 1\n"), StartsWith("f.yaml:1:1: error: a key must be a word, not a list"));
+    CHECK_THAT(yaml_problem("a:\n\tb: 1\n"), StartsWith("f.yaml:2:1: error: a tab cannot indent"));
+    CHECK_THAT(yaml_problem("a: b: c\n"), StartsWith("f.yaml:1:5: error: a second ':'"));
+    CHECK_THAT(yaml_problem("a: [1, 2\n"), Contains("error: a '[' is not closed"));
+    CHECK_THAT(yaml_problem("a: {b: ${x}/c}\n"), Contains("needs quotes"));
+    CHECK_THAT(yaml_problem("a: 'never closed\nb: 2\n"), StartsWith("f.yaml:1:4: error: this quote is never closed"));
+    CHECK_THAT(yaml_problem("a: \"never \\\"\n"), StartsWith("f.yaml:1:4: error: this quote is never closed"));
+    CHECK_THAT(yaml_problem("a: \xff\n"), StartsWith("f.yaml:1:4: error: invalid UTF-8"));
+    CHECK_THAT(yaml_problem(std::string("a: \0b\n", 6)), StartsWith("f.yaml:1:4: error: invalid UTF-8"));
 }
 
 TEST_CASE("Quotes that close are no problem", "[yaml]")
 {
-    CHECK(problem_of("a: 'it''s'\nb: \"say \\\"x\\\"\"\nc: ''\n") == "");
+    CHECK(yaml_problem("a: 'it''s'\nb: \"say \\\"x\\\"\"\nc: ''\n") == "");
     CHECK(parse("a: 'it''s'\n").root.find("a")->value.text == "it's");
     CHECK(parse("\xEF\xBB\xBF"
                 "a: 1\n")
               .root.find("a")
               ->column == 1);
-    CHECK(problem_of("%YAML 1.2\n---\na: 1\n...\n") == "");
+    CHECK(yaml_problem("%YAML 1.2\n---\na: 1\n...\n") == "");
 }
 
 TEST_CASE("Several problems of one document are all reported", "[yaml]")
@@ -134,17 +134,17 @@ TEST_CASE("Documents beyond the limits are refused quickly", "[yaml]")
             result += text;
         return result;
     };
-    CHECK_THAT(problem_of(repeated("[", 40)), Contains("nested deeper than 32"));
-    CHECK_THAT(problem_of(repeated("[", 60'000)), Contains("error:"));
-    CHECK_THAT(problem_of(repeated("{a:\n", 100'000)), Contains("nested deeper than 32"));
-    CHECK_THAT(problem_of(repeated("- ", 30'000)), Contains("nested deeper than 32"));
-    CHECK_THAT(problem_of(repeated("? ", 30'000)), Contains("error:"));
-    CHECK_THAT(problem_of("a: [" + repeated("1,\n", 120'000) + "1]"), Contains("more than 100000 values"));
-    CHECK_THAT(problem_of("a: 1\nb: [" + repeated("1,", 40'000) + "1]"),
+    CHECK_THAT(yaml_problem(repeated("[", 40)), Contains("nested deeper than 32"));
+    CHECK_THAT(yaml_problem(repeated("[", 60'000)), Contains("error:"));
+    CHECK_THAT(yaml_problem(repeated("{a:\n", 100'000)), Contains("nested deeper than 32"));
+    CHECK_THAT(yaml_problem(repeated("- ", 30'000)), Contains("nested deeper than 32"));
+    CHECK_THAT(yaml_problem(repeated("? ", 30'000)), Contains("error:"));
+    CHECK_THAT(yaml_problem("a: [" + repeated("1,\n", 120'000) + "1]"), Contains("more than 100000 values"));
+    CHECK_THAT(yaml_problem("a: 1\nb: [" + repeated("1,", 40'000) + "1]"),
                Contains("f.yaml:2:1: error: a line of more than 65536 bytes"));
-    CHECK_THAT(problem_of(repeated("#", yaml_size_limit + 1)), Contains("larger than 1 MiB"));
-    CHECK(problem_of(std::string(yaml_depth_limit, '[') + std::string(yaml_depth_limit, ']')) == "");
-    CHECK_THAT(problem_of(std::string(yaml_depth_limit + 1, '[') + std::string(yaml_depth_limit + 1, ']')),
+    CHECK_THAT(yaml_problem(repeated("#", yaml_size_limit + 1)), Contains("larger than 1 MiB"));
+    CHECK(yaml_problem(std::string(yaml_depth_limit, '[') + std::string(yaml_depth_limit, ']')) == "");
+    CHECK_THAT(yaml_problem(std::string(yaml_depth_limit + 1, '[') + std::string(yaml_depth_limit + 1, ']')),
                Contains("nested deeper"));
     CHECK(std::chrono::steady_clock::now() - start < std::chrono::seconds(30));
 }

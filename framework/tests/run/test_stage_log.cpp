@@ -7,7 +7,7 @@
 namespace
 {
 
-const char* const pipeline = R"(version: 1
+const char* const printing_room = R"(version: 1
 stages:
   talker: {type: test.misbehave, how: print_lines}
   silent: {type: test.source}
@@ -35,7 +35,7 @@ std::vector<std::string> lines_of(const std::string& text)
 TEST_CASE("What a stage prints is kept, to a megabyte, with a line that says what was left out", "[log]")
 {
     Workplace place({"good", "misbehaving"});
-    place.write("room.yaml", pipeline);
+    place.write("room.yaml", printing_room);
     REQUIRE(place.run({"run", "room.yaml"}).code == 0);
     const Finished shown = place.run({"log", "room.yaml", "talker"});
     REQUIRE(shown.code == 0);
@@ -61,7 +61,7 @@ TEST_CASE("What a stage prints is kept, to a megabyte, with a line that says wha
 TEST_CASE("A log belongs to a result: who finds the result finds the log, and it is removed with it", "[log]")
 {
     Workplace place({"good", "misbehaving"});
-    place.write("room.yaml", pipeline);
+    place.write("room.yaml", printing_room);
     REQUIRE(place.run({"run", "room.yaml", "--set", "talker.how=nothing"}).code == 0);
     REQUIRE(place.run({"run", "room.yaml"}).code == 0);
     CHECK(log_files(place).size() == 3);
@@ -83,7 +83,7 @@ TEST_CASE("A log belongs to a result: who finds the result finds the log, and it
 TEST_CASE("The log of a stage that failed is kept, and the error names the command that shows it", "[log]")
 {
     Workplace place({"good", "misbehaving"});
-    place.write("room.yaml", pipeline);
+    place.write("room.yaml", printing_room);
     const Finished failed = place.run({"run", "room.yaml", "--set", "talker.how=print_and_throw"});
     CHECK(failed.code == 1);
     CHECK(contains(failed.err, "(test.misbehave): enough\n    all that it printed: fresco log room.yaml talker\n"));

@@ -15,8 +15,8 @@ using namespace pictures;
 
 namespace
 {
-constexpr int width = 320;
-constexpr int height = 256;
+constexpr int width_px = 320;
+constexpr int height_px = 256;
 
 Raster8 blurred_picture(const Raster8& rgb, double sigma_px)
 {
@@ -73,7 +73,7 @@ TEST_CASE("a palette knows its colors and what is near them")
 
 TEST_CASE("the picture itself is what it is compared with")
 {
-    const Raster8 picture = painting(width, height, 7);
+    const Raster8 picture = painting(width_px, height_px, 7);
     const StylePicture style(picture);
     const ViewFigures own = figures_of(picture, style);
     CHECK(own.off_palette == 0);
@@ -86,9 +86,9 @@ TEST_CASE("the picture itself is what it is compared with")
     CHECK(part.coherence == Approx(1).margin(0.1));
     CHECK(part.chroma_noise == Approx(1).margin(0.1));
     CHECK(part.strokes == Approx(1).margin(0.1));
-    CHECK(figures_of(picture, StylePicture(resized(picture, 2 * width, 2 * height))).strokes == Approx(1).margin(0.1));
+    CHECK(figures_of(picture, StylePicture(resized(picture, 2 * width_px, 2 * height_px))).strokes == Approx(1).margin(0.1));
     // Another painting by the same hand.
-    const ViewFigures other = figures_of(painting(width, height, 8), style);
+    const ViewFigures other = figures_of(painting(width_px, height_px, 8), style);
     CHECK(other.off_palette < 0.005);
     CHECK(other.coherence == Approx(1).margin(0.15));
     CHECK(other.chroma_noise == Approx(1).margin(0.15));
@@ -99,9 +99,9 @@ TEST_CASE("OpenCV's filters and colors give the same figures")
 {
     // cvtColor (32-bit float), GaussianBlur, Sobel and erode of OpenCV 4.6 on the same pictures; off_palette over every 16th
     // pixel.
-    const Raster8 picture = painting(width, height, 7);
+    const Raster8 picture = painting(width_px, height_px, 7);
     const StylePicture style(picture);
-    const Raster8 camera = photograph(width, height, 2);
+    const Raster8 camera = photograph(width_px, height_px, 2);
     const Raster8 room = recolored(camera, picture);
     const auto check = [&](const Raster8& view, const ViewFigures& expected)
     {
@@ -111,7 +111,7 @@ TEST_CASE("OpenCV's filters and colors give the same figures")
         CHECK(found.chroma_noise == Approx(expected.chroma_noise).epsilon(0.005));
         CHECK(found.strokes == Approx(expected.strokes).epsilon(0.005));
     };
-    check(with_hole(painting(width, height, 8), 40), {0, 0.9417, 0.9697, 1.0495});
+    check(with_hole(painting(width_px, height_px, 8), 40), {0, 0.9417, 0.9697, 1.0495});
     check(with_hole(room, 40), {0.2012, 1.3612, 1.4936, 0.4456});
     check(noisy(room, 0, 15), {0.5779, 1.3303, 6.0312, 0.4283});
     check(noisy(picture, 25, 0), {0.2816, 0.4153, 0.3347, 1.2753});
@@ -122,9 +122,9 @@ TEST_CASE("OpenCV's filters and colors give the same figures")
 
 TEST_CASE("each sabotage moves its own figure out of the wanted range")
 {
-    const Raster8 picture = painting(width, height, 7);
+    const Raster8 picture = painting(width_px, height_px, 7);
     const StylePicture style(picture);
-    const Raster8 room = recolored(photograph(width, height, 2), picture);
+    const Raster8 room = recolored(photograph(width_px, height_px, 2), picture);
 
     CHECK(figures_of(blurred_picture(picture, 3), style).strokes < 0.6);
     CHECK(figures_of(room, style).strokes < 0.6);
@@ -147,9 +147,9 @@ TEST_CASE("each sabotage moves its own figure out of the wanted range")
 
 TEST_CASE("no sabotage makes the painting look better")
 {
-    const Raster8 picture = painting(width, height, 7);
+    const Raster8 picture = painting(width_px, height_px, 7);
     const StylePicture style(picture);
-    const Raster8 view = painting(width, height, 8);
+    const Raster8 view = painting(width_px, height_px, 8);
     const ViewFigures plain = figures_of(view, style);
     const auto off = [](double ratio) { return std::abs(std::log(ratio)); };
     const auto check = [&](const Raster8& worse)
@@ -166,14 +166,14 @@ TEST_CASE("no sabotage makes the painting look better")
         check(noisy(view, amount, 0));
         check(noisy(view, 0, amount));
     }
-    check(recolored(photograph(width, height, 2), picture));
-    check(noisy(recolored(photograph(width, height, 2), picture), 0, 15));
+    check(recolored(photograph(width_px, height_px, 2), picture));
+    check(noisy(recolored(photograph(width_px, height_px, 2), picture), 0, 15));
 }
 
 TEST_CASE("a view without detail has none of the figures")
 {
-    const StylePicture style(painting(width, height, 7));
-    const ViewFigures flat = figures_of(Raster8(width, height, 3, 120), style);
+    const StylePicture style(painting(width_px, height_px, 7));
+    const ViewFigures flat = figures_of(Raster8(width_px, height_px, 3, 120), style);
     CHECK(flat.coherence == 0);
     CHECK(flat.chroma_noise == 0);
     CHECK(flat.strokes < 1e-4);
@@ -200,10 +200,10 @@ TEST_CASE("pixels that are judged lie inside of what is covered")
 
 TEST_CASE("style pictures of other kinds, and those that cannot be compared with")
 {
-    const Raster8 picture = painting(width, height, 7);
-    Raster8 gray(width, height);
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x)
+    const Raster8 picture = painting(width_px, height_px, 7);
+    Raster8 gray(width_px, height_px);
+    for (int y = 0; y < height_px; ++y)
+        for (int x = 0; x < width_px; ++x)
             gray.at(x, y) = picture.at(x, y, 1);
     const StylePicture gray_style(gray);
     CHECK_FALSE(gray_style.has_chroma());
@@ -222,15 +222,15 @@ TEST_CASE("style pictures of other kinds, and those that cannot be compared with
 
 TEST_CASE("edges are those of the camera picture, or of another")
 {
-    const Raster8 camera = photograph(width, height, 2);
+    const Raster8 camera = photograph(width_px, height_px, 2);
     CHECK(edges(camera, camera) == Approx(1).epsilon(1e-9));
     CHECK(edges(with_hole(camera, 40), camera) == Approx(1).epsilon(1e-5));
-    CHECK(edges(camera, resized(camera, 2 * width, 2 * height)) > 0.98);
-    CHECK(std::abs(edges(photograph(width, height, 3), camera)) < 0.2);
-    CHECK(std::abs(edges(painting(width, height, 7), camera)) < 0.2);
-    CHECK(edges(recolored(camera, painting(width, height, 7)), camera) > 0.6);
+    CHECK(edges(camera, resized(camera, 2 * width_px, 2 * height_px)) > 0.98);
+    CHECK(std::abs(edges(photograph(width_px, height_px, 3), camera)) < 0.2);
+    CHECK(std::abs(edges(painting(width_px, height_px, 7), camera)) < 0.2);
+    CHECK(edges(recolored(camera, painting(width_px, height_px, 7)), camera) > 0.6);
     const auto negative = [&](int x, int y) { return Vec3f{1, 1, 1} - color_at(camera, x, y); };
     CHECK(edges(changed(camera, negative), camera) < -0.8);
     CHECK(std::isnan(edges(with_hole(camera, 190), camera)));
-    CHECK(std::isnan(edges(Raster8(width, height, 3, 99), camera)));
+    CHECK(std::isnan(edges(Raster8(width_px, height_px, 3, 99), camera)));
 }

@@ -12,7 +12,7 @@ using fresco::texturing::WeldedMesh;
 
 namespace
 {
-WeldedMesh square()
+WeldedMesh welded_square()
 {
     WeldedMesh mesh;
     mesh.positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0.25F}, {0, 1, 0}};
@@ -29,7 +29,7 @@ std::vector<std::byte> picture()
 
 std::string file_of(const GlbOptions& options)
 {
-    return make_glb(square(), picture(), options);
+    return make_glb(welded_square(), picture(), options);
 }
 
 /// Replaces text of the JSON part by other text of the same length.
@@ -67,20 +67,20 @@ TEST_CASE("what was written passes its check, and a check against anything else 
     for (const GlbOptions& options : all_options())
     {
         const GlbModel model = read_glb(file_of(options), "a.glb");
-        CHECK(check_glb(model, square(), picture(), options).position_m <= 0.5 / 65535);
-        WeldedMesh other = square();
+        CHECK(check_glb(model, welded_square(), picture(), options).position_m <= 0.5 / 65535);
+        WeldedMesh other = welded_square();
         other.positions[2].z += 1e-4F;
         CHECK_THROWS_WITH(check_glb(model, other, picture(), options), Contains("vertex 2 is 0.0"));
-        other = square();
+        other = welded_square();
         other.texcoords[1].y = 0.01F;
         CHECK_THROWS_WITH(check_glb(model, other, picture(), options), Contains("vertex 1 has a different texcoord"));
-        other = square();
+        other = welded_square();
         std::swap(other.indices[4], other.indices[5]);
         CHECK_THROWS_WITH(check_glb(model, other, picture(), options), Contains("triangle 1 differs"));
-        CHECK_THROWS_WITH(check_glb(model, square(), {}, options), Contains("the picture differs"));
+        CHECK_THROWS_WITH(check_glb(model, welded_square(), {}, options), Contains("the picture differs"));
         if (options.material == GltfMaterial::pbr)
         {
-            other = square();
+            other = welded_square();
             other.normals[0] = {0, 1, 0};
             CHECK_THROWS_WITH(check_glb(model, other, picture(), options), Contains("vertex 0 has a different normal"));
         }

@@ -54,7 +54,7 @@ std::vector<vgg19::Convolution> layers_of(const fresco::SafeTensors& contents)
     return vgg19::convolutions(fresco::weights::recognize_vgg19(file.contents, "w"), "w");
 }
 
-torch::Tensor picture(std::int64_t height, std::int64_t width)
+torch::Tensor noise_picture(std::int64_t height, std::int64_t width)
 {
     return numbers({3, height, width}, 1) + 0.5;
 }
@@ -95,7 +95,7 @@ TEST_CASE("VGG-19 agrees with sums by hand, with both inputs and paddings")
 {
     const auto contents = three_layers();
     const auto layers = layers_of(contents);
-    const auto input = picture(6, 7);
+    const auto input = noise_picture(6, 7);
     for (const bool caffe : {false, true})
     {
         auto format = caffe ? fresco::weights::caffe_input() : fresco::weights::torchvision_input();
@@ -121,7 +121,7 @@ TEST_CASE("VGG-19 agrees with sums by hand, with both inputs and paddings")
 TEST_CASE("Pooling takes the largest or the mean of 2x2 cells")
 {
     const auto layers = layers_of(three_layers());
-    const auto input = picture(8, 8);
+    const auto input = noise_picture(8, 8);
     for (const auto pooling : {vgg19::Pooling::max, vgg19::Pooling::average})
     {
         const vgg19::Vgg19 network(layers, fresco::weights::torchvision_input(), pooling);
@@ -148,8 +148,8 @@ TEST_CASE("Layers: stride, channels, reach, and the defaults for style and conte
     CHECK(layers[2].channels == 128);
     CHECK((layers[0].style && !layers[1].style && layers[2].style));
     CHECK((!layers[0].content && !layers[1].content && layers[2].content));
-    CHECK(network.encode(picture(1, 1), {"relu2_1"}).at(0).sizes() == at::IntArrayRef({128, 0, 0}));
-    CHECK(network.encode(picture(3, 5), {"relu2_1"}).at(0).sizes() == at::IntArrayRef({128, 1, 2}));
+    CHECK(network.encode(noise_picture(1, 1), {"relu2_1"}).at(0).sizes() == at::IntArrayRef({128, 0, 0}));
+    CHECK(network.encode(noise_picture(3, 5), {"relu2_1"}).at(0).sizes() == at::IntArrayRef({128, 1, 2}));
 }
 
 namespace
@@ -174,8 +174,8 @@ std::shared_ptr<fresco::FeatureNetwork> prepared(const fresco::SafeTensors& cont
 fresco::PrepareContext pictures()
 {
     fresco::PrepareContext context;
-    context.style.fine = picture(24, 20);
-    context.camera_samples = {picture(16, 24) * 0.5, 1 - picture(14, 18)};
+    context.style.fine = noise_picture(24, 20);
+    context.camera_samples = {noise_picture(16, 24) * 0.5, 1 - noise_picture(14, 18)};
     return context;
 }
 
@@ -187,7 +187,7 @@ double gram_loss(const fresco::FeatureNetwork& network, const std::string& layer
         const auto features = network.encode(image, {layer})[0].to(at::kDouble).flatten(1);
         return at::mm(features, features.t()) / features.size(1);
     };
-    return (gram(picture(24, 24)) - gram(picture(20, 28).pow(2))).pow(2).mean().item<double>();
+    return (gram(noise_picture(24, 24)) - gram(noise_picture(20, 28).pow(2))).pow(2).mean().item<double>();
 }
 
 /// The same network under Caffe's names, for BGR in 0..255 minus Caffe's mean, each layer times a factor of its own.
@@ -269,14 +269,14 @@ TEST_CASE("Weights on another scale get the raw means on style and frames")
     CHECK_THAT(said.front(), Catch::Contains("relu1_2") && Catch::Contains(" to 21") && Catch::Contains(" to 83"));
     // Zero padding stands for the mean color in both, so the features differ only by a factor, also at the border.
     const auto plain = prepared(contents, {}, {{"rescale", false}});
-    const auto a = rescaled->encode(picture(8, 8), {"relu2_1"})[0];
-    const auto b = plain->encode(picture(8, 8), {"relu2_1"})[0];
+    const auto a = rescaled->encode(noise_picture(8, 8), {"relu2_1"})[0];
+    const auto b = plain->encode(noise_picture(8, 8), {"relu2_1"})[0];
     CHECK(at::allclose(a, b * (83 / mean_over_pictures(*plain, "relu2_1")), 1e-4, 1e-3));
 
     contents.metadata["normalized"] = "unit mean activation";
     CHECK(mean_over_pictures(*prepared(contents, context), "relu2_1") == Approx(83).epsilon(1e-5));
     contents.metadata = {{"scale", "raw"}};
-    CHECK(at::equal(prepared(contents, context)->encode(picture(8, 8), {"relu2_1"})[0], b));
+    CHECK(at::equal(prepared(contents, context)->encode(noise_picture(8, 8), {"relu2_1"})[0], b));
 
     CHECK_THROWS_WITH(prepared(three_layers(), {}), Catch::Contains("no picture"));
     contents = three_layers();
@@ -291,8 +291,9 @@ TEST_CASE("features.vgg19 as a component")
     const auto file = folder.path() / "weights.safetensors";
     auto contents = three_layers();
     const auto network = prepared(contents, pictures());
-    CHECK(network->encode(picture(8, 8), {"relu2_1"}).at(0).sizes() == at::IntArrayRef({128, 4, 4}));
-    CHECK_THROWS_WITH(network->encode(picture(8, 8), {"relu3_1"}), Catch::Contains("relu3_1") && Catch::Contains("relu2_1"));
+    CHECK(network->encode(noise_picture(8, 8), {"relu2_1"}).at(0).sizes() == at::IntArrayRef({128, 4, 4}));
+    CHECK_THROWS_WITH(network->encode(noise_picture(8, 8), {"relu3_1"}),
+                      Catch::Contains("relu3_1") && Catch::Contains("relu2_1"));
 
     fresco::write_safetensors(file, contents);
     const std::string hash = fresco::weights::sha256_of_file(file);
@@ -312,7 +313,7 @@ TEST_CASE("features.vgg19 as a component")
 TEST_CASE("Gradients through VGG-19 agree with finite differences, and threads change no byte")
 {
     const vgg19::Vgg19 network(layers_of(three_layers()), fresco::weights::torchvision_input(), vgg19::Pooling::max);
-    const auto input = picture(8, 8).to(at::kDouble);
+    const auto input = noise_picture(8, 8).to(at::kDouble);
     const auto value = [&](const torch::Tensor& p) { return network.encode(p, {"relu2_1"})[0].pow(2).sum(); };
     auto variable = input.clone().requires_grad_();
     value(variable).backward();
@@ -330,7 +331,7 @@ TEST_CASE("Gradients through VGG-19 agree with finite differences, and threads c
     const auto run = [&](int threads)
     {
         at::set_num_threads(threads);
-        auto pixels = picture(64, 80).requires_grad_();
+        auto pixels = noise_picture(64, 80).requires_grad_();
         const auto map = network.encode(pixels, {"relu2_1"})[0];
         map.pow(2).sum().backward();
         return std::pair{map.detach(), pixels.grad()};
@@ -355,7 +356,7 @@ TEST_CASE("Real weights give activations of unit mean")
     REQUIRE(network.layers().size() == 5);
     CHECK(network.layers().back().content);
     // The scaling is to a mean of 1 over natural pictures; noise is none, but stays within a small factor.
-    for (const auto& map : network.encode(picture(64, 64), {"relu1_1", "relu2_1", "relu3_1"}))
+    for (const auto& map : network.encode(noise_picture(64, 64), {"relu1_1", "relu2_1", "relu3_1"}))
     {
         CHECK(map.mean().item<double>() > 0.1);
         CHECK(map.mean().item<double>() < 10);

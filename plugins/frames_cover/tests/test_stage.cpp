@@ -63,7 +63,7 @@ Frames tiling()
     return frames;
 }
 
-std::vector<std::string> cover(const Mesh& mesh, const Frames& frames, Value options, testing::TestRun& run)
+std::vector<std::string> covering_views(const Mesh& mesh, const Frames& frames, Value options, testing::TestRun& run)
 {
     const auto made = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "frames.cover");
     testing::TestFactory factory;
@@ -98,7 +98,8 @@ TEST_CASE("the frames that tile a wall are chosen, those between them are not", 
     for (const int threads : {1, 3})
     {
         testing::TestRun run(threads);
-        CHECK(cover(wall(), tiling(), plain(), run) == std::vector<std::string>{"frame-0", "frame-2", "frame-4", "frame-6"});
+        CHECK(covering_views(wall(), tiling(), plain(), run) ==
+              std::vector<std::string>{"frame-0", "frame-2", "frame-4", "frame-6"});
         CHECK(run.reported.at("frames").as_int() == 7);
         CHECK(run.reported.at("kept").as_int() == 4);
         CHECK(run.reported.at("cells").as_int() == 400);
@@ -112,16 +113,16 @@ TEST_CASE("the frames that tile a wall are chosen, those between them are not", 
 TEST_CASE("a target, a number and a share end the choice", "[frames.cover]")
 {
     testing::TestRun run;
-    CHECK(cover(wall(), tiling(), with(plain(), "target_coverage", 0.5), run).size() == 2);
+    CHECK(covering_views(wall(), tiling(), with(plain(), "target_coverage", 0.5), run).size() == 2);
     CHECK(run.reported.at("coverage").as_double() == 0.5);
-    CHECK(cover(wall(), tiling(), with(plain(), "max_frames", 3), run).size() == 3);
-    CHECK(cover(wall(), tiling(), with(plain(), "max_share", 2 / 7.0), run).size() == 2);
-    CHECK(cover(wall(), tiling(), with(plain(), "max_share", 0.01), run).size() == 1);
+    CHECK(covering_views(wall(), tiling(), with(plain(), "max_frames", 3), run).size() == 3);
+    CHECK(covering_views(wall(), tiling(), with(plain(), "max_share", 2 / 7.0), run).size() == 2);
+    CHECK(covering_views(wall(), tiling(), with(plain(), "max_share", 0.01), run).size() == 1);
     // Two thirds of six frames, of which three stand in one place: evenly spread ones leave a quarter of the wall out.
     Frames crowded;
     for (const auto& [x, name] : {std::pair(0.5, "a"), {0.5, "b"}, {0.5, "c"}, {1.5, "d"}, {2.5, "e"}, {3.5, "f"}})
         crowded.frames.push_back(looking_at(x, name));
-    CHECK(cover(wall(), crowded, plain(), run) == std::vector<std::string>{"a", "d", "e", "f"});
+    CHECK(covering_views(wall(), crowded, plain(), run) == std::vector<std::string>{"a", "d", "e", "f"});
     const auto& rows = run.reported.at("coverage_by_frames").as_list();
     CHECK(rows.back().at("frames").as_int() == 4);
     CHECK(rows.back().at("coverage").as_double() == 1);
@@ -145,11 +146,11 @@ TEST_CASE("of frames that see the same the sharp and the straight ones are chose
         picture.hash = file_hash(picture.path);
     }
     testing::TestRun run;
-    CHECK(cover(wall(), frames, plain(), run) == std::vector<std::string>{"blurred"});
+    CHECK(covering_views(wall(), frames, plain(), run) == std::vector<std::string>{"blurred"});
     auto options = with(with(plain(), "sharpness_weight", 1), "sharpness_size_px", Value::List{64, 64});
-    CHECK(cover(wall(), frames, options, run) == std::vector<std::string>{"sharp"});
+    CHECK(covering_views(wall(), frames, options, run) == std::vector<std::string>{"sharp"});
     options.set("sharpness_size_px", Value::List{64});
-    CHECK_THROWS_WITH(cover(wall(), frames, options, run), Catch::Contains("sharpness_size_px\" has 1 numbers"));
+    CHECK_THROWS_WITH(covering_views(wall(), frames, options, run), Catch::Contains("sharpness_size_px\" has 1 numbers"));
 
     // Both see all of the wall, one at 45°.
     Frames both;
@@ -158,26 +159,27 @@ TEST_CASE("of frames that see the same the sharp and the straight ones are chose
     both.frames[0].color.world_from_camera = {{{c, 0, c, 0, 1, 0, -c, 0, c}}, {-4, 0.5, -5}};
     both.frames[1].color.world_from_camera.translation.z = -5;
     options = with(plain(), "height_px", 256);
-    CHECK(cover(wall(), both, options, run) == std::vector<std::string>{"aslant"});
+    CHECK(covering_views(wall(), both, options, run) == std::vector<std::string>{"aslant"});
     CHECK(run.reported.at("cells").as_int() == 400);
-    CHECK(cover(wall(), both, with(with(options, "angle_weight", 1), "max_frames", 1), run) ==
+    CHECK(covering_views(wall(), both, with(with(options, "angle_weight", 1), "max_frames", 1), run) ==
           std::vector<std::string>{"straight"});
 }
 
 TEST_CASE("what cannot be covered is refused, and the choice can be stopped", "[frames.cover]")
 {
     testing::TestRun run;
-    CHECK_THROWS_WITH(cover(wall(), Frames(), plain(), run), Catch::Contains("no frames"));
+    CHECK_THROWS_WITH(covering_views(wall(), Frames(), plain(), run), Catch::Contains("no frames"));
     auto bare = wall();
     bare.texcoords.clear();
-    CHECK_THROWS_WITH(cover(bare, tiling(), plain(), run), Catch::Contains("atlas.*"));
+    CHECK_THROWS_WITH(covering_views(bare, tiling(), plain(), run), Catch::Contains("atlas.*"));
     auto away = tiling();
     for (auto& frame : away.frames)
         frame.color.world_from_camera.translation.z = 3;
-    CHECK_THROWS_WITH(cover(wall(), away, plain(), run), Catch::Contains("none of the 7 frames sees the front of the mesh"));
+    CHECK_THROWS_WITH(covering_views(wall(), away, plain(), run),
+                      Catch::Contains("none of the 7 frames sees the front of the mesh"));
     testing::TestRun stopped;
     stopped.cancel_after(5);
-    CHECK_THROWS_AS(cover(wall(), tiling(), plain(), stopped), Canceled);
+    CHECK_THROWS_AS(covering_views(wall(), tiling(), plain(), stopped), Canceled);
 }
 
 TEST_CASE("a third of the kitchen's frames see 93 % of what all see, two thirds 99 %", "[frames.cover]")

@@ -17,7 +17,7 @@ Bytes small_jpeg()
     return file_of(Jpeg{.blocks_x = 2, .blocks = {{10, 20, 200}, {250, 1, 0}}, .before_frame = segment(0xE2, thumbnail)});
 }
 
-void refused(const Bytes& bytes, const std::string& reason, Walk walk = Walk::whole)
+void refused_jpeg(const Bytes& bytes, const std::string& reason, Walk walk = Walk::whole)
 {
     CHECK_THROWS_WITH(check_jpeg(bytes, "a.jpg", walk), Contains("a.jpg: byte ") && Contains(reason));
 }
@@ -34,7 +34,7 @@ TEST_CASE("JPEG check: size and kind")
     CHECK(check_jpeg(file_of(Jpeg{.blocks = {{10}}}), "a.jpg", Walk::whole).is_gray);
 }
 
-TEST_CASE("JPEG check: a file cut at any byte is refused")
+TEST_CASE("JPEG check: a file cut at any byte is refused_jpeg")
 {
     const Bytes good = small_jpeg();
     for (std::size_t size = 0; size < good.size(); ++size)
@@ -54,13 +54,13 @@ TEST_CASE("JPEG check: stuffing, restart markers and fill bytes do not end the d
     CHECK(check_jpeg(file, "a.jpg", Walk::whole).width == 16);
 }
 
-TEST_CASE("JPEG check: more than 200 megapixels are refused by the header alone")
+TEST_CASE("JPEG check: more than 200 megapixels are refused_jpeg by the header alone")
 {
     CHECK_NOTHROW(check_jpeg(file_of(Jpeg{.blocks = {{0}}, .width = 20'000, .height = 10'000}), "a.jpg", Walk::size));
-    refused(file_of(Jpeg{.blocks = {{0}}, .width = 65'000, .height = 65'000}), "at most 200 megapixels", Walk::size);
+    refused_jpeg(file_of(Jpeg{.blocks = {{0}}, .width = 65'000, .height = 65'000}), "at most 200 megapixels", Walk::size);
 }
 
-TEST_CASE("JPEG check: kinds that would be read wrongly are refused")
+TEST_CASE("JPEG check: kinds that would be read wrongly are refused_jpeg")
 {
     const auto with = [](std::initializer_list<int> pattern, std::size_t offset, int value)
     {
@@ -69,31 +69,31 @@ TEST_CASE("JPEG check: kinds that would be read wrongly are refused")
         return file;
     };
     for (const int lossless : {0xC3, 0xC5, 0xC9, 0xCA, 0xCF})
-        refused(with({0xFF, 0xC0}, 1, lossless), "expected baseline or progressive");
-    refused(with({0xFF, 0xC0}, 4, 12), "12 bits per sample");
-    refused(with({0xFF, 0xC0}, 6, 0), "16 x 0 pixels");
-    refused(with({0xFF, 0xC0}, 9, 2), "wrong length");
-    refused(file_of(Jpeg{.blocks = {{1, 2}}}), "2 color components");
-    refused(file_of(Jpeg{.blocks = {{1, 2, 3, 4}}}), "CMYK picture without an Adobe marker");
+        refused_jpeg(with({0xFF, 0xC0}, 1, lossless), "expected baseline or progressive");
+    refused_jpeg(with({0xFF, 0xC0}, 4, 12), "12 bits per sample");
+    refused_jpeg(with({0xFF, 0xC0}, 6, 0), "16 x 0 pixels");
+    refused_jpeg(with({0xFF, 0xC0}, 9, 2), "wrong length");
+    refused_jpeg(file_of(Jpeg{.blocks = {{1, 2}}}), "2 color components");
+    refused_jpeg(file_of(Jpeg{.blocks = {{1, 2, 3, 4}}}), "CMYK picture without an Adobe marker");
     CHECK_NOTHROW(check_jpeg(file_of(Jpeg{.blocks = {{1, 2, 3, 4}}, .before_frame = adobe_segment(0)}), "a.jpg", Walk::whole));
 }
 
-TEST_CASE("JPEG check: segments that contradict each other are refused")
+TEST_CASE("JPEG check: segments that contradict each other are refused_jpeg")
 {
-    refused(bytes_of({'G', 'I', 'F', '8'}), "expected the marker SOI");
-    refused(bytes_of({0xFF, 0xD8, 0xFF, 0xD9}), "has no data");
-    refused(bytes_of({0xFF, 0xD8, 0x12, 0x34}), "expected a marker");
-    refused(bytes_of({0xFF, 0xD8, 0xFF, 0xD8}), "unexpected marker");
-    refused(bytes_of({0xFF, 0xD8, 0xFF, 0xE0, 0, 1}), "a segment of 1 bytes");
-    refused(bytes_of({0xFF, 0xD8, 0xFF, 0xDA, 0, 2}), "before the frame header");
+    refused_jpeg(bytes_of({'G', 'I', 'F', '8'}), "expected the marker SOI");
+    refused_jpeg(bytes_of({0xFF, 0xD8, 0xFF, 0xD9}), "has no data");
+    refused_jpeg(bytes_of({0xFF, 0xD8, 0x12, 0x34}), "expected a marker");
+    refused_jpeg(bytes_of({0xFF, 0xD8, 0xFF, 0xD8}), "unexpected marker");
+    refused_jpeg(bytes_of({0xFF, 0xD8, 0xFF, 0xE0, 0, 1}), "a segment of 1 bytes");
+    refused_jpeg(bytes_of({0xFF, 0xD8, 0xFF, 0xDA, 0, 2}), "before the frame header");
     const Bytes good = small_jpeg();
     const auto frame = static_cast<std::ptrdiff_t>(find(good, {0xFF, 0xC0}));
     Bytes twice(good.begin(), good.begin() + frame + 19);
     twice.insert(twice.end(), good.begin() + frame, good.end());
-    refused(twice, "a second frame header");
+    refused_jpeg(twice, "a second frame header");
     Bytes no_scan(good.begin(), good.begin() + frame + 19);
     put(no_scan, bytes_of({0xFF, 0xD9}));
-    refused(no_scan, "has no data");
+    refused_jpeg(no_scan, "has no data");
 }
 
 TEST_CASE("EXIF: the orientation of both byte orders, 1 for anything malformed")

@@ -18,7 +18,7 @@ Bytes small_png()
     return file_of(png);
 }
 
-void refused(const Bytes& bytes, const std::string& reason, Walk walk = Walk::whole)
+void refused_png(const Bytes& bytes, const std::string& reason, Walk walk = Walk::whole)
 {
     CHECK_THROWS_WITH(check_png(bytes, "a.png", walk), Contains("a.png: byte ") && Contains(reason));
 }
@@ -39,7 +39,7 @@ TEST_CASE("PNG check: size, bits and kind of every allowed type")
             INFO("type " << type << ", bits " << bits);
             if (!good)
             {
-                refused(file_of(png), "not defined", Walk::size);
+                refused_png(file_of(png), "not defined", Walk::size);
                 continue;
             }
             const auto info = check_png(file_of(png), "a.png", Walk::size);
@@ -50,7 +50,7 @@ TEST_CASE("PNG check: size, bits and kind of every allowed type")
         }
 }
 
-TEST_CASE("PNG check: a file cut at any byte is refused")
+TEST_CASE("PNG check: a file cut at any byte is refused_png")
 {
     const Bytes good = small_png();
     CHECK(check_png(good, "a.png", Walk::whole).width == 2);
@@ -74,35 +74,35 @@ TEST_CASE("PNG check: every flipped bit is found")
         }
 }
 
-TEST_CASE("PNG check: more than 200 megapixels are refused by the header alone")
+TEST_CASE("PNG check: more than 200 megapixels are refused_png by the header alone")
 {
     CHECK_NOTHROW(check_png(file_of(Png{.width = 20'000, .height = 10'000}), "a.png", Walk::size));
-    refused(file_of(Png{.width = 20'000, .height = 10'001}), "20000 x 10001 pixels; at most 200 megapixels", Walk::size);
-    refused(file_of(Png{.width = 0xFFFFFFFF, .height = 0xFFFFFFFF}), "at most 200 megapixels", Walk::size);
-    refused(file_of(Png{.width = 0, .height = 5}), "0 x 5 pixels", Walk::size);
-    refused(file_of(Png{.width = 5, .height = 0}), "5 x 0 pixels", Walk::size);
+    refused_png(file_of(Png{.width = 20'000, .height = 10'001}), "20000 x 10001 pixels; at most 200 megapixels", Walk::size);
+    refused_png(file_of(Png{.width = 0xFFFFFFFF, .height = 0xFFFFFFFF}), "at most 200 megapixels", Walk::size);
+    refused_png(file_of(Png{.width = 0, .height = 5}), "0 x 5 pixels", Walk::size);
+    refused_png(file_of(Png{.width = 5, .height = 0}), "5 x 0 pixels", Walk::size);
 }
 
-TEST_CASE("PNG check: missing, doubled and misplaced chunks are refused")
+TEST_CASE("PNG check: missing, doubled and misplaced chunks are refused_png")
 {
     Png png{.width = 1, .height = 1, .rows = bytes_of({0, 7})};
     png.with_data = false;
-    refused(file_of(png), "no IDAT chunk");
+    refused_png(file_of(png), "no IDAT chunk");
     png.with_data = true;
     png.before_data = header_chunk(png);
-    refused(file_of(png), "a second IHDR chunk");
+    refused_png(file_of(png), "a second IHDR chunk");
     png.before_data = chunk("IDAT", {});
     put(png.before_data, chunk("tEXt", {}));
-    refused(file_of(png), "not consecutive");
-    refused(file_of(Png{.color_type = 3, .rows = bytes_of({0, 0})}), "PLTE chunk is missing");
+    refused_png(file_of(png), "not consecutive");
+    refused_png(file_of(Png{.color_type = 3, .rows = bytes_of({0, 0})}), "PLTE chunk is missing");
     Bytes no_header = png_signature();
     put(no_header, chunk("IDAT", {}));
-    refused(no_header, "expected an IHDR chunk");
+    refused_png(no_header, "expected an IHDR chunk");
     Bytes endless = png_signature();
     put(endless, header_chunk(Png{}));
     put(endless, 0xFFFFFFF0U, 4);
     put(endless, "IDAT");
-    refused(endless, "a chunk of 4294967280 bytes");
+    refused_png(endless, "a chunk of 4294967280 bytes");
 }
 
 TEST_CASE("PNG check: transparency of gray and orientation are read, bytes after the end are left alone")

@@ -16,7 +16,7 @@ using namespace fresco;
 namespace
 {
 
-constexpr double voxel_m = 0.05;
+constexpr double side_m = 0.05;
 
 /// All blocks from (-n, -n, -n) to (n - 1, …), filled with distances; NaN: not measured.
 fuse::Volume filled(int n, const std::function<double(Vec3d)>& distance)
@@ -26,13 +26,13 @@ fuse::Volume filled(int n, const std::function<double(Vec3d)>& distance)
         for (int y = -n; y < n; ++y)
             for (int z = -n; z < n; ++z)
                 places.push_back({x, y, z});
-    fuse::Volume volume(voxel_m, places);
+    fuse::Volume volume(side_m, places);
     for (std::size_t i = 0; i < places.size(); ++i)
         for (int z = 0; z < 8; ++z)
             for (int y = 0; y < 8; ++y)
                 for (int x = 0; x < 8; ++x)
                 {
-                    const double d = distance(volume.origin(i) + Vec3d{double(x), double(y), double(z)} * voxel_m);
+                    const double d = distance(volume.origin(i) + Vec3d{double(x), double(y), double(z)} * side_m);
                     if (!std::isnan(d))
                         volume.block(i)[fuse::voxel_index(x, y, z)] = {static_cast<float>(2 * d), 2};
                 }
@@ -129,16 +129,16 @@ TEST_CASE("a box keeps its sides; distances of exactly 0 make no face without ar
     check_closed(mesh);
     CHECK(geometry::count_surface(mesh).components == 1);
     // Its edges, 9.6 m, are cut off by half a voxel's square.
-    CHECK(volume_inside(mesh) == Approx(1.0 * 0.8 * 0.6 - 9.6 * voxel_m * voxel_m / 2).epsilon(0.005));
-    const double area = 2 * (0.8 + 0.6 + 0.48) - 9.6 * voxel_m * (2 - std::numbers::sqrt2);
+    CHECK(volume_inside(mesh) == Approx(1.0 * 0.8 * 0.6 - 9.6 * side_m * side_m / 2).epsilon(0.005));
+    const double area = 2 * (0.8 + 0.6 + 0.48) - 9.6 * side_m * (2 - std::numbers::sqrt2);
     CHECK(geometry::count_surface(mesh).area_m2 == Approx(area).epsilon(0.01));
 }
 
 TEST_CASE("any distances make closed surfaces, in every case of a cube and across blocks")
 {
     Random random(7);
-    const double end = 2 * 8 * voxel_m;
-    const auto is_last = [&](double at) { return at < -end + voxel_m / 2 || at > end - 1.5 * voxel_m; };
+    const double end = 2 * 8 * side_m;
+    const auto is_last = [&](double at) { return at < -end + side_m / 2 || at > end - 1.5 * side_m; };
     const Mesh mesh =
         surface_of(filled(2, [&](Vec3d p) { return is_last(p.x) || is_last(p.y) || is_last(p.z) ? 1 : random.uniform() - 0.5; }));
     REQUIRE(mesh.triangles.size() > 50'000);

@@ -11,9 +11,9 @@ using Catch::Contains;
 namespace
 {
 
-std::shared_ptr<Files> inspect(const std::shared_ptr<Mesh>& mesh, const std::shared_ptr<Frames>& frames,
-                               const std::shared_ptr<ImageIo>& images, Value options, const std::filesystem::path& out,
-                               testing::TestRun& run)
+std::shared_ptr<Files> inspection_of(const std::shared_ptr<Mesh>& mesh, const std::shared_ptr<Frames>& frames,
+                                     const std::shared_ptr<ImageIo>& images, Value options, const std::filesystem::path& out,
+                                     testing::TestRun& run)
 {
     testing::TestFactory factory;
     factory.add("image.any", [&] { return images; });
@@ -33,8 +33,8 @@ TEST_CASE("the stage reports, draws, and warns of a mistake or fails by it", "[s
     const testing::TemporaryFolder out;
     testing::TestRun right;
     const auto files =
-        inspect(room->mesh, room->frames, room->images,
-                Value::Map{{"frames_count", 5}, {"pictures_count", 2}, {"path", "look/at.png"}}, out.path(), right);
+        inspection_of(room->mesh, room->frames, room->images,
+                      Value::Map{{"frames_count", 5}, {"pictures_count", 2}, {"path", "look/at.png"}}, out.path(), right);
     CHECK(files->names == std::vector<std::string>{"look/at.png", "look/at.json"});
     CHECK(right.reported.at("causes").as_list().empty());
     CHECK(right.reported.at("frames").as_int() == 5);
@@ -56,7 +56,7 @@ TEST_CASE("the stage reports, draws, and warns of a mistake or fails by it", "[s
                 for (const int column : {1, 2})
                     camera->world_from_camera.rotation(row, column) *= -1;
     testing::TestRun wrong;
-    inspect(room->mesh, turned, room->images, Value::Map{{"pictures_count", 2}}, out.path(), wrong);
+    inspection_of(room->mesh, turned, room->images, Value::Map{{"pictures_count", 2}}, out.path(), wrong);
     REQUIRE(wrong.reported.at("causes").as_list().size() == 1);
     CHECK(wrong.reported.at("causes").as_list().front().as_string() == "opengl_axes");
     CHECK(wrong.reported.at("depth_share_explained").as_double() > 0.8);
@@ -66,7 +66,7 @@ TEST_CASE("the stage reports, draws, and warns of a mistake or fails by it", "[s
     CHECK(room->images->read_rgb(out.path() / "pictures" / "inspect.png").height == 4 + 4 * 244);
 
     testing::TestRun failing;
-    CHECK_THROWS_WITH(inspect(room->mesh, turned, room->images, Value::Map{{"fail", true}}, out.path(), failing),
+    CHECK_THROWS_WITH(inspection_of(room->mesh, turned, room->images, Value::Map{{"fail", true}}, out.path(), failing),
                       Contains("OpenGL's camera axes") && Contains("inspect.png shows it"));
     CHECK(std::filesystem::exists(failing.preview_folder() / "inspect.png"));
 }
@@ -81,23 +81,23 @@ TEST_CASE("frames need neither depth nor pictures, but there must be some", "[sc
     for (Frame& frame : frames->frames)
         frame.depth_picture = {};
     testing::TestRun run;
-    inspect(room->mesh, frames, room->images, Value::Map{}, out.path(), run);
+    inspection_of(room->mesh, frames, room->images, Value::Map{}, out.path(), run);
     CHECK(run.reported.at("causes").as_list().empty());
     CHECK_THAT(run.messages.back(), Contains("mesh and frames agree: the pictures' edges"));
     for (Frame& frame : frames->frames)
         frame.color_picture = {};
     testing::TestRun blind;
-    inspect(room->mesh, frames, room->images, Value::Map{}, out.path(), blind);
+    inspection_of(room->mesh, frames, room->images, Value::Map{}, out.path(), blind);
     CHECK(blind.reported.at("edge_response").as_double() == 0);
     CHECK_THAT(blind.messages.back(), Contains("nothing to compare"));
 
-    CHECK_THROWS_WITH(inspect(room->mesh, std::make_shared<Frames>(), room->images, Value::Map{}, out.path(), run),
+    CHECK_THROWS_WITH(inspection_of(room->mesh, std::make_shared<Frames>(), room->images, Value::Map{}, out.path(), run),
                       Contains("has no frames"));
-    CHECK_THROWS_WITH(inspect(std::make_shared<Mesh>(), room->frames, room->images, Value::Map{}, out.path(), run),
+    CHECK_THROWS_WITH(inspection_of(std::make_shared<Mesh>(), room->frames, room->images, Value::Map{}, out.path(), run),
                       Contains("the mesh on port 'mesh'"));
-    CHECK_THROWS_WITH(inspect(room->mesh, room->frames, room->images, Value::Map{{"path", "a.json"}}, out.path(), run),
+    CHECK_THROWS_WITH(inspection_of(room->mesh, room->frames, room->images, Value::Map{{"path", "a.json"}}, out.path(), run),
                       Contains("ends in .png"));
     testing::TestRun stopped;
     stopped.cancel_after(30);
-    CHECK_THROWS_AS(inspect(room->mesh, room->frames, room->images, Value::Map{}, out.path(), stopped), Canceled);
+    CHECK_THROWS_AS(inspection_of(room->mesh, room->frames, room->images, Value::Map{}, out.path(), stopped), Canceled);
 }

@@ -11,7 +11,7 @@ namespace
 {
 
 /// Depths in meters, 0: nothing there. u grows by 1/100 a pixel, v by 1/100 against the rows.
-UvMap map_of(const std::vector<std::vector<float>>& rows)
+UvMap uv_map_of(const std::vector<std::vector<float>>& rows)
 {
     const int width = static_cast<int>(rows.front().size());
     const int height = static_cast<int>(rows.size());
@@ -42,13 +42,13 @@ UvMap column_of(const std::vector<float>& depths)
     std::vector<std::vector<float>> rows;
     for (const float depth : depths)
         rows.push_back({depth});
-    return map_of(rows);
+    return uv_map_of(rows);
 }
 
 /// Whether pixel `at` of the depths is linked to the next one; the same in a row and in a column.
 bool linked(const std::vector<float>& depths, int at)
 {
-    const UvMap row = map_of({depths});
+    const UvMap row = uv_map_of({depths});
     const UvMap column = column_of(depths);
     const bool right = PixelLinks(row, camera_of(row)).has(at, 0, PixelLinks::surface_right);
     const bool down = PixelLinks(column, camera_of(column)).has(0, at, PixelLinks::surface_down);
@@ -96,7 +96,7 @@ TEST_CASE("an oblique wall has no steps, nor where it begins or ends")
 
 TEST_CASE("pixels beside steps and beside nothing are marked, those that see nothing are not")
 {
-    const UvMap map = map_of({{2, 2, 2, 4, 4, 4}, {2, 2, 2, 4, 4, 4}, {2, 2, 2, 4, 4, 0}});
+    const UvMap map = uv_map_of({{2, 2, 2, 4, 4, 4}, {2, 2, 2, 4, 4, 4}, {2, 2, 2, 4, 4, 0}});
     const auto marked = PixelLinks(map, camera_of(map)).at_steps();
     const std::vector<std::uint8_t> expected{0, 0, 1, 1, 0, 0, 0, 0, 1, 1, 0, 1, 0, 0, 1, 1, 1, 0};
     CHECK(marked.values == expected);
@@ -104,7 +104,7 @@ TEST_CASE("pixels beside steps and beside nothing are marked, those that see not
     const UvMap lying = column_of({2, 2, 2, 4, 4, 4});
     const auto in_column = PixelLinks(lying, camera_of(lying)).at_steps();
     CHECK(in_column.values == std::vector<std::uint8_t>{0, 0, 1, 1, 0, 0});
-    const UvMap nothing = map_of({{0, 0}, {0, 0}});
+    const UvMap nothing = uv_map_of({{0, 0}, {0, 0}});
     CHECK(PixelLinks(nothing, camera_of(nothing)).at_steps().values == std::vector<std::uint8_t>(4, 0));
 }
 
@@ -112,7 +112,7 @@ TEST_CASE("neighbors far apart in the texture are not of one chart, though of on
 {
     // 2 m away at 100 px focal length: 2 cm a pixel, and 0.01 of the texture.
     const std::vector<std::vector<float>> wall(9, std::vector<float>(9, 2));
-    UvMap map = map_of(wall);
+    UvMap map = uv_map_of(wall);
     const PixelLinks whole(map, camera_of(map));
     CHECK(whole.texture_per_m() == Approx(0.5));
     // The camera may be of any size: as wide a view, in more pixels.
@@ -151,7 +151,7 @@ TEST_CASE("the lower quartile of texture per meter is what a view has")
     std::vector<std::vector<float>> rows(28, std::vector<float>(28, 4));
     for (int y = 0; y < 12; ++y)
         rows[static_cast<std::size_t>(y)].assign(28, 2);
-    UvMap map = map_of(rows);
+    UvMap map = uv_map_of(rows);
     for (int y = 0; y < 12; y += 3)
         for (int x = 0; x < 28; ++x)
             map.uv.at(x, y, 0) *= 20;

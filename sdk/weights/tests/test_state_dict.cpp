@@ -24,7 +24,7 @@ void check_shapes(const StateDict& contents)
     CHECK(contents.tensors[1].shape == std::vector<std::size_t>{64});
 }
 
-std::string error_of(std::span<const std::byte> bytes)
+std::string state_dict_error(std::span<const std::byte> bytes)
 {
     try
     {
@@ -164,15 +164,15 @@ TEST_CASE("Wrong bytes in the elements of a zip archive are found")
     const auto place = std::search(bytes.begin() + 2000, bytes.end(), pattern.begin(), pattern.end());
     REQUIRE(place != bytes.end());
     *place ^= std::byte{1};
-    CHECK_THAT(error_of(bytes), Catch::Contains("checksum"));
+    CHECK_THAT(state_dict_error(bytes), Catch::Contains("checksum"));
 }
 
 TEST_CASE("The form is told by the first bytes")
 {
-    CHECK_THAT(error_of({}), Catch::Contains("safetensors"));
-    CHECK_THAT(error_of(bytes_of("PK")), Catch::Contains("zip"));
-    CHECK_THAT(error_of(bytes_of("\x80\x02")), Catch::Contains("pickle ends"));
-    CHECK_THAT(error_of(bytes_of(std::string(257, 'x') + "ustar")), Catch::Contains("tar archive"));
+    CHECK_THAT(state_dict_error({}), Catch::Contains("safetensors"));
+    CHECK_THAT(state_dict_error(bytes_of("PK")), Catch::Contains("zip"));
+    CHECK_THAT(state_dict_error(bytes_of("\x80\x02")), Catch::Contains("pickle ends"));
+    CHECK_THAT(state_dict_error(bytes_of(std::string(257, 'x') + "ustar")), Catch::Contains("tar archive"));
     // A safetensors header of 128 bytes begins like a pickle.
     std::string header = R"({"a":{"dtype":"U8","shape":[1],"data_offsets":[0,1]}})";
     header.resize(128, ' ');

@@ -1,3 +1,4 @@
+#include "flat_charts_check.h"
 #include "shapes.h"
 
 #include <fresco/geometry/flatten.h>
@@ -34,11 +35,6 @@ FlatCharts each_alone(const Surface& surface)
     return flat;
 }
 
-std::size_t charts_of(const FlatCharts& flat)
-{
-    return std::set<std::uint32_t>(flat.chart_of_face.begin(), flat.chart_of_face.end()).size();
-}
-
 /// A chart's faces hang together by edges whose corners agree in the plane.
 bool connected(const Surface& surface, const FlatCharts& flat)
 {
@@ -61,14 +57,6 @@ bool connected(const Surface& surface, const FlatCharts& flat)
     for (std::uint32_t f = 0; f < flat.chart_of_face.size(); ++f)
         roots.insert(sets.find(f));
     return roots.size() == charts_of(flat);
-}
-
-bool overlap_free(const FlatCharts& flat, double tolerance)
-{
-    for (const auto& faces : Partition{flat.chart_of_face, flat.axes}.faces())
-        if (!find_overlaps(flat.corners, faces, tolerance).empty())
-            return false;
-    return true;
 }
 
 }  // namespace

@@ -1,3 +1,4 @@
+#include "flat_charts_check.h"
 #include "shapes.h"
 
 #include <fresco/geometry/flatten.h>
@@ -5,7 +6,6 @@
 #include <catch2/catch.hpp>
 
 #include <numeric>
-#include <set>
 
 using namespace fresco;
 using namespace fresco::geometry;
@@ -28,11 +28,6 @@ FlatCharts seen_from_above(const Mesh& mesh, CrumbOf crumb_of)
     flat.projected.assign(mesh.triangles.size(), 1);
     flat.axes.assign(flat.count, Vec3d{0, 0, 1});
     return flat;
-}
-
-std::size_t charts_of(const FlatCharts& flat)
-{
-    return std::set<std::uint32_t>(flat.chart_of_face.begin(), flat.chart_of_face.end()).size();
 }
 
 Vec2d corner_at(const Mesh& mesh, const FlatCharts& flat, std::uint32_t face, std::uint32_t vertex)
@@ -64,14 +59,6 @@ double least_share(const Surface& surface, const FlatCharts& flat)
         least = std::min(least, 0.5 * cross(c[1] - c[0], c[2] - c[0]) / surface.areas[f]);
     }
     return least;
-}
-
-bool overlap_free(const FlatCharts& flat)
-{
-    for (const auto& faces : Partition{flat.chart_of_face, flat.axes}.faces())
-        if (!find_overlaps(flat.corners, faces, 1e-6).empty())
-            return false;
-    return true;
 }
 
 /// A plane with a fin: three vertices of the middle line stand up, so that the faces around them have no area from above.

@@ -1,3 +1,4 @@
+#include "flat_charts_check.h"
 #include "shapes.h"
 
 #include <fresco/geometry/map_charts.h>
@@ -35,14 +36,6 @@ FlatCharts one_chart(const Mesh& mesh)
         for (const auto v : t)
             flat.corners.push_back({mesh.positions[v].x, mesh.positions[v].y});
     return flat;
-}
-
-bool overlap_free(const FlatCharts& flat)
-{
-    for (const auto& faces : Partition{flat.chart_of_face, flat.axes}.faces())
-        if (!find_overlaps(flat.corners, faces, 1e-6).empty())
-            return false;
-    return true;
 }
 
 double share_of(const Surface& surface, const FlatCharts& flat, std::size_t f)

@@ -2,6 +2,7 @@
 
 #include <fresco/error.h>
 #include <fresco/recordings/byte_cursor.h>
+#include <fresco/retry.h>
 
 #include <cmath>
 #include <fcntl.h>
@@ -88,7 +89,7 @@ void set_size(SensCamera& camera, std::uint64_t width, std::uint64_t height, con
 
 SensFile::SensFile(std::filesystem::path path) : path_(std::move(path))
 {
-    descriptor_ = ::open(path_.c_str(), O_RDONLY | O_CLOEXEC);
+    descriptor_ = fresco::uninterrupted([&] { return ::open(path_.c_str(), O_RDONLY | O_CLOEXEC); });
     struct stat state = {};
     if (descriptor_ < 0 || ::fstat(descriptor_, &state) != 0 || !S_ISREG(state.st_mode))
     {
@@ -113,9 +114,8 @@ std::vector<std::byte> SensFile::read_at(std::uint64_t offset, std::uint64_t cou
     std::vector<std::byte> bytes(static_cast<std::size_t>(count));
     for (std::size_t done = 0; done < bytes.size();)
     {
-        const auto got = ::pread(descriptor_, bytes.data() + done, bytes.size() - done, static_cast<off_t>(offset + done));
-        if (got < 0 && errno == EINTR)
-            continue;
+        const auto got = fresco::uninterrupted(
+            [&] { return ::pread(descriptor_, bytes.data() + done, bytes.size() - done, static_cast<off_t>(offset + done)); });
         if (got <= 0)
             fail("cannot be read: the file changed or the disk failed");
         done += static_cast<std::size_t>(got);

@@ -3,11 +3,21 @@
 #include <fresco/error.h>
 
 #include <limits>
+#include <system_error>
 
 namespace fresco::optimize
 {
 namespace
 {
+
+/// Does nothing where there is none yet. Throws Error: a checkpoint that kept its old name would count as a newer one.
+void rename_if_there(const std::filesystem::path& from, const std::filesystem::path& to)
+{
+    std::error_code error;
+    std::filesystem::rename(from, to, error);
+    if (error && error != std::errc::no_such_file_or_directory)
+        throw Error(from.string() + ": cannot be renamed to " + to.filename().string() + ": " + error.message());
+}
 
 bool used(const std::filesystem::path& file, std::int64_t before, const CheckpointFolder::Use& use,
           const CheckpointFolder::Warn& warn)
@@ -47,15 +57,13 @@ bool CheckpointFolder::use_before(std::int64_t step, const Use& use, const Warn&
         return true;
     // Else the bad state would take the place of the good one when the next checkpoint is due.
     std::filesystem::remove(due());
-    std::error_code none;
-    std::filesystem::rename(earlier(), due(), none);
+    rename_if_there(earlier(), due());
     return used(due(), step, use, warn);
 }
 
 void CheckpointFolder::write_due(const Checkpoint& checkpoint) const
 {
-    std::error_code none_yet;
-    std::filesystem::rename(due(), earlier(), none_yet);
+    rename_if_there(due(), earlier());
     checkpoint.write(due());
     std::filesystem::remove(interrupted());
 }

@@ -2,6 +2,7 @@
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/process.h>
+#include <fresco/retry.h>
 #include <fresco/write_pieces.h>
 
 #include <array>
@@ -28,7 +29,7 @@ std::string cause()
 std::vector<std::byte> read_all(const std::filesystem::path& file, std::size_t limit_bytes)
 {
     // Opening a FIFO would wait for its writer.
-    const FileDescriptor input(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+    const FileDescriptor input(uninterrupted([&] { return ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK); }));
     struct stat status
     {
     };
@@ -43,9 +44,7 @@ std::vector<std::byte> read_all(const std::filesystem::path& file, std::size_t l
     std::size_t done = 0;
     while (done < bytes.size())
     {
-        const ssize_t count = ::read(input.get(), bytes.data() + done, bytes.size() - done);
-        if (count < 0 && errno == EINTR)
-            continue;
+        const ssize_t count = uninterrupted([&] { return ::read(input.get(), bytes.data() + done, bytes.size() - done); });
         if (count < 0)
             throw MissingInput(file.string() + ": reading failed: " + cause());
         if (count == 0)
@@ -59,9 +58,7 @@ void write_all(int fd, std::span<const std::byte> bytes, const std::filesystem::
 {
     while (!bytes.empty())
     {
-        const ssize_t count = ::write(fd, bytes.data(), bytes.size());
-        if (count < 0 && errno == EINTR)
-            continue;
+        const ssize_t count = uninterrupted([&] { return ::write(fd, bytes.data(), bytes.size()); });
         if (count < 0)
             throw Error(file.string() + ": cannot be written: " + cause());
         bytes = bytes.subspan(static_cast<std::size_t>(count));
@@ -90,12 +87,13 @@ class Draft
   public:
     explicit Draft(const std::filesystem::path& file)
         : file_(file), folder_(file.has_parent_path() ? file.parent_path() : "."),
-          output_(::open(folder_.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0666))
+          output_(uninterrupted([&] { return ::open(folder_.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0666); }))
     {
         if (output_.valid())
             return;
         name_ = folder_ / temporary_name();
-        output_ = FileDescriptor(::open(name_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
+        output_ =
+            FileDescriptor(uninterrupted([&] { return ::open(name_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666); }));
         if (output_.valid())
             return;
         name_.clear();
@@ -112,7 +110,7 @@ class Draft
     int descriptor() const { return output_.get(); }
     void make_durable() const
     {
-        if (::fsync(output_.get()) != 0)
+        if (uninterrupted([&] { return ::fsync(output_.get()); }) != 0)
             fail();
     }
     void put_in_place()
@@ -206,7 +204,7 @@ void write_pieces(const std::filesystem::path& file, std::span<const std::span<c
 
 void copy_file(const std::filesystem::path& from, const std::filesystem::path& to, const std::function<void()>& written)
 {
-    const FileDescriptor input(::open(from.c_str(), O_RDONLY | O_CLOEXEC));
+    const FileDescriptor input(uninterrupted([&] { return ::open(from.c_str(), O_RDONLY | O_CLOEXEC); }));
     if (!input.valid())
         throw Error(from.string() + ": cannot be opened: " + cause());
     const auto fill = [&](int output)
@@ -214,9 +212,7 @@ void copy_file(const std::filesystem::path& from, const std::filesystem::path& t
         std::vector<std::byte> buffer(std::size_t{1} << 20U);
         for (;;)
         {
-            const ssize_t count = ::read(input.get(), buffer.data(), buffer.size());
-            if (count < 0 && errno == EINTR)
-                continue;
+            const ssize_t count = uninterrupted([&] { return ::read(input.get(), buffer.data(), buffer.size()); });
             if (count < 0)
                 throw Error(from.string() + ": cannot be read: " + cause());
             if (count == 0)

@@ -48,7 +48,11 @@ std::string file_hash(const std::filesystem::path& file)
     if (const auto status = std::filesystem::status(file, unknown);
         std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
         throw Error(file.string() + ": is not a regular file");
-    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> stream(std::fopen(file.c_str(), "rb"), &std::fclose);
+    std::FILE* opened = nullptr;
+    do
+        opened = std::fopen(file.c_str(), "rb");
+    while (opened == nullptr && errno == EINTR);
+    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> stream(opened, &std::fclose);
     if (!stream)
         throw MissingInput(file.string() + ": cannot be read: " + std::generic_category().message(errno));
     const std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> state(XXH3_createState(), &XXH3_freeState);

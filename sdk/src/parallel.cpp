@@ -42,8 +42,8 @@ class Helpers
         Call call{work, count};
         {
             const std::lock_guard lock(mutex_);
-            calls_.push_back(&call);
             grow(count);
+            calls_.push_back(&call);
         }
         for (std::size_t i = 0; i < count; ++i)
             invited_.notify_one();
@@ -68,9 +68,9 @@ class Helpers
             for (; threads_ < count; ++threads_)
                 std::thread([this] { wait_for_calls(); }).detach();
         }
-        catch (const std::system_error&)
+        catch (const std::exception&)
         {
-            // The caller does the work with the threads there are.
+            // No thread, or no memory for one: the caller does the work with the threads there are.
         }
     }
 

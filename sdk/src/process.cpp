@@ -1,5 +1,6 @@
 #include <fresco/error.h>
 #include <fresco/process.h>
+#include <fresco/retry.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -189,7 +190,7 @@ Process start_process(const ProcessStart& start)
     const std::vector<char*> envp = pointers(environment_texts);
     auto [printed, output] = made_pipe();
     auto [failed, failure] = made_pipe();
-    const int nothing = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
+    const int nothing = uninterrupted([] { return ::open("/dev/null", O_RDONLY | O_CLOEXEC); });
     if (nothing < 0)
         cannot_start("/dev/null");
     const FileDescriptor input = out_of_the_way(nothing);
@@ -202,7 +203,7 @@ Process start_process(const ProcessStart& start)
         cannot_start("fork");
     failure.reset();
     int reason = 0;
-    if (::read(failed.get(), &reason, sizeof reason) == static_cast<ssize_t>(sizeof reason))
+    if (uninterrupted([&] { return ::read(failed.get(), &reason, sizeof reason); }) == static_cast<ssize_t>(sizeof reason))
     {
         ::waitpid(pid, nullptr, 0);
         throw Error(start.file + ": cannot be started: " + std::strerror(reason));
@@ -248,14 +249,12 @@ bool LineBuffer::read_from(int fd)
     {
         if (taken >= at_a_time)  // Whoever writes without end must not keep the reader from all else.
             return true;
-        const ssize_t count = ::read(fd, block, sizeof block);
+        const ssize_t count = uninterrupted([&] { return ::read(fd, block, sizeof block); });
         if (count > 0)
         {
             buffer_.append(block, static_cast<std::size_t>(count));
             taken += static_cast<std::size_t>(count);
         }
-        else if (count < 0 && errno == EINTR)
-            continue;
         else
             return count < 0 && (errno == EAGAIN || errno == EWOULDBLOCK);
     }

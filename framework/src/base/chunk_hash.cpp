@@ -2,6 +2,7 @@
 #include "base/process.h"
 #include <fresco/error.h>
 #include <fresco/hash.h>
+#include <fresco/retry.h>
 
 #include <cerrno>
 #include <cstring>
@@ -18,7 +19,7 @@ namespace
 /// Calls `piece(index, hash)` for each piece until it returns false; gives the bytes read. Throws Error if reading fails.
 std::uint64_t for_each_chunk(const std::filesystem::path& file, const std::function<bool(std::size_t, std::string)>& piece)
 {
-    const FileDescriptor fd(open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
+    const FileDescriptor fd(uninterrupted([&] { return open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK); }));
     if (!fd.valid())
         throw Error(file.string() + ": cannot be opened: " + std::strerror(errno));
     struct stat status
@@ -33,9 +34,7 @@ std::uint64_t for_each_chunk(const std::filesystem::path& file, const std::funct
         std::size_t filled = 0;
         while (filled < buffer.size())
         {
-            const ssize_t count = read(fd.get(), buffer.data() + filled, buffer.size() - filled);
-            if (count < 0 && errno == EINTR)
-                continue;
+            const ssize_t count = uninterrupted([&] { return read(fd.get(), buffer.data() + filled, buffer.size() - filled); });
             if (count < 0)
                 throw Error(file.string() + ": cannot be read at byte " + std::to_string(total + filled) + ": " +
                             std::strerror(errno));

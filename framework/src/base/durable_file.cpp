@@ -3,6 +3,7 @@
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/hash.h>
+#include <fresco/retry.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -33,8 +34,8 @@ std::string checked_text(const Value& map)
 
 void sync_path(const fs::path& path)
 {
-    const FileDescriptor fd(open(path.c_str(), O_RDONLY | O_CLOEXEC));
-    if (!fd.valid() || fsync(fd.get()) != 0)
+    const FileDescriptor fd(uninterrupted([&] { return open(path.c_str(), O_RDONLY | O_CLOEXEC); }));
+    if (!fd.valid() || uninterrupted([&] { return fsync(fd.get()); }) != 0)
         throw Error(path.string() + ": cannot be written to the disk: " + std::strerror(errno));
 }
 

@@ -1,5 +1,6 @@
 #include "base/file_contents.h"
 #include <fresco/process.h>
+#include <fresco/retry.h>
 #include <fresco/wording.h>
 
 #include <algorithm>
@@ -27,7 +28,8 @@ constexpr std::string_view white_space = " \t\r\n";
 class OpenFile
 {
   public:
-    explicit OpenFile(const fs::path& file) : fd_(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK))
+    explicit OpenFile(const fs::path& file)
+        : fd_(uninterrupted([&] { return ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK); }))
     {
         struct stat status
         {
@@ -48,9 +50,8 @@ class OpenFile
         std::size_t done = 0;
         while (done < bytes.size())
         {
-            const ssize_t got = ::pread(fd_.get(), bytes.data() + done, bytes.size() - done, static_cast<off_t>(offset + done));
-            if (got < 0 && errno == EINTR)
-                continue;
+            const ssize_t got = uninterrupted(
+                [&] { return ::pread(fd_.get(), bytes.data() + done, bytes.size() - done, static_cast<off_t>(offset + done)); });
             if (got <= 0)
                 break;
             done += static_cast<std::size_t>(got);

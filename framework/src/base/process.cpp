@@ -1,5 +1,6 @@
 #include "base/process.h"
 #include <fresco/error.h>
+#include <fresco/retry.h>
 
 #include <cerrno>
 #include <cstring>
@@ -33,9 +34,7 @@ bool send_all(int socket, std::string_view text)
 {
     while (!text.empty())
     {
-        const ssize_t count = send(socket, text.data(), text.size(), MSG_NOSIGNAL);
-        if (count < 0 && errno == EINTR)
-            continue;
+        const ssize_t count = uninterrupted([&] { return send(socket, text.data(), text.size(), MSG_NOSIGNAL); });
         if (count <= 0)
             return false;  // errno stays.
         text.remove_prefix(static_cast<std::size_t>(count));

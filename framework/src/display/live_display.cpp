@@ -5,6 +5,7 @@
 #include "display/progress_rate.h"
 #include "display/run_view.h"
 #include <fresco/files_io.h>
+#include <fresco/retry.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -39,9 +40,7 @@ void write_all(const std::string& text)
 {
     for (std::size_t done = 0; done < text.size();)
     {
-        const ssize_t count = ::write(STDERR_FILENO, text.data() + done, text.size() - done);
-        if (count < 0 && errno == EINTR)
-            continue;
+        const ssize_t count = uninterrupted([&] { return ::write(STDERR_FILENO, text.data() + done, text.size() - done); });
         if (count < 0)
             return;
         done += static_cast<std::size_t>(count);

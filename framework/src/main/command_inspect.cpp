@@ -33,6 +33,12 @@ struct Printed
     std::ostringstream errors{};
     std::size_t width = terminal_width(STDOUT_FILENO);
 
+    Printed()
+    {
+        // Else a text that memory does not suffice for would be cut without a word.
+        out.exceptions(std::ios::badbit);
+        errors.exceptions(std::ios::badbit);
+    }
     void print(bool is_text) const
     {
         constexpr std::size_t indent = 4;

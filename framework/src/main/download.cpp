@@ -2,6 +2,7 @@
 
 #include "base/process.h"
 #include <fresco/error.h>
+#include <fresco/retry.h>
 #include <fresco/weights/sha256.h>
 
 #include <array>
@@ -46,11 +47,10 @@ std::string read_to_end(int descriptor)
     std::array<char, 256> piece;
     for (;;)
     {
-        const ssize_t count = read(descriptor, piece.data(), piece.size());
-        if (count > 0)
-            text.append(piece.data(), static_cast<std::size_t>(count));
-        else if (count == 0 || errno != EINTR)
+        const ssize_t count = uninterrupted([&] { return read(descriptor, piece.data(), piece.size()); });
+        if (count <= 0)
             return text;
+        text.append(piece.data(), static_cast<std::size_t>(count));
     }
 }
 
@@ -109,9 +109,7 @@ Fetched run_curl(const std::string& url, const fs::path& part)
     Fetched result;
     result.status = read_to_end(output.get());
     int status = 0;
-    while (waitpid(pid, &status, 0) < 0 && errno == EINTR)
-    {
-    }
+    uninterrupted([&] { return waitpid(pid, &status, 0); });
     result.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
     return result;
 }
@@ -120,11 +118,12 @@ Fetched run_curl(const std::string& url, const fs::path& part)
 class Part
 {
   public:
-    explicit Part(fs::path path) : path_(std::move(path)), file_(open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666))
+    explicit Part(fs::path path)
+        : path_(std::move(path)), file_(uninterrupted([&] { return open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666); }))
     {
         if (!file_.valid())
             throw Error(path_.string() + ": cannot be written: " + cause());
-        if (flock(file_.get(), LOCK_EX | LOCK_NB) != 0)
+        if (uninterrupted([&] { return flock(file_.get(), LOCK_EX | LOCK_NB); }) != 0)
             throw Error(path_.string() + (errno == EWOULDBLOCK ? ": another program is fetching this file now; wait for it"
                                                                : ": cannot be locked: " + cause()));
     }
@@ -132,12 +131,12 @@ class Part
     std::uintmax_t size() const { return fs::file_size(path_); }
     void clear() const
     {
-        if (ftruncate(file_.get(), 0) != 0)
+        if (uninterrupted([&] { return ftruncate(file_.get(), 0); }) != 0)
             throw Error(path_.string() + ": cannot be written: " + cause());
     }
     void publish(const fs::path& to) const
     {
-        if (fsync(file_.get()) != 0 || std::rename(path_.c_str(), to.c_str()) != 0)
+        if (uninterrupted([&] { return fsync(file_.get()); }) != 0 || std::rename(path_.c_str(), to.c_str()) != 0)
             throw Error(to.string() + ": cannot be written: " + cause());
     }
 

@@ -6,8 +6,10 @@
 #include <fresco/wording.h>
 
 #include <algorithm>
+#include <atomic>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <fcntl.h>
 #include <iostream>
@@ -25,7 +27,33 @@ constexpr int exit_usage = 2;
 constexpr int exit_missing_input = 3;
 constexpr int exit_bug = 70;
 
+constexpr const char* no_memory =
+    "error: there is not enough memory: close other programs, or raise the limit (ulimit -d, ulimit -v)\n";
+
 using fresco::host::print_message;
+
+std::atomic<bool> memory_ran_out{false};
+std::terminate_handler usual_end = nullptr;
+
+/// Destructors, and parts of the standard library, cannot pass on that memory ran out: they end the program. No signal is to be
+/// the only word about it.
+void explain_lack_of_memory()
+{
+    std::set_new_handler(
+        []
+        {
+            memory_ran_out = true;
+            throw std::bad_alloc();
+        });
+    usual_end = std::set_terminate(
+        []
+        {
+            if (!memory_ran_out)
+                usual_end();
+            std::fputs(no_memory, stderr);
+            std::_Exit(exit_failed);
+        });
+}
 
 /// Help in the width of the terminal. Where that is narrow, what an option does stands below it.
 class FoldedHelp final : public CLI::Formatter
@@ -160,6 +188,9 @@ int main(int argc, char** argv)
     // Beyond `ulimit -f` writing fails with a reason, as on a full disk. Workers inherit this.
     std::signal(SIGXFSZ, SIG_IGN);
     open_closed_streams();
+    // Of what becomes of the others the host tells.
+    if (argc < 2 || !std::string_view(argv[1]).starts_with("internal-"))
+        explain_lack_of_memory();
     try
     {
         const int exit_code = run_command_line(argc, argv);
@@ -177,8 +208,7 @@ int main(int argc, char** argv)
     }
     catch (const std::bad_alloc&)
     {
-        std::fprintf(stderr,
-                     "error: there is not enough memory: close other programs, or raise the limit (ulimit -d, ulimit -v)\n");
+        std::fputs(no_memory, stderr);
         return exit_failed;
     }
     catch (const std::system_error& error)

@@ -1,5 +1,6 @@
 #include "base/process.h"
 #include "plugins/plugin_library.h"
+#include <fresco/retry.h>
 
 #include <cerrno>
 #include <cstring>
@@ -48,7 +49,7 @@ std::optional<std::string> library_file_problem(const std::filesystem::path& fil
         return std::string("cannot be looked at: ") + std::strerror(errno);
     if (!S_ISREG(status.st_mode))
         return std::string("is ") + kind_of(status.st_mode) + ", not a shared library";
-    const FileDescriptor fd(open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+    const FileDescriptor fd(uninterrupted([&] { return open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK); }));
     if (!fd.valid())
         return std::string("cannot be opened: ") + std::strerror(errno);
 
@@ -65,7 +66,7 @@ std::optional<std::string> library_file_problem(const std::filesystem::path& fil
     }
     if (std::memcmp(header.e_ident, ELFMAG, SELFMAG) != 0)
         return "is not a shared library: it does not begin as an ELF file";
-    const FileDescriptor program(open("/proc/self/exe", O_RDONLY | O_CLOEXEC));
+    const FileDescriptor program(uninterrupted([&] { return open("/proc/self/exe", O_RDONLY | O_CLOEXEC); }));
     if (read_at(program.get(), 0, own) && (header.e_ident[EI_CLASS] != own.e_ident[EI_CLASS] ||
                                            header.e_ident[EI_DATA] != own.e_ident[EI_DATA] || header.e_machine != own.e_machine))
         return "is made for another kind of machine (ELF machine " + std::to_string(header.e_machine) + ", this one is " +

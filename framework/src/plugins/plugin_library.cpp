@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <list>
 #include <map>
+#include <new>
 #include <set>
 
 namespace fresco::host
@@ -175,6 +176,10 @@ std::unique_ptr<Configurable> PluginLibrary::make(std::string_view type) const
         try
         {
             return std::unique_ptr<Configurable>(static_cast<Configurable*>(makers_[i]()));
+        }
+        catch (const std::bad_alloc&)
+        {
+            throw;  // It says nothing about the plugin.
         }
         catch (const std::exception& error)
         {

@@ -1,4 +1,5 @@
 #include "plugins/plugin_probe.h"
+#include "base/machine.h"
 #include "base/process.h"
 #include "plugins/describe_cost.h"
 #include "plugins/plugin_library.h"
@@ -13,6 +14,7 @@
 #include <fcntl.h>
 #include <fstream>
 #include <iostream>
+#include <new>
 #include <poll.h>
 #include <thread>
 #include <unistd.h>
@@ -172,8 +174,8 @@ bool finish(RunningProbe& running)
     else
         return true;
     probe.description = Value();
-    // What only took long, or was killed from outside, may work the next time.
-    probe.lasting = running.timed_out ? running.loops : end.signal != SIGKILL;
+    // What only took long, was killed from outside, or may have lacked memory, may work the next time.
+    probe.lasting = running.timed_out ? running.loops : end.signal != SIGKILL && memory_limit_mb() == 0;
     return true;
 }
 
@@ -239,8 +241,9 @@ int internal_probe(const std::filesystem::path& library)
     catch (const std::exception& error)
     {
         const std::string text = error.what();
-        // A library that is not installed today may be tomorrow.
-        const bool lasting = text.find("cannot be loaded") == std::string::npos;
+        // A library that is not installed today may be tomorrow, and a file that cannot be opened or read can be by then.
+        const bool lasting =
+            text.find("cannot be ") == std::string::npos && dynamic_cast<const std::bad_alloc*>(&error) == nullptr;
         tell(Value::Map{{"refusal", text}, {"lasting", lasting}});
         std::_Exit(4);
     }

@@ -1,5 +1,6 @@
 #include "store/file_lock.h"
 #include <fresco/error.h>
+#include <fresco/retry.h>
 
 #include <cerrno>
 #include <cstring>
@@ -17,7 +18,7 @@ FileLock::FileLock(std::filesystem::path file) : file_(std::move(file))
 
 void FileLock::open()
 {
-    fd_ = FileDescriptor(::open(file_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666));
+    fd_ = FileDescriptor(uninterrupted([&] { return ::open(file_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666); }));
     if (!fd_.valid())
         throw Error(file_.string() + ": cannot be opened as a lock: " + std::strerror(errno));
 }
@@ -32,13 +33,11 @@ bool FileLock::try_lock(int kind)
 {
     for (;;)
     {
-        if (flock(fd_.get(), kind | LOCK_NB) != 0)
+        if (uninterrupted([&] { return flock(fd_.get(), kind | LOCK_NB); }) != 0)
         {
             if (errno == EWOULDBLOCK)
                 return false;
-            if (errno != EINTR)
-                fail();
-            continue;
+            fail();
         }
         struct stat locked = {};
         struct stat named = {};
@@ -51,9 +50,8 @@ bool FileLock::try_lock(int kind)
 
 void FileLock::wait_shared()
 {
-    while (flock(fd_.get(), LOCK_SH) != 0)
-        if (errno != EINTR)
-            fail();
+    if (uninterrupted([&] { return flock(fd_.get(), LOCK_SH); }) != 0)
+        fail();
 }
 
 }  // namespace fresco::host

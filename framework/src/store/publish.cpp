@@ -5,6 +5,7 @@
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/hash.h>
+#include <fresco/retry.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -55,8 +56,8 @@ void sync_tree(const fs::path& root, const Tree& tree)
     constexpr std::size_t many = 64;
     if (tree.files.size() > many)
     {
-        const FileDescriptor fd(open(root.c_str(), O_RDONLY | O_CLOEXEC));
-        if (!fd.valid() || syncfs(fd.get()) != 0)
+        const FileDescriptor fd(uninterrupted([&] { return open(root.c_str(), O_RDONLY | O_CLOEXEC); }));
+        if (!fd.valid() || uninterrupted([&] { return syncfs(fd.get()); }) != 0)
             throw Error(root.string() + ": cannot be written to the disk: " + std::strerror(errno));
         return;
     }

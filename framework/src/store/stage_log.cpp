@@ -1,5 +1,6 @@
 #include "store/stage_log.h"
 #include "store/stage_record.h"
+#include <fresco/retry.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -41,7 +42,8 @@ std::string whole_text(int fd, std::size_t size)
 
 void StageLog::begin(bool resumes)
 {
-    fd_ = FileDescriptor(open(file_.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC | (resumes ? 0 : O_TRUNC), 0666));
+    const int flags = O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC | (resumes ? 0 : O_TRUNC);
+    fd_ = FileDescriptor(uninterrupted([&] { return open(file_.c_str(), flags, 0666); }));
     struct stat status
     {
     };
@@ -89,7 +91,7 @@ void StageLog::cut(std::string text)
                              " bytes): a log keeps its beginning and its end ---\n";
     note_ = note.size();
     text.replace(head_, tail - head_, note);
-    if (ftruncate(fd_.get(), 0) == 0)
+    if (uninterrupted([&] { return ftruncate(fd_.get(), 0); }) == 0)
         size_ = 0;
     write(text);
 }
@@ -98,9 +100,7 @@ void StageLog::write(std::string_view text)
 {
     while (!text.empty())
     {
-        const ssize_t count = ::write(fd_.get(), text.data(), text.size());
-        if (count < 0 && errno == EINTR)
-            continue;
+        const ssize_t count = uninterrupted([&] { return ::write(fd_.get(), text.data(), text.size()); });
         if (count <= 0)
             return;
         size_ += static_cast<std::size_t>(count);

@@ -87,30 +87,29 @@ void remove_old_records(const Store& store, const fs::path& pipeline, const std:
 UsedResults used_results(const Store& store)
 {
     UsedResults used;
-    std::error_code error;
-    for (const auto& folder : fs::directory_iterator(store.root() / "stages", error))
+    for (const auto& folder : entries_of(store.root() / "stages"))
     {
         bool abandoned = false;
         std::set<std::string> objects;
         std::set<std::string> damaged;
-        for (const auto& entry : fs::directory_iterator(folder.path(), error))
+        for (const auto& file : entries_of(folder))
         {
-            if (entry.path().extension() != ".json")
+            if (file.extension() != ".json")
                 continue;
             try
             {
                 std::string pipeline;
-                objects.insert(read_record_of(entry.path(), pipeline).object);
+                objects.insert(read_record_of(file, pipeline).object);
                 abandoned = abandoned || is_gone(pipeline);
             }
             catch (const Error&)
             {
-                damaged.insert(entry.path().stem().string());
+                damaged.insert(file.stem().string());
             }
         }
         if (abandoned)
         {
-            used.abandoned.push_back(folder.path());
+            used.abandoned.push_back(folder);
             continue;
         }
         used.objects.merge(objects);

@@ -294,6 +294,16 @@ void Store::remove_checkpoint(std::string_view key) const
         remove_quietly(checkpoint_file(key, extension));
 }
 
+void Store::drop_checkpoint(std::string_view key) const
+{
+    std::error_code error;
+    fs::remove_all(checkpoint(key), error);
+    if (error)
+        throw Error(checkpoint(key).string() + ": is outdated and cannot be removed: " + error.message());
+    remove_checkpoint(key);
+    sync_path(root_ / "checkpoints");
+}
+
 std::string object_id(const std::string& key, const std::vector<Dependency>& dependencies)
 {
     std::vector<std::string> parts;
@@ -360,7 +370,13 @@ std::optional<Damage> Store::verify(const std::string& object, int threads, cons
 void Store::discard(std::string_view object) const
 {
     std::error_code error;
-    fs::remove(manifest_file(object), error);
+    if (present(object))
+    {
+        fs::remove(manifest_file(object), error);
+        if (error)
+            throw Error(manifest_file(object).string() + ": cannot be removed: " + error.message());
+        sync_path(this->object(object));
+    }
     const fs::path aside = make_temporary();
     fs::rename(this->object(object), aside / "object", error);
     remove_quietly(aside);
@@ -370,6 +386,19 @@ void remove_quietly(const fs::path& path)
 {
     std::error_code error;
     fs::remove_all(path, error);
+}
+
+std::vector<fs::path> entries_of(const fs::path& folder)
+{
+    std::vector<fs::path> entries;
+    std::error_code error;
+    fs::directory_iterator entry(folder, error);
+    for (; !error && entry != fs::directory_iterator(); entry.increment(error))
+        entries.push_back(entry->path());
+    if (error && error != std::errc::no_such_file_or_directory)
+        throw Error(folder.string() + ": cannot be listed: " + error.message());
+    std::sort(entries.begin(), entries.end());
+    return entries;
 }
 
 FileLock store_lock(const Store& store)

@@ -60,8 +60,10 @@ class Store
     std::filesystem::path checkpoint_file(std::string_view key, std::string_view extension) const;
     /// The share of the stage's work that its checkpoint holds, 0 to 0.99; 0 without one.
     double checkpoint_share(std::string_view key) const;
-    /// The checkpoint and the files beside it.
+    /// The checkpoint and the files beside it, of a stage that is done; what cannot be removed stays.
     void remove_checkpoint(std::string_view key) const;
+    /// The same for a checkpoint that must not be used: none of it comes back after a power cut. Throws Error if it stays.
+    void drop_checkpoint(std::string_view key) const;
     std::filesystem::path log_file(std::string_view key) const { return root_ / "logs" / (std::string(key) + ".log"); }
     std::filesystem::path lock_file(std::string_view key) const { return root_ / "locks" / key; }
     /// A new empty folder below tmp/, whose name begins with `prefix` and a dot.
@@ -86,7 +88,8 @@ class Store
     /// Reads every file of an object (of output `below` alone, if given, which may have none) and compares. Uses up to `threads`
     /// threads.
     std::optional<Damage> verify(const std::string& object, int threads, const std::string& below = {}) const;
-    /// Removes an object: its manifest first, so that nobody takes half of it for a result.
+    /// Removes an object: its manifest first, so that nobody takes half of it for a result, not even after a power cut. Throws
+    /// Error if the manifest cannot be removed.
     void discard(std::string_view object) const;
 
   private:
@@ -101,6 +104,8 @@ std::string object_prefix(std::string_view key);
 
 /// Removes a folder or file; what cannot be removed stays.
 void remove_quietly(const std::filesystem::path& path);
+/// What is directly in a folder, sorted; nothing if it is not there. Throws Error if it cannot be listed.
+std::vector<std::filesystem::path> entries_of(const std::filesystem::path& folder);
 
 /// The lock that every run holds shared and that tidying up takes alone.
 FileLock store_lock(const Store& store);

@@ -16,16 +16,6 @@ namespace fs = std::filesystem;
 namespace
 {
 
-std::vector<fs::path> entries_of(const fs::path& folder)
-{
-    std::vector<fs::path> entries;
-    std::error_code error;
-    for (const auto& entry : fs::directory_iterator(folder, error))
-        entries.push_back(entry.path());
-    std::sort(entries.begin(), entries.end());
-    return entries;
-}
-
 /// Adds what the used objects refer to.
 void add_references(const Store& store, UsedResults& used)
 {

@@ -165,7 +165,7 @@ void WorkerContext::drop_unfit_checkpoint()
     {
         channel_.send("warning", {{"text", std::string("the checkpoint cannot be used: ") + error.what()}});
     }
-    store_.remove_checkpoint(key_);
+    store_.drop_checkpoint(key_);
 }
 
 fs::path WorkerContext::checkpoint_folder()

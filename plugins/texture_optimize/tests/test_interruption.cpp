@@ -120,6 +120,15 @@ TEST_CASE("a damaged checkpoint is named and the run begins anew")
                       [](const std::string& m) { return m.find("warning: the checkpoint cannot be used") == 0; }));
 }
 
+TEST_CASE("a checkpoint that cannot take its place ends the run")
+{
+    Studio studio;
+    testing::TestRun run;
+    std::filesystem::create_directories(run.checkpoint_folder() / "earlier.safetensors" / "in_the_way");
+    const auto options = Studio::options(mean_losses, {{"max_steps", 9}, {"checkpoint_steps", 2}});
+    CHECK_THROWS_WITH(studio.paint(run, options), Catch::Contains("cannot be renamed to earlier.safetensors"));
+}
+
 TEST_CASE("a flipped bit in a checkpoint is named and changes nothing")
 {
     Studio studio;

@@ -33,6 +33,13 @@ std::vector<std::string> needed_by(const link_map& library)
 
 }  // namespace
 
+std::set<fs::path> own_folders(const fs::path& library)
+{
+    std::error_code error;
+    return {fs::weakly_canonical(library.parent_path(), error), fs::weakly_canonical(library.parent_path() / "..", error),
+            fs::weakly_canonical(program_folder() / ".." / "lib", error)};
+}
+
 fs::path program_folder()
 {
     char target[4096];
@@ -63,9 +70,7 @@ std::vector<fs::path> own_libraries_of(void* handle, const fs::path& library)
     seen.erase(own);
 
     std::error_code error;
-    const std::set<fs::path> folders{fs::weakly_canonical(library.parent_path(), error),
-                                     fs::weakly_canonical(library.parent_path() / "..", error),
-                                     fs::weakly_canonical(program_folder() / ".." / "lib", error)};
+    const std::set<fs::path> folders = own_folders(library);
     std::vector<fs::path> result;
     for (const link_map* entry : seen)
     {

@@ -12,6 +12,7 @@
 #include <cstdlib>
 #include <dlfcn.h>
 #include <fstream>
+#include <map>
 #include <set>
 #include <thread>
 
@@ -21,7 +22,7 @@ namespace fs = std::filesystem;
 namespace
 {
 
-constexpr int cache_format = 2;
+constexpr int cache_format = 3;
 constexpr const char* named_by_user = "FRESCO_PLUGIN_PATH";
 
 fs::path home_based(const char* variable, const char* below_home)
@@ -41,8 +42,8 @@ fs::path sdk_library()
                                                                                                   : fs::path();
 }
 
-/// Descriptions by the contents of library and SDK; where others of fresco's libraries are behind it, by its place too: equal
-/// plugins of two installations may find different ones.
+/// Descriptions by the contents of library and SDK, and by all that tells the loader which libraries are behind it: its place,
+/// LD_LIBRARY_PATH, and the names and contents of what lies in the folders of fresco's own libraries.
 class DescriptorCache
 {
   public:
@@ -56,16 +57,14 @@ class DescriptorCache
 
     std::string hash(const fs::path& file) { return hashes_.hash(file); }
 
-    /// The remembered probe, or nothing where the file was never seen or one of fresco's libraries behind it changed.
+    /// The remembered probe, or nothing where the file was never seen or a library behind it may be another.
     std::optional<Probe> find(const fs::path& library)
     {
         try
         {
             if (folder_.empty())
                 return std::nullopt;
-            Entry entry = entry_of(library, "");
-            if (!fs::exists(entry.file))
-                entry = entry_of(library, library.string());
+            const Entry entry = entry_of(library);
             if (!fs::exists(entry.file))
                 return std::nullopt;
             const Value value = read_record(entry.file);
@@ -74,6 +73,8 @@ class DescriptorCache
             for (const auto& [file, hash] : value.at("own_hashes").as_map())
                 if (!fs::exists(file) || hashes_.hash(file) != hash.as_string())
                     return std::nullopt;
+            if (!(value.at("own_names") == own_names(library)))
+                return std::nullopt;
             return Probe{library, value.at("description"), value.at("refusal").as_string(), true};
         }
         catch (const Error&)
@@ -92,15 +93,15 @@ class DescriptorCache
             if (probe.refusal.empty())
                 for (const auto& file : probe.description.at("own_libraries").as_list())
                     own.emplace_back(file.as_string(), hashes_.hash(file.as_string()));
-            // The SDK's own library is in every entry's name already.
-            std::error_code error;
-            const fs::path sdk = fs::weakly_canonical(sdk_library(), error);
-            const bool alone = std::all_of(own.begin(), own.end(), [&](const auto& of) { return fs::path(of.first) == sdk; });
-            const Entry entry = entry_of(probe.library, alone ? "" : probe.library.string());
+            // It may have been replaced while it was asked.
+            if (file_hash(probe.library) != hashes_.hash(probe.library))
+                return;
+            const Entry entry = entry_of(probe.library);
             write_record(entry.file, Value::Map{{"key", entry.key},
                                                 {"description", probe.description},
                                                 {"refusal", probe.refusal},
-                                                {"own_hashes", std::move(own)}});
+                                                {"own_hashes", std::move(own)},
+                                                {"own_names", own_names(probe.library)}});
         }
         catch (const Error&)
         {
@@ -116,15 +117,31 @@ class DescriptorCache
         std::string key;
         fs::path file;
     };
-    Entry entry_of(const fs::path& library, const std::string& place)
+    Entry entry_of(const fs::path& library)
     {
+        const char* path = std::getenv("LD_LIBRARY_PATH");
         const std::string key = std::to_string(cache_format) + "/" + std::to_string(FRESCO_ABI) + "/" + sdk_hash_ + "/" +
-                                hashes_.hash(library) + "/" + place;
+                                hashes_.hash(library) + "/" + library.string() + ":" + (path != nullptr ? path : "");
         return {key, folder_ / (content_hash(key) + ".json")};
+    }
+
+    /// Of the libraries in the folders of fresco's own: where one is added, the loader may choose it instead of another.
+    Value own_names(const fs::path& library)
+    {
+        Value::Map names;
+        for (const fs::path& folder : own_folders(library))
+        {
+            std::string& hash = names_[folder];
+            if (std::error_code error; hash.empty() && fs::is_directory(folder, error))
+                hash = take_dependency(folder / "lib*.so*", true).hash;
+            names.emplace_back(folder.string(), hash);
+        }
+        return names;
     }
 
     fs::path folder_;
     FileHashes hashes_;
+    std::map<fs::path, std::string> names_;
     std::string sdk_hash_;
 };
 

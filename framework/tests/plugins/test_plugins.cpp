@@ -227,6 +227,43 @@ TEST_CASE("Equal plugins of two installations are each described with the librar
     }
 }
 
+TEST_CASE("A library that the loader finds before another is seen")
+{
+    Workplace place({"good"}, true);
+    const fs::path made = fs::path(FRESCO_TEST_PLUGINS) / "sided";
+    for (const char* folder : {"plugins", "elsewhere"})
+        fs::create_directories(place.root() / folder);
+    fs::copy_file(made / "sided.so", place.root() / "plugins/sided.so");
+    fs::copy_file(made / "libside.so", place.root() / "libside.so");
+    std::string other = fresco::read_text_file(made / "libside.so", std::size_t{1} << 30U);
+    constexpr double seven = 7;
+    constexpr double nine = 9;
+    const std::size_t at = other.find(std::string(reinterpret_cast<const char*>(&seven), sizeof seven));
+    REQUIRE(at != std::string::npos);
+    other.replace(at, sizeof nine, reinterpret_cast<const char*>(&nine), sizeof nine);
+    place.environment["FRESCO_PLUGIN_PATH"] += ":" + (place.root() / "plugins").string();
+    place.write("room.yaml",
+                "version: 1\nstages:\n  side: {type: test.sided}\n  text: {type: test.sink, input: side, path: x}\n");
+    REQUIRE(place.run({"run", "room.yaml"}).code == 0);
+    REQUIRE(place.read("out/x") == "7.000000\n");
+    const std::string usual = place.environment["LD_LIBRARY_PATH"];
+    SECTION("in a folder that it searches earlier")
+    {
+        std::ofstream(place.root() / "plugins/libside.so") << other;
+    }
+    SECTION("by LD_LIBRARY_PATH")
+    {
+        std::ofstream(place.root() / "elsewhere/libside.so") << other;
+        place.environment["LD_LIBRARY_PATH"] += ":" + (place.root() / "elsewhere").string();
+    }
+    CHECK(place.run({"run", "room.yaml"}).code == 0);
+    CHECK(place.read("out/x") == "9.000000\n");
+    fs::remove(place.root() / "plugins/libside.so");
+    place.environment["LD_LIBRARY_PATH"] = usual;
+    CHECK(place.run({"run", "room.yaml"}).code == 0);
+    CHECK(place.read("out/x") == "7.000000\n");
+}
+
 TEST_CASE("A folder of FRESCO_PLUGIN_PATH without plugins is named where a type is unknown, and by doctor")
 {
     Workplace place;
@@ -253,7 +290,7 @@ TEST_CASE("A folder of FRESCO_PLUGIN_PATH without plugins is named where a type 
     }
 }
 
-TEST_CASE("Descriptions are remembered by contents: a copy opens no library, a changed library is asked anew")
+TEST_CASE("Descriptions are remembered by contents and place: a changed, moved or otherwise linked library is asked again")
 {
     Workplace place({}, true);
     const fs::path plugins = place.root() / "plugins";
@@ -271,8 +308,10 @@ TEST_CASE("Descriptions are remembered by contents: a copy opens no library, a c
     CHECK(cached() == 1);
     fs::rename(plugins / "one.so", plugins / "other.so");
     CHECK(contains(place.run({"stages"}).out, "test.source"));
-    CHECK(cached() == 1);
-    std::ofstream(plugins / "other.so", std::ios::app) << "more";
+    CHECK(cached() == 2);
     CHECK(contains(place.run({"stages"}).out, "test.source"));
     CHECK(cached() == 2);
+    std::ofstream(plugins / "other.so", std::ios::app) << "more";
+    CHECK(contains(place.run({"stages"}).out, "test.source"));
+    CHECK(cached() == 3);
 }

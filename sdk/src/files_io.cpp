@@ -130,8 +130,8 @@ class Draft
     }
     void make_name_durable() const
     {
-        const FileDescriptor folder(::open(folder_.c_str(), O_RDONLY | O_CLOEXEC));
-        if (!folder.valid() || ::fsync(folder.get()) != 0)
+        const FileDescriptor folder(uninterrupted([&] { return ::open(folder_.c_str(), O_RDONLY | O_CLOEXEC); }));
+        if (!folder.valid() || uninterrupted([&] { return ::fsync(folder.get()); }) != 0)
             fail();
     }
 

@@ -14,7 +14,7 @@ namespace fresco
 {
 namespace fs = std::filesystem;
 
-std::vector<pid_t> descendants_of(pid_t pid)
+std::vector<pid_t> children_of(pid_t pid)
 {
     std::vector<pid_t> found;
     std::error_code error;
@@ -22,11 +22,19 @@ std::vector<pid_t> descendants_of(pid_t pid)
     {
         std::ifstream children(task->path() / "children");
         for (pid_t child = 0; children >> child;)
-        {
             found.push_back(child);
-            const std::vector<pid_t> further = descendants_of(child);
-            found.insert(found.end(), further.begin(), further.end());
-        }
+    }
+    return found;
+}
+
+std::vector<pid_t> descendants_of(pid_t pid)
+{
+    std::vector<pid_t> found;
+    for (const pid_t child : children_of(pid))
+    {
+        found.push_back(child);
+        const std::vector<pid_t> further = descendants_of(child);
+        found.insert(found.end(), further.begin(), further.end());
     }
     return found;
 }

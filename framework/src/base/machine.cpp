@@ -1,4 +1,5 @@
 #include "base/machine.h"
+#include <fresco/process_tree.h>
 
 #include <algorithm>
 #include <cstdlib>
@@ -86,20 +87,14 @@ double peak_memory_of_programs_mb()
 
 double memory_of_tree_mb(pid_t pid)
 {
-    const fs::path folder = "/proc/" + std::to_string(pid);
-    std::ifstream file(folder / "statm");
+    std::ifstream file("/proc/" + std::to_string(pid) + "/statm");
     double mapped = 0;
     double resident = 0;
     if (!(file >> mapped >> resident))
         return 0;
     double sum = resident * static_cast<double>(sysconf(_SC_PAGESIZE)) / (1024.0 * 1024.0);
-    std::error_code error;
-    for (fs::directory_iterator task(folder / "task", error), end; !error && task != end; task.increment(error))
-    {
-        std::ifstream children(task->path() / "children");
-        for (pid_t child = 0; children >> child;)
-            sum += memory_of_tree_mb(child);
-    }
+    for (const pid_t child : children_of(pid))
+        sum += memory_of_tree_mb(child);
     return sum;
 }
 

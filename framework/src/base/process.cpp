@@ -12,6 +12,9 @@ namespace fresco::host
 
 Child start_child(const std::vector<std::string>& arguments, const EnvironmentChanges& environment, double data_limit_mb)
 {
+#if defined(__SANITIZE_ADDRESS__)
+    data_limit_mb = 0;  // The sanitizer maps the whole address space at its start.
+#endif
     int sockets[2];
     if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, sockets) != 0)
         throw Error(std::string("cannot start a process (socket): ") + std::strerror(errno));

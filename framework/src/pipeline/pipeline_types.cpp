@@ -9,12 +9,13 @@ namespace fresco::host
 {
 namespace
 {
-/// Plugins are called after what they hold: mesh_decimate.so has mesh.decimate.
-const Refusal* probable_refusal(const Catalog& catalog, std::string type)
+/// Plugins are called after what they hold: mesh_decimate.so has mesh.decimate. One that failed when it made a type says so.
+const Refusal* probable_refusal(const Catalog& catalog, const std::string& type)
 {
-    std::replace(type.begin(), type.end(), '.', '_');
+    std::string name = type;
+    std::replace(name.begin(), name.end(), '.', '_');
     for (const Refusal& refusal : catalog.refusals())
-        if (refusal.library.stem() == type)
+        if (refusal.library.stem() == name || (" " + refusal.reason + " ").find(" " + type + " ") != std::string::npos)
             return &refusal;
     return nullptr;
 }

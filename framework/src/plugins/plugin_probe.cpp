@@ -1,5 +1,6 @@
 #include "plugins/plugin_probe.h"
 #include "base/machine.h"
+#include "base/orphans.h"
 #include "base/process.h"
 #include "plugins/describe_cost.h"
 #include "plugins/plugin_library.h"
@@ -27,6 +28,8 @@ namespace
 using Clock = std::chrono::steady_clock;
 constexpr double limit_s = 5;
 constexpr double hard_limit_s = 60;
+/// More than any library takes to say what it holds.
+constexpr double most_memory_mb = 4096;
 
 void tell(const Value& line)
 {
@@ -158,7 +161,7 @@ void take_lines(RunningProbe& running)
 bool finish(RunningProbe& running)
 {
     ProcessEnd end;
-    if (!take_end(running.child.pid, end))
+    if (!take_group_end(running.child.pid, end))
         return false;
     take_lines(running);
     Probe& probe = running.probe;
@@ -186,13 +189,15 @@ std::vector<Probe> probe_plugins(const std::vector<std::filesystem::path>& libra
     std::vector<Probe> results;
     std::vector<RunningProbe> running;
     std::size_t next = 0;
+    const Orphans orphans;
+    const double limit_mb = std::min(most_memory_mb, machine_memory_mb() / 2);
     while (next < libraries.size() || !running.empty())
     {
         while (next < libraries.size() && running.size() < static_cast<std::size_t>(std::max(parallel, 1)))
         {
             RunningProbe started;
             started.probe.library = libraries[next];
-            started.child = start_child({"internal-probe", libraries[next].string()});
+            started.child = start_child({"internal-probe", libraries[next].string()}, {}, limit_mb);
             running.push_back(std::move(started));
             ++next;
         }
@@ -212,6 +217,7 @@ std::vector<Probe> probe_plugins(const std::vector<std::filesystem::path>& libra
         if (!running.empty())
             std::this_thread::sleep_for(std::chrono::milliseconds(2));
     }
+    orphans.end({});
     return results;
 }
 

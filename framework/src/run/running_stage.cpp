@@ -37,16 +37,6 @@ std::vector<std::pair<std::string, std::string>> library_environment(int threads
     return changes;
 }
 
-/// How much one process may map for writing. A sanitizer maps the whole address space at its start.
-double data_limit_mb(const StageLimits& limits)
-{
-#if defined(__SANITIZE_ADDRESS__)
-    return limits.memory_mb * 0;
-#else
-    return limits.memory_mb;
-#endif
-}
-
 }  // namespace
 
 WorkerRequest make_worker_request(const StageNode& node, const RunState& state, const Store& store,
@@ -91,9 +81,14 @@ RunningStage::RunningStage(StageNode& node, const WorkerRequest& request, const 
       request_folder_(store.make_temporary()), resumes_(fs::exists(store.checkpoint(request.key))),
       log_(store.log_file(request.key))
 {
+    for (const WorkerInput& input : request.inputs)
+    {
+        inputs_.insert(input.object);
+        inputs_.insert(input.references.begin(), input.references.end());
+    }
     const fs::path file = request_folder_ / "request.json";
     write_file(file, to_json(to_value(request)));
-    child_ = start_child({"internal-run", file.string()}, library_environment(threads_), data_limit_mb(limits_));
+    child_ = start_child({"internal-run", file.string()}, library_environment(threads_), limits_.memory_mb);
 }
 
 RunningStage::~RunningStage()
@@ -168,7 +163,7 @@ void RunningStage::take_event(const std::string& line)
         log_.add(name == "warning" ? "warning: " + text : text);
         display_->stage_says(stage, text, name == "warning");
     }
-    else if (name == "damaged")
+    else if (name == "damaged" && inputs_.contains(event.at("object").as_string()))
         damage_ = Damage{event.at("object").as_string(), event.at("text").as_string()};
     else if (name == "failed")
     {
@@ -178,17 +173,23 @@ void RunningStage::take_event(const std::string& line)
     else if (name == "canceled")
         was_canceled_ = true;
     else if (name == "done")
-    {
-        StoredResult result;
-        result.object = event.at("object").as_string();
-        for (const auto& reference : event.at("references").as_list())
-            result.references.push_back(reference.as_string());
-        result_ = std::move(result);
-        was_stored_ = event.at("stored").as_bool();
-        seconds_ = event.at("seconds").as_double();
-        memory_mb_ = event.at("memory_mb").as_double();
-        disk_mb_ = event.at("disk_mb").as_double();
-    }
+        take_result(event);
+}
+
+void RunningStage::take_result(const Value& event)
+{
+    StoredResult result;
+    result.object = event.at("object").as_string();
+    // The plugin can write to the channel, too: no stage gets another's result by that.
+    if (!result.object.starts_with(object_prefix(node_->key)))
+        return;
+    for (const auto& reference : event.at("references").as_list())
+        result.references.push_back(reference.as_string());
+    result_ = std::move(result);
+    was_stored_ = event.at("stored").as_bool();
+    seconds_ = event.at("seconds").as_double();
+    memory_mb_ = event.at("memory_mb").as_double();
+    disk_mb_ = event.at("disk_mb").as_double();
 }
 
 void RunningStage::take_print(const std::string& line)

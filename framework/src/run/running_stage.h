@@ -12,6 +12,7 @@
 #include <deque>
 #include <filesystem>
 #include <optional>
+#include <set>
 #include <string>
 
 namespace fresco::host
@@ -34,6 +35,7 @@ class RunningStage
 
     StageNode& node() const { return *node_; }
     int threads() const { return threads_; }
+    pid_t process() const { return child_.pid; }
     int event_descriptor() const { return child_.channel.get(); }
     int output_descriptor() const { return child_.output.get(); }
     /// Passes on what the process said and printed.
@@ -70,6 +72,7 @@ class RunningStage
   private:
     void take_event(const std::string& line);
     void take_print(const std::string& line);
+    void take_result(const Value& event);
     void end_for(std::string limit, int signal);
 
     StageNode* node_;
@@ -77,6 +80,7 @@ class RunningStage
     StageLimits limits_;
     ProgressDisplay* display_;
     int threads_;
+    std::set<std::string> inputs_;  ///< Results that it reads.
     std::filesystem::path request_folder_;
     std::int64_t oom_kills_ = oom_kills();
     Child child_;

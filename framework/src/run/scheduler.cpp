@@ -6,6 +6,7 @@
 #include "run/sweep_turns.h"
 
 #include "base/machine.h"
+#include "base/orphans.h"
 #include "run/scheduler.h"
 #include "store/stage_record.h"
 #include "store/store_tidy.h"
@@ -270,8 +271,17 @@ class Scheduler
         {
             outcomes_.of(node).seconds = running.elapsed();
             fail(node, failure_text(running, request_.pipeline->file, store_.root()), failure_code(running));
+            end_orphans();
         }
         state_.update(node);
+    }
+
+    void end_orphans() const
+    {
+        std::vector<pid_t> own;
+        for (const auto& running : running_)
+            own.push_back(running.process());
+        orphans_.end(own);
     }
 
     /// What is written about results, not the results: no run ends because there is no room for it.
@@ -294,8 +304,7 @@ class Scheduler
         reader.state = StageState::waiting;
         if (++repairs_[damage.object] > repairs_per_result)
         {
-            fail(reader, damage.text + "; it was recomputed and is damaged again: check this machine's disk and memory",
-                 worker_failed);
+            fail(reader, repeated_damage_text(damage, state_), worker_failed);
             return;
         }
         try
@@ -399,6 +408,7 @@ class Scheduler
     StageCosts costs_;
     Exporter exporter_;
     StopSignals signals_;
+    Orphans orphans_;
     std::list<RunningStage> running_;
     RunOutcomes outcomes_;
     std::vector<std::optional<StageState>> told_states_;

@@ -28,6 +28,16 @@ std::string stage_error_text(const PipelineStage& stage, const std::string& text
     return result;
 }
 
+std::string repeated_damage_text(const Damage& damage, const RunState& state)
+{
+    std::string text = damage.text + "; it was recomputed and is damaged again: check this machine's disk and memory";
+    for (const StageNode& node : state.nodes())
+        if (damage.object.starts_with(object_prefix(node.key)))
+            text += ", and whether stage " + node.stage->name + " (plugin " + node.stage->type->library.string() +
+                    ") leaves threads that write into its outputs";
+    return text;
+}
+
 namespace
 {
 

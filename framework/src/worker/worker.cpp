@@ -22,14 +22,23 @@
 #include <ctime>
 #include <optional>
 #include <set>
+#include <sys/stat.h>
 #include <system_error>
 #include <thread>
+#include <unistd.h>
 
 namespace fresco::host
 {
 namespace fs = std::filesystem;
 namespace
 {
+
+mode_t current_mask()
+{
+    const mode_t mask = umask(0);
+    umask(mask);
+    return mask;
+}
 
 struct DamagedInput
 {
@@ -67,6 +76,7 @@ class Worker
                                 " is not a stage");
         stage->configure(request_.options, factory_);
         load_inputs(*stage);
+        umask(mask_);
         folder_ = store_.make_temporary(temporary_);
         try
         {
@@ -149,7 +159,7 @@ class Worker
             output->set_folder({folder_ / output->name(), store_.root()});
         }
         fault_point("stage.started");
-        stage.run(context_);
+        run_alone(stage);
         fault_point("stage.done");
         context_.check_canceled();
         for (const OutputPort* output : stage.outputs())
@@ -172,6 +182,30 @@ class Worker
         store_.remove_checkpoint(request_.key);
         fault_point("publish.done");
         tell_done(result, false);
+    }
+
+    /// Nothing that the stage leaves behind may write into what is published, nor what it does to the mask hide that from others.
+    void run_alone(Stage& stage)
+    {
+        try
+        {
+            stage.run(context_);
+        }
+        catch (...)
+        {
+            end_copy();
+            throw;
+        }
+        end_copy();
+        end_descendants();
+        umask(mask_);
+    }
+
+    /// A plugin may fork and return twice.
+    void end_copy() const
+    {
+        if (getpid() != process_)
+            std::_Exit(worker_failed);
     }
 
     void check_files_unchanged()
@@ -222,6 +256,8 @@ class Worker
     std::string temporary_;
     WorkerChannel& channel_;
     Store store_;
+    const pid_t process_ = getpid();
+    const mode_t mask_ = current_mask();  ///< Before any code of a plugin.
     WorkerFactory factory_;
     WorkerContext context_;
     FileLock key_lock_;

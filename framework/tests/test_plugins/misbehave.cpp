@@ -1,4 +1,6 @@
-// A stage that does, on purpose, what no stage should.
+// A stage that does, on purpose, what no stage should: by its option, and in its constructor by the environment.
+#include "misdeeds.h"
+
 #include <fresco/error.h>
 #include <fresco/files.h>
 #include <fresco/stage.h>
@@ -7,10 +9,8 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <fcntl.h>
 #include <string>
 #include <sys/socket.h>
-#include <thread>
 #include <unistd.h>
 #include <vector>
 
@@ -56,15 +56,6 @@ void take_all_memory_elsewhere()
     pause();
 }
 
-/// In a session of its own it is the grandchild of a process that has ended, as services start.
-[[noreturn]] void leave(bool in_session)
-{
-    if (in_session && (setsid() < 0 || fork() != 0))
-        std::_Exit(0);
-    for (;;)
-        pause();
-}
-
 void tell(const std::string& text)
 {
     (void)send(channel, text.data(), text.size(), MSG_NOSIGNAL);
@@ -81,14 +72,55 @@ void write_garbage()
 
 class Misbehave final : public fresco::Stage
 {
+    fresco::Input<fresco::Table> input{this, "input", fresco::optional, "Anything"};
     fresco::Output<fresco::Table> output{this, "output", "Made where the way allows it"};
-    fresco::Option<std::string> how{
-        this, "how", "nothing",
-        fresco::one_of({"nothing", "segfault", "overflow", "exit", "exit_canceled", "loop", "allocate", "allocate_elsewhere",
-                        "abort", "throw_int", "close_channel", "garbage", "leave_process", "leave_session", "print",
-                        "print_lines", "print_and_throw"}),
-        "What it does"};
+    fresco::Option<fresco::InputFile> file{this, "file", fresco::InputFile{}, "What delete_inputs deletes"};
+    fresco::Option<double> value{this, "value", 1, "The number of the table, and of the megabytes of print_much"};
+    fresco::Option<std::string> how{this, "how", "nothing",
+                                    fresco::one_of({"nothing",
+                                                    "segfault",
+                                                    "overflow",
+                                                    "exit",
+                                                    "exit_canceled",
+                                                    "loop",
+                                                    "allocate",
+                                                    "allocate_elsewhere",
+                                                    "abort",
+                                                    "throw_int",
+                                                    "close_channel",
+                                                    "garbage",
+                                                    "leave_process",
+                                                    "leave_session",
+                                                    "print",
+                                                    "print_lines",
+                                                    "print_and_throw",
+                                                    "print_binary",
+                                                    "print_much",
+                                                    "fork",
+                                                    "spoil_by_child",
+                                                    "spoil_by_thread",
+                                                    "spoil_others",
+                                                    "write_beside",
+                                                    "delete_inputs",
+                                                    "crash_and_leave",
+                                                    "kill_others",
+                                                    "claim",
+                                                    "deaf",
+                                                    "close_all",
+                                                    "block_signals",
+                                                    "few_files",
+                                                    "no_room",
+                                                    "umask",
+                                                    "move_away",
+                                                    "locale",
+                                                    "environment",
+                                                    "end_by_exit"}),
+                                    "What it does"};
 
+  public:
+    Misbehave() { misbehave_at_start(); }
+
+  private:
     void run(fresco::RunContext& run) override
     {
         // Where a killed stage would leave things.
@@ -115,19 +147,32 @@ class Misbehave final : public fresco::Stage
             close(channel);
         if (*how == "garbage")
             write_garbage();
-        if (how->starts_with("leave_") && fork() == 0)
-            leave(*how == "leave_session");
+        if (how->starts_with("leave_"))
+            leave_process(*how == "leave_session");
+        if (*how == "delete_inputs")
+            delete_inputs();
+        do_misdeed(*how, output.folder().path);
         if (*how == "print")
             print_without_end();
-        if (how->starts_with("print_"))
+        if (*how == "print_much")
+            print_much();
+        if (*how == "print_lines" || *how == "print_and_throw")
             print_lines(*how == "print_lines" ? 100'000 : 3);
         if (*how == "print_and_throw")
             throw fresco::Error("enough");
         run.message("still here");
         fresco::Table table;
         table.columns = {"value"};
-        table.rows = {{fresco::Value(1.0)}};
+        table.rows = {{fresco::Value(*value)}};
         output = std::move(table);
+    }
+
+    void delete_inputs()
+    {
+        if (!file->empty())
+            std::filesystem::remove(file->path);
+        if (input.has_value())
+            std::filesystem::remove_all(input.folder().parent_path());
     }
 
     static void print_lines(int count)
@@ -137,6 +182,14 @@ class Misbehave final : public fresco::Stage
             std::printf("line %d\n", i);
         std::fflush(stdout);
         std::fprintf(stderr, "to the other stream\n");
+    }
+
+    /// `value` megabytes.
+    void print_much()
+    {
+        const std::string line = std::string((std::size_t{1} << 10U) - 1, 'x') + "\n";
+        for (int i = 0; i < 1024 * *value; ++i)
+            std::fputs(line.c_str(), stdout);
     }
 
     static void print_without_end()

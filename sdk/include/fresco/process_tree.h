@@ -7,6 +7,8 @@
 namespace fresco
 {
 
+/// What a process started itself.
+std::vector<pid_t> children_of(pid_t pid);
 /// What a process started, and what those started. Of a process that adopts orphans that is all that was ever started by it.
 std::vector<pid_t> descendants_of(pid_t pid);
 void signal_descendants(pid_t pid, int number);

@@ -1,0 +1,211 @@
+#!/usr/bin/env python3
+"""Plugins that do what no plugin should, in run() and in their constructors (framework/tests/test_plugins/misdeeds.cpp). Whatever they do:
+the other stages come to the right results, an error names the culprit, nothing that was damaged is served, no process and no temporary
+folder is left, and the next run, in which the plugin behaves, is right. Each way has a store of its own.
+
+The ways that take longer than a second only with --long."""
+import concurrent.futures
+import json
+import os
+import pathlib
+import stat
+import sys
+import time
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from workplace import Workplace, arguments
+
+PIPELINE = """version: 1
+vars: {how: nothing, value: 1.5}
+stages:
+  before: {type: test.source, value: 5}
+  bad:    {type: test.misbehave, how: "${how}", value: "${value}", input: before, file: victim}
+  after:  {type: test.add, input: {left: bad, right: before}}
+  last:   {type: test.sink, input: after, path: last.txt}
+  good:   {type: test.slow, steps: 4, step_ms: STEP}
+  text:   {type: test.sink, input: good, path: good.txt}
+"""
+GOOD = {"good.txt": "4.000000\n"}
+ALL = GOOD | {"last.txt": "6.500000\n"}
+
+# What a way comes to: None, it does no harm; otherwise what its error says. More words for the command line; how long `good` takes.
+WAYS = {
+    "fork": (None, [], 1),
+    "spoil_by_child": (None, [], 1),
+    "spoil_others": (None, [], 1),
+    "write_beside": (None, [], 20),
+    "block_signals": (None, [], 1),
+    "umask": (None, [], 1),
+    "move_away": (None, [], 1),
+    "locale": (None, [], 1),
+    "environment": (None, [], 1),
+    "leave_session": (None, [], 1),
+    "print_binary": (None, [], 1),
+    "delete_inputs": ("victim: changed while the stage ran", [], 1),
+    "crash_and_leave": ("its process crashed: Segmentation fault", [], 1),
+    "claim": ("its process ended with exit code 0 before the stage was done", [], 1),
+    "deaf": ("it exceeded the time limit of 0.3 s", ["--isolate", "bad", "--isolate-time", "0.3s"], 1),
+    "close_all": ("it closed descriptor 3, by which it speaks to the host", [], 1),
+    "few_files": ("Too many open files", [], 1),
+    "no_room": ("File too large", [], 1),
+    "end_by_exit": ("its process crashed: Aborted", [], 1),
+    "allocate": ("it needs more memory than the limit of 300 MB", ["--isolate", "bad", "--isolate-memory", "300M"], 1),
+}
+# By MISBEHAVE_AT_START: how the library is refused; None: it is not.
+CONSTRUCTORS = {
+    "throw_int": "the constructor of test.misbehave throws something other than an exception",
+    "fork": None,
+    "leave_session": None,
+    "leave_and_crash": "crashed when an object of type test.misbehave was made: Segmentation fault",
+    "allocate": "the constructor of test.misbehave throws: std::bad_alloc",
+    "print": None,
+    "close_all": "ended the process with exit code 0 when an object of type test.misbehave was made",
+    "exit_later": "crashed when an object of type test.misbehave was made: Aborted",
+    "umask": None,
+}
+LONG_CONSTRUCTORS = {"sleep": "did not return within 5 s when an object of type test.misbehave was made"}
+
+
+class Case:
+    """One way in a folder of its own."""
+
+    def __init__(self, place, name, step=1, environment=None):
+        self.place, self.name, self.problems = place, name, []
+        self.folder = place.root / "cases" / name
+        self.folder.mkdir(parents=True)
+        (self.folder / "room.yaml").write_text(PIPELINE.replace("STEP", str(step)))
+        (self.folder / "victim").write_text("12")
+        self.where = {"folder": self.folder, "environment": environment}
+
+    def expect(self, condition, text):
+        if not condition:
+            self.problems.append(f"{self.name}: {text}")
+
+    def run(self, *words):
+        for file in ALL:
+            (self.folder / "out" / file).unlink(missing_ok=True)
+        ended = self.place.run(*words, **self.where)
+        for line in ended.out.splitlines():
+            try:
+                json.loads(line)
+            except ValueError:
+                self.expect(False, f"a line of the log is not JSON: {line[:200]!r}")
+        return ended
+
+    def expect_files(self, files, ended):
+        for name, text in files.items():
+            file = self.folder / "out" / name
+            found = file.read_text() if file.exists() else "nothing"
+            self.expect(found == text, f"{name} holds {found!r} instead of {text!r}: {ended}")
+
+    def expect_order(self):
+        """Afterward: the plugin behaves, and all is right."""
+        self.expect(not list((self.folder / ".fresco/tmp").iterdir()), "a temporary folder is left")
+        (self.folder / "victim").write_text("12")
+        ended = self.run()
+        self.expect(ended.code == 0, f"the next run ended with {ended}")
+        self.expect_files(ALL, ended)
+        verified = self.place.call("store", "verify", **self.where)
+        self.expect(verified.code == 0, f"verify ended with {verified}")
+        for file in (self.folder / ".fresco").rglob("*"):
+            self.expect(file.is_symlink() or file.stat().st_mode & stat.S_IRUSR, f"{file} cannot be read by other users")
+
+
+def run_way(place, name):
+    told, words, step = WAYS[name]
+    case = Case(place, name, step)
+    ended = case.run("--set", f"how={name}", "--cores", "2", *words)
+    case.expect(ended.code == (1 if told else 0), f"ended with {ended}")
+    if told:
+        error = ended.stages["bad"]["error"]
+        case.expect("error: stage bad (test.misbehave)" in error and told in error, f"its error does not say {told!r}: {error}")
+        case.expect(ended.stages["after"]["state"] == "not run", "a stage ran that needs it")
+    case.expect_files(GOOD if told else ALL, ended)
+    case.expect_order()
+    return case.problems
+
+
+def run_kill_others(place):
+    case = Case(place, "kill_others", step=200)
+    ended = case.run("--set", "how=kill_others", "--cores", "2")
+    case.expect(ended.code == 1, f"ended with {ended}")
+    case.expect("killed from outside" in ended.stages["good"]["error"], f"the error of good: {ended.stages['good']['error']}")
+    case.expect(ended.stages["last"]["state"] == "ran", "the others did not go on")
+    case.expect_order()
+    return case.problems
+
+
+def run_spoil_by_thread(place):
+    """Threads cannot be ended: the result may come out damaged, which its readers find, and the error names the stage."""
+    case = Case(place, "spoil_by_thread")
+    ended = case.run("--set", "how=spoil_by_thread", "--cores", "2")
+    case.expect_files(GOOD, ended)
+    case.expect(ended.code in (0, 1), f"ended with {ended}")
+    errors = [stage["error"] for stage in ended.stages.values() if stage["error"]]
+    case.expect(all("bad" in error for error in errors), f"an error does not name it: {errors}")
+    case.expect_order()
+    return case.problems
+
+
+def run_print_much(place, megabytes):
+    case = Case(place, "print_much")
+    ended = case.run("--set", "how=print_much", "--set", f"value={megabytes}")
+    case.expect(ended.code == 0, f"ended with {ended.code}: {ended.err}")
+    case.expect_files(GOOD, ended)
+    logs = [file.stat().st_size for file in (case.folder / ".fresco/logs").iterdir()]
+    case.expect(max(logs) <= 1 << 20, f"a log has {max(logs)} bytes")
+    case.expect_order()
+    return case.problems
+
+
+def run_constructor(place, name, refusal):
+    environment = {"MISBEHAVE_AT_START": name, "XDG_CACHE_HOME": str(place.root / "caches" / name)}
+    case = Case(place, f"constructor {name}", environment=environment)
+    listed = place.call("stages", "--all", **case.where)
+    case.expect(listed.code == 0 and "test.source" in listed.out, f"stages ended with {listed}")
+    case.expect((refusal is None) == ("misbehave.so:" not in listed.out) and (refusal or "") in listed.out, f"stages says {listed.out}")
+    ended = case.run()
+    if refusal is None:
+        case.expect(ended.code == 0, f"ended with {ended}")
+        case.expect_files(ALL, ended)
+    else:
+        case.expect(ended.code in (2, 4) and "misbehave.so" in ended.err and refusal in ended.err, f"ended with {ended}")
+    case.where["environment"] = None
+    (case.folder / ".fresco/tmp").mkdir(parents=True, exist_ok=True)
+    case.expect_order()
+    return case.problems
+
+
+def left_processes(place):
+    program = str(place.root / "bin/fresco")
+    left = []
+    for process in pathlib.Path("/proc").glob("[0-9]*"):
+        try:
+            if str((process / "exe").readlink()) == program:
+                left.append(process.name)
+        except OSError:
+            continue
+    return left
+
+
+def main():
+    given = arguments(__doc__)
+    plugins = [given.plugins / "good/test_stages.so", given.plugins / "misbehaving/misbehave.so"]
+    with Workplace(given.fresco, plugins) as place, concurrent.futures.ThreadPoolExecutor(2) as pool:
+        begin = time.monotonic()
+        cases = [pool.submit(run_way, place, name) for name in WAYS]
+        cases += [pool.submit(run_constructor, place, name, refusal)
+                  for name, refusal in (CONSTRUCTORS | (LONG_CONSTRUCTORS if given.long else {})).items()]
+        cases += [pool.submit(run_kill_others, place), pool.submit(run_spoil_by_thread, place),
+                  pool.submit(run_print_much, place, 1024 if given.long else 64)]
+        problems = [problem for case in cases for problem in case.result()]
+        if left := left_processes(place):
+            problems.append(f"processes are left: {left}")
+            for process in left:
+                os.kill(int(process), 9)
+        print("\n".join(problems))
+        print(f"{len(cases)} ways to misbehave in {time.monotonic() - begin:.0f} s: {len(problems)} problems")
+        sys.exit(bool(problems))
+
+
+main()

@@ -4,6 +4,7 @@
 #include <fresco/checked_file.h>
 #include <fresco/files.h>
 #include <fresco/files_io.h>
+#include <fresco/kept_pieces.h>
 #include <fresco/reader.h>
 #include <fresco/stage.h>
 
@@ -240,6 +241,34 @@ class Sink final : public LoggedStage
     }
 };
 FRESCO_STAGE("test.sink", Sink, "A number as a text file")
+
+/// Files that outlive a killed run one by one.
+class Pieces final : public LoggedStage
+{
+    Output<Files> files{this, "files", "Text files"};
+    Option<int> count{this, "count", 5, fresco::range(1, 1000), "How many"};
+    Option<int> wait_ms{this, "wait_ms", 0, fresco::range(0, 60'000), "Pause per file", fresco::not_in_key};
+
+    void run(RunContext& run) override
+    {
+        const fresco::KeptPieces kept(run);
+        Files made;
+        for (int i = 0; i < *count; ++i)
+        {
+            const auto piece = static_cast<std::size_t>(i);
+            made.names.push_back("piece_" + std::to_string(i) + ".txt");
+            if (kept.find(piece))
+                continue;
+            log("piece " + std::to_string(i));
+            fresco::write_file(kept.folder() / made.names.back(), "piece " + std::to_string(i) + "\n");
+            kept.note(piece, {made.names.back()}, {});
+            std::this_thread::sleep_for(std::chrono::milliseconds(*wait_ms));
+        }
+        kept.link(made.names, files.folder().path);
+        files = std::move(made);
+    }
+};
+FRESCO_STAGE("test.pieces", Pieces, "Text files, one at a time")
 
 /// Figures that are no numbers, as a mean over nothing is.
 class Unmeasured final : public LoggedStage

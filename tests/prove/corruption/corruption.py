@@ -1,0 +1,178 @@
+#!/usr/bin/env python3
+"""Damages the files of a store and of the cache one at a time: a byte changed, the file cut, names exchanged with another of its kind.
+Each time the next runs must end with exit code 0 and the right bytes: one as before, whose exports are made again, and one with another
+option, which reads what lies upstream; the first writes its report too. The store holds finished results, and the checkpoint and kept
+pieces of stages that were killed.
+
+With --long, 1 000 changed bytes spread over all kinds, one file of each cut at up to 40 lengths, and every pair of names; otherwise
+12 s. That a record or a checked file is refused at every length, and with every byte changed, is a test of its own (test_record.cpp,
+test_files_io.cpp)."""
+import collections
+import itertools
+import pathlib
+import random
+import re
+import shutil
+import sys
+import time
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from workplace import Budget, Workplace, arguments
+
+PIPELINE = """version: 1
+vars: {plus: 1}
+stages:
+  base:   {type: test.source, value: 1, file: extra}
+  pile:   {type: test.source, value: 2, folder: folder}
+  sum:    {type: test.add, input: {left: base, right: pile}}
+  more:   {type: test.add, input: {left: sum}, plus: "${plus}"}
+  text:   {type: test.sink, input: more, path: text.txt, copies: 2}
+  slow:   {type: test.slow, steps: 6, step_ms: STEP}
+  pieces: {type: test.pieces, count: 4, wait_ms: STEP}
+  count:  {type: test.sink, input: slow, path: count.txt}
+"""
+
+
+def expected(plus):
+    text = f"{8 + plus:.6f}\n"
+    return {"text.txt": text, "copies/0.txt": text, "copies/1.txt": text, "count.txt": "6.000000\n"} | {
+        f"piece_{i}.txt": f"piece {i}\n" for i in range(4)}
+
+
+class Site:
+    """A working folder with a store and a cache that are put back as they were before each case."""
+
+    def __init__(self, place):
+        self.place, self.work = place, place.work
+        place.write("extra", "123")
+        place.write("folder/a", "1")
+        place.write("folder/b", "2")
+        self.kept = [(self.work / ".fresco", place.root / "kept/store"), (place.root / "cache", place.root / "kept/cache")]
+        time.sleep(2.1)  # Now the stamps are old enough to be relied on.
+        place.write("room.yaml", PIPELINE.replace("STEP", "700"))
+        first = place.run("--no-report", "--until", "text")
+        if first.code != 0:
+            sys.exit(f"the first run ended with {first}")
+        process = place.start("run", "room.yaml", "--quiet", "--no-report", "--cores", "4")
+        checkpoints = self.work / ".fresco/checkpoints"
+        while not (list(checkpoints.glob("*/piece_1.json")) and list(checkpoints.glob("*/step"))):
+            if process.poll() is not None:
+                sys.exit(f"the run ended before it could be killed: {process.stderr.read()}")
+            time.sleep(0.01)
+        process.kill()
+        process.communicate()
+        place.write("room.yaml", PIPELINE.replace("STEP", "0"))
+        time.sleep(0.2)  # Until the stages' processes have noticed.
+        for now, kept in self.kept:
+            shutil.copytree(now, kept, symlinks=True)
+        files = [file for _, kept in self.kept for file in sorted(kept.rglob("*")) if file.is_file() and not file.is_symlink()]
+        self.kinds = collections.defaultdict(list)
+        for file in files:
+            if file.stat().st_size > 0:
+                self.kinds[self.kind_of(file)].append(file)
+
+    def kind_of(self, file):
+        """What it is by its path, without what differs between files of a kind."""
+        path = re.sub(r"[0-9a-f]{16,}", "ID", str(file.relative_to(self.place.root / "kept")))
+        return re.sub(r"\d+|(?<=stages/ID/)\w+", "N", path)
+
+    def damaged(self, file):
+        """The file in the place where the program sees it."""
+        for now, kept in self.kept:
+            if kept in file.parents:
+                return now / file.relative_to(kept)
+
+    def put_back(self):
+        for now, kept in self.kept:
+            shutil.rmtree(now)
+            shutil.copytree(kept, now, symlinks=True)
+
+    def check(self, what):
+        """Runs; what is wrong, if anything."""
+        for plus in (1, 2):
+            shutil.rmtree(self.work / "out", ignore_errors=True)
+            ended = self.place.run("--set", f"plus={plus}", "--cores", "4", *([] if plus == 1 else ["--no-report"]))
+            if ended.code != 0:
+                return [f"{what}: the run with plus={plus} ended with {ended}"]
+            for name, text in expected(plus).items():
+                if (self.work / "out" / name).read_text() != text:
+                    return [f"{what}: with plus={plus}, {name} holds {(self.work / 'out' / name).read_text()!r} instead of {text!r}"]
+        return []
+
+
+def flips(site, kinds):
+    """Endlessly: a kind after the other, a byte of a random file of it."""
+    for kind in itertools.cycle(kinds):
+        file = random.choice(site.kinds[kind])
+        data = bytearray(file.read_bytes())
+        at, change = random.randrange(len(data)), random.choice([1, 2, 4, 8, 16, 32, 64, 128, random.randrange(1, 256)])
+        yield kind, f"{file.name}, byte {at} changed by {change}", lambda f=file, d=data, a=at, c=change: set_bytes(
+            site.damaged(f), d[:a] + bytes([d[a] ^ c]) + d[a + 1:])
+
+
+def cuts(site, kinds, many):
+    """One file of each kind, cut at many lengths, or at one. A record's checksum is at its end."""
+    for kind in kinds:
+        file = random.choice(site.kinds[kind])
+        data = file.read_bytes()
+        lengths = list(range(len(data)))
+        if len(lengths) > 40:
+            lengths = lengths[:10] + random.sample(lengths[10:-10], 20) + lengths[-10:]
+        for length in lengths if many else random.sample(lengths, 1):
+            yield kind, f"{file.name}, cut to {length} of {len(data)} bytes", lambda f=file, d=data, n=length: set_bytes(
+                site.damaged(f), d[:n])
+
+
+def swaps(site):
+    """Pairs of names in a folder: of files, and of folders."""
+    pairs = []
+    for _, kept in site.kept:
+        for folder in [kept, *(entry for entry in sorted(kept.rglob("*")) if entry.is_dir())]:
+            entries = sorted(folder.iterdir())
+            for one, other in itertools.combinations(entries, 2):
+                if one.is_dir() == other.is_dir() and (folder != kept):
+                    pairs.append((one, other))
+    random.shuffle(pairs)
+    for one, other in pairs:
+        yield "names exchanged", f"{one.relative_to(site.place.root / 'kept')} and {other.name}", lambda a=one, b=other: exchange(
+            site.damaged(a), site.damaged(b))
+
+
+def set_bytes(file, data):
+    file.write_bytes(data)
+
+
+def exchange(one, other):
+    aside = one.parent / "aside"
+    one.rename(aside)
+    other.rename(one)
+    aside.rename(other)
+
+
+def main():
+    given = arguments(__doc__)
+    random.seed(given.seed)
+    plugins = [given.plugins / "good/test_stages.so"]
+    with Workplace(given.fresco, plugins) as place:
+        site = Site(place)
+        kinds = sorted(site.kinds)
+        random.shuffle(kinds)
+        flipped, cut, swapped = flips(site, kinds), cuts(site, kinds, given.long), swaps(site)
+        if given.long:
+            cases = itertools.chain(itertools.islice(flipped, 1000), cut, swapped)
+        else:
+            cases = itertools.chain.from_iterable(zip(flipped, cut, swapped))
+        problems, counts = [], collections.Counter()
+        budget = Budget(given.long, 10**9, 12, 10)
+        for _, (kind, what, damage) in zip(budget, cases):
+            site.put_back()
+            damage()
+            counts[kind] += 1
+            problems += site.check(f"{kind}: {what}")
+        print("\n".join(f"  {count:5} {kind}" for kind, count in sorted(counts.items())))
+        print("\n".join(problems))
+        print(f"seed {given.seed}: {sum(counts.values())} damages to {len(kinds)} kinds of files: {len(problems)} served, or a failure")
+        sys.exit(bool(problems))
+
+
+main()

@@ -12,7 +12,7 @@ namespace fresco::host
 
 Child start_child(const std::vector<std::string>& arguments, const EnvironmentChanges& environment, double data_limit_mb)
 {
-#if defined(__SANITIZE_ADDRESS__)
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
     data_limit_mb = 0;  // The sanitizer maps the whole address space at its start.
 #endif
     int sockets[2];

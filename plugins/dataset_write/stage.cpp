@@ -12,10 +12,12 @@
 #include <fresco/packed_uv_map.h>
 #include <fresco/parallel.h>
 #include <fresco/stage.h>
+#include <fresco/wording.h>
 
 #include <algorithm>
 #include <atomic>
 #include <functional>
+#include <optional>
 #include <span>
 
 using namespace fresco;
@@ -31,6 +33,7 @@ class DatasetWrite final : public Stage
     Input<Frames> frames{this, "frames", "The frames that the uv maps were made from, with their pictures"};
     Input<Mesh> mesh{this, "mesh", "The mesh that the uv maps show, with texcoords"};
     Input<Image> style{this, "style", optional, "The style picture"};
+    Input<Table> agreement{this, "agreement", optional, "How well pictures and mesh agree, as frames.align measured it"};
     Output<Files> files{this, "files", "The dataset's folder: its manifest and the files that it lists"};
     Option<OutputName> path{this, "path", OutputName{"dataset"}, "Folder to write, below --out"};
     Option<std::string> uv{this, "uv", "float32", one_of({"float32", "uint16"}),
@@ -62,6 +65,19 @@ class DatasetWrite final : public Stage
         if (*uv == "uint16" && uv_bits_for_texture(std::max(uvmaps->texture_px, 1)) > 16)
             throw Error("option \"uv\": uint16 is for textures up to 4096 texels a side, the uv maps on port 'uvmaps' are for " +
                         std::to_string(uvmaps->texture_px) + ": set uv: float32");
+    }
+
+    /// Throws Error unless the table is one of frames.align.
+    std::optional<dataset::Agreement> measured_agreement() const
+    {
+        if (!agreement.has_value())
+            return std::nullopt;
+        const std::vector<std::string> expected{"error_before", "error_after", "median_moved_px", "most_moved_px"};
+        if (agreement->columns != expected || agreement->rows.size() != 1)
+            throw Error("the table on port 'agreement' has other columns than " + join(expected) +
+                        ", or not one row: wire a frames.align stage");
+        const auto& row = agreement->rows.front();
+        return dataset::Agreement{row[0].as_double(), row[1].as_double(), row[2].as_double(), row[3].as_double()};
     }
 
     /// The files of every view, also in `folder`: those that an interrupted run had finished are not made again.
@@ -121,6 +137,7 @@ class DatasetWrite final : public Stage
         manifest.uv = *uv == "uint16" ? dataset::UvType::uint16 : dataset::UvType::float32;
         manifest.heights_px = uvmaps->heights_px;
         manifest.has_style = style.has_value();
+        manifest.agreement = measured_agreement();
         const auto write = [&](std::string_view name, std::span<const std::byte> bytes)
         { manifest.files.emplace(name, dataset::write_stamped(folder / name, bytes)); };
         const auto write_text = [&](std::string_view name, std::string_view text)
@@ -174,14 +191,15 @@ class DatasetWrite final : public Stage
             views.emplace_back(Value::Map{{"number", static_cast<std::int64_t>(scene_folder.number(i))},
                                           {"sequence", frames->frames[frame_of[i]].sequence},
                                           {"frame", frames->frames[frame_of[i]].name}});
-        return to_json(Value::Map{{"layout", "stylemesh"},
-                                  {"writer", writer},
-                                  {"scene", *scene},
-                                  {"heights_px", Value::List(uvmaps->heights_px.begin(), uvmaps->heights_px.end())},
-                                  {"views", std::move(views)},
-                                  {"files", dataset::stamps_value(written)}},
-                       1) +
-               "\n";
+        Value manifest = Value::Map{{"layout", "stylemesh"},
+                                    {"writer", writer},
+                                    {"scene", *scene},
+                                    {"heights_px", Value::List(uvmaps->heights_px.begin(), uvmaps->heights_px.end())}};
+        if (const auto measured = measured_agreement())
+            manifest.set("agreement", dataset::to_value(*measured));
+        manifest.set("views", std::move(views));
+        manifest.set("files", dataset::stamps_value(written));
+        return to_json(manifest, 1) + "\n";
     }
 
     /// The manifest goes to --out last: a folder without it is no dataset.

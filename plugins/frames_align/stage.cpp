@@ -1,5 +1,6 @@
 #include "alignment.h"
 
+#include <fresco/files.h>
 #include <fresco/frames.h>
 #include <fresco/image_io.h>
 #include <fresco/mesh.h>
@@ -43,6 +44,7 @@ class FramesAlign final : public Stage
     Input<Mesh> mesh{this, "mesh", "The room, in the world frame of the poses"};
     Input<Frames> frames{this, "frames", "Recorded frames"};
     Output<Frames> aligned{this, "frames", "The same frames with corrected poses of the color cameras"};
+    Output<Table> agreement{this, "agreement", "How well the pictures agree on the surface: a row of the reported figures"};
     Option<int> points_count{this, "points_count", 60'000, range(100, 10'000'000),
                              "Maximum number of surface points at which views are compared"};
     Option<int> rounds_count{this, "rounds_count", 40, range(1, 10'000),
@@ -98,15 +100,30 @@ class FramesAlign final : public Stage
         for (std::size_t i = 0; i < all.size(); ++i)
             result.frames[i].color.world_from_camera =
                 all[i].color.world_from_camera * found.corrected_from_recorded[i].inverse();
+        agreement = agreement_of(found);
         tell(found, points.size(), views, run);
         aligned = std::move(result);
+    }
+
+    static double median(std::vector<double> values)
+    {
+        std::ranges::sort(values);
+        return values[values.size() / 2];
+    }
+
+    static Table agreement_of(const align::Alignment& found)
+    {
+        Table table;
+        table.columns = {"error_before", "error_after", "median_moved_px", "most_moved_px"};
+        table.rows = {{found.error_before, found.error_after, median(found.moved_px), std::ranges::max(found.moved_px)}};
+        return table;
     }
 
     static void tell(const align::Alignment& found, std::size_t points, const std::vector<align::AlignedView>& views,
                      RunContext& run)
     {
-        auto moved = found.moved_px;
-        std::ranges::sort(moved);
+        const double usual = median(found.moved_px);
+        const double most = std::ranges::max(found.moved_px);
         std::size_t sightings = 0;
         std::size_t blind = 0;
         for (const auto& view : views)
@@ -117,14 +134,13 @@ class FramesAlign final : public Stage
         run.report("points", points);
         run.report("sightings", sightings);
         run.report("blind_frames", blind);
-        run.report("median_moved_px", moved[moved.size() / 2]);
-        run.report("most_moved_px", moved.back());
+        run.report("median_moved_px", usual);
+        run.report("most_moved_px", most);
         run.report("error_before", found.error_before);
         run.report("error_after", found.error_after);
         if (found.error_before > 0)
-            run.message("pictures moved by " + rounded(moved[moved.size() / 2], " px (median), ") +
-                        rounded(moved.back(), " px at most") + "; they differ by " +
-                        rounded(100 * (1 - found.error_after / found.error_before), " % less"));
+            run.message("pictures moved by " + rounded(usual, " px (median), ") + rounded(most, " px at most") +
+                        "; they differ by " + rounded(100 * (1 - found.error_after / found.error_before), " % less"));
         if (blind > 0)
             run.warning(std::to_string(blind) + " of " + std::to_string(views.size()) +
                         " frames see no point of the mesh and stay as they are" +

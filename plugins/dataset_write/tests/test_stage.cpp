@@ -63,12 +63,17 @@ TEST_CASE("the folder holds every view's maps and pictures, and the manifest lis
     testing::TestRun run;
     Inputs inputs = inputs_of(recording);
     inputs["style"] = std::make_shared<Image>(Raster8(9, 7, 4, 200));
+    const auto agreement = std::make_shared<Table>();
+    agreement->columns = {"error_before", "error_after", "median_moved_px", "most_moved_px"};
+    agreement->rows = {{0.25, 0.125, 7.0, 11.5}};
+    inputs["agreement"] = agreement;
     const auto files = write_dataset(folder.path() / "out", inputs, run);
     const fs::path made = folder.path() / "out/files/dataset";
     const auto manifest = manifest_at(made);
 
     CHECK(manifest.uv == dataset::UvType::float32);
     CHECK(manifest.heights_px == std::vector<int>{12, 45});
+    CHECK(manifest.agreement == dataset::Agreement{0.25, 0.125, 7, 11.5});
     REQUIRE(manifest.views.size() == 3);
     // 3 views x (2 heights x 5 quantities + picture) + 2 depth pictures + style, mesh and loader; the manifest is last and lists
     // all others.
@@ -195,6 +200,9 @@ TEST_CASE("what the reader would refuse is not written, and a canceled run stops
     bare->texcoords.clear();
     inputs["mesh"] = bare;
     CHECK_THROWS_WITH(refuse(inputs), Contains("has no texcoords"));
+    inputs = inputs_of(recording);
+    inputs["agreement"] = std::make_shared<Table>();
+    CHECK_THROWS_WITH(refuse(inputs), Contains("on port 'agreement'") && Contains("wire a frames.align stage"));
     inputs = inputs_of(recording);
     inputs["uvmaps"] = std::make_shared<UvMaps>();
     CHECK_THROWS_WITH(refuse(inputs), Contains("has no uv maps"));

@@ -1,6 +1,7 @@
 #include "painted_corner.h"
 #include "raw_images.h"
 
+#include <fresco/files.h>
 #include <fresco/frames.h>
 #include <fresco/npy.h>
 #include <fresco/testing.h>
@@ -12,7 +13,7 @@ using namespace painted_corner;
 namespace
 {
 
-std::shared_ptr<const Frames> aligned(const Mesh& mesh, const Frames& frames, testing::TestRun& run)
+std::shared_ptr<const Frames> aligned(const Mesh& mesh, const Frames& frames, testing::TestRun& run, Table* agreement = nullptr)
 {
     const auto stage = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "frames.align");
     testing::TemporaryFolder folder;
@@ -21,6 +22,8 @@ std::shared_ptr<const Frames> aligned(const Mesh& mesh, const Frames& frames, te
     testing::run_stage(dynamic_cast<Stage&>(*stage), Value::Map{{"images", Value::Map{{"type", "test.raw"}}}},
                        {{"mesh", std::make_shared<Mesh>(mesh)}, {"frames", std::make_shared<Frames>(frames)}}, folder.path(), run,
                        factory);
+    if (agreement)
+        *agreement = *Table::load({folder.path() / "agreement", folder.path()});
     return Frames::load({folder.path() / "frames", folder.path()});
 }
 
@@ -46,7 +49,8 @@ TEST_CASE("the stage corrects the color cameras and nothing else")
     }
     testing::TestRun run;
     const Mesh mesh = mesh_of(0.04);
-    const auto found = aligned(mesh, frames, run);
+    Table agreement;
+    const auto found = aligned(mesh, frames, run, &agreement);
     REQUIRE(found->frames.size() == 7);
     CHECK(apart_px(truth[4], frames.frames[4].color) > 3);
     // They may all have moved together.
@@ -58,6 +62,9 @@ TEST_CASE("the stage corrects the color cameras and nothing else")
     CHECK(run.reported.at("most_moved_px").as_double() > 3);
     CHECK(run.reported.at("error_after").as_double() < 0.5 * run.reported.at("error_before").as_double());
     CHECK(run.reported.at("blind_frames").as_int() == 0);
+    REQUIRE(agreement.rows.size() == 1);
+    for (std::size_t i = 0; i < agreement.columns.size(); ++i)
+        CHECK(agreement.rows[0][i] == run.reported.at(agreement.columns[i]));
     REQUIRE(run.messages.size() == 1);
     CHECK(run.messages[0].find("px at most; they differ by ") != std::string::npos);
 

@@ -144,6 +144,24 @@ void check_format(StrictMap& entries)
                         (entry == nullptr ? "" : ", got " + to_json(*entry)));
 }
 
+Agreement agreement_from(const Value& value)
+{
+    StrictMap entries(value);
+    const auto number = [&](std::string_view name)
+    {
+        const double found = entries.take(name).as_double();
+        if (!(found >= 0))
+            throw Error(std::string(name) + ": expected a number that is not negative");
+        return found;
+    };
+    const Agreement agreement{.error_before = number("error_before"),
+                              .error_after = number("error_after"),
+                              .median_moved_px = number("median_moved_px"),
+                              .most_moved_px = number("most_moved_px")};
+    entries.refuse_others();
+    return agreement;
+}
+
 /// Calls `read` and says where, should it fail.
 template <class Read>
 auto at_place(const std::string& place, const Read& read)
@@ -168,6 +186,8 @@ Manifest manifest_from(const Value& root)
     manifest.uv = at_place("uv", [&] { return uv_type_from(entries.take("uv")); });
     manifest.heights_px = at_place("heights_px", [&] { return heights_from(entries.take("heights_px")); });
     manifest.has_style = entries.take("has_style").as_bool();
+    if (root.find("agreement") != nullptr)
+        manifest.agreement = at_place("agreement", [&] { return agreement_from(entries.take("agreement")); });
     std::set<std::pair<std::string, std::string>> frames;
     for (const Value& value : entries.take("views").as_list())
     {
@@ -227,6 +247,14 @@ std::vector<std::string> needed_files(const Manifest& manifest)
     return names;
 }
 
+Value to_value(const Agreement& agreement)
+{
+    return Value::Map{{"error_before", agreement.error_before},
+                      {"error_after", agreement.error_after},
+                      {"median_moved_px", agreement.median_moved_px},
+                      {"most_moved_px", agreement.most_moved_px}};
+}
+
 Value stamps_value(const std::map<std::string, FileStamp>& files)
 {
     Value::List list;
@@ -247,6 +275,8 @@ std::string to_text(const Manifest& manifest)
     root.set("uv", word_of(manifest.uv));
     root.set("heights_px", Value::List(manifest.heights_px.begin(), manifest.heights_px.end()));
     root.set("has_style", manifest.has_style);
+    if (manifest.agreement)
+        root.set("agreement", to_value(*manifest.agreement));
     root.set("views", std::move(views));
     root.set("files", stamps_value(manifest.files));
     return to_json(root, 1) + "\n";

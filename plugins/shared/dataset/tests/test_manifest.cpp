@@ -82,6 +82,9 @@ TEST_CASE("a manifest reads back as it was written")
     CHECK(read.uv == dataset::UvType::uint16);
     CHECK(read.heights_px == manifest.heights_px);
     CHECK(read.has_style);
+    CHECK_FALSE(read.agreement);
+    named.agreement = dataset::Agreement{0.25, 0.125, 7, 11.5};
+    CHECK(dataset::parse_manifest(dataset::to_text(named), "dataset.json").agreement == named.agreement);
     REQUIRE(read.views.size() == 1);
     CHECK(read.views[0].color == manifest.views[0].color);
     CHECK(read.views[0].depth == manifest.views[0].depth);
@@ -111,6 +114,8 @@ TEST_CASE("a manifest that is not as described is refused by file and entry")
     CHECK_THAT(set("heights_px", Value::List{6}), Contains("valid_pixels: 2 numbers; expected one per height, 1"));
     CHECK_THAT(set("views", Value::List{}), Contains("views: expected at least one"));
     CHECK_THAT(set("has_style", 1), Contains("room/dataset.json: expected"));
+    CHECK_THAT(set("agreement", Value::Map{{"error_before", -1.0}}), Contains("agreement: error_before: expected a number"));
+    CHECK_THAT(set("agreement", Value::Map{{"error_before", 1.0}}), Contains("agreement: the entry \"error_after\" is missing"));
     CHECK_THAT(set("comment", "x"), Contains("\"comment\" is not known"));
     CHECK_THAT(error_of([](Value& root) { root.find("conventions")->set("uv_origin", "upper left"); }),
                Contains("conventions: uv_origin: expected \"lower left\", got \"upper left\""));

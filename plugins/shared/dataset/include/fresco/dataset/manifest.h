@@ -48,12 +48,25 @@ struct FileStamp
     friend bool operator==(const FileStamp&, const FileStamp&) = default;
 };
 
+/// How well the pictures and the mesh fit, as frames.align measured it before and after it corrected the cameras.
+struct Agreement
+{
+    double error_before = 0;  ///< Mean difference of log brightness between views of a point, exposures removed.
+    double error_after = 0;
+    double median_moved_px = 0;  ///< Of the frames, how far their pictures moved on the surface.
+    double most_moved_px = 0;
+    friend bool operator==(const Agreement&, const Agreement&) = default;
+};
+/// An object with these entries.
+Value to_value(const Agreement& agreement);
+
 struct Manifest
 {
     std::string writer;  ///< What wrote it, "fresco 0.1.0"; may be empty.
     UvType uv = UvType::float32;
     std::vector<int> heights_px;  ///< Ascending.
     bool has_style = false;
+    std::optional<Agreement> agreement;  ///< Nothing: not measured.
     std::vector<View> views;
     std::map<std::string, FileStamp>
         files;  ///< By name, relative to the dataset's folder and '/'-separated; all but the manifest.

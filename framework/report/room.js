@@ -45,8 +45,9 @@ function coreOf(room, values) {
     return { middle: low.clone().add(high).multiplyScalar(0.5), reach: high.distanceTo(low) };
 }
 
-/// Fills the box; gives {inside, outside, standAt}. `cameras`: where the recorder stood, {position, forward, up, looking}, or nothing.
-async function showRoom(place, room, cameras) {
+/// Fills the box; gives {inside, outside, standAt}. `cameras`: where the recorder stood, {position, forward, up, looking}, or nothing;
+/// `up`: what a stage found, or nothing.
+async function showRoom(place, room, cameras, up) {
     if (!document.createElement("canvas").getContext("webgl"))
         throw new Error("this browser has no WebGL.");
     const renderer = new THREE.WebGLRenderer({ antialias: true, preserveDrawingBuffer: true });
@@ -57,7 +58,7 @@ async function showRoom(place, room, cameras) {
     scene.add(mesh);
     const reach = vector(room.extent).length();
     const camera = new THREE.PerspectiveCamera(60, 1, reach / 2000, reach * 10);
-    const upwards = vector(cameras?.up ?? [0, 0, 1]);
+    const upwards = vector(up ?? cameras?.up ?? [0, 0, 1]);
     camera.up.copy(upwards);
     const controls = new THREE.OrbitControls(camera, renderer.domElement);
     controls.screenSpacePanning = true;
@@ -98,7 +99,7 @@ async function showRoom(place, room, cameras) {
 }
 
 /// The room's section, and what puts the visitor to a pose; nulls where there is no room.
-function roomSection(media) {
+function roomSection(data, media) {
     const entry = media.filter(each => each.room).at(-1);
     if (!entry)
         return { node: null, standAt: null };
@@ -106,9 +107,10 @@ function roomSection(media) {
         return { node: section("The room", element("p", { class: "note" }, "To turn the room around here, build fresco where three.js is (Debian's libjs-three).")), standAt: null };
     const frames = media.filter(each => each.cameras);
     const cameras = (frames.filter(each => each.pictures).at(-1) ?? frames.at(-1))?.cameras;
+    const up = data.stages.map(stage => stage.figures.up).filter(Array.isArray).at(-1);
     const place = element("div", { id: "room" }, element("p", { class: "soft" }, "Drag: turn · right button: move · wheel: nearer and farther"));
     let shown = null;
-    const start = () => showRoom(place, entry.room, cameras).then(room => shown = room).catch(error =>
+    const start = () => showRoom(place, entry.room, cameras, up).then(room => shown = room).catch(error =>
         place.replaceChildren(element("p", { class: "soft" }, `The room cannot be shown here: ${error.message}`)));
     const { triangles, extent } = entry.room;
     const node = section("The room", place, element("div", { class: "bar" },

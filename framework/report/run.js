@@ -46,7 +46,7 @@ function originSection(data) {
 }
 
 function runPage(data, media) {
-    const room = roomSection(media);
+    const room = roomSection(data, media);
     const views = viewsOf(media);
     const charts = stage => curveCharts(stage.curves);
     document.body.append(element("main", {}, runHeading(data, media), problemBoxes(data), noteBoxes(media),

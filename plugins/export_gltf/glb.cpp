@@ -132,16 +132,14 @@ void add_quantized(tinygltf::Model& model, const QuantizedMesh& mesh, bool has_n
 }
 
 /// The parent turns the world upright, the child takes whole steps to meters.
-void add_nodes(tinygltf::Model& model, GltfUp up, const QuantizedMesh* quantized)
+void add_nodes(tinygltf::Model& model, const std::array<double, 4>& turn, const QuantizedMesh* quantized)
 {
-    const double half = std::sqrt(0.5);
     tinygltf::Node shown;
     shown.name = "room";
     shown.mesh = 0;
-    // x, y, z, w: a quarter turn about -X, or half a turn about X.
     std::vector<double> rotation;
-    if (up != GltfUp::keep)
-        rotation = up == GltfUp::z ? std::vector<double>{-half, 0, 0, half} : std::vector<double>{1, 0, 0, 0};
+    if (turn != std::array<double, 4>{0, 0, 0, 1})
+        rotation.assign(turn.begin(), turn.end());
     if (quantized != nullptr)
     {
         const Vec3d origin = vec_cast<double>(quantized->origin);
@@ -214,7 +212,7 @@ std::string make_glb(const WeldedMesh& mesh, const std::vector<std::byte>& image
         add_plain(model, mesh, has_normals, primitive.attributes);
     if (!mesh.colors.empty())
         primitive.attributes["COLOR_0"] = add_colors(model, mesh);
-    add_nodes(model, options.up, options.quantize ? &steps : nullptr);
+    add_nodes(model, options.turn, options.quantize ? &steps : nullptr);
     add_material(model, image, options);
     const std::string glb = gltf::written_glb(model);
     return options.compress ? compressed_glb(glb) : glb;

@@ -2,6 +2,7 @@
 
 #include <fresco/texturing/welded_mesh.h>
 
+#include <array>
 #include <cstddef>
 #include <string>
 #include <vector>
@@ -15,21 +16,13 @@ enum class GltfMaterial
     pbr     ///< Lit, rough, not metallic; with smooth normals.
 };
 
-/// Which axis of the mesh points up; glTF's is +Y.
-enum class GltfUp
-{
-    keep,     ///< Positions and node as they are.
-    z,        ///< The node is turned so that the mesh's +Z becomes +Y.
-    minus_y,  ///< The node is turned so that the mesh's -Y becomes +Y.
-};
-
 struct GlbOptions
 {
     GltfMaterial material;
-    GltfUp up;
-    std::string image_type;  ///< MIME type of the picture's bytes.
-    bool quantize;           ///< KHR_mesh_quantization, see quantized_mesh.h.
-    bool compress;           ///< EXT_meshopt_compression; the mesh should be in the order of order_for_compression.
+    std::array<double, 4> turn;  ///< Unit quaternion (x, y, z, w) of the node; {0, 0, 0, 1}: not turned.
+    std::string image_type;      ///< MIME type of the picture's bytes.
+    bool quantize;               ///< KHR_mesh_quantization, see quantized_mesh.h.
+    bool compress;               ///< EXT_meshopt_compression; the mesh should be in the order of order_for_compression.
 };
 
 /// A binary glTF 2.0 file of one mesh, with one picture unless `image` is empty. glTF's v runs downwards: 1 - v is written.

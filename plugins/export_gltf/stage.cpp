@@ -1,5 +1,6 @@
 #include <fresco/files.h>
 #include <fresco/files_io.h>
+#include <fresco/geometry/upright_option.h>
 #include <fresco/stage.h>
 #include <fresco/texture.h>
 #include <fresco/texturing/exported_file.h>
@@ -31,8 +32,7 @@ class ExportGltf final : public Stage
         "16-bit positions and texcoords, 8-bit normals (KHR_mesh_quantization): 12 bytes per vertex instead of 20"};
     Option<std::string> compression{this, "compression", "none", one_of({"none", "meshopt"}),
                                     "meshopt: EXT_meshopt_compression, which not every viewer reads; triangles are reordered"};
-    Option<std::string> up{this, "up", "keep", one_of({"keep", "z", "-y"}),
-                           "World axis that points up: the node is rotated so that it becomes glTF's +Y; keep: no rotation"};
+    geometry::UprightOption up{this};
 
     Cost cost() const override
     {
@@ -41,14 +41,12 @@ class ExportGltf final : public Stage
                 .disk_mb = {.per_face = 2.4e-5, .per_texel = 2e-6}};
     }
 
-    GlbOptions glb_options() const
+    GlbOptions glb_options(RunContext& run) const
     {
         // Without any color an unlit shape would be white all over.
         const bool has_colors = exported.has_picture() || !exported.mesh().colors.empty();
         return {.material = *material == "pbr" || !has_colors ? GltfMaterial::pbr : GltfMaterial::unlit,
-                .up = *up == "z"    ? GltfUp::z
-                      : *up == "-y" ? GltfUp::minus_y
-                                    : GltfUp::keep,
+                .turn = up.turn(exported.mesh(), {0, 1, 0}, run),
                 .image_type = picture.extension() == ".jpg" ? "image/jpeg" : "image/png",
                 .quantize = *quantize,
                 .compress = *compression == "meshopt"};
@@ -64,7 +62,7 @@ class ExportGltf final : public Stage
     void run(RunContext& run) override
     {
         check_inputs();
-        const GlbOptions options = glb_options();
+        const GlbOptions options = glb_options(run);
         PictureOptions::Encoded image;
         if (exported.has_picture())
             image = picture.encoded(exported.textured(), picture.extension(), run);

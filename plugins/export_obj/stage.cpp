@@ -1,5 +1,6 @@
 #include <fresco/files.h>
 #include <fresco/files_io.h>
+#include <fresco/geometry/upright_option.h>
 #include <fresco/mesh_io.h>
 #include <fresco/stage.h>
 #include <fresco/texture.h>
@@ -22,6 +23,7 @@ class ExportObj final : public Stage
     ExportedMesh exported{this};
     Output<Files> files{this, "files", "An .obj file, and a .mtl and the picture of the same name beside it"};
     Option<OutputName> path{this, "path", OutputName{"room.obj"}, "Output path below --out; ends in .obj, without spaces"};
+    geometry::UprightOption up{this};
     PictureOptions picture{this};
 
     Cost cost() const override
@@ -40,7 +42,7 @@ class ExportObj final : public Stage
         std::filesystem::create_directories(file.parent_path());
         const auto name_of = [](const std::string& name) { return std::filesystem::path(name).filename().string(); };
 
-        Mesh meant = exported.mesh();
+        Mesh meant = up.standing(exported.mesh(), {0, 1, 0}, run);
         Files result;
         result.names = {path->path};
         std::string mtl;

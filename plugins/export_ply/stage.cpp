@@ -1,5 +1,6 @@
 #include <fresco/files.h>
 #include <fresco/files_io.h>
+#include <fresco/geometry/upright_option.h>
 #include <fresco/mesh_io.h>
 #include <fresco/stage.h>
 #include <fresco/texture.h>
@@ -27,6 +28,7 @@ class ExportPly final : public Stage
         this, "texcoords", "vertex", one_of({"vertex", "face", "none"}),
         "vertex: s and t, split along seams, as Blender reads them; face: six numbers per face, as MeshLab reads them"};
     Option<bool> colors{this, "colors", false, "Also write the picture's color around each vertex, as vertex colors"};
+    geometry::UprightOption up{this};
     PictureOptions picture{this};
 
     Cost cost() const override
@@ -64,7 +66,7 @@ class ExportPly final : public Stage
             result.names.push_back(picture.write(exported.textured(), folder, path->path, run));
             picture_name = std::filesystem::path(result.names.back()).filename().string();
         }
-        const Mesh meant = arranged(exported.mesh(), colors_to_write(run), place());
+        const Mesh meant = arranged(up.standing(exported.mesh(), {0, 0, 1}, run), colors_to_write(run), place());
         run.check_canceled();
         const auto file = folder / path->path;
         write_file(file, textured_ply(meant, place(), picture_name));

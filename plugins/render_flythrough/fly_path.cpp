@@ -1,5 +1,7 @@
 #include "fly_path.h"
 
+#include <fresco/cameras_up.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -104,14 +106,6 @@ std::vector<RigidTransform> recorded_path(std::span<const RigidTransform> record
     return path;
 }
 
-Vec3d mean_up(std::span<const RigidTransform> poses)
-{
-    Vec3d up;
-    for (const RigidTransform& pose : poses)
-        up += pose.direction({0, -1, 0});
-    return length(up) > 1e-9 ? normalized(up) : Vec3d{0, 0, 1};
-}
-
 OrbitArc orbit_arc(std::span<const double> shares)
 {
     constexpr double least = 0.5;
@@ -139,7 +133,7 @@ OrbitArc orbit_arc(std::span<const double> shares)
 std::vector<RigidTransform> orbit_path(std::span<const RigidTransform> recorded, double radius_m, double down_deg,
                                        std::size_t count, const OrbitArc& arc)
 {
-    const Vec3d up = mean_up(recorded);
+    const Vec3d up = cameras_up(recorded).value_or(Vec3d{0, 0, 1});
     Vec3d middle;
     for (const RigidTransform& pose : recorded)
         middle += pose.translation * (1.0 / static_cast<double>(recorded.size()));

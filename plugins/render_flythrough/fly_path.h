@@ -12,9 +12,6 @@
 std::vector<fresco::RigidTransform> recorded_path(std::span<const fresco::RigidTransform> recorded, double smoothing_count,
                                                   std::size_t count);
 
-/// Which way is up by the poses: the mean of where their -y points. Unit length, (0, 0, 1) where that is nothing.
-fresco::Vec3d mean_up(std::span<const fresco::RigidTransform> poses);
-
 /// The directions of an orbit, radians to the right of where it looks ahead: from `first` to `last` and back, or once around.
 struct OrbitArc
 {

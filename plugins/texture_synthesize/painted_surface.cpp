@@ -84,40 +84,6 @@ std::vector<double> face_areas(const Mesh& mesh)
     return areas;
 }
 
-/// The direction along which most of the surface faces: of a ball of candidates the best, refined by the mean around it.
-Vec3f main_direction(const PaintedSurface& surface, const std::vector<double>& areas)
-{
-    Vec3f best{0, 0, 1};
-    double most = -1;
-    constexpr int count = 200;
-    for (int i = 0; i < count; ++i)
-    {
-        // Half a sphere in a golden spiral.
-        const float z = 1 - (static_cast<float>(i) + 0.5F) / count;
-        const float radius = std::sqrt(1 - z * z);
-        const float angle = static_cast<float>(i) * 2.399963F;
-        const Vec3f axis{radius * std::cos(angle), radius * std::sin(angle), z};
-        if (const double along = facing(surface, areas, axis); along > most)
-        {
-            most = along;
-            best = axis;
-        }
-    }
-    for (int round = 0; round < 5; ++round)
-    {
-        Vec3d sum;
-        for (std::size_t f = 0; f < areas.size(); ++f)
-        {
-            const float along = dot(surface.normals[f], best);
-            if (std::abs(along) > 0.9F)
-                sum += vec_cast<double>(surface.normals[f]) * (along > 0 ? areas[f] : -areas[f]);
-        }
-        if (dot(sum, sum) > 0)
-            best = vec_cast<float>(normalized(sum));
-    }
-    return best;
-}
-
 /// The same line, pointing along the coordinate axis that it is nearest to, so that it does not depend on chance.
 Vec3f positive(Vec3f axis)
 {
@@ -150,10 +116,10 @@ PaintedSurface::PaintedSurface(const Mesh& of, const Progress& progress) : mesh(
         uv_per_m.push_back(area[c] > 0 ? std::sqrt(uv_area[c] / area[c]) : 0.0);
 }
 
-Upright upright(const PaintedSurface& surface, const std::optional<Vec3f>& up)
+Upright upright(const PaintedSurface& surface, Vec3f up)
 {
     const std::vector<double> areas = face_areas(surface.mesh);
-    const Vec3f axis = up ? normalized(*up) : positive(main_direction(surface, areas));
+    const Vec3f axis = normalized(up);
     return {axis, positive(ahead_of(surface, areas, axis))};
 }
 

@@ -5,7 +5,6 @@
 #include <fresco/progress.h>
 #include <fresco/texturing/charts.h>
 
-#include <optional>
 #include <vector>
 
 namespace fresco::synthesize
@@ -37,10 +36,9 @@ struct PaintedSurface
     PaintedSurface(const Mesh& of, const Progress& progress);
 };
 
-/// Which way is up. With `up`: that direction; `ahead` is then the horizontal direction that most of the surface faces along.
-/// Without: of the three perpendicular directions that most of the surface faces along, the one with most of it.
-/// From the area-weighted normals; the same for any order of the faces up to rounding.
-Upright upright(const PaintedSurface& surface, const std::optional<Vec3f>& up);
+/// `ahead` is the horizontal direction that most of the surface faces along, from the area-weighted normals; the same for any
+/// order of the faces up to rounding.
+Upright upright(const PaintedSurface& surface, Vec3f up);
 
 /// How a picture hangs there: its top is up on walls and slopes, and points ahead on what is within 45 degrees of level.
 TangentFrame frame_at(Vec3f normal, const Upright& upright);

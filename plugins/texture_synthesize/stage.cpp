@@ -2,11 +2,10 @@
 #include "synthesis.h"
 
 #include <fresco/frames.h>
+#include <fresco/geometry/upright_option.h>
 #include <fresco/stage.h>
 #include <fresco/texture.h>
 
-#include <cmath>
-#include <optional>
 #include <string>
 
 using namespace fresco;
@@ -30,8 +29,8 @@ class TextureSynthesize final : public Stage
     Option<bool> recolor{this, "recolor", true, "First recolor the start with the picture's colors; false: it already has them"};
     Option<double> completeness{this, "completeness", 2.0, range(0.01, 1000),
                                 "Smaller values use all parts of the picture more evenly"};
-    Option<std::vector<double>> up{this, "up", std::vector<double>{},
-                                   "Upward direction [x, y, z]; empty: from the frames' cameras, or else from the mesh"};
+    Option<std::string> up{this, "up", "auto", one_of({"auto", "x", "y", "z", "-x", "-y", "-z"}),
+                           "World axis that points up; auto: found from the frames' cameras and the mesh's level surfaces"};
     Option<int> patch_px{this, "patch_px", 11, range(5, 21), "Side of a copied patch in texels, odd; strokes are 8 texels wide"};
     Option<int> levels_count{this, "levels_count", 2, range(1, 4), "Scales to paint at, each half as fine as the next"};
     Option<int> rounds_count{this, "rounds_count", 6, range(1, 100), "Rounds of search and vote at each scale"};
@@ -55,27 +54,6 @@ class TextureSynthesize final : public Stage
                 .texels = {.squares_of = "size_px"}};
     }
 
-    std::optional<Vec3f> given_up() const
-    {
-        if (!up->empty())
-        {
-            if (up->size() != 3)
-                throw Error("option \"up\" has " + std::to_string(up->size()) + " numbers; expected [x, y, z]");
-            const Vec3d direction{(*up)[0], (*up)[1], (*up)[2]};
-            if (!(length(direction) > 1e-6))
-                throw Error("option \"up\" is [0, 0, 0]; expected a direction such as [0, 0, 1]");
-            return vec_cast<float>(normalized(direction));
-        }
-        if (!frames.has_value())
-            return std::nullopt;
-        Vec3d sum;
-        for (const Frame& frame : frames->frames)
-            sum += frame.color.world_from_camera.direction({0, -1, 0});
-        // Cameras that look every way up say nothing.
-        return length(sum) > 0.3 * static_cast<double>(frames->frames.size()) ? std::optional(vec_cast<float>(normalized(sum)))
-                                                                              : std::nullopt;
-    }
-
     void check() const
     {
         check_mesh(*mesh, "the mesh on port 'mesh'");
@@ -92,7 +70,8 @@ class TextureSynthesize final : public Stage
     {
         check();
         const synthesize::PaintedSurface surface(*mesh, run);
-        const synthesize::Upright upright = synthesize::upright(surface, given_up());
+        const Vec3d upward = *up == "auto" ? geometry::found_up(*mesh, frames, run).direction : geometry::named_axis(*up);
+        const synthesize::Upright upright = synthesize::upright(surface, vec_cast<float>(upward));
         synthesize::StartPicture picture(surface, *start, run);
         if (*recolor)
             picture.recolor(style->pixels);

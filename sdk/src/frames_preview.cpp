@@ -1,3 +1,4 @@
+#include <fresco/cameras_up.h>
 #include <fresco/frames.h>
 #include <fresco/preview.h>
 
@@ -30,29 +31,12 @@ Vec3d mean_direction(const std::vector<Frame>& frames, Vec3d axis)
     return mean;
 }
 
-/// Which way is up, unit length: what the cameras' horizontal axes are most nearly perpendicular to, as recorders are held level
-/// however far they look down.
-Vec3d upwards(const std::vector<Frame>& frames)
+std::vector<RigidTransform> poses_of(const std::vector<Frame>& frames)
 {
-    // Of a symmetric matrix: the mean of r rᵀ, less a little of m mᵀ, which decides where all cameras look the same way.
-    constexpr double share_of_mean = 0.05;
-    constexpr int steps = 200;
-    const Vec3d mean = mean_direction(frames, {0, -1, 0});
-    if (!(length(mean) > 0))
-        return {0, 0, 1};
-    Vec3d up = normalized(mean);
-    // The eigenvector of the smallest eigenvalue, none of which is more than one.
-    for (int step = 0; step < steps; ++step)
-    {
-        Vec3d product = mean * (-share_of_mean * dot(mean, up));
-        for (const Frame& frame : frames)
-        {
-            const Vec3d right = frame.color.world_from_camera.direction({1, 0, 0});
-            product += right * (dot(right, up) / static_cast<double>(frames.size()));
-        }
-        up = normalized(up - product);
-    }
-    return dot(up, mean) < 0 ? up * -1.0 : up;
+    std::vector<RigidTransform> poses;
+    for (const Frame& frame : frames)
+        poses.push_back(frame.color.world_from_camera);
+    return poses;
 }
 
 }  // namespace
@@ -73,7 +57,7 @@ void Frames::preview(Preview& page) const
     if (frames.empty() || (shown.empty() && !page.last))
         return;
     Value::Map cameras = pose_of(frames.front().color);
-    cameras[2].second = triple(upwards(frames));
+    cameras[2].second = triple(cameras_up(poses_of(frames)).value_or(Vec3d{0, 0, 1}));
     cameras.emplace_back("looking", triple(mean_direction(frames, {0, 0, 1})));
     page.set("cameras", std::move(cameras));
     for (const Frame* frame : shown)

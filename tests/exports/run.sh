@@ -11,22 +11,25 @@ stages:
   uvmaps: {type: uvmaps.raster, input: {mesh: atlas, frames: scan.frames}, heights_px: [120]}
   texture: {type: texture.from_frames, input: {uvmaps: uvmaps, frames: scan.frames}}
   bake: {type: texture.bake, input: {texture: texture, mesh: atlas}}
-  plain: {type: export.gltf, input: bake, path: plain.glb}
+  plain: {type: export.gltf, input: bake, path: plain.glb, up: keep}
   lit: {type: export.gltf, input: bake, path: lit.glb, material: pbr, image_format: jpeg, up: z}
-  small: {type: export.gltf, input: bake, path: small.glb, quantize: true, max_texture_px: 128, image_format: jpeg, jpeg_quality: 80}
+  small: {type: export.gltf, input: bake, path: small.glb, up: keep, quantize: true, max_texture_px: 128, image_format: jpeg, jpeg_quality: 80}
   small_lit: {type: export.gltf, input: bake, path: small_lit.glb, quantize: true, material: pbr, up: z}
   packed: {type: export.gltf, input: bake, path: packed.glb, quantize: true, material: pbr, compression: meshopt}
   packed_floats: {type: export.gltf, input: bake, path: packed_floats.glb, compression: meshopt}
   bare: {type: export.gltf, input: atlas, path: bare.glb}
   bare_small: {type: export.gltf, input: scan.mesh, path: bare_small.glb, quantize: true, material: pbr, up: z, compression: meshopt}
-  obj: {type: export.obj, input: bake, path: obj/room.obj}
-  ply: {type: export.ply, input: bake, path: vertex.ply, colors: true}
+  obj: {type: export.obj, input: bake, path: obj/room.obj, up: z}
+  ply: {type: export.ply, input: bake, path: vertex.ply, colors: true, up: z}
   ply_faces: {type: export.ply, input: bake, path: face.ply, texcoords: face, image_format: jpeg}
+  standing: {type: export.gltf, input: {textured_mesh: bake, frames: scan}, path: standing.glb}
+  standing_obj: {type: export.obj, input: {textured_mesh: bake, frames: scan}, path: obj/standing.obj}
+  standing_ply: {type: export.ply, input: {textured_mesh: bake, frames: scan}, path: standing.ply}
   picture: {type: export.texture, input: bake, path: picture.npy}
 YAML
 "$fresco" run "$work/room.yaml" --store "$work/store" --out "$work/out" 2>&1 | tee "$work/log"
 lines=$(grep -c ', valid$' "$work/log") || true
-[ "$lines" -eq 15 ] || fail "$lines files were said to be valid, not 15"
+[ "$lines" -eq 20 ] || fail "$lines files were said to be valid, not 20"
 ls -l "$work/out" "$work/out/obj"
 
 cp "$source"/tests/gltf_validator/* "$work/"

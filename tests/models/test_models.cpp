@@ -136,11 +136,11 @@ TEST_CASE("what is exported is read again with its picture, in each format")
 {
     const testing::TemporaryFolder folder;
     Chain chain(model_samples::write_glb_box(folder.path()));
-    for (const auto& [type, options] : {std::pair{"export.gltf", Value(Value::Map{})},
-                                        {"export.gltf", Value(Value::Map{{"quantize", true}})},
-                                        {"export.obj", Value(Value::Map{})},
-                                        {"export.ply", Value(Value::Map{})},
-                                        {"export.ply", Value(Value::Map{{"texcoords", "face"}})}})
+    for (const auto& [type, options] : {std::pair{"export.gltf", Value(Value::Map{{"up", "keep"}})},
+                                        {"export.gltf", Value(Value::Map{{"up", "keep"}, {"quantize", true}})},
+                                        {"export.obj", Value(Value::Map{{"up", "keep"}})},
+                                        {"export.ply", Value(Value::Map{{"up", "keep"}})},
+                                        {"export.ply", Value(Value::Map{{"up", "keep"}, {"texcoords", "face"}})}})
     {
         INFO(type);
         const Chain again(chain.exported(type, options));

@@ -66,7 +66,7 @@ class Chain
         run(TEXTURE_BAKE_FILE, "texture.bake", Value::Map{{"unseen", unseen}}, {{"texture", texture}, {"mesh", room_}},
             folder_.path());
         baked_ = TexturedMesh::load({folder_.path() / "textured_mesh", folder_.path()});
-        run(EXPORT_GLTF_FILE, "export.gltf", Value::Map{}, {{"textured_mesh", baked_}}, folder_.path());
+        run(EXPORT_GLTF_FILE, "export.gltf", Value::Map{{"up", "keep"}}, {{"textured_mesh", baked_}}, folder_.path());
         return folder_.path() / "files" / "room.glb";
     }
 

@@ -4,12 +4,14 @@
 
 #include <fresco/files.h>
 #include <fresco/files_io.h>
+#include <fresco/frames.h>
 #include <fresco/testing.h>
 #include <fresco/texture.h>
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
+#include <cmath>
 #include <cstring>
 #include <map>
 #include <memory>
@@ -96,6 +98,23 @@ inline Exported exported_from(const fresco::Value& options, const Inputs& inputs
     fresco::testing::run_stage(dynamic_cast<fresco::Stage&>(*made), all, inputs, folder.path(), run, factory);
     const auto files = fresco::Files::load({folder.path() / "files", folder.path()});
     return {fresco::read_text_file(folder.path() / "files" / files->names.at(0)), files->names, run.reported, run.messages};
+}
+
+/// A floor that looks along `up`, and a frame whose camera stands on it, looks level, and is 10 degrees off around its axis.
+inline Inputs leaning_floor(fresco::Vec3d up)
+{
+    using namespace fresco;
+    const Vec3d right = normalized(cross(Vec3d{0.3, 0.5, 0.7}, up));
+    const Vec3d ahead = cross(up, right);
+    const auto textured = std::make_shared<TexturedMesh>(square());
+    textured->mesh.positions = {{}, vec_cast<float>(right), vec_cast<float>(right + ahead), vec_cast<float>(ahead)};
+    textured->mesh.triangles.pop_back();
+    textured->mesh.texcoords.resize(6);
+    const Vec3d x = right * std::cos(0.1745) + up * std::sin(0.1745);
+    const Vec3d y = cross(ahead, x);
+    const auto frames = std::make_shared<Frames>();
+    frames->frames.emplace_back().color.world_from_camera.rotation.m = {x.x, y.x, ahead.x, x.y, y.y, ahead.y, x.z, y.z, ahead.z};
+    return {{"textured_mesh", textured}, {"frames", frames}};
 }
 
 inline Exported exported(const fresco::Value& options, const fresco::TexturedMesh& textured = square())

@@ -57,7 +57,7 @@ std::vector<GlbOptions> all_options()
     for (const GltfMaterial material : {GltfMaterial::unlit, GltfMaterial::pbr})
         for (const bool quantize : {false, true})
             for (const bool compress : {false, true})
-                result.push_back({material, GltfUp::z, "image/png", quantize, compress});
+                result.push_back({material, {-0.6, 0, 0, 0.8}, "image/png", quantize, compress});
     return result;
 }
 }  // namespace
@@ -91,7 +91,7 @@ TEST_CASE("entries that lie are named")
 {
     const auto refused = [](const GlbOptions& options, std::string_view from, std::string_view to, const std::string& reason)
     { CHECK_THAT(error_after(file_of(options), from, to), Contains("a.glb: ") && Contains(reason)); };
-    const GlbOptions plain{GltfMaterial::unlit, GltfUp::keep, "image/png", false, false};
+    const GlbOptions plain{GltfMaterial::unlit, {0, 0, 0, 1}, "image/png", false, false};
     CHECK(error_after(file_of(plain), "\"count\":6", "\"count\":6").empty());
     refused(plain, "\"count\":6", "\"count\":9", "accessors[0]: 9 rows of 2 bytes at byte 0 do not fit");
     refused(plain, "\"count\":6", "\"count\":5", "expected a multiple of 3");
@@ -107,9 +107,9 @@ TEST_CASE("entries that lie are named")
     refused(plain, "KHR_materials_unlit\"]", "KHR_materials_unlot\"]", "do not agree");
     refused(plain, "\"mode\":4", "\"mode\":5", "expected triangles (4)");
     refused(plain, "[{\"byteLength\":1", "[{\"byteLength\":9", "buffers[0]: byteLength");
-    refused({GltfMaterial::unlit, GltfUp::keep, "image/png", true, false}, "Required\":[\"KHR_mesh", "Required\":[\"KHR_mosh",
+    refused({GltfMaterial::unlit, {0, 0, 0, 1}, "image/png", true, false}, "Required\":[\"KHR_mesh", "Required\":[\"KHR_mosh",
             "KHR_mosh_quantization, which is not supported");
-    const GlbOptions packed{GltfMaterial::pbr, GltfUp::z, "image/png", true, true};
+    const GlbOptions packed{GltfMaterial::pbr, {-0.6, 0, 0, 0.8}, "image/png", true, true};
     CHECK(error_after(file_of(packed), "\"count\":6", "\"count\":6").empty());
     refused(packed, "Required\":[\"KHR_mesh_quantization\",\"EXT_meshopt", "Required\":[\"KHR_mesh_quantization\",\"EXT_mashopt",
             "expected EXT_meshopt_compression, which bufferViews use");

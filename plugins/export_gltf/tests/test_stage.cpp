@@ -29,8 +29,9 @@ TEST_CASE("the file holds the mesh in glTF's conventions")
     CHECK(glb.json.at("bufferViews").at(0).at("target") == 34963);
     CHECK(result.report.at("triangles").as_int() == 3);
     CHECK(result.report.at("position_error_m").as_double() == 0);
-    REQUIRE(result.messages.size() == 1);
-    CHECK_THAT(result.messages[0],
+    REQUIRE(result.messages.size() == 2);
+    CHECK_THAT(result.messages[0], Catch::Contains("its axes are kept"));
+    CHECK_THAT(result.messages[1],
                Catch::StartsWith("room.glb: ") && Catch::EndsWith(", valid") && Catch::Contains("3 triangles"));
 }
 
@@ -62,20 +63,41 @@ TEST_CASE("unlit is declared, pbr brings normals")
     CHECK(lit.primitive().at("attributes").contains("NORMAL"));
 }
 
+namespace
+{
+Vec3d turned_by_node(const Exported& of, Vec3d p)
+{
+    const auto q = Glb(of.file).json.at("nodes").at(0).value("rotation", std::vector<double>{0, 0, 0, 1});
+    const Vec3d axis{q[0], q[1], q[2]};
+    // v' = v + 2w (a x v) + 2 a x (a x v)
+    return p + cross(axis, p) * (2 * q[3]) + cross(axis, cross(axis, p)) * 2.0;
+}
+}  // namespace
+
+TEST_CASE("by default the node turns the floor's normal to +Y, the cameras tell floors from ceilings")
+{
+    for (const Vec3d up : {Vec3d{0, -1, 0}, normalized(Vec3d{0.1, -0.8, -0.5}), normalized(Vec3d{-0.6, 0.2, 0.7})})
+    {
+        const Inputs inputs = leaning_floor(up);
+        for (const bool quantize : {false, true})
+        {
+            const Exported result = exported_from(Value::Map{{"quantize", quantize}}, inputs);
+            CHECK(length(turned_by_node(result, up) - Vec3d{0, 1, 0}) < 1e-6);
+            CHECK(result.report.at("up_from").as_string() == "cameras and plane");
+            CHECK(result.report.at("up_plane_deg").as_double() == Approx(10).margin(0.01));
+            CHECK(result.report.at("up_plane_share").as_double() == Approx(1));
+            CHECK(std::abs(result.report.at("up").as_list().at(1).as_double() - up.y) < 1e-6);
+        }
+    }
+}
+
 TEST_CASE("the node turns the world's up to +Y and leaves the positions")
 {
-    const auto turned = [](const char* up, Vec3d p)
-    {
-        const Glb glb(exported(Value::Map{{"up", up}}).file);
-        const auto& node = glb.json.at("nodes").at(0);
-        const auto q = node.value("rotation", std::vector<double>{0, 0, 0, 1});
-        const Vec3d axis{q[0], q[1], q[2]};
-        // v' = v + 2w (a x v) + 2 a x (a x v)
-        return p + cross(axis, p) * (2 * q[3]) + cross(axis, cross(axis, p)) * 2.0;
-    };
+    const auto turned = [](const char* up, Vec3d p) { return turned_by_node(exported(Value::Map{{"up", up}}), p); };
     CHECK(length(turned("z", {0, 0, 1}) - Vec3d{0, 1, 0}) < 1e-9);
     CHECK(length(turned("z", {1, 0, 0}) - Vec3d{1, 0, 0}) < 1e-9);
     CHECK(length(turned("-y", {0, -1, 0}) - Vec3d{0, 1, 0}) < 1e-9);
+    CHECK(length(turned("x", {1, 0, 0}) - Vec3d{0, 1, 0}) < 1e-9);
     CHECK(length(turned("keep", {0, 0, 1}) - Vec3d{0, 0, 1}) < 1e-9);
     CHECK_FALSE(Glb(exported(Value::Map{}).file).json.at("nodes").at(0).contains("rotation"));
 }

@@ -59,9 +59,9 @@ TEST_CASE("obj, mtl and png stand beside each other and name each other")
 {
     testing::TemporaryFolder folder;
     const auto messages = export_to(folder.path(), Value::Map{{"path", "scene/kitchen.obj"}});
-    REQUIRE(messages.size() == 2);
-    CHECK_THAT(messages[0], Catch::Contains("scene/kitchen.png: ") && Catch::Contains("4 x 4 texels, valid"));
-    CHECK_THAT(messages[1], Catch::Contains("scene/kitchen.obj: ") && Catch::Contains("2 triangles, valid"));
+    REQUIRE(messages.size() == 3);
+    CHECK_THAT(messages[1], Catch::Contains("scene/kitchen.png: ") && Catch::Contains("4 x 4 texels, valid"));
+    CHECK_THAT(messages[2], Catch::Contains("scene/kitchen.obj: ") && Catch::Contains("2 triangles, valid"));
     const auto files = Files::load({folder.path() / "files", folder.path()});
     CHECK(files->names == std::vector<std::string>{"scene/kitchen.obj", "scene/kitchen.mtl", "scene/kitchen.png"});
     const auto base = folder.path() / "files" / "scene";
@@ -104,8 +104,8 @@ TEST_CASE("a mesh without a picture is one file with vertex colors and texcoords
     {
         if (!with_texcoords)
             mesh.texcoords.clear();
-        testing::run_stage(dynamic_cast<Stage&>(*made), Value::Map{}, {{"mesh", std::make_shared<Mesh>(mesh)}}, folder.path(),
-                           run, factory);
+        testing::run_stage(dynamic_cast<Stage&>(*made), Value::Map{{"up", "keep"}}, {{"mesh", std::make_shared<Mesh>(mesh)}},
+                           folder.path(), run, factory);
         CHECK(Files::load({folder.path() / "files", folder.path()})->names == std::vector<std::string>{"room.obj"});
         const Mesh read = read_mesh(folder.path() / "files/room.obj");
         CHECK(read.positions == mesh.positions);
@@ -113,4 +113,20 @@ TEST_CASE("a mesh without a picture is one file with vertex colors and texcoords
         CHECK(read.texcoords == mesh.texcoords);
         CHECK_FALSE(read_text_file(folder.path() / "files/room.obj").starts_with("mtllib"));
     }
+}
+
+TEST_CASE("the mesh is turned to stand with y up")
+{
+    testing::TemporaryFolder folder;
+    export_to(folder.path(), Value::Map{{"up", "z"}});
+    const Mesh mesh = square().mesh;
+    const Mesh read = read_mesh(folder.path() / "files/room.obj");
+    REQUIRE(read.positions.size() == mesh.positions.size());
+    for (std::size_t v = 0; v < mesh.positions.size(); ++v)
+    {
+        CHECK(read.positions[v].x == Approx(mesh.positions[v].x).margin(0.01));
+        CHECK(read.positions[v].y == Approx(mesh.positions[v].z).margin(0.01));
+        CHECK(read.positions[v].z == Approx(-mesh.positions[v].y).margin(0.01));
+    }
+    CHECK(read.texcoords == mesh.texcoords);
 }

@@ -45,6 +45,8 @@ std::unique_ptr<Exported> exported(const Value& options, const TexturedMesh& tex
     testing::TestFactory factory;
     factory.add("image.opencv", [] { return std::make_shared<stored_png::Codec>(); });
     Value all = options;
+    if (!all.find("up"))
+        all.set("up", "keep");
     all.set("images", Value::Map{{"type", "image.opencv"}});
     testing::run_stage(dynamic_cast<Stage&>(*made), all, {{"textured_mesh", std::make_shared<TexturedMesh>(textured)}},
                        result->folder.path(), result->run, factory);
@@ -60,6 +62,20 @@ std::string header_of(const fs::path& file)
 }
 
 }  // namespace
+
+TEST_CASE("the mesh is turned to stand with z up")
+{
+    const auto result = exported(Value::Map{{"up", "y"}, {"texcoords", "none"}});
+    const Mesh mesh = two_squares().mesh;
+    const Mesh read = read_mesh(result->path("room.ply"));
+    REQUIRE(read.positions.size() == mesh.positions.size());
+    for (std::size_t v = 0; v < mesh.positions.size(); ++v)
+    {
+        CHECK(read.positions[v].x == Approx(mesh.positions[v].x).margin(1e-6));
+        CHECK(read.positions[v].y == Approx(-mesh.positions[v].z).margin(1e-6));
+        CHECK(read.positions[v].z == Approx(mesh.positions[v].y).margin(1e-6));
+    }
+}
 
 TEST_CASE("with texcoords at vertices the mesh is split along seams, and nowhere else")
 {
@@ -144,7 +160,7 @@ TEST_CASE("a mesh without a picture is one file with its vertex colors, and with
     mesh.colors = {{1, 2, 3}, {4, 5, 6}, {7, 8, 9}, {10, 11, 12}, {13, 14, 15}, {16, 17, 18}};
     for (const char* texcoords : {"vertex", "face", "none", ""})
     {
-        Value options = Value::Map{{"texcoords", *texcoords == 0 ? "vertex" : texcoords}};
+        Value options = Value::Map{{"texcoords", *texcoords == 0 ? "vertex" : texcoords}, {"up", "keep"}};
         if (*texcoords == 0)
             mesh.texcoords.clear();
         testing::TemporaryFolder folder;

@@ -115,7 +115,6 @@ TEST_CASE("an orbit is level, turns to the right and closes")
     const std::vector<RigidTransform> recorded{standing({1, 5, 0}, 0.4), standing({3, 5, 0}, 2.0)};
     const auto path = orbit_path(recorded, 0.5, 30, 8);
     REQUIRE(path.size() == 8);
-    CHECK(length(mean_up(recorded) - Vec3d{0, -1, 0}) < 1e-12);
     for (std::size_t i = 0; i < 8; ++i)
     {
         CHECK(length(path[i].translation - Vec3d{2, 5, 0}) == Approx(0.5));

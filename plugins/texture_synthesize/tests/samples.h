@@ -11,7 +11,6 @@
 #include <cmath>
 #include <cstdint>
 #include <numbers>
-#include <optional>
 
 /// \file Surfaces and pictures that are known by hand.
 
@@ -105,7 +104,7 @@ inline Mesh room(Vec3f size, int quads = 3)
 /// A mesh, ready to lay patches on.
 struct Prepared
 {
-    Prepared(const Mesh& of, double spacing_m, std::optional<Vec3f> up = Vec3f{0, 1, 0})
+    Prepared(const Mesh& of, double spacing_m, Vec3f up = {0, 1, 0})
         : mesh(of), surface(mesh, run), upward(upright(surface, up)), grid(surface, spacing_m, run)
     {
     }

@@ -12,7 +12,7 @@ namespace
 
 struct Laid : Prepared
 {
-    Laid(const Mesh& of, double spacing_m, int side, int stride, std::optional<Vec3f> up = Vec3f{0, 1, 0})
+    Laid(const Mesh& of, double spacing_m, int side, int stride, Vec3f up = {0, 1, 0})
         : Prepared(of, spacing_m, up), patches(surface, grid, upward, side, stride, run), half(side / 2.0)
     {
     }

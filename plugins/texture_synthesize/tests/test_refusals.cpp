@@ -56,16 +56,6 @@ TEST_CASE("the stage says what it cannot use")
          {"strokes of 0.5", "too narrow", "stroke_cm", "size_px"}},
         {"an even patch", [](Studio&, Value& o) { o.set("patch_px", 8); }, {"\"patch_px\" is 8", "odd"}},
         {"a patch too large", [](Studio&, Value& o) { o.set("patch_px", 33); }, {"patch_px"}},
-        {"two numbers for up",
-         [](Studio&, Value& o) {
-             o.set("up", Value::List{0, 1});
-         },
-         {"\"up\" has 2 numbers", "[x, y, z]"}},
-        {"no direction",
-         [](Studio&, Value& o) {
-             o.set("up", Value::List{0, 0, 0});
-         },
-         {"\"up\" is [0, 0, 0]", "direction"}},
         {"an atlas without area",
          [](Studio& s, Value&)
          {

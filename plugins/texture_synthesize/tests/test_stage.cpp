@@ -301,8 +301,7 @@ TEST_CASE("up comes from the option, or else from the cameras, or else from the 
         Vec3d up;
     };
     const Vec3d x{1, 0, 0}, y{0, 1, 0}, z{0, 0, 1};
-    for (const Case& c :
-         {Case{{}, std::nullopt, z}, Case{{}, y, y}, Case{{}, x * -1.0, x * -1.0}, Case{{{"up", Value::List{0, 3, 0}}}, x, y}})
+    for (const Case& c : {Case{{}, std::nullopt, z}, Case{{}, y, y}, Case{{}, x * -1.0, x * -1.0}, Case{{{"up", "y"}}, x, y}})
     {
         Studio wall;
         if (c.cameras)

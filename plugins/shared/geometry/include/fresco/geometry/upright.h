@@ -1,0 +1,43 @@
+#pragma once
+
+#include <fresco/mesh.h>
+
+#include <array>
+#include <optional>
+
+/// \file Which way is up in a mesh, and how to turn it upright.
+
+namespace fresco::geometry
+{
+
+/// What says which way is up.
+enum class UpEvidence
+{
+    cameras_and_plane,  ///< The largest level planes, near the cameras' upward direction.
+    cameras,            ///< The cameras: no plane near their direction is large enough.
+    planes,             ///< The mesh: more of it lies level than along any other direction, and more of that faces up than down.
+    nothing             ///< The mesh does not say; `direction` is the best guess.
+};
+
+struct Upward
+{
+    Vec3d direction;         ///< Unit length, world frame.
+    UpEvidence from;         ///< What decided.
+    double plane_deg = 0;    ///< Between the cameras' direction and the planes'; 0 unless cameras_and_plane.
+    double plane_share = 0;  ///< Of the mesh's area: its largest level plane that faces up, 8 cm thick.
+};
+
+/// Which way is up. `by_cameras`: unit length, as cameras_up finds it; level is then whatever most of the area within 30 degrees
+/// of it faces along, up or down. Without it: whatever most of all the area faces along; as a guess it points along the
+/// coordinate axis that it is nearest to. The mesh must have passed check_mesh. The same for any number of threads.
+Upward find_up(const Mesh& mesh, const std::optional<Vec3d>& by_cameras);
+
+/// The rotation (x, y, z, w) that turns `up` to `target`, which is +Y or +Z; both of unit length. First the coordinate axis that
+/// `up` is nearest to, by the shortest way or half around X, then the rest by the shortest way: small changes of `up` turn
+/// nothing around.
+std::array<double, 4> upright_turn(Vec3d up, Vec3d target);
+
+/// `v` turned by a unit quaternion (x, y, z, w).
+Vec3d turned(const std::array<double, 4>& turn, Vec3d v);
+
+}  // namespace fresco::geometry

@@ -67,7 +67,12 @@ class FramesAlign final : public Stage
         check_camera(frame.color, "the color camera of " + frame.sequence + "/" + frame.name);
         const Camera camera{frame.color.intrinsics.scaled_to(frame.color.intrinsics.width_at(depth_height), depth_height),
                             frame.color.world_from_camera};
-        return {frame.color.intrinsics, align::sightings(points, camera, cast_depth(scene, camera)),
+        RasterF depth = cast_depth(scene, camera);
+        const Raster8 mask = mask_at(load_mask(frame), depth.width, depth.height);
+        for (std::size_t i = 0; i < mask.values.size(); ++i)
+            if (mask.values[i] == 0)
+                depth.values[i] = 0;
+        return {frame.color.intrinsics, align::sightings(points, camera, depth),
                 align::brightness_levels(load_color(frame, images.has_value() ? images.get().get() : nullptr))};
     }
 

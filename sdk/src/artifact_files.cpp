@@ -4,6 +4,7 @@
 #include <fresco/files_io.h>
 #include <fresco/frames.h>
 #include <fresco/npy.h>
+#include <fresco/strict_map.h>
 
 #include <fmt/format.h>
 #include <limits>
@@ -79,14 +80,16 @@ Camera camera_from(const Value& value, std::string_view source)
     Camera camera;
     try
     {
+        StrictMap entries(value);
         Intrinsics& k = camera.intrinsics;
-        k.width = static_cast<int>(value.at("width").as_int());
-        k.height = static_cast<int>(value.at("height").as_int());
-        k.fx = value.at("fx").as_double();
-        k.fy = value.at("fy").as_double();
-        k.cx = value.at("cx").as_double();
-        k.cy = value.at("cy").as_double();
-        const auto& pose = value.at("world_from_camera").as_list();
+        k.width = static_cast<int>(entries.take("width").as_int());
+        k.height = static_cast<int>(entries.take("height").as_int());
+        k.fx = entries.take("fx").as_double();
+        k.fy = entries.take("fy").as_double();
+        k.cx = entries.take("cx").as_double();
+        k.cy = entries.take("cy").as_double();
+        const auto& pose = entries.take("world_from_camera").as_list();
+        entries.refuse_others();
         if (pose.size() != 12)
             throw Error(fmt::format("world_from_camera has {} entries; expected 12 (3 x 4, row-major)", pose.size()));
         RigidTransform& t = camera.world_from_camera;

@@ -7,12 +7,15 @@
 #include <fresco/hash.h>
 #include <fresco/image_io.h>
 #include <fresco/run_context.h>
+#include <fresco/strict_map.h>
 #include <fresco/value.h>
 
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
 #include <optional>
+#include <set>
+#include <utility>
 
 namespace fresco
 {
@@ -32,32 +35,67 @@ Value picture_to_value(const PictureFile& picture, const ArtifactFolder& folder)
     return Value::Map{{"ref", reference_to(picture.path, folder)}, {"hash", picture.hash}};
 }
 
-PictureFile picture_from(const Value& value, const ArtifactFolder& folder, const std::string& source)
+/// What `read` makes of the entry `key`; its errors name the entry.
+template <class Read>
+auto entry_of(StrictMap& map, const char* key, const Read& read)
 {
-    if (value.is_null())
-        return {};
+    const Value& value = map.take(key);
     try
     {
-        return {referred_file(value.at("ref").as_string(), folder), value.at("hash").as_string()};
+        return read(value);
     }
     catch (const Error& error)
     {
-        throw Error(source + ": " + error.what());
+        throw Error("\"" + std::string(key) + "\": " + error.what());
     }
 }
 
-Frame frame_from(const Value& value, const ArtifactFolder& folder, const std::string& source)
+PictureFile picture_from(const Value& value, const ArtifactFolder& folder)
+{
+    if (value.is_null())
+        return {};
+    StrictMap entries(value);
+    PictureFile picture{referred_file(entries.take("ref").as_string(), folder), ""};
+    if (value.find("hash") != nullptr)
+        picture.hash = entries.take("hash").as_string();
+    entries.refuse_others();
+    return picture;
+}
+
+std::string safe_name_from(const Value& value)
+{
+    const std::string& name = value.as_string();
+    const auto is_safe = [](char c)
+    { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '_' || c == '.'; };
+    if (name.empty() || name.front() == '.' || !std::ranges::all_of(name, is_safe))
+        throw Error("\"" + name + "\" cannot be part of a file's name; expected letters, digits and -_., not a dot first");
+    return name;
+}
+
+double depth_unit_from(const Value& value)
+{
+    const double unit_m = value.as_double();
+    if (!(unit_m > 0 && unit_m <= 1))
+        throw Error("expected meters per step of the depth picture, above 0, at most 1");
+    return unit_m;
+}
+
+Frame frame_from(const Value& value, const ArtifactFolder& folder)
 {
     Frame frame;
-    frame.sequence = value.at("sequence").as_string();
-    frame.name = value.at("name").as_string();
-    frame.number = value.at("number").as_int();
-    const std::string where = source + ": " + frame.sequence + "/" + frame.name;
-    frame.color = detail::camera_from(value.at("color_camera"), where);
-    frame.depth = detail::camera_from(value.at("depth_camera"), where);
-    frame.color_picture = picture_from(value.at("color_picture"), folder, where);
-    frame.depth_picture = picture_from(value.at("depth_picture"), folder, where);
-    frame.depth_unit_m = value.at("depth_unit_m").as_double();
+    StrictMap entries(value);
+    const auto picture = [&](const Value& entry) { return picture_from(entry, folder); };
+    frame.sequence = entry_of(entries, "sequence", safe_name_from);
+    frame.name = entry_of(entries, "name", safe_name_from);
+    frame.number = entry_of(entries, "number", [](const Value& entry) { return entry.as_int(); });
+    frame.color = detail::camera_from(entries.take("color_camera"), "\"color_camera\"");
+    frame.depth = detail::camera_from(entries.take("depth_camera"), "\"depth_camera\"");
+    frame.color_picture = entry_of(entries, "color_picture", picture);
+    frame.depth_picture = entry_of(entries, "depth_picture", picture);
+    frame.depth_unit_m = entry_of(entries, "depth_unit_m", depth_unit_from);
+    if (value.find("mask") != nullptr)
+        frame.mask = entry_of(entries, "mask", picture);
+    entries.refuse_others();
     return frame;
 }
 
@@ -126,7 +164,8 @@ void Frames::save(const ArtifactFolder& folder) const
                                      {"depth_camera", detail::to_value(frame.depth)},
                                      {"color_picture", picture_to_value(frame.color_picture, folder)},
                                      {"depth_picture", picture_to_value(frame.depth_picture, folder)},
-                                     {"depth_unit_m", frame.depth_unit_m}});
+                                     {"depth_unit_m", frame.depth_unit_m},
+                                     {"mask", picture_to_value(frame.mask, folder)}});
     write_file(folder.path / "frames.json", to_json(Value::Map{{"frames", std::move(list)}}, 1));
 }
 
@@ -135,8 +174,25 @@ std::shared_ptr<Frames> Frames::load(const ArtifactFolder& folder)
     const fs::path file = folder.path / "frames.json";
     const Value root = detail::read_json_file(file);
     auto result = std::make_shared<Frames>();
-    for (const Value& value : root.at("frames").as_list())
-        result->frames.push_back(frame_from(value, folder, file.string()));
+    std::set<std::pair<std::string, std::string>> names;
+    std::string place = file.string();
+    try
+    {
+        StrictMap entries(root);
+        const auto& list = entries.take("frames").as_list();
+        entries.refuse_others();
+        for (std::size_t i = 0; i < list.size(); ++i)
+        {
+            place = fmt::format("{}: frame {}", file.string(), i);
+            const Frame& frame = result->frames.emplace_back(frame_from(list[i], folder));
+            if (!names.emplace(frame.sequence, frame.name).second)
+                throw Error(frame.sequence + "/" + frame.name + " appears twice; a name must be unique in its sequence");
+        }
+    }
+    catch (const Error& error)
+    {
+        throw Error(place + ": " + error.what());
+    }
     return result;
 }
 
@@ -157,7 +213,7 @@ std::shared_ptr<Frames> Frames::from_exchange(const Exchange& from)
     if (result->frames.empty())
         throw Error(list + ": no frames in it");
     for (Frame& frame : result->frames)
-        for (PictureFile* picture : {&frame.color_picture, &frame.depth_picture})
+        for (PictureFile* picture : {&frame.color_picture, &frame.depth_picture, &frame.mask})
         {
             from.run.check_canceled();
             if (!picture->empty())
@@ -196,6 +252,39 @@ RasterF load_depth(const Frame& frame, const ImageIo* images)
                            [&](std::uint16_t step)
                            { return step == 0 || step == 65535 ? 0.0F : static_cast<float>(step * frame.depth_unit_m); });
     return depth;
+}
+
+Raster8 load_mask(const Frame& frame)
+{
+    if (frame.mask.empty())
+        return {};
+    check_unchanged(frame.mask);
+    Raster8 mask = detail::read_raster8(frame.mask.path, 1);
+    check_size(mask, frame.color.intrinsics, frame.mask.path);
+    return mask;
+}
+
+Raster8 mask_at(const Raster8& mask, int width, int height)
+{
+    if (mask.empty())
+        return {};
+    Raster8 result(width, height, 1, 255);
+    // The pixels, of `from`, that pixel i of `to` covers.
+    const auto span = [](int i, int from, int to)
+    {
+        const auto first = static_cast<std::int64_t>(i) * from;
+        return std::pair(static_cast<int>(first / to), static_cast<int>((first + from + to - 1) / to));
+    };
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+        {
+            const auto [left, right] = span(x, mask.width, width);
+            const auto [top, bottom] = span(y, mask.height, height);
+            for (int row = top; row < bottom; ++row)
+                if (const auto* pixels = &mask.at(0, row); std::find(pixels + left, pixels + right, 0) != pixels + right)
+                    result.at(x, y) = 0;
+        }
+    return result;
 }
 
 void check_camera(const Camera& camera, std::string_view source)

@@ -27,8 +27,11 @@ TEST_CASE("Frames keep their references when the store moves")
     frame.depth = {{3, 3, 2, 2, 1, 1}, {}};
     frame.color_picture = {own.path / "c.npy", ""};
     frame.depth_picture = {store / "objects" / "a" / "d.png", ""};
+    frame.mask = {own.path / "m.npy", ""};
     frames.frames.push_back(frame);
     frame.color_picture = {place.path() / "user.npy", "abc"};
+    frame.name = "frame-000009";
+    frame.mask = {};
     frames.frames.push_back(frame);
     std::set<std::string> references;
     frames.save({own.path, store, &references});
@@ -43,9 +46,28 @@ TEST_CASE("Frames keep their references when the store moves")
     CHECK(loaded->frames[0].color_picture.path == moved / "objects" / "b" / "frames" / "c.npy");
     CHECK(loaded->frames[0].depth_picture.path == moved / "objects" / "a" / "d.png");
     CHECK(loaded->frames[1].color_picture.path == place.path() / "user.npy");
+    CHECK(loaded->frames[0].mask.path == moved / "objects" / "b" / "frames" / "m.npy");
+    CHECK(loaded->frames[1].mask.empty());
     CHECK(loaded->frames[0].color == frame.color);
     CHECK(loaded->frames[0].depth == frame.depth);
     CHECK(loaded->frames[0].number == 8);
+}
+
+TEST_CASE("A mask at another size ignores what it covers in part")
+{
+    fresco::Raster8 mask(6, 4, 1, 1);
+    mask.at(2, 1) = 0;
+    const auto half = fresco::mask_at(mask, 3, 2);
+    CHECK(half.values == std::vector<std::uint8_t>{255, 0, 255, 255, 255, 255});
+    // Columns of 1.5 pixels: the second covers half of pixel 1, and pixel 2.
+    const auto narrow = fresco::mask_at(mask, 4, 4);
+    for (int y = 0; y < 4; ++y)
+        for (int x = 0; x < 4; ++x)
+            CHECK(narrow.at(x, y) == (y == 1 && x == 1 ? 0 : 255));
+    const auto large = fresco::mask_at(mask, 12, 8);
+    CHECK(std::ranges::count(large.values, 0) == 4);
+    CHECK(large.at(5, 3) == 0);
+    CHECK(fresco::mask_at({}, 3, 2).empty());
 }
 
 TEST_CASE("A frame's picture must be the one that was listed, of its camera's size")

@@ -213,6 +213,7 @@ TEST_CASE("frames are handed over with plain paths, and taken back with pictures
     auto made = Frames::load({given, {}});
     fs::copy(stored, place.published() / "new.npy");
     made->frames.push_back(frame(place.published() / "new.npy"));
+    made->frames.back().name = "frame-000002";
     made->save({place.published(), {}});
     ports.take_back();
     const auto kept = parse_json(read_text_file(place.published() / "frames.json")).at("frames").as_list();
@@ -238,6 +239,7 @@ TEST_CASE("a picture is found by each of its paths, and refused where it will no
         write_npy(file, picture_shape, std::span<const std::uint8_t>(picture().pixels.values));
     Frames frames;
     frames.frames = {frame(stored), frame(place.published() / "c.npy")};
+    frames.frames[1].name = "frame-000001";
     frames.save({place.published(), {}});
     const Ports ports("frames", "", place);
     ports.out().set_folder(published);

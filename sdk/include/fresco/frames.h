@@ -32,16 +32,18 @@ struct Frame
     Camera depth;
     PictureFile color_picture;    ///< 8-bit picture of color.intrinsics' size; NPY (uint8 H x W x 3), PNG or JPEG.
     PictureFile depth_picture;    ///< 16-bit picture of depth.intrinsics' size; NPY (uint16 H x W) or PNG; may be empty.
+    PictureFile mask;             ///< NPY (uint8 H x W) of color.intrinsics' size: 0 = ignore the pixel. Empty: ignore none.
     double depth_unit_m = 0.001;  ///< Meters per step of the depth picture; 0 and 65535 mean none.
 };
 
 /// Posed RGB-D frames in recorded order; pictures stay on disk.
-/// On disk: `frames.json` (cameras, names, references), and pictures beside it where a stage made them.
+/// On disk: `frames.json` (cameras, names, references; sdk/docs/your-recording.md), and pictures beside it where a stage made
+/// them.
 class Frames : public Artifact
 {
   public:
     static constexpr std::string_view artifact_name = "frames";
-    static constexpr int artifact_version = 1;
+    static constexpr int artifact_version = 2;
 
     std::vector<Frame> frames;
 
@@ -70,6 +72,11 @@ Raster8 load_color(const Frame& frame, const ImageIo* images);
 Raster16 load_depth_steps(const Frame& frame, const ImageIo* images);
 /// Depth in meters along the optical axis, 0 = none. Throws as load_depth_steps.
 RasterF load_depth(const Frame& frame, const ImageIo* images);
+
+/// The mask, of exactly color.intrinsics' size; empty (0 x 0) if the frame has none. Throws as load_color.
+Raster8 load_mask(const Frame& frame);
+/// A mask at another size: 0 where a pixel covers an ignored one in whole or in part, else 255. Empty for an empty mask.
+Raster8 mask_at(const Raster8& mask, int width, int height);
 
 /// Throws Error naming `source` unless the camera is usable: positive size, focal lengths and center within a factor of 1e6 of
 /// the longer side (so that rays keep a direction in single precision), finite entries, a pose that turns (rotation_error <=

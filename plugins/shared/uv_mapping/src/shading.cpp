@@ -47,6 +47,7 @@ PixelCounts& PixelCounts::operator+=(const PixelCounts& other)
     too_near += other.too_near;
     crack += other.crack;
     nothing += other.nothing;
+    masked += other.masked;
     return *this;
 }
 
@@ -99,7 +100,7 @@ PixelCounts FaceShader::shade(const Camera& camera, const FaceMap& faces, int fi
                            map.valid.values.data() + i, met.values.data() + i},
                           scratch.data(), seen);
     }
-    return {seen.surface, seen.back_face, seen.too_near, 0, seen.nothing};
+    return {seen.surface, seen.back_face, seen.too_near, 0, seen.nothing, 0};
 }
 
 std::int64_t FaceShader::close_cracks(const RasterF& met, int first_row, int end_row, UvMap& map)
@@ -118,6 +119,20 @@ std::int64_t FaceShader::close_cracks(const RasterF& met, int first_row, int end
                 for (int i = x; i < std::min(x + pixels_at_once, met.width); ++i)
                     close(i, y);
     return closed;
+}
+
+std::int64_t FaceShader::apply_mask(const Raster8& mask, int first_row, int end_row, UvMap& map)
+{
+    if (mask.empty())
+        return 0;
+    std::int64_t ignored = 0;
+    for (std::size_t i = mask.index(0, first_row); i < mask.index(0, end_row); ++i)
+        if (mask.values[i] == 0 && map.valid.values[i] != 0)
+        {
+            clear_pixel(map, i);
+            ++ignored;
+        }
+    return ignored;
 }
 
 }  // namespace fresco

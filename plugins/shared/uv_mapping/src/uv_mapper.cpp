@@ -1,3 +1,4 @@
+#include <fresco/frames.h>
 #include <fresco/parallel.h>
 #include <fresco/uv_mapping/uv_mapper.h>
 
@@ -49,9 +50,13 @@ void UvMapper::resize(const Camera& camera, std::span<const int> heights_px)
     block_counts_.resize(blocks_.size());
 }
 
-const std::vector<CountedUvMap>& UvMapper::make(const Camera& camera, std::span<const int> heights_px, const Progress& progress)
+const std::vector<CountedUvMap>& UvMapper::make(const Camera& camera, std::span<const int> heights_px, const Progress& progress,
+                                                const Raster8& mask)
 {
     resize(camera, heights_px);
+    std::vector<Raster8> masks;
+    for (const Camera& scaled : cameras_)
+        masks.push_back(mask_at(mask, scaled.intrinsics.width, scaled.intrinsics.height));
     finder_->find(cameras_, progress, faces_);
     const auto for_each_block = [&](const auto& work)
     {
@@ -71,7 +76,8 @@ const std::vector<CountedUvMap>& UvMapper::make(const Camera& camera, std::span<
         [&](const Rows& rows, PixelCounts& counts)
         {
             counts.crack = FaceShader::close_cracks(met_[rows.map], rows.first, rows.end, maps_[rows.map].map);
-            counts.valid -= counts.crack;
+            counts.masked = FaceShader::apply_mask(masks[rows.map], rows.first, rows.end, maps_[rows.map].map);
+            counts.valid -= counts.crack + counts.masked;
         });
     for (CountedUvMap& map : maps_)
         map.counts = {};

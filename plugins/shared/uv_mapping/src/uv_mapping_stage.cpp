@@ -48,6 +48,7 @@ class Tally
         run.report("too_near_pixels", pixels_.too_near);
         run.report("crack_pixels", pixels_.crack);
         run.report("empty_pixels", pixels_.nothing);
+        run.report("masked_pixels", pixels_.masked);
         run.report("blind_frames", blind_);
         if (blind_ == 0)
             return;
@@ -81,7 +82,7 @@ Value to_value(const std::vector<PixelCounts>& maps)
 {
     Value::List list;
     for (const PixelCounts& c : maps)
-        list.emplace_back(Value::List{c.valid, c.back_face, c.too_near, c.crack, c.nothing});
+        list.emplace_back(Value::List{c.valid, c.back_face, c.too_near, c.crack, c.nothing, c.masked});
     return list;
 }
 
@@ -92,7 +93,7 @@ std::vector<PixelCounts> counts_from(const Value& value)
     {
         PixelCounts& c = maps.emplace_back();
         std::size_t next = 0;
-        for (std::int64_t* const count : {&c.valid, &c.back_face, &c.too_near, &c.crack, &c.nothing})
+        for (std::int64_t* const count : {&c.valid, &c.back_face, &c.too_near, &c.crack, &c.nothing, &c.masked})
             *count = counts.as_list().at(next++).as_int();
     }
     return maps;
@@ -145,7 +146,7 @@ void UvMappingStage::run(RunContext& run)
         }
         else
         {
-            const auto& maps = mapper.make(frame.color, heights, run);
+            const auto& maps = mapper.make(frame.color, heights, run, load_mask(frame));
             parallel_for(heights.size(), 1, run.threads(),
                          [&](std::size_t level, std::size_t) {
                              UvMaps::write_map({kept.folder(), {}}, i, heights[level], maps[level].map, result.uv_bits);

@@ -4,6 +4,7 @@
 
 #include <fresco/files_io.h>
 #include <fresco/frames.h>
+#include <fresco/npy.h>
 #include <fresco/packed_uv_map.h>
 #include <fresco/testing.h>
 #include <fresco/uv_maps.h>
@@ -129,6 +130,34 @@ TEST_CASE("frames that an interrupted run had finished are not looked at again, 
     CHECK(run.reported == once.reported);
     for (const auto& entry : std::filesystem::directory_iterator(whole.path() / "uvmaps"))
         CHECK(read_file(entry.path()) == read_file(pieces.path() / "uvmaps" / entry.path().filename()));
+}
+
+TEST_CASE("pixels that a mask ignores are not seen, at any height")
+{
+    testing::TemporaryFolder folder;
+    testing::TestRun run;
+    testing::TestFactory factory;
+    const auto frames = two_frames();
+    // The left quarter of 64 x 48 and one pixel right of it.
+    std::vector<std::uint8_t> mask(64 * 48, 255);
+    for (std::size_t i = 0; i < mask.size(); ++i)
+        if (i % 64 < 16 || i == 47 * 64 + 63)
+            mask[i] = 0;
+    frames->frames[0].mask = {folder.path() / "mask.npy", ""};
+    const std::vector<std::size_t> shape{48, 64};
+    write_npy(frames->frames[0].mask.path, shape, std::span<const std::uint8_t>(mask));
+    testing::run_stage(stage(), Value::Map{{"heights_px", Value::List{24, 96}}}, {{"mesh", shared_wall()}, {"frames", frames}},
+                       folder.path(), run, factory);
+    const auto maps = UvMaps::load({folder.path() / "uvmaps", folder.path()});
+    CHECK(maps->views[0].valid_pixels == std::vector<std::int64_t>{24 * 24 - 1, 96 * 96 - 4});
+    CHECK(run.reported.at("masked_pixels").as_int() == 24 * 8 + 1 + 96 * 32 + 4);
+    const UvMap map = maps->load_map(0, 0);
+    CHECK(map.valid.at(7, 5) == 0);
+    CHECK(map.depth.at(7, 5) == 0);
+    CHECK(map.valid.at(8, 5) == 1);
+    CHECK(map.valid.at(31, 23) == 0);
+    frames->frames[0].color.intrinsics.width = 63;
+    CHECK_THAT(error_of(Value::Map{}, shared_wall(), frames), Catch::Contains("mask.npy: is 64x48"));
 }
 
 TEST_CASE("an atlas for a larger texture has its texcoords stored in smaller steps")

@@ -15,7 +15,7 @@ namespace fresco
 using FaceMap = Raster<std::uint32_t>;
 inline constexpr std::uint32_t no_face = std::numeric_limits<std::uint32_t>::max();
 
-/// What became of a map's pixels; the five sum to width x height.
+/// What became of a map's pixels; the six sum to width x height.
 struct PixelCounts
 {
     std::int64_t valid = 0;
@@ -23,6 +23,7 @@ struct PixelCounts
     std::int64_t too_near = 0;
     std::int64_t crack = 0;
     std::int64_t nothing = 0;
+    std::int64_t masked = 0;  ///< The front of the mesh is seen, but the mask ignores the pixel.
 
     PixelCounts& operator+=(const PixelCounts& other);
     friend bool operator==(const PixelCounts&, const PixelCounts&) = default;
@@ -57,6 +58,10 @@ class FaceShader
     /// Takes the valid pixels of rows [first_row, end_row) that were seen through a crack out of the map, and returns their
     /// number. `met` is complete. Thread-safe for different rows.
     static std::int64_t close_cracks(const RasterF& met, int first_row, int end_row, UvMap& map);
+
+    /// Takes the valid pixels of rows [first_row, end_row) that a mask of the map's size ignores out of the map, and returns
+    /// their number. Thread-safe for different rows.
+    static std::int64_t apply_mask(const Raster8& mask, int first_row, int end_row, UvMap& map);
 
   private:
     const Mesh& mesh_;

@@ -36,8 +36,10 @@ class UvMapper
     UvMapper(const Mesh& mesh, std::unique_ptr<FaceFinder> finder);
 
     /// One map per height, of the width Intrinsics::width_at, intrinsics scaled per axis; there until the next call. Rows are
-    /// shared among progress.threads() threads; the maps do not depend on their number. Throws Canceled.
-    const std::vector<CountedUvMap>& make(const Camera& camera, std::span<const int> heights_px, const Progress& progress);
+    /// shared among progress.threads() threads; the maps do not depend on their number. `mask` (see load_mask) takes pixels out
+    /// of all of them. Throws Canceled.
+    const std::vector<CountedUvMap>& make(const Camera& camera, std::span<const int> heights_px, const Progress& progress,
+                                          const Raster8& mask = {});
 
   private:
     struct Rows

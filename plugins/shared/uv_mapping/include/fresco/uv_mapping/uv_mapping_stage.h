@@ -28,7 +28,7 @@ class UvMappingStage : public Stage
 
   private:
     Input<Mesh> mesh_{this, "mesh", "Triangle mesh with texcoords, as an atlas.* stage makes it"};
-    Input<Frames> frames_{this, "frames", "The views; their color cameras are used"};
+    Input<Frames> frames_{this, "frames", "The views; their color cameras and masks are used"};
     Output<UvMaps> uvmaps_{this, "uvmaps", "Per pixel: texcoord, depth, cosine of the viewing angle, validity"};
     Option<std::vector<int>> heights_px_{this, "heights_px", {256}, range(16, 4096), "Heights of the maps; widths follow"};
 };

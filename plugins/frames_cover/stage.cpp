@@ -31,13 +31,15 @@ std::string percent(double share)
 class FramesCover final : public Stage
 {
     Input<Mesh> mesh{this, "mesh", "The room, with texcoords, as an atlas.* stage makes it"};
-    Input<Frames> frames{this, "frames", "The frames to choose from; their color cameras are used"};
+    Input<Frames> frames{this, "frames", "The frames to choose from; their color cameras and masks are used"};
     Output<Frames> chosen{this, "frames", "The chosen frames, in the same order"};
     Option<double> target_coverage{this, "target_coverage", 0.99, range(0.01, 1),
                                    "Stop when this share of all visible cells is covered"};
     Option<int> max_frames{this, "max_frames", 0, range(0, 10'000'000),
                            "Maximum number of frames; 0: as many as the target needs"};
     Option<double> max_share{this, "max_share", 1, range(1e-6, 1), "Maximum share of the frames"};
+    Option<double> min_seen_share{this, "min_seen_share", 0.05, range(0, 1),
+                                  "Do not choose frames on whose picture the mesh covers less than this share"};
     Option<int> cells_px{this, "cells_px", 1024, range(16, 4096), "Cells along a side of the grid over the texture"};
     Option<int> height_px{this, "height_px", 256, range(16, 4096), "Height at which frames view the mesh; the width follows"};
     Option<double> angle_weight{this, "angle_weight", 0.3, range(0, 100),
@@ -67,7 +69,8 @@ class FramesCover final : public Stage
         const auto order = cover::greedy_order(seen, side * side, run);
         if (order.empty())
             throw Error("none of the " + std::to_string(seen.size()) +
-                        " frames sees the front of the mesh: check with scan.inspect that mesh and poses share one world frame "
+                        " frames sees the front of the mesh on min_seen_share of its picture: check with scan.inspect that mesh "
+                        "and poses share one world frame "
                         "and that faces are counter-clockwise from outside");
         const std::size_t picks = cover::picks_needed(order, *target_coverage, most_frames());
         std::vector<std::size_t> kept(picks);
@@ -125,8 +128,10 @@ class FramesCover final : public Stage
         for (const Frame& frame : frames->frames)
         {
             progress.check_canceled();
-            const auto& maps = mapper.make(frame.color, heights, progress);
-            seen.push_back(cover::seen_cells(maps.front().map, *cells_px, sharp[seen.size()], rules));
+            const auto& maps = mapper.make(frame.color, heights, progress, load_mask(frame));
+            const auto& [map, counts] = maps.front();
+            const bool sees = static_cast<double>(counts.valid) >= *min_seen_share * static_cast<double>(map.valid.values.size());
+            seen.push_back(sees ? cover::seen_cells(map, *cells_px, sharp[seen.size()], rules) : std::vector<cover::SeenCell>{});
             progress.progress(static_cast<double>(seen.size()), static_cast<double>(sharp.size()), "frames");
         }
         return seen;

@@ -81,8 +81,8 @@ std::vector<std::string> covering_views(const Mesh& mesh, const Frames& frames, 
 
 Value plain()
 {
-    return Value::Map{
-        {"cells_px", 40}, {"height_px", 64}, {"angle_weight", 0}, {"sharpness_weight", 0}, {"target_coverage", 1.0}};
+    return Value::Map{{"cells_px", 40},        {"height_px", 64},        {"angle_weight", 0},
+                      {"sharpness_weight", 0}, {"target_coverage", 1.0}, {"min_seen_share", 0}};
 }
 
 Value with(Value options, std::string_view key, Value value)
@@ -165,6 +165,30 @@ TEST_CASE("of frames that see the same the sharp and the straight ones are chose
           std::vector<std::string>{"straight"});
 }
 
+TEST_CASE("frames that see little of the mesh are not chosen, nor what a mask ignores", "[frames.cover]")
+{
+    // The last frame sees the wall's end, 0.1 m of it on a picture of 1 m.
+    Frames frames = tiling();
+    frames.frames.push_back(looking_at(4.4, "end"));
+    frames.frames.erase(frames.frames.begin() + 6);
+    testing::TestRun run;
+    const auto options = with(plain(), "min_seen_share", 0.2);
+    CHECK(covering_views(wall(), frames, options, run) == std::vector<std::string>{"frame-0", "frame-2", "frame-4", "frame-5"});
+    CHECK(run.reported.at("cells").as_int() == 350);
+    CHECK(run.reported.at("blind_frames").as_int() == 1);
+    CHECK(covering_views(wall(), frames, plain(), run).back() == "end");
+
+    const testing::TemporaryFolder folder;
+    const std::vector<std::size_t> shape{64, 64};
+    std::vector<std::uint8_t> mask(64 * 64, 255);
+    std::fill(mask.begin(), mask.begin() + 64 * 32, std::uint8_t{0});
+    write_npy(folder.path() / "mask.npy", shape, std::span<const std::uint8_t>(mask));
+    for (auto& frame : frames.frames)
+        frame.mask = {folder.path() / "mask.npy", ""};
+    covering_views(wall(), frames, options, run);
+    CHECK(run.reported.at("cells").as_int() == 175);
+}
+
 TEST_CASE("what cannot be covered is refused, and the choice can be stopped", "[frames.cover]")
 {
     testing::TestRun run;
@@ -176,7 +200,7 @@ TEST_CASE("what cannot be covered is refused, and the choice can be stopped", "[
     for (auto& frame : away.frames)
         frame.color.world_from_camera.translation.z = 3;
     CHECK_THROWS_WITH(covering_views(wall(), away, plain(), run),
-                      Catch::Contains("none of the 7 frames sees the front of the mesh"));
+                      Catch::Contains("none of the 7 frames sees the front of the mesh on min_seen_share"));
     testing::TestRun stopped;
     stopped.cancel_after(5);
     CHECK_THROWS_AS(covering_views(wall(), tiling(), plain(), stopped), Canceled);

@@ -21,14 +21,16 @@ const std::vector<CameraModel>& read_models()
         {2, "SIMPLE_RADIAL", {"f", "cx", "cy", "k1"}},
         {3, "RADIAL", {"f", "cx", "cy", "k1", "k2"}},
         {4, "OPENCV", {"fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2"}},
+        {5, "OPENCV_FISHEYE", {"fx", "fy", "cx", "cy", "k1", "k2", "k3", "k4"}, true},
         {6, "FULL_OPENCV", {"fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"}},
+        {8, "SIMPLE_RADIAL_FISHEYE", {"f", "cx", "cy", "k1"}, true},
+        {9, "RADIAL_FISHEYE", {"f", "cx", "cy", "k1", "k2"}, true},
     };
     return models;
 }
 
 /// Those that COLMAP knows beside them, by their ids.
-constexpr std::array<std::pair<std::int32_t, std::string_view>, 5> other_models{
-    {{5, "OPENCV_FISHEYE"}, {7, "FOV"}, {8, "SIMPLE_RADIAL_FISHEYE"}, {9, "RADIAL_FISHEYE"}, {10, "THIN_PRISM_FISHEYE"}}};
+constexpr std::array<std::pair<std::int32_t, std::string_view>, 2> other_models{{{7, "FOV"}, {10, "THIN_PRISM_FISHEYE"}}};
 
 [[noreturn]] void refuse(const std::string& model, const std::string& place)
 {
@@ -72,6 +74,7 @@ ModelCamera model_camera(const CameraModel& model, std::uint64_t width, std::uin
         throw fresco::Error(place + ": " + std::to_string(parameters.size()) + " parameters; " + std::string(model.name) +
                             " has " + std::to_string(model.parameters.size()));
     ModelCamera camera;
+    camera.lens.is_fisheye = model.is_fisheye;
     camera.intrinsics.width = static_cast<int>(width);
     camera.intrinsics.height = static_cast<int>(height);
     for (std::size_t i = 0; i < parameters.size(); ++i)

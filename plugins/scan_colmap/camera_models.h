@@ -26,6 +26,7 @@ struct CameraModel
     std::int32_t id;
     std::string_view name;
     std::vector<std::string_view> parameters;
+    bool is_fisheye = false;
 };
 
 /// Throws Error naming `place` for a model that is unknown or not read, with what is.

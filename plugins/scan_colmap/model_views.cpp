@@ -18,8 +18,9 @@ constexpr std::size_t images_limit = std::size_t{1} << 32U;
 ModelFiles find_model(const fs::path& path, fresco::RunContext& run)
 {
     std::string names;
-    for (const auto& folder : {path, path / "sparse/0", path / "sparse", path / "colmap/sparse/0"})
+    for (const char* place : {"", "sparse/0", "sparse", "colmap/sparse/0", "colmap", "colmap_sparse/0", "colmap_sparse"})
     {
+        const auto folder = *place == '\0' ? path : path / place;
         for (const char* ending : {".bin", ".txt"})
         {
             const ModelFiles files{folder / ("cameras" + std::string(ending)), folder / ("images" + std::string(ending))};
@@ -66,6 +67,12 @@ std::vector<fresco::recordings::RecordedView> model_views(const Cameras& cameras
         view.color = options.pictures / image.name;
         if (!options.depth.empty())
             view.depth = (options.depth / image.name).replace_extension(".png");
+        if (!options.masks.empty())
+        {
+            view.mask = options.masks / (image.name + ".png");
+            if (!fs::is_regular_file(view.mask))
+                view.mask = (options.masks / image.name).replace_extension(".png");
+        }
         view.camera = camera->second.intrinsics;
         view.lens = camera->second.lens;
         view.world_from_camera = image.world_from_camera;

@@ -29,8 +29,9 @@ struct ViewOptions
 {
     std::filesystem::path pictures;  ///< Folder of the pictures.
     std::filesystem::path depth;     ///< Folder of depth pictures named like them, ending in .png; empty: none.
-    double unit_m;                   ///< Meters per unit of the reconstruction.
-    double depth_unit_m;             ///< Meters per step of the depth pictures.
+    std::filesystem::path masks;  ///< Folder of masks: a picture's name with .png added, or in place of its ending; empty: none.
+    double unit_m;                ///< Meters per unit of the reconstruction.
+    double depth_unit_m;          ///< Meters per step of the depth pictures.
 };
 
 /// The views of the images, by name. Throws Error naming the image's place if its camera is not among `cameras`, or if there are

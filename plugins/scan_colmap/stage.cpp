@@ -5,13 +5,14 @@
 namespace
 {
 
+namespace fs = std::filesystem;
 using namespace fresco::recordings;
 
 class ScanColmap final : public RecordingStage
 {
   public:
     ScanColmap()
-        : RecordingStage({.path = "Folder of the project, with the reconstruction in sparse/0 or sparse",
+        : RecordingStage({.path = "Folder of the project, with the reconstruction in it, in sparse/0, sparse or colmap",
                           .frames = "The registered pictures, by name",
                           .every = "Use every n-th picture"})
     {
@@ -19,9 +20,12 @@ class ScanColmap final : public RecordingStage
 
   private:
     fresco::Option<fresco::InputFolder> pictures{this, "pictures", fresco::InputFolder{},
-                                                 "Folder of the pictures; empty: images in path"};
+                                                 "Folder of the pictures; empty: images, rgb or resized_images in path"};
     fresco::Option<fresco::InputFolder> depth{this, "depth", fresco::InputFolder{},
                                               "Folder of depth pictures, named like the pictures, .png; empty: none"};
+    fresco::Option<fresco::InputFolder> masks{this, "masks", fresco::InputFolder{},
+                                              "Folder of masks, black where to ignore the picture, named like it with .png added "
+                                              "or in place of its ending; empty: none"};
     fresco::Option<double> unit_m{this, "unit_m", 1.0, fresco::range(1e-6, 1e6), "Meters per unit of the reconstruction"};
     fresco::Option<double> depth_unit_m = depth_unit_option(this);
 
@@ -30,11 +34,27 @@ class ScanColmap final : public RecordingStage
         const auto files = colmap::find_model(path(), run);
         const auto cameras = colmap::read_cameras(files.cameras);
         run.report("cameras", cameras.size());
+        if (!masks->empty())
+            looks_for(masks->path / "*.png", run);
         return {.views = colmap::model_views(cameras, colmap::read_images(files.images), files.images,
-                                             {.pictures = pictures->empty() ? path() / "images" : pictures->path,
+                                             {.pictures = picture_folder(run),
                                               .depth = depth->path,
+                                              .masks = masks->path,
                                               .unit_m = *unit_m,
                                               .depth_unit_m = *depth_unit_m})};
+    }
+
+    fs::path picture_folder(fresco::RunContext& run) const
+    {
+        if (!pictures->empty())
+            return pictures->path;
+        for (const char* name : {"images", "rgb", "resized_images"})
+        {
+            looks_for(path() / name, run);
+            if (fs::is_directory(path() / name))
+                return path() / name;
+        }
+        return path() / "images";
     }
 
     fresco::Cost cost() const override

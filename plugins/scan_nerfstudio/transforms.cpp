@@ -8,6 +8,8 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <optional>
+#include <set>
 
 namespace nerfstudio
 {
@@ -48,16 +50,25 @@ fresco::Intrinsics intrinsics_of(const Value& frame, const JsonRecord& record)
 
 fresco::recordings::Lens lens_of(const JsonRecord& record)
 {
-    if (const Value* fisheye = record.find("is_fisheye"); fisheye != nullptr && !(fisheye->is_bool() && !fisheye->as_bool()))
-        record.fail("is_fisheye", "is set, and fisheye lenses are not supported: undistort the pictures to PINHOLE first");
-    const std::string model = record.find("camera_model") == nullptr ? "OPENCV" : record.text("camera_model");
-    constexpr std::array known{"PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL", "OPENCV", "FULL_OPENCV"};
+    std::string model = record.find("camera_model") == nullptr ? "OPENCV" : record.text("camera_model");
+    constexpr std::array known{"PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL", "OPENCV", "FULL_OPENCV", "OPENCV_FISHEYE"};
     if (std::find(known.begin(), known.end(), model) == known.end())
         record.fail("camera_model", "is " + model +
-                                        "; PINHOLE, SIMPLE_PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV and FULL_OPENCV are supported: "
-                                        "undistort the pictures to PINHOLE first");
+                                        "; PINHOLE, SIMPLE_PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV, FULL_OPENCV and "
+                                        "OPENCV_FISHEYE are supported: undistort the pictures to PINHOLE first");
+    // instant-ngp's word for the same.
+    if (const Value* fisheye = record.find("is_fisheye"); fisheye != nullptr && !(fisheye->is_bool() && !fisheye->as_bool()))
+        model = "OPENCV_FISHEYE";
     const auto get = [&](const char* key) { return record.number(key, 0); };
-    fresco::recordings::Lens lens{.k1 = get("k1"), .k2 = get("k2"), .k3 = get("k3"), .p1 = get("p1"), .p2 = get("p2")};
+    fresco::recordings::Lens lens{.k1 = get("k1"), .k2 = get("k2"), .k3 = get("k3")};
+    if (model == "OPENCV_FISHEYE")
+    {
+        lens.k4 = get("k4");
+        lens.is_fisheye = true;
+        return lens;
+    }
+    lens.p1 = get("p1");
+    lens.p2 = get("p2");
     if (model == "FULL_OPENCV")
     {
         lens.k4 = get("k4");
@@ -65,7 +76,7 @@ fresco::recordings::Lens lens_of(const JsonRecord& record)
         lens.k6 = get("k6");
     }
     else if (get("k4") != 0)
-        record.fail("k4", "is not 0, which only FULL_OPENCV supports: undistort the pictures to PINHOLE first");
+        record.fail("k4", "is not 0, which only FULL_OPENCV and OPENCV_FISHEYE support: undistort the pictures to PINHOLE first");
     if (model.ends_with("PINHOLE") && lens.distorts())
         record.fail("camera_model", "is " + model + ", but k1 … p2 are not 0: set OPENCV, or remove them");
     return lens;
@@ -103,16 +114,55 @@ double depth_unit_of(const JsonRecord& record, double given)
     return unit;
 }
 
+const Value::List& list_of(const JsonRecord& whole, const std::string& key)
+{
+    const Value* list = whole.find(key);
+    if (list == nullptr || !list->is_list() || list->as_list().empty())
+        whole.fail(key, "must be a list, not empty; expected nerfstudio's transforms.json");
+    return list->as_list();
+}
+
+/// The names that a split lists, without "./" and the like.
+std::set<fs::path> listed_names(const JsonRecord& whole, const std::string& key)
+{
+    std::set<fs::path> names;
+    for (const Value& name : list_of(whole, key))
+    {
+        if (!name.is_string())
+            whole.fail(key, "must be a list of file names");
+        names.insert(fs::path(name.as_string()).lexically_normal());
+    }
+    return names;
+}
+
+/// Which frames are wanted: a list of the file, and those of it that are named.
+struct Chosen
+{
+    std::string key = "frames";
+    std::optional<std::set<fs::path>> names{};
+};
+
+Chosen chosen_frames(const JsonRecord& whole, const std::string& split)
+{
+    if (split == "all")
+        return {};
+    const std::string key = split + "_filenames";
+    if (whole.find(key) != nullptr)
+        return {.names = listed_names(whole, key)};
+    // ScanNet++ has the other frames in a list of their own.
+    if (whole.find("test_frames") != nullptr && split != "val")
+        return {.key = split == "test" ? "test_frames" : "frames"};
+    whole.fail(key, "is missing; set split: all, and divide the frames with frames.hold_out");
+}
+
 }  // namespace
 
-Transforms parse_transforms(std::string_view text, const fs::path& file, const Reading& reading)
+std::vector<RecordedView> parse_transforms(std::string_view text, const fs::path& file, const Reading& reading)
 {
     const Value root = fresco::parse_json(text, file.string());
     const JsonRecord whole(root, file.string());
-    const Value* frames = root.find("frames");
-    if (frames == nullptr || !frames->is_list() || frames->as_list().empty())
-        whole.fail("frames", "must be a list of frames, not empty; expected nerfstudio's transforms.json");
-
+    auto chosen = chosen_frames(whole, reading.split);
+    const Value::List& frames = list_of(whole, chosen.key);
     WorldChange world{{}, reading.unit_m};
     double applied_scale = 1;
     if (reading.world == World::original)
@@ -127,12 +177,15 @@ Transforms parse_transforms(std::string_view text, const fs::path& file, const R
         applied_scale = applied_scale_of(whole);
     }
 
-    Transforms result;
+    std::vector<RecordedView> views;
     std::size_t with_depth = 0;
-    for (std::size_t i = 0; i < frames->as_list().size(); ++i)
+    for (std::size_t i = 0; i < frames.size(); ++i)
     {
-        const Value& own = frames->as_list()[i];
-        const JsonRecord record(own, root, file.string() + ": frame " + std::to_string(i));
+        const Value& own = frames[i];
+        const JsonRecord record(own, root,
+                                file.string() + (chosen.key == "frames" ? ": frame " : ": test frame ") + std::to_string(i));
+        if (chosen.names && chosen.names->erase(fs::path(record.text("file_path")).lexically_normal()) == 0)
+            continue;
         RecordedView view;
         view.source = record.place();
         const fs::path listed = record.text("file_path");
@@ -150,19 +203,23 @@ Transforms parse_transforms(std::string_view text, const fs::path& file, const R
             view.depth_unit_m = depth_unit_of(record, reading.depth_unit_m);
             ++with_depth;
         }
-        result.has_masks = result.has_masks || own.find("mask_path") != nullptr;
+        if (own.find("mask_path") != nullptr)
+            view.mask = (reading.masks.empty() ? file.parent_path() : reading.masks) / record.text("mask_path");
         view.camera = intrinsics_of(own, record);
         view.lens = lens_of(record);
         view.world_from_camera =
             world(fresco::recordings::opencv_pose(record.matrix("transform_matrix"), record.place_of("transform_matrix")),
                   applied_scale);
-        result.views.push_back(std::move(view));
+        views.push_back(std::move(view));
     }
-    if (with_depth != 0 && with_depth != result.views.size())
-        throw fresco::Error(file.string() + ": " + std::to_string(with_depth) + " of " + std::to_string(result.views.size()) +
+    if (chosen.names && !chosen.names->empty())
+        whole.fail(reading.split + "_filenames",
+                   "lists " + chosen.names->begin()->string() + ", which no frame has as file_path");
+    if (with_depth != 0 && with_depth != views.size())
+        throw fresco::Error(file.string() + ": " + std::to_string(with_depth) + " of " + std::to_string(views.size()) +
                             " frames have a depth_file_path; expected all of them or none");
-    fresco::recordings::order_by_name(result.views);
-    return result;
+    fresco::recordings::order_by_name(views);
+    return views;
 }
 
 }  // namespace nerfstudio

@@ -19,24 +19,21 @@ enum class World
 
 struct Reading
 {
-    World world;
-    double unit_m;                   ///< Meters per unit of the poses.
-    double depth_unit_m;             ///< Meters per step of the depth pictures; 0: what the file says, else a millimeter.
-    std::filesystem::path pictures;  ///< Folder that file_path is relative to; empty: the file's own.
+    World world = World::saved;
+    double unit_m = 1;                 ///< Meters per unit of the poses.
+    double depth_unit_m = 0;           ///< Meters per step of the depth pictures; 0: what the file says, else a millimeter.
+    std::filesystem::path pictures{};  ///< Folder that file_path is relative to; empty: the file's own.
+    std::filesystem::path masks{};     ///< The same for mask_path.
+    std::string split = "all";         ///< all: `frames`; train, val, test: those that the file's lists name.
 };
 
-struct Transforms
-{
-    std::vector<fresco::recordings::RecordedView> views;  ///< By name.
-    bool has_masks = false;
-};
-
-/// The views of a transforms.json. Poses: world_from_camera with OpenGL camera axes (x right, y up, z backward), turned to
-/// OpenCV's. The intrinsics of a frame go before those of the file; camera_angle_x stands in for fl_x. Depth belongs to the
+/// The views of a transforms.json, by name. Poses: world_from_camera with OpenGL camera axes (x right, y up, z backward), turned
+/// to OpenCV's. The intrinsics of a frame go before those of the file; camera_angle_x stands in for fl_x. Depth belongs to the
 /// color camera, as nerfstudio has it. \param file  where `text` is from: for errors, and pictures are beside it. Throws Error
 /// naming file and byte (no JSON) or file, frame and key: a value that is missing or of another kind, a pose that is no rigid
-/// transform, a camera model other than PINHOLE, SIMPLE_PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV and FULL_OPENCV, no frames, depth
-/// in some frames only.
-Transforms parse_transforms(std::string_view text, const std::filesystem::path& file, const Reading& reading);
+/// transform, a camera model other than PINHOLE, SIMPLE_PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV, FULL_OPENCV and OPENCV_FISHEYE,
+/// no frames, depth in some frames only, a split that the file does not tell.
+std::vector<fresco::recordings::RecordedView> parse_transforms(std::string_view text, const std::filesystem::path& file,
+                                                               const Reading& reading);
 
 }  // namespace nerfstudio

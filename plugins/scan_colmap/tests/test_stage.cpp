@@ -70,13 +70,16 @@ TEST_CASE("a camera of the world's own axes at (1, 2, 3) is where its file says"
 
 TEST_CASE("the models' parameters find their places", "[scan.colmap]")
 {
-    const auto cameras = colmap::parse_cameras_text("1 SIMPLE_PINHOLE 8 6 10 4 3\n2 PINHOLE 8 6 10 11 4 3\n"
-                                                    "3 SIMPLE_RADIAL 8 6 10 4 3 0.1\n4 RADIAL 8 6 10 4 3 0.1 0.2\n"
-                                                    "5 OPENCV 8 6 10 11 4 3 0.1 0.2 0.3 0.4\n"
-                                                    "6 FULL_OPENCV 8 6 10 11 4 3 1 2 3 4 5 6 7 8\n",
-                                                    "cameras.txt");
+    const auto cameras =
+        colmap::parse_cameras_text("1 SIMPLE_PINHOLE 8 6 10 4 3\n2 PINHOLE 8 6 10 11 4 3\n"
+                                   "3 SIMPLE_RADIAL 8 6 10 4 3 0.1\n4 RADIAL 8 6 10 4 3 0.1 0.2\n"
+                                   "5 OPENCV 8 6 10 11 4 3 0.1 0.2 0.3 0.4\n"
+                                   "6 FULL_OPENCV 8 6 10 11 4 3 1 2 3 4 5 6 7 8\n"
+                                   "7 OPENCV_FISHEYE 8 6 10 11 4 3 1 2 3 4\n8 SIMPLE_RADIAL_FISHEYE 8 6 10 4 3 1\n"
+                                   "9 RADIAL_FISHEYE 8 6 10 4 3 1 2\n",
+                                   "cameras.txt");
     using fresco::recordings::Lens;
-    REQUIRE(cameras.size() == 6);
+    REQUIRE(cameras.size() == 9);
     CHECK(cameras.at(1).intrinsics == fresco::Intrinsics{8, 6, 10, 10, 4, 3});
     CHECK(cameras.at(2).intrinsics == fresco::Intrinsics{8, 6, 10, 11, 4, 3});
     CHECK_FALSE(cameras.at(2).lens.distorts());
@@ -84,6 +87,9 @@ TEST_CASE("the models' parameters find their places", "[scan.colmap]")
     CHECK(cameras.at(4).lens == Lens{.k1 = 0.1, .k2 = 0.2});
     CHECK(cameras.at(5).lens == Lens{.k1 = 0.1, .k2 = 0.2, .p1 = 0.3, .p2 = 0.4});
     CHECK(cameras.at(6).lens == Lens{.k1 = 1, .k2 = 2, .k3 = 5, .k4 = 6, .k5 = 7, .k6 = 8, .p1 = 3, .p2 = 4});
+    CHECK(cameras.at(7).lens == Lens{.k1 = 1, .k2 = 2, .k3 = 3, .k4 = 4, .is_fisheye = true});
+    CHECK(cameras.at(8).lens == Lens{.k1 = 1, .is_fisheye = true});
+    CHECK(cameras.at(9).lens == Lens{.k1 = 1, .k2 = 2, .is_fisheye = true});
     CHECK(cameras.at(6).source == "cameras.txt:6");
 }
 
@@ -112,7 +118,7 @@ TEST_CASE("the reconstruction is found where tools put it", "[scan.colmap]")
     const WrittenRecording project(binary_reader);
     fs::rename(project.path / "sparse/0", project.path / "model");
     CHECK_THAT(project.error(), Contains("no COLMAP reconstruction") && Contains("sparse/0"));
-    for (const char* place : {".", "sparse", "colmap/sparse/0"})
+    for (const char* place : {".", "sparse", "colmap/sparse/0", "colmap", "colmap_sparse/0", "colmap_sparse"})
     {
         fs::create_directories(project.path / place);
         for (const char* name : {"cameras.bin", "images.bin"})
@@ -123,13 +129,29 @@ TEST_CASE("the reconstruction is found where tools put it", "[scan.colmap]")
     }
 }
 
+TEST_CASE("masks have COLMAP's names, or those of the pictures", "[scan.colmap]")
+{
+    const WrittenRecording project(text_reader);
+    fs::create_directories(project.path / "masks");
+    fresco::Raster8 mask(32, 24, 3, 255);
+    fresco::write_file(project.path / "masks/view 000.png", project.images.encode_png(mask));
+    fresco::write_file(project.path / "masks/view 002.png.png", project.images.encode_png(mask));
+    for (int c = 0; c < 3; ++c)
+        mask.at(0, 0, c) = 0;
+    fresco::write_file(project.path / "masks/view 001.png.png", project.images.encode_png(mask));
+    TestRun run;
+    const auto frames = project.read(run, Value::Map{{"masks", (project.path / "masks").string()}}).frames->frames;
+    CHECK(run.reported.at("masked").as_int() == 1);
+    CHECK(fresco::load_mask(frames[1]).at(0, 0) == 0);
+}
+
 TEST_CASE("text that cannot be used is refused by line", "[scan.colmap]")
 {
     fresco::testing::check_flaws(
         text_reader,
         {{"a model that is not read",
-          replacing(cameras_file, "PINHOLE", "OPENCV_FISHEYE"),
-          {"cameras.txt:3: camera model \"OPENCV_FISHEYE\" is not supported; expected SIMPLE_PINHOLE"}},
+          replacing(cameras_file, "PINHOLE", "THIN_PRISM_FISHEYE"),
+          {"cameras.txt:3: camera model \"THIN_PRISM_FISHEYE\" is not supported; expected SIMPLE_PINHOLE"}},
          {"another count of parameters",
           replacing(cameras_file, "PINHOLE", "OPENCV"),
           {"cameras.txt:3: 4 parameters; OPENCV has 8"}},
@@ -163,9 +185,7 @@ TEST_CASE("hostile counts are refused before anything is allocated", "[scan.colm
          {"images", set(images, 0, huge), {"images.bin: byte ", "the file ends inside an image"}},
          {"points", set(images, 8 + 4 + 7 * 8 + 4 + sizeof "view 000.png", wrapping), {"points do not fit into"}},
          {"more bytes", [&](const auto& it) { it.write(images, it.text(images) + "x"); }, {"1 bytes after the expected end"}},
-         {"a model that is not read",
-          set(cameras, 12, "\x05"),
-          {"cameras.bin: byte 8: camera model OPENCV_FISHEYE is not supported"}}});
+         {"a model that is not read", set(cameras, 12, "\x07"), {"cameras.bin: byte 8: camera model FOV is not supported"}}});
 }
 
 TEST_CASE("what the iPhone of ScanNet++ recorded is read from its three folders", "[scan.colmap]")
@@ -176,10 +196,7 @@ TEST_CASE("what the iPhone of ScanNet++ recorded is read from its three folders"
         fresco::testing::write_colmap(frames, folder, false);
         fs::rename(folder / "sparse/0", folder / "colmap");
         fs::rename(folder / "images", folder / "rgb");
-        return folder / "colmap";
-    };
-    iphone.options = [](const fresco::Frames&, const fs::path& path) {
-        return Value::Map{{"pictures", (path / "../rgb").string()}, {"depth", (path / "../depth").string()}};
+        return folder;
     };
     const WrittenRecording recording(iphone);
     fresco::testing::check_same_recording(*recording.read().frames, recording.frames, recording.images);

@@ -67,12 +67,12 @@ TEST_CASE("a transforms.json holds what every recording does", "[scan.nerfstudio
 TEST_CASE("camera axes are OpenGL's", "[scan.nerfstudio]")
 {
     // The unit matrix looks along -z with y up: OpenCV's y and z are turned.
-    const auto read = nerfstudio::parse_transforms(
+    const auto views = nerfstudio::parse_transforms(
         R"({"w": 8, "h": 6, "camera_angle_x": 1.5707963267948966, "frames": [{"file_path": "./train/r_0",
             "transform_matrix": [[1, 0, 0, 4], [0, 1, 0, 5], [0, 0, 1, 6], [0, 0, 0, 1]]}]})",
-        "/data/transforms.json", {.world = nerfstudio::World::saved, .unit_m = 1, .depth_unit_m = 0, .pictures = {}});
-    REQUIRE(read.views.size() == 1);
-    const auto& view = read.views[0];
+        "/data/transforms.json", {});
+    REQUIRE(views.size() == 1);
+    const auto& view = views[0];
     CHECK(view.world_from_camera.direction({0, 0, 1}) == fresco::Vec3d{0, 0, -1});
     CHECK(view.world_from_camera.direction({0, 1, 0}) == fresco::Vec3d{0, -1, 0});
     CHECK(view.world_from_camera.translation == fresco::Vec3d{4, 5, 6});
@@ -111,7 +111,6 @@ TEST_CASE("a frame's own values go before the file's", "[scan.nerfstudio]")
     const auto made = reader_of(Value::Map{{"depth_unit_scale_factor", 0.002}});
     const WrittenRecording scan(made);
     set_in_frame(scan, 1, "fl_x", 77);
-    set_in_frame(scan, 1, "mask_path", "mask.png");
     set_in_frame(scan, 2, "camera_angle_x", 2 * std::atan(0.5));
     TestRun run;
     const auto frames = *scan.read(run).frames;
@@ -122,8 +121,6 @@ TEST_CASE("a frame's own values go before the file's", "[scan.nerfstudio]")
     CHECK(frames.frames[2].color.intrinsics.fx == Approx(32));
     CHECK(frames.frames[2].color.intrinsics.fy == Approx(32));
     CHECK(frames.frames[1].depth_unit_m == 0.002);
-    CHECK(std::count(run.messages.begin(), run.messages.end(),
-                     "warning: the frames have masks (mask_path), which are not used") == 1);
     CHECK(scan.read(run, Value::Map{{"depth_unit_m", 0.004}}).frames->frames[1].depth_unit_m == 0.004);
     CHECK(scan.read(run, Value::Map{{"every", 2}}).frames->frames.size() == 2);
 }
@@ -158,6 +155,97 @@ TEST_CASE("distortion is undone", "[scan.nerfstudio]")
     CHECK_NOTHROW(fresco::load_depth(frames.frames[1], &scan.images));
 }
 
+TEST_CASE("a fisheye's pictures are undistorted, in nerfstudio's word for it and in instant-ngp's", "[scan.nerfstudio]")
+{
+    const fresco::recordings::Lens lens{.k1 = 0.03, .k2 = 0.005, .k3 = 0.001, .k4 = -0.001, .is_fisheye = true};
+    const Value::Map k{{"k1", lens.k1}, {"k2", lens.k2}, {"k3", lens.k3}, {"k4", lens.k4}};
+    for (const auto& [key, value] : {std::pair<const char*, Value>{"camera_model", "OPENCV_FISHEYE"}, {"is_fisheye", true}})
+    {
+        Value head = k;
+        head.set(key, value);
+        const auto made = reader_of(head);
+        const WrittenRecording scan(made);
+        const auto frames = *scan.read().frames;
+        const auto pinhole = fresco::recordings::pinhole_without(lens, scan.frames.frames[0].color.intrinsics, "x");
+        CHECK(frames.frames[0].color.intrinsics == pinhole);
+        CHECK(fresco::load_color(frames.frames[1], &scan.images) ==
+              fresco::recordings::undistorted(fresco::load_color(scan.frames.frames[1], &scan.images),
+                                              scan.frames.frames[1].color.intrinsics, lens, pinhole));
+    }
+}
+
+TEST_CASE("masks are read, from where mask_path is relative to", "[scan.nerfstudio]")
+{
+    const WrittenRecording scan(reader);
+    fresco::Raster8 mask(32, 24, 3, 255);
+    for (int c = 0; c < 3; ++c)
+        mask.at(3, 20, c) = 0;
+    fs::create_directories(scan.path / "masks");
+    fresco::write_file(scan.path / "masks/a.png", scan.images.encode_png(mask));
+    set_in_frame(scan, 1, "mask_path", "a.png");
+    CHECK_THAT(scan.error(), Contains("1 file is missing") && Contains("frame 1 lists it"));
+    TestRun run;
+    const auto frames = scan.read(run, Value::Map{{"masks", (scan.path / "masks").string()}}).frames->frames;
+    CHECK(run.reported.at("masked").as_int() == 1);
+    CHECK(frames[0].mask.empty());
+    CHECK(fresco::load_mask(frames[1]).at(3, 20) == 0);
+    CHECK(std::ranges::count(run.files_read, scan.path / "masks/a.png") == 1);
+}
+
+TEST_CASE("a split that the file lists is read as such", "[scan.nerfstudio]")
+{
+    const auto made = reader_of(Value::Map{{"train_filenames", Value::List{"./images/frame_00001.png", "images/frame_00003.png"}},
+                                           {"val_filenames", Value::List{"images/frame_00002.png"}},
+                                           {"test_filenames", Value::List{"images/frame_00009.png"}}});
+    const WrittenRecording scan(made);
+    const auto names = [&](const char* split)
+    {
+        std::vector<std::string> found;
+        for (const auto& frame : scan.read(Value::Map{{"split", split}}).frames->frames)
+            found.push_back(frame.name);
+        return found;
+    };
+    CHECK(names("all").size() == 3);
+    CHECK(names("train") == std::vector<std::string>{"frame_00001", "frame_00003"});
+    CHECK(names("val") == std::vector<std::string>{"frame_00002"});
+    CHECK_THAT(scan.error(Value::Map{{"split", "test"}}),
+               Contains("\"test_filenames\" lists images/frame_00009.png, which no frame has"));
+    const WrittenRecording without(reader);
+    CHECK_THAT(without.error(Value::Map{{"split", "val"}}), Contains("\"val_filenames\" is missing; set split: all"));
+}
+
+TEST_CASE("the DSLR folder of ScanNet++ is found, with its masks and test frames", "[scan.nerfstudio]")
+{
+    const WrittenRecording scan(reader);
+    auto json = json_of(scan);
+    auto& frames = json.find("frames")->as_list();
+    fresco::Raster8 mask(32, 24, 3, 255);
+    mask.values.assign(3 * 5, 0);
+    mask.values.resize(std::size_t{3} * 32 * 24, 255);
+    fs::create_directories(scan.path / "resized_anon_masks");
+    for (std::size_t i = 0; i < 3; ++i)
+    {
+        const auto name = "frame_0000" + std::to_string(i + 1) + ".png";
+        frames[i].set("file_path", name);
+        frames[i].set("mask_path", name);
+        std::erase_if(frames[i].as_map(), [](const auto& entry) { return entry.first == "depth_file_path"; });
+        fresco::write_file(scan.path / "resized_anon_masks" / name, scan.images.encode_png(mask));
+    }
+    json.set("test_frames", Value::List{frames[2]});
+    frames.pop_back();
+    fs::create_directories(scan.path / "nerfstudio");
+    fs::remove(scan.path / "transforms.json");
+    fs::rename(scan.path / "images", scan.path / "resized_images");
+    scan.write("nerfstudio/transforms.json", fresco::to_json(json));
+    const auto train = scan.read(Value::Map{{"split", "train"}}).frames->frames;
+    REQUIRE(train.size() == 2);
+    CHECK(train[1].color_picture.path == scan.path / "resized_images/frame_00002.png");
+    CHECK(std::ranges::count(fresco::load_mask(train[1]).values, 0) == 5);
+    const auto test = scan.read(Value::Map{{"split", "test"}}).frames->frames;
+    REQUIRE(test.size() == 1);
+    CHECK(test[0].name == "frame_00003");
+}
+
 TEST_CASE("frames without depth are given as such", "[scan.nerfstudio]")
 {
     const WrittenRecording scan(reader);
@@ -188,20 +276,15 @@ TEST_CASE("a file that cannot be used is refused by name", "[scan.nerfstudio]")
     fresco::testing::check_flaws(
         reader,
         {{"no file", removing("transforms.json"), {"transforms.json"}},
-         {"no frames",
-          writing("transforms.json", "{\"frames\": []}"),
-          {"transforms.json: \"frames\" must be a list of frames, not empty"}},
+         {"no frames", writing("transforms.json", "{\"frames\": []}"), {"transforms.json: \"frames\" must be a list, not empty"}},
          {"another camera",
-          set(1, {{"camera_model", "OPENCV_FISHEYE"}}),
-          {"transforms.json: frame 1: \"camera_model\" is OPENCV_FISHEYE; PINHOLE"}},
+          set(1, {{"camera_model", "EQUIRECTANGULAR"}}),
+          {"transforms.json: frame 1: \"camera_model\" is EQUIRECTANGULAR; PINHOLE"}},
          {"degrees", set(1, {{"camera_angle_x", 60.0}}), {angle}},
          {"no angle", set(1, {{"camera_angle_x", 0.0}}), {angle}},
          {"a negative angle", set(1, {{"camera_angle_x", -1.0}}), {angle}},
          {"a tiny focal length", set(1, {{"fl_x", 1e-30}}), {"transforms.json: frame 1: a focal length of 1e-30 pixels"}},
          {"a fourth coefficient", set(1, {{"k4", 0.1}}), {"frame 1: \"k4\" is not 0"}},
-         {"a fisheye",
-          set(1, {{"k4", 0.1}, {"camera_model", "OPENCV"}, {"is_fisheye", true}}),
-          {"transforms.json: frame 1: \"is_fisheye\" is set, and fisheye lenses are not supported"}},
          {"a full model", set(1, {{"k4", 0.1}, {"is_fisheye", false}, {"camera_model", "FULL_OPENCV"}}), {"no error"}},
          {"a pinhole", set(1, {{"camera_model", "PINHOLE"}}), {"no error"}},
          {"a pinhole with distortion",
@@ -223,9 +306,9 @@ TEST_CASE("the recorder's own world is asked for in vain where the file does not
     const auto made = reader_of(Value::Map{{"camera_model", "OPENCV"}});
     const WrittenRecording scan(made);
     const auto text = fresco::read_text_file(scan.path / "transforms.json");
-    CHECK_THROWS_WITH(nerfstudio::parse_transforms(text, scan.path / "transforms.json", {nerfstudio::World::original, 1, 0, {}}),
+    CHECK_THROWS_WITH(nerfstudio::parse_transforms(text, scan.path / "transforms.json", {.world = nerfstudio::World::original}),
                       Contains("applied_transform\" is missing, so the recorder's own world is unknown"));
-    CHECK_NOTHROW(nerfstudio::parse_transforms(text, scan.path / "transforms.json", {nerfstudio::World::saved, 1, 0, {}}));
+    CHECK_NOTHROW(nerfstudio::parse_transforms(text, scan.path / "transforms.json", {}));
 }
 
 TEST_CASE("damage to the head of a recording gives an error or what can be used", "[scan.nerfstudio]")

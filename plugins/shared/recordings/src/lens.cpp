@@ -17,6 +17,12 @@ constexpr int samples_per_side = 64;
 
 double radial_factor(const Lens& lens, double r2)
 {
+    if (lens.is_fisheye)
+    {
+        const double r = std::sqrt(r2), angle = std::atan(r), a2 = angle * angle;
+        const double bent = 1 + a2 * (lens.k1 + a2 * (lens.k2 + a2 * (lens.k3 + a2 * lens.k4)));
+        return r > 0 ? bent * angle / r : 1;
+    }
     const double above = 1 + r2 * (lens.k1 + r2 * (lens.k2 + r2 * lens.k3));
     const double below = 1 + r2 * (lens.k4 + r2 * (lens.k5 + r2 * lens.k6));
     return above / below;

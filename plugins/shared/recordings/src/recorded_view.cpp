@@ -3,6 +3,7 @@
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/hash.h>
+#include <fresco/npy.h>
 #include <fresco/parallel.h>
 #include <fresco/recordings/picture_checks.h>
 #include <fresco/recordings/text_records.h>
@@ -89,10 +90,23 @@ class FrameMaker
     }
 
   private:
+    /// As ImageIo::check, also of NPY files, which need no codec.
+    ImageHeader checked(const fs::path& file, bool is_color) const
+    {
+        if (file.extension() != ".npy")
+            return images_.check(file);
+        const NpyArray array = read_npy(file);
+        const auto& shape = array.shape;
+        if (is_color ? shape.size() != 3 || shape[2] != 3 || array.type != NpyType::uint8
+                     : shape.size() != 2 || array.type != NpyType::uint16)
+            throw Error(file.string() + (is_color ? ": expected a picture, uint8 of height x width x 3"
+                                                  : ": expected a depth picture, uint16 of height x width"));
+        return {static_cast<int>(shape[1]), static_cast<int>(shape[0]), is_color ? 8 : 16, !is_color};
+    }
     template <class Reference>
     Frame frame_of(const RecordedView& view, const Reference& reference) const
     {
-        const auto color = images_.check(view.color);
+        const auto color = checked(view.color, true);
         check_size(view.color, color, view.camera, view.source);
         check_not_turned(view.color, color, view.source);
         check_center(view.camera, view.source, view.color);
@@ -104,9 +118,12 @@ class FrameMaker
         frame.depth = view.depth_camera.value_or(frame.color);
         frame.depth_unit_m = view.depth_unit_m;
         frame.color_picture = view.lens.distorts() ? undistort_color(view, frame) : reference(view.color);
+        const Raster8 mask = mask_of(view, frame);
+        if (!mask.empty())
+            frame.mask = write_mask(frame, mask);
         if (view.depth.empty())
             return frame;
-        const auto depth = images_.check(view.depth);
+        const auto depth = checked(view.depth, false);
         check_depth_kind(view.depth, depth);
         if (view.depth_camera)
             check_size(view.depth, depth, frame.depth.intrinsics, view.source);
@@ -116,7 +133,18 @@ class FrameMaker
             frame.depth.intrinsics = frame.color.intrinsics.scaled_to(depth.width, depth.height);
         }
         const bool has_lens = view.lens.distorts() && !view.depth_camera;
-        frame.depth_picture = has_lens ? undistort_depth(view, frame) : reference(view.depth);
+        if (!has_lens && mask.empty())
+        {
+            frame.depth_picture = reference(view.depth);
+            return frame;
+        }
+        frame.depth_picture = reference(view.depth);
+        auto steps = load_depth_steps(frame, &images_);
+        if (has_lens)
+            steps = undistorted_depth(steps, view.camera, view.lens, frame.color.intrinsics);
+        if (!mask.empty())
+            remove_masked(mask, frame, steps);
+        frame.depth_picture = write(frame, ".depth.png", images_.encode_png(steps));
         return frame;
     }
     static PictureFile original(const fs::path& file) { return {fs::absolute(file), file_hash(file)}; }
@@ -131,10 +159,63 @@ class FrameMaker
         const auto picture = undistorted(images_.read_rgb(view.color), view.camera, view.lens, frame.color.intrinsics);
         return write(frame, ".color.jpg", images_.encode_jpeg(picture, jpeg_quality));
     }
-    PictureFile undistort_depth(const RecordedView& view, const Frame& frame) const
+    Raster8 read_mask(const fs::path& file) const
     {
-        const auto depth = undistorted_depth(images_.read_depth(view.depth), view.camera, view.lens, frame.color.intrinsics);
-        return write(frame, ".depth.png", images_.encode_png(depth));
+        if (file.extension() != ".npy")
+            return images_.read_rgb(file);
+        const NpyArray array = read_npy(file);
+        if (array.shape.size() != 2 || array.type != NpyType::uint8)
+            throw Error(file.string() + ": expected a mask, uint8 of height x width");
+        Raster8 mask(static_cast<int>(array.shape[1]), static_cast<int>(array.shape[0]));
+        std::ranges::copy(array.as<std::uint8_t>(), mask.values.begin());
+        return mask;
+    }
+    /// 0 and 255, for the frame's color camera; empty if nothing is ignored.
+    Raster8 mask_of(const RecordedView& view, const Frame& frame) const
+    {
+        if (view.mask.empty())
+            return {};
+        const auto picture = read_mask(view.mask);
+        if (picture.width != view.camera.width || picture.height != view.camera.height)
+            throw Error(view.mask.string() + ": the mask is " + size_text(picture.width, picture.height) + "; the picture of " +
+                        view.source + " is " + size_text(view.camera.width, view.camera.height));
+        Raster8 mask(picture.width, picture.height);
+        for (std::size_t i = 0; i < mask.values.size(); ++i)
+        {
+            const auto* const channels = &picture.values[i * static_cast<std::size_t>(picture.channels)];
+            mask.values[i] = std::any_of(channels, channels + picture.channels, [](auto value) { return value > 0; }) ? 255 : 0;
+        }
+        if (view.lens.distorts())
+            mask = undistorted(mask, view.camera, view.lens, frame.color.intrinsics);
+        bool ignores = false;
+        for (auto& value : mask.values)
+        {
+            value = value == 255 ? 255 : 0;
+            ignores = ignores || value == 0;
+        }
+        return ignores ? mask : Raster8{};
+    }
+    PictureFile write_mask(const Frame& frame, const Raster8& mask) const
+    {
+        const auto file = folder_ / frame.sequence / (frame.name + ".mask.npy");
+        const std::vector<std::size_t> shape{static_cast<std::size_t>(mask.height), static_cast<std::size_t>(mask.width)};
+        write_npy(file, shape, std::span(mask.values));
+        return {file, ""};
+    }
+    /// Takes out the depth of points that the color camera sees at ignored pixels.
+    static void remove_masked(const Raster8& mask, const Frame& frame, Raster16& steps)
+    {
+        for (int y = 0; y < steps.height; ++y)
+            for (int x = 0; x < steps.width; ++x)
+            {
+                auto& step = steps.at(x, y);
+                const Vec3d ray = frame.depth.ray(x + 0.5, y + 0.5) * (step * frame.depth_unit_m);
+                const Vec3d seen = frame.color.project(frame.depth.world_from_camera.translation + ray);
+                const double column = std::floor(seen.x), row = std::floor(seen.y);
+                if (seen.z > 0 && column >= 0 && row >= 0 && column < mask.width && row < mask.height &&
+                    mask.at(static_cast<int>(column), static_cast<int>(row)) == 0)
+                    step = 0;
+            }
     }
 
     const ImageIo& images_;
@@ -170,7 +251,7 @@ Frames recorded_frames(const std::vector<RecordedView>& views, const ImageIo& im
 {
     refuse_doubles(views);
     for (const auto& view : views)
-        if (view.lens.distorts())
+        if (view.lens.distorts() || !view.mask.empty())
             fs::create_directories(folder / view.sequence);
     const FrameMaker maker(images, folder, unpack);
     Frames result;

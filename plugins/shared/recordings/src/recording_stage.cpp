@@ -40,7 +40,7 @@ std::vector<RecordedView> every_nth(std::vector<RecordedView> views, int every, 
 std::vector<fs::path> files_of(const RecordedView& view)
 {
     std::vector<fs::path> files;
-    for (const auto& file : {view.color, view.depth, view.pose})
+    for (const auto& file : {view.color, view.depth, view.mask, view.pose})
         if (!file.empty())
             files.push_back(file);
     return files;
@@ -109,13 +109,16 @@ void RecordingStage::run(RunContext& run)
                                 [this](RecordedView& view, const fs::path& folder) { return unpack(view, folder); });
 
     const auto undistorted = std::ranges::count_if(views, [](const auto& view) { return view.lens.distorts(); });
+    const auto masked = std::ranges::count_if(made.frames, [](const auto& frame) { return !frame.mask.empty(); });
     const bool has_depth = !made.frames.front().depth_picture.empty();
     run.report("frames", views.size());
     run.report("poses_not_tracked", lost);
     run.report("undistorted", undistorted);
+    run.report("masked", masked);
     run.report("has_depth", has_depth);
     run.message(std::to_string(views.size()) + " frames" + (has_depth ? "" : " without depth") +
                 (undistorted > 0 ? ", " + std::to_string(undistorted) + " undistorted" : "") +
+                (masked > 0 ? ", " + std::to_string(masked) + " with a mask" : "") +
                 (lost > 0 ? ", " + std::to_string(lost) + " left out because their pose is not finite" : "") + recording.note);
     frames = std::move(made);
 }

@@ -51,10 +51,28 @@ TEST_CASE("a lens displaces points as its coefficients say", "[recordings]")
     CHECK(p2.y == Approx(-0.25 + 2 * 0.1 * 0.5 * -0.25));
 }
 
+TEST_CASE("a fisheye's radius is the angle to its axis", "[recordings]")
+{
+    // 45 degrees off the axis: a pinhole has the tangent, a fisheye the angle.
+    const auto p = Lens{.is_fisheye = true}.distorted({0.6, 0.8});
+    const double angle = std::atan(1.0);
+    CHECK(p.x == Approx(0.6 * angle));
+    CHECK(p.y == Approx(0.8 * angle));
+    CHECK(Lens{.is_fisheye = true}.distorts());
+    CHECK(Lens{.is_fisheye = true}.distorted({0, 0}) == fresco::Vec2d{0, 0});
+    const auto bent = Lens{.k1 = 0.1, .k4 = 0.01, .is_fisheye = true}.distorted({1, 0});
+    CHECK(bent.x == Approx(angle * (1 + 0.1 * std::pow(angle, 2) + 0.01 * std::pow(angle, 8))));
+    CHECK(Lens{.k2 = 0.1, .is_fisheye = true}.distorted({1, 0}).x == Approx(angle * (1 + 0.1 * std::pow(angle, 4))));
+    CHECK(Lens{.k3 = 0.1, .is_fisheye = true}.distorted({1, 0}).x == Approx(angle * (1 + 0.1 * std::pow(angle, 6))));
+    CHECK_THROWS_WITH(fresco::recordings::pinhole_without({.k1 = -40, .is_fisheye = true}, camera, "cam.txt:3"),
+                      Contains("cam.txt:3: the lens' coefficients fold"));
+}
+
 TEST_CASE("a pinhole picture is what is left when the lens is undone", "[recordings]")
 {
-    for (const Lens lens : {Lens{.k1 = -0.2, .k2 = 0.05}, Lens{.k1 = 0.2, .p1 = 0.004, .p2 = -0.006},
-                            Lens{.k1 = 0.2624, .k2 = -0.9531, .k3 = 1.1633, .p1 = -0.0054, .p2 = 0.0026}})
+    for (const Lens& lens : {Lens{.k1 = -0.2, .k2 = 0.05}, Lens{.k1 = 0.2, .p1 = 0.004, .p2 = -0.006},
+                             Lens{.k1 = 0.2624, .k2 = -0.9531, .k3 = 1.1633, .p1 = -0.0054, .p2 = 0.0026},
+                             Lens{.k1 = 0.03, .k2 = 0.005, .k3 = 0.0006, .k4 = 0.0001, .is_fisheye = true}})
     {
         fresco::Raster8 picture(64, 48, 1);
         fresco::Raster16 depth(32, 24);

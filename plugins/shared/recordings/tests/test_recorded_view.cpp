@@ -99,6 +99,55 @@ TEST_CASE("views with a lens get pictures of their own, the same for any thread 
     CHECK(fresco::read_file(out / "frame-000001.depth.png") == bytes);
 }
 
+TEST_CASE("what a mask ignores is neither color nor depth, with a lens and without", "[recordings]")
+{
+    for (const double k1 : {0.0, 0.1})
+    {
+        Recording recording;
+        fresco::Raster8 mask(32, 24, 3, 255);
+        // The left half is ignored, white or not a little.
+        for (int y = 0; y < 24; ++y)
+            for (int x = 0; x < 32; ++x)
+                for (int c = 0; c < 3; ++c)
+                    mask.at(x, y, c) = x < 16 ? 0 : x == 20 ? 1 : 255;
+        const auto file = recording.folder.path() / "mask.png";
+        fresco::write_file(file, recording.images.encode_png(mask));
+        const auto plain = recording.read();
+        for (auto& view : recording.views)
+        {
+            view.lens = {.k1 = k1};
+            view.mask = file;
+        }
+        const auto read = recording.read();
+        const auto& frame = read.frames[1];
+        CHECK(frame.mask.path == recording.folder.path() / "out/run/frame-000001.mask.npy");
+        const auto kept = fresco::load_mask(frame);
+        const auto depth = fresco::load_depth(frame, &recording.images);
+        const auto at_depth = fresco::mask_at(kept, 16, 12);
+        int ignored = 0;
+        for (int y = 0; y < 12; ++y)
+            for (int x = 0; x < 16; ++x)
+            {
+                ignored += at_depth.at(x, y) == 0;
+                // Where the lens bends, the border is not on a pixel of depth.
+                if (k1 == 0)
+                    CHECK((depth.at(x, y) == 0) == (x < 8));
+                else if (x < 6)
+                    CHECK(depth.at(x, y) == 0);
+                else if (x > 8)
+                    CHECK(depth.at(x, y) > 0);
+            }
+        CHECK((k1 == 0 ? ignored == 12 * 8 : ignored >= 12 * 7));
+        // The color picture is as it was.
+        if (k1 == 0)
+            CHECK(frame.color_picture.path == recording.views[1].color);
+        fresco::write_file(file, recording.images.encode_png(fresco::Raster8(32, 24, 3, 255)));
+        CHECK(recording.read().frames[1].mask.empty());
+        fresco::write_file(file, recording.images.encode_png(fresco::Raster8(16, 12, 3, 255)));
+        CHECK_THAT(recording.error(), Contains("mask.png: the mask is 16x12; the picture of list.txt:") && Contains("is 32x24"));
+    }
+}
+
 TEST_CASE("views are named and ordered by their pictures", "[recordings]")
 {
     std::vector<RecordedView> views(4);

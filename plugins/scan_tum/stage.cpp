@@ -2,10 +2,14 @@
 #include "tum_lists.h"
 
 #include <fresco/recordings/recording_stage.h>
+#include <fresco/value.h>
+
+#include <set>
 
 namespace
 {
 
+namespace fs = std::filesystem;
 using namespace fresco::recordings;
 
 class ScanTum final : public RecordingStage
@@ -44,12 +48,35 @@ class ScanTum final : public RecordingStage
         auto found = tum::associate(color, depth, parsed("groundtruth.txt", tum::parse_poses), *max_gap_s, path());
         for (auto& view : found.views)
             view.source += " with " + camera_.source;
+        if (const auto gaps = tum::gaps_text(found); !gaps.empty())
+            run.warning(std::to_string(found.without_depth) + " color pictures have no depth picture and " +
+                        std::to_string(found.without_pose) + " no pose within max_gap_s (" + fresco::to_json(*max_gap_s) +
+                        " s): " + gaps + "; set max_gap_s to use more of them");
+        warn_of_unlisted(color, run);
         run.report("without_depth", found.without_depth);
         run.report("without_pose", found.without_pose);
         run.report("camera", camera_.source);
         return {.views = std::move(found.views),
                 .note = "; left out " + std::to_string(found.without_depth) + " without depth and " +
                         std::to_string(found.without_pose) + " without pose at their time"};
+    }
+
+    /// Names a picture beside the listed ones that the list lacks.
+    void warn_of_unlisted(const std::vector<tum::StampedPicture>& color, fresco::RunContext& run) const
+    {
+        std::set<fs::path> listed;
+        for (const auto& picture : color)
+            listed.insert((path() / picture.name).lexically_normal());
+        const auto folder = listed.begin()->parent_path();
+        looks_for(folder / "*", run);
+        std::set<fs::path> unlisted;
+        std::error_code missing;
+        for (const auto& entry : fs::directory_iterator(folder, missing))
+            if (entry.path().extension() == listed.begin()->extension() && !listed.contains(entry.path().lexically_normal()))
+                unlisted.insert(entry.path());
+        if (!unlisted.empty())
+            run.warning("rgb.txt does not list " + std::to_string(unlisted.size()) + " of the pictures in its folder, first " +
+                        unlisted.begin()->string() + "; they are not used");
     }
 
     bool locate(RecordedView& view, fresco::RunContext& /*run*/) override

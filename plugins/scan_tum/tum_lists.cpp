@@ -59,7 +59,24 @@ std::string span_text(const std::vector<T>& list)
            fresco::to_json(list.back().time_s);
 }
 
+void note_gap(double gap_s, double& smallest_s)
+{
+    smallest_s = smallest_s > 0 ? std::min(smallest_s, gap_s) : gap_s;
+}
+
 }  // namespace
+
+std::string gaps_text(const Association& found)
+{
+    // Rounded up to a millisecond, so that it can be used as the option.
+    const auto gap = [](double gap_s) { return fresco::to_json(std::ceil(gap_s * 1000 - 1e-6) / 1000) + " s"; };
+    std::string text;
+    if (found.depth_gap_s > 0)
+        text = "the nearest depth picture is " + gap(found.depth_gap_s) + " away";
+    if (found.pose_gap_s > 0)
+        text += (text.empty() ? "" : ", ") + ("the nearest pose is " + gap(found.pose_gap_s) + " away");
+    return text;
+}
 
 std::vector<StampedPicture> parse_pictures(std::string_view text, std::string_view source)
 {
@@ -91,15 +108,20 @@ Association associate(const std::vector<StampedPicture>& color, const std::vecto
     {
         const double time = color[i].time_s;
         const auto& partner = depth[nearest(depth, time)];
-        if (std::abs(partner.time_s - time) > max_gap_s || nearest(color, partner.time_s) != i)
+        const double depth_gap_s = std::abs(partner.time_s - time);
+        const bool is_partner = nearest(color, partner.time_s) == i;
+        if (depth_gap_s > max_gap_s || !is_partner)
         {
             ++result.without_depth;
+            if (is_partner)
+                note_gap(depth_gap_s, result.depth_gap_s);
             continue;
         }
         const auto& pose = poses[nearest(poses, time)];
-        if (std::abs(pose.time_s - time) > max_gap_s)
+        if (const double gap_s = std::abs(pose.time_s - time); gap_s > max_gap_s)
         {
             ++result.without_pose;
+            note_gap(gap_s, result.pose_gap_s);
             continue;
         }
         RecordedView view;
@@ -112,9 +134,9 @@ Association associate(const std::vector<StampedPicture>& color, const std::vecto
         result.views.push_back(std::move(view));
     }
     if (result.views.empty())
-        throw fresco::Error("no color picture has a depth picture and a pose within " + fresco::to_json(max_gap_s) +
-                            " s: " + span_text(color) + "; " + span_text(depth) + "; " + span_text(poses) +
-                            "; use lists of one recording, or a larger max_gap_s");
+        throw fresco::Error("no color picture has a depth picture and a pose within max_gap_s (" + fresco::to_json(max_gap_s) +
+                            " s): " + gaps_text(result) + "; " + span_text(color) + "; " + span_text(depth) + "; " +
+                            span_text(poses) + "; use lists of one recording, or set a larger max_gap_s");
     return result;
 }
 

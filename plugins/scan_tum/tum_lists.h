@@ -38,11 +38,16 @@ struct Association
     std::vector<fresco::recordings::RecordedView> views;
     std::size_t without_depth = 0;  ///< Color pictures left out because no depth picture is near.
     std::size_t without_pose = 0;   ///< The same for poses.
+    double depth_gap_s = 0;         ///< The smallest max_gap_s with which one more of them would have a depth picture; 0: none.
+    double pose_gap_s = 0;          ///< The same for poses.
 };
+
+/// "the nearest depth picture is 0.035 s away, …" of those left out; empty if none was for its gap.
+std::string gaps_text(const Association& found);
 
 /// Each color picture with the depth picture and the pose that are nearest in time and at most `max_gap_s` away. A depth picture
 /// serves the color picture that is nearest to it and no other. Throws Error if nothing is left, with the times of the three
-/// lists.
+/// lists and the smallest gaps.
 Association associate(const std::vector<StampedPicture>& color, const std::vector<StampedPicture>& depth,
                       const std::vector<StampedPose>& poses, double max_gap_s, const std::filesystem::path& folder);
 

@@ -75,8 +75,45 @@ TEST_CASE("pictures and poses find each other by time", "[scan.tum]")
     CHECK(found.views[0].world_from_camera.translation.x == 1);
     CHECK(found.views[1].depth == "/scan/p/2.0.png");
     CHECK(found.views[1].world_from_camera.translation.x == 2);
+    // The depth picture at 4.1 is another's: no gap would make it that of 9.
+    CHECK(found.depth_gap_s == 0);
+    CHECK(found.pose_gap_s == Approx(1));
     CHECK_THROWS_WITH(tum::associate(pictures({1.0}), pictures({3.0, 4.0}), poses, 0.5, "/scan"),
-                      Contains("within 0.5 s: l:1 begins at 1.0, ends at 1.0; l:1 begins at 3.0, ends at 4.0"));
+                      Contains("within max_gap_s (0.5 s): the nearest depth picture is 2.0 s away; l:1 begins at 1.0, ends at "
+                               "1.0; l:1 begins at 3.0, ends at 4.0"));
+}
+
+TEST_CASE("pictures without a partner are told with the gap and its option, and those that no list names", "[scan.tum]")
+{
+    const WrittenRecording recording(reader);
+    TestRun whole;
+    recording.read(whole);
+    CHECK(std::ranges::none_of(whole.messages, [](const auto& text) { return text.starts_with("warning"); }));
+    // The second picture, at 0.133 s, is between two poses.
+    recording.write("groundtruth.txt", "1305031102.0970 0 0 0 0 0 0 1\n1305031102.1730 0 0 0 0 0 0 1\n");
+    fs::copy(recording.path / reader.color, recording.path / "rgb/1305031109.000000.png");
+    TestRun run;
+    CHECK(recording.read(run).frames->frames.size() == 2);
+    const auto told = [&](const std::string& text)
+    { return std::ranges::any_of(run.messages, [&](const auto& message) { return message.find(text) != std::string::npos; }); };
+    CHECK(
+        told("warning: 0 color pictures have no depth picture and 1 no pose within max_gap_s (0.02 s): the nearest pose is 0.037 "
+             "s away; set max_gap_s"));
+    CHECK(told("warning: rgb.txt does not list 1 of the pictures in its folder, first"));
+    CHECK(told("rgb/1305031109.000000.png; they are not used"));
+}
+
+TEST_CASE("a recording of more than a second is written with its times in order", "[scan.tum]")
+{
+    fresco::testing::TemporaryFolder folder;
+    const fresco::testing::RawImages images;
+    const auto frames = fresco::testing::tiny_recording(folder.path(), images, 40);
+    fresco::testing::write_tum(frames, folder.path() / "desk");
+    for (const char* name : {"rgb.txt", "depth.txt"})
+        CHECK(tum::parse_pictures(fresco::read_text_file(folder.path() / "desk" / name), name).size() == 40);
+    const auto poses = tum::parse_poses(fresco::read_text_file(folder.path() / "desk/groundtruth.txt"), "x");
+    REQUIRE(poses.size() == 40);
+    CHECK(poses.back().time_s - poses.front().time_s == Approx(39 * 0.033).epsilon(1e-5));
 }
 
 TEST_CASE("a quaternion has its scalar last", "[scan.tum]")

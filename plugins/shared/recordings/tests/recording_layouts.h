@@ -220,17 +220,21 @@ inline void write_tum(const Frames& frames, const std::filesystem::path& folder)
     for (std::size_t i = 0; i < frames.frames.size(); ++i)
     {
         const auto& frame = frames.frames[i];
-        const auto stamp = [&](std::size_t milliseconds)
-        { return "1305031102." + numbered("", 100 + 33 * i + milliseconds, "", 3) + "000"; };
-        const std::string color_name = "rgb/" + stamp(0) + frame.color_picture.path.extension().string();
-        const std::string depth_name = "depth/" + stamp(4) + ".png";
+        const auto time = [&](std::size_t milliseconds)
+        {
+            const std::size_t since = 97 + 33 * i + milliseconds;
+            return std::to_string(1305031102 + since / 1000) + "." + numbered("", since % 1000, "", 3);
+        };
+        const auto stamp = [&](std::size_t milliseconds) { return time(milliseconds) + "000"; };
+        const std::string color_name = "rgb/" + stamp(3) + frame.color_picture.path.extension().string();
+        const std::string depth_name = "depth/" + stamp(7) + ".png";
         copy_picture(frame.color_picture.path, folder / color_name);
         copy_picture(frame.depth_picture.path, folder / depth_name);
         const auto q = quaternion_of(frame.color.world_from_camera.rotation);
         const auto& t = frame.color.world_from_camera.translation;
-        rgb += stamp(0) + " " + color_name + "\n";
-        depth += stamp(4) + " " + depth_name + "\n";
-        poses += "1305031102." + numbered("", 97 + 33 * i, "", 3) + "0 " + joined({t.x, t.y, t.z, q[1], q[2], q[3], q[0]}) + "\n";
+        rgb += stamp(3) + " " + color_name + "\n";
+        depth += stamp(7) + " " + depth_name + "\n";
+        poses += time(0) + "0 " + joined({t.x, t.y, t.z, q[1], q[2], q[3], q[0]}) + "\n";
     }
     write_file(folder / "rgb.txt", rgb);
     write_file(folder / "depth.txt", depth);

@@ -1,0 +1,210 @@
+#include "folder_text.h"
+
+#include <fresco/error.h>
+#include <fresco/files_io.h>
+#include <fresco/recordings/recording_stage.h>
+#include <fresco/recordings/text_records.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <set>
+#include <span>
+#include <tuple>
+
+namespace
+{
+
+namespace fs = std::filesystem;
+using namespace fresco::recordings;
+
+constexpr std::array<const char*, 6> picture_endings{".png", ".jpg", ".jpeg", ".PNG", ".JPG", ".JPEG"};
+
+class ScanFolder final : public RecordingStage
+{
+  public:
+    ScanFolder()
+        : RecordingStage({.path = "Folder that contains images, poses and intrinsics",
+                          .frames = "The pictures of images, by name",
+                          .every = "Use every n-th picture"})
+    {
+    }
+
+  private:
+    RecordedMesh mesh{this, "Mesh in the poses' world, in meters; empty: mesh.ply in path", "The surface of the recording"};
+    fresco::Option<std::vector<double>> intrinsics{this, "intrinsics", std::vector<double>{},
+                                                   "fx, fy, cx, cy in pixels; empty: K.txt in path"};
+    fresco::Option<std::vector<double>> distortion{this, "distortion", std::vector<double>{},
+                                                   "k1, k2, p1, p2, k3 as in OpenCV; empty: none"};
+    PixelCenterOption pixel_center{this, "half"};
+    fresco::Option<std::string> axes{this, "axes", "opencv", fresco::one_of({"opencv", "opengl"}),
+                                     "Camera axes of the poses: x right, y down, z forward, or x right, y up, z backward"};
+    fresco::Option<std::string> direction{
+        this, "direction", "world_from_camera", fresco::one_of({"world_from_camera", "camera_from_world"}),
+        "Whether a pose takes points from the camera to the world, or from the world to the camera"};
+    fresco::Option<double> unit_m{this, "unit_m", 1.0, fresco::range(1e-6, 1e6), "Meters per unit of the poses"};
+    fresco::Option<double> depth_unit_m = depth_unit_option(this);
+
+    Recording list(fresco::RunContext& run) override
+    {
+        camera_ = camera(run);
+        Recording recording{.files =
+                                "a picture in images, and in each of depth, masks and poses that exists a file of the same name"};
+        recording.views = views(run);
+        add_poses(recording.views, run);
+        mesh.read({path() / "mesh.ply"}, run);
+        return recording;
+    }
+
+    CameraMatrix camera(fresco::RunContext& run) const
+    {
+        const auto check = [](const std::vector<double>& list, std::size_t count, const std::string& option)
+        {
+            if (!list.empty() && (list.size() != count || !std::ranges::all_of(list, [](double n) { return std::isfinite(n); })))
+                throw fresco::Error("option \"" + option + "\": expected " + std::to_string(count) + " finite numbers, found " +
+                                    std::to_string(list.size()));
+        };
+        check(*intrinsics, 4, "intrinsics");
+        check(*distortion, 5, "distortion");
+        const auto& k = *intrinsics;
+        if (!k.empty())
+            return {{k[0], 0, k[2], 0, k[1], k[3], 0, 0, 1}, "option intrinsics"};
+        const auto file = first_file({}, {path() / "K.txt"}, "the camera's matrix", "intrinsics", run);
+        return folder::parse_intrinsics(recorded_text(file, run), file.string());
+    }
+
+    bool has_folder(const fs::path& name, fresco::RunContext& run) const
+    {
+        looks_for(path() / name, run);
+        return fs::is_directory(path() / name);
+    }
+
+    fs::path picture_folder(fresco::RunContext& run) const
+    {
+        for (const char* name : {"images", "color", "rgb"})
+            if (has_folder(name, run))
+                return path() / name;
+        throw fresco::MissingInput(path().string() +
+                                   ": there is no folder images (or color, rgb); expected the color pictures in it");
+    }
+
+    /// The files of a folder with one of these endings, by the rest of their names.
+    static std::map<std::string, fs::path> files_in(const fs::path& folder, std::span<const char* const> endings,
+                                                    fresco::RunContext& run)
+    {
+        std::map<std::string, fs::path> files;
+        for (const char* ending : endings)
+            looks_for(folder / ("*" + std::string(ending)), run);
+        for (const auto& entry : fs::directory_iterator(folder))
+        {
+            const auto& file = entry.path();
+            if (std::ranges::find(endings, file.extension()) == endings.end())
+                continue;
+            if (const auto [other, is_new] = files.try_emplace(file.stem().string(), file); !is_new)
+                throw fresco::Error(file.string() + ": a second file of this name, " + other->second.filename().string() +
+                                    "; remove one");
+        }
+        return files;
+    }
+
+    /// A view for each name that any of the folders has; a partner that is missing has the path where it is expected.
+    std::vector<RecordedView> views(fresco::RunContext& run)
+    {
+        const auto color_folder = picture_folder(run);
+        const auto color = files_in(color_folder, picture_endings, run);
+        const std::string ending = color.empty() ? ".png" : color.begin()->second.extension().string();
+        std::set<std::string> names;
+        for (const auto& [name, file] : color)
+            names.insert(name);
+        std::vector<std::tuple<fs::path, fs::path RecordedView::*, const char*>> others;
+        for (const auto& [folder, place, other_ending] : {std::tuple{"depth", &RecordedView::depth, ".png"},
+                                                          {"masks", &RecordedView::mask, ".png"},
+                                                          {"poses", &RecordedView::pose, ".txt"},
+                                                          {"pose", &RecordedView::pose, ".txt"}})
+        {
+            if (!has_folder(folder, run))
+                continue;
+            const std::array endings{other_ending};
+            for (const auto& [name, file] : files_in(path() / folder, endings, run))
+                names.insert(name);
+            others.emplace_back(path() / folder, place, other_ending);
+        }
+        std::vector<RecordedView> found;
+        for (const auto& name : names)
+        {
+            RecordedView view;
+            view.color = color.contains(name) ? color.at(name) : color_folder / (name + ending);
+            for (const auto& [folder, place, other_ending] : others)
+                view.*place = folder / (name + other_ending);
+            name_by_picture(view, view.color.filename());
+            found.push_back(std::move(view));
+        }
+        order_by_name(found);
+        return found;
+    }
+
+    /// Those of poses.txt, unless each view has a file of its own.
+    void add_poses(std::vector<RecordedView>& views, fresco::RunContext& run)
+    {
+        if (views.empty() || !views.front().pose.empty())
+            return;
+        const auto list = path() / "poses.txt";
+        looks_for(list, run);
+        if (!fs::is_regular_file(list))
+            throw fresco::MissingInput(path().string() +
+                                       ": there are no poses; expected poses.txt, or poses/NAME.txt per picture");
+        auto poses = folder::parse_poses(recorded_text(list, run), list.string());
+        if (poses.size() != views.size())
+            throw fresco::Error(list.string() + ": " + std::to_string(poses.size()) + " poses for " +
+                                std::to_string(views.size()) +
+                                " pictures; expected one line per picture, in the order of their names");
+        for (std::size_t i = 0; i < views.size(); ++i)
+        {
+            views[i].source = poses[i].source;
+            matrices_.emplace(poses[i].source, std::move(poses[i].matrix));
+        }
+    }
+
+    bool locate(RecordedView& view, fresco::RunContext& /*run*/) override
+    {
+        std::vector<double> matrix;
+        if (view.pose.empty())
+            matrix = matrices_.at(view.source);
+        else
+        {
+            view.source = view.pose.string();
+            matrix = folder::parse_pose(fresco::read_text_file(view.pose), view.source);
+        }
+        if (!tracked_pose(matrix, view.source))
+            return false;
+        view.world_from_camera = folder::pose_of(
+            matrix, {.opengl = *axes == "opengl", .camera_from_world = *direction == "camera_from_world", .unit_m = *unit_m},
+            view.source);
+        if (sized_camera_.width == 0)
+            sized_camera_ = intrinsics_for(camera_, *pixel_center, codec().header(view.color), view.color);
+        view.camera = sized_camera_;
+        if (const auto& k = *distortion; !k.empty())
+            view.lens = {.k1 = k[0], .k2 = k[1], .k3 = k[4], .p1 = k[2], .p2 = k[3]};
+        view.depth_unit_m = *depth_unit_m;
+        return true;
+    }
+
+    fresco::Cost cost() const override
+    {
+        return {.seconds = {.fixed = 0.5, .per_frame = 0.02, .per_face = 5e-7},
+                .parallel_share = 0.9,
+                .memory_mb = {.fixed = 50, .per_core = 60, .per_face = 1e-4},
+                .disk_mb = {.per_face = 2.1e-5},
+                .frames = {.files = "path", .pattern = "images/*", .divided_by = {"every"}},
+                .faces = {.files = "path", .pattern = "mesh.ply", .bytes_each = 21}};
+    }
+
+    CameraMatrix camera_;
+    fresco::Intrinsics sized_camera_;
+    std::map<std::string, std::vector<double>> matrices_;  ///< By their lines in poses.txt.
+};
+
+}  // namespace
+
+FRESCO_STAGE("scan.folder", ScanFolder, "Pictures, depth and poses in plain folders and text files, in conventions you declare")

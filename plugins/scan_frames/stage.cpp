@@ -1,0 +1,80 @@
+#include <fresco/error.h>
+#include <fresco/hash.h>
+#include <fresco/recordings/recording_stage.h>
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace
+{
+
+using namespace fresco::recordings;
+
+class ScanFrames final : public RecordingStage
+{
+  public:
+    ScanFrames() : RecordingStage({.path = "Folder that contains frames.json", .frames = "The listed views, in their order"}) {}
+
+  private:
+    RecordedMesh mesh{this, "Mesh in the poses' world; empty: mesh.ply in path", "The surface of the recording"};
+
+    Recording list(fresco::RunContext& run) override
+    {
+        const auto file = path() / "frames.json";
+        looks_for(file, run);
+        run.reads_file(file);
+        listed_ = fresco::Frames::load({path(), {}})->frames;
+        Recording recording;
+        for (std::size_t i = 0; i < listed_.size(); ++i)
+        {
+            const auto& frame = listed_[i];
+            RecordedView view;
+            view.sequence = frame.sequence;
+            view.name = frame.name;
+            view.number = frame.number;
+            view.color = frame.color_picture.path;
+            view.depth = frame.depth_picture.path;
+            view.mask = frame.mask.path;
+            view.camera = frame.color.intrinsics;
+            view.world_from_camera = frame.color.world_from_camera;
+            view.depth_camera = frame.depth;
+            view.depth_unit_m = frame.depth_unit_m;
+            view.source = file.string() + ": frame " + std::to_string(i);
+            if (frame.color_picture.empty())
+                throw fresco::Error(view.source + ": \"color_picture\" is null; expected {\"ref\": \"own:NAME\"}");
+            recording.views.push_back(std::move(view));
+        }
+        mesh.read({path() / "mesh.ply"}, run);
+        return recording;
+    }
+
+    /// Compares the hashes that the list gives.
+    bool locate(RecordedView& view, fresco::RunContext& /*run*/) override
+    {
+        while (listed_[next_].sequence != view.sequence || listed_[next_].name != view.name)
+            ++next_;
+        const auto& frame = listed_[next_];
+        for (const auto* picture : {&frame.color_picture, &frame.depth_picture, &frame.mask})
+            if (!picture->hash.empty() && fresco::file_hash(picture->path) != picture->hash)
+                throw fresco::Error(picture->path.string() + ": its contents differ from the hash in " + view.source +
+                                    "; remove \"hash\" if the new picture is right");
+        return true;
+    }
+
+    fresco::Cost cost() const override
+    {
+        return {.seconds = {.fixed = 0.2, .per_frame = 0.01, .per_face = 5e-7},
+                .parallel_share = 0.9,
+                .memory_mb = {.fixed = 50, .per_face = 1e-4},
+                .disk_mb = {.per_face = 2.1e-5},
+                .faces = {.files = "path", .pattern = "mesh.ply", .bytes_each = 21}};
+    }
+
+    std::vector<fresco::Frame> listed_;
+    std::size_t next_ = 0;
+};
+
+}  // namespace
+
+FRESCO_STAGE("scan.frames", ScanFrames, "Views that your own program lists in frames.json, all of it checked")

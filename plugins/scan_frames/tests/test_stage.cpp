@@ -1,0 +1,169 @@
+#include "reader_checks.h"
+
+#include <fresco/hash.h>
+#include <fresco/npy.h>
+
+#include <catch2/catch.hpp>
+
+#include <set>
+
+namespace fs = std::filesystem;
+using Catch::Contains;
+using fresco::Value;
+using fresco::testing::removing;
+using fresco::testing::replacing;
+using fresco::testing::TestRun;
+using fresco::testing::writing;
+using fresco::testing::WrittenRecording;
+
+namespace
+{
+
+const fresco::testing::ReaderUnderTest reader{.plugin = FRESCO_PLUGIN_FILE,
+                                              .type = "scan.frames",
+                                              .write =
+                                                  [](const fresco::Frames& frames, const fs::path& folder, const fresco::ImageIo&)
+                                              {
+                                                  fresco::Frames listed = frames;
+                                                  for (auto& frame : listed.frames)
+                                                      for (auto* picture : {&frame.color_picture, &frame.depth_picture})
+                                                      {
+                                                          const auto copy = folder / "pictures" / picture->path.filename();
+                                                          fresco::testing::copy_picture(picture->path, copy);
+                                                          picture->path = copy;
+                                                      }
+                                                  listed.save({folder, {}});
+                                                  fresco::testing::write_mesh(folder / "mesh.ply");
+                                                  return folder;
+                                              },
+                                              .color = "pictures/frame-000001.color.png",
+                                              .depth = "pictures/frame-000001.depth.png",
+                                              .pose_source = "frames.json: frame 1",
+                                              .damaged = {{"frames.json", 200, 250}, {"mesh.ply", 200, 100}},
+                                              .has_depth_camera = true};
+
+Value json_of(const WrittenRecording& recording)
+{
+    return fresco::parse_json(recording.text("frames.json"));
+}
+
+void set_in_frame(const WrittenRecording& recording, std::size_t frame, std::string_view key, Value value)
+{
+    auto json = json_of(recording);
+    json.find("frames")->as_list()[frame].set(key, std::move(value));
+    recording.write("frames.json", fresco::to_json(json));
+}
+
+}  // namespace
+
+TEST_CASE("a frames.json holds what every recording does", "[scan.frames]")
+{
+    fresco::testing::check_reader(reader);
+    const WrittenRecording recording(reader);
+    TestRun run;
+    const auto found = recording.read(run);
+    const auto& frames = found.frames->frames;
+    for (std::size_t i = 0; i < 3; ++i)
+    {
+        CHECK(frames[i].color == recording.frames.frames[i].color);
+        CHECK(frames[i].depth == recording.frames.frames[i].depth);
+        CHECK(frames[i].name == recording.frames.frames[i].name);
+        CHECK(frames[i].number == static_cast<long>(i));
+    }
+    CHECK(frames[1].color_picture.hash == fresco::file_hash(recording.path / reader.color));
+    CHECK(found.mesh->triangles.size() == 1);
+    recording.remove("mesh.ply");
+    fresco::testing::check_no_mesh(recording, "mesh.ply");
+}
+
+TEST_CASE("pictures may be NPY files, and a mask may be either", "[scan.frames]")
+{
+    const WrittenRecording recording(reader);
+    const auto& written = recording.frames.frames[1];
+    const auto color = fresco::load_color(written, &recording.images);
+    const auto steps = fresco::load_depth_steps(written, &recording.images);
+    const std::vector<std::size_t> color_shape{24, 32, 3}, depth_shape{12, 16}, mask_shape{24, 32};
+    std::vector<std::uint8_t> mask(24 * 32, 1);
+    mask[5 * 32 + 7] = 0;
+    fresco::write_npy(recording.path / "c.npy", color_shape, std::span(color.values));
+    fresco::write_npy(recording.path / "d.npy", depth_shape, std::span(steps.values));
+    fresco::write_npy(recording.path / "m.npy", mask_shape, std::span<const std::uint8_t>(mask));
+    const auto own = [](const char* name) { return Value(Value::Map{{"ref", std::string("own:") + name}}); };
+    set_in_frame(recording, 1, "color_picture", own("c.npy"));
+    set_in_frame(recording, 1, "depth_picture", own("d.npy"));
+    fresco::testing::check_same_recording(*recording.read().frames, recording.frames, recording.images);
+    set_in_frame(recording, 1, "mask", own("m.npy"));
+    const auto frames = recording.read().frames->frames;
+    const auto read = fresco::load_mask(frames[1]);
+    CHECK(std::ranges::count(read.values, 0) == 1);
+    CHECK(read.at(7, 5) == 0);
+    CHECK(frames[0].mask.empty());
+    fresco::write_npy(recording.path / "m.npy", depth_shape, std::span<const std::uint8_t>(mask).first(12 * 16));
+    CHECK_THAT(recording.error(), Contains("m.npy: the mask is 16x12; the picture of") && Contains("frame 1 is 32x24"));
+    fresco::write_npy(recording.path / "c.npy", mask_shape, std::span<const std::uint8_t>(mask));
+    CHECK_THAT(recording.error(), Contains("c.npy: ") && Contains("uint8 of height x width x 3"));
+}
+
+TEST_CASE("the schema knows the entries that are written, and requires those that are needed", "[scan.frames]")
+{
+    const WrittenRecording recording(reader);
+    const auto schema =
+        fresco::parse_json(fresco::read_text_file(fs::path(FRESCO_SOURCE_FOLDER) / "sdk/docs/frames.schema.json"));
+    const auto names = [](const Value& map)
+    {
+        std::set<std::string> keys;
+        for (const auto& [key, value] : map.as_map())
+            keys.insert(key);
+        return keys;
+    };
+    const auto frame = json_of(recording).at("frames").as_list().at(0);
+    const std::vector<std::pair<const char*, Value>> parts{
+        {"frame", frame}, {"camera", frame.at("color_camera")}, {"picture", frame.at("color_picture")}};
+    for (const auto& [part, written] : parts)
+    {
+        INFO(part);
+        const Value& known = schema.at("$defs").at(part);
+        CHECK(names(known.at("properties")) == names(written));
+        for (const auto& key : names(written))
+        {
+            const auto& required = known.at("required").as_list();
+            const bool is_required = std::ranges::any_of(required, [&](const Value& name) { return name.as_string() == key; });
+            WrittenRecording without(reader);
+            auto json = json_of(without);
+            auto& edited = json.find("frames")->as_list()[0];
+            auto& map = std::string_view(part) == "frame"    ? edited
+                        : std::string_view(part) == "camera" ? *edited.find("color_camera")
+                                                             : *edited.find("color_picture");
+            std::erase_if(map.as_map(), [&](const auto& entry) { return entry.first == key; });
+            without.write("frames.json", fresco::to_json(json));
+            INFO(key);
+            CHECK((without.error() != "no error") == is_required);
+        }
+    }
+}
+
+TEST_CASE("a list that cannot be used is refused by frame and entry", "[scan.frames]")
+{
+    const auto set = [](std::size_t frame, const char* key, Value value)
+    { return [=](const WrittenRecording& it) { set_in_frame(it, frame, key, value); }; };
+    fresco::testing::check_flaws(
+        reader,
+        {{"no file", removing("frames.json"), {"frames.json"}},
+         {"no list", writing("frames.json", "{}"), {"frames.json: the entry \"frames\" is missing"}},
+         {"a word too many", set(2, "lens", 1), {"frames.json: frame 2: the entry \"lens\" is not known"}},
+         {"distortion in a camera",
+          replacing("frames.json", "\"fx\"", "\"k1\": 0.1, \"fx\""),
+          {"frames.json: frame 0: \"color_camera\": camera: the entry \"k1\" is not known"}},
+         {"a word missing", replacing("frames.json", "\"depth_unit_m\"", "\"unit\""), {"frame 0: the entry \"depth_unit_m\""}},
+         {"a name with a folder", set(1, "name", "a/b"), {"frame 1: \"name\": \"a/b\" cannot be part of a file's name"}},
+         {"a name twice", set(1, "name", "frame-000000"), {"frame 1: seq-01/frame-000000 appears twice"}},
+         {"a number as text", set(1, "number", "1"), {"frame 1: \"number\": "}},
+         {"depth in millimeters", set(1, "depth_unit_m", 1000), {"frame 1: \"depth_unit_m\": expected meters per step"}},
+         {"a plain path",
+          set(1, "color_picture", Value::Map{{"ref", "a.png"}}),
+          {"frame 1: \"color_picture\": reference \"a.png\""}},
+         {"no picture", set(1, "color_picture", Value()), {"frame 1: \"color_picture\" is null"}},
+         {"another picture",
+          set(1, "color_picture", Value::Map{{"ref", "own:pictures/frame-000000.color.png"}, {"hash", "00"}}),
+          {"frame-000000.color.png: its contents differ from the hash in"}}});
+}

@@ -1,0 +1,86 @@
+#!/usr/bin/env bash
+# run.sh FRESCO SOURCE: a recording of one's own, listed by the example of sdk/examples/recordings, and in plain folders.
+source "$(dirname "$0")/../program_test.sh"
+fresco=$1 source=$2
+export SOURCE=$source
+cd "$work"
+python=$(python_with numpy) || { skip "one's own recording: no python3 with numpy is at hand"; exit 0; }
+
+cat >made.yaml <<'YAML'
+version: 1
+stages:
+  scan: {type: scan.synthetic_room, frames_count: 12, color_width_px: 160, color_height_px: 120, depth_width_px: 160, depth_height_px: 120, edge_m: 0.15}
+YAML
+"$fresco" run made.yaml --store store --out out >log 2>&1 || { cat log; fail "no recording was made"; }
+
+# The layout of somebody: pictures, a camera and poses that another program wrote. The generated cameras of color and depth are apart,
+# but one of them serves here.
+"$python" - store/objects/*/frames mine <<'PY'
+import json, pathlib, shutil, sys
+import numpy as np
+made, mine = map(pathlib.Path, sys.argv[1:])
+frames = json.loads((made / "frames.json").read_text())["frames"]
+poses = []
+for folder in ("color", "depth"):
+    (mine / folder).mkdir(parents=True)
+for i, frame in enumerate(frames):
+    for kind, ending in (("color", "jpg"), ("depth", "png")):
+        shutil.copy(made / frame[kind + "_picture"]["ref"].removeprefix("own:"), mine / kind / f"{i:03}.{ending}")
+    camera = frame["depth_camera"]
+    poses.append(np.vstack([np.reshape(camera["world_from_camera"], (3, 4)), [0, 0, 0, 1]]))
+k = np.array([[camera["fx"], 0, camera["cx"]], [0, camera["fy"], camera["cy"]], [0, 0, 1]])
+np.save(mine / "K.npy", k)
+np.savetxt(mine / "K.txt", k)
+np.save(mine / "poses.npy", poses)
+np.savetxt(mine / "poses.txt", np.reshape(poses, (-1, 16)))
+PY
+"$python" "$source/sdk/examples/recordings/list_frames.py" mine
+
+cat >mine.yaml <<'YAML'
+version: 1
+stages:
+  listed: {type: scan.frames, path: mine}
+  plain: {type: scan.folder, path: mine}
+  surface: {type: mesh.fuse, input: {frames: listed}, voxel_m: 0.05}
+YAML
+"$fresco" run mine.yaml --store store --out out >log 2>&1 || { cat log; fail "the recording cannot be read"; }
+"$python" - <<'PY'
+import json, pathlib
+import numpy as np
+manifests = {json.loads(m.read_text())["type"]: m.parent for m in pathlib.Path("store/objects").glob("*/manifest.json")}
+read = {type_: json.loads((manifests[type_] / "frames/frames.json").read_text())["frames"] for type_ in ("scan.frames", "scan.folder")}
+poses = np.load("mine/poses.npy")
+for type_, frames in read.items():
+    assert [frame["name"] for frame in frames] == [f"{i:03}" for i in range(12)], type_
+    for frame, pose in zip(frames, poses):
+        assert np.abs(np.reshape(frame["color_camera"]["world_from_camera"], (3, 4)) - pose[:3]).max() < 1e-9, type_
+for listed, plain in zip(*read.values()):
+    for entry in ("color_picture", "depth_picture", "depth_unit_m", "mask"):
+        assert listed[entry] == plain[entry], entry
+faces = (manifests["mesh.fuse"] / "mesh/mesh.ply").read_bytes().split(b"element face ")[1].split(b"\n")[0]
+assert int(faces) > 1000, faces
+try:
+    import jsonschema
+except ImportError:
+    print("the schema is not tried: python3 has no jsonschema")
+else:
+    import os
+    schema = json.loads((pathlib.Path(os.environ["SOURCE"]) / "sdk/docs/frames.schema.json").read_text())
+    for file in ("mine/frames.json", manifests["scan.frames"] / "frames/frames.json"):
+        jsonschema.validate(json.loads(pathlib.Path(file).read_text()), schema)
+    print("the schema holds")
+PY
+
+# A mirrored pose is named.
+"$python" - <<'PY'
+import json, pathlib
+file = pathlib.Path("mine/frames.json")
+listed = json.loads(file.read_text())
+pose = listed["frames"][7]["color_camera"]["world_from_camera"]
+for i in (0, 4, 8):
+    pose[i] = -pose[i]
+file.write_text(json.dumps(listed))
+PY
+! "$fresco" run mine.yaml --store store --out out >log 2>&1 || fail "a mirrored pose was read"
+grep -q 'mine/frames.json: frame 7: "color_camera": the pose' log || { cat log; fail "the mirrored pose is not named"; }
+echo "recordings: done"

@@ -35,6 +35,7 @@ class Dataset:
         if self.height_px not in self.heights_px:
             raise ValueError(f"{manifest}: no height of {height_px} px, there are {self.heights_px}")
         self.tensors = tensors
+        self.has_sensor_depth = all(view["depth_unit_m"] is not None for view in self.manifest["views"])
 
     def __len__(self):
         return len(self.manifest["views"])
@@ -45,6 +46,9 @@ class Dataset:
         uv (float32 H x W x 2, in [0,1]), depth (float32 H x W), cosine (float32 H x W, of the angle between normal and view), valid
         (bool H x W: the mesh is seen; elsewhere the maps are 0), color (uint8 H x W x 3), intrinsics (float64 3 x 3, of this height),
         world_from_camera (float64 4 x 4), number, name.
+
+        If every view has a depth picture, also what the depth camera measured: sensor_depth (float32 h x w, meters, 0: nothing),
+        sensor_intrinsics (float64 3 x 3), world_from_sensor (float64 4 x 4).
         """
         if not -len(self) <= number < len(self):
             raise IndexError(f"view {number} of {len(self)}")
@@ -60,10 +64,15 @@ class Dataset:
             "valid": self.array(number, "valid").astype(bool),
             "color": self.array(number, "color"),
             "intrinsics": self.intrinsics(number),
-            "world_from_camera": np.vstack([np.array(entry["color_camera"]["world_from_camera"]), [0, 0, 0, 1]]),
+            "world_from_camera": _pose(entry["color_camera"]),
             "number": number,
             "name": f"{entry['sequence']}/{entry['frame']}",
         }
+        if self.has_sensor_depth:
+            camera = entry["depth_camera"]
+            view["sensor_depth"] = self.sensor_depth(number)
+            view["sensor_intrinsics"] = _matrix(camera, camera["width"], camera["height"])
+            view["world_from_sensor"] = _pose(camera)
         if self.tensors:
             import torch
 
@@ -87,8 +96,7 @@ class Dataset:
         """3 x 3, for the pixels of this height."""
         camera = self.manifest["views"][number]["color_camera"]
         width = max(1, int(np.floor(self.height_px * camera["width"] / camera["height"] + 0.5)))
-        x, y = width / camera["width"], self.height_px / camera["height"]
-        return np.array([[camera["fx"] * x, 0, camera["cx"] * x], [0, camera["fy"] * y, camera["cy"] * y], [0, 0, 1]])
+        return _matrix(camera, width, self.height_px)
 
     def picture(self, number):
         """The camera picture at full size, uint8 H x W x 3."""
@@ -148,13 +156,32 @@ class Dataset:
                 raise ValueError(f"{file}: has other contents than dataset.json lists: copy the dataset again")
 
 
+def _matrix(camera, width, height):
+    """The intrinsics of a camera of the manifest, for pictures of another size."""
+    x, y = width / camera["width"], height / camera["height"]
+    return np.array([[camera["fx"] * x, 0, camera["cx"] * x], [0, camera["fy"] * y, camera["cy"] * y], [0, 0, 1]])
+
+
+def _pose(camera):
+    return np.vstack([np.array(camera["world_from_camera"]), [0, 0, 0, 1]])
+
+
 def points(view):
-    """H x W x 3: the world point that each pixel of a view (of arrays) shows; meaningless where it is not valid."""
-    height, width = view["depth"].shape
+    """H x W x 3: the world point that each pixel of a view shows; meaningless where it is not valid. Of tensors, also of a batch
+    (B x H x W x 3), a tensor on their device."""
+    depth, intrinsics, pose = view["depth"], view["intrinsics"], view["world_from_camera"]
+    height, width = depth.shape[-2:]
     x, y = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
-    rays = np.stack([x, y, np.ones_like(x)], -1) @ np.linalg.inv(view["intrinsics"]).T
-    pose = view["world_from_camera"]
-    return (rays * view["depth"][..., None]) @ pose[:3, :3].T + pose[:3, 3]
+    pixels = np.stack([x, y, np.ones_like(x)], -1).reshape(-1, 3)
+    if isinstance(depth, np.ndarray):
+        inverse = np.linalg.inv(intrinsics)
+    else:
+        import torch
+
+        pixels, inverse = torch.from_numpy(pixels).to(intrinsics), torch.linalg.inv(intrinsics)
+    rays = pixels @ inverse.swapaxes(-1, -2)
+    seen = rays * depth.reshape(*depth.shape[:-2], -1, 1)
+    return (seen @ pose[..., :3, :3].swapaxes(-1, -2) + pose[..., None, :3, 3]).reshape(*depth.shape, 3)
 
 
 def sampling_grid(uv):

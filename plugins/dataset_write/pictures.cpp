@@ -21,6 +21,13 @@ std::string lower_extension(const std::filesystem::path& file)
                            [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
     return text;
 }
+/// 8-bit RGB, which every reader of a dataset expects: a PNG's header has both at fixed places.
+bool is_plain_png(const std::vector<std::byte>& bytes)
+{
+    constexpr std::size_t bits_at = 24, kind_at = 25;
+    return bytes.size() > kind_at && bytes[bits_at] == std::byte{8} && bytes[kind_at] == std::byte{2};
+}
+
 }  // namespace
 
 EncodedPicture encoded_color(const Frame& frame, const Raster8& picture, const ImageIo& images)
@@ -32,6 +39,8 @@ EncodedPicture encoded_color(const Frame& frame, const Raster8& picture, const I
     auto bytes = read_file(frame.color_picture.path);
     if (!frame.color_picture.hash.empty() && content_hash(bytes) != frame.color_picture.hash)
         throw Error(frame.color_picture.path.string() + ": the file changed while it was read; run again");
+    if (!is_jpeg && !is_plain_png(bytes))
+        return {".png", images.encode_png(picture)};
     return {is_jpeg ? ".jpg" : ".png", std::move(bytes)};
 }
 

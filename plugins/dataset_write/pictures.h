@@ -15,7 +15,8 @@ struct EncodedPicture
     std::vector<std::byte> bytes;
 };
 
-/// The camera picture of a frame: the recorder's own file, byte for byte, where that is PNG or JPEG, and else `picture` as PNG.
+/// The camera picture of a frame: the recorder's own file, byte for byte, where that is JPEG or an 8-bit RGB PNG, and else (16
+/// bits, gray, a palette or alpha) `picture` as PNG.
 /// Throws Error if the file changed since it was listed.
 EncodedPicture encoded_color(const fresco::Frame& frame, const fresco::Raster8& picture, const fresco::ImageIo& images);
 

@@ -83,6 +83,16 @@ if (room / "transforms.json").exists():
         jpeg = (room / frame["file_path"]).read_bytes()
         assert jpeg[:2] == b"\xff\xd8" and struct.pack(">HH", frame["h"], frame["w"]) in jpeg[:700]
         assert png(room / frame["depth_file_path"])[1:] == (dataset.height_px, 16)
+# What the depth camera measured is the mesh's surface, within the generated noise.
+assert dataset.has_sensor_depth
+for view in dataset:
+    measured = points(
+        {"depth": view["sensor_depth"], "intrinsics": view["sensor_intrinsics"], "world_from_camera": view["world_from_sensor"]}
+    )[view["sensor_depth"] > 0]
+    assert len(measured) > 1000
+    seen = points(view)[view["valid"]]
+    low, high = seen.min(axis=0) - 0.5, seen.max(axis=0) + 0.5
+    assert ((measured > low) & (measured < high)).all(-1).mean() > 0.9
 depths = [dataset.sensor_depth(number) for number in range(len(dataset))]
 assert all(0.3 < np.median(depth[depth > 0]) < 6 for depth in depths)
 assert dataset.style() is None or dataset.style().dtype == np.uint8
@@ -104,6 +114,11 @@ except ImportError:
 batch = next(iter(torch.utils.data.DataLoader(Dataset(room, tensors=True), batch_size=2)))
 assert batch["color"].shape[:2] == (2, 3) and batch["color"].dtype == torch.float32 and batch["color"].max() <= 1
 assert torch.equal(batch["uv"][1], torch.from_numpy(dataset[1]["uv"]))
+assert torch.equal(batch["sensor_depth"][1], torch.from_numpy(dataset.sensor_depth(1)))
+world = points(batch)
+assert world.shape == batch["uv"].shape[:3] + (3,)
+assert np.abs(world[1].numpy() - points(dataset[1])).max() < 1e-9
+assert torch.equal(points(Dataset(room, tensors=True)[1]), world[1])
 # A texture whose texels hold their own uv, sampled by the grid, gives the uv again.
 size = 64
 at = (torch.arange(size) + 0.5) / size

@@ -80,7 +80,7 @@ TEST_CASE("with pictures, transforms.json tells nerfstudio's world of the same c
         CHECK(depth.values[i] == std::lround(1000 * map.depth.values[i]));
 }
 
-TEST_CASE("pictures that are PNG or JPEG already are copied byte for byte")
+TEST_CASE("pictures that are JPEG or 8-bit RGB already are copied byte for byte, others are written anew")
 {
     const testing::TemporaryFolder folder;
     Frame frame;
@@ -91,6 +91,21 @@ TEST_CASE("pictures that are PNG or JPEG already are copied byte for byte")
     CHECK(copied.extension == ".jpg");
     CHECK(copied.bytes == read_file(frame.color_picture.path));
     CHECK(codec.encoded == 0);
+    // A PNG's header: 13 bytes of IHDR, of which the ninth and tenth are bits and kind of color.
+    const auto png = [](char bits, char kind)
+    { return "\x89PNG\r\n\x1a\n" + std::string("\0\0\0\rIHDR\0\0\0\2\0\0\0\2", 16) + bits + kind + std::string(3, '\0'); };
+    const auto jpeg = frame.color_picture.path;
+    frame.color_picture.path = folder.path() / "a.png";
+    write_file(frame.color_picture.path, png(8, 2));
+    CHECK(encoded_color(frame, Raster8(2, 2, 3), codec).bytes == read_file(frame.color_picture.path));
+    CHECK(codec.encoded == 0);
+    // 16 bits, gray, a palette and RGBA are not what readers of a dataset expect.
+    for (const auto& [bits, kind] : {std::pair<char, char>{16, 2}, {8, 0}, {8, 3}, {8, 6}})
+    {
+        write_file(frame.color_picture.path, png(bits, kind));
+        CHECK(encoded_color(frame, Raster8(2, 2, 3, 7), codec).bytes == dataset::to_npy(Raster8(2, 2, 3, 7)));
+    }
+    frame.color_picture.path = jpeg;
     frame.color_picture.hash = content_hash("others");
     CHECK_THROWS_WITH(encoded_color(frame, Raster8(2, 2, 3), codec), Contains("a.JPEG: the file changed while it was read"));
     RasterF depth(4, 1);

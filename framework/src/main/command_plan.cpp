@@ -39,14 +39,29 @@ void print_json(const Plan& plan, const std::vector<std::string>& notes)
                                     {"runs", stage.runs},
                                     {"reason", stage.reason},
                                     {"cost", figures(stage.cost)},
-                                    {"measured", stage.measured}});
+                                    {"measured", stage.measured},
+                                    {"files_to_copy", stage.files_to_copy}});
     fmt::print("{}\n", to_json(Value::Map{{"stages", std::move(stages)},
                                           {"total", figures(plan.total)},
                                           {"notes", Value::List(notes.begin(), notes.end())}},
                                2));
 }
 
-void print_text(const Plan& plan, const std::vector<std::string>& notes)
+/// "copies 3 files of glb, views to out"; empty if nothing is copied.
+std::string copies_text(const Plan& plan, const std::string& out)
+{
+    std::size_t files = 0;
+    std::string stages;
+    for (const auto& stage : plan.stages)
+        if (stage.files_to_copy > 0)
+        {
+            files += stage.files_to_copy;
+            stages += (stages.empty() ? "" : ", ") + stage.stage;
+        }
+    return files == 0 ? "" : fmt::format("copies {} file{} of {} to {}", files, files == 1 ? "" : "s", stages, out);
+}
+
+void print_text(const Plan& plan, const std::vector<std::string>& notes, const std::string& out)
 {
     using Kind = TextTable::Kind;
     const std::size_t width = terminal_width(STDOUT_FILENO);
@@ -63,9 +78,13 @@ void print_text(const Plan& plan, const std::vector<std::string>& notes)
                    stage.reason});
     fmt::print("{}", table.text(width));
     const auto runs = std::count_if(plan.stages.begin(), plan.stages.end(), [](const auto& stage) { return stage.runs; });
+    const std::string copies = copies_text(plan, out);
+    if (!copies.empty())
+        fmt::print("{}\n", folded(copies, width));
     if (runs == 0)
     {
-        fmt::print("nothing to do\n");
+        if (copies.empty())
+            fmt::print("nothing to do\n");
         return;
     }
     for (const auto& note : notes)
@@ -87,9 +106,9 @@ int plan(const PlanArguments& arguments)
         return loaded->result.exit_code();
     }
     const PipelineEstimate estimate = estimate_pipeline(loaded->result.pipeline, arguments.cores);
-    const Plan made =
-        make_plan(loaded->result.pipeline, arguments.places.store_folder(), arguments.pipeline.until, estimate.stages);
-    arguments.json ? print_json(made, estimate.notes) : print_text(made, estimate.notes);
+    const Plan made = make_plan(loaded->result.pipeline, arguments.places.store_folder(), arguments.places.out_folder(),
+                                arguments.pipeline.until, estimate.stages);
+    arguments.json ? print_json(made, estimate.notes) : print_text(made, estimate.notes, arguments.places.out);
     return 0;
 }
 
@@ -101,6 +120,7 @@ void add_plan_command(CLI::App& app, int& exit_code)
     const auto arguments = std::make_shared<PlanArguments>();
     arguments->pipeline.add_to(*command);
     arguments->places.add_store_to(*command);
+    arguments->places.add_out_to(*command);
     arguments->pipeline.add_until_to(*command);
     command->add_option("--cores", arguments->cores, "Processor cores that the run will use")
         ->check(CLI::Range(1, 4096))

@@ -56,19 +56,10 @@ void Exporter::copy(const PipelineStage& stage, const std::string& object, const
         {
             if (stop())
                 return;
-            const fs::path to = (out_ / stage.place / name).lexically_normal();
+            const fs::path to = place_of(stage, name);
             const auto collision = owners_.claim(fs::path(stage.place) / name, stage.name);
             const fs::path from = folder / name;
-            bool same = false;
-            try
-            {
-                same =
-                    fs::is_regular_file(to) && fs::file_size(to) == fs::file_size(from) && hashes_.hash(to) == hashes_.hash(from);
-            }
-            catch (const std::exception&)
-            {
-                same = false;
-            }
+            const bool same = is_there(to, from);
             // Two exports of one texture may well agree on its picture.
             if (collision && !same)
                 throw Error(to.string() + ": " + *collision);
@@ -86,6 +77,35 @@ void Exporter::copy(const PipelineStage& stage, const std::string& object, const
             }
             files_.push_back({stage.name, to, !same});
         }
+    }
+}
+
+std::size_t Exporter::missing(const PipelineStage& stage, const std::string& object) const
+{
+    std::size_t count = 0;
+    for (const auto& output : files_outputs(stage))
+    {
+        const fs::path folder = store_.object(object) / output;
+        for (const auto& name : Files::load({folder, store_.root()})->names)
+            count += is_there(place_of(stage, name), folder / name) ? 0 : 1;
+    }
+    return count;
+}
+
+fs::path Exporter::place_of(const PipelineStage& stage, const std::string& name) const
+{
+    return (out_ / stage.place / name).lexically_normal();
+}
+
+bool Exporter::is_there(const fs::path& to, const fs::path& from) const
+{
+    try
+    {
+        return fs::is_regular_file(to) && fs::file_size(to) == fs::file_size(from) && hashes_.hash(to) == hashes_.hash(from);
+    }
+    catch (const std::exception&)
+    {
+        return false;
     }
 }
 

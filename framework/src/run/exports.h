@@ -39,8 +39,13 @@ class Exporter
     /// `stop` before each file, of which there may be thousands: where it says so, the rest is left to the next run.
     void copy(const PipelineStage& stage, const std::string& object, const std::function<bool()>& stop);
     const std::vector<File>& files() const { return files_; }
+    /// How many files of the stage's result `copy` would write.
+    std::size_t missing(const PipelineStage& stage, const std::string& object) const;
 
   private:
+    std::filesystem::path place_of(const PipelineStage& stage, const std::string& name) const;
+    bool is_there(const std::filesystem::path& to, const std::filesystem::path& from) const;
+
     const Store& store_;
     std::filesystem::path out_;
     FileHashes& hashes_;

@@ -1,6 +1,7 @@
 #include "run/plan.h"
 #include "pipeline/pipeline_ports.h"
 #include "run/estimate.h"
+#include "run/exports.h"
 #include "run/result_key.h"
 #include "store/stage_record.h"
 
@@ -54,17 +55,32 @@ std::string reason_to_rest(const StageNode& node)
     }
 }
 
+/// 0 where the store's list cannot be read: a run repairs it.
+std::size_t files_to_copy(const StageNode& node, const Exporter& exporter)
+{
+    if (!node.exports_files || node.state != StageState::stored)
+        return 0;
+    try
+    {
+        return exporter.missing(*node.stage, node.result->object);
+    }
+    catch (const Error&)
+    {
+        return 0;
+    }
+}
+
 }  // namespace
 
-Plan make_plan(const Pipeline& pipeline, const std::filesystem::path& store_folder, const std::string& until,
-               const std::map<std::string, CostFigures>& estimates)
+Plan make_plan(const Pipeline& pipeline, const std::filesystem::path& store_folder, const std::filesystem::path& out,
+               const std::string& until, const std::map<std::string, CostFigures>& estimates)
 {
     const Store store(store_folder);
     const Statistics statistics(store);
     FileHashes hashes(store.root() / "files.json");
     RunState state(pipeline, store, hashes, until);
     state.update();
-    hashes.save();
+    const Exporter exporter(store, out, hashes);
 
     Plan plan;
     for (const auto& node : state.nodes())
@@ -83,8 +99,10 @@ Plan make_plan(const Pipeline& pipeline, const std::filesystem::path& store_fold
             plan.total.disk_mb += planned.cost.disk_mb;
             plan.total.memory_mb = std::max(plan.total.memory_mb, planned.cost.memory_mb);
         }
+        planned.files_to_copy = files_to_copy(node, exporter);
         plan.stages.push_back(std::move(planned));
     }
+    hashes.save();
     return plan;
 }
 

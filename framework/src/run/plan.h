@@ -17,9 +17,10 @@ struct PlannedStage
     std::string stage;
     std::string type;
     bool runs = false;
-    std::string reason;     ///< Why it runs, or why it does not.
-    CostFigures cost;       ///< Of running it.
-    bool measured = false;  ///< `cost` is corrected by earlier runs on this machine.
+    std::string reason;             ///< Why it runs, or why it does not.
+    CostFigures cost;               ///< Of running it.
+    bool measured = false;          ///< `cost` is corrected by earlier runs on this machine.
+    std::size_t files_to_copy = 0;  ///< Of a stored result, those that are missing or different below `out`.
 };
 
 struct Plan
@@ -28,8 +29,9 @@ struct Plan
     CostFigures total;  ///< Seconds and disk: sums over stages that run; memory: the largest.
 };
 
-/// What a run would do. `estimates`: per stage, see estimate_pipeline. Changes nothing but remembered file stamps.
-Plan make_plan(const Pipeline& pipeline, const std::filesystem::path& store, const std::string& until,
-               const std::map<std::string, CostFigures>& estimates);
+/// What a run would do, with its files below `out`. `estimates`: per stage, see estimate_pipeline. Changes nothing but remembered
+/// file stamps.
+Plan make_plan(const Pipeline& pipeline, const std::filesystem::path& store, const std::filesystem::path& out,
+               const std::string& until, const std::map<std::string, CostFigures>& estimates);
 
 }  // namespace fresco::host

@@ -45,6 +45,13 @@ TEST_CASE("plan says what would run and why")
     CHECK(reason(plan, "source") == "rest: stored");
     CHECK(plan.at("total").at("seconds").as_double() == 0);
     CHECK(contains(place.run({"plan", "room.yaml"}).out, "nothing to do"));
+    // Elsewhere its files are missing.
+    CHECK(place.run({"plan", "room.yaml", "--out", "elsewhere"}).out.ends_with("copies 1 file of text to elsewhere\n"));
+    CHECK_FALSE(fs::exists(place.file("elsewhere")));
+    place.write("out/sum.txt", "changed");
+    CHECK(contains(place.run({"plan", "room.yaml"}).out, "copies 1 file of text to out"));
+    REQUIRE(place.run({"run", "room.yaml"}).code == 0);
+    CHECK(contains(place.run({"plan", "room.yaml"}).out, "nothing to do"));
 
     plan = planned(place, {"--set", "add.plus=5"});
     CHECK(reason(plan, "source") == "rest: stored");

@@ -106,6 +106,39 @@ TEST_CASE("With one core, stages run one after the other")
             CHECK(log[i + 1].starts_with("add ends"));
 }
 
+TEST_CASE("Stages side by side are expected to need no more memory together than there is")
+{
+    Workplace place;
+    // Each says that it takes 30 MB.
+    place.write("room.yaml", "version: 1\nstages:\n  one: {type: test.source, value: 1}\n  two: {type: test.source, value: 2}\n");
+    const auto threads = [&](const std::string& memory)
+    {
+        const Finished finished =
+            place.run({"run", "room.yaml", "--cores", "2", "--memory", memory, "--store", memory, "--json-log"});
+        REQUIRE(finished.code == 0);
+        std::vector<std::int64_t> counts;
+        for (const auto& event : events(finished.out))
+            if (event.at("event").as_string() == "begin")
+                counts.push_back(event.at("threads").as_int());
+        return counts;
+    };
+    CHECK(threads("100") == std::vector<std::int64_t>{1, 1});
+    CHECK(threads("40") == std::vector<std::int64_t>{2, 2});
+}
+
+TEST_CASE("A wire from another output of the same stage is another input")
+{
+    Workplace place;
+    const std::string stages =
+        "version: 1\nstages:\n  maybe: {type: test.maybe}\n  text: {type: test.sink, path: x.txt, input: maybe.";
+    for (const auto& [output, sum] : {std::pair{"table", "7.000000\n"}, {"always", "1.000000\n"}})
+    {
+        place.write("room.yaml", stages + output + "}\n");
+        REQUIRE(place.run({"run", "room.yaml"}).code == 0);
+        CHECK(place.read("out/x.txt") == sum);
+    }
+}
+
 TEST_CASE("--until runs a stage and what it needs")
 {
     Workplace place;

@@ -69,6 +69,13 @@ TEST_CASE("a recording holds what every recording does, with both cameras", "[sc
     CHECK(fresco::read_file(frames[1].color_picture.path) == fresco::read_file(recording.frames.frames[1].color_picture.path));
 }
 
+TEST_CASE("the unit of depth is that of the file's head", "[scan.sens]")
+{
+    const WrittenRecording recording(reader);
+    set(recording, at_shift, 5000.0F);
+    CHECK(recording.read().frames->frames[0].depth_unit_m == Approx(0.0002));
+}
+
 TEST_CASE("frames that the recorder had lost are left out", "[scan.sens]")
 {
     const auto second_lost = reader_of(

@@ -146,6 +146,9 @@ TEST_CASE("depth levels: union eroded for the masks, weights eroded per role, bo
             CHECK(levels[1].all.at(2 * x, 2 * y) == (inside ? 1 : 0));
             CHECK(levels[1].weight.at(2 * x + 1, 2 * y + 1) == Approx(!inside || at_seam ? 0 : 1 - share));
         }
+    // Every angle passes, but only in the level's own pixels.
+    for (const auto& level : levels)
+        CHECK(level.fine == level.all);
     CHECK(levels[1].all.at(10, 8) == 0);
     CHECK(levels[1].all.at(11, 8) == 1);
     const auto shares = level_shares(levels);

@@ -105,6 +105,22 @@ TEST_CASE("a pinhole picture is what is left when the lens is undone", "[recordi
     }
 }
 
+TEST_CASE("depth is that of the pixel that the lens shows there", "[recordings]")
+{
+    // The depth picture has half the camera's size. The pinhole's focal length is 4/3 of the camera's: the center of its column x
+    // lies 3/4 (x + 0.5 - 4) + 4 pixels from the left.
+    const fresco::Intrinsics whole{16, 12, 18, 18, 8, 6};
+    fresco::Intrinsics pinhole = whole;
+    pinhole.fx = pinhole.fy = 24;
+    fresco::Raster16 depth(8, 6);
+    for (std::size_t i = 0; i < depth.values.size(); ++i)
+        depth.values[i] = static_cast<std::uint16_t>(i);
+    const auto straight = fresco::recordings::undistorted_depth(depth, whole, {}, pinhole);
+    for (int y = 0; y < 6; ++y)
+        for (int x = 0; x < 8; ++x)
+            CHECK(straight.at(x, y) == depth.at(static_cast<int>(0.75 * x + 1.375), static_cast<int>(0.75 * y + 1.125)));
+}
+
 TEST_CASE("a lens that folds the picture is refused", "[recordings]")
 {
     CHECK_THROWS_WITH(fresco::recordings::pinhole_without({.k1 = -40}, camera, "cam.txt:3"),

@@ -1,0 +1,82 @@
+#include "store_samples.h"
+
+#include <cstdio>
+#include <fcntl.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+using namespace fresco::host;
+using fresco::testing::TemporaryFolder;
+
+namespace
+{
+
+/// What was synced, and what got its name, in order. Null: not wanted.
+std::vector<std::string>* calls = nullptr;
+
+void note(const std::string& call, const fs::path& path)
+{
+    if (calls != nullptr)
+        calls->push_back(call + " " + path.string());
+}
+
+fs::path path_of(int fd)
+{
+    return fs::read_symlink("/proc/self/fd/" + std::to_string(fd));
+}
+
+}  // namespace
+
+// In the C library's place, also for the SDK's library.
+extern "C" int fsync(int fd)
+{
+    note("sync", path_of(fd));
+    return static_cast<int>(syscall(SYS_fsync, fd));
+}
+
+extern "C" int syncfs(int fd) noexcept
+{
+    note("sync all with", path_of(fd));
+    return static_cast<int>(syscall(SYS_syncfs, fd));
+}
+
+extern "C" int rename(const char* from, const char* to) noexcept
+{
+    note("name", to);
+    return renameat(AT_FDCWD, from, AT_FDCWD, to);
+}
+
+TEST_CASE("What is published is on the disk before a record names it")
+{
+    const TemporaryFolder folder;
+    const Store store(folder.path());
+    const bool many = GENERATE(false, true);
+    const fs::path made = store.make_temporary();
+    for (int i = 0; i < (many ? 65 : 1); ++i)
+        write(made / "out" / std::to_string(i), "1");
+    std::vector<std::string> found;
+    calls = &found;
+    const StoredResult result = publish(store, made, {"key", {"out"}, {}, fresco::Value::Map{}});
+    calls = nullptr;
+    const auto replace = [](std::string& text, const std::string& part, const std::string& by)
+    {
+        if (const std::size_t at = text.find(part); at != std::string::npos)
+            text.replace(at, part.size(), by);
+    };
+    for (std::string& call : found)
+    {
+        replace(call, made.string(), "NEW");
+        replace(call, folder.path().string() + "/", "");
+        replace(call, result.object, "ID");
+        // A file that is being written: it has no name yet, or a random one.
+        if (call.ends_with(" (deleted)") || call.find(fresco::temporary_file_prefix) != std::string::npos)
+            call = call.substr(0, call.rfind('/')) + "/DRAFT";
+    }
+    std::vector<std::string> expected{"sync NEW/out/0", "sync NEW/out", "sync NEW"};
+    if (many)
+        expected = {"sync all with NEW"};
+    for (const char* call : {"name objects/ID", "sync objects", "sync keys/DRAFT", "name keys/key.json", "sync keys",
+                             "sync objects/ID/DRAFT", "name objects/ID/manifest.json", "sync objects/ID"})
+        expected.emplace_back(call);
+    CHECK(found == expected);
+}

@@ -1,3 +1,4 @@
+#include "npy_codec.h"
 #include "small_recording.h"
 
 #include <fresco/files.h>
@@ -23,16 +24,7 @@ void run_plugin(const std::string& type, const Value& options,
     const auto made = testing::make_from_plugin(fs::path(FRESCO_PLUGINS) / library, type);
     testing::TestFactory factory;
     testing::TestRun run;
-    struct NpyAlone final : ImageIo
-    {
-        ImageHeader header(const fs::path&) const override { throw Error("not used"); }
-        Raster8 read_rgb(const fs::path&) const override { throw Error("not used"); }
-        Raster16 read_depth(const fs::path&) const override { throw Error("not used"); }
-        std::vector<std::byte> encode_png(const Raster8&) const override { return {}; }
-        std::vector<std::byte> encode_png(const Raster16&) const override { return {}; }
-        std::vector<std::byte> encode_jpeg(const Raster8&, int) const override { return {}; }
-    };
-    factory.add("image.none", [] { return std::make_shared<NpyAlone>(); });
+    factory.add("image.none", [] { return std::make_shared<NpyCodec>(); });
     testing::run_stage(dynamic_cast<Stage&>(*made), options, inputs, out, run, factory);
 }
 

@@ -14,7 +14,6 @@
 #include <cmath>
 #include <map>
 #include <memory>
-#include <span>
 #include <string>
 
 using namespace fresco;
@@ -25,19 +24,13 @@ namespace
 
 constexpr int frame_count = 12;
 
-class Codec final : public ImageIo
+/// Without the alpha channel of rendered views.
+class Codec final : public stored_png::Codec
 {
   public:
-    ImageHeader header(const fs::path& file) const override
-    {
-        const Raster8 picture = read_rgb(file);
-        return {picture.width, picture.height};
-    }
     Raster8 read_rgb(const fs::path& file) const override
     {
-        const auto bytes = read_file(file);
-        const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());
-        const Raster8 stored = stored_png::decode({data, data + bytes.size()});
+        const Raster8 stored = stored_png::Codec::read_rgb(file);
         Raster8 rgb(stored.width, stored.height, 3);
         for (int y = 0; y < rgb.height; ++y)
             for (int x = 0; x < rgb.width; ++x)
@@ -45,15 +38,6 @@ class Codec final : public ImageIo
                     rgb.at(x, y, c) = stored.at(x, y, c);
         return rgb;
     }
-    Raster16 read_depth(const fs::path&) const override { return {}; }
-    std::vector<std::byte> encode_png(const Raster8& image) const override
-    {
-        const auto png = stored_png::encode(image);
-        const auto bytes = std::as_bytes(std::span(png));
-        return {bytes.begin(), bytes.end()};
-    }
-    std::vector<std::byte> encode_png(const Raster16&) const override { return {}; }
-    std::vector<std::byte> encode_jpeg(const Raster8&, int) const override { return {}; }
 };
 
 /// What all pictures agree on: waves of 60 cm on every surface.

@@ -1,3 +1,4 @@
+#include "npy_codec.h"
 #include "small_recording.h"
 #include "view_writer.h"
 
@@ -20,16 +21,6 @@ namespace fs = std::filesystem;
 namespace
 {
 
-struct NoImages final : ImageIo
-{
-    ImageHeader header(const fs::path&) const override { throw Error("not used"); }
-    Raster8 read_rgb(const fs::path&) const override { throw Error("not used"); }
-    Raster16 read_depth(const fs::path&) const override { throw Error("not used"); }
-    std::vector<std::byte> encode_png(const Raster8&) const override { return {}; }
-    std::vector<std::byte> encode_png(const Raster16&) const override { return {}; }
-    std::vector<std::byte> encode_jpeg(const Raster8&, int) const override { return {}; }
-};
-
 using Inputs = std::map<std::string, std::shared_ptr<const Artifact>>;
 
 /// Runs the stage; the dataset is at `out`/files/dataset.
@@ -38,8 +29,8 @@ std::shared_ptr<Files> write_dataset(const fs::path& out, const Inputs& inputs, 
 {
     const auto made = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "dataset.write");
     testing::TestFactory factory;
-    factory.add("image.none", [] { return std::make_shared<NoImages>(); });
-    options.set("images", Value::Map{{"type", "image.none"}});
+    factory.add("image.npy", [] { return std::make_shared<NpyCodec>(); });
+    options.set("images", Value::Map{{"type", "image.npy"}});
     testing::run_stage(dynamic_cast<Stage&>(*made), options, inputs, out, run, factory);
     return Files::load({out / "files", out});
 }

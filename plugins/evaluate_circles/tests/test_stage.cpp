@@ -16,22 +16,6 @@ using namespace fresco;
 
 namespace
 {
-class Codec final : public ImageIo
-{
-  public:
-    ImageHeader header(const std::filesystem::path&) const override { return {}; }
-    Raster8 read_rgb(const std::filesystem::path& file) const override
-    {
-        const auto bytes = read_file(file);
-        const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());
-        return stored_png::decode({data, data + bytes.size()});
-    }
-    Raster16 read_depth(const std::filesystem::path&) const override { return {}; }
-    std::vector<std::byte> encode_png(const Raster8& image) const override { return stored_png::Codec{}.encode_png(image); }
-    std::vector<std::byte> encode_png(const Raster16&) const override { return {}; }
-    std::vector<std::byte> encode_jpeg(const Raster8&, int) const override { return {}; }
-};
-
 /// A wall at z = 2 m with three discs, seen by cameras of a narrow, high picture from 2 m and from 1 m.
 class Recording
 {
@@ -50,9 +34,9 @@ class Recording
             frame.color = frame.depth = painted_discs::camera(100, height, 300);
             frame.color.world_from_camera.translation = {0, 0, z};
             frames->frames.push_back(frame);
-            const auto png = stored_png::encode(painted_discs::render(scene, frame.color));
             views->names.push_back("s_" + frame.name + ".png");
-            write_file(folder.path() / views->names.back(), std::as_bytes(std::span(png)));
+            write_file(folder.path() / views->names.back(),
+                       stored_png::Codec().encode_png(painted_discs::render(scene, frame.color)));
         }
         views->loaded_from = folder.path();
     }
@@ -61,7 +45,7 @@ class Recording
     {
         const auto made = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "evaluate.circles");
         testing::TestFactory factory;
-        factory.add("image.opencv", [] { return std::make_shared<Codec>(); });
+        factory.add("image.opencv", [] { return std::make_shared<stored_png::Codec>(); });
         Value all = options;
         all.set("images", Value::Map{{"type", "image.opencv"}});
         testing::run_stage(dynamic_cast<Stage&>(*made), all, {{"views", views}, {"frames", frames}, {"mesh", mesh}}, out, run,

@@ -11,29 +11,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <span>
 
 using namespace fresco;
 using namespace wall_scene;
 
 namespace
 {
-class Reader final : public ImageIo
-{
-  public:
-    ImageHeader header(const std::filesystem::path&) const override { return {}; }
-    Raster8 read_rgb(const std::filesystem::path& file) const override
-    {
-        const auto bytes = read_file(file);
-        const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());
-        return stored_png::decode({data, data + bytes.size()});
-    }
-    Raster16 read_depth(const std::filesystem::path&) const override { return {}; }
-    std::vector<std::byte> encode_png(const Raster8&) const override { return {}; }
-    std::vector<std::byte> encode_png(const Raster16&) const override { return {}; }
-    std::vector<std::byte> encode_jpeg(const Raster8&, int) const override { return {}; }
-};
-
 /// Six recorded frames, numbers 0, 8, …, 40, that move by 2.5 px each, and their renders.
 class Recording
 {
@@ -51,9 +34,8 @@ class Recording
             frame.name = "frame-" + std::to_string(frame.number);
             frame.color = frame.depth = camera(48, 36, 2.5 * i, 0.3 * i);
             frames->frames.push_back(frame);
-            const auto png = stored_png::encode(render(*textured, frame.color));
             views->names.push_back("seq-01_" + frame.name + ".png");
-            write_file(folder.path() / views->names.back(), std::as_bytes(std::span(png)));
+            write_file(folder.path() / views->names.back(), stored_png::Codec().encode_png(render(*textured, frame.color)));
         }
         views->loaded_from = folder.path();
     }
@@ -66,7 +48,7 @@ class Recording
         testing::TemporaryFolder out;
         const auto made = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "evaluate.reprojection");
         testing::TestFactory factory;
-        factory.add("image.opencv", [] { return std::make_shared<Reader>(); });
+        factory.add("image.opencv", [] { return std::make_shared<stored_png::Codec>(); });
         Value all = options;
         all.set("images", Value::Map{{"type", "image.opencv"}});
         testing::run_stage(dynamic_cast<Stage&>(*made), all, inputs, out.path(), run, factory);
@@ -153,9 +135,8 @@ TEST_CASE("the released protocol measures squares by list positions at 256 px")
 TEST_CASE("a flat texture is warned about")
 {
     const Recording recording;
-    const auto png = stored_png::encode(Raster8(48, 36, 3, 77));
     for (const std::string& name : recording.views->names)
-        write_file(recording.folder.path() / name, std::as_bytes(std::span(png)));
+        write_file(recording.folder.path() / name, stored_png::Codec().encode_png(Raster8(48, 36, 3, 77)));
     testing::TestRun run;
     const Value figures = parse_json(recording.judge(kitchen_gaps, recording.rendered(), run));
     CHECK(figures.at("short").at("invalid").as_bool());

@@ -99,46 +99,39 @@ TEST_CASE("a grid cell takes the pixel at its center")
     CHECK(grid_mask(mask, 1, torch::kCPU).index.numel() == 4);
 }
 
-TEST_CASE("cells of features with channels innermost, and their gradient, equal index_select's for any threads")
+TEST_CASE("selected cells and their gradient equal index_select's, for any type, place in memory and threads")
 {
     const int before = at::get_num_threads();
-    for (const auto& list : std::vector<std::vector<int>>{{0}, {152}, {0, 1, 2}, {150, 151, 152}, {5, 70}, {0, 152}, {}})
-        for (const int threads : {1, 3})
-        {
-            at::set_num_threads(threads);
-            Raster8 mask(17, 9);
-            for (const int i : list)
-                mask.values[static_cast<std::size_t>(i)] = 1;
-            const auto grid = grid_mask(mask, 1, torch::kCPU);
-            const auto features =
-                at::arange(5 * 9 * 17, at::kFloat).reshape({9, 17, 5}).permute({2, 0, 1}).detach().set_requires_grad(true);
-            const auto direction = at::arange(5 * grid.index.numel(), at::kFloat).reshape({-1, 5}).t() + 1;
-            const auto fast = selected_cells(features, grid);
-            const auto slow = at::index_select(features.reshape({5, -1}), 1, grid.index);
-            CHECK(at::equal(fast, slow));
-            CHECK(at::equal(torch::autograd::grad({fast}, {features}, {direction})[0],
-                            torch::autograd::grad({slow}, {features}, {direction})[0]));
-        }
-    at::set_num_threads(before);
-}
-
-TEST_CASE("selected cells and their gradient equal index_select's")
-{
-    Raster8 mask(17, 9);
-    for (std::size_t i = 0; i < mask.values.size(); i += 3)
-        mask.values[i] = 1;
-    const auto grid = grid_mask(mask, 1, torch::kCPU);
-    for (const auto type : {at::kFloat, at::kDouble})
+    std::vector<int> every_third;
+    for (int i = 0; i < 17 * 9; i += 3)
+        every_third.push_back(i);
+    for (const auto& list :
+         std::vector<std::vector<int>>{{0}, {152}, {0, 1, 2}, {150, 151, 152}, {5, 70}, {0, 152}, every_third, {}})
     {
-        const auto features = at::arange(5 * 9 * 17, at::kDouble).reshape({5, 9, 17}).to(type).set_requires_grad(true);
-        const auto direction = at::arange(5 * grid.index.numel(), at::kDouble).reshape({5, -1}).to(type);
-        const auto fast = selected_cells(features, grid);
-        const auto slow = at::index_select(features.reshape({5, -1}), 1, grid.index);
-        CHECK(at::equal(fast, slow));
-        CHECK(at::equal(torch::autograd::grad({fast}, {features}, {direction})[0],
-                        torch::autograd::grad({slow}, {features}, {direction})[0]));
+        Raster8 mask(17, 9);
+        for (const int i : list)
+            mask.values[static_cast<std::size_t>(i)] = 1;
+        const auto grid = grid_mask(mask, 1, torch::kCPU);
+        for (const int threads : {1, 3})
+            for (const auto type : {at::kFloat, at::kDouble})
+                for (const bool innermost : {true, false})
+                {
+                    at::set_num_threads(threads);
+                    const auto numbers = at::arange(5 * 9 * 17, type);
+                    const auto features =
+                        (innermost ? numbers.reshape({9, 17, 5}).permute({2, 0, 1}) : numbers.reshape({5, 9, 17}))
+                            .detach()
+                            .set_requires_grad(true);
+                    const auto each = at::arange(5 * grid.index.numel(), type) + 1;
+                    const auto direction = innermost ? each.reshape({-1, 5}).t() : each.reshape({5, -1});
+                    const auto fast = selected_cells(features, grid);
+                    const auto slow = at::index_select(features.reshape({5, -1}), 1, grid.index);
+                    CHECK(at::equal(fast, slow));
+                    CHECK(at::equal(torch::autograd::grad({fast}, {features}, {direction})[0],
+                                    torch::autograd::grad({slow}, {features}, {direction})[0]));
+                }
     }
-    CHECK(selected_cells(at::ones({2, 9, 17}), grid_mask(Raster8(17, 9), 1, torch::kCPU)).sizes() == at::IntArrayRef({2, 0}));
+    at::set_num_threads(before);
 }
 
 namespace

@@ -9,8 +9,9 @@
 #include <cerrno>
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <functional>
 #include <linux/fs.h>
+#include <list>
+#include <set>
 #include <sys/ioctl.h>
 #include <sys/random.h>
 #include <sys/stat.h>
@@ -110,9 +111,24 @@ class Draft
     }
 
     int descriptor() const { return output_.get(); }
+    const std::filesystem::path& folder() const { return folder_; }
+    dev_t file_system() const
+    {
+        struct stat status
+        {
+        };
+        if (::fstat(output_.get(), &status) != 0)
+            fail();
+        return status.st_dev;
+    }
     void make_durable() const
     {
         if (uninterrupted([&] { return ::fsync(output_.get()); }) != 0)
+            fail();
+    }
+    void flush_file_system() const
+    {
+        if (uninterrupted([&] { return ::syncfs(output_.get()); }) != 0)
             fail();
     }
     void put_in_place()
@@ -146,17 +162,37 @@ class Draft
     std::filesystem::path name_;
 };
 
-/// `fill` writes the contents to the descriptor that it is given.
-void write_durable(const std::filesystem::path& file, const std::function<void(int)>& fill,
-                   const std::function<void()>& written = {})
+/// Writes to `output`, which becomes `to`.
+void fill_from(const std::filesystem::path& from, int output, const std::filesystem::path& to)
 {
-    Draft draft(file);
-    fill(draft.descriptor());
-    draft.make_durable();
-    if (written)
-        written();
-    draft.put_in_place();
-    draft.make_name_durable();
+    const FileDescriptor input(uninterrupted([&] { return ::open(from.c_str(), O_RDONLY | O_CLOEXEC); }));
+    if (!input.valid())
+        throw Error(from.string() + ": cannot be opened: " + cause());
+    // File systems that share blocks between files take no time and no space for it.
+    if (::ioctl(output, FICLONE, input.get()) == 0)
+        return;
+    std::vector<std::byte> buffer(std::size_t{1} << 20U);
+    for (;;)
+    {
+        const ssize_t count = uninterrupted([&] { return ::read(input.get(), buffer.data(), buffer.size()); });
+        if (count < 0)
+            throw Error(from.string() + ": cannot be read: " + cause());
+        if (count == 0)
+            return;
+        write_all(output, std::span(buffer).first(static_cast<std::size_t>(count)), to);
+    }
+}
+
+/// Puts the data of all drafts on the disk: a few one by one, many by one call per file system.
+void flush(const std::list<Draft>& drafts)
+{
+    constexpr std::size_t many = 8;
+    std::set<dev_t> flushed;
+    for (const Draft& draft : drafts)
+        if (drafts.size() < many)
+            draft.make_durable();
+        else if (flushed.insert(draft.file_system()).second)
+            draft.flush_file_system();
 }
 
 }  // namespace
@@ -196,36 +232,30 @@ void write_durable_file(const std::filesystem::path& file, std::string_view text
 
 void write_pieces(const std::filesystem::path& file, std::span<const std::span<const std::byte>> pieces)
 {
-    write_durable(file,
-                  [&](int output)
-                  {
-                      for (const auto bytes : pieces)
-                          write_all(output, bytes, file);
-                  });
+    Draft draft(file);
+    for (const auto bytes : pieces)
+        write_all(draft.descriptor(), bytes, file);
+    draft.make_durable();
+    draft.put_in_place();
+    draft.make_name_durable();
 }
 
-void copy_file(const std::filesystem::path& from, const std::filesystem::path& to, const std::function<void()>& written)
+void copy_files(std::span<const FileCopy> copies, const std::function<void()>& written)
 {
-    const FileDescriptor input(uninterrupted([&] { return ::open(from.c_str(), O_RDONLY | O_CLOEXEC); }));
-    if (!input.valid())
-        throw Error(from.string() + ": cannot be opened: " + cause());
-    const auto fill = [&](int output)
-    {
-        // File systems that share blocks between files take no time and no space for it.
-        if (::ioctl(output, FICLONE, input.get()) == 0)
-            return;
-        std::vector<std::byte> buffer(std::size_t{1} << 20U);
-        for (;;)
-        {
-            const ssize_t count = uninterrupted([&] { return ::read(input.get(), buffer.data(), buffer.size()); });
-            if (count < 0)
-                throw Error(from.string() + ": cannot be read: " + cause());
-            if (count == 0)
-                return;
-            write_all(output, std::span(buffer).first(static_cast<std::size_t>(count)), to);
-        }
-    };
-    write_durable(to, fill, written);
+    if (copies.empty())
+        return;
+    std::list<Draft> drafts;
+    for (const FileCopy& copy : copies)
+        fill_from(copy.from, drafts.emplace_back(copy.to).descriptor(), copy.to);
+    flush(drafts);
+    if (written)
+        written();
+    for (Draft& draft : drafts)
+        draft.put_in_place();
+    std::set<std::filesystem::path> folders;
+    for (const Draft& draft : drafts)
+        if (folders.insert(draft.folder()).second)
+            draft.make_name_durable();
 }
 
 }  // namespace fresco

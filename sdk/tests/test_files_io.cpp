@@ -65,8 +65,8 @@ TEST_CASE("A file that is written has no name yet, so that a killed writer leave
 {
     const fresco::testing::TemporaryFolder folder;
     fresco::write_file(folder.path() / "from", "text");
-    fresco::copy_file(folder.path() / "from", folder.path() / "to",
-                      [&] { CHECK(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 1); });
+    const fresco::FileCopy copy{folder.path() / "from", folder.path() / "to"};
+    fresco::copy_files({&copy, 1}, [&] { CHECK(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 1); });
     CHECK(fresco::read_text_file(folder.path() / "to") == "text");
 }
 
@@ -130,19 +130,51 @@ TEST_CASE("Of several writers of one file one is last, and nothing is mixed or l
 TEST_CASE("A copy is whole or not at all, and is called out before it is in place")
 {
     const fresco::testing::TemporaryFolder folder;
+    const auto copy_file = [](const auto& from, const auto& to, const std::function<void()>& written = {})
+    {
+        const fresco::FileCopy copy{from, to};
+        fresco::copy_files({&copy, 1}, written);
+    };
     const auto from = folder.path() / "from";
     const auto to = folder.path() / "to";
     const std::string text = std::string(3'000'001, 'x') + "end";
     fresco::write_file(from, text);
     fresco::write_file(to, "before");
-    fresco::copy_file(from, to, [&] { CHECK(fresco::read_text_file(to) == "before"); });
+    copy_file(from, to, [&] { CHECK(fresco::read_text_file(to) == "before"); });
     CHECK(fresco::read_text_file(to) == text);
-    CHECK_THROWS_WITH(fresco::copy_file(from, to, [] { throw fresco::Error("no more"); }), Contains("no more"));
-    CHECK_THROWS_WITH(fresco::copy_file(folder.path() / "none", to), Contains("none: cannot be opened"));
-    CHECK_THROWS_WITH(fresco::copy_file(folder.path(), to), Contains("cannot be read"));
-    CHECK_THROWS_WITH(fresco::copy_file(from, folder.path() / "no" / "to"), Contains("no/to: cannot be written"));
+    CHECK_THROWS_WITH(copy_file(from, to, [] { throw fresco::Error("no more"); }), Contains("no more"));
+    CHECK_THROWS_WITH(copy_file(folder.path() / "none", to), Contains("none: cannot be opened"));
+    CHECK_THROWS_WITH(copy_file(folder.path(), to), Contains("cannot be read"));
+    CHECK_THROWS_WITH(copy_file(from, folder.path() / "no" / "to"), Contains("no/to: cannot be written"));
     CHECK(fresco::read_text_file(to) == text);
     CHECK(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 2);
+}
+
+TEST_CASE("Many copies are made together: none is in place before all are written")
+{
+    const fresco::testing::TemporaryFolder folder;
+    std::vector<fresco::FileCopy> copies;
+    for (int i = 0; i < 20; ++i)
+    {
+        const std::string name = std::to_string(i);
+        std::filesystem::create_directory(folder.path() / name);
+        fresco::write_file(folder.path() / name / "from", name);
+        copies.push_back({folder.path() / name / "from", folder.path() / name / "to"});
+    }
+    fresco::copy_files(copies,
+                       [&]
+                       {
+                           for (const auto& copy : copies)
+                               CHECK_FALSE(std::filesystem::exists(copy.to));
+                       });
+    for (int i = 0; i < 20; ++i)
+        CHECK(fresco::read_text_file(copies[static_cast<std::size_t>(i)].to) == std::to_string(i));
+    fresco::copy_files({});
+
+    fresco::write_file(copies[0].from, "other");
+    copies.push_back({folder.path() / "none", folder.path() / "to"});
+    CHECK_THROWS_WITH(fresco::copy_files(copies), Contains("none: cannot be opened"));
+    CHECK(fresco::read_text_file(copies[0].to) == "0");
 }
 
 TEST_CASE("Missing and special files are named")

@@ -1,9 +1,11 @@
 #include "run/exports.h"
 #include "base/durable_file.h"
 #include "base/fault.h"
-#include <fresco/copy_file.h>
+#include "base/machine.h"
 #include <fresco/error.h>
 #include <fresco/files.h>
+
+#include <algorithm>
 
 namespace fresco::host
 {
@@ -11,17 +13,19 @@ namespace fs = std::filesystem;
 namespace
 {
 
-void copy_whole(const fs::path& from, const fs::path& to)
+/// Flushed to the disk together. As many descriptors are open at a time.
+constexpr std::size_t most_copies_at_once = 128;
+
+void make_out_folder(const fs::path& folder)
 {
     try
     {
-        make_folder(to.parent_path());
+        make_folder(folder);
     }
     catch (const Error& error)
     {
         throw Error(std::string(error.what()) + "; choose another with --out");
     }
-    copy_file(from, to, [] { fault_point("export.written"); });
 }
 
 }  // namespace
@@ -37,6 +41,8 @@ std::vector<std::string> files_outputs(const PipelineStage& stage)
 
 void Exporter::copy(const PipelineStage& stage, const std::string& object, const std::function<bool()>& stop)
 {
+    const std::size_t at_once =
+        std::clamp(static_cast<std::size_t>(std::max(free_descriptors(), 0)) / 2, std::size_t{1}, most_copies_at_once);
     for (const auto& output : files_outputs(stage))
     {
         const fs::path folder = store_.object(object) / output;
@@ -52,10 +58,14 @@ void Exporter::copy(const PipelineStage& stage, const std::string& object, const
             throw DamagedObject{{object, error.what()}};
         }
         bool verified = false;
+        std::vector<File> found;
+        std::vector<FileCopy> copies;
         for (const auto& name : listed->names)
         {
             if (stop())
                 return;
+            if (copies.size() >= at_once)
+                place(found, copies);
             const fs::path to = place_of(stage, name);
             const auto collision = owners_.claim(fs::path(stage.place) / name, stage.name);
             const fs::path from = folder / name;
@@ -71,13 +81,26 @@ void Exporter::copy(const PipelineStage& stage, const std::string& object, const
                 verified = true;
                 if (std::error_code error; fs::is_directory(to, error))
                     throw Error(to.string() + ": is a folder where the stage's file goes; move it away");
-                copy_whole(from, to);
-                hashes_.remember(to, hashes_.hash(from));
-                fault_point("export.copied");
+                make_out_folder(to.parent_path());
+                copies.push_back({from, to});
             }
-            files_.push_back({stage.name, to, !same});
+            found.push_back({stage.name, to, !same});
         }
+        place(found, copies);
     }
+}
+
+void Exporter::place(std::vector<File>& found, std::vector<FileCopy>& copies)
+{
+    copy_files(copies, [] { fault_point("export.written"); });
+    for (const FileCopy& copy : copies)
+    {
+        hashes_.remember(copy.to, hashes_.hash(copy.from));
+        fault_point("export.copied");
+    }
+    files_.insert(files_.end(), found.begin(), found.end());
+    found.clear();
+    copies.clear();
 }
 
 std::size_t Exporter::missing(const PipelineStage& stage, const std::string& object) const

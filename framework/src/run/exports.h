@@ -4,6 +4,7 @@
 #include "pipeline/output_owners.h"
 #include "pipeline/pipeline.h"
 #include "store/store.h"
+#include <fresco/copy_file.h>
 
 #include <filesystem>
 #include <functional>
@@ -43,6 +44,8 @@ class Exporter
     std::size_t missing(const PipelineStage& stage, const std::string& object) const;
 
   private:
+    /// Makes the copies, and counts all of `found` among the files. Empties both.
+    void place(std::vector<File>& found, std::vector<FileCopy>& copies);
     std::filesystem::path place_of(const PipelineStage& stage, const std::string& name) const;
     bool is_there(const std::filesystem::path& to, const std::filesystem::path& from) const;
 

@@ -2,12 +2,20 @@
 
 #include <filesystem>
 #include <functional>
+#include <span>
 
 namespace fresco
 {
 
-/// Copies the bytes of `from` to `to` as write_durable_file does. `written` is called once they are on the disk under the
-/// temporary name. Throws Error naming the file that cannot be read or written, and what `written` throws.
-void copy_file(const std::filesystem::path& from, const std::filesystem::path& to, const std::function<void()>& written = {});
+struct FileCopy
+{
+    std::filesystem::path from;
+    std::filesystem::path to;
+};
+
+/// Copies files as write_durable_file writes them, but flushes all of them at once: many small files take a fraction of the
+/// time. None appears under its name before the data of all are on the disk; `written` is called then. Opens a descriptor per
+/// file. Throws Error naming the file that cannot be read or written, and what `written` throws.
+void copy_files(std::span<const FileCopy> copies, const std::function<void()>& written = {});
 
 }  // namespace fresco

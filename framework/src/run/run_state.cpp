@@ -114,7 +114,7 @@ void RunState::resolve(StageNode& node)
         node.resolved = true;
         node.why_not.clear();
         store_.restore(node.key);
-        node.result = store_.lookup(node.key, &node.why_not);
+        node.result = store_.lookup(node.key, &node.why_not, node.stage->input_files);
     }
     node.present = node.result && store_.present(*node.result);
 }

@@ -109,6 +109,16 @@ bool change_results(const Store& store, const std::string& key, const std::funct
     }
 }
 
+bool contains_all(const std::vector<Dependency>& dependencies, const std::vector<fs::path>& files)
+{
+    return std::all_of(files.begin(), files.end(),
+                       [&](const fs::path& file)
+                       {
+                           return std::any_of(dependencies.begin(), dependencies.end(),
+                                              [&](const Dependency& dependency) { return dependency.path == file; });
+                       });
+}
+
 [[noreturn]] void refuse_format(const fs::path& file, const std::string& found)
 {
     throw Error(file.string() + ": the store is \"" + found.substr(0, found.find('\n')) + "\", this program needs \"" +
@@ -182,13 +192,17 @@ void Store::remove_temporaries(const std::string& prefix) const
             remove_quietly(entry.path());
 }
 
-std::optional<StoredResult> Store::lookup(const std::string& key, std::string* why_not) const
+std::optional<StoredResult> Store::lookup(const std::string& key, std::string* why_not, const std::vector<fs::path>& files) const
 {
     std::vector<StoredResult> results = results_of(*this, key);
     for (std::size_t i = 0; i < results.size(); ++i)
     {
         bool renewed = false;
-        bool fits = true;
+        bool fits = results[i].dependencies.empty() || contains_all(results[i].dependencies, files);
+        if (!fits && why_not != nullptr && why_not->empty())
+            *why_not = files.front().string() + " has another path, and the stage reads more than it";
+        if (!fits)
+            continue;
         for (auto& dependency : results[i].dependencies)
         {
             const Change change = compare(dependency);

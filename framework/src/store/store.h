@@ -72,8 +72,10 @@ class Store
     void remove_temporaries(const std::string& prefix) const;
 
     /// The result whose outside files are as they are now; renews stamps of files that were only touched. `why_not` is told
-    /// which file changed, where that is the reason.
-    std::optional<StoredResult> lookup(const std::string& key, std::string* why_not = nullptr) const;
+    /// which file changed, where that is the reason. `files`: the stage's input files, whose contents are in the key. What a
+    /// stage read beside them is beside others where they have other paths.
+    std::optional<StoredResult> lookup(const std::string& key, std::string* why_not = nullptr,
+                                       const std::vector<std::filesystem::path>& files = {}) const;
     /// Where the record of a key is gone or damaged, writes it from the manifests of the key's results, which are found by their
     /// names. True if there are any. Lists the objects once.
     bool restore(const std::string& key) const;

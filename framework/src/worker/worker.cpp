@@ -40,6 +40,14 @@ mode_t current_mask()
     return mask;
 }
 
+std::vector<fs::path> paths_of(const std::vector<Dependency>& files)
+{
+    std::vector<fs::path> paths;
+    for (const Dependency& file : files)
+        paths.push_back(file.path);
+    return paths;
+}
+
 struct DamagedInput
 {
     Damage damage;
@@ -52,15 +60,15 @@ class Worker
     /// `temporary`: how the names of its temporary folders begin, by which the host finds what a killed worker left.
     Worker(WorkerRequest request, std::string temporary, WorkerChannel& channel)
         : request_(std::move(request)), temporary_(std::move(temporary)), channel_(channel), store_(request_.store),
-          factory_(request_.libraries, request_.key_document.at("libraries")),
-          context_(channel_, store_, request_.key, temporary_, request_.preview_folder, request_.threads)
+          input_files_(paths_of(request_.files)), factory_(request_.libraries, request_.key_document.at("libraries")),
+          context_(channel_, store_, request_.key, temporary_, request_.preview_folder, request_.threads, input_files_)
     {
     }
 
     void run()
     {
         lock_key();
-        if (const auto stored = store_.lookup(request_.key); stored && store_.present(*stored))
+        if (const auto stored = store_.lookup(request_.key, nullptr, input_files_); stored && store_.present(*stored))
         {
             tell_done(*stored, true);
             return;
@@ -176,7 +184,7 @@ class Worker
         check_files_unchanged();
 
         publication.key = request_.key;
-        publication.dependencies = context_.settled_dependencies();
+        publication.dependencies = dependencies();
         publication.facts = facts();
         const StoredResult result = publish(store_, folder_, publication);
         store_.remove_checkpoint(request_.key);
@@ -206,6 +214,17 @@ class Worker
     {
         if (getpid() != process_)
             std::_Exit(worker_failed);
+    }
+
+    /// With the input files, where the stage read others beside them.
+    std::vector<Dependency> dependencies()
+    {
+        std::vector<Dependency> all = context_.settled_dependencies();
+        if (!all.empty())
+            for (const Dependency& file : request_.files)
+                if (std::none_of(all.begin(), all.end(), [&](const Dependency& other) { return other.path == file.path; }))
+                    all.push_back(file);
+        return all;
     }
 
     void check_files_unchanged()
@@ -256,6 +275,7 @@ class Worker
     std::string temporary_;
     WorkerChannel& channel_;
     Store store_;
+    std::vector<fs::path> input_files_;
     const pid_t process_ = getpid();
     const mode_t mask_ = current_mask();  ///< Before any code of a plugin.
     WorkerFactory factory_;

@@ -34,9 +34,9 @@ Value finite_or_null(Value value)
 }  // namespace
 
 WorkerContext::WorkerContext(WorkerChannel& channel, const Store& store, std::string key, std::string temporary,
-                             fs::path preview_folder, int threads)
+                             fs::path preview_folder, int threads, std::vector<fs::path> input_files)
     : channel_(channel), store_(store), key_(std::move(key)), temporary_(std::move(temporary)),
-      preview_folder_(std::move(preview_folder)), threads_(threads)
+      preview_folder_(std::move(preview_folder)), threads_(threads), input_files_(std::move(input_files))
 {
 }
 
@@ -139,10 +139,20 @@ bool WorkerContext::checkpoint_fits() const
     const Value record = read_record(file);
     if (record.at("key").as_string() != key_)
         throw Error(file.string() + ": is the record of another checkpoint");
-    for (const auto& entry : record.at("dependencies").as_list())
+    const auto& dependencies = record.at("dependencies").as_list();
+    for (const auto& entry : dependencies)
         if (Dependency dependency = dependency_from(entry); compare(dependency) == Change::contents)
             return false;
-    return true;
+    // What lies beside input files lies beside others where they have other paths.
+    return dependencies.empty() || record.at("input_files") == input_file_names();
+}
+
+Value WorkerContext::input_file_names() const
+{
+    Value::List names;
+    for (const fs::path& file : input_files_)
+        names.emplace_back(file.string());
+    return names;
 }
 
 void WorkerContext::record_dependencies() const
@@ -150,8 +160,9 @@ void WorkerContext::record_dependencies() const
     Value::List dependencies;
     for (const auto& [path, dependency] : dependencies_)
         dependencies.push_back(to_value(dependency));
-    write_durable_record(store_.checkpoint_file(key_, ".dependencies"),
-                         Value::Map{{"key", key_}, {"dependencies", std::move(dependencies)}});
+    write_durable_record(
+        store_.checkpoint_file(key_, ".dependencies"),
+        Value::Map{{"key", key_}, {"input_files", input_file_names()}, {"dependencies", std::move(dependencies)}});
 }
 
 void WorkerContext::drop_unfit_checkpoint()

@@ -19,7 +19,7 @@ class WorkerContext final : public RunContext
   public:
     /// `temporary`: how the names of temporary folders begin.
     WorkerContext(WorkerChannel& channel, const Store& store, std::string key, std::string temporary,
-                  std::filesystem::path preview_folder, int threads);
+                  std::filesystem::path preview_folder, int threads, std::vector<std::filesystem::path> input_files);
     ~WorkerContext() override;
 
     void progress(double done, double total, std::string_view unit) override;
@@ -49,6 +49,7 @@ class WorkerContext final : public RunContext
     void keep_curves(double done, std::string_view unit);
     void keep_checkpoint_share();
     bool checkpoint_fits() const;
+    Value input_file_names() const;
     void record_dependencies() const;
     void drop_unfit_checkpoint();
 
@@ -63,6 +64,7 @@ class WorkerContext final : public RunContext
     bool checkpointing_ = false;
     std::filesystem::file_time_type checkpoint_time_;
     double done_share_ = 0;  ///< By the last progress.
+    std::vector<std::filesystem::path> input_files_;
     std::map<std::filesystem::path, Dependency> dependencies_;
     Value report_{Value::Map{}};
     Value messages_{Value::List{}};

@@ -95,6 +95,29 @@ TEST_CASE("Each stage of a diamond runs once, all ends are reached, branches run
     }
 }
 
+TEST_CASE("Equal files with other files beside them are other inputs")
+{
+    Workplace place;
+    for (const char* folder : {"one", "other"})
+    {
+        place.write(std::string(folder) + "/list", "123");
+        place.write(std::string(folder) + "/near", folder[1] == 'n' ? "1" : "2");
+    }
+    place.write("room.yaml", R"(version: 1
+vars: {folder: one}
+stages:
+  near: {type: test.source, value: 0, file: "${folder}/list", beside: near, log: log}
+  text: {type: test.sink, input: near, path: x.txt}
+)");
+    REQUIRE(place.run({"run", "room.yaml"}).code == 0);
+    CHECK(place.read("out/x.txt") == "4.000000\n");
+    REQUIRE(place.run({"run", "room.yaml", "--set", "folder=other"}).code == 0);
+    CHECK(place.read("out/x.txt") == "5.000000\n");
+    REQUIRE(place.run({"run", "room.yaml"}).code == 0);
+    CHECK(place.read("out/x.txt") == "4.000000\n");
+    CHECK(place.log().size() == 2);
+}
+
 TEST_CASE("With one core, stages run one after the other")
 {
     Workplace place;

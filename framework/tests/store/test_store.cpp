@@ -139,6 +139,23 @@ TEST_CASE("Outside files: touched is the same, changed is another, changed back 
     CHECK(!store.lookup("key"));
 }
 
+TEST_CASE("What was read beside an input file is not what lies beside an equal one")
+{
+    const TemporaryFolder folder;
+    const Store store(folder.path() / "store");
+    const fs::path one = folder.path() / "one/model";
+    const fs::path other = folder.path() / "other/model";
+    for (const fs::path& file : {one, other, folder.path() / "one/color"})
+        write(file, "equal");
+    publish_text(store, "alone", "[1]");
+    CHECK(store.lookup("alone", nullptr, {other}));
+    publish_text(store, "key", "[1]", {take_dependency(folder.path() / "one/color", false), take_dependency(one, false)});
+    std::string why;
+    CHECK(store.lookup("key", &why, {one}));
+    CHECK(!store.lookup("key", &why, {other}));
+    CHECK(contains(why, other.string()));
+}
+
 TEST_CASE("A key keeps its last eight results")
 {
     const TemporaryFolder folder;

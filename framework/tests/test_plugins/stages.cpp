@@ -62,6 +62,7 @@ class Source final : public LoggedStage
     Option<double> value{this, "value", 1, "The number"};
     Option<fresco::InputFile> file{this, "file", fresco::InputFile{}, "Its size is added"};
     Option<fresco::InputFolder> folder{this, "folder", fresco::InputFolder{}, "The sizes of its files are added"};
+    Option<std::string> beside{this, "beside", "", "The number in the file of this name beside `file` is added"};
     Option<std::string> prefix{this, "prefix", "", "How the names of the folder's files begin"};
     Option<int> wait_ms{this, "wait_ms", 0, fresco::range(0, 60'000), "Pause", fresco::not_in_key};
 
@@ -71,6 +72,12 @@ class Source final : public LoggedStage
         double sum = *value;
         if (!file->empty())
             sum += static_cast<double>(std::filesystem::file_size(file->path));
+        if (!beside->empty())
+        {
+            const std::filesystem::path other = file->path.parent_path() / *beside;
+            run.reads_file(other);
+            sum += std::stod(fresco::read_text_file(other));
+        }
         if (!folder->empty())
         {
             run.reads_folder(folder->path, *prefix + "*");

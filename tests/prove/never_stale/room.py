@@ -40,9 +40,11 @@ class Room:
         self.libraries = {name: (place.plugins / f"{name}.so").read_bytes() for name in ("test_stages", "sided", "command")}
         self.libraries["sdk"] = (place.root / "lib/libfresco_sdk.so.0").read_bytes()
         self.side = (plugins / "sided/libside.so").read_bytes()
-        self.options = {"base": 1, "pile": 1, "read": 0, "version": "", "sum": 0, "factor": 2, "left": "base", "name": "sum", "wait": 0}
+        self.options = {"base": 1, "pile": 1, "read": 0, "version": "", "sum": 0, "factor": 2, "left": "base", "name": "sum", "wait": 0,
+                        "near": "one"}
         self.contents = {"set_1/a.number": b"1", "set_1/b.number": b"2", "set_2/a.number": b"3", "set_2/b.number": b"1",
-                         "size.bin": b"aaaa", "add.sh": 1, "data.txt": b"5\n", "n.tar": b"7"}
+                         "size.bin": b"aaaa", "add.sh": 1, "data.txt": b"5\n", "n.tar": b"7",
+                         "one/list": b"aaaa", "one/near": b"1", "two/list": b"aaaa", "two/near": b"2"}
         self.links = {"set": "set_1", "num.number": "set/a.number"}
         self.folder = {"p": b"A", "q": b"A"}
         self.versions = {"test_stages": 0, "sided": 0, "command": 0, "sdk": 0}
@@ -124,6 +126,7 @@ class Room:
 stages:
   base:  {{type: test.source, value: {o['base']}, file: size.bin, wait_ms: {o['wait']}}}
   pile:  {{type: test.source, value: {o['pile']}, folder: folder}}
+  near:  {{type: test.source, file: {o['near']}/list, beside: near}}
   read:  {{type: test.add, input: {{left: {{file: num.number}}}}, plus: {o['read']}}}
   side:  {{type: test.sided}}
   cmd:
@@ -137,6 +140,7 @@ stages:
   {o['name']}:   {{type: test.add, input: {{left: {o['left']}, right: cmd}}, plus: {o['sum']}}}
   scale: {{type: test.scale, input: {o['name']}, first: {{type: test.factor, factor: {o['factor']}}}}}
   total: {{type: test.add, input: {{left: scale, right: side}}}}
+  third: {{type: test.sink, input: near, path: near.txt}}
   one:   {{type: test.sink, input: total, path: total.txt}}
   other: {{type: test.sink, input: pile, path: pile.txt}}
 """)
@@ -161,6 +165,9 @@ stages:
 
         add("base", o["base"] + len(c["size.bin"]), "source", o["base"], c["size.bin"])
         add("pile", o["pile"] + sum(map(len, self.folder.values())), "source", o["pile"], tuple(sorted(self.folder.items())))
+        near = o["near"]
+        add("near", 1 + len(c[near + "/list"]) + int(c[near + "/near"]), "source", near, c[near + "/list"], c[near + "/near"])
+        add("third", made["near"][1], "sink", "near.txt", made["near"][0])
         add("read", int(number) + o["read"], "add", number, o["read"])
         add("side", value, "sided", library=(self.versions["sided"], side, sdk))
         add("cmd", made["read"][1] + c["add.sh"] * int(c["data.txt"]) + int(c["n.tar"]), "command", o["version"], c["add.sh"],
@@ -174,7 +181,8 @@ stages:
 
     def expected(self):
         made = self.model()
-        return {"total.txt": f"{made['one'][1]:.6f}\n", "pile.txt": f"{made['other'][1]:.6f}\n"}
+        return {"total.txt": f"{made['one'][1]:.6f}\n", "pile.txt": f"{made['other'][1]:.6f}\n",
+                "near.txt": f"{made['third'][1]:.6f}\n"}
 
     def where(self, store=".fresco", out="out"):
         """How the program is called, by `surroundings`: words and the rest of Workplace.start."""
@@ -192,14 +200,14 @@ stages:
 
     def edit_option(self):
         choices = {"base": [1, 2, 3], "pile": [1, 2], "read": [0, 1, 2], "version": ["", "2"], "sum": [0, 1, 2, 3], "factor": [1, 2, 3],
-                   "left": ["base", "pile"], "name": ["sum", "both"], "wait": [0, 1]}
+                   "left": ["base", "pile"], "name": ["sum", "both"], "wait": [0, 1], "near": ["one", "two"]}
         name = random.choice(list(choices))
         self.options[name] = other(choices[name], self.options[name])
         self.write_pipeline()
         return f"option {name}"
 
     def edit_bytes(self):
-        choices = {"size.bin": [b"aaaa", b"bbbb", b"ccccc"], "add.sh": [1, 2], "data.txt": [b"5\n", b"6\n"], "n.tar": [b"7", b"8"]}
+        choices = {"size.bin": [b"aaaa", b"bbbb", b"ccccc"], "one/list": [b"aaaa", b"bbbb"], "two/list": [b"aaaa", b"bbbb"], "add.sh": [1, 2], "data.txt": [b"5\n", b"6\n"], "n.tar": [b"7", b"8"]}
         name = random.choice(list(self.contents))
         self.contents[name] = other(choices.get(name, [b"1", b"2", b"3"]), self.contents[name])
         how = random.choice(["in place", "beside", "copied", "unpacked"])

@@ -69,17 +69,17 @@ const curveCharts = curves => Object.entries(curves?.metrics ?? {}).flatMap(([na
 
 /// Of what a stage reports as "judged_frames": a bar per frame, or beyond a thousand per few frames the largest one of them. Null where
 /// the lists are not of one length.
-function barsOf({ names, values, kept, least = 0 }) {
+function barsOf({ names, values, kept, least = 0, most = Infinity }) {
     if (!Array.isArray(names) || !names.length || values?.length !== names.length || kept?.length !== names.length)
         return null;
     const frames = names.map((name, i) => {
         const value = typeof values[i] === "number" ? values[i] : 0;
-        return { name, value, verdict: kept[i] ? "kept" : value < least ? "below" : "dropped" };
+        return { name, value, verdict: kept[i] ? "kept" : value < least || value > most ? "beyond" : "dropped" };
     });
     const each = Math.ceil(frames.length / 1000);
     const bars = Array.from({ length: Math.ceil(frames.length / each) }, (_, bar) =>
         frames.slice(bar * each, (bar + 1) * each).reduce((best, frame) => frame.value > best.value ? frame : best));
-    const counts = { kept: 0, below: 0, dropped: 0 };
+    const counts = { kept: 0, beyond: 0, dropped: 0 };
     frames.forEach(({ verdict }) => ++counts[verdict]);
     return { bars, counts };
 }
@@ -89,11 +89,12 @@ function framesChart(judged) {
     if (!found)
         return null;
     const { bars, counts } = found;
-    const { measure, least = 0 } = judged;
+    const { measure, least, most } = judged;
+    const limit = least ?? most ?? 0;
     const [width, height, top] = [1000, 150, 6];
-    const scale = (height - top) / Math.max(least, ...bars.map(({ value }) => value), 1e-300);
+    const scale = (height - top) / Math.max(limit, ...bars.map(({ value }) => value), 1e-300);
     const step = width / bars.length;
-    const keys = [["kept", "kept"], ["below", `below ${measure} ${figureText(least)}`], ["dropped", "dropped beside others"]];
+    const keys = [["kept", "kept"], ["beyond", `${most === undefined ? "below" : "above"} ${measure} ${figureText(limit)}`], ["dropped", "dropped beside others"]];
     return element("figure", {},
         svg("svg", { class: "frames", viewBox: `0 0 ${width} ${height}`, preserveAspectRatio: "none", role: "img", "aria-label": `${measure} of every frame` },
             bars.map(({ name, value, verdict }, i) => {
@@ -101,7 +102,7 @@ function framesChart(judged) {
                 return svg("rect", { class: verdict, x: (i * step).toFixed(2), y: (height - size).toFixed(1), width: Math.max(0.5, step * 0.85).toFixed(2), height: size.toFixed(1) },
                     svg("title", {}, `${name}: ${measure} ${figureText(value)}${verdict === "kept" ? "" : ", dropped"}`));
             }),
-            least > 0 ? svg("path", { class: "least", d: `M0 ${height - least * scale}H${width}` }) : null),
+            limit > 0 ? svg("path", { class: "limit", d: `M0 ${height - limit * scale}H${width}` }) : null),
         element("figcaption", {}, `${measure} of ${counted(judged.names.length, "frame")} in recorded order: `,
             keys.filter(([verdict]) => verdict === "kept" || counts[verdict] > 0).map(([verdict, text]) =>
                 element("span", { class: "key" }, element("i", { class: verdict }), `${figureText(counts[verdict])} ${text}`))));

@@ -98,6 +98,9 @@ async function showRoom(place, room, cameras, up) {
     return { inside, outside, standAt };
 }
 
+/// Which way is up, as the last stage found that reported it; undefined where none did.
+const upOf = stages => stages.map(stage => stage.figures.up).filter(Array.isArray).at(-1);
+
 /// The room's section, and what puts the visitor to a pose; nulls where there is no room.
 function roomSection(data, media) {
     const entry = media.filter(each => each.room).at(-1);
@@ -107,10 +110,9 @@ function roomSection(data, media) {
         return { node: section("The room", element("p", { class: "note" }, "To turn the room around here, build fresco where three.js is (Debian's libjs-three).")), standAt: null };
     const frames = media.filter(each => each.cameras);
     const cameras = (frames.filter(each => each.pictures).at(-1) ?? frames.at(-1))?.cameras;
-    const up = data.stages.map(stage => stage.figures.up).filter(Array.isArray).at(-1);
     const place = element("div", { id: "room" }, element("p", { class: "soft" }, "Drag: turn · right button: move · wheel: nearer and farther"));
     let shown = null;
-    const start = () => showRoom(place, entry.room, cameras, up).then(room => shown = room).catch(error =>
+    const start = () => showRoom(place, entry.room, cameras, upOf(data.stages)).then(room => shown = room).catch(error =>
         place.replaceChildren(element("p", { class: "soft" }, `The room cannot be shown here: ${error.message}`)));
     const { triangles, extent } = entry.room;
     const node = section("The room", place, element("div", { class: "bar" },

@@ -5,7 +5,7 @@ import { createContext, runInContext } from "node:vm";
 
 const folder = process.argv[2];
 const scripts = readdirSync(folder).filter(name => name.endsWith(".js")).map(name => readFileSync(`${folder}/${name}`, "utf8"));
-const names = ["figureText", "bytesText", "durationText", "addressOf", "figuresOf", "layoutOf", "placesOf", "roundTicks", "axesOf", "smoothed", "barsOf", "viewsOf", "figureTables", "shellWord"];
+const names = ["figureText", "bytesText", "durationText", "addressOf", "figuresOf", "layoutOf", "placesOf", "roundTicks", "axesOf", "smoothed", "barsOf", "upOf", "viewsOf", "figureTables", "shellWord"];
 const page = runInContext(`"use strict";\n${scripts.join("\n")}\n({ ${names.join(", ")} })`, createContext({}));
 /// Objects of the scripts' own realm as ours.
 const plain = value => JSON.parse(JSON.stringify(value));
@@ -61,8 +61,11 @@ equal(page.smoothed([1, 2, 3]), [1, 2, 3]);
 assert.equal(page.smoothed(Array.from({ length: 80 }, (_, i) => i % 2)).at(40), 2 / 5);
 
 // A bar per frame, or per few frames the largest.
+equal(page.upOf([{ figures: { up: [0, 1, 0] } }, { figures: { up: [0, 0, 1] } }, { figures: { up: "z" } }]), [0, 0, 1]);
+assert.equal(page.upOf([{ figures: {} }]), undefined);
 const judged = { measure: "sharpness", least: 150, names: ["s/a", "s/b", "s/c"], values: [300, 100, 200], kept: [true, false, false] };
-equal(page.barsOf(judged).bars.map(({ verdict }) => verdict), ["kept", "below", "dropped"]);
+equal(page.barsOf(judged).bars.map(({ verdict }) => verdict), ["kept", "beyond", "dropped"]);
+equal(page.barsOf({ ...judged, least: undefined, most: 150, values: [100, 200, 120] }).bars.map(({ verdict }) => verdict), ["kept", "beyond", "dropped"]);
 assert.equal(page.barsOf({ ...judged, values: [] }), null);
 assert.equal(page.barsOf({}), null);
 const many = page.barsOf({ names: Array(5000).fill("frame"), values: Array.from({ length: 5000 }, (_, i) => i), kept: Array(5000).fill(true) });

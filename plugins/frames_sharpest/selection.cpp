@@ -71,7 +71,7 @@ Selection select_frames(const std::vector<MeasuredFrame>& frames, const Selectio
 {
     if (frames.empty())
         throw fresco::Error("port 'frames' has no frames: check the scan's path and the stages that drop frames");
-    const auto passes = [&](std::size_t i) { return frames[i].sharpness >= options.min_sharpness; };
+    const auto passes = [&](std::size_t i) { return frames[i].is_needed || frames[i].sharpness >= options.min_sharpness; };
     Selection selection;
     for (std::size_t i = 0; i < frames.size(); ++i)
         selection.blurred += passes(i) ? 0 : 1;

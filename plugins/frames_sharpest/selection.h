@@ -10,6 +10,7 @@ struct MeasuredFrame
     std::string sequence;
     std::string name;
     double sharpness = 0;
+    bool is_needed = false;  ///< Passes however blurred it is.
 };
 
 struct SelectionOptions
@@ -22,7 +23,7 @@ struct SelectionOptions
 struct Selection
 {
     std::vector<std::size_t> kept;  ///< Indices in the order of the frames.
-    std::size_t blurred = 0;        ///< Dropped: below min_sharpness.
+    std::size_t blurred = 0;        ///< Dropped: below min_sharpness, and not needed.
     std::size_t less_sharp = 0;     ///< Dropped: a sharper frame is in the same window.
     std::size_t beyond_limit = 0;   ///< Dropped: more than max_frames.
 };

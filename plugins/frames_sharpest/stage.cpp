@@ -1,3 +1,4 @@
+#include "blur.h"
 #include "selection.h"
 
 #include <fresco/frames.h>
@@ -8,6 +9,9 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
+
+namespace sharpest = fresco::sharpest;
 
 namespace
 {
@@ -16,8 +20,15 @@ class FramesSharpest final : public fresco::Stage
 {
     fresco::Input<fresco::Frames> frames{this, "frames", "Recorded frames"};
     fresco::Output<fresco::Frames> sharp{this, "frames", "The sharp frames, in the same order"};
+    fresco::Option<std::string> measure{this, "measure", "blur", fresco::one_of({"blur", "laplacian_variance"}),
+                                        "blur: detail lost beside other frames of the same surface; laplacian_variance: as in "
+                                        "StyleMesh, also drops sharp frames of "
+                                        "plain surfaces"};
+    fresco::Option<double> max_blur_px{
+        this, "max_blur_px", 3, fresco::range(0, 100),
+        "For measure: blur: drop frames blurred by more than this many pixels of a picture 480 px high"};
     fresco::Option<double> min_sharpness{this, "min_sharpness", 150.0, fresco::at_least(0),
-                                         "Drop frames whose variance of the Laplacian is below this; 0: keep all"};
+                                         "For measure: laplacian_variance: drop frames below this; 0: keep all"};
     fresco::SharpnessOption sharpness{this};
     fresco::Option<int> window_count{this, "window_count", 1, fresco::range(1, 1'000'000),
                                      "Keep the sharpest of this many consecutive frames of a sequence; 1: keep all"};
@@ -25,12 +36,16 @@ class FramesSharpest final : public fresco::Stage
                                    "Maximum number of frames: the sharpest of as many equal stretches; 0: no limit"};
     fresco::Slot<fresco::ImageIo> images{this, "images", "image.opencv", "Reads and writes pictures"};
 
+    bool compares() const { return *measure == "blur"; }
+    /// The least sharpness of a frame that is kept; sharpness is negative blur where frames are compared.
+    double threshold() const { return compares() ? -*max_blur_px : *min_sharpness; }
+
     void run(fresco::RunContext& run) override
     {
         sharpness.check();
-        const auto measured = measure(run);
+        const auto measured = compares() ? compared(run) : measured_by_laplacian(run);
         const auto selection =
-            select_frames(measured, {.min_sharpness = *min_sharpness, .window_count = *window_count, .max_frames = *max_frames});
+            select_frames(measured, {.min_sharpness = threshold(), .window_count = *window_count, .max_frames = *max_frames});
         fresco::Frames kept;
         for (const auto i : selection.kept)
             kept.frames.push_back(frames->frames[i]);
@@ -38,22 +53,65 @@ class FramesSharpest final : public fresco::Stage
         sharp = std::move(kept);
     }
 
-    std::vector<MeasuredFrame> measure(fresco::Progress& progress) const
+    /// Calls `look(i)` for every frame.
+    template <class Look>
+    void for_each_frame(fresco::Progress& progress, const Look& look) const
     {
-        const auto& all = frames->frames;
-        std::vector<MeasuredFrame> measured(all.size());
+        const std::size_t count = frames->frames.size();
         std::atomic<std::size_t> done{0};
-        fresco::parallel_for(all.size(), 1, progress.threads(),
+        fresco::parallel_for(count, 1, progress.threads(),
                              [&](std::size_t begin, std::size_t end)
                              {
                                  for (std::size_t i = begin; i < end; ++i)
                                  {
                                      progress.check_canceled();
-                                     const auto picture = fresco::load_color(all[i], images.get().get());
-                                     measured[i] = {all[i].sequence, all[i].name, sharpness.of(picture)};
-                                     progress.progress(static_cast<double>(++done), static_cast<double>(all.size()), "frames");
+                                     look(i);
+                                     progress.progress(static_cast<double>(++done), static_cast<double>(count), "frames");
                                  }
                              });
+    }
+
+    std::vector<MeasuredFrame> measured_by_laplacian(fresco::Progress& progress) const
+    {
+        const auto& all = frames->frames;
+        std::vector<MeasuredFrame> measured(all.size());
+        for_each_frame(progress,
+                       [&](std::size_t i)
+                       {
+                           const auto picture = fresco::load_color(all[i], images.get().get());
+                           measured[i] = {all[i].sequence, all[i].name, sharpness.of(picture)};
+                       });
+        return measured;
+    }
+
+    sharpest::BlurView view_of(const fresco::Frame& frame) const
+    {
+        const std::string name = " camera of " + frame.sequence + "/" + frame.name;
+        fresco::check_camera(frame.color, "the color" + name);
+        sharpest::BlurView view{frame.sequence, sharpest::detail_of(fresco::load_color(frame, images.get().get())), {}};
+        if (!frame.depth_picture.empty())
+        {
+            fresco::check_camera(frame.depth, "the depth" + name);
+            view.surface = {fresco::load_depth(frame, images.get().get()), frame.depth, frame.color, view.detail};
+        }
+        return view;
+    }
+
+    std::vector<MeasuredFrame> compared(fresco::Progress& progress) const
+    {
+        const auto& all = frames->frames;
+        std::vector<sharpest::BlurView> views(all.size());
+        for_each_frame(progress, [&](std::size_t i) { views[i] = view_of(all[i]); });
+        const std::vector<double> blur = sharpest::blur_px(views, progress);
+        std::vector<MeasuredFrame> measured;
+        std::vector<bool> passes;
+        for (std::size_t i = 0; i < all.size(); ++i)
+        {
+            measured.push_back({all[i].sequence, all[i].name, -blur[i]});
+            passes.push_back(blur[i] <= *max_blur_px);
+        }
+        for (const std::size_t i : sharpest::needed_views(views, blur, passes, progress))
+            measured[i].is_needed = true;
         return measured;
     }
 
@@ -67,12 +125,12 @@ class FramesSharpest final : public fresco::Stage
         for (const MeasuredFrame& frame : measured)
         {
             names.emplace_back(frame.sequence + "/" + frame.name);
-            values.emplace_back(frame.sharpness);
+            values.emplace_back(std::abs(frame.sharpness));
         }
         for (const std::size_t i : selection.kept)
             kept[i] = true;
-        return Value::Map{{"measure", "sharpness"},
-                          {"least", *min_sharpness},
+        return Value::Map{{"measure", compares() ? "blur in pixels" : "sharpness"},
+                          {compares() ? "most" : "least", std::abs(threshold())},
                           {"names", std::move(names)},
                           {"values", std::move(values)},
                           {"kept", std::move(kept)}};
@@ -80,26 +138,36 @@ class FramesSharpest final : public fresco::Stage
 
     void report(const std::vector<MeasuredFrame>& measured, const Selection& selection, fresco::RunContext& run) const
     {
-        const auto [least, most] = std::minmax_element(measured.begin(), measured.end(),
-                                                       [](const auto& a, const auto& b) { return a.sharpness < b.sharpness; });
+        const auto [least, most] = std::ranges::minmax(measured, {}, &MeasuredFrame::sharpness);
+        const auto needed = std::ranges::count_if(measured, &MeasuredFrame::is_needed);
         run.report("frames", measured.size());
         run.report("kept", selection.kept.size());
         run.report("dropped_blurred", selection.blurred);
         run.report("dropped_less_sharp_in_window", selection.less_sharp);
         run.report("dropped_beyond_max_frames", selection.beyond_limit);
-        run.report("least_sharpness", least->sharpness);
-        run.report("most_sharpness", most->sharpness);
+        if (compares())
+        {
+            run.report("kept_although_blurred", static_cast<std::size_t>(needed));
+            run.report("most_blur_px", -least.sharpness);
+        }
+        else
+        {
+            run.report("least_sharpness", least.sharpness);
+            run.report("most_sharpness", most.sharpness);
+        }
         run.report("judged_frames", judged(measured, selection));
         run.message(std::to_string(selection.kept.size()) + " of " + std::to_string(measured.size()) + " frames kept; dropped: " +
                     std::to_string(selection.blurred) + " blurred, " + std::to_string(selection.less_sharp) +
                     " beside a sharper one, " + std::to_string(selection.beyond_limit) + " beyond max_frames");
+        if (needed > 0)
+            run.message(std::to_string(needed) + " blurred frames are kept because no other frame sees some of their surface");
     }
 
     fresco::Cost cost() const override
     {
-        return {.seconds = {.per_frame = 0.004},
+        return {.seconds = {.per_frame = 0.03},
                 .parallel_share = 1,
-                .memory_mb = {.fixed = 55, .per_core = 5},
+                .memory_mb = {.fixed = 55, .per_core = 5, .per_frame = 0.1},
                 .frames = {.at_most = "max_frames"}};
     }
 };

@@ -70,6 +70,8 @@ fresco::Frames run_sharpest(const fresco::Frames& input, fresco::Value options, 
     fresco::testing::TestFactory factory;
     factory.add("image.none", [] { return std::make_shared<NoImages>(); });
     options.set("images", fresco::Value::Map{{"type", "image.none"}});
+    if (!options.find("measure"))
+        options.set("measure", "laplacian_variance");
     const auto made = fresco::testing::make_from_plugin(FRESCO_PLUGIN_FILE, "frames.sharpest");
     fresco::testing::TemporaryFolder out;
     fresco::testing::run_stage(dynamic_cast<fresco::Stage&>(*made), options,

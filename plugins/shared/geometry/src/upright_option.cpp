@@ -90,8 +90,7 @@ UprightOption::UprightOption(Configurable* owner)
     : frames_(owner, "frames", optional, "Frames whose cameras show which way is up"),
       up_(owner, "up", "auto", one_of({"auto", "keep", "x", "y", "z", "-x", "-y", "-z"}),
           "World axis that points up and is turned to the file format's; auto: found from the frames' cameras and the mesh's "
-          "level "
-          "surfaces; keep: no rotation")
+          "level surfaces; keep: no rotation")
 {
 }
 

@@ -47,10 +47,12 @@ class Scheduler
             take_finished();
             for (;;)
             {
-                dispatch();
+                const bool tried = dispatch();
                 tell_stages();
-                if (running_.empty())
+                if (running_.empty() && !tried)
                     break;
+                if (running_.empty())
+                    continue;  // What could not be started has failed; it is the turn of others.
                 wait();
                 collect();
                 take_finished();
@@ -87,10 +89,11 @@ class Scheduler
         return true;
     }
 
-    void dispatch()
+    /// False where no stage was to be started.
+    bool dispatch()
     {
         if (stopping())
-            return;
+            return false;
         int free = request_.cores;
         double memory_mb = 0;
         for (const auto& running : running_)
@@ -120,12 +123,13 @@ class Scheduler
             // Beyond that a process could not be started, or not be spoken to; one that ends gives its own back.
             constexpr int descriptors_of_start = 20;
             if (!running_.empty() && free_descriptors() < descriptors_of_start)
-                return;
+                break;
             const int threads = std::max(1, free / left);
             start(*node, threads);
             free -= threads;
             --left;
         }
+        return !chosen.empty();
     }
 
     /// Those whose state is another than the last time, a few times a second: there may be thousands.

@@ -102,6 +102,10 @@ UsedResults used_results(const Store& store)
                 objects.insert(read_record_of(file, pipeline).object);
                 abandoned = abandoned || is_gone(pipeline);
             }
+            catch (const MissingInput&)
+            {
+                rethrow_if_there(file);
+            }
             catch (const Error&)
             {
                 damaged.insert(file.stem().string());

@@ -415,6 +415,12 @@ std::vector<fs::path> entries_of(const fs::path& folder)
     return entries;
 }
 
+void rethrow_if_there(const fs::path& file)
+{
+    if (stamp_of(file))
+        throw;
+}
+
 FileLock store_lock(const Store& store)
 {
     return FileLock(store.lock_file("store"));

@@ -109,6 +109,9 @@ void remove_quietly(const std::filesystem::path& path);
 /// What is directly in a folder, sorted; nothing if it is not there. Throws Error if it cannot be listed.
 std::vector<std::filesystem::path> entries_of(const std::filesystem::path& folder);
 
+/// In a handler: throws again what hinders from reading a file that is there. Neither is it damaged, nor may it count as gone.
+void rethrow_if_there(const std::filesystem::path& file);
+
 /// The lock that every run holds shared and that tidying up takes alone.
 FileLock store_lock(const Store& store);
 

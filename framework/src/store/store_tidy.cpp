@@ -27,9 +27,13 @@ void add_references(const Store& store, UsedResults& used)
             for (const auto& reference : manifest.at("references").as_list())
                 used.objects.insert(reference.as_string());
         }
+        catch (const MissingInput&)
+        {
+            rethrow_if_there(store.manifest_file(object));
+        }
         catch (const Error&)
         {
-            continue;  // Gone or damaged: what it refers to cannot be told; its makers have their own records.
+            continue;  // Damaged: what it refers to cannot be told; its makers have their own records.
         }
     }
 }
@@ -133,8 +137,10 @@ std::vector<StoredObject> objects_of(const Store& store, const UsedResults& used
             object.time_s = manifest.at("time_s").as_int();
             object.disk_mb = static_cast<double>(manifest.at("bytes").as_int()) / (1024.0 * 1024.0);
         }
-        catch (const Error&)
+        catch (const Error& error)
         {
+            if (dynamic_cast<const MissingInput*>(&error) != nullptr)
+                rethrow_if_there(store.manifest_file(object.id));
             object.whole = false;
             object.disk_mb = folder_mb(path);
         }
@@ -156,7 +162,16 @@ UsedResults all_used(const Store& store)
 
 std::vector<StoredObject> list_objects(const Store& store)
 {
-    return objects_of(store, all_used(store));
+    UsedResults used;
+    try
+    {
+        used = all_used(store);
+    }
+    catch (const Error&)
+    {
+        // Records of another user that may not be read here. Nothing is removed by this list.
+    }
+    return objects_of(store, used);
 }
 
 std::vector<Damage> verify_store(const Store& store, int threads)

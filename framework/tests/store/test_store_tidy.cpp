@@ -143,6 +143,27 @@ TEST_CASE("Tidying up keeps what is in use, and leaves nothing that serves nobod
     }
 }
 
+TEST_CASE("What cannot be removed or listed is an error, and nothing else is removed")
+{
+    const TemporaryFolder folder;
+    const Store store(folder.path() / "store");
+    const StoredResult result = publish_text(store, "key", "text");
+    SECTION("a manifest that stays")
+    {
+        fs::remove(store.manifest_file(result.object));
+        fs::create_directories(store.manifest_file(result.object) / "in the way");
+        CHECK_THROWS_WITH(store.discard(result.object), Catch::Contains("manifest.json: cannot be removed"));
+        CHECK(fs::exists(store.object(result.object) / "out/a.json"));
+    }
+    SECTION("the records of what is in use")
+    {
+        fs::remove(store.root() / "stages");
+        write(store.root() / "stages", "no folder");
+        CHECK_THROWS_WITH(tidy_store(store, 0, false), Catch::Contains("stages: cannot be listed"));
+        CHECK(store.present(result));
+    }
+}
+
 TEST_CASE("A lock that was tidied away is made again")
 {
     const TemporaryFolder folder;

@@ -180,19 +180,7 @@ int open(const char* path, int flags, ...)
     return opened(AT_FDCWD, path, flags, mode);
 }
 
-int open64(const char* path, int flags, ...)
-{
-    OPEN_ARGUMENT(flags)
-    return opened(AT_FDCWD, path, flags, mode);
-}
-
 int openat(int folder, const char* path, int flags, ...)
-{
-    OPEN_ARGUMENT(flags)
-    return opened(folder, path, flags, mode);
-}
-
-int openat64(int folder, const char* path, int flags, ...)
 {
     OPEN_ARGUMENT(flags)
     return opened(folder, path, flags, mode);
@@ -264,11 +252,6 @@ ssize_t pwrite(int fd, const void* data, size_t size, off_t offset)
     return done;
 }
 
-ssize_t pwrite64(int fd, const void* data, size_t size, off64_t offset)
-{
-    return pwrite(fd, data, size, offset);
-}
-
 /* One part of several is less than was asked for, as a short write is. */
 ssize_t writev(int fd, const struct iovec* parts, int count)
 {
@@ -291,11 +274,6 @@ ssize_t sendfile(int to, int from, off_t* at, size_t size)
     (void)to, (void)from, (void)at, (void)size;
     errno = ENOSYS;
     return -1;
-}
-
-ssize_t sendfile64(int to, int from, off64_t* at, size_t size)
-{
-    return sendfile(to, from, at, size);
 }
 
 static int synced(int fd, long number, enum change change)
@@ -433,14 +411,16 @@ int ftruncate(int fd, off_t size)
     return result;
 }
 
-int ftruncate64(int fd, off64_t size)
-{
-    return ftruncate(fd, size);
-}
-
 /* Linux closes the descriptor even where it says that it failed. */
 int close(int fd)
 {
     const int result = (int)syscall(SYS_close, fd);
     return chosen(kind_close) ? -1 : result;
 }
+
+/* On 64-bit machines both are the same. */
+int open64(const char* path, int flags, ...) __attribute__((alias("open")));
+int openat64(int folder, const char* path, int flags, ...) __attribute__((alias("openat")));
+ssize_t pwrite64(int fd, const void* data, size_t size, off64_t offset) __attribute__((alias("pwrite")));
+ssize_t sendfile64(int to, int from, off64_t* at, size_t size) __attribute__((alias("sendfile")));
+int ftruncate64(int fd, off64_t size) __attribute__((alias("ftruncate")));

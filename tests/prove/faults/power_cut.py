@@ -155,8 +155,8 @@ def replay(place):
 
 def check_all(place, stride):
     """In Python: at each moment each unsynced change alone missing, each alone there, and the others of HOWS. `stride`: of how many
-    moments one is looked at. How many states that are, and what is wrong."""
-    seen, chance, faults = set(), random.Random(1), []
+    moments one is looked at. How many states that are, and how many of them are wrong."""
+    seen, chance, faults = set(), random.Random(1), 0
     for number, disk in itertools.islice(replay(place), 0, None, stride):
         some = disk.pending[-MOST_PENDING:]
         states = itertools.chain((disk.after_cut([changes], lambda file: "none") for changes in some),
@@ -170,7 +170,8 @@ def check_all(place, stride):
             try:
                 check(place, tree, number)
             except Fault as fault:
-                faults.append(f"after {number} of {len(place.events)} changes: {fault}")
+                print(f"after {number} of {len(place.events)} changes: {fault}\n", flush=True)
+                faults += 1
     return len(seen), faults
 
 

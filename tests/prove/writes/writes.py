@@ -21,7 +21,8 @@ STARTING = ("clone", "clone3", "fork", "vfork")
 TRACED = ("open", "openat", "openat2", "socket", "chdir", "fchdir", *WRITING, *STARTING)
 SMALL = {"scan.frames_count": 6, "scan.color_width_px": 128, "scan.color_height_px": 96, "scan.edge_m": 0.15, "mesh.max_faces": 3000,
          "atlas.size_px": 256, "uvmaps.heights_px": "[48]", "picture.size_px": 128, "texture.stroke_cm": 30, "texture.rounds_count": 1}
-SMALL_SCAN = {"scan.every": 25, "mesh.max_faces": 20000, "atlas.size_px": 256, "uvmaps.heights_px": "[64]"}
+SMALL_SCAN = {"scan.every": 25, "mesh.max_faces": 20000, "atlas.size_px": 1024, "uvmaps.heights_px": "[64]"}
+SMALL_PAINTING = {"texture.stroke_cm": 10, "texture.rounds_count": 1}
 # What a link names is not touched.
 ONLY_LAST = ("link", "linkat", "symlink", "symlinkat")
 # The C library asks there for the name of the user when another library wants to know it.
@@ -158,9 +159,9 @@ def main():
         cases.append((ready / "sweep.yaml", SMALL))
     if given.long and data.exists():
         scan = SMALL_SCAN | {"data": data}
-        picture = {"picture": ready / "demo.jpg"}
+        picture = {"picture": ready / "demo.jpg"} | SMALL_PAINTING
         cases += [(ready / "seven_scenes.yaml", scan | picture), (ready / "photo_texture.yaml", scan), (ready / "prepare.yaml", scan),
-                  (ready / "mesh.yaml", picture | {"model": data / "mesh.ply", "mesh.max_faces": 20000, "atlas.size_px": 256})]
+                  (ready / "mesh.yaml", picture | {"model": data / "mesh.ply", "mesh.max_faces": 20000, "atlas.size_px": 1024})]
     with tempfile.TemporaryDirectory(prefix="fresco-prove-") as work:
         readers = [trace(given, pathlib.Path(work).resolve(), *case) for case in cases]
     problems = [problem for reader in readers for problem in reader.problems]

@@ -24,7 +24,7 @@ class DatasetRead final : public Stage
     Output<Frames> frames{this, "frames", "The dataset's frames, with pictures as NPY files that need no codec"};
     Output<Image> style{this, "style", "The dataset's style picture; empty (0 x 0) if there is none"};
     Output<Mesh> mesh{this, "mesh", "The dataset's mesh, with texcoords"};
-    Option<InputFolder> path{this, "path", required, "Folder that contains dataset.json"};
+    Option<InputFolder> path{this, "path", required, folder_with({"dataset.json"}), "Folder of the dataset"};
 
     Cost cost() const override
     {

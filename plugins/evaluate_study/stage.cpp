@@ -78,7 +78,7 @@ class EvaluateStudy final : public Stage
                                      "How pictures are stored in the page"};
     Option<int> jpeg_quality{this, "jpeg_quality", 90, range(1, 100), "For image_format: jpeg"};
     evaluation::BootstrapOptions bootstrap{this, "Seed of the pictures' numbers and of the resampling"};
-    Option<InputFolder> results{this, "results", InputFolder{}, "Folder of the participants' results (*.json)"};
+    Option<InputFolder> results{this, "results", InputFolder{}, folder_with({"*.json"}), "Folder of the participants' results"};
     Option<InputFile> key{this, "key", InputFile{}, extensions({".json"}),
                           "Key of the earlier study that the results come from; replaces its pictures"};
     Option<OutputName> path{this, "path", OutputName{"study.html"}, "Name of the page, below --out; ends in .html"};

@@ -12,9 +12,12 @@ class ScanColmap final : public RecordingStage
 {
   public:
     ScanColmap()
-        : RecordingStage({.path = "Folder of the project, with the reconstruction in it, in sparse/0, sparse or colmap",
+        : RecordingStage({.path = "Folder of the project",
                           .frames = "The registered pictures, by name",
-                          .every = "Use every n-th picture"})
+                          .every = "Use every n-th picture",
+                          .folder = fresco::folder_with(
+                              {"cameras.*|sparse/0/cameras.*|sparse/cameras.*|colmap/sparse/0/cameras.*|colmap/cameras.*|"
+                               "colmap_sparse/0/cameras.*|colmap_sparse/cameras.*"})})
     {
     }
 

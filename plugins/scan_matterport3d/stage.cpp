@@ -17,9 +17,10 @@ class ScanMatterport3d final : public RecordingStage
 {
   public:
     ScanMatterport3d()
-        : RecordingStage({.path = "Folder of the house, which contains undistorted_camera_parameters and the pictures",
+        : RecordingStage({.path = "Folder of the house",
                           .frames = "The undistorted pictures with their depth",
-                          .every = "Use every n-th picture"})
+                          .every = "Use every n-th picture",
+                          .folder = fresco::folder_with({"undistorted_camera_parameters/*.conf"})})
     {
     }
 

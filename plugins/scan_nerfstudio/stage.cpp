@@ -11,7 +11,10 @@ using namespace fresco::recordings;
 class ScanNerfstudio final : public RecordingStage
 {
   public:
-    ScanNerfstudio() : RecordingStage({.path = "Folder that contains transforms.json", .frames = "The recorded views, by name"})
+    ScanNerfstudio()
+        : RecordingStage({.path = "Folder of the recording",
+                          .frames = "The recorded views, by name",
+                          .folder = fresco::folder_with({"transforms.json"}, "transforms")})
     {
     }
 

@@ -14,9 +14,10 @@ class ScanPolycam final : public RecordingStage
 {
   public:
     ScanPolycam()
-        : RecordingStage({.path = "Folder of the raw data export, which contains keyframes",
+        : RecordingStage({.path = "Folder of the raw data export",
                           .frames = "The keyframes, by time",
-                          .every = "Use every n-th keyframe"})
+                          .every = "Use every n-th keyframe",
+                          .folder = fresco::folder_with({"keyframes/cameras|keyframes/corrected_cameras"})})
     {
     }
 

@@ -14,7 +14,9 @@ class ScanReplica final : public RecordingStage
 {
   public:
     ScanReplica()
-        : RecordingStage({.path = "Folder of the scene, which contains results and traj.txt", .frames = "The rendered views"})
+        : RecordingStage({.path = "Folder of the scene",
+                          .frames = "The rendered views",
+                          .folder = fresco::folder_with({"results", "traj.txt"})})
     {
     }
 

@@ -14,9 +14,10 @@ class ScanScannet final : public RecordingStage
 {
   public:
     ScanScannet()
-        : RecordingStage({.path = "Folder of the exported scene, which contains color, depth, pose and the mesh",
+        : RecordingStage({.path = "Folder of the exported scene",
                           .frames = "The recorded views, each with a color and a depth camera",
-                          .every = "Use every n-th view"})
+                          .every = "Use every n-th view",
+                          .folder = fresco::folder_with({"color", "depth", "pose"})})
     {
     }
 

@@ -12,9 +12,10 @@ class ScanSevenScenes final : public RecordingStage
 {
   public:
     ScanSevenScenes()
-        : RecordingStage({.path = "Folder of the scan, which contains seq-01, seq-02, …",
+        : RecordingStage({.path = "Folder of the scan",
                           .frames = "The recorded views, each with a color and a depth camera",
-                          .every = "Use every n-th frame of each sequence"})
+                          .every = "Use every n-th frame of each sequence",
+                          .folder = fresco::folder_with({"seq-*"})})
     {
     }
 

@@ -16,9 +16,10 @@ class ScanTum final : public RecordingStage
 {
   public:
     ScanTum()
-        : RecordingStage({.path = "Folder that contains rgb.txt, depth.txt and groundtruth.txt",
+        : RecordingStage({.path = "Folder of the recording",
                           .frames = "The views that have color, depth and pose",
-                          .every = "Use every n-th view"})
+                          .every = "Use every n-th view",
+                          .folder = fresco::folder_with({"rgb.txt", "depth.txt", "groundtruth.txt"})})
     {
     }
 

@@ -47,6 +47,29 @@ bool flag_at(const Value& map, std::string_view key, bool otherwise)
     return entry ? entry->as_bool() : otherwise;
 }
 
+std::vector<std::string> texts_at(const Value& map, std::string_view key)
+{
+    std::vector<std::string> texts;
+    if (const Value* list = map.find(key))
+        for (const Value& text : list->as_list())
+            texts.push_back(text.as_string());
+    return texts;
+}
+
+/// " that contains a.txt and b.txt or b.bin".
+std::string contents_text(const OptionDeclaration& option)
+{
+    std::vector<std::string> entries;
+    for (std::string entry : option.contains)
+    {
+        for (std::size_t at = entry.find('|'); at != std::string::npos; at = entry.find('|', at))
+            entry.replace(at, 1, " or ");
+        entries.push_back(std::move(entry));
+    }
+    return (entries.empty() ? "" : " that contains " + join(entries)) +
+           (option.contains_unless.empty() ? "" : ", unless '" + option.contains_unless + "' is set");
+}
+
 std::string range_text(const OptionDeclaration& option)
 {
     if (option.min && option.max)
@@ -72,12 +95,10 @@ OptionDeclaration OptionDeclaration::from(const Value& description)
     option.required = flag_at(description, "required", false);
     option.min = number_at(description, "min");
     option.max = number_at(description, "max");
-    if (const Value* choices = description.find("choices"))
-        for (const Value& choice : choices->as_list())
-            option.choices.push_back(choice.as_string());
-    if (const Value* extensions = description.find("extensions"))
-        for (const Value& extension : extensions->as_list())
-            option.extensions.push_back(extension.as_string());
+    option.choices = texts_at(description, "choices");
+    option.extensions = texts_at(description, "extensions");
+    option.contains = texts_at(description, "contains");
+    option.contains_unless = text_at(description, "contains_unless");
     option.unit = text_at(description, "unit");
     option.in_key = flag_at(description, "in_key", true);
     option.component_kind = text_at(description, "component_kind");
@@ -104,10 +125,16 @@ Value OptionDeclaration::describe() const
         description.set("min", *min);
     if (max)
         description.set("max", *max);
-    if (!choices.empty())
-        description.set("choices", Value::List(choices.begin(), choices.end()));
-    if (!extensions.empty())
-        description.set("extensions", Value::List(extensions.begin(), extensions.end()));
+    const auto set_texts = [&](const char* key, const std::vector<std::string>& texts)
+    {
+        if (!texts.empty())
+            description.set(key, Value::List(texts.begin(), texts.end()));
+    };
+    set_texts("choices", choices);
+    set_texts("extensions", extensions);
+    set_texts("contains", contains);
+    if (!contains_unless.empty())
+        description.set("contains_unless", contains_unless);
     if (!unit.empty())
         description.set("unit", unit);
     if (!in_key)
@@ -142,7 +169,7 @@ std::string OptionDeclaration::accepted() const
     case OptionKind::input_file:
         return "the path of an existing file" + (extensions.empty() ? "" : " (" + join(extensions, " or ") + ")");
     case OptionKind::input_folder:
-        return "the path of an existing folder";
+        return "the path of an existing folder" + contents_text(*this);
     case OptionKind::output_name:
         return "a relative path below --out without '..'";
     case OptionKind::component:

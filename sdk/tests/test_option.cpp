@@ -59,6 +59,25 @@ TEST_CASE("An option's declaration is all that a reader of the pipeline needs")
     CHECK(options[7].at("kind").as_string() == "components");
 }
 
+TEST_CASE("The entries of a folder are told in words")
+{
+    struct Reader : fresco::Configurable
+    {
+        fresco::Option<fresco::InputFolder> path{this, "path", fresco::required,
+                                                 fresco::folder_with({"color", "a.txt|b.bin"}, "list"), "The scan"};
+        fresco::Option<fresco::InputFolder> results{this, "results", fresco::InputFolder{}, fresco::folder_with({"*.json"}),
+                                                    "The results"};
+    };
+    const Value description = Reader().describe();
+    const auto& options = description.at("options").as_list();
+    const auto path = fresco::OptionDeclaration::from(options.at(0));
+    CHECK(path.accepted() == "the path of an existing folder that contains color and a.txt or b.bin, unless 'list' is set");
+    CHECK(path.describe() == options[0]);
+    const auto results = fresco::OptionDeclaration::from(options.at(1));
+    CHECK(results.accepted() == "the path of an existing folder that contains *.json");
+    CHECK(results.describe() == options[1]);
+}
+
 TEST_CASE("Whole numbers are declared with the range of their type, so that it is refused before a run what a run would refuse")
 {
     struct Counter : fresco::Configurable

@@ -138,6 +138,22 @@ bool name_matches(std::string_view name, std::string_view pattern)
     return p == pattern.size();
 }
 
+bool has_entry(const fs::path& root, std::string_view pattern)
+{
+    const std::size_t slash = pattern.find('/');
+    const std::string_view name = pattern.substr(0, slash);
+    const auto rest_in = [&](const fs::path& entry)
+    { return slash == std::string_view::npos || has_entry(entry, pattern.substr(slash + 1)); };
+    std::error_code failure;
+    if (name.find_first_of("*?") == std::string_view::npos)
+        return fs::exists(root / name, failure) && rest_in(root / name);
+    fs::directory_iterator entry(root, failure);
+    for (; !failure && entry != fs::directory_iterator(); entry.increment(failure))
+        if (name_matches(entry->path().filename().string(), name) && rest_in(entry->path()))
+            return true;
+    return false;
+}
+
 GlobMeasure measure_files(const fs::path& root, std::string_view pattern, std::uint64_t entry_limit)
 {
     std::error_code failure;

@@ -20,6 +20,9 @@ struct GlobMeasure
 /// folders are not followed. Looks at no more than `entry_limit` entries, 16 folders deep.
 GlobMeasure measure_files(const std::filesystem::path& root, std::string_view pattern, std::uint64_t entry_limit = 200'000);
 
+/// Whether there is a file or folder below `root` whose path relative to it matches `pattern`: '*' and '?' within one name.
+bool has_entry(const std::filesystem::path& root, std::string_view pattern);
+
 /// One name against one pattern with '*' and '?'.
 bool name_matches(std::string_view name, std::string_view pattern);
 

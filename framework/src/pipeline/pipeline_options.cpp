@@ -1,12 +1,17 @@
 #include "pipeline/pipeline_options.h"
+#include "base/glob.h"
 #include <fresco/wording.h>
 
 #include <algorithm>
+#include <ranges>
+#include <unistd.h>
 
 namespace fresco::host
 {
 namespace
 {
+namespace fs = std::filesystem;
+
 /// Defaults may name components whose defaults name components; without an end only by a plugin's mistake.
 constexpr std::size_t nesting_limit = 16;
 
@@ -29,6 +34,42 @@ bool is_needed(const OptionDeclaration& option, const TypeDeclaration& type, con
                     return true;
     return false;
 }
+
+/// Of the entries (see folder_with) those that the folder lacks, each alternative by itself.
+std::vector<std::string> missing_entries(const fs::path& folder, const std::vector<std::string>& entries)
+{
+    std::vector<std::string> missing;
+    for (const std::string& entry : entries)
+    {
+        std::vector<std::string> names;
+        for (const auto name : std::views::split(entry, '|'))
+            names.emplace_back(name.begin(), name.end());
+        if (std::ranges::none_of(names, [&](const std::string& name) { return has_entry(folder, name); }))
+            missing.insert(missing.end(), names.begin(), names.end());
+    }
+    return missing;
+}
+
+/// Whether an option that the stage needs is of such a folder.
+bool reads_folder(const TypeDeclaration& stage, const fs::path& folder)
+{
+    return std::ranges::any_of(
+        stage.options, [&](const OptionDeclaration& option)
+        { return option.required && !option.contains.empty() && missing_entries(folder, option.contains).empty(); });
+}
+
+/// The folder around it, or the only one in it, that has the entries: archives are unpacked into a folder more or less.
+fs::path neighbor_with(const fs::path& folder, const std::vector<std::string>& entries)
+{
+    std::vector<fs::path> candidates{(folder / "..").lexically_normal()};
+    std::error_code failure;
+    for (fs::directory_iterator entry(folder, failure); !failure && entry != fs::directory_iterator(); entry.increment(failure))
+        if (std::error_code unknown; entry->is_directory(unknown))
+            candidates.push_back(entry->path());
+    std::erase_if(candidates, [&](const fs::path& candidate) { return !missing_entries(candidate, entries).empty(); });
+    return candidates.size() == 1 ? candidates.front() : fs::path();
+}
+
 }  // namespace
 
 Value OptionChecker::complete(const KnownType& type, YamlNode config, const std::vector<std::string>& taken,
@@ -66,11 +107,35 @@ Value OptionChecker::complete(const KnownType& type, YamlNode config, const std:
             continue;
         const YamlNode node = written ? written->value : yaml_from_value(option.default_value, config);
         Value value = option.is_slot() ? complete_slot(option, node, user, uses) : check_plain(option, node, user, uses);
+        if (option.kind == OptionKind::input_folder && value.is_string() && !value.as_string().empty() &&
+            !config.find(option.contains_unless))
+            check_folder(option, value.as_string(), node, user);
         const bool nothing = value.is_null() || (option.kind == OptionKind::output_name && value.as_string().empty());
         if (!nothing)
             result.set(option.name, std::move(value));
     }
     return result;
+}
+
+void OptionChecker::check_folder(const OptionDeclaration& option, const fs::path& folder, const YamlNode& node,
+                                 const std::string& user)
+{
+    const std::vector<std::string> missing = missing_entries(folder, option.contains);
+    if (missing.empty() || ::access((folder / ".").c_str(), R_OK | X_OK) != 0)
+        return;
+    std::vector<std::string> instead;
+    for (const TypeDescription* type : types_.of_kind("stage"))
+        if (const KnownType known = types_.find(type->type, "stage"); known && reads_folder(*known.declaration, folder))
+            instead.push_back(type->type);
+    std::string meant;
+    if (!instead.empty())
+        meant = "; " + join(instead, " or ") + (instead.size() == 1 ? " reads" : " read") + " such a folder";
+    else if (const fs::path other = neighbor_with(folder, option.contains); !other.empty())
+        meant = "; set it to '" + other.string() + "'";
+    problems_.add(node.position(),
+                  user + ": option '" + option.name + "': '" + folder.string() + "' does not contain " + join(missing, " or ") +
+                      meant,
+                  ProblemKind::missing_input);
 }
 
 Value OptionChecker::check_plain(const OptionDeclaration& option, const YamlNode& node, const std::string& user, OptionUses& uses)

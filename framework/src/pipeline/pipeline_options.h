@@ -41,6 +41,8 @@ class OptionChecker
                              const std::string& user, OptionUses& uses);
 
   private:
+    void check_folder(const OptionDeclaration& option, const std::filesystem::path& folder, const YamlNode& node,
+                      const std::string& user);
     Value complete_slot(const OptionDeclaration& option, const YamlNode& node, const std::string& user, OptionUses& uses);
     Value check_plain(const OptionDeclaration& option, const YamlNode& node, const std::string& user, OptionUses& uses);
 

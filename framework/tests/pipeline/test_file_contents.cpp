@@ -118,3 +118,60 @@ TEST_CASE("Files of options and inputs are looked at when the pipeline is checke
           std::vector<std::string>{"p.yaml:3:30: error: stage 'a' (scan.file): option 'path': " + is_folder});
     CHECK_THAT(problems("{type: scan.folder, path: good.ply}").at(0), EndsWith("good.ply' is not a folder"));
 }
+
+TEST_CASE("Folders of options are looked into when the pipeline is checked", "[pipeline]")
+{
+    Catalog catalog = hand_made_catalog();
+    const auto add = [&](const std::string& type, const std::string& declaration)
+    {
+        catalog.add(described(type, "stage", R"({"inputs": [], "outputs": [], "options": [)" + declaration + R"(,
+            {"name": "list", "kind": "input_file", "default": "", "help": "Another list"}]})"));
+    };
+    add("scan.frames", R"({"name": "path", "kind": "input_folder", "required": true, "help": "The scan",
+                           "contains": ["seq-*/frame-?.png|all.mp4", "poses.txt"]})");
+    add("scan.listed", R"({"name": "path", "kind": "input_folder", "default": "", "help": "The scan",
+                           "contains": ["list.txt"], "contains_unless": "list"})");
+    add("scan.posed",
+        R"({"name": "path", "kind": "input_folder", "required": true, "help": "The scan", "contains": ["poses.*"]})");
+    const TemporaryFolder folder;
+    folder.write("good/seq-02/frame-1.png", "");
+    folder.write("good/seq-01/notes.txt", "");
+    folder.write("good/poses.txt", "");
+    folder.write("video/all.mp4", "");
+    folder.write("video/poses.txt", "");
+    folder.write("posed/poses.json", "");
+    folder.write("unpacked/scan/list.txt", "");
+    folder.write("unpacked/list.md", "");
+    const auto problems = [&](const std::string& type, const std::string& options)
+    {
+        const auto result = check(folder, "version: 1\nstages:\n  a: {type: " + type + ", " + options + "}\n", catalog);
+        CHECK(result.exit_code() == (result.problems.empty() ? 0 : 3));
+        return lines(result);
+    };
+    const auto problem = [&](const std::string& type, const std::string& path, const std::string& text)
+    {
+        return std::vector<std::string>{"p.yaml:3:32: error: stage 'a' (" + type + "): option 'path': '" +
+                                        (folder.path() / path).string() + "' does not contain " + text};
+    };
+    CHECK(problems("scan.frames", "path: good").empty());
+    CHECK(problems("scan.frames", "path: video").empty());
+    CHECK(problems("scan.frames", "path: unpacked") ==
+          problem("scan.frames", "unpacked", "seq-*/frame-?.png, all.mp4 or poses.txt"));
+    // Another stage reads it.
+    CHECK(problems("scan.listed", "path: video") ==
+          problem("scan.listed", "video", "list.txt; scan.frames or scan.posed read such a folder"));
+    CHECK(problems("scan.frames", "path: posed") ==
+          problem("scan.frames", "posed", "seq-*/frame-?.png, all.mp4 or poses.txt; scan.posed reads such a folder"));
+    // One level off.
+    const std::string meant = "list.txt; set it to '" + (folder.path() / "unpacked/scan").string() + "'";
+    CHECK(problems("scan.listed", "path: unpacked") == problem("scan.listed", "unpacked", meant));
+    CHECK(problems("scan.posed", "path: good/seq-01") ==
+          problem("scan.posed", "good/seq-01", "poses.*; set it to '" + (folder.path() / "good").string() + "/'"));
+    folder.write("unpacked/other/list.txt", "");
+    CHECK(problems("scan.listed", "path: unpacked") == problem("scan.listed", "unpacked", "list.txt"));
+    // Where the option says otherwise, and without a folder.
+    CHECK(problems("scan.listed", "path: unpacked, list: good/poses.txt").empty());
+    CHECK(problems("scan.listed", "path: ''").empty());
+    CHECK_THAT(problems("scan.posed", "path: nowhere").at(0),
+               EndsWith("no such folder '" + (folder.path() / "nowhere").string() + "'"));
+}

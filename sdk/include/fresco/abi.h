@@ -12,7 +12,8 @@
  *      UvMaps::write_map with uv_bits
  *   6  Texture::atlas, UvMaps::atlas, ImageIo::read_with_alpha
  *   7  Cost of numbers and sizes; Artifact::preview, OutputPort::load; Parameter with an OptionDeclaration, virtual
- *      Artifact::save and write_exchange, ports with an ArtifactType; OptionDeclaration::extensions;
+ *      Artifact::save and write_exchange, ports with an ArtifactType; OptionDeclaration::extensions and
+ *      contains;
  *      ArtifactFolder::references, TexturedMesh::mesh_folder, Mesh::texture_px,
  *      UvMaps::texture_px and uv_bits; outputs that may be left out
  */

@@ -87,6 +87,19 @@ inline Extensions extensions(std::initializer_list<const char*> accepted)
     return {{accepted.begin(), accepted.end()}};
 }
 
+/// What the folder of an InputFolder must contain: names of files and folders, "traj.txt", with '*' and '?' within a name,
+/// "seq-*", and '|' between alternatives, "sparse/cameras.bin|sparse/cameras.txt". fresco check refuses another folder, except
+/// where the option `unless` is set, which says where to look instead.
+struct FolderWith
+{
+    std::vector<std::string> entries;
+    std::string unless;
+};
+inline FolderWith folder_with(std::initializer_list<const char*> entries, std::string unless = "")
+{
+    return {{entries.begin(), entries.end()}, std::move(unless)};
+}
+
 /// In place of a default: the pipeline must give a value.
 struct Required
 {
@@ -138,6 +151,23 @@ class Option final : public Parameter
         : Option(
               owner, T{},
               {.name = std::move(name), .required = true, .extensions = std::move(accepted.extensions), .help = std::move(help)})
+    {
+    }
+    Option(Configurable* owner, std::string name, T value, FolderWith expected, std::string help)
+        : Option(owner, std::move(value),
+                 {.name = std::move(name),
+                  .contains = std::move(expected.entries),
+                  .contains_unless = std::move(expected.unless),
+                  .help = std::move(help)})
+    {
+    }
+    Option(Configurable* owner, std::string name, Required, FolderWith expected, std::string help)
+        : Option(owner, T{},
+                 {.name = std::move(name),
+                  .required = true,
+                  .contains = std::move(expected.entries),
+                  .contains_unless = std::move(expected.unless),
+                  .help = std::move(help)})
     {
     }
     Option(Configurable* owner, std::string name, Required, std::string help)

@@ -57,6 +57,8 @@ struct OptionDeclaration
     std::optional<double> max{};
     std::vector<std::string> choices{};
     std::vector<std::string> extensions{};  ///< Of an input file, lower case, with the dot; empty: any.
+    std::vector<std::string> contains{};    ///< Entries of an input folder, as fresco::folder_with has them; empty: any.
+    std::string contains_unless{};          ///< The option that, where it is set, makes `contains` not matter.
     std::string unit{};
     bool in_key = true;
     std::string component_kind{};

@@ -20,7 +20,7 @@ PathOption path_option(Configurable* owner, const RecordingHelp& help)
 {
     if (!help.extensions.extensions.empty())
         return PathOption(std::in_place_type<Option<InputFile>>, owner, "path", required, help.extensions, help.path);
-    return PathOption(std::in_place_type<Option<InputFolder>>, owner, "path", required, help.path);
+    return PathOption(std::in_place_type<Option<InputFolder>>, owner, "path", required, help.folder, help.path);
 }
 
 std::vector<RecordedView> every_nth(std::vector<RecordedView> views, int every, bool of_sequence)

@@ -31,6 +31,7 @@ struct RecordingHelp
     std::string path;
     std::string frames;
     std::string every = "Use every n-th frame";
+    FolderWith folder{};      ///< Of `path` where it is a folder.
     Extensions extensions{};  ///< Of `path` where it is a file; empty: a folder.
 };
 

@@ -3,6 +3,7 @@
 #include <fresco/mesh.h>
 #include <fresco/stage.h>
 
+#include <fmt/format.h>
 #include <numeric>
 #include <string>
 
@@ -33,11 +34,10 @@ class AtlasFaceBlocks final : public fresco::Stage
         const blocks::Layout layout{.size_px = *size_px, .block_px = *block_px};
         const auto faces = mesh->triangles.size();
         if (faces > layout.blocks_count())
-            throw fresco::Error(std::to_string(faces) + " faces, but a texture of " + std::to_string(*size_px) +
-                                " texels has room for " + std::to_string(layout.blocks_count()) + " blocks of " +
-                                std::to_string(*block_px) + ": set size_px to " +
-                                std::to_string(blocks::smallest_size_px(faces, *block_px)) +
-                                ", decimate the mesh further, or set a smaller block_px");
+            throw fresco::Error(fmt::format("{} faces, but a texture of {} texels has room for {} blocks of {}: set size_px to "
+                                            "{}, decimate the mesh further, or set a smaller block_px",
+                                            faces, *size_px, layout.blocks_count(), *block_px,
+                                            blocks::smallest_size_px(faces, *block_px)));
         fresco::Mesh result = *mesh;
         result.texcoords = blocks::texcoords(faces, layout);
         result.charts.resize(faces);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fmt/format.h>
 #include <string>
 
 namespace
@@ -22,10 +23,9 @@ void check_texcoords(const fresco::Mesh& mesh)
     {
         const auto uv = mesh.texcoords[c];
         if (!(uv.x >= 0 && uv.x <= 1 && uv.y >= 0 && uv.y <= 1))
-            throw fresco::Error("face " + std::to_string(c / 3) + " has the texture coordinate (" + std::to_string(uv.x) + ", " +
-                                std::to_string(uv.y) +
-                                ") outside [0,1]: the texture repeats or has several tiles; lay it out in one tile, or make an "
-                                "atlas with atlas.project");
+            throw fresco::Error(fmt::format("face {} has the texture coordinate ({}, {}) outside [0,1]: the texture repeats or "
+                                            "has several tiles; lay it out in one tile, or make an atlas with atlas.project",
+                                            c / 3, uv.x, uv.y));
     }
 }
 
@@ -58,10 +58,9 @@ class AtlasKeep final : public fresco::Stage
         run.report("overlap_share", measures.overlap_share);
         run.report("mirrored_share", measures.mirrored_share);
         if (measures.overlap_share > 0)
-            run.warning("faces with " + std::to_string(std::lround(1000 * measures.overlap_share) / 10) + "." +
-                        std::to_string(std::lround(1000 * measures.overlap_share) % 10) +
-                        " % of the atlas's area lie on other faces: these parts of the surface will show the same paint; "
-                        "atlas.project makes an atlas without overlaps");
+            run.warning(fmt::format("faces with {:.1f} % of the atlas's area lie on other faces: these parts of the surface will "
+                                    "show the same paint; atlas.project makes an atlas without overlaps",
+                                    100 * measures.overlap_share));
         atlas = std::move(kept);
     }
 };

@@ -9,6 +9,7 @@
 
 #include <cstdio>
 #include <deque>
+#include <fmt/format.h>
 #include <map>
 
 namespace
@@ -166,8 +167,8 @@ class Command final : public fresco::Stage
             throw fresco::Error("'" + shown_command(words) + "' was killed by a signal: " + fresco::signal_text(end.signal) +
                                 printed.tail());
         if (end.exit_code != 0)
-            throw fresco::Error("'" + shown_command(words) + "' ended with exit code " + std::to_string(end.exit_code) +
-                                printed.tail());
+            throw fresco::Error(
+                fmt::format("'{}' ended with exit code {}{}", shown_command(words), end.exit_code, printed.tail()));
     }
 };
 

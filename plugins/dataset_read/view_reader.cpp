@@ -6,6 +6,7 @@
 #include <fresco/uv_maps.h>
 
 #include <algorithm>
+#include <fmt/format.h>
 #include <string>
 #include <vector>
 
@@ -90,7 +91,7 @@ ReadView read_view(const dataset::Manifest& manifest, std::size_t view, const Vi
     frame.depth = entry.depth;
     const auto write = [&](const char* quantity, const auto& picture)
     {
-        const auto file = folders.frames / (std::to_string(view) + "." + quantity + ".npy");
+        const auto file = folders.frames / fmt::format("{}.{}.npy", view, quantity);
         write_file(file, dataset::to_npy(picture));
         return PictureFile{file, ""};
     };

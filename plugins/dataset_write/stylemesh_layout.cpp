@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <array>
+#include <fmt/format.h>
 #include <set>
 #include <span>
 #include <utility>
@@ -38,10 +39,8 @@ std::string pose_text(const RigidTransform& world_from_camera)
 
 std::string camera_lines(const Intrinsics& k, const std::string& name)
 {
-    const auto line = [&](const std::string& key, const std::string& value) { return key + " = " + value + "\n"; };
-    return line(name + "Height", std::to_string(k.height)) + line(name + "Width", std::to_string(k.width)) +
-           line("fx_" + name, text_of(k.fx)) + line("fy_" + name, text_of(k.fy)) + line("mx_" + name, text_of(k.cx)) +
-           line("my_" + name, text_of(k.cy));
+    return fmt::format("{0}Height = {1}\n{0}Width = {2}\nfx_{0} = {3}\nfy_{0} = {4}\nmx_{0} = {5}\nmy_{0} = {6}\n", name,
+                       k.height, k.width, text_of(k.fx), text_of(k.fy), text_of(k.cx), text_of(k.cy));
 }
 
 void check_scene_name(const std::string& scene)
@@ -92,7 +91,7 @@ StylemeshLayout::StylemeshLayout(std::string scene, const UvMaps& maps, const Fr
 
 std::string StylemeshLayout::file(const std::string& folder, std::size_t view, const std::string& extension) const
 {
-    return "train/images/" + scene_ + "/" + folder + "/" + std::to_string(number(view)) + extension;
+    return fmt::format("train/images/{}/{}/{}{}", scene_, folder, number(view), extension);
 }
 
 WrittenFiles StylemeshLayout::write_view(const std::filesystem::path& folder, std::size_t view, const ImageIo& images) const
@@ -114,7 +113,7 @@ WrittenFiles StylemeshLayout::write_view(const std::filesystem::path& folder, st
     for (std::size_t level = 0; level < maps_.heights_px.size(); ++level)
     {
         const UvMap map = checked_map(maps_, view, level);
-        write(file("uv_" + std::to_string(maps_.heights_px[level]), view, ".npy"), dataset::to_npy(map.uv));
+        write(file(fmt::format("uv_{}", maps_.heights_px[level]), view, ".npy"), dataset::to_npy(map.uv));
         if (level != 0)
             continue;
         write(file("uv", view, ".angle.npy"), one_channel(map.cosine));

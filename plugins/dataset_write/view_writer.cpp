@@ -8,6 +8,7 @@
 #include <fresco/images/sharpness.h>
 #include <fresco/uv_mapping/view_frames.h>
 
+#include <fmt/format.h>
 #include <set>
 #include <utility>
 
@@ -45,8 +46,7 @@ std::vector<std::size_t> checked_frames(const UvMaps& maps, const Frames& frames
 UvMap checked_map(const UvMaps& maps, std::size_t view, std::size_t level)
 {
     UvMap map = maps.load_map(view, level);
-    const std::string source =
-        "the uv map of " + name_of(maps.views[view]) + " at " + std::to_string(maps.heights_px[level]) + " px";
+    const std::string source = fmt::format("the uv map of {} at {} px", name_of(maps.views[view]), maps.heights_px[level]);
     dataset::check_valid(map.valid, maps.views[view].valid_pixels[level], source + ", validity");
     dataset::check_uv(map.uv, source + ", uv");
     dataset::check_depth(map.depth, map.valid, source + ", depth");

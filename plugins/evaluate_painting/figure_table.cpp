@@ -4,6 +4,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <fmt/format.h>
 
 using fresco::Value;
 
@@ -91,8 +92,7 @@ std::string ranges_line(const std::vector<Figure>& figures)
 {
     std::vector<Figure> missed;
     std::ranges::copy_if(figures, std::back_inserter(missed), [](const Figure& figure) { return !figure.is_inside(); });
-    std::string text =
-        std::to_string(figures.size() - missed.size()) + " of " + std::to_string(figures.size()) + " figures in the wanted range";
+    std::string text = fmt::format("{} of {} figures in the wanted range", figures.size() - missed.size(), figures.size());
     for (const Figure& figure : missed)
         text += (figure.name == missed.front().name ? "; " : ", ") + figure.name + " " + digits(figure.value) + " (wanted " +
                 figure.wanted.text() + ")";

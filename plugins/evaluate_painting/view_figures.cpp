@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fmt/format.h>
 #include <limits>
 #include <string>
 
@@ -34,8 +35,8 @@ double ratio(double value, double reference)
 Raster8 on_white(const Raster8& picture)
 {
     if (picture.empty() || (picture.channels != 1 && picture.channels != 3 && picture.channels != 4))
-        throw Error("the picture on port 'style' is " + std::to_string(picture.width) + " x " + std::to_string(picture.height) +
-                    " with " + std::to_string(picture.channels) + " channels; expected 1 (gray), 3 (RGB) or 4 (RGBA)");
+        throw Error(fmt::format("the picture on port 'style' is {} x {} with {} channels; expected 1 (gray), 3 (RGB) or 4 (RGBA)",
+                                picture.width, picture.height, picture.channels));
     Raster8 rgb(picture.width, picture.height, 3);
     for (std::size_t i = 0; i * 3 < rgb.values.size(); ++i)
         for (std::size_t c = 0; c < 3; ++c)
@@ -54,8 +55,9 @@ RasterF style_lab(const Raster8& picture)
     const int longer = std::max(picture.width, picture.height);
     const Raster8 rgb = on_white(picture);
     if (longer > longest_style * shorter)
-        throw Error("the picture on port 'style' is " + std::to_string(picture.width) + " x " + std::to_string(picture.height) +
-                    "; its longer side may be at most " + std::to_string(longest_style) + " times the shorter one; crop it");
+        throw Error(fmt::format(
+            "the picture on port 'style' is {} x {}; its longer side may be at most {} times the shorter one; crop it",
+            picture.width, picture.height, longest_style));
     const auto side = [&](int px) { return static_cast<int>(std::lround(static_cast<double>(px) * style_side_px / shorter)); };
     return lab_picture(resized(rgb, side(picture.width), side(picture.height)));
 }

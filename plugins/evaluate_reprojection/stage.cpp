@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <array>
+#include <fmt/format.h>
 
 using namespace fresco;
 using evaluation::PosedPicture;
@@ -106,12 +107,11 @@ class EvaluateReprojection final : public Stage
             gap.without_target = pictures.size() - gap.pairs.size();
         }
         if (result[0].pairs.empty() && result[1].pairs.empty())
-            throw Error("none of the " + std::to_string(pictures.size()) + " frames with a picture has another " +
-                        std::to_string(result[0].length) + " or " + std::to_string(result[1].length) +
-                        (paper
-                             ? " recorded numbers later (the smallest difference is " + std::to_string(smallest_gap(places)) + ")"
-                             : " list positions away") +
-                        ": set short_gap and long_gap, or render more frames");
+            throw Error(fmt::format(
+                "none of the {} frames with a picture has another {} or {}{}: set short_gap and long_gap, or render more frames",
+                pictures.size(), result[0].length, result[1].length,
+                paper ? fmt::format(" recorded numbers later (the smallest difference is {})", smallest_gap(places))
+                      : " list positions away"));
         for (Gap& gap : result)
             std::erase_if(gap.pairs, [&](const FramePair& pair) { return pair.source % static_cast<std::size_t>(*every) != 0; });
         return result;
@@ -171,14 +171,14 @@ class EvaluateReprojection final : public Stage
         }
         for (const auto& [key, value] : entry)
             run.report(gap.name + "_" + key, value);
-        run.message(gap.name + ": " + std::to_string(all.kept) + " pairs " + std::to_string(gap.length) + " apart, " +
-                    std::to_string(all.dropped) + " dropped (too little in common), " + std::to_string(gap.without_target) +
-                    " frames without a target");
+        run.message(fmt::format("{}: {} pairs {} apart, {} dropped (too little in common), {} frames without a target", gap.name,
+                                all.kept, gap.length, all.dropped, gap.without_target));
         if (all.kept == 0)
             run.warning("the " + gap.name + " range has no pair: its figures are undefined");
         else if (all.invalid)
-            run.warning("the " + gap.name + " figures are invalid: " + std::to_string(all.flat) + " of " +
-                        std::to_string(all.kept) + " pictures have no detail, and a flat picture is consistent with anything");
+            run.warning(fmt::format(
+                "the {} figures are invalid: {} of {} pictures have no detail, and a flat picture is consistent with anything",
+                gap.name, all.flat, all.kept));
         Value::List list;
         for (const PairFigures& pair : gap.figures)
             list.push_back(pair_value(pair, pictures));

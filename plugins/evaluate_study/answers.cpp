@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fmt/format.h>
 #include <map>
 #include <set>
 #include <tuple>
@@ -27,8 +28,7 @@ std::size_t index_from(const Value& value, std::size_t count, const char* entry)
 {
     const std::int64_t index = value.as_int();
     if (index < 0 || index >= static_cast<std::int64_t>(count))
-        throw Error(std::string(entry) + ": " + std::to_string(index) + "; the study has " + std::to_string(count) +
-                    ", numbered from 0");
+        throw Error(fmt::format("{}: {}; the study has {}, numbered from 0", entry, index, count));
     return static_cast<std::size_t>(index);
 }
 
@@ -61,8 +61,7 @@ Answer answer_from(const Value& value, const Study& study)
     const std::string& ours = study.design.ours;
     const bool is_compared = ours.empty() || left.method == ours || right.method == ours;
     if (left.name != right.name || left.method == right.method || !is_compared)
-        throw Error("the pictures " + std::to_string(answer.left) + " and " + std::to_string(answer.right) +
-                    " are not a pair of the study");
+        throw Error(fmt::format("the pictures {} and {} are not a pair of the study", answer.left, answer.right));
     return answer;
 }
 
@@ -80,8 +79,8 @@ AnswerSheet sheet_from_value(const Value& root, const Study& study)
 {
     StrictMap entries(root);
     if (entries.take("format") != Value(sheet_format) || entries.take("version") != Value(sheet_version))
-        throw Error("not the answers of a study, version " + std::to_string(sheet_version) +
-                    "; keep only files that the page wrote in this folder");
+        throw Error(fmt::format("not the answers of a study, version {}; keep only files that the page wrote in this folder",
+                                sheet_version));
     if (entries.take("study") != Value(study.id))
         throw Error("answers of another study; move the file away, or set option \"key\" to that study's key");
     AnswerSheet sheet;
@@ -90,7 +89,7 @@ AnswerSheet sheet_from_value(const Value& root, const Study& study)
     std::set<std::tuple<std::size_t, std::size_t, std::size_t>> known;
     for (const Value& value : entries.take("answers").as_list())
     {
-        const std::string place = "answers[" + std::to_string(sheet.answers.size()) + "]: ";
+        const std::string place = fmt::format("answers[{}]: ", sheet.answers.size());
         try
         {
             const Answer answer = answer_from(value, study);
@@ -105,8 +104,8 @@ AnswerSheet sheet_from_value(const Value& root, const Study& study)
     }
     entries.refuse_others();
     if (sheet.answers.size() > static_cast<std::size_t>(study.pairs_count))
-        throw Error("answers: " + std::to_string(sheet.answers.size()) + "; expected at most " +
-                    std::to_string(study.pairs_count) + ", the pairs that a participant sees");
+        throw Error(fmt::format("answers: {}; expected at most {}, the pairs that a participant sees", sheet.answers.size(),
+                                study.pairs_count));
     return sheet;
 }
 

@@ -6,6 +6,7 @@
 #include <fresco/strict_map.h>
 
 #include <algorithm>
+#include <fmt/format.h>
 #include <set>
 
 namespace study
@@ -66,7 +67,7 @@ std::vector<Hint> hints_from_value(const Value& value)
         }
         catch (const Error& error)
         {
-            throw Error("hints[" + std::to_string(hints.size()) + "]: " + error.what());
+            throw Error(fmt::format("hints[{}]: {}", hints.size(), error.what()));
         }
     return hints;
 }
@@ -83,8 +84,8 @@ void check_design(const Study& study)
         if (!has(&Picture::name, hint.name))
             throw Error("a hint names the view " + hint.name + ", which has no pictures in the study");
         if (hint.question && *hint.question >= study.questions.size())
-            throw Error("a hint names question " + std::to_string(*hint.question) + "; there are " +
-                        std::to_string(study.questions.size()) + ", numbered from 0");
+            throw Error(
+                fmt::format("a hint names question {}; there are {}, numbered from 0", *hint.question, study.questions.size()));
     }
 }
 
@@ -239,7 +240,7 @@ Study key_from(std::string_view text, std::string_view source)
     {
         fresco::StrictMap entries(root);
         if (entries.take("format") != Value(key_format) || entries.take("version") != Value(key_version))
-            throw Error("not the key of a study, version " + std::to_string(key_version));
+            throw Error(fmt::format("not the key of a study, version {}", key_version));
         Study study;
         study.id = entries.take("study").as_string();
         for (const Value& question : entries.take("questions").as_list())

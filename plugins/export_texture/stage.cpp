@@ -35,8 +35,7 @@ class ExportTexture final : public Stage
         write_file(file, bytes);
         encoding.check(file, picture);
 
-        const std::string side = std::to_string(picture.width);
-        run.message(valid_line(path->path, bytes.size(), side + " x " + side + " texels"));
+        run.message(valid_line(path->path, bytes.size(), fmt::format("{0} x {0} texels", picture.width)));
         run.report("texture_px", picture.width);
         run.report("bytes", bytes.size());
         Files result;

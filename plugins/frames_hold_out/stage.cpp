@@ -1,6 +1,8 @@
 #include <fresco/frames.h>
 #include <fresco/stage.h>
 
+#include <fmt/format.h>
+
 namespace
 {
 
@@ -22,8 +24,8 @@ class FramesHoldOut final : public fresco::Stage
             (position >= 0 && position % *every_count == 0 ? rest : kept).frames.push_back(frames->frames[i]);
         }
         if (kept.frames.empty() || rest.frames.empty())
-            throw fresco::Error(std::to_string(rest.frames.size()) + " of " + std::to_string(frames->frames.size()) +
-                                " frames would be held out; lower first_count, or use more frames");
+            throw fresco::Error(fmt::format("{} of {} frames would be held out; lower first_count, or use more frames",
+                                            rest.frames.size(), frames->frames.size()));
         run.report("training", kept.frames.size());
         run.report("held_out", rest.frames.size());
         training = std::move(kept);

@@ -6,6 +6,7 @@
 #include <fresco/image_io.h>
 #include <fresco/stage.h>
 
+#include <fmt/format.h>
 #include <utility>
 
 namespace
@@ -57,8 +58,8 @@ class OpenCvImages final : public fresco::ImageIo
         auto [info, picture] = read(file);
         auto* const depth = std::get_if<fresco::Raster16>(&picture);
         if (!info.is_gray || depth == nullptr)
-            throw fresco::Error(file.string() + ": expected a depth picture (PNG, one channel of 16 bits), found " +
-                                std::to_string(info.bits) + " bits" + (info.is_gray ? "" : " and colors"));
+            throw fresco::Error(fmt::format("{}: expected a depth picture (PNG, one channel of 16 bits), found {} bits{}",
+                                            file.string(), info.bits, info.is_gray ? "" : " and colors"));
         return std::move(*depth);
     }
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <fmt/format.h>
 #include <string_view>
 
 namespace image_opencv
@@ -84,7 +85,7 @@ class JpegWalk
             bytes_.fail(begin, "unexpected marker: the file is damaged");
         const std::size_t length = bytes_.u16(next_);
         if (length < 2)
-            bytes_.fail(next_, "a segment of " + std::to_string(length) + " bytes: the file is damaged");
+            bytes_.fail(next_, fmt::format("a segment of {} bytes: the file is damaged", length));
         const std::size_t at = next_ + 2;
         const auto data = bytes_.part(at, length - 2);
         next_ += length;
@@ -107,11 +108,11 @@ class JpegWalk
         if (size < 6 || size != 6 + 3 * std::size_t{bytes_.u8(at + 5)})
             bytes_.fail(at, "a frame header of the wrong length: the file is damaged");
         if (const unsigned precision = bytes_.u8(at); precision != 8)
-            bytes_.fail(at, std::to_string(precision) + " bits per sample; expected 8");
+            bytes_.fail(at, fmt::format("{} bits per sample; expected 8", precision));
         bytes_.check_size(at + 1, bytes_.u16(at + 3), bytes_.u16(at + 1));
         components_ = bytes_.u8(at + 5);
         if (components_ != 1 && components_ != 3 && components_ != 4)
-            bytes_.fail(at + 5, std::to_string(components_) + " color components; expected 1, 3 or 4");
+            bytes_.fail(at + 5, fmt::format("{} color components; expected 1, 3 or 4", components_));
         info_.format = PictureFormat::jpeg;
         info_.height = static_cast<int>(bytes_.u16(at + 1));
         info_.width = static_cast<int>(bytes_.u16(at + 3));

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <fmt/format.h>
 #include <initializer_list>
 #include <limits>
 #include <string>
@@ -58,8 +59,8 @@ std::vector<std::byte> encode(const fresco::Raster<T>& image, const char* extens
 {
     const auto refuse = [&](const std::string& why)
     {
-        throw fresco::Error("a picture of " + std::to_string(image.width) + " x " + std::to_string(image.height) + " x " +
-                            std::to_string(image.channels) + " cannot be written as " + extension + ": " + why);
+        throw fresco::Error(fmt::format("a picture of {} x {} x {} cannot be written as {}: {}", image.width, image.height,
+                                        image.channels, extension, why));
     };
     if (image.empty() || image.width < 1 || image.height < 1)
         refuse("it is empty");
@@ -128,10 +129,10 @@ std::vector<std::byte> encode_png(const fresco::Raster16& image)
 std::vector<std::byte> encode_jpeg(const fresco::Raster8& image, int quality)
 {
     if (quality < 1 || quality > 100)
-        throw fresco::Error("JPEG quality " + std::to_string(quality) + "; expected 1 to 100");
+        throw fresco::Error(fmt::format("JPEG quality {}; expected 1 to 100", quality));
     if (image.width > max_jpeg_side || image.height > max_jpeg_side)
-        throw fresco::Error("a JPEG file has at most " + std::to_string(max_jpeg_side) + " pixels per side; the picture has " +
-                            std::to_string(std::max(image.width, image.height)));
+        throw fresco::Error(fmt::format("a JPEG file has at most {} pixels per side; the picture has {}", max_jpeg_side,
+                                        std::max(image.width, image.height)));
     return encode(image, ".jpg", {1, 3}, {cv::IMWRITE_JPEG_QUALITY, quality});
 }
 

@@ -2,6 +2,7 @@
 
 #include <fresco/files_io.h>
 
+#include <fmt/format.h>
 #include <fstream>
 #include <vector>
 
@@ -28,13 +29,13 @@ std::vector<std::byte> read_prefix(const std::filesystem::path& file)
 
 void PictureBytes::check_size(std::size_t at, std::int64_t width, std::int64_t height) const
 {
-    const auto text = std::to_string(width) + " x " + std::to_string(height) + " pixels";
+    const auto text = fmt::format("{} x {} pixels", width, height);
     if (width < 1 || height < 1)
         fail(at, "the picture has " + text);
     // Both are below 2^32, so the product may not fit: divide.
     if (width > max_pixels / height)
-        fail(at, "the picture has " + text + "; at most " + std::to_string(max_pixels / 1'000'000) +
-                     " megapixels are supported: shrink it first");
+        fail(at, fmt::format("the picture has {}; at most {} megapixels are supported: shrink it first", text,
+                             max_pixels / 1'000'000));
 }
 
 PictureInfo check_picture(std::span<const std::byte> bytes, std::string_view source, Walk walk)

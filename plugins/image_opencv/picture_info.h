@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <fmt/format.h>
 #include <optional>
 #include <span>
 #include <string>
@@ -79,7 +80,7 @@ class PictureBytes
     void check_size(std::size_t at, std::int64_t width, std::int64_t height) const;
 
   private:
-    std::string place(std::size_t at) const { return std::string(source_) + ": byte " + std::to_string(at) + ": "; }
+    std::string place(std::size_t at) const { return fmt::format("{}: byte {}: ", source_, at); }
 
     std::span<const std::byte> bytes_;
     std::string_view source_;

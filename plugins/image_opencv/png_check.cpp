@@ -1,6 +1,7 @@
 #include "exif.h"
 #include "picture_info.h"
 
+#include <fmt/format.h>
 #include <zlib.h>
 
 #include <algorithm>
@@ -72,7 +73,7 @@ class PngWalk
         begin_ = next_;
         const std::uint32_t length = bytes_.u32(begin_);
         if (length > max_chunk_bytes)
-            bytes_.fail(begin_, "a chunk of " + std::to_string(length) + " bytes: the file is damaged");
+            bytes_.fail(begin_, fmt::format("a chunk of {} bytes: the file is damaged", length));
         type = bytes_.u32(begin_ + 4);
         const auto checked = bytes_.part(begin_ + 4, std::size_t{length} + 4);
         next_ = begin_ + 12 + length;
@@ -96,8 +97,7 @@ class PngWalk
         color_type_ = bytes_.u8(at + 9);
         info_.is_gray = color_type_ == gray;
         if (!depth_allowed(color_type_, bytes_.u8(at + 8)))
-            bytes_.fail(at + 8, "color type " + std::to_string(color_type_) + " with " + std::to_string(info_.bits) +
-                                    " bits is not defined by PNG");
+            bytes_.fail(at + 8, fmt::format("color type {} with {} bits is not defined by PNG", color_type_, info_.bits));
         if (bytes_.u8(at + 10) != 0 || bytes_.u8(at + 11) != 0 || bytes_.u8(at + 12) > 1)
             bytes_.fail(at + 10, "unknown compression, filter or interlace method");
     }

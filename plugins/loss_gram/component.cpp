@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <array>
+#include <fmt/format.h>
 #include <optional>
 #include <utility>
 
@@ -128,7 +129,7 @@ class LossGram final : public fresco::Loss
     {
         if (*average_views_count <= 1)
             return moments;
-        return average_.average("level" + std::to_string(part.level()) + "." + name + "." + word(pixels),
+        return average_.average(fmt::format("level{}.{}.{}", part.level(), name, word(pixels)),
                                 {part.step(), part.view(), part.repeat()}, moments);
     }
 

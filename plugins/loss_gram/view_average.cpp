@@ -4,6 +4,8 @@
 
 #include <ATen/ATen.h>
 
+#include <fmt/format.h>
+
 namespace gram
 {
 namespace
@@ -49,7 +51,7 @@ fresco::TensorMap ViewAverage::state() const
         std::int64_t number = 0;
         for (const auto& each : kept)
         {
-            const auto prefix = name + "." + std::to_string(number++);
+            const auto prefix = fmt::format("{}.{}", name, number++);
             state[prefix + ".visit"] = at::tensor({each.step, each.view}, at::kLong);
             state[prefix + ".mean"] = each.moments.mean.cpu().clone();
             state[prefix + ".second"] = each.moments.second.cpu().clone();
@@ -68,9 +70,9 @@ void ViewAverage::restore(const fresco::TensorMap& state)
         if (!key.ends_with(first))
             continue;
         const auto name = key.substr(0, key.size() - first.size());
-        for (int number = 0; state.contains(name + "." + std::to_string(number) + ".visit"); ++number)
+        for (int number = 0; state.contains(fmt::format("{}.{}.visit", name, number)); ++number)
         {
-            const auto prefix = name + "." + std::to_string(number);
+            const auto prefix = fmt::format("{}.{}", name, number);
             const auto visit = entry(state, prefix + ".visit");
             if (visit.numel() != 2 || visit.scalar_type() != at::kLong)
                 throw fresco::Error("loss.gram: the checkpoint's '" + prefix +

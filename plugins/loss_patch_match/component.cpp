@@ -14,6 +14,7 @@
 #include <torch/version.h>
 
 #include <algorithm>
+#include <fmt/format.h>
 #include <map>
 #include <utility>
 
@@ -67,9 +68,9 @@ class LossPatchMatch final : public fresco::Loss
         for (int scale = 0; scale < *scales; ++scale, picture = pm::halved(picture))
         {
             if (std::min(picture.size(1), picture.size(2)) < pm::patch_size)
-                throw fresco::Error("loss.patch_match: the style picture (" + std::to_string(context.style.fine.size(2)) + " x " +
-                                    std::to_string(context.style.fine.size(1)) + ") is too small for " + std::to_string(*scales) +
-                                    " `scales`: use a larger picture or fewer scales");
+                throw fresco::Error(fmt::format("loss.patch_match: the style picture ({} x {}) is too small for {} `scales`: use "
+                                                "a larger picture or fewer scales",
+                                                context.style.fine.size(2), context.style.fine.size(1), *scales));
             style_.push_back(pm::make_style_patches(picture, *max_style_patches, *dimensions));
         }
     }
@@ -107,10 +108,10 @@ class LossPatchMatch final : public fresco::Loss
         state["view"] = at::tensor(view_, at::kLong);
         for (const auto& [level, matches] : matches_)
         {
-            const auto name = "level" + std::to_string(level);
+            const auto name = fmt::format("level{}", level);
             state[name + ".step"] = at::tensor(matches.step, at::kLong);
             for (std::size_t scale = 0; scale < matches.nearest.size(); ++scale)
-                state[name + ".scale" + std::to_string(scale)] = matches.nearest[scale];
+                state[fmt::format("{}.scale{}", name, scale)] = matches.nearest[scale];
         }
         return state;
     }
@@ -123,13 +124,13 @@ class LossPatchMatch final : public fresco::Loss
         view_ = entry(state, "view").item<std::int64_t>();
         for (int level = 0; level < most_levels; ++level)
         {
-            const auto name = "level" + std::to_string(level);
+            const auto name = fmt::format("level{}", level);
             if (!state.contains(name + ".step"))
                 continue;
             Matches matches{entry(state, name + ".step").item<std::int64_t>(), {}};
             for (int scale = 0; scale < *scales; ++scale)
                 matches.nearest.push_back(
-                    checked(entry(state, name + ".scale" + std::to_string(scale)), static_cast<std::size_t>(scale)));
+                    checked(entry(state, fmt::format("{}.scale{}", name, scale)), static_cast<std::size_t>(scale)));
             matches_[level] = std::move(matches);
         }
     }

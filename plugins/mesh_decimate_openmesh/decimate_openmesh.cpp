@@ -11,6 +11,7 @@
 #include <OpenMesh/Tools/Decimater/ModNormalFlippingT.hh>
 
 #include <cmath>
+#include <fmt/format.h>
 #include <string>
 #include <vector>
 
@@ -177,7 +178,7 @@ HalfedgeMesh to_halfedges(const fresco::Mesh& mesh)
     {
         const auto& t = mesh.triangles[f];
         if (!out.add_face(vertex(t[0]), vertex(t[1]), vertex(t[2])).is_valid())
-            throw fresco::Error("face " + std::to_string(f) + " does not fit a halfedge structure after the repair");
+            throw fresco::Error(fmt::format("face {} does not fit a halfedge structure after the repair", f));
     }
     out.update_face_normals();
     return out;

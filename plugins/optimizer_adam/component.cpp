@@ -86,11 +86,10 @@ class OptimizerAdam final : public fresco::OptimizerRule
         fresco::TensorMap result{{"step", at::full({}, step_, at::kLong)}};
         for (std::size_t i = 0; i < blocks_.size(); ++i)
         {
-            const std::string number = std::to_string(i);
-            result.emplace("first." + number, blocks_[i].first);
-            result.emplace("second." + number, blocks_[i].second);
+            result.emplace(fmt::format("first.{}", i), blocks_[i].first);
+            result.emplace(fmt::format("second.{}", i), blocks_[i].second);
             if (visible())
-                result.emplace("steps." + number, blocks_[i].steps);
+                result.emplace(fmt::format("steps.{}", i), blocks_[i].steps);
         }
         return result;
     }
@@ -101,11 +100,10 @@ class OptimizerAdam final : public fresco::OptimizerRule
         for (std::size_t i = 0; i < blocks_.size(); ++i)
         {
             auto& block = blocks_[i];
-            const std::string number = std::to_string(i);
-            fresco::write_values(entry(state, "first." + number, at::kFloat, block.first.sizes()), block.first);
-            fresco::write_values(entry(state, "second." + number, at::kFloat, block.second.sizes()), block.second);
+            fresco::write_values(entry(state, fmt::format("first.{}", i), at::kFloat, block.first.sizes()), block.first);
+            fresco::write_values(entry(state, fmt::format("second.{}", i), at::kFloat, block.second.sizes()), block.second);
             if (visible())
-                fresco::write_values(entry(state, "steps." + number, at::kInt, block.steps.sizes()), block.steps);
+                fresco::write_values(entry(state, fmt::format("steps.{}", i), at::kInt, block.steps.sizes()), block.steps);
             block.moved.clear();
         }
     }

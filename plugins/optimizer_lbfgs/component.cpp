@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fmt/format.h>
 #include <stdexcept>
 #include <string>
 
@@ -46,10 +47,10 @@ class OptimizerLbfgs final : public fresco::OptimizerRule
             size_ += static_cast<std::size_t>(parameter.values.numel());
         const double megabytes = lb::memory_bytes(size_, static_cast<std::size_t>(*history_count)) / 1e6;
         if (megabytes > *max_memory_mb)
-            throw fresco::Error("optimizer.lbfgs would need " + std::to_string(std::llround(megabytes)) + " MB for " +
-                                std::to_string(size_) + " values and `history_count` " + std::to_string(*history_count) +
-                                ", more than `max_memory_mb` " + std::to_string(*max_memory_mb) +
-                                ": use optimizer.adam, a smaller texture or a shorter history, or raise max_memory_mb");
+            throw fresco::Error(fmt::format(
+                "optimizer.lbfgs would need {:.0f} MB for {} values and `history_count` {}, more than `max_memory_mb` "
+                "{}: use optimizer.adam, a smaller texture or a shorter history, or raise max_memory_mb",
+                megabytes, size_, *history_count, *max_memory_mb));
     }
 
     double step(std::vector<fresco::TextureParameter>& parameters, const fresco::Evaluate& evaluate, double rate,
@@ -85,8 +86,8 @@ class OptimizerLbfgs final : public fresco::OptimizerRule
         fresco::TensorMap result;
         for (std::size_t i = 0; i < pairs_.size(); ++i)
         {
-            result.emplace("change." + std::to_string(i), tensor(pairs_[i].change));
-            result.emplace("difference." + std::to_string(i), tensor(pairs_[i].difference));
+            result.emplace(fmt::format("change.{}", i), tensor(pairs_[i].change));
+            result.emplace(fmt::format("difference.{}", i), tensor(pairs_[i].difference));
         }
         return result;
     }
@@ -97,7 +98,7 @@ class OptimizerLbfgs final : public fresco::OptimizerRule
         if (state.size() > 2 * static_cast<std::size_t>(*history_count))
             does_not_fit("history_count");
         for (std::size_t i = 0; i < state.size() / 2; ++i)
-            pairs_.push_back({entry(state, "change." + std::to_string(i)), entry(state, "difference." + std::to_string(i))});
+            pairs_.push_back({entry(state, fmt::format("change.{}", i)), entry(state, fmt::format("difference.{}", i))});
     }
 
   private:

@@ -14,10 +14,7 @@ constexpr std::size_t max_pixels = 200'000'000;
 
 std::string text_of(const std::vector<std::size_t>& shape)
 {
-    std::string text;
-    for (const std::size_t side : shape)
-        text += (text.empty() ? "" : " x ") + std::to_string(side);
-    return text.empty() ? "()" : text;
+    return shape.empty() ? "()" : fmt::format("{}", fmt::join(shape, " x "));
 }
 
 }  // namespace

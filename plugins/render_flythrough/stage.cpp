@@ -140,9 +140,7 @@ class RenderFlythrough final : public Stage
                 file->add(picture);
             else
             {
-                const std::string number = std::to_string(i);
-                made.names.push_back(name->path + "/" + std::string(number.size() < 6 ? 6 - number.size() : 0, '0') + number +
-                                     ".png");
+                made.names.push_back(fmt::format("{}/{:06}.png", name->path, i));
                 write_file(folder / made.names.back(), images->encode_png(picture));
             }
             run.progress(static_cast<double>(i + 1), static_cast<double>(way.size()), "pictures");

@@ -5,6 +5,7 @@
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
 
+#include <fmt/format.h>
 #include <utility>
 #include <vector>
 
@@ -56,6 +57,6 @@ void VideoFile::close()
     while (written.isOpened() && found <= added_ && written.grab())
         ++found;
     if (found != added_)
-        throw fresco::Error(file_.string() + ": only " + std::to_string(found) + " of " + std::to_string(added_) +
-                            " video frames were written; is the disk full?");
+        throw fresco::Error(
+            fmt::format("{}: only {} of {} video frames were written; is the disk full?", file_.string(), found, added_));
 }

@@ -7,6 +7,7 @@
 #include <fresco/stage.h>
 #include <fresco/texture.h>
 
+#include <fmt/format.h>
 #include <set>
 #include <string>
 #include <vector>
@@ -88,7 +89,7 @@ class RenderViews final : public Stage
         run.report("views", list.size());
         run.report("empty_views", empty);
         if (empty > 0)
-            run.warning(std::to_string(empty) + " of " + std::to_string(list.size()) + " views show no surface");
+            run.warning(fmt::format("{} of {} views show no surface", empty, list.size()));
         views = std::move(result);
     }
 };

@@ -3,6 +3,7 @@
 #include <fresco/error.h>
 #include <fresco/recordings/text_records.h>
 
+#include <fmt/format.h>
 #include <limits>
 #include <optional>
 
@@ -35,8 +36,8 @@ std::map<std::string, int> parse_regions(std::string_view text, std::string_view
         if (words[0] == "H")
         {
             if (words.size() < 5)
-                throw fresco::Error(place + ": the header has " + std::to_string(words.size()) +
-                                    " words; the number of panoramas is missing");
+                throw fresco::Error(
+                    fmt::format("{}: the header has {} words; the number of panoramas is missing", place, words.size()));
             promised = fresco::recordings::integer_of(words[4], 0, most, place);
         }
         else if (words[0] == "P" && words.size() == panorama_words)
@@ -47,9 +48,9 @@ std::map<std::string, int> parse_regions(std::string_view text, std::string_view
         }
     }
     if (!promised || static_cast<std::size_t>(*promised) != regions.size())
-        throw fresco::Error(std::string(source) + ": the header declares " + (promised ? std::to_string(*promised) : "no") +
-                            " panoramas, the file has " + std::to_string(regions.size()) +
-                            ": the file is truncated or was edited; copy it again");
+        throw fresco::Error(fmt::format(
+            "{}: the header declares {} panoramas, the file has {}: the file is truncated or was edited; copy it again", source,
+            promised ? std::to_string(*promised) : "no", regions.size()));
     return regions;
 }
 
@@ -66,9 +67,9 @@ fs::path camera_file(const fs::path& folder)
                                    ": no camera file; expected <house>.conf, from the house's undistorted_camera_parameters.zip: "
                                    "unpack it, and set path to the folder that contains undistorted_camera_parameters");
     if (found.size() > 1)
-        throw fresco::Error(parameters.string() + ": " + std::to_string(found.size()) + " camera files, " +
-                            found[0].filename().string() + " and " + found[1].filename().string() +
-                            " among them; expected those of one house");
+        throw fresco::Error(fmt::format("{}: {} camera files, {} and {} among them; expected those of one house",
+                                        parameters.string(), found.size(), found[0].filename().string(),
+                                        found[1].filename().string()));
     return found.front();
 }
 

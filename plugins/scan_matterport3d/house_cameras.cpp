@@ -4,6 +4,7 @@
 #include <fresco/recordings/cameras.h>
 #include <fresco/recordings/text_records.h>
 
+#include <fmt/format.h>
 #include <optional>
 
 namespace matterport3d
@@ -16,8 +17,8 @@ using Words = std::vector<std::string_view>;
 void expect_words(const Words& words, std::size_t count, const std::string& place)
 {
     if (words.size() != count)
-        throw fresco::Error(place + ": " + std::to_string(words.size() - 1) + " values after '" + std::string(words.front()) +
-                            "'; expected " + std::to_string(count - 1));
+        throw fresco::Error(
+            fmt::format("{}: {} values after '{}'; expected {}", place, words.size() - 1, words.front(), count - 1));
 }
 
 std::string file_name(std::string_view word, const std::string& place)
@@ -86,8 +87,9 @@ HouseCameras parse_cameras(std::string_view text, std::string_view source)
     if (!promised)
         throw fresco::Error(std::string(source) + ": n_images is missing; expected the camera file of a Matterport3D house");
     if (static_cast<std::size_t>(*promised) != house.views.size())
-        throw fresco::Error(std::string(source) + ": n_images declares " + std::to_string(*promised) + " views, the file has " +
-                            std::to_string(house.views.size()) + ": the file is truncated or was edited; copy it again");
+        throw fresco::Error(
+            fmt::format("{}: n_images declares {} views, the file has {}: the file is truncated or was edited; copy it again",
+                        source, *promised, house.views.size()));
     return house;
 }
 

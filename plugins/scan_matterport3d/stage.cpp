@@ -4,6 +4,8 @@
 #include <fresco/error.h>
 #include <fresco/recordings/recording_stage.h>
 
+#include <fmt/format.h>
+
 namespace
 {
 
@@ -43,7 +45,7 @@ class ScanMatterport3d final : public RecordingStage
         std::map<std::string, int> regions;
         if (*region >= 0)
             regions = matterport3d::parse_regions(recorded_text(house_file, run), house_file.string());
-        Recording recording{.note = " of " + house + "'s " + std::to_string(cameras_.views.size())};
+        Recording recording{.note = fmt::format(" of {}'s {}", house, cameras_.views.size())};
         for (std::size_t i = 0; i < cameras_.views.size(); ++i)
         {
             const auto& listed = cameras_.views[i];
@@ -64,10 +66,10 @@ class ScanMatterport3d final : public RecordingStage
             recording.views.push_back(std::move(view));
         }
         if (recording.views.empty())
-            throw fresco::Error(house_file.string() + ": no picture was taken in region " + std::to_string(*region) +
-                                "; use a region from a P line of that file");
+            throw fresco::Error(fmt::format("{}: no picture was taken in region {}; use a region from a P line of that file",
+                                            house_file.string(), *region));
         if (*region >= 0)
-            mesh.read({path() / "region_segmentations" / ("region" + std::to_string(*region) + ".ply")}, run);
+            mesh.read({path() / "region_segmentations" / fmt::format("region{}.ply", *region)}, run);
         else
             mesh.read({segmentations / (house + ".ply"), path() / "poisson_meshes" / (house + ".ply")}, run);
         run.report("house", house);

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fmt/format.h>
 #include <map>
 #include <optional>
 #include <utility>
@@ -70,8 +71,8 @@ class MaterialReader
                 place(model_.mesh.texcoords[corner], *mtl);
         }
         if (without_texcoords > 0)
-            model_.warnings.push_back(std::to_string(without_texcoords) +
-                                      " faces have a picture but no texture coordinates: they take the material's color Kd");
+            model_.warnings.push_back(fmt::format(
+                "{} faces have a picture but no texture coordinates: they take the material's color Kd", without_texcoords));
     }
 
     void read_ply()
@@ -79,8 +80,8 @@ class MaterialReader
         if (!named_.files.empty() && model_.mesh.texcoords.empty())
             model_.warnings.emplace_back("the file names a picture but has no texture coordinates: the picture is not used");
         if (named_.files.size() > 1 && named_.of_face.empty())
-            model_.warnings.push_back("the file names " + std::to_string(named_.files.size()) +
-                                      " pictures but has no face property texnumber: the first is used");
+            model_.warnings.push_back(fmt::format(
+                "the file names {} pictures but has no face property texnumber: the first is used", named_.files.size()));
         std::map<std::uint32_t, std::uint32_t> numbers;
         for (std::size_t face = 0; face < model_.mesh.triangles.size(); ++face)
         {
@@ -96,7 +97,7 @@ class MaterialReader
   private:
     std::string place_of(const fresco::MeshFileName& name, const std::string& keyword) const
     {
-        return file_.string() + ":" + std::to_string(name.line) + ": " + keyword;
+        return fmt::format("{}:{}: {}", file_.string(), name.line, keyword);
     }
 
     /// mtllib may be followed by one name with spaces or by several names.
@@ -148,7 +149,7 @@ class MaterialReader
         if (!mtl->picture.empty() && has_texcoords)
         {
             const fs::path& mtl_file = materials_.at(mtl->name).second;
-            const std::string place = mtl_file.string() + ":" + std::to_string(mtl->picture_line) + ": map_Kd";
+            const std::string place = fmt::format("{}:{}: map_Kd", mtl_file.string(), mtl->picture_line);
             material.picture = picture_number(FileFolder(mtl_file).find(mtl->picture, place, shape_only));
             material.wrap_u = material.wrap_v = mtl->clamp ? fresco::Wrap::clamp : fresco::Wrap::repeat;
             material.vertex_colors = false;

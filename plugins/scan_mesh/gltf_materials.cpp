@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <fmt/format.h>
 #include <string_view>
 
 namespace scan_mesh
@@ -26,7 +27,7 @@ std::array<double, N> numbers_or(const tinygltf::Value& extension, const std::st
         return otherwise;
     const auto& list = extension.Get(key);
     if (!list.IsArray() || list.ArrayLen() < N)
-        throw Error(place + key + ": expected " + std::to_string(N) + " numbers");
+        throw Error(fmt::format("{}{}: expected {} numbers", place, key, N));
     std::array<double, N> result;
     for (std::size_t i = 0; i < N; ++i)
     {
@@ -59,7 +60,7 @@ fresco::Wrap wrap_of(int mode, const std::string& place)
     case TINYGLTF_TEXTURE_WRAP_CLAMP_TO_EDGE:
         return fresco::Wrap::clamp;
     default:
-        throw Error(place + "wrap mode " + std::to_string(mode) + "; expected 10497, 33071 or 33648");
+        throw Error(fmt::format("{}wrap mode {}; expected 10497, 33071 or 33648", place, mode));
     }
 }
 
@@ -88,19 +89,18 @@ void take_texture(const GltfFile& gltf, const TextureUse& use, const std::string
 {
     const auto& model = gltf.model;
     if (use.texture < 0 || static_cast<std::size_t>(use.texture) >= model.textures.size())
-        throw Error(place + "texture " + std::to_string(use.texture) + " of " + std::to_string(model.textures.size()));
+        throw Error(fmt::format("{}texture {} of {}", place, use.texture, model.textures.size()));
     const auto& texture = model.textures[static_cast<std::size_t>(use.texture)];
     const std::string texture_place = entry("textures", static_cast<std::size_t>(use.texture));
     if (texture.source < 0 || static_cast<std::size_t>(texture.source) >= gltf.images.size())
-        throw Error(texture_place + "image " + std::to_string(texture.source) + " of " + std::to_string(gltf.images.size()) +
-                    "; export the model with PNG or JPEG pictures");
+        throw Error(fmt::format("{}image {} of {}; export the model with PNG or JPEG pictures", texture_place, texture.source,
+                                gltf.images.size()));
     look.image = texture.source;
     look.texcoord_set = use.texcoord_set;
     if (texture.sampler >= 0)
     {
         if (static_cast<std::size_t>(texture.sampler) >= model.samplers.size())
-            throw Error(texture_place + "sampler " + std::to_string(texture.sampler) + " of " +
-                        std::to_string(model.samplers.size()));
+            throw Error(fmt::format("{}sampler {} of {}", texture_place, texture.sampler, model.samplers.size()));
         const auto& sampler = model.samplers[static_cast<std::size_t>(texture.sampler)];
         look.material.wrap_u = wrap_of(sampler.wrapS, texture_place);
         look.material.wrap_v = wrap_of(sampler.wrapT, texture_place);
@@ -145,7 +145,7 @@ GltfLook look_of(const GltfFile& gltf, int material, bool with_pictures)
     if (material == -1)
         return look;
     if (material < 0 || static_cast<std::size_t>(material) >= gltf.model.materials.size())
-        throw Error("material " + std::to_string(material) + " of " + std::to_string(gltf.model.materials.size()));
+        throw Error(fmt::format("material {} of {}", material, gltf.model.materials.size()));
     const auto number = static_cast<std::size_t>(material);
     const auto& source = gltf.model.materials[number];
     const std::string place = entry("materials", number);
@@ -177,12 +177,11 @@ FilePicture GltfPictures::picture(std::size_t image) const
 {
     const fresco::gltf::GltfImage& source = gltf_.images[image];
     const std::string place = entry("images", image);
-    FilePicture result{file_.string() + ": image " + std::to_string(image), {}, {}};
+    FilePicture result{fmt::format("{}: image {}", file_.string(), image), {}, {}};
     if (source.buffer_view >= 0)
     {
         if (static_cast<std::size_t>(source.buffer_view) >= gltf_.model.bufferViews.size())
-            throw Error(place + "bufferView " + std::to_string(source.buffer_view) + " of " +
-                        std::to_string(gltf_.model.bufferViews.size()));
+            throw Error(fmt::format("{}bufferView {} of {}", place, source.buffer_view, gltf_.model.bufferViews.size()));
         const auto bytes = std::as_bytes(fresco::gltf::view_bytes(gltf_.model, static_cast<std::size_t>(source.buffer_view)));
         result.bytes.assign(bytes.begin(), bytes.end());
     }

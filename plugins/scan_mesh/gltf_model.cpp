@@ -8,6 +8,7 @@
 
 #include <array>
 #include <cmath>
+#include <fmt/format.h>
 #include <map>
 #include <set>
 #include <tuple>
@@ -62,7 +63,7 @@ Affine place_of(const tinygltf::Node& node)
         for (const double value : values)
             good = good && std::isfinite(value);
         if (!good)
-            throw Error(std::string(what) + ": expected " + std::to_string(expected) + " finite numbers");
+            throw Error(fmt::format("{}: expected {} finite numbers", what, expected));
         return !values.empty();
     };
     Affine place;
@@ -129,7 +130,7 @@ class SceneReader
             const auto [number, parent] = open.back();
             open.pop_back();
             if (number < 0 || static_cast<std::size_t>(number) >= nodes.size())
-                throw Error("node " + std::to_string(number) + " of " + std::to_string(nodes.size()));
+                throw Error(fmt::format("node {} of {}", number, nodes.size()));
             const auto node = static_cast<std::size_t>(number);
             if (!seen.insert(node).second)
                 throw Error(entry("nodes", node) + "the node appears twice in the tree");
@@ -154,7 +155,7 @@ class SceneReader
         {
             const auto scene = static_cast<std::size_t>(std::max(gltf_.model.defaultScene, 0));
             if (scene >= scenes.size())
-                throw Error("scene " + std::to_string(scene) + " of " + std::to_string(scenes.size()));
+                throw Error(fmt::format("scene {} of {}", scene, scenes.size()));
             return scenes[scene].nodes;
         }
         std::set<int> children;
@@ -171,8 +172,7 @@ class SceneReader
     {
         const auto mesh = static_cast<std::size_t>(gltf_.model.nodes[node].mesh);
         if (mesh >= gltf_.model.meshes.size())
-            throw Error(entry("nodes", node) + "mesh " + std::to_string(mesh) + " of " +
-                        std::to_string(gltf_.model.meshes.size()));
+            throw Error(fmt::format("{}mesh {} of {}", entry("nodes", node), mesh, gltf_.model.meshes.size()));
         is_posed_ = is_posed_ || gltf_.model.nodes[node].skin >= 0;
         const auto& primitives = gltf_.model.meshes[mesh].primitives;
         for (std::size_t i = 0; i < primitives.size(); ++i)
@@ -208,20 +208,18 @@ class SceneReader
         const fresco::MeshLimits limits;
         if (model_.mesh.positions.size() + positions.count > limits.max_vertices ||
             model_.mesh.triangles.size() + corners.size() / 3 > limits.max_faces)
-            throw Error("more than " + std::to_string(limits.max_vertices) + " vertices or " + std::to_string(limits.max_faces) +
-                        " triangles, the limit");
+            throw Error(fmt::format("more than {} vertices or {} triangles, the limit", limits.max_vertices, limits.max_faces));
         const auto first = static_cast<std::uint32_t>(model_.mesh.positions.size());
         add_positions(positions, place);
         const bool colored = attribute("COLOR_0") != -1;
         add_colors(colored ? accessor_rows(gltf_.model, attribute("COLOR_0"), 3, 4) : AccessorRows{}, positions.count);
 
         const GltfLook& look = looks_.try_emplace(primitive.material, looked(primitive.material)).first->second;
-        const int texcoords = attribute("TEXCOORD_" + std::to_string(look.texcoord_set));
+        const int texcoords = attribute(fmt::format("TEXCOORD_{}", look.texcoord_set));
         const std::uint32_t material = material_number(primitive.material, look, texcoords != -1, colored);
         const AccessorRows uv = texcoords != -1 ? accessor_rows(gltf_.model, texcoords, 2, 2) : AccessorRows{};
         if (texcoords != -1 && uv.count != positions.count)
-            throw Error("texture coordinates of " + std::to_string(uv.count) + " vertices; expected " +
-                        std::to_string(positions.count));
+            throw Error(fmt::format("texture coordinates of {} vertices; expected {}", uv.count, positions.count));
         has_texcoords_ = has_texcoords_ || texcoords != -1;
         const bool mirrored = fresco::determinant(place.linear) < 0;
         for (std::size_t i = 0; i < corners.size(); i += 3)
@@ -251,7 +249,7 @@ class SceneReader
             model_.mesh.positions.push_back(fresco::vec_cast<float>(p));
             const auto& stored = model_.mesh.positions.back();
             if (!std::isfinite(stored.x) || !std::isfinite(stored.y) || !std::isfinite(stored.z))
-                throw Error("the position of vertex " + std::to_string(i) + " is not finite");
+                throw Error(fmt::format("the position of vertex {} is not finite", i));
         }
     }
 
@@ -259,7 +257,7 @@ class SceneReader
     void add_colors(const AccessorRows& rows, std::size_t count)
     {
         if (rows.first != nullptr && rows.count != count)
-            throw Error("colors of " + std::to_string(rows.count) + " vertices; expected " + std::to_string(count));
+            throw Error(fmt::format("colors of {} vertices; expected {}", rows.count, count));
         has_colors_ = has_colors_ || rows.first != nullptr;
         for (std::size_t i = 0; i < count; ++i)
         {
@@ -268,7 +266,7 @@ class SceneReader
             {
                 const double light = rows.at(i, c);
                 if (!std::isfinite(light))
-                    throw Error("the color of vertex " + std::to_string(i) + " is not finite");
+                    throw Error(fmt::format("the color of vertex {} is not finite", i));
                 color[c] = fresco::texturing::from_linear(light);
             }
             model_.mesh.colors.push_back(color);
@@ -284,7 +282,7 @@ class SceneReader
         const fresco::Vec2f result{static_cast<float>(m[0] * u + m[1] * v + m[2]),
                                    static_cast<float>(1 - (m[3] * u + m[4] * v + m[5]))};
         if (!std::isfinite(result.x) || !std::isfinite(result.y))
-            throw Error("the texture coordinate of vertex " + std::to_string(vertex) + " is not finite");
+            throw Error(fmt::format("the texture coordinate of vertex {} is not finite", vertex));
         return result;
     }
 
@@ -310,7 +308,7 @@ class SceneReader
         if (is_posed_)
             model_.warnings.emplace_back("skins and morph targets are not applied: the shape is the one without them");
         if (skipped_ > 0)
-            model_.warnings.push_back(std::to_string(skipped_) + " primitives of points or lines are left out");
+            model_.warnings.push_back(fmt::format("{} primitives of points or lines are left out", skipped_));
         if (without_texcoords_)
             model_.warnings.emplace_back("some meshes have a picture but no texture coordinates: they take the material's color");
     }

@@ -4,6 +4,7 @@
 
 #include <charconv>
 #include <cmath>
+#include <fmt/format.h>
 #include <utility>
 
 namespace scan_mesh
@@ -56,10 +57,7 @@ class MtlReader
     std::vector<MtlMaterial> materials;
 
   private:
-    [[noreturn]] void fail(const std::string& what) const
-    {
-        throw fresco::Error(std::string(source_) + ":" + std::to_string(line_) + ": " + what);
-    }
+    [[noreturn]] void fail(const std::string& what) const { throw fresco::Error(fmt::format("{}:{}: {}", source_, line_, what)); }
 
     MtlMaterial& current()
     {

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fmt/format.h>
 
 namespace
 {
@@ -66,7 +67,7 @@ class ScanMesh final : public fresco::Stage
     {
         const auto bytes = picture.file.empty() ? picture.bytes : fresco::read_file(picture.file);
         const bool is_png = !bytes.empty() && bytes.front() == std::byte{0x89};
-        std::string name = "picture_" + std::to_string(number) + (is_png ? ".png" : ".jpg");
+        std::string name = fmt::format("picture_{}{}", number, is_png ? ".png" : ".jpg");
         const auto file = model.folder().path / name;
         fresco::write_file(file, bytes);
         try
@@ -92,13 +93,13 @@ class ScanMesh final : public fresco::Stage
         run.report("materials", made.materials.size());
         run.report("pictures", made.pictures.size());
         const std::string pictures = made.pictures.empty() ? "" : ", " + counted(made.pictures.size(), "picture");
-        run.message(std::to_string(made.mesh.triangles.size()) + " faces, " + meters(extent.x) + " x " + meters(extent.y) +
-                    " x " + meters(extent.z) + " m" + pictures);
+        run.message(fmt::format("{} faces, {} x {} x {} m{}", made.mesh.triangles.size(), meters(extent.x), meters(extent.y),
+                                meters(extent.z), pictures));
     }
 
     static std::string counted(std::size_t count, const std::string& what)
     {
-        return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
+        return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
     }
 
     static std::string meters(double length) { return fresco::to_json(std::round(length * 100) / 100); }

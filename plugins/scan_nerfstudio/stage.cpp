@@ -14,7 +14,7 @@ class ScanNerfstudio final : public RecordingStage
     ScanNerfstudio()
         : RecordingStage({.path = "Folder of the recording",
                           .frames = "The recorded views, by name",
-                          .folder = fresco::folder_with({"transforms.json"}, "transforms")})
+                          .folder = fresco::folder_with({"transforms.json|nerfstudio/transforms.json"}, "transforms")})
     {
     }
 

@@ -4,6 +4,8 @@
 #include <fresco/files_io.h>
 #include <fresco/recordings/recording_stage.h>
 
+#include <fmt/format.h>
+
 namespace
 {
 
@@ -50,12 +52,11 @@ class ScanReplica final : public RecordingStage
     {
         const auto line = static_cast<std::size_t>(view.number);
         if (line >= trajectory_.size())
-            throw fresco::Error(
-                trajectory_file().string() + ": " + std::to_string(trajectory_.size()) + " poses, but frame " +
-                std::to_string(view.number) +
-                " has pictures; expected one line per frame from frame 0 on: the file is truncated or belongs to another scene");
+            throw fresco::Error(fmt::format("{}: {} poses, but frame {} has pictures; expected one line per frame from frame 0 "
+                                            "on: the file is truncated or belongs to another scene",
+                                            trajectory_file().string(), trajectory_.size(), view.number));
         view.world_from_camera = trajectory_[line];
-        view.source = trajectory_file().string() + ":" + std::to_string(line + 1);
+        view.source = fmt::format("{}:{}", trajectory_file().string(), line + 1);
         return true;
     }
 

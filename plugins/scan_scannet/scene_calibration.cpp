@@ -3,6 +3,8 @@
 #include <fresco/error.h>
 #include <fresco/recordings/recording_files.h>
 
+#include <fmt/format.h>
+
 namespace fs = std::filesystem;
 
 namespace scannet
@@ -71,7 +73,7 @@ Properties parse_properties(std::string_view text, std::string_view source)
         text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
         if (trimmed(line).empty())
             continue;
-        const std::string place = std::string(source) + ":" + std::to_string(line_number);
+        const std::string place = fmt::format("{}:{}", source, line_number);
         const auto equals = line.find('=');
         if (equals == std::string_view::npos)
             throw fresco::Error(place + ": expected \"key = value\"");

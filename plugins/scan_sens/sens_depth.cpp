@@ -3,6 +3,7 @@
 #include <fresco/error.h>
 
 #include <bit>
+#include <fmt/format.h>
 #include <limits>
 #include <zlib.h>
 
@@ -15,14 +16,15 @@ fresco::Raster16 unpack_depth(std::span<const std::byte> packed, int width, int 
     const std::size_t expected = static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * sizeof(std::uint16_t);
     const auto fail = [&](const std::string& what)
     {
-        throw fresco::Error(place + ": " + what + "; expected a zlib-compressed depth picture of " + std::to_string(expected) +
-                            " bytes: the file is damaged; copy it again");
+        throw fresco::Error(
+            fmt::format("{}: {}; expected a zlib-compressed depth picture of {} bytes: the file is damaged; copy it again", place,
+                        what, expected));
     };
     if (packed.size() > std::numeric_limits<uInt>::max() || expected > std::numeric_limits<uInt>::max())
         fail("more than 4 GiB");
     // Deflate makes nothing more than 1032 times smaller: what cannot be whole takes no memory.
     if (packed.size() < expected / 1032)
-        fail(std::to_string(packed.size()) + " packed bytes");
+        fail(fmt::format("{} packed bytes", packed.size()));
     fresco::Raster16 depth(width, height);
     z_stream stream = {};
     if (::inflateInit(&stream) != Z_OK)
@@ -38,7 +40,7 @@ fresco::Raster16 unpack_depth(std::span<const std::byte> packed, int width, int 
     if (code != Z_STREAM_END)
         fail(code == Z_BUF_ERROR && made == expected ? "more" : "damaged data");
     if (made != expected)
-        fail(std::to_string(made) + " bytes");
+        fail(fmt::format("{} bytes", made));
     return depth;
 }
 

@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -39,13 +40,14 @@ class Walk
     void pass(std::uint64_t count, const std::string& what)
     {
         if (count > left())
-            fail(what + " has a declared length of " + std::to_string(count) + " bytes, but " + std::to_string(left()) +
-                 " remain: the file is truncated or damaged; copy it again");
+            fail(fmt::format(
+                "{} has a declared length of {} bytes, but {} remain: the file is truncated or damaged; copy it again", what,
+                count, left()));
         offset_ += count;
     }
     [[noreturn]] void fail(const std::string& text) const
     {
-        throw fresco::Error(file_.path().string() + ": byte " + std::to_string(offset_) + ": " + text);
+        throw fresco::Error(fmt::format("{}: byte {}: {}", file_.path().string(), offset_, text));
     }
 
   private:
@@ -64,23 +66,23 @@ std::vector<double> matrix_of(ByteCursor& cursor)
 ColorForm color_form_of(std::int32_t code, const Walk& walk)
 {
     if (code < 0 || code > 2)
-        walk.fail("compression " + std::to_string(code) + " of the color pictures; expected 0 (raw), 1 (PNG) or 2 (JPEG)");
+        walk.fail(fmt::format("compression {} of the color pictures; expected 0 (raw), 1 (PNG) or 2 (JPEG)", code));
     return static_cast<ColorForm>(code);
 }
 
 DepthForm depth_form_of(std::int32_t code, const Walk& walk)
 {
     if (code != 0 && code != 1)
-        walk.fail("compression " + std::to_string(code) + " of the depth pictures; expected 0 (raw) or 1 (zlib)" +
-                  (code == 2 ? ", not occi: export the scene with ScanNet's own reader and use scan.scannet" : ""));
+        walk.fail(fmt::format("compression {} of the depth pictures; expected 0 (raw) or 1 (zlib){}", code,
+                              code == 2 ? ", not occi: export the scene with ScanNet's own reader and use scan.scannet" : ""));
     return static_cast<DepthForm>(code);
 }
 
 void set_size(SensCamera& camera, std::uint64_t width, std::uint64_t height, const Walk& walk, const char* name)
 {
     if (width < 1 || height < 1 || width > 65536 || height > 65536 || width * height > most_pixels)
-        walk.fail(std::string(name) + " pictures of " + std::to_string(width) + "x" + std::to_string(height) +
-                  "; expected at most 65536 pixels per side and 200 million in all");
+        walk.fail(fmt::format("{} pictures of {}x{}; expected at most 65536 pixels per side and 200 million in all", name, width,
+                              height));
     camera.width = static_cast<int>(width);
     camera.height = static_cast<int>(height);
 }
@@ -108,9 +110,9 @@ SensFile::~SensFile()
 std::vector<std::byte> SensFile::read_at(std::uint64_t offset, std::uint64_t count, const std::string& what) const
 {
     const auto fail = [&](const std::string& why)
-    { throw fresco::Error(path_.string() + ": byte " + std::to_string(offset) + ": " + what + " " + why); };
+    { throw fresco::Error(fmt::format("{}: byte {}: {} {}", path_.string(), offset, what, why)); };
     if (offset > size_ || count > size_ - offset)
-        fail("needs " + std::to_string(count) + " bytes, but the file ends earlier: it is truncated or damaged; copy it again");
+        fail(fmt::format("needs {} bytes, but the file ends earlier: it is truncated or damaged; copy it again", count));
     std::vector<std::byte> bytes(static_cast<std::size_t>(count));
     for (std::size_t done = 0; done < bytes.size();)
     {
@@ -130,12 +132,12 @@ SensIndex read_index(const SensFile& file)
     const auto start = walk.take(12, "the version and the length of the sensor's name");
     ByteCursor first(start, file.path().string());
     if (const auto version = first.read<std::uint32_t>("the version"); version != read_version)
-        throw fresco::Error(file.path().string() + ": byte 0: version " + std::to_string(version) +
-                            "; expected version 4, ScanNet's");
+        throw fresco::Error(fmt::format("{}: byte 0: version {}; expected version 4, ScanNet's", file.path().string(), version));
     const auto name_length = first.read<std::uint64_t>("the name's length");
     if (name_length > longest_name)
-        throw fresco::Error(file.path().string() + ": byte 4: the sensor's name has " + std::to_string(name_length) +
-                            " bytes; expected at most 4096: the file is damaged; copy it again");
+        throw fresco::Error(
+            fmt::format("{}: byte 4: the sensor's name has {} bytes; expected at most 4096: the file is damaged; copy it again",
+                        file.path().string(), name_length));
     walk.pass(name_length, "the sensor's name");
 
     const auto head = walk.take(head_bytes, "the head");
@@ -157,11 +159,11 @@ SensIndex read_index(const SensFile& file)
 
     const auto count = cursor.read<std::uint64_t>("the count of frames");
     if (count > walk.left() / frame_head_bytes)
-        walk.fail(std::to_string(count) + " frames do not fit into the remaining " + std::to_string(walk.left()) +
-                  " bytes: the file is truncated or damaged; copy it again");
+        walk.fail(fmt::format("{} frames do not fit into the remaining {} bytes: the file is truncated or damaged; copy it again",
+                              count, walk.left()));
     for (std::uint64_t i = 0; i < count; ++i)
     {
-        const std::string name = "frame " + std::to_string(i);
+        const std::string name = fmt::format("frame {}", i);
         const auto frame_head = walk.take(frame_head_bytes, "the head of " + name);
         ByteCursor own(frame_head, file.path().string());
         SensFrame frame;

@@ -6,6 +6,7 @@
 #include <fresco/files_io.h>
 
 #include <cstring>
+#include <fmt/format.h>
 
 namespace sens
 {
@@ -19,7 +20,7 @@ constexpr std::uint64_t packing_loss = 65536;
 
 std::string place_of(const SensFile& file, std::uint64_t offset, const std::string& name)
 {
-    return file.path().string() + ": byte " + std::to_string(offset) + ", " + name;
+    return fmt::format("{}: byte {}, {}", file.path().string(), offset, name);
 }
 
 std::uint64_t raw_bytes(const SensCamera& camera, std::uint64_t pixel_bytes)
@@ -32,9 +33,8 @@ std::vector<std::byte> packed(const SensFile& file, std::uint64_t offset, std::u
                               std::uint64_t pixel_bytes, const std::string& name)
 {
     if (bytes > 2 * raw_bytes(camera, pixel_bytes) + packing_loss)
-        throw fresco::Error(place_of(file, offset, name) + ": " + std::to_string(bytes) + " bytes for a picture of " +
-                            std::to_string(camera.width) + "x" + std::to_string(camera.height) +
-                            ": the file is damaged; copy it again");
+        throw fresco::Error(fmt::format("{}: {} bytes for a picture of {}x{}: the file is damaged; copy it again",
+                                        place_of(file, offset, name), bytes, camera.width, camera.height));
     return file.read_at(offset, bytes, name);
 }
 
@@ -43,8 +43,8 @@ template <class T>
 fresco::Raster<T> raw(const std::vector<std::byte>& bytes, const SensCamera& camera, int channels, const std::string& place)
 {
     if (const auto expected = raw_bytes(camera, sizeof(T) * static_cast<std::uint64_t>(channels)); bytes.size() != expected)
-        throw fresco::Error(place + ": " + std::to_string(bytes.size()) + " bytes; expected a raw picture of " +
-                            std::to_string(expected) + " bytes: the file is damaged; copy it again");
+        throw fresco::Error(fmt::format("{}: {} bytes; expected a raw picture of {} bytes: the file is damaged; copy it again",
+                                        place, bytes.size(), expected));
     fresco::Raster<T> picture(camera.width, camera.height, channels);
     std::memcpy(picture.values.data(), bytes.data(), bytes.size());
     return picture;

@@ -2,6 +2,7 @@
 
 #include <fresco/recordings/recording_stage.h>
 
+#include <fmt/format.h>
 #include <optional>
 #include <zlib.h>
 
@@ -9,12 +10,6 @@ namespace
 {
 
 using namespace fresco::recordings;
-
-std::string frame_name(std::size_t number)
-{
-    const auto digits = std::to_string(number);
-    return "frame-" + std::string(digits.size() < 6 ? 6 - digits.size() : 0, '0') + digits;
-}
 
 class ScanSens final : public RecordingStage
 {
@@ -35,16 +30,15 @@ class ScanSens final : public RecordingStage
             intrinsics(index_.color, "the color camera"), intrinsics(index_.depth, "the depth camera"),
             fresco::recordings::rigid_transform(index_.depth.extrinsics, source("the depth camera's extrinsics")).inverse() *
                 fresco::recordings::rigid_transform(index_.color.extrinsics, source("the color camera's extrinsics"))};
-        Recording recording{.files = "a pose and two pictures",
-                            .note = ", " + std::to_string(index_.frames.size()) + " recorded"};
+        Recording recording{.files = "a pose and two pictures", .note = fmt::format(", {} recorded", index_.frames.size())};
         for (std::size_t i = 0; i < index_.frames.size(); ++i)
         {
             RecordedView view;
             view.sequence = "scene";
-            view.name = frame_name(i);
+            view.name = fmt::format("frame-{:06}", i);
             view.number = static_cast<long>(i);
             view.depth_unit_m = index_.depth_unit_m;
-            view.source = source("byte " + std::to_string(index_.frames[i].color_offset) + ", " + view.name);
+            view.source = source(fmt::format("byte {}, {}", index_.frames[i].color_offset, view.name));
             recording.views.push_back(std::move(view));
         }
         run.report("recorded", index_.frames.size());

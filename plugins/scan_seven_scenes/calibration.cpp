@@ -3,6 +3,8 @@
 #include <fresco/error.h>
 #include <fresco/recordings/recording_files.h>
 
+#include <fmt/format.h>
+
 namespace seven_scenes
 {
 namespace
@@ -32,7 +34,7 @@ CameraMatrix matrix_of(const std::vector<double>& values, const std::string& opt
                        fresco::RunContext& run)
 {
     if (!values.empty() && values.size() != 4)
-        throw fresco::Error("option \"" + option + "\": " + std::to_string(values.size()) + " numbers; expected fx, fy, cx, cy");
+        throw fresco::Error(fmt::format("option \"{}\": {} numbers; expected fx, fy, cx, cy", option, values.size()));
     if (!values.empty())
         return {{values[0], 0, values[2], 0, values[1], values[3], 0, 0, 1}, "option " + option};
     if (is_there(file, option, "focal length 585 and center (320, 240) are assumed", run))
@@ -60,9 +62,10 @@ fresco::Intrinsics calibrated(const CameraMatrix& matrix, fresco::recordings::Pi
 {
     const bool is_assumed = matrix.source == assumed;
     if (is_assumed && (size.width != assumed_width || size.height != assumed_height))
-        throw fresco::Error("the pictures are " + std::to_string(size.width) + "x" + std::to_string(size.height) +
-                            "; the default calibration is for 640x480: put color-intrinsics.txt and depth-intrinsics.txt into "
-                            "the scan's folder, or set color_intrinsics and depth_intrinsics");
+        throw fresco::Error(
+            fmt::format("the pictures are {}x{}; the default calibration is for 640x480: put color-intrinsics.txt and "
+                        "depth-intrinsics.txt into the scan's folder, or set color_intrinsics and depth_intrinsics",
+                        size.width, size.height));
     return fresco::recordings::intrinsics_for(matrix, is_assumed ? fresco::recordings::PixelCenter::half : center, size, picture);
 }
 

@@ -4,6 +4,7 @@
 #include <fresco/recordings/text_records.h>
 
 #include <algorithm>
+#include <fmt/format.h>
 #include <map>
 #include <string>
 
@@ -19,7 +20,7 @@ std::vector<fs::path> list_sequences(const fs::path& path, const std::vector<int
     for (const auto& entry : fs::directory_iterator(path))
         if (const auto number = fresco::recordings::number_after(entry.path().filename().string(), "seq-");
             number && entry.is_directory() && !found.emplace(*number, entry.path()).second)
-            throw fresco::Error(path.string() + ": two folders for sequence " + std::to_string(*number) + "; remove one");
+            throw fresco::Error(fmt::format("{}: two folders for sequence {}; remove one", path.string(), *number));
     if (found.empty())
         throw fresco::MissingInput(path.string() +
                                    ": no sequences; expected folders seq-01, seq-02, … with frame-000000.color.png (or .jpg), "
@@ -29,7 +30,7 @@ std::vector<fs::path> list_sequences(const fs::path& path, const std::vector<int
         numbers += (numbers.empty() ? "" : ", ") + std::to_string(number);
     for (const int number : wanted)
         if (!found.contains(number))
-            throw fresco::MissingInput(path.string() + ": no sequence " + std::to_string(number) + "; found " + numbers);
+            throw fresco::MissingInput(fmt::format("{}: no sequence {}; found {}", path.string(), number, numbers));
     std::vector<fs::path> folders;
     for (const auto& [number, folder] : found)
         if (wanted.empty() || std::ranges::find(wanted, number) != wanted.end())

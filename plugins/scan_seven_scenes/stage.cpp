@@ -3,6 +3,8 @@
 
 #include <fresco/recordings/recording_stage.h>
 
+#include <fmt/format.h>
+
 namespace
 {
 
@@ -39,7 +41,7 @@ class ScanSevenScenes final : public RecordingStage
     {
         const auto folders = seven_scenes::list_sequences(path(), *sequences, run);
         Recording recording{.files = "seq-N/frame-N.color.png (or .jpg), .depth.png and .pose.txt",
-                            .note = " of " + std::to_string(folders.size()) + " sequences",
+                            .note = fmt::format(" of {} sequences", folders.size()),
                             .every_of_sequence = true};
         for (const auto& folder : folders)
             for (auto& view : numbered_views({folder, "frame-", {".color.png", ".color.jpg", ".color.jpeg"}},

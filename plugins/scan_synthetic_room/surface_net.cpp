@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <fmt/format.h>
 
 namespace room
 {
@@ -38,8 +39,9 @@ class DistanceGrid
         nz = nodes(scene.size.z);
         const auto count = static_cast<double>(nx) * ny * nz;
         if (count > static_cast<double>(most_nodes))
-            throw fresco::Error("option \"edge_m\": " + std::to_string(static_cast<long long>(count / 1e6)) +
-                                " million grid nodes for this room; expected at most 60 million: set a longer edge");
+            throw fresco::Error(fmt::format(
+                "option \"edge_m\": {:.0f} million grid nodes for this room; expected at most 60 million: set a longer edge",
+                count / 1e6));
         bx_ = (nx + block_cells - 1) / block_cells;
         by_ = (ny + block_cells - 1) / block_cells;
         bz_ = (nz + block_cells - 1) / block_cells;

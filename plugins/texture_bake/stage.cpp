@@ -4,6 +4,7 @@
 
 #include "bake.h"
 
+#include <fmt/format.h>
 #include <string>
 #include <vector>
 
@@ -30,8 +31,7 @@ class TextureBake final : public Stage
     BakeOptions bake_options() const
     {
         if (unseen_color->size() != 3)
-            throw Error("option \"unseen_color\" has " + std::to_string(unseen_color->size()) +
-                        " numbers; expected [red, green, blue]");
+            throw Error(fmt::format("option \"unseen_color\" has {} numbers; expected [red, green, blue]", unseen_color->size()));
         const auto channel = [this](std::size_t i) { return static_cast<std::uint8_t>((*unseen_color)[i]); };
         return {.unseen = *unseen == "fill"    ? Unseen::fill
                           : *unseen == "color" ? Unseen::color

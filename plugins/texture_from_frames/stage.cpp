@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fmt/format.h>
 #include <string>
 #include <utility>
 #include <vector>
@@ -60,10 +61,7 @@ class TextureFromFrames final : public Stage
                                             : std::find(heights.begin(), heights.end(), *height_px);
         if (wanted != heights.end())
             return static_cast<std::size_t>(wanted - heights.begin());
-        std::string there;
-        for (const int height : heights)
-            there += (there.empty() ? "" : ", ") + std::to_string(height);
-        throw Error("option \"height_px\": no uv maps of " + std::to_string(*height_px) + " px; found " + there);
+        throw Error(fmt::format("option \"height_px\": no uv maps of {} px; found {}", *height_px, fmt::join(heights, ", ")));
     }
 
     from_frames::TextureRules rules(RunContext& run) const
@@ -93,8 +91,8 @@ class TextureFromFrames final : public Stage
                 wanted.push_back(frame_of[i]);
             }
         if (views.empty())
-            throw Error("none of the " + std::to_string(uvmaps->views.size()) +
-                        " views sees the mesh: check that mesh and poses share one world frame");
+            throw Error(fmt::format("none of the {} views sees the mesh: check that mesh and poses share one world frame",
+                                    uvmaps->views.size()));
         const ImageIo* const codec = images.has_value() ? images.get().get() : nullptr;
         const from_frames::ViewPictures source(*frames, wanted, pictures->path, codec, run);
         const auto read = [&](std::size_t i)
@@ -145,10 +143,10 @@ class TextureFromFrames final : public Stage
         run.report("least_sharpness_factor", *blurred);
         run.report("most_sharpness_factor", *sharp);
         if (made.occluded_pixels * 2 > made.pixels)
-            run.warning("the measured depth disagrees with the mesh at " +
-                        std::to_string(std::lround(100 * share(made.occluded_pixels, made.pixels))) +
-                        " % of the pixels, which are not used: check that poses, depth and mesh belong to one recording "
-                        "(sensor_tolerance_m: 0 uses all pixels)");
+            run.warning(
+                fmt::format("the measured depth disagrees with the mesh at {:.0f} % of the pixels, which are not used: check "
+                            "that poses, depth and mesh belong to one recording (sensor_tolerance_m: 0 uses all pixels)",
+                            100 * share(made.occluded_pixels, made.pixels)));
     }
 };
 

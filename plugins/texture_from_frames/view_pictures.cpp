@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <fmt/format.h>
 #include <string>
 
 namespace fresco::from_frames
@@ -63,9 +64,9 @@ ViewPictures::ViewPictures(const Frames& frames, const std::vector<std::size_t>&
     constexpr std::size_t shown = 3;
     for (std::size_t i = 0; i < std::min(shown, missing.size()); ++i)
         names += (i > 0 ? ", " : "") + missing[i];
-    throw MissingInput(folder.string() + ": " + std::to_string(missing.size()) + " of " + std::to_string(wanted.size()) +
-                       " frames have no picture in it: " + names + (missing.size() > shown ? ", …" : "") +
-                       "; expected <sequence>_<frame>.png, .jpg or .npy for each");
+    throw MissingInput(
+        fmt::format("{}: {} of {} frames have no picture in it: {}{}; expected <sequence>_<frame>.png, .jpg or .npy for each",
+                    folder.string(), missing.size(), wanted.size(), names, missing.size() > shown ? ", …" : ""));
 }
 
 Raster8 ViewPictures::load(std::size_t frame) const
@@ -75,9 +76,9 @@ Raster8 ViewPictures::load(std::size_t frame) const
     Raster8 picture = read_rgb(files_[frame], images_);
     const Intrinsics& camera = frames_.frames[frame].color.intrinsics;
     if (!fits_camera(picture.width, picture.height, camera))
-        throw Error(files_[frame].string() + ": is " + std::to_string(picture.width) + "x" + std::to_string(picture.height) +
-                    "; the color camera of " + name_of(frames_.frames[frame]) + " has " + std::to_string(camera.width) + "x" +
-                    std::to_string(camera.height) + "; pictures must show its whole view, at any size of that aspect ratio");
+        throw Error(fmt::format(
+            "{}: is {}x{}; the color camera of {} has {}x{}; pictures must show its whole view, at any size of that aspect ratio",
+            files_[frame].string(), picture.width, picture.height, name_of(frames_.frames[frame]), camera.width, camera.height));
     return picture;
 }
 

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fmt/format.h>
 #include <string>
 #include <utility>
 #include <vector>
@@ -135,10 +136,9 @@ class TextureFromModel final : public Stage
         if (source == ColorSource::shape)
             run.message("the model has no pictures and one color: shaded by its shape");
         if (seen_share < least_seen_share)
-            run.warning(std::to_string(std::lround(100 * (1 - seen_share))) + " % of the atlas is farther than " +
-                        to_json(rules.max_distance_m) +
-                        " m from the model and takes the colors around it: decimate less, or raise "
-                        "max_distance_m");
+            run.warning(fmt::format("{:.0f} % of the atlas is farther than {} m from the model and takes the colors around it: "
+                                    "decimate less, or raise max_distance_m",
+                                    100 * (1 - seen_share), to_json(rules.max_distance_m)));
     }
 };
 

@@ -4,6 +4,7 @@
 #include <fresco/plugin.h>
 #include <fresco/stage.h>
 
+#include <fmt/format.h>
 #include <string>
 
 namespace
@@ -17,7 +18,7 @@ class TextureImage final : public fresco::LayeredTexture
     void allocate(int size_px) override
     {
         if (size_px < 2 || size_px > largest_size_px)
-            throw fresco::Error("size_px is " + std::to_string(size_px) + "; expected 2 to " + std::to_string(largest_size_px));
+            throw fresco::Error(fmt::format("size_px is {}; expected 2 to {}", size_px, largest_size_px));
         allocate_layers({size_px}, {*regularizer});
     }
 

@@ -8,6 +8,7 @@
 
 #include <ATen/Parallel.h>
 
+#include <fmt/format.h>
 #include <string>
 
 namespace
@@ -30,14 +31,14 @@ class TextureLaplacian final : public fresco::LayeredTexture
     void allocate(int size_px) override
     {
         if (static_cast<int>(regularizer->size()) != *layers_count)
-            throw fresco::Error("option \"regularizer\": " + std::to_string(regularizer->size()) + " numbers for " +
-                                std::to_string(*layers_count) + " layers; expected one per layer, finest first");
+            throw fresco::Error(
+                fmt::format("option \"regularizer\": {} numbers for {} layers; expected one per layer, finest first",
+                            regularizer->size(), *layers_count));
         const int divisor = 1 << (*layers_count - 1);
         if (size_px % divisor != 0 || size_px / divisor < 2 || size_px > largest_size_px)
-            throw fresco::Error("a texture of " + std::to_string(size_px) + " texels does not fit " +
-                                std::to_string(*layers_count) + " layers; set size_px to a multiple of " +
-                                std::to_string(divisor) + " from " + std::to_string(2 * divisor) + " to " +
-                                std::to_string(largest_size_px));
+            throw fresco::Error(
+                fmt::format("a texture of {} texels does not fit {} layers; set size_px to a multiple of {} from {} to {}",
+                            size_px, *layers_count, divisor, 2 * divisor, largest_size_px));
         std::vector<int> sizes;
         for (int i = 0; i < *layers_count; ++i)
             sizes.push_back(size_px >> i);

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <fmt/format.h>
 #include <span>
 #include <string_view>
 
@@ -89,7 +90,7 @@ std::vector<HeldOutLoss> to_history(const torch::Tensor& tensor, const std::stri
 std::string checksum_of(const SafeTensors& contents)
 {
     std::string all;
-    const auto add = [&all](const std::string& text) { all += std::to_string(text.size()) + ":" + text; };
+    const auto add = [&all](const std::string& text) { all += fmt::format("{}:{}", text.size(), text); };
     for (const auto& [name, text] : contents.metadata)
         if (name != checksum_name)
         {

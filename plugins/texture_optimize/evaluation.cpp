@@ -15,6 +15,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fmt/format.h>
 #include <limits>
 #include <span>
 #include <utility>
@@ -74,9 +75,7 @@ void Evaluator::each_level(std::int64_t step, const ScheduledStep& scheduled, co
         const int level = data.numbers[i];
         const PartPlace place{level, step, static_cast<std::int64_t>(scheduled.view), scheduled.repeat,
                               mixed(seed_, static_cast<std::uint64_t>(step), static_cast<std::uint64_t>(level))};
-        work(place, i,
-             "step " + std::to_string(step + 1) + ", view " + view_name + " at " + std::to_string(data.levels[i].height_px) +
-                 " px: ");
+        work(place, i, fmt::format("step {}, view {} at {} px: ", step + 1, view_name, data.levels[i].height_px));
     }
 }
 

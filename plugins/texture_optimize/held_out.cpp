@@ -3,6 +3,7 @@
 #include <fresco/error.h>
 
 #include <algorithm>
+#include <fmt/format.h>
 
 namespace fresco::optimize
 {
@@ -11,8 +12,8 @@ ViewSplit split_views(const std::vector<std::size_t>& views, int count)
 {
     const auto wanted = static_cast<std::size_t>(count);
     if (wanted >= views.size() && wanted > 0)
-        throw Error("held_out_count is " + std::to_string(count) + ", but only " + std::to_string(views.size()) +
-                    " views see the mesh: leave some to optimize for");
+        throw Error(
+            fmt::format("held_out_count is {}, but only {} views see the mesh: leave some to optimize for", count, views.size()));
     ViewSplit split;
     std::size_t next = 0;
     for (std::size_t i = 0; i < views.size(); ++i)

@@ -21,6 +21,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <fmt/format.h>
 #include <optional>
 
 namespace fresco::optimize
@@ -38,8 +39,7 @@ std::vector<std::size_t> used_views(const ViewSource& source, double train_share
         throw Error(
             "no uv map has a valid pixel: the cameras do not see the mesh; check that mesh and poses share one world frame");
     if (views.size() < trained)
-        run.message(std::to_string(trained - views.size()) + " of " + std::to_string(trained) +
-                    " views see nothing of the mesh and are left out");
+        run.message(fmt::format("{} of {} views see nothing of the mesh and are left out", trained - views.size(), trained));
     return views;
 }
 
@@ -132,7 +132,7 @@ class Loop
         if (used == CheckpointFolder::Used::due)
             due_step_ = step_;
         if (used != CheckpointFolder::Used::none)
-            run_.message("going on after step " + std::to_string(step_) + " of " + std::to_string(schedule_.steps()));
+            run_.message(fmt::format("going on after step {} of {}", step_, schedule_.steps()));
         else
             start_anew();
     }
@@ -200,8 +200,9 @@ class Loop
         constexpr std::int64_t most = 3;
         const std::int64_t rollbacks = rollbacks_ + 1;
         if (rollbacks > most)
-            throw Error(std::string(error.what()) + "; the run went back " + std::to_string(most) +
-                        " times and halved the rate each time, without success; its last checkpoint is kept");
+            throw Error(fmt::format(
+                "{}; the run went back {} times and halved the rate each time, without success; its last checkpoint is kept",
+                error.what(), most));
         run_.warning(std::string(error.what()) + "; going back to the last good state, at half the rate");
         const bool back = checkpoints_.use_before(
             step_, [this](const Checkpoint& c) { restore(c); }, [this](const std::string& text) { run_.warning(text); });

@@ -10,6 +10,7 @@
 #include <ATen/ops/zeros.h>
 
 #include <algorithm>
+#include <fmt/format.h>
 #include <functional>
 #include <numeric>
 #include <span>
@@ -40,8 +41,8 @@ encoded_layer(std::map<std::string, torch::Tensor>& known, const FeatureNetwork&
     {
         auto result = network.encode(picture, wanted);
         if (result.size() != wanted.size())
-            throw std::logic_error("a feature network gave " + std::to_string(result.size()) + " layers for " +
-                                   std::to_string(wanted.size()) + " asked for");
+            throw std::logic_error(
+                fmt::format("a feature network gave {} layers for {} asked for", result.size(), wanted.size()));
         for (std::size_t i = 0; i < wanted.size(); ++i)
         {
             const auto maps = std::move(result[i]);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fmt/format.h>
 #include <utility>
 #include <vector>
 
@@ -20,8 +21,8 @@ constexpr int coarse_factor = 4;
 RasterF opaque_rgb(const Raster8& picture)
 {
     if (picture.empty() || (picture.channels != 1 && picture.channels != 3 && picture.channels != 4))
-        throw Error("the style picture is " + std::to_string(picture.width) + "x" + std::to_string(picture.height) + " with " +
-                    std::to_string(picture.channels) + " channels; expected 1 (gray), 3 (RGB) or 4 (RGBA)");
+        throw Error(fmt::format("the style picture is {}x{} with {} channels; expected 1 (gray), 3 (RGB) or 4 (RGBA)",
+                                picture.width, picture.height, picture.channels));
     RasterF result(picture.width, picture.height, 3);
     for (int y = 0; y < picture.height; ++y)
         for (int x = 0; x < picture.width; ++x)
@@ -90,8 +91,8 @@ StyleSizes style_sizes(const Raster8& picture, StyleRule rule, const std::functi
 {
     RasterF source = opaque_rgb(picture);
     if (std::min(source.width, source.height) < least_side)
-        throw Error("the style picture is " + std::to_string(source.width) + "x" + std::to_string(source.height) +
-                    "; expected at least " + std::to_string(least_side) + " px on the shorter side");
+        throw Error(fmt::format("the style picture is {}x{}; expected at least {} px on the shorter side", source.width,
+                                source.height, least_side));
     if (rule == StyleRule::released)
         return released_sizes(std::move(source));
     const int longer = std::max(source.width, source.height);
@@ -101,8 +102,9 @@ StyleSizes style_sizes(const Raster8& picture, StyleRule rule, const std::functi
     if (shorter <= fine_side)
     {
         if (shorter < fine_side)
-            message("the style picture's shorter side has only " + std::to_string(shorter) + " px; it is used as it is (" +
-                    std::to_string(fine_side) + " px or more give finer strokes)");
+            message(fmt::format(
+                "the style picture's shorter side has only {} px; it is used as it is ({} px or more give finer strokes)",
+                shorter, fine_side));
         return {source, source};
     }
     RasterF fine = with_side(source, shorter, fine_side);

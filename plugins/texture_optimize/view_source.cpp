@@ -5,21 +5,10 @@
 #include <fresco/uv_mapping/view_frames.h>
 
 #include <algorithm>
+#include <fmt/format.h>
 
 namespace fresco::optimize
 {
-namespace
-{
-
-std::string listed(const std::vector<int>& numbers)
-{
-    std::string text;
-    for (const int number : numbers)
-        text += (text.empty() ? "" : ", ") + std::to_string(number);
-    return text;
-}
-
-}  // namespace
 
 ViewSource::ViewSource(const UvMaps& maps, const Frames& frames, const ImageIo* images, const std::vector<int>& heights_px)
     : maps_(maps), frames_(frames), images_(images), frame_of_(frames_of_views(maps, frames))
@@ -29,8 +18,8 @@ ViewSource::ViewSource(const UvMaps& maps, const Frames& frames, const ImageIo* 
             levels_.push_back(level);
     for (const int height : heights_px)
         if (std::find(maps.heights_px.begin(), maps.heights_px.end(), height) == maps.heights_px.end())
-            throw Error("option \"heights_px\": no uv maps of " + std::to_string(height) + " px; found " +
-                        listed(maps.heights_px));
+            throw Error(
+                fmt::format("option \"heights_px\": no uv maps of {} px; found {}", height, fmt::join(maps.heights_px, ", ")));
 }
 
 std::vector<std::size_t> ViewSource::seeing_views() const

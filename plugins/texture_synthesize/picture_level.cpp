@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fmt/format.h>
 #include <string>
 
 namespace fresco::synthesize
@@ -59,10 +60,9 @@ PictureLevel::PictureLevel(const Raster8& rgb, double scale, int side, const Pro
     const int width = std::max(1, static_cast<int>(std::lround(rgb.width * scale)));
     const int height = std::max(1, static_cast<int>(std::lround(rgb.height * scale)));
     if (width < side || height < side)
-        throw Error("the style picture is " + std::to_string(rgb.width) + "x" + std::to_string(rgb.height) + " pixels, " +
-                    std::to_string(width) + "x" + std::to_string(height) +
-                    " at the scale of the search: smaller than one patch of " + std::to_string(side) +
-                    " pixels; use a larger picture");
+        throw Error(fmt::format("the style picture is {}x{} pixels, {}x{} at the scale of the search: smaller than one patch of "
+                                "{} pixels; use a larger picture",
+                                rgb.width, rgb.height, width, height, side));
     lab_ = lab_picture(resized(rgb, width, height));
     if (!has_contrast(lab_))
         refuse_one_color();

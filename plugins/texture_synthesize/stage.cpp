@@ -6,6 +6,7 @@
 #include <fresco/stage.h>
 #include <fresco/texture.h>
 
+#include <fmt/format.h>
 #include <string>
 
 using namespace fresco;
@@ -61,9 +62,9 @@ class TextureSynthesize final : public Stage
             throw Error("the mesh on port 'mesh' has no texcoords: wire the atlas.* stage that the start was made with");
         check_atlas(start->atlas, *mesh, "the texture on port 'start'");
         if (style->pixels.channels != 3)
-            throw Error("the style picture has " + std::to_string(style->pixels.channels) + " channels; expected RGB");
+            throw Error(fmt::format("the style picture has {} channels; expected RGB", style->pixels.channels));
         if (*patch_px % 2 == 0)
-            throw Error("option \"patch_px\" is " + std::to_string(*patch_px) + "; expected an odd number");
+            throw Error(fmt::format("option \"patch_px\" is {}; expected an odd number", *patch_px));
     }
 
     void run(RunContext& run) override

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <fmt/format.h>
 #include <string>
 
 namespace fresco::synthesize
@@ -104,12 +105,15 @@ void SurfaceGrid::lay_out(const PaintedSurface& surface)
         const double width = std::ceil((high[c].x - low[c].x) * sheet.cells_per_uv) + 2;
         const double height = std::ceil((high[c].y - low[c].y) * sheet.cells_per_uv) + 2;
         if (static_cast<double>(cells) + width * height >= 4e9)
-            throw Error("the surface has more than four billion texels of " + std::to_string(spacing_m_ * 1000) +
-                        " mm: use a larger stroke_cm, or check that the mesh is in meters");
+            throw Error(
+                fmt::format("the surface has more than four billion texels of {:.3g} mm: use a larger stroke_cm, or check "
+                            "that the mesh is in meters",
+                            spacing_m_ * 1000));
         if (width > 65535)
-            throw Error("a chart of the surface is " + std::to_string(width * spacing_m_) +
-                        " m wide, more than 65535 texels of " + std::to_string(spacing_m_ * 1000) +
-                        " mm: check that the mesh is in meters, or use a larger stroke_cm");
+            throw Error(
+                fmt::format("a chart of the surface is {:.3g} m wide, more than 65535 texels of {:.3g} mm: check that the mesh "
+                            "is in meters, or use a larger stroke_cm",
+                            width * spacing_m_, spacing_m_ * 1000));
         sheet.width = static_cast<int>(width);
         sheet.height = static_cast<int>(height);
         sheet.first_cell = cells;

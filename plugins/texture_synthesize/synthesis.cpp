@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <fmt/format.h>
 #include <memory>
 #include <sstream>
 #include <string>
@@ -147,7 +148,7 @@ class Synthesis
             run_.warning("the checkpoint cannot be used: " + file_.string() + ": " + error.what());
             return false;
         }
-        run_.message("going on after round " + std::to_string(found.rounds) + " of an interrupted run");
+        run_.message(fmt::format("going on after round {} of an interrupted run", found.rounds));
         return true;
     }
 

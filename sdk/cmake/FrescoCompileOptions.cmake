@@ -1,5 +1,8 @@
-# Options of fresco's own targets, as an interface target: nothing global, nothing imposed on users of the SDK.
+# Options of fresco's own targets, as an interface target: nothing global, nothing imposed on users of the SDK. Their texts are
+# formatted by fmt.
+find_package(fmt REQUIRED)
 add_library(fresco_compile_options INTERFACE)
+target_link_libraries(fresco_compile_options INTERFACE fmt::fmt)
 target_compile_features(fresco_compile_options INTERFACE cxx_std_20)
 # The prefix map keeps the build folder out of the libraries: rebuilding unchanged sources gives the same bytes anywhere.
 target_compile_options(

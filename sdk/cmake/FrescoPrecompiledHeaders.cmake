@@ -1,7 +1,8 @@
 # The headers that most sources parse anew, parsed once. Of fresco's own build alone: plugins outside the tree never see it.
 option(FRESCO_PRECOMPILED_HEADERS "Parse the headers that most sources include only once (ccache wants it off)" ON)
 
-set(FRESCO_STANDARD_HEADERS
+set(FRESCO_COMMON_HEADERS
+    <fmt/format.h>
     <algorithm>
     <array>
     <cmath>

@@ -137,7 +137,7 @@ class Draft
         {
             // A link never replaces a file, so it gets a name first.
             const auto named = folder_ / temporary_name();
-            const std::string unnamed = "/proc/self/fd/" + std::to_string(output_.get());
+            const std::string unnamed = fmt::format("/proc/self/fd/{}", output_.get());
             if (::linkat(AT_FDCWD, unnamed.c_str(), AT_FDCWD, named.c_str(), AT_SYMLINK_FOLLOW) != 0)
                 fail();
             name_ = named;

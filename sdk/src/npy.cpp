@@ -252,7 +252,7 @@ std::vector<std::byte> to_npy(NpyType type, std::span<const std::size_t> shape, 
         throw Error("to_npy: the shape does not fit the number of values");
     std::string header = "{'descr': '" + std::string(name_of(type).descr) + "', 'fortran_order': False, 'shape': (";
     for (const std::size_t extent : shape)
-        header += std::to_string(extent) + ", ";
+        header += fmt::format("{}, ", extent);
     header += "), }";
     if (!shape.empty())
         header.replace(header.find(", ),"), 4, shape.size() == 1 ? ",)," : "),");

@@ -231,7 +231,7 @@ struct Quantity
 int uv_bits_for_texture(int size_px)
 {
     if (size_px < 1 || size_px > 4096 << (max_uv_bits - min_uv_bits))
-        throw std::invalid_argument("expected a texture of 1 to 262144 texels per side, got " + std::to_string(size_px));
+        throw std::invalid_argument(fmt::format("expected a texture of 1 to 262144 texels per side, got {}", size_px));
     return std::max(min_uv_bits, min_uv_bits - 12 + static_cast<int>(std::bit_width(static_cast<unsigned>(size_px - 1))));
 }
 
@@ -258,7 +258,7 @@ int uv_bits_of(const UvMap& map)
 std::vector<std::byte> pack_uv_map(const UvMap& map, int uv_bits, std::string_view source)
 {
     if (uv_bits < min_uv_bits || uv_bits > max_uv_bits)
-        throw std::invalid_argument("expected 16 to 22 bits of texcoords, got " + std::to_string(uv_bits));
+        throw std::invalid_argument(fmt::format("expected 16 to 22 bits of texcoords, got {}", uv_bits));
     check_rasters(map, source);
     const int width = map.valid.width;
     const int height = map.valid.height;

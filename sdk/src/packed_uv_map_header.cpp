@@ -115,7 +115,7 @@ PackedUvMapHeader PackedUvMapHeader::read(std::span<const std::byte> file, std::
     if (reader.number() != sum)
         fail_packed(source, bytes - 4, "the header's checksum is wrong");
     if (end != file.size())
-        fail_packed(source, file.size(), "ends; the header lists parts up to " + std::to_string(end));
+        fail_packed(source, file.size(), fmt::format("ends; the header lists parts up to {}", end));
 
     const auto& [u, v, cosine, depth] = header.bits;
     if (u < 16 || u > 22 || v != u || cosine != 8 || (depth != 16 && depth != 22))

@@ -50,7 +50,7 @@ class BinaryCursor
     {
         last_ = offset_;
         if (offset_ != bytes_.size())
-            fail(std::to_string(bytes_.size() - offset_) + " bytes after the last element; expected the end of the file");
+            fail(fmt::format("{} bytes after the last element; expected the end of the file", bytes_.size() - offset_));
     }
 
     std::int64_t integer(PlyType type)

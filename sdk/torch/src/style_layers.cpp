@@ -4,6 +4,8 @@
 
 #include <ATen/core/grad_mode.h>
 
+#include <fmt/format.h>
+
 namespace fresco
 {
 
@@ -33,8 +35,8 @@ std::vector<StyleLayer> StyleOptions::compared(std::string_view loss) const
     if (result.empty())
         throw Error(std::string(loss) + ": the network of `features` has no layer meant for styles; name some in `layers`");
     if (!layer_weights->empty() && layer_weights->size() != result.size())
-        throw Error(std::string(loss) + ": `layer_weights` has " + std::to_string(layer_weights->size()) + " entries for " +
-                    std::to_string(result.size()) + " layers; give one for each, or none");
+        throw Error(fmt::format("{}: `layer_weights` has {} entries for {} layers; give one for each, or none", loss,
+                                layer_weights->size(), result.size()));
     for (std::size_t i = 0; i < layer_weights->size(); ++i)
         result[i].factor = (*layer_weights)[i];
     return result;
@@ -76,9 +78,9 @@ std::vector<torch::Tensor> style_features(const FeatureNetwork& network, const t
     for (const auto& map : network.encode(picture, names_of(layers)))
     {
         if (map.numel() == 0)
-            throw Error(std::string(loss) + ": the style picture (" + std::to_string(picture.size(2)) + " x " +
-                        std::to_string(picture.size(1)) + ") is too small for layer " + layers[features.size()].name +
-                        ": use a larger picture or fewer layers");
+            throw Error(
+                fmt::format("{}: the style picture ({} x {}) is too small for layer {}: use a larger picture or fewer layers",
+                            loss, picture.size(2), picture.size(1), layers[features.size()].name));
         features.push_back(map.flatten(1));
     }
     return features;

@@ -9,6 +9,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <fmt/format.h>
 #include <limits>
 
 namespace fresco::dataset
@@ -47,10 +48,7 @@ std::vector<std::size_t> shape_of(int width, int height, int channels)
 
 std::string text_of(const std::vector<std::size_t>& shape)
 {
-    std::string text;
-    for (const std::size_t extent : shape)
-        text += (text.empty() ? "" : " x ") + std::to_string(extent);
-    return text;
+    return fmt::format("{}", fmt::join(shape, " x "));
 }
 
 template <class T>
@@ -94,7 +92,7 @@ std::string number_text(double number)
 std::string pixel_text(std::size_t pixel, int width)
 {
     const auto columns = static_cast<std::size_t>(width);
-    return "pixel (" + std::to_string(pixel % columns) + ", " + std::to_string(pixel / columns) + ")";
+    return fmt::format("pixel ({}, {})", pixel % columns, pixel / columns);
 }
 
 /// Throws Error for the first pixel whose values are not `good`.
@@ -123,8 +121,7 @@ std::vector<std::byte> read_stamped(const std::filesystem::path& file, const Fil
         throw MissingInput(file.string() + ": file is missing" + way_out);
     auto bytes = read_file(file, std::numeric_limits<std::size_t>::max());
     if (bytes.size() != stamp.bytes)
-        fail(file.string(),
-             "has " + std::to_string(bytes.size()) + " bytes; dataset.json lists " + std::to_string(stamp.bytes) + way_out);
+        fail(file.string(), fmt::format("has {} bytes; dataset.json lists {}{}", bytes.size(), stamp.bytes, way_out));
     if (content_hash(bytes) != stamp.hash)
         fail(file.string(), "its contents differ from dataset.json: the file was changed or damaged" + way_out);
     return bytes;
@@ -195,7 +192,7 @@ void check_valid(const Raster8& valid, std::int64_t ones, std::string_view sourc
     check_values(valid, source, "0 or 1", [](std::uint8_t v) { return v <= 1; });
     const auto found = std::ranges::count(valid.values, std::uint8_t{1});
     if (found != ones)
-        fail(source, std::to_string(found) + " valid pixels; expected " + std::to_string(ones));
+        fail(source, fmt::format("{} valid pixels; expected {}", found, ones));
 }
 
 void check_uv(const RasterF& uv, std::string_view source)

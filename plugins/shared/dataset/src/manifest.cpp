@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <fmt/format.h>
 #include <set>
 #include <utility>
 
@@ -77,14 +78,13 @@ View view_from(const Value& value, const std::vector<int>& heights_px)
         view.valid_pixels.push_back(count.as_int());
     entries.refuse_others();
     if (view.valid_pixels.size() != heights_px.size())
-        throw Error("valid_pixels: " + std::to_string(view.valid_pixels.size()) + " numbers; expected one per height, " +
-                    std::to_string(heights_px.size()));
+        throw Error(
+            fmt::format("valid_pixels: {} numbers; expected one per height, {}", view.valid_pixels.size(), heights_px.size()));
     for (std::size_t i = 0; i < heights_px.size(); ++i)
     {
         const std::int64_t most = std::int64_t{heights_px[i]} * view.color.intrinsics.width_at(heights_px[i]);
         if (view.valid_pixels[i] < 0 || view.valid_pixels[i] > most)
-            throw Error("valid_pixels: " + std::to_string(view.valid_pixels[i]) + " of the " + std::to_string(most) +
-                        " pixels at " + std::to_string(heights_px[i]) + " px");
+            throw Error(fmt::format("valid_pixels: {} of the {} pixels at {} px", view.valid_pixels[i], most, heights_px[i]));
     }
     return view;
 }
@@ -134,8 +134,8 @@ void check_format(StrictMap& entries)
         throw Error("format: not a fresco dataset, whose format is \"" + std::string(format_name) + "\"");
     const std::int64_t version = entries.take("version").as_int();
     if (version != format_version)
-        throw Error("version: " + std::to_string(version) + "; this fresco reads version " + std::to_string(format_version) +
-                    ": write the dataset with the same fresco that reads it");
+        throw Error(fmt::format("version: {}; this fresco reads version {}: write the dataset with the same fresco that reads it",
+                                version, format_version));
     const Value& found = entries.take("conventions");
     const Value expected = conventions();
     for (const auto& [key, value] : expected.as_map())
@@ -191,7 +191,7 @@ Manifest manifest_from(const Value& root)
     std::set<std::pair<std::string, std::string>> frames;
     for (const Value& value : entries.take("views").as_list())
     {
-        const std::string place = "views[" + std::to_string(manifest.views.size()) + "]";
+        const std::string place = fmt::format("views[{}]", manifest.views.size());
         View view = at_place(place, [&] { return view_from(value, manifest.heights_px); });
         if (!frames.emplace(view.sequence, view.frame).second)
             throw Error(place + ": " + view.sequence + "/" + view.frame + " appears twice");
@@ -201,7 +201,7 @@ Manifest manifest_from(const Value& root)
         throw Error("views: expected at least one");
     for (const Value& value : entries.take("files").as_list())
     {
-        const std::string place = "files[" + std::to_string(manifest.files.size()) + "]";
+        const std::string place = fmt::format("files[{}]", manifest.files.size());
         const auto [file, is_new] = manifest.files.insert(at_place(place, [&] { return file_from(value); }));
         if (!is_new)
             throw Error(place + ": " + file->first + " appears twice");
@@ -217,7 +217,7 @@ Manifest manifest_from(const Value& root)
 
 std::string map_name(std::size_t view, std::string_view quantity, int height_px)
 {
-    return view_folder(view) + std::string(quantity) + "_" + std::to_string(height_px) + ".npy";
+    return fmt::format("{}{}_{}.npy", view_folder(view), quantity, height_px);
 }
 
 std::string picture_name(std::size_t view)

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fmt/format.h>
 #include <map>
 #include <set>
 #include <string>
@@ -88,10 +89,9 @@ std::vector<PosedPicture> posed_pictures(const Frames& frames, const Files* view
         result.push_back({i, picture->second});
     }
     if (result.empty())
-        throw Error("none of the " + std::to_string(pictures.size()) + " pictures " +
-                    (views != nullptr ? "on port 'views'" : "in " + folder.string()) + " belongs to one of the " +
-                    std::to_string(frames.frames.size()) + " frames; expected files named " +
-                    (names.empty() ? "<sequence>_<frame>" : *names.begin()) + ".png or .jpg");
+        throw Error(fmt::format("none of the {} pictures {} belongs to one of the {} frames; expected files named {}.png or .jpg",
+                                pictures.size(), views != nullptr ? "on port 'views'" : "in " + folder.string(),
+                                frames.frames.size(), names.empty() ? "<sequence>_<frame>" : *names.begin()));
     return result;
 }
 
@@ -110,9 +110,8 @@ Camera camera_of_picture(const Frame& frame, int width, int height, const fs::pa
     const Intrinsics& k = frame.color.intrinsics;
     const double aspect = static_cast<double>(width) * k.height / (static_cast<double>(height) * k.width);
     if (std::abs(aspect - 1) > 0.01)
-        throw Error(file.string() + ": is " + std::to_string(width) + "x" + std::to_string(height) + "; the color camera of " +
-                    frame.sequence + "/" + frame.name + " has " + std::to_string(k.width) + "x" + std::to_string(k.height) +
-                    ": pictures must show the camera's whole view");
+        throw Error(fmt::format("{}: is {}x{}; the color camera of {}/{} has {}x{}: pictures must show the camera's whole view",
+                                file.string(), width, height, frame.sequence, frame.name, k.width, k.height));
     Camera camera = frame.color;
     camera.intrinsics = k.scaled_to(width, height);
     return camera;

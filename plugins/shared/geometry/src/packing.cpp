@@ -4,6 +4,7 @@
 #include <fresco/parallel.h>
 
 #include <cmath>
+#include <fmt/format.h>
 #include <map>
 #include <optional>
 #include <string>
@@ -190,9 +191,9 @@ class Packer
                 high = low;
                 low *= step;
                 if (high * largest < 1)  // every chart is down to a texel
-                    throw Error("the charts do not fit a texture of " + std::to_string(options_.size_px) + " pixels: " +
-                                std::to_string(order_.size()) + " charts with a gutter of " + std::to_string(options_.gutter_px) +
-                                " pixels; use a larger size_px, a smaller gutter_px or fewer, larger pieces of surface");
+                    throw Error(fmt::format("the charts do not fit a texture of {} pixels: {} charts with a gutter of {} pixels; "
+                                            "use a larger size_px, a smaller gutter_px or fewer, larger pieces of surface",
+                                            options_.size_px, order_.size(), options_.gutter_px));
                 if (try_scale(low))
                     break;
             }

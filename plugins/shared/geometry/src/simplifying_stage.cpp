@@ -2,6 +2,7 @@
 #include <fresco/geometry/simplifying_stage.h>
 #include <fresco/geometry/topology.h>
 
+#include <fmt/format.h>
 #include <string>
 
 namespace fresco::geometry
@@ -55,11 +56,11 @@ void SimplifyingStage::run(RunContext& run)
     const auto after = count_surface(result);
     report_counts(run, "after", after);
     if (after.components < clean.components)
-        run.warning(std::to_string(clean.components - after.components) + " of " + std::to_string(clean.components) +
-                    " components were lost");
+        run.warning(fmt::format("{} of {} components were lost", clean.components - after.components, clean.components));
     if (after.faces > target)
-        run.warning("stopped at " + std::to_string(after.faces) + " faces instead of " + std::to_string(target) + ": the " +
-                    std::to_string(clean.components) + " components cannot be simplified further without losing or folding some");
+        run.warning(fmt::format(
+            "stopped at {} faces instead of {}: the {} components cannot be simplified further without losing or folding some",
+            after.faces, target, clean.components));
     simplified_ = std::move(result);
 }
 

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <fmt/format.h>
 #include <numeric>
 
 namespace fresco::gltf
@@ -60,7 +61,7 @@ std::uint32_t AccessorRows::integer_at(std::size_t row) const
 AccessorRows accessor_rows(const tinygltf::Model& model, int accessor, std::size_t least, std::size_t most)
 {
     if (accessor < 0 || static_cast<std::size_t>(accessor) >= model.accessors.size())
-        throw Error("accessor " + std::to_string(accessor) + " of " + std::to_string(model.accessors.size()));
+        throw Error(fmt::format("accessor {} of {}", accessor, model.accessors.size()));
     const auto number = static_cast<std::size_t>(accessor);
     const auto& source = model.accessors[number];
     const auto expect = [&](bool good, const std::string& what)
@@ -75,10 +76,10 @@ AccessorRows accessor_rows(const tinygltf::Model& model, int accessor, std::size
     AccessorRows rows;
     rows.components = static_cast<std::size_t>(std::max(components, 0));
     expect(rows.components >= least && rows.components <= most && source.type != TINYGLTF_TYPE_MAT2,
-           "expected " + std::to_string(least) + " to " + std::to_string(most) + " components");
+           fmt::format("expected {} to {} components", least, most));
     rows.component_type = source.componentType;
     const std::size_t packed = rows.components * size_of_component(source.componentType);
-    expect(packed > 0, "componentType " + std::to_string(source.componentType) + " is not supported");
+    expect(packed > 0, fmt::format("componentType {} is not supported", source.componentType));
     rows.normalized = source.normalized;
     rows.count = source.count;
     const auto view_number = static_cast<std::size_t>(source.bufferView);
@@ -88,9 +89,8 @@ AccessorRows accessor_rows(const tinygltf::Model& model, int accessor, std::size
     const bool fits = rows.count > 0 && rows.stride >= packed && source.byteOffset <= bytes.size() &&
                       packed <= bytes.size() - source.byteOffset &&
                       rows.count - 1 <= (bytes.size() - source.byteOffset - packed) / rows.stride;
-    expect(fits, std::to_string(rows.count) + " rows of " + std::to_string(packed) + " bytes at byte " +
-                     std::to_string(source.byteOffset) + " do not fit into the bufferView of " + std::to_string(bytes.size()) +
-                     " bytes");
+    expect(fits, fmt::format("{} rows of {} bytes at byte {} do not fit into the bufferView of {} bytes", rows.count, packed,
+                             source.byteOffset, bytes.size()));
     rows.first = bytes.data() + source.byteOffset;
     return rows;
 }
@@ -118,14 +118,13 @@ std::vector<std::uint32_t> triangle_indices(const tinygltf::Model& model, int in
         {
             corners.push_back(rows.integer_at(i));
             if (corners.back() >= vertex_count)
-                throw Error(place + "index " + std::to_string(i) + " names vertex " + std::to_string(corners.back()) + " of " +
-                            std::to_string(vertex_count));
+                throw Error(fmt::format("{}index {} names vertex {} of {}", place, i, corners.back(), vertex_count));
         }
     }
     if (mode == TINYGLTF_MODE_TRIANGLES)
     {
         if (corners.size() % 3 != 0)
-            throw Error("a primitive of triangles has " + std::to_string(corners.size()) + " corners; expected a multiple of 3");
+            throw Error(fmt::format("a primitive of triangles has {} corners; expected a multiple of 3", corners.size()));
         return corners;
     }
     std::vector<std::uint32_t> triangles;

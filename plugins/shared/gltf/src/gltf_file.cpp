@@ -4,6 +4,7 @@
 #define TINYGLTF_NO_STB_IMAGE_WRITE
 #define TINYGLTF_NO_EXTERNAL_IMAGE
 #define TINYGLTF_NO_FS
+#include <fmt/format.h>
 #include <fstream>  // which tinygltf uses but does not include then
 
 #include <fresco/gltf/gltf_file.h>
@@ -79,7 +80,7 @@ std::string_view text_of(std::span<const std::byte> bytes)
 std::uint32_t word_at(std::span<const std::byte> bytes, std::size_t at)
 {
     if (bytes.size() < at + 4)
-        throw Error("ends at byte " + std::to_string(bytes.size()) + " inside a header: the file is truncated");
+        throw Error(fmt::format("ends at byte {} inside a header: the file is truncated", bytes.size()));
     std::uint32_t word = 0;
     std::memcpy(&word, bytes.data() + at, sizeof word);
     return word;
@@ -89,7 +90,7 @@ std::span<const std::byte> chunk_at(std::span<const std::byte> file, std::size_t
 {
     const std::size_t length = word_at(file, at);
     if (word_at(file, at + 4) != type || length > file.size() - at - chunk_header_bytes)
-        throw Error("byte " + std::to_string(at) + ": expected the " + name + " chunk, inside the file");
+        throw Error(fmt::format("byte {}: expected the {} chunk, inside the file", at, name));
     return file.subspan(at + chunk_header_bytes, length);
 }
 
@@ -139,12 +140,12 @@ void check_numbers(const Value& value, std::string_view key, const std::string& 
     if (is_size || is_index)
     {
         if (!value.is_int() || value.as_int() < 0 || value.as_int() > greatest)
-            throw Error(place + ": expected a whole number from 0 to " + std::to_string(greatest) + ", not " +
-                        to_json(value).substr(0, 60));
+            throw Error(
+                fmt::format("{}: expected a whole number from 0 to {}, not {}", place, greatest, to_json(value).substr(0, 60)));
     }
     else if (value.is_list())
         for (std::size_t i = 0; i < value.as_list().size(); ++i)
-            check_numbers(value.as_list()[i], key, place + "[" + std::to_string(i) + "]");
+            check_numbers(value.as_list()[i], key, fmt::format("{}[{}]", place, i));
     else if (value.is_map())
         for (const auto& [name, inner] : value.as_map())
             if (name != "extras" && name != "sparse" && (key != "extensions" || contains(read_extensions, name)))
@@ -184,8 +185,8 @@ std::vector<tinygltf::Buffer> buffers_of(const Value& document, std::span<const 
             outside = is_data_uri(uri) ? data_uri_bytes(uri, place) : read_beside(uri, place);
         const std::span<const std::byte> bytes = uri.empty() ? binary : outside;
         if (length == 0 || bytes.size() < length)
-            throw Error(place + "byteLength is " + std::to_string(length) + ", but there are " + std::to_string(bytes.size()) +
-                        " bytes: the file is truncated");
+            throw Error(
+                fmt::format("{}byteLength is {}, but there are {} bytes: the file is truncated", place, length, bytes.size()));
         const auto* const begin = reinterpret_cast<const unsigned char*>(bytes.data());
         buffers.emplace_back().data.assign(begin, begin + length);
     }
@@ -228,7 +229,7 @@ void check_counts(const Value& document, const tinygltf::Model& model)
     const auto expect = [](std::size_t found, std::size_t expected, const std::string& what)
     {
         if (found != expected)
-            throw Error(what + " has " + std::to_string(expected - found) + " invalid entries");
+            throw Error(fmt::format("{} has {} invalid entries", what, expected - found));
     };
     expect(model.accessors.size(), list_of(document, "accessors").size(), "accessors");
     expect(model.nodes.size(), list_of(document, "nodes").size(), "nodes");
@@ -245,12 +246,11 @@ void check_views(const tinygltf::Model& model)
     {
         const auto& view = model.bufferViews[i];
         if (view.buffer < 0 || static_cast<std::size_t>(view.buffer) >= model.buffers.size())
-            throw Error(entry("bufferViews", i) + "buffer " + std::to_string(view.buffer) + " of " +
-                        std::to_string(model.buffers.size()));
+            throw Error(fmt::format("{}buffer {} of {}", entry("bufferViews", i), view.buffer, model.buffers.size()));
         const std::size_t size = model.buffers[static_cast<std::size_t>(view.buffer)].data.size();
         if (view.byteOffset > size || view.byteLength > size - view.byteOffset)
-            throw Error(entry("bufferViews", i) + std::to_string(view.byteLength) + " bytes at " +
-                        std::to_string(view.byteOffset) + " do not fit into the buffer of " + std::to_string(size));
+            throw Error(fmt::format("{}{} bytes at {} do not fit into the buffer of {}", entry("bufferViews", i), view.byteLength,
+                                    view.byteOffset, size));
     }
 }
 
@@ -261,11 +261,10 @@ Chunks chunks_of(std::span<const std::byte> file)
     if (!text_of(file).starts_with("glTF"))
         return {text_of(file), {}};
     if (word_at(file, 4) != 2)
-        throw Error("byte 4: GLB version " + std::to_string(word_at(file, 4)) +
-                    "; expected 2: export the model again as glTF 2.0");
+        throw Error(fmt::format("byte 4: GLB version {}; expected 2: export the model again as glTF 2.0", word_at(file, 4)));
     if (word_at(file, 8) != file.size())
-        throw Error("byte 8: the header says " + std::to_string(word_at(file, 8)) + " bytes, the file has " +
-                    std::to_string(file.size()) + ": it is truncated or damaged");
+        throw Error(fmt::format("byte 8: the header says {} bytes, the file has {}: it is truncated or damaged", word_at(file, 8),
+                                file.size()));
     Chunks chunks;
     const auto json = chunk_at(file, glb_header_bytes, json_chunk, "JSON");
     chunks.json = text_of(json);
@@ -277,7 +276,7 @@ Chunks chunks_of(std::span<const std::byte> file)
 
 std::string entry(const char* list, std::size_t at)
 {
-    return std::string(list) + "[" + std::to_string(at) + "]: ";
+    return fmt::format("{}[{}]: ", list, at);
 }
 
 std::string decoded_uri(std::string_view uri)

@@ -3,6 +3,7 @@
 #include <fresco/error.h>
 #include <fresco/images/sharpness.h>
 
+#include <fmt/format.h>
 #include <string>
 
 namespace fresco
@@ -17,8 +18,7 @@ SharpnessOption::SharpnessOption(Configurable* owner)
 void SharpnessOption::check() const
 {
     if (size_px_->size() != 2)
-        throw Error("option \"sharpness_size_px\" has " + std::to_string(size_px_->size()) +
-                    " numbers; expected [width, height]");
+        throw Error(fmt::format("option \"sharpness_size_px\" has {} numbers; expected [width, height]", size_px_->size()));
 }
 
 double SharpnessOption::of(const Raster8& rgb) const

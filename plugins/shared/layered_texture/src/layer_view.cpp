@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <fmt/format.h>
 #include <string>
 
 namespace fresco
@@ -48,8 +49,9 @@ ValidPixels valid_pixels(const UvMap& map)
         const float u = map.uv.values[2 * i];
         const float v = map.uv.values[2 * i + 1];
         if (!std::isfinite(u) || !std::isfinite(v))
-            throw Error("a uv map is not finite at pixel " + std::to_string(i % static_cast<std::size_t>(map.valid.width)) +
-                        ", " + std::to_string(i / static_cast<std::size_t>(map.valid.width)) + "; make the uv maps again");
+            throw Error(fmt::format("a uv map is not finite at pixel {}, {}; make the uv maps again",
+                                    i % static_cast<std::size_t>(map.valid.width),
+                                    i / static_cast<std::size_t>(map.valid.width)));
         result.pixels.push_back(static_cast<std::int32_t>(i));
         result.uv.push_back(u);
         result.uv.push_back(v);

@@ -2,8 +2,8 @@
 
 #include "device_view.h"
 
-#include <fresco/parallel.h>
 #include <fresco/layered_texture/layer_view.h>
+#include <fresco/parallel.h>
 #include <fresco/torch/lazy_tensor.h>
 
 #include <ATen/Parallel.h>
@@ -11,6 +11,7 @@
 #include <ATen/ops/zeros.h>
 
 #include <algorithm>
+#include <fmt/format.h>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -133,7 +134,7 @@ void LayeredTexture::allocate_layers(const std::vector<int>& sizes, const std::v
     for (std::size_t i = 0; i < sizes.size(); ++i)
     {
         const std::int64_t size = sizes[i];
-        parameters_.push_back({"layer_" + std::to_string(i), lazy_zeros({size * size, 3}, at::kFloat), regularizer.at(i)});
+        parameters_.push_back({fmt::format("layer_{}", i), lazy_zeros({size * size, 3}, at::kFloat), regularizer.at(i)});
     }
 }
 

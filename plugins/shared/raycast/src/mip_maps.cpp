@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fmt/format.h>
 #include <string>
 
 namespace fresco::raycast
@@ -25,7 +26,7 @@ Raster<std::uint16_t> stored(const RasterF& values)
 MipMaps::MipMaps(const Raster8& picture, bool smaller_levels)
 {
     if (picture.channels != 3 || picture.empty())
-        throw Error("the picture has " + std::to_string(picture.channels) + " channels; expected 3 (RGB)");
+        throw Error(fmt::format("the picture has {} channels; expected 3 (RGB)", picture.channels));
     RasterF level(picture.width, picture.height, 3);
     std::copy(picture.values.begin(), picture.values.end(), level.values.begin());
     levels_.push_back(stored(level));

@@ -3,20 +3,21 @@
 #include <fresco/error.h>
 
 #include <algorithm>
+#include <fmt/format.h>
 
 namespace fresco::recordings
 {
 
 std::string ByteCursor::place() const
 {
-    return source_ + ": byte " + std::to_string(offset_);
+    return fmt::format("{}: byte {}", source_, offset_);
 }
 
 std::span<const std::byte> ByteCursor::take(std::uint64_t count, std::string_view what)
 {
     if (count > left())
-        throw Error(place() + ": the file ends inside " + std::string(what) + " (" + std::to_string(count) + " bytes, " +
-                    std::to_string(left()) + " remain): it is truncated or damaged; copy it again");
+        throw Error(fmt::format("{}: the file ends inside {} ({} bytes, {} remain): it is truncated or damaged; copy it again",
+                                place(), what, count, left()));
     const auto part = bytes_.subspan(offset_, static_cast<std::size_t>(count));
     offset_ += part.size();
     return part;
@@ -37,8 +38,7 @@ std::string_view ByteCursor::text(std::string_view what)
 void ByteCursor::expect_end() const
 {
     if (left() > 0)
-        throw Error(place() + ": " + std::to_string(left()) +
-                    " bytes after the expected end: the file is damaged; copy it again");
+        throw Error(fmt::format("{}: {} bytes after the expected end: the file is damaged; copy it again", place(), left()));
 }
 
 }  // namespace fresco::recordings

@@ -6,6 +6,7 @@
 
 #include <charconv>
 #include <cmath>
+#include <fmt/format.h>
 #include <string>
 
 namespace fresco::recordings
@@ -66,7 +67,7 @@ std::string number_text(double number)
 
 std::string shape_text(int rows, int columns)
 {
-    return std::to_string(rows) + "x" + std::to_string(columns);
+    return fmt::format("{}x{}", rows, columns);
 }
 
 }  // namespace
@@ -80,21 +81,20 @@ std::vector<double> parse_matrix_text(std::string_view text, int rows, int colum
         const auto end = text.find('\n');
         const auto line = text.substr(0, end);
         text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
-        const std::string place = std::string(source) + ":" + std::to_string(line_number);
+        const std::string place = fmt::format("{}:{}", source, line_number);
         const auto row = parse_row(line, place);
         if (row.empty())
             continue;
         if (rows_read == rows)
             throw Error(place + ": expected a " + shape_text(rows, columns) + " matrix, but found another row");
         if (row.size() != static_cast<std::size_t>(columns))
-            throw Error(place + ": " + std::to_string(row.size()) + " numbers; a row of a " + shape_text(rows, columns) +
-                        " matrix has " + std::to_string(columns));
+            throw Error(fmt::format("{}: {} numbers; a row of a {} matrix has {}", place, row.size(), shape_text(rows, columns),
+                                    columns));
         values.insert(values.end(), row.begin(), row.end());
         ++rows_read;
     }
     if (rows_read != rows)
-        throw Error(std::string(source) + ": " + std::to_string(rows_read) + " rows; expected a " + shape_text(rows, columns) +
-                    " matrix");
+        throw Error(fmt::format("{}: {} rows; expected a {} matrix", source, rows_read, shape_text(rows, columns)));
     return values;
 }
 
@@ -107,7 +107,7 @@ std::vector<double> parse_numbers(std::string_view text, std::size_t count, std:
 {
     auto values = parse_row(text, std::string(source));
     if (values.size() != count)
-        throw Error(std::string(source) + ": " + std::to_string(values.size()) + " numbers; expected " + std::to_string(count));
+        throw Error(fmt::format("{}: {} numbers; expected {}", source, values.size(), count));
     return values;
 }
 
@@ -132,7 +132,7 @@ RigidTransform rigid_transform(const std::vector<double>& matrix, std::string_vi
 {
     const std::string name(source);
     if (matrix.size() != 16)
-        throw Error(name + ": " + std::to_string(matrix.size()) + " numbers; expected a 4x4 matrix");
+        throw Error(fmt::format("{}: {} numbers; expected a 4x4 matrix", name, matrix.size()));
     for (const double entry : matrix)
         if (!std::isfinite(entry))
             throw Error(name + ": the transform has an entry that is not finite; leave this frame out");
@@ -163,7 +163,7 @@ Intrinsics intrinsics_from_matrix(const std::vector<double>& matrix, PixelCenter
     const std::string name(source);
     const std::size_t size = matrix.size() == 16 ? 4 : 3;
     if (matrix.size() != size * size)
-        throw Error(name + ": " + std::to_string(matrix.size()) + " numbers; expected a 3x3 or 4x4 matrix of intrinsics");
+        throw Error(fmt::format("{}: {} numbers; expected a 3x3 or 4x4 matrix of intrinsics", name, matrix.size()));
     for (std::size_t row = 0; row < size; ++row)
         for (std::size_t column = 0; column < size; ++column)
         {
@@ -172,8 +172,8 @@ Intrinsics intrinsics_from_matrix(const std::vector<double>& matrix, PixelCenter
                 throw Error(name + ": the intrinsics have an entry that is not finite");
             const bool is_free = (row < 2 && column == row) || (row < 2 && column == 2);
             if (!is_free && std::abs(entry - (row == column ? 1.0 : 0.0)) > exactness)
-                throw Error(name + ": intrinsics are fx 0 cx / 0 fy cy / 0 0 1 (no skew), but row " + std::to_string(row + 1) +
-                            ", column " + std::to_string(column + 1) + " is " + number_text(entry));
+                throw Error(fmt::format("{}: intrinsics are fx 0 cx / 0 fy cy / 0 0 1 (no skew), but row {}, column {} is {}",
+                                        name, row + 1, column + 1, number_text(entry)));
         }
     const double shift = center == PixelCenter::integer ? 0.5 : 0.0;
     const Intrinsics intrinsics{.width = width,

@@ -4,6 +4,7 @@
 #include <fresco/value.h>
 
 #include <algorithm>
+#include <fmt/format.h>
 
 namespace fresco::recordings
 {
@@ -16,19 +17,16 @@ constexpr std::size_t files_named = 5;
 
 std::string size_text(int width, int height)
 {
-    return std::to_string(width) + "x" + std::to_string(height);
+    return fmt::format("{}x{}", width, height);
 }
 
 void refuse_missing(const std::vector<std::string>& missing, std::string_view rule)
 {
     if (missing.empty())
         return;
-    std::string text = std::to_string(missing.size()) + (missing.size() == 1 ? " file is missing:" : " files are missing:");
-    for (std::size_t i = 0; i < std::min(missing.size(), files_named); ++i)
-        text += (i == 0 ? " " : ", ") + missing[i];
-    if (missing.size() > files_named)
-        text += ", …";
-    throw MissingInput(text + "; " + std::string(rule));
+    const auto named = std::span(missing).first(std::min(missing.size(), files_named));
+    throw MissingInput(fmt::format("{} {} missing: {}{}; {}", missing.size(), missing.size() == 1 ? "file is" : "files are",
+                                   fmt::join(named, ", "), missing.size() > files_named ? ", …" : "", rule));
 }
 
 void check_center(const Intrinsics& k, const std::string& source, const std::filesystem::path& picture)
@@ -42,15 +40,16 @@ void check_center(const Intrinsics& k, const std::string& source, const std::fil
 void check_not_turned(const std::filesystem::path& file, const ImageHeader& header, const std::string& source)
 {
     if (header.orientation != 1)
-        throw Error(file.string() + ": its EXIF data rotates it (orientation " + std::to_string(header.orientation) + "), but " +
-                    source + " is for the pixels as stored; remove the tag (exiftool -Orientation= FILE)");
+        throw Error(fmt::format("{}: its EXIF data rotates it (orientation {}), but {} is for the pixels as stored; remove the "
+                                "tag (exiftool -Orientation= FILE)",
+                                file.string(), header.orientation, source));
 }
 
 void check_depth_kind(const std::filesystem::path& file, const ImageHeader& header)
 {
     if (header.bits > 0 && (header.bits != 16 || !header.gray))
-        throw Error(file.string() + ": expected a depth picture (PNG, one channel of 16 bits), found " +
-                    std::to_string(header.bits) + " bits" + (header.gray ? "" : " and colors"));
+        throw Error(fmt::format("{}: expected a depth picture (PNG, one channel of 16 bits), found {} bits{}", file.string(),
+                                header.bits, header.gray ? "" : " and colors"));
 }
 
 }  // namespace fresco::recordings

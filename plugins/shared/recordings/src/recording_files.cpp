@@ -5,6 +5,7 @@
 #include <fresco/recordings/text_records.h>
 
 #include <array>
+#include <fmt/format.h>
 #include <map>
 
 namespace fresco::recordings
@@ -63,8 +64,8 @@ std::vector<RecordedView> numbered_views(const NumberedFiles& color, const Numbe
             if (view.name.empty())
                 view.name = color.prefix + file.digits;
             else if (kind.folder == color.folder && kind.prefix == color.prefix && view.name != kind.prefix + file.digits)
-                throw Error(file.path.string() + ": a second name for number " + std::to_string(number) + ", the first is " +
-                            view.name);
+                throw Error(
+                    fmt::format("{}: a second name for number {}, the first is {}", file.path.string(), number, view.name));
         }
     std::vector<RecordedView> list;
     for (auto& [number, view] : views)
@@ -106,7 +107,7 @@ std::string expected_files(const std::vector<fs::path>& candidates, std::string_
     std::string names;
     for (const auto& candidate : candidates)
         names += (names.empty() ? "" : " or ") + candidate.string();
-    return names + ", or set option \"" + std::string(option) + "\"";
+    return fmt::format("{}, or set option \"{}\"", names, option);
 }
 
 fs::path first_file(const InputFile& given, const std::vector<fs::path>& candidates, std::string_view what,

@@ -5,6 +5,7 @@
 #include <fresco/recordings/picture_checks.h>
 
 #include <algorithm>
+#include <fmt/format.h>
 #include <utility>
 
 namespace fresco::recordings
@@ -103,8 +104,8 @@ void RecordingStage::run(RunContext& run)
     }
     const auto lost = chosen.size() - views.size();
     if (views.empty())
-        throw Error(path().string() + ": none of the " + std::to_string(chosen.size()) +
-                    " poses is finite: the recorder lost tracking; use another recording");
+        throw Error(fmt::format("{}: none of the {} poses is finite: the recorder lost tracking; use another recording",
+                                path().string(), chosen.size()));
     auto made = recorded_frames(views, *images, frames.folder().path, run,
                                 [this](RecordedView& view, const fs::path& folder) { return unpack(view, folder); });
 
@@ -116,10 +117,10 @@ void RecordingStage::run(RunContext& run)
     run.report("undistorted", undistorted);
     run.report("masked", masked);
     run.report("has_depth", has_depth);
-    run.message(std::to_string(views.size()) + " frames" + (has_depth ? "" : " without depth") +
-                (undistorted > 0 ? ", " + std::to_string(undistorted) + " undistorted" : "") +
-                (masked > 0 ? ", " + std::to_string(masked) + " with a mask" : "") +
-                (lost > 0 ? ", " + std::to_string(lost) + " left out because their pose is not finite" : "") + recording.note);
+    run.message(fmt::format("{} frames{}{}{}{}{}", views.size(), has_depth ? "" : " without depth",
+                            undistorted > 0 ? fmt::format(", {} undistorted", undistorted) : "",
+                            masked > 0 ? fmt::format(", {} with a mask", masked) : "",
+                            lost > 0 ? fmt::format(", {} left out because their pose is not finite", lost) : "", recording.note));
     frames = std::move(made);
 }
 

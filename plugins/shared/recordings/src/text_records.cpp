@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <fmt/format.h>
 
 namespace fresco::recordings
 {
@@ -65,7 +66,7 @@ std::optional<std::string_view> LineReader::next_record()
 
 std::string LineReader::place() const
 {
-    return source_ + ":" + std::to_string(line_);
+    return fmt::format("{}:{}", source_, line_);
 }
 
 std::vector<std::string_view> words_of(std::string_view line)
@@ -96,8 +97,7 @@ std::int64_t integer_of(std::string_view word, std::int64_t least, std::int64_t 
     std::int64_t number = 0;
     const auto [end, code] = std::from_chars(word.data(), word.data() + word.size(), number);
     if (code != std::errc{} || end != word.data() + word.size() || number < least || number > most)
-        throw Error(place + ": " + shown(word) + ": expected a whole number from " + std::to_string(least) + " to " +
-                    std::to_string(most));
+        throw Error(fmt::format("{}: {}: expected a whole number from {} to {}", place, shown(word), least, most));
     return number;
 }
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <fmt/format.h>
 #include <string>
 #include <vector>
 
@@ -74,13 +75,12 @@ void check_texture(const Texture& texture)
         const RasterF& layer = texture.layers[i];
         if (layer.channels != 3 || layer.width < 1 || layer.width != layer.height || i >= 31 || layer.width != size >> i ||
             layer.width << i != size)
-            throw Error("texture layer " + std::to_string(i) + " is " + std::to_string(layer.width) + "x" +
-                        std::to_string(layer.height) + "x" + std::to_string(layer.channels) + "; expected a square of side " +
-                        std::to_string(size) + " / 2^" + std::to_string(i) + " with 3 channels");
+            throw Error(fmt::format("texture layer {} is {}x{}x{}; expected a square of side {} / 2^{} with 3 channels", i,
+                                    layer.width, layer.height, layer.channels, size, i));
     }
     if (texture.seen.width != size || texture.seen.height != size || texture.seen.channels != 1)
-        throw Error("the texture's seen mask is " + std::to_string(texture.seen.width) + "x" +
-                    std::to_string(texture.seen.height) + "; expected " + std::to_string(size) + "x" + std::to_string(size));
+        throw Error(
+            fmt::format("the texture's seen mask is {}x{}; expected {}x{}", texture.seen.width, texture.seen.height, size, size));
 }
 
 RasterF collapse(const Texture& texture, const Progress& progress)
@@ -102,8 +102,9 @@ RasterF collapse(const Texture& texture, const Progress& progress)
         for (std::size_t i = 0; i < row.size(); ++i)
         {
             if (!std::isfinite(row[i]))
-                throw Error("the texture is not finite at texel (" + std::to_string(i / 3) + ", " + std::to_string(y) +
-                            "): the optimization diverged; use a lower learning rate");
+                throw Error(fmt::format(
+                    "the texture is not finite at texel ({}, {}): the optimization diverged; use a lower learning rate", i / 3,
+                    y));
             target[i] = std::clamp(row[i], 0.0F, 1.0F);
         }
     };

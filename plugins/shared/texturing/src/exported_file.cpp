@@ -3,6 +3,7 @@
 #include <fresco/error.h>
 
 #include <array>
+#include <fmt/format.h>
 
 namespace fresco::texturing
 {
@@ -14,9 +15,9 @@ void check_textured_mesh(const TexturedMesh& textured, std::string_view source)
         throw Error(std::string(source) + " has no texcoords: wire what texture.bake made");
     const Raster8& picture = textured.image.pixels;
     if (picture.empty() || picture.width != picture.height || picture.channels != 3)
-        throw Error(std::string(source) + " has a picture of " + std::to_string(picture.width) + " x " +
-                    std::to_string(picture.height) + " texels and " + std::to_string(picture.channels) +
-                    " channels; expected a square RGB picture, as texture.bake makes it");
+        throw Error(fmt::format(
+            "{} has a picture of {} x {} texels and {} channels; expected a square RGB picture, as texture.bake makes it", source,
+            picture.width, picture.height, picture.channels));
 }
 
 void check_written_mesh(const Mesh& found, const Mesh& meant)
@@ -36,7 +37,7 @@ void check_written_mesh(const Mesh& found, const Mesh& meant)
         const Triangle& t = meant.triangles[face];
         if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0])
             continue;
-        const std::string name = "triangle " + std::to_string(face);
+        const std::string name = fmt::format("triangle {}", face);
         expect(next < found.triangles.size() && found.triangles[next] == t, name + " is missing or differs");
         for (std::size_t i = 0; i < 3 && !meant.texcoords.empty(); ++i)
             expect(found.texcoords[3 * next + i] == meant.texcoords[3 * face + i], name + " has a different texcoord");
@@ -57,7 +58,7 @@ std::string file_size(std::uint64_t bytes)
 {
     constexpr std::array units{"kB", "MB", "GB", "TB"};
     if (bytes < 1000)
-        return std::to_string(bytes) + " bytes";
+        return fmt::format("{} bytes", bytes);
     std::size_t unit = 0;
     // Tenths of the unit, rounded once.
     std::uint64_t divisor = 100;
@@ -67,7 +68,7 @@ std::string file_size(std::uint64_t bytes)
         ++unit;
     }
     const std::uint64_t tenths = (bytes + divisor / 2) / divisor;
-    return std::to_string(tenths / 10) + "." + std::to_string(tenths % 10) + " " + units[unit];
+    return fmt::format("{}.{} {}", tenths / 10, tenths % 10, units[unit]);
 }
 
 std::string valid_line(std::string_view name, std::uint64_t bytes, std::string_view what)

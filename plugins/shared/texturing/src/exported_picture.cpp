@@ -106,8 +106,7 @@ std::string PictureOptions::write(const TexturedMesh& textured, const std::files
     const auto [picture, bytes] = encoded(textured, extension(), run);
     write_file(folder / name, bytes);
     check(folder / name, picture);
-    const std::string side = std::to_string(picture.width);
-    run.message(valid_line(name, bytes.size(), side + " x " + side + " texels"));
+    run.message(valid_line(name, bytes.size(), fmt::format("{0} x {0} texels", picture.width)));
     run.report("texture_px", picture.width);
     run.report("picture_bytes", bytes.size());
     return name;

@@ -4,6 +4,7 @@
 #include <fresco/texturing/welded_mesh.h>
 
 #include <cstring>
+#include <fmt/format.h>
 #include <span>
 
 namespace fresco::texturing
@@ -45,11 +46,12 @@ std::vector<Vec2f> vertex_texcoords(const Mesh& mesh)
 std::vector<std::byte> split_ply(const Mesh& mesh, const std::string& comment)
 {
     Bytes out;
-    out.put_text("ply\nformat binary_little_endian 1.0\n" + comment + "element vertex " + std::to_string(mesh.positions.size()) +
-                 "\nproperty float x\nproperty float y\nproperty float z\nproperty float s\nproperty float t\n" +
-                 (mesh.colors.empty() ? "" : "property uchar red\nproperty uchar green\nproperty uchar blue\n") +
-                 "element face " + std::to_string(mesh.triangles.size()) +
-                 "\nproperty list uchar int vertex_indices\nend_header\n");
+    out.put_text(fmt::format("ply\nformat binary_little_endian 1.0\n{}element vertex {}\n"
+                             "property float x\nproperty float y\nproperty float z\nproperty float s\nproperty float t\n{}"
+                             "element face {}\nproperty list uchar int vertex_indices\nend_header\n",
+                             comment, mesh.positions.size(),
+                             mesh.colors.empty() ? "" : "property uchar red\nproperty uchar green\nproperty uchar blue\n",
+                             mesh.triangles.size()));
     out.reserve(1024 + mesh.positions.size() * 23 + mesh.triangles.size() * 13);
     const std::vector<Vec2f> texcoords = vertex_texcoords(mesh);
     for (std::size_t v = 0; v < mesh.positions.size(); ++v)

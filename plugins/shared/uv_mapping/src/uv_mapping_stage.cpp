@@ -4,6 +4,7 @@
 #include <fresco/uv_mapping/uv_mapping_stage.h>
 
 #include <algorithm>
+#include <fmt/format.h>
 #include <string>
 #include <utility>
 
@@ -18,7 +19,7 @@ std::vector<int> sorted_heights(std::vector<int> heights)
     if (heights.empty())
         throw Error("option \"heights_px\" is empty; set at least one height, such as [256]");
     if (const auto twice = std::adjacent_find(heights.begin(), heights.end()); twice != heights.end())
-        throw Error("option \"heights_px\" has " + std::to_string(*twice) + " twice; set each height once");
+        throw Error(fmt::format("option \"heights_px\" has {} twice; set each height once", *twice));
     return heights;
 }
 
@@ -52,11 +53,11 @@ class Tally
         run.report("blind_frames", blind_);
         if (blind_ == 0)
             return;
-        run.warning(std::to_string(blind_) + " of " + std::to_string(frames_) +
-                    " frames do not see the front of the mesh, first " + first_blind_ +
-                    (blind_ == frames_
-                         ? ": check that mesh and poses share one world frame and that faces are counter-clockwise from outside"
-                         : ""));
+        run.warning(fmt::format(
+            "{} of {} frames do not see the front of the mesh, first {}{}", blind_, frames_, first_blind_,
+            blind_ == frames_
+                ? ": check that mesh and poses share one world frame and that faces are counter-clockwise from outside"
+                : ""));
     }
 
   private:
@@ -70,11 +71,9 @@ class Tally
 /// The files of a view as UvMaps documents them.
 std::vector<std::string> map_names(std::size_t view, const std::vector<int>& heights)
 {
-    std::string digits = std::to_string(view);
-    digits.insert(0, std::max<std::size_t>(digits.size(), 6) - digits.size(), '0');
     std::vector<std::string> names;
     for (const int height : heights)
-        names.push_back(digits + "_" + std::to_string(height) + ".uvmap");
+        names.push_back(fmt::format("{:06}_{}.uvmap", view, height));
     return names;
 }
 
@@ -110,8 +109,8 @@ void check_uv_mapping_inputs(const Mesh& mesh, const Frames& frames)
     const auto within = [](float share) { return share >= -1e-5F && share <= 1 + 1e-5F; };
     const auto outside = [&](const Vec2f& texcoord) { return !within(texcoord.x) || !within(texcoord.y); };
     if (const auto bad = std::ranges::find_if(mesh.texcoords, outside); bad != mesh.texcoords.end())
-        throw Error("face " + std::to_string((bad - mesh.texcoords.begin()) / 3) +
-                    " of the mesh on port 'mesh' has texcoords outside [0,1]: wire an atlas.* stage");
+        throw Error(fmt::format("face {} of the mesh on port 'mesh' has texcoords outside [0,1]: wire an atlas.* stage",
+                                (bad - mesh.texcoords.begin()) / 3));
     if (frames.frames.empty())
         throw Error("port 'frames' has no frames: check the scan's path and the stages that drop frames");
     for (const Frame& frame : frames.frames)
@@ -163,8 +162,7 @@ void UvMappingStage::run(RunContext& run)
         run.progress(static_cast<double>((i + 1) * heights.size()), static_cast<double>(frames * heights.size()), "maps");
     }
     if (found > 0)
-        run.message("the maps of " + std::to_string(found) + " of " + std::to_string(frames) +
-                    " frames were there from an interrupted run");
+        run.message(fmt::format("the maps of {} of {} frames were there from an interrupted run", found, frames));
     for (std::size_t i = 0; i < frames; ++i)
         kept.link(map_names(i, heights), uvmaps_.folder().path);
     tally.tell(run);

@@ -9,7 +9,6 @@
 #include <fresco/uv_maps.h>
 
 #include <algorithm>
-#include <atomic>
 #include <set>
 #include <utility>
 #include <vector>
@@ -78,19 +77,13 @@ class DatasetRead final : public Stage
         Frames read;
         read.frames.resize(manifest.views.size());
         std::vector<int> uv_bits(read.frames.size());
-        std::atomic<std::size_t> done{0};
-        parallel_for(read.frames.size(), 1, run.threads(),
-                     [&](std::size_t begin, std::size_t end)
-                     {
-                         for (std::size_t i = begin; i < end; ++i)
-                         {
-                             run.check_canceled();
-                             ReadView view = read_view(manifest, i, folders);
-                             read.frames[i] = std::move(view.frame);
-                             uv_bits[i] = view.uv_bits;
-                             run.progress(static_cast<double>(++done), static_cast<double>(read.frames.size()), "views");
-                         }
-                     });
+        parallel_for_each(read.frames.size(), "views", run,
+                          [&](std::size_t i)
+                          {
+                              ReadView view = read_view(manifest, i, folders);
+                              read.frames[i] = std::move(view.frame);
+                              uv_bits[i] = view.uv_bits;
+                          });
         maps.uv_bits = *std::ranges::max_element(uv_bits);
         maps.heights_px = manifest.heights_px;
         for (const dataset::View& view : manifest.views)

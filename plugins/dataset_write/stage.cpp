@@ -16,6 +16,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <fmt/format.h>
 #include <functional>
 #include <optional>
 #include <span>
@@ -63,8 +64,9 @@ class DatasetWrite final : public Stage
         if (uvmaps->views.empty() || uvmaps->heights_px.empty())
             throw Error("port 'uvmaps' has no uv maps: check that the cameras see the mesh");
         if (*uv == "uint16" && uv_bits_for_texture(std::max(uvmaps->texture_px, 1)) > 16)
-            throw Error("option \"uv\": uint16 is for textures up to 4096 texels a side, the uv maps on port 'uvmaps' are for " +
-                        std::to_string(uvmaps->texture_px) + ": set uv: float32");
+            throw Error(fmt::format("option \"uv\": uint16 is for textures up to 4096 texels a side, the uv maps on port "
+                                    "'uvmaps' are for {}: set uv: float32",
+                                    uvmaps->texture_px));
     }
 
     /// Throws Error unless the table is one of frames.align.
@@ -87,29 +89,21 @@ class DatasetWrite final : public Stage
     {
         const KeptPieces kept(run);
         std::vector<WrittenFiles> written(count);
-        std::atomic<std::size_t> done{0};
         std::atomic<std::size_t> found{0};
-        parallel_for(count, 1, run.threads(),
-                     [&](std::size_t begin, std::size_t end)
-                     {
-                         for (std::size_t i = begin; i < end; ++i)
-                         {
-                             run.check_canceled();
-                             if (const auto earlier = kept.find(i))
-                             {
-                                 written[i] = written_files_from(*earlier);
-                                 ++found;
-                             }
-                             else
-                             {
-                                 written[i] = write(kept.folder(), i);
-                                 kept.note(i, written[i].names(), to_value(written[i]));
-                             }
-                             run.progress(static_cast<double>(++done), static_cast<double>(count), "views");
-                         }
-                     });
+        parallel_for_each(count, "views", run,
+                          [&](std::size_t i)
+                          {
+                              if (const auto earlier = kept.find(i))
+                              {
+                                  written[i] = written_files_from(*earlier);
+                                  ++found;
+                                  return;
+                              }
+                              written[i] = write(kept.folder(), i);
+                              kept.note(i, written[i].names(), to_value(written[i]));
+                          });
         if (found > 0)
-            run.message(std::to_string(found) + " of " + std::to_string(count) + " views were there from an interrupted run");
+            run.message(fmt::format("{} of {} views were there from an interrupted run", found, count));
         for (const WrittenFiles& view : written)
             kept.link(view.names(), folder);
         return written;
@@ -120,8 +114,8 @@ class DatasetWrite final : public Stage
         check_inputs();
         const auto frame_of = checked_frames(*uvmaps, *frames);
         if (frames->frames.size() > frame_of.size())
-            run.message(std::to_string(frames->frames.size() - frame_of.size()) + " of " + std::to_string(frames->frames.size()) +
-                        " frames have no uv map and are left out");
+            run.message(fmt::format("{} of {} frames have no uv map and are left out", frames->frames.size() - frame_of.size(),
+                                    frames->frames.size()));
         const auto folder = files.folder().path / path->path;
         std::filesystem::create_directories(folder);
         if (*layout == "stylemesh")

@@ -10,7 +10,7 @@
 #include <fresco/raycast/surface.h>
 #include <fresco/stage.h>
 
-#include <atomic>
+#include <fmt/format.h>
 
 using namespace fresco;
 using evaluation::PosedPicture;
@@ -60,9 +60,8 @@ class EvaluateCircles final : public Stage
     {
         const Raster8 picture = images->read_rgb(posed.file);
         if (picture.height < least_height_px)
-            throw Error(posed.file.string() + ": is " + std::to_string(picture.height) + " px high; circles need at least " +
-                        std::to_string(least_height_px) +
-                        " px: render the views with height_px: " + std::to_string(least_height_px) + " or more");
+            throw Error(fmt::format("{}: is {} px high; circles need at least {} px: render the views with height_px: {} or more",
+                                    posed.file.string(), picture.height, least_height_px, least_height_px));
         const Camera camera =
             evaluation::camera_of_picture(frames->frames[posed.frame], picture.width, picture.height, posed.file);
         const auto depth_at = [&](Vec2d pixel) -> std::optional<double>
@@ -87,17 +86,7 @@ class EvaluateCircles final : public Stage
     std::vector<Seen> look_at_all(const std::vector<PosedPicture>& pictures, const raycast::Scene& scene, RunContext& run) const
     {
         std::vector<Seen> seen(pictures.size());
-        std::atomic<std::size_t> done{0};
-        parallel_for(pictures.size(), 1, run.threads(),
-                     [&](std::size_t begin, std::size_t end)
-                     {
-                         for (std::size_t i = begin; i < end; ++i)
-                         {
-                             run.check_canceled();
-                             seen[i] = look(pictures[i], scene);
-                             run.progress(static_cast<double>(++done), static_cast<double>(pictures.size()), "pictures");
-                         }
-                     });
+        parallel_for_each(pictures.size(), "pictures", run, [&](std::size_t i) { seen[i] = look(pictures[i], scene); });
         return seen;
     }
 
@@ -149,9 +138,8 @@ class EvaluateCircles final : public Stage
         run.message("Corr2D " + evaluation::figure_text(all.value.corr_2d, all.corr_2d));
         run.message("Corr3D " + evaluation::figure_text(all.value.corr_3d, all.corr_3d));
         run.message("Stretch " + evaluation::figure_text(all.value.stretch, all.stretch));
-        run.message(std::to_string(all.circles) + " circles in " + std::to_string(seen.size()) + " pictures, " +
-                    std::to_string(all.circles_3d) + " with a radius in meters; of " + std::to_string(counts.contours) +
-                    " red contours " + std::to_string(counts.not_convex) + " are not convex");
+        run.message(fmt::format("{} circles in {} pictures, {} with a radius in meters; of {} red contours {} are not convex",
+                                all.circles, seen.size(), all.circles_3d, counts.contours, counts.not_convex));
         if (all.circles_3d < 2)
             run.warning("fewer than two circles were found: stylize with a picture of red circles and only the style loss");
         return result;

@@ -10,18 +10,12 @@
 #include <fresco/parallel.h>
 #include <fresco/stage.h>
 
-#include <atomic>
+#include <fmt/format.h>
 
 namespace
 {
 
 constexpr int jpeg_quality = 95;
-
-std::string frame_name(std::size_t number)
-{
-    const auto digits = std::to_string(number);
-    return "frame-" + std::string(digits.size() < 6 ? 6 - digits.size() : 0, '0') + digits;
-}
 
 class ScanSyntheticRoom final : public fresco::Stage
 {
@@ -61,7 +55,7 @@ class ScanSyntheticRoom final : public fresco::Stage
         run.report("solids", scene.solids.size());
         run.report("faces", scanned.triangles.size());
         run.report("unseen_share", 1 - static_cast<double>(scanned.triangles.size()) / static_cast<double>(net.triangles.size()));
-        run.message(std::to_string(*frames_count) + " frames, " + std::to_string(scanned.triangles.size()) + " faces");
+        run.message(fmt::format("{} frames, {} faces", *frames_count, scanned.triangles.size()));
         mesh = std::move(scanned);
     }
 
@@ -72,24 +66,18 @@ class ScanSyntheticRoom final : public fresco::Stage
         const auto path = room::camera_path(caster.scene(), *frames_count, random);
         fresco::Frames recorded;
         recorded.frames.resize(path.size());
-        std::atomic<std::size_t> done{0};
-        fresco::parallel_for(path.size(), 1, run.threads(),
-                             [&](std::size_t begin, std::size_t end)
-                             {
-                                 for (std::size_t i = begin; i < end; ++i)
-                                 {
-                                     run.check_canceled();
-                                     auto& frame = recorded.frames[i];
-                                     frame.sequence = "seq-01";
-                                     frame.name = frame_name(i);
-                                     frame.number = static_cast<long>(i);
-                                     frame.depth = {recorder.depth, path[i]};
-                                     frame.color = {recorder.color, path[i] * recorder.color_from_depth.inverse()};
-                                     write_pictures(caster, light, room::hash(random, static_cast<std::uint32_t>(i)), seen,
-                                                    frame);
-                                     run.progress(static_cast<double>(++done), static_cast<double>(path.size()), "frames");
-                                 }
-                             });
+        fresco::parallel_for_each(path.size(), "frames", run,
+                                  [&](std::size_t i)
+                                  {
+                                      auto& frame = recorded.frames[i];
+                                      frame.sequence = "seq-01";
+                                      frame.name = fmt::format("frame-{:06}", i);
+                                      frame.number = static_cast<long>(i);
+                                      frame.depth = {recorder.depth, path[i]};
+                                      frame.color = {recorder.color, path[i] * recorder.color_from_depth.inverse()};
+                                      write_pictures(caster, light, room::hash(random, static_cast<std::uint32_t>(i)), seen,
+                                                     frame);
+                                  });
         return recorded;
     }
 

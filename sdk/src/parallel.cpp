@@ -1,4 +1,5 @@
 #include <fresco/parallel.h>
+#include <fresco/progress.h>
 
 #include <algorithm>
 #include <atomic>
@@ -146,6 +147,18 @@ void parallel_for(std::size_t count, std::size_t grain, int threads, const std::
         Helpers::here().run(helpers, drain);
     if (failure)
         std::rethrow_exception(failure);
+}
+
+void parallel_for_each(std::size_t count, std::string_view unit, Progress& progress, const std::function<void(std::size_t)>& work)
+{
+    std::atomic<std::size_t> done{0};
+    parallel_for(count, 1, progress.threads(),
+                 [&](std::size_t i, std::size_t)
+                 {
+                     progress.check_canceled();
+                     work(i);
+                     progress.progress(static_cast<double>(++done), static_cast<double>(count), unit);
+                 });
 }
 
 }  // namespace fresco

@@ -1,10 +1,13 @@
 #include <fresco/error.h>
 #include <fresco/parallel.h>
+#include <fresco/progress.h>
 
 #include <catch2/catch.hpp>
 
 #include <atomic>
+#include <mutex>
 #include <numeric>
+#include <set>
 #include <sys/wait.h>
 #include <thread>
 #include <unistd.h>
@@ -64,4 +67,44 @@ TEST_CASE("parallel_for rethrows the first failure")
     };
     CHECK_THROWS_WITH(fresco::parallel_for(100, 1, 1, work), "piece 4");
     CHECK_THROWS_AS(fresco::parallel_for(100, 1, 4, work), fresco::Error);
+}
+
+TEST_CASE("parallel_for_each does every item once, tells of it and stops when canceled")
+{
+    struct Told final : fresco::Progress
+    {
+        void progress(double done, double total, std::string_view unit) override
+        {
+            const std::lock_guard lock(mutex);
+            CHECK(total == 50);
+            CHECK(unit == "views");
+            told.insert(done);
+        }
+        void check_canceled() const override
+        {
+            if (told.size() == limit)
+                throw fresco::Canceled();
+        }
+        int threads() const override { return count; }
+
+        std::mutex mutex;
+        std::set<double> told;
+        std::size_t limit = 1000;
+        int count = 1;
+    };
+    for (const int threads : {1, 4})
+    {
+        Told told;
+        told.count = threads;
+        std::vector<int> calls(50);
+        fresco::parallel_for_each(calls.size(), "views", told, [&](std::size_t i) { ++calls[i]; });
+        CHECK(calls == std::vector<int>(50, 1));
+        CHECK(told.told.size() == 50);
+        CHECK(*told.told.rbegin() == 50);
+    }
+    Told told;
+    told.limit = 3;
+    std::size_t calls = 0;
+    CHECK_THROWS_AS(fresco::parallel_for_each(50, "views", told, [&](std::size_t) { ++calls; }), fresco::Canceled);
+    CHECK(calls == 3);
 }

@@ -9,7 +9,6 @@
 #include <fresco/recordings/text_records.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <map>
 #include <set>
@@ -256,17 +255,7 @@ Frames recorded_frames(const std::vector<RecordedView>& views, const ImageIo& im
     const FrameMaker maker(images, folder, unpack);
     Frames result;
     result.frames.resize(views.size());
-    std::atomic<std::size_t> done{0};
-    parallel_for(views.size(), 1, progress.threads(),
-                 [&](std::size_t begin, std::size_t end)
-                 {
-                     for (std::size_t i = begin; i < end; ++i)
-                     {
-                         progress.check_canceled();
-                         result.frames[i] = maker.make(views[i]);
-                         progress.progress(static_cast<double>(++done), static_cast<double>(views.size()), "frames");
-                     }
-                 });
+    parallel_for_each(views.size(), "frames", progress, [&](std::size_t i) { result.frames[i] = maker.make(views[i]); });
     return result;
 }
 

@@ -1,8 +1,7 @@
-#include "edges.h"
 #include "figure_table.h"
+#include "judged_view.h"
 #include "seams.h"
 #include "source_use.h"
-#include "view_figures.h"
 
 #include <fresco/evaluation/figures_file.h>
 #include <fresco/evaluation/posed_pictures.h>
@@ -15,11 +14,11 @@
 #include <fresco/texturing/exported_file.h>
 
 #include <algorithm>
-#include <array>
-#include <atomic>
 #include <cmath>
+#include <fmt/format.h>
+#include <iterator>
 #include <limits>
-#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,9 +26,6 @@ using namespace fresco;
 
 namespace
 {
-constexpr std::size_t least_pixels = 5000;
-constexpr double undefined = std::numeric_limits<double>::quiet_NaN();
-
 /// A picture to judge.
 struct View
 {
@@ -38,28 +34,7 @@ struct View
     const Frame* frame = nullptr;  ///< The frame that it is seen from; null where port 'frames' is not wired.
 };
 
-/// The figures of a view, NaN where they were not measured.
-struct Judged
-{
-    bool skipped = false;
-    double off_palette = undefined;
-    double coherence = undefined;
-    double chroma_noise = undefined;
-    double strokes = undefined;
-    double edges = undefined;
-};
-
-struct ViewFigure
-{
-    const char* name;
-    double Judged::*member;
-    Wanted wanted;
-};
 constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr std::array view_figures_wanted{
-    ViewFigure{"off_palette", &Judged::off_palette, {-infinity, 0.005}}, ViewFigure{"coherence", &Judged::coherence, {0.8, 1.2}},
-    ViewFigure{"chroma_noise", &Judged::chroma_noise, {0.6, 1.6}}, ViewFigure{"strokes", &Judged::strokes, {0.65, infinity}},
-    ViewFigure{"edges", &Judged::edges, {0.5, infinity}}};
 constexpr Wanted seams_wanted{-infinity, 1.25};
 constexpr Wanted picture_used_wanted{0.4, infinity};
 constexpr Wanted largest_share_wanted{-infinity, 0.05};
@@ -136,49 +111,26 @@ class EvaluatePainting final : public Stage
         return all;
     }
 
-    Judged judge(const View& view, const StylePicture* style_picture) const
+    std::vector<JudgedView> judge_all(const std::vector<View>& all, RunContext& run) const
     {
-        const Raster8 picture = images->read_with_alpha(view.file);
-        if (view.frame != nullptr)
-            evaluation::camera_of_picture(*view.frame, picture.width, picture.height, view.file);
-        const Raster8 covered = covered_pixels(picture);
-        const JudgedPixels pixels = judged_pixels(covered);
-        Judged judged;
-        judged.skipped = pixels.count < least_pixels;
-        if (judged.skipped)
-            return judged;
-        if (style_picture != nullptr)
-        {
-            const ViewFigures found = view_figures(picture, pixels, *style_picture);
-            judged.off_palette = found.off_palette;
-            judged.coherence = found.coherence;
-            judged.chroma_noise = found.chroma_noise;
-            judged.strokes = found.strokes;
-        }
-        if (view.frame != nullptr && !view.frame->color_picture.empty())
-            judged.edges = edge_correlation(picture, covered, load_color(*view.frame, &*images));
-        return judged;
-    }
-
-    std::vector<Judged> judge_all(const std::vector<View>& all, RunContext& run) const
-    {
-        std::unique_ptr<StylePicture> style_picture;
+        std::optional<StylePicture> style_picture;
         if (style.has_value())
-            style_picture = std::make_unique<StylePicture>(style->pixels);
+            style_picture.emplace(style->pixels);
         if (style_picture && !style_picture->has_chroma())
             run.warning("the picture on port 'style' is gray: chroma_noise is not measured");
-        std::vector<Judged> judged(all.size());
-        std::atomic<std::size_t> done{0};
-        parallel_for(all.size(), 1, run.threads(),
-                     [&](std::size_t begin, std::size_t end)
-                     {
-                         for (std::size_t i = begin; i < end; ++i)
-                         {
-                             run.check_canceled();
-                             judged[i] = judge(all[i], style_picture.get());
-                             run.progress(static_cast<double>(++done), static_cast<double>(all.size()), "views");
-                         }
-                     });
+        std::vector<JudgedView> judged(all.size());
+        parallel_for_each(all.size(), "views", run,
+                          [&](std::size_t i)
+                          {
+                              const View& view = all[i];
+                              const Raster8 picture = images->read_with_alpha(view.file);
+                              if (view.frame != nullptr)
+                                  evaluation::camera_of_picture(*view.frame, picture.width, picture.height, view.file);
+                              const auto camera = [&] { return load_color(*view.frame, &*images); };
+                              const bool has_camera = view.frame != nullptr && !view.frame->color_picture.empty();
+                              judged[i] = judged_view(view.name, picture, style_picture ? &*style_picture : nullptr,
+                                                      has_camera ? camera : std::function<Raster8()>());
+                          });
         return judged;
     }
 
@@ -186,38 +138,20 @@ class EvaluatePainting final : public Stage
     void measure_views(std::vector<Figure>& found, Value::Map& result, RunContext& run) const
     {
         const std::vector<View> all = wanted_views(run);
-        const std::vector<Judged> judged = judge_all(all, run);
-        const auto skipped = static_cast<std::size_t>(std::ranges::count_if(judged, &Judged::skipped));
+        const std::vector<JudgedView> judged = judge_all(all, run);
+        const auto skipped = static_cast<std::size_t>(std::ranges::count_if(judged, &JudgedView::skipped));
         if (skipped == all.size())
-            throw Error("none of the " + std::to_string(all.size()) + " views shows enough of the room: each needs at least " +
-                        std::to_string(least_pixels) + " pixels that are 6 px away from uncovered ones; render larger views");
-        std::vector<std::string> names;
-        Value::List list;
-        for (std::size_t i = 0; i < all.size(); ++i)
-        {
-            names.push_back(all[i].name);
-            Value::Map entry{{"view", all[i].name}};
-            if (judged[i].skipped)
-                entry.emplace_back("skipped", true);
-            for (const ViewFigure& figure : view_figures_wanted)
-                if (std::isfinite(judged[i].*figure.member))
-                    entry.emplace_back(figure.name, judged[i].*figure.member);
-            list.push_back(std::move(entry));
-        }
-        for (const ViewFigure& figure : view_figures_wanted)
-        {
-            std::vector<double> values(judged.size());
-            std::ranges::transform(judged, values.begin(), figure.member);
-            if (auto over = over_views(figure.name, figure.wanted, values, names))
-                found.push_back(std::move(*over));
-        }
+            throw Error(fmt::format("none of the {} views shows enough of the room: each needs at least {} pixels that are 6 px "
+                                    "away from uncovered ones; render larger views",
+                                    all.size(), JudgedView::least_pixels));
+        std::ranges::move(figures_over(judged), std::back_inserter(found));
         run.report("views", all.size() - skipped);
         run.report("views_skipped", skipped);
         if (skipped > 0)
-            run.message(std::to_string(skipped) + " of " + std::to_string(all.size()) + " views skipped: too few covered pixels");
+            run.message(fmt::format("{} of {} views skipped: too few covered pixels", skipped, all.size()));
         result.emplace_back("views", all.size() - skipped);
         result.emplace_back("views_skipped", skipped);
-        result.emplace_back("view_figures", std::move(list));
+        result.emplace_back("view_figures", views_value(judged));
     }
 
     void measure_seams(std::vector<Figure>& found, Value::Map& result, RunContext& run) const

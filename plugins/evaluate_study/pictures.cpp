@@ -2,10 +2,12 @@
 
 #include <fresco/error.h>
 #include <fresco/html.h>
+#include <fresco/parallel.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <fmt/format.h>
 #include <string_view>
 
 namespace study
@@ -26,6 +28,32 @@ MethodPictures by_stem(const std::string& method, const std::vector<fs::path>& f
         if (std::ranges::find(extensions, file.extension().string()) != extensions.end())
             if (const auto [other, is_new] = result.files.emplace(file.stem().string(), file); !is_new)
                 throw Error(file.string() + " and " + other->second.string() + " share a name: keep one of them");
+    return result;
+}
+
+/// The data URIs of a group, by method.
+std::map<std::string, std::string> encoded(const Group& group, const ShownAs& shown, const fresco::ImageIo& images)
+{
+    std::map<std::string, Raster8> pictures;
+    for (const auto& [method, file] : group.files)
+        pictures.emplace(method, images.read_rgb(file));
+    const auto least = std::ranges::min_element(pictures, {}, [](const auto& entry) { return entry.second.height; });
+    const double aspect = static_cast<double>(least->second.width) / least->second.height;
+    for (const auto& [method, picture] : pictures)
+        if (std::abs(static_cast<double>(picture.width) / picture.height / aspect - 1) > 0.01)
+            throw Error(fmt::format("{} is {}x{} and {} is {}x{}: pictures that are compared must show the same view",
+                                    group.files.at(method).string(), picture.width, picture.height,
+                                    group.files.at(least->first).string(), least->second.width, least->second.height));
+    const double scale = std::min(1.0, static_cast<double>(shown.max_px) / std::max(least->second.width, least->second.height));
+    const int width = std::max(1, static_cast<int>(std::lround(least->second.width * scale)));
+    const int height = std::max(1, static_cast<int>(std::lround(least->second.height * scale)));
+    std::map<std::string, std::string> result;
+    for (const auto& [method, picture] : pictures)
+    {
+        const Raster8 small = fresco::resized(picture, width, height);
+        const auto bytes = shown.png ? images.encode_png(small) : images.encode_jpeg(small, shown.jpeg_quality);
+        result.emplace(method, fresco::data_uri(shown.png ? "image/png" : "image/jpeg", bytes));
+    }
     return result;
 }
 
@@ -62,30 +90,20 @@ std::vector<MethodPictures> pictures_below(const fs::path& folder, fresco::RunCo
     return methods;
 }
 
-std::map<std::string, std::string> encoded(const Group& group, const ShownAs& shown, const fresco::ImageIo& images)
+std::vector<std::string> encoded_pictures(const Study& study, const std::vector<Group>& groups, const ShownAs& shown,
+                                          const fresco::ImageIo& images, fresco::Progress& progress)
 {
-    std::map<std::string, Raster8> pictures;
-    for (const auto& [method, file] : group.files)
-        pictures.emplace(method, images.read_rgb(file));
-    const auto least = std::ranges::min_element(pictures, {}, [](const auto& entry) { return entry.second.height; });
-    const double aspect = static_cast<double>(least->second.width) / least->second.height;
-    for (const auto& [method, picture] : pictures)
-        if (std::abs(static_cast<double>(picture.width) / picture.height / aspect - 1) > 0.01)
-            throw Error(group.files.at(method).string() + " is " + std::to_string(picture.width) + "x" +
-                        std::to_string(picture.height) + " and " + group.files.at(least->first).string() + " is " +
-                        std::to_string(least->second.width) + "x" + std::to_string(least->second.height) +
-                        ": pictures that are compared must show the same view");
-    const double scale = std::min(1.0, static_cast<double>(shown.max_px) / std::max(least->second.width, least->second.height));
-    const int width = std::max(1, static_cast<int>(std::lround(least->second.width * scale)));
-    const int height = std::max(1, static_cast<int>(std::lround(least->second.height * scale)));
-    std::map<std::string, std::string> result;
-    for (const auto& [method, picture] : pictures)
-    {
-        const Raster8 small = fresco::resized(picture, width, height);
-        const auto bytes = shown.png ? images.encode_png(small) : images.encode_jpeg(small, shown.jpeg_quality);
-        result.emplace(method, fresco::data_uri(shown.png ? "image/png" : "image/jpeg", bytes));
-    }
-    return result;
+    std::map<std::pair<std::string, std::string>, std::size_t> number_of;
+    for (std::size_t i = 0; i < study.pictures.size(); ++i)
+        number_of[{study.pictures[i].method, study.pictures[i].name}] = i;
+    std::vector<std::string> pictures(study.pictures.size());
+    fresco::parallel_for_each(groups.size(), "views", progress,
+                              [&](std::size_t i)
+                              {
+                                  for (auto& [method, uri] : encoded(groups[i], shown, images))
+                                      pictures[number_of.at({method, groups[i].name})] = std::move(uri);
+                              });
+    return pictures;
 }
 
 }  // namespace study

@@ -28,8 +28,9 @@ struct ShownAs
     int jpeg_quality;
 };
 
-/// The data URIs of a group's pictures, by method, all of one size: none tells its method by its resolution. Throws Error naming
-/// the files if their shapes differ by more than 1 %.
-std::map<std::string, std::string> encoded(const Group& group, const ShownAs& shown, const fresco::ImageIo& images);
+/// The data URIs of the study's pictures, by number. Those of a group have one size: none tells its method by its resolution.
+/// Throws Error naming the files if shapes in a group differ by more than 1 %, Canceled.
+std::vector<std::string> encoded_pictures(const Study& study, const std::vector<Group>& groups, const ShownAs& shown,
+                                          const fresco::ImageIo& images, fresco::Progress& progress);
 
 }  // namespace study

@@ -2,17 +2,15 @@
 #include "figures.h"
 #include "page.h"
 #include "pictures.h"
+#include "results.h"
 
 #include <fresco/evaluation/options.h>
 #include <fresco/files.h>
 #include <fresco/files_io.h>
-#include <fresco/parallel.h>
 #include <fresco/stage.h>
 
 #include <algorithm>
-#include <array>
-#include <atomic>
-#include <charconv>
+#include <fmt/format.h>
 
 using namespace fresco;
 using namespace study;
@@ -22,37 +20,6 @@ namespace
 constexpr const char* default_questions =
     "Which picture has less visible stretch? | In which picture are patterns in the background smaller?";
 constexpr std::size_t large_page = std::size_t{64} << 20U;
-
-/// "61.3 % [55.0, 67.1]"
-std::string percent_text(const Share& share)
-{
-    const auto percent = [](double value)
-    {
-        std::array<char, 32> text{};
-        const auto end = std::to_chars(text.data(), text.data() + text.size(), 100 * value, std::chars_format::fixed, 1).ptr;
-        return std::string(text.data(), end);
-    };
-    return percent(share.value) + " % [" + percent(share.interval.low) + ", " + percent(share.interval.high) + "]";
-}
-
-Value share_value(const Share& share)
-{
-    Value value = evaluation::figure(share.value, share.interval);
-    value.set("count", share.count);
-    return value;
-}
-
-Value verdict_value(const Verdict& verdict)
-{
-    return Value::Map{{"first", verdict.first},
-                      {"second", verdict.second},
-                      {"participants", verdict.participants},
-                      {"answers", verdict.answers},
-                      {"first_share", share_value(verdict.shares[0])},
-                      {"second_share", share_value(verdict.shares[1])},
-                      {"neither_share", share_value(verdict.shares[2])},
-                      {"preferred", verdict.preferred.empty() ? Value() : Value(verdict.preferred)}};
-}
 
 class EvaluateStudy final : public Stage
 {
@@ -124,8 +91,8 @@ class EvaluateStudy final : public Stage
         if (!hints->empty())
             design.hints = hints_from(read_text_file(hints->path), hints->path.string());
         const Study study = make_study(groups, split_questions(*questions), *pairs_count, std::move(design), bootstrap.seed(),
-                                       std::to_string(*max_px) + *image_format + std::to_string(*jpeg_quality));
-        const std::string text = page(study, encoded_pictures(study, groups, shown, run));
+                                       fmt::format("{}{}{}", *max_px, *image_format, *jpeg_quality));
+        const std::string text = page(study, encoded_pictures(study, groups, shown, *images, run));
         write(path->path, text, result);
         write(sibling(".key.json"), key_text(study), result);
 
@@ -137,34 +104,13 @@ class EvaluateStudy final : public Stage
             pairs += comparison.pairs.size();
         run.report("pairs", pairs);
         if (pairs * study.questions.size() < static_cast<std::size_t>(*pairs_count))
-            run.warning("only " + std::to_string(pairs) + " pairs for " + std::to_string(study.questions.size()) +
-                        " questions: each participant sees every pair once, fewer than pairs_count");
+            run.warning(
+                fmt::format("only {} pairs for {} questions: each participant sees every pair once, fewer than pairs_count",
+                            pairs, study.questions.size()));
         if (text.size() > large_page)
-            run.warning("the page has " + std::to_string(text.size() >> 20U) +
-                        " MB: for phones, lower pictures_count, max_px or jpeg_quality");
+            run.warning(
+                fmt::format("the page has {} MB: for phones, lower pictures_count, max_px or jpeg_quality", text.size() >> 20U));
         return study;
-    }
-
-    std::vector<std::string> encoded_pictures(const Study& study, const std::vector<Group>& groups, const ShownAs& shown,
-                                              RunContext& run) const
-    {
-        std::map<std::pair<std::string, std::string>, std::size_t> number_of;
-        for (std::size_t i = 0; i < study.pictures.size(); ++i)
-            number_of[{study.pictures[i].method, study.pictures[i].name}] = i;
-        std::vector<std::string> pictures(study.pictures.size());
-        std::atomic<std::size_t> done{0};
-        parallel_for(groups.size(), 1, run.threads(),
-                     [&](std::size_t begin, std::size_t end)
-                     {
-                         for (std::size_t i = begin; i < end; ++i)
-                         {
-                             run.check_canceled();
-                             for (auto& [method, uri] : encoded(groups[i], shown, *images))
-                                 pictures[number_of.at({method, groups[i].name})] = std::move(uri);
-                             run.progress(static_cast<double>(++done), static_cast<double>(groups.size()), "views");
-                         }
-                     });
-        return pictures;
     }
 
     Study study_of_key(RunContext& run) const
@@ -195,37 +141,14 @@ class EvaluateStudy final : public Stage
 
     void tell(const Study& study, const std::vector<AnswerSheet>& sheets, Files& result, RunContext& run) const
     {
-        const auto all = verdicts(study, sheets, *bootstrap);
-        const auto complete = std::ranges::count(sheets, true, &AnswerSheet::complete);
-        if (const auto early = static_cast<std::int64_t>(sheets.size()) - complete; early > 0)
-            run.warning(std::to_string(early) + " of " + std::to_string(sheets.size()) +
-                        " participants finished early; their answers count");
-        std::vector<double> seconds;
-        for (const AnswerSheet& sheet : sheets)
-            for (const Answer& answer : sheet.answers)
-                seconds.push_back(answer.seconds);
-        Value::List asked;
-        for (std::size_t question = 0; question < study.questions.size(); ++question)
-        {
-            Value::List compared;
-            for (const Verdict& verdict : all)
-                if (verdict.question == question)
-                {
-                    compared.push_back(verdict_value(verdict));
-                    run.message(
-                        study.questions[question] + " " + verdict.first + " " + percent_text(verdict.shares[0]) + ", " +
-                        verdict.second + " " + percent_text(verdict.shares[1]) + ", neither " + percent_text(verdict.shares[2]) +
-                        " of " + std::to_string(verdict.answers) + " answers: " +
-                        (verdict.preferred.empty() ? "no order can be told" : verdict.preferred + " is chosen more often"));
-                }
-            asked.emplace_back(Value::Map{{"question", study.questions[question]}, {"comparisons", std::move(compared)}});
-        }
-        const Value figures = Value::Map{{"study", study.id},
-                                         {"participants", sheets.size()},
-                                         {"complete", std::int64_t{complete}},
-                                         {"answers", seconds.size()},
-                                         {"mean_seconds", evaluation::number_or_null(evaluation::mean(seconds))},
-                                         {"questions", std::move(asked)}};
+        const auto found = verdicts(study, sheets, *bootstrap);
+        const auto complete = static_cast<std::size_t>(std::ranges::count(sheets, true, &AnswerSheet::complete));
+        if (complete < sheets.size())
+            run.warning(fmt::format("{} of {} participants finished early; their answers count", sheets.size() - complete,
+                                    sheets.size()));
+        for (const Verdict& verdict : found)
+            run.message(verdict_line(study, verdict));
+        const Value figures = results_value(study, sheets, found);
         for (const auto& [name, value] : figures.as_map())
             run.report(name, value);
         write(sibling(".results.json"), to_json(figures, 1) + "\n", result);

@@ -2,7 +2,6 @@
 #include "small_recording.h"
 
 #include <fresco/files.h>
-#include <fresco/image_io.h>
 #include <fresco/testing.h>
 
 #include <catch2/catch.hpp>

@@ -25,22 +25,6 @@ torch::Tensor planes(const Raster<From>& picture, Convert convert)
     return tensor;
 }
 
-template <class To, class Convert>
-Raster<To> interleaved(const torch::Tensor& picture, Convert convert)
-{
-    if (picture.dim() != 3)
-        throw std::invalid_argument("a picture tensor has the shape C x H x W");
-    const auto source = picture.detach().to(at::kCPU, at::kFloat).contiguous();
-    const std::int64_t channels = source.size(0);
-    const std::int64_t pixels = source.size(1) * source.size(2);
-    Raster<To> raster(static_cast<int>(source.size(2)), static_cast<int>(source.size(1)), static_cast<int>(channels));
-    const float* in = source.data_ptr<float>();
-    for (std::int64_t c = 0; c < channels; ++c)
-        for (std::int64_t i = 0; i < pixels; ++i)
-            raster.values[static_cast<std::size_t>(i * channels + c)] = convert(in[c * pixels + i]);
-    return raster;
-}
-
 }  // namespace
 
 torch::Tensor sent_to(const torch::Tensor& tensor, const torch::Device& device)
@@ -64,20 +48,24 @@ torch::Tensor to_tensor(const RasterF& picture)
     return planes(picture, [](float v) { return v; });
 }
 
-RasterF to_raster(const torch::Tensor& picture)
-{
-    return interleaved<float>(picture, [](float v) { return v; });
-}
-
 Raster8 to_raster8(const torch::Tensor& picture)
 {
-    return interleaved<std::uint8_t>(picture,
-                                     [](float v)
-                                     {
-                                         // Not std::clamp alone: it passes NaN on, and converting NaN is undefined.
-                                         const float level = v >= 0 ? std::min(v, 1.0F) * 255.0F : 0.0F;
-                                         return static_cast<std::uint8_t>(std::lround(level));
-                                     });
+    if (picture.dim() != 3)
+        throw std::invalid_argument("a picture tensor has the shape C x H x W");
+    const auto source = picture.detach().to(at::kCPU, at::kFloat).contiguous();
+    const std::int64_t channels = source.size(0);
+    const std::int64_t pixels = source.size(1) * source.size(2);
+    Raster8 raster(static_cast<int>(source.size(2)), static_cast<int>(source.size(1)), static_cast<int>(channels));
+    const float* in = source.data_ptr<float>();
+    for (std::int64_t c = 0; c < channels; ++c)
+        for (std::int64_t i = 0; i < pixels; ++i)
+        {
+            // Not std::clamp alone: it passes NaN on, and converting NaN is undefined.
+            const float v = in[c * pixels + i];
+            const float level = v >= 0 ? std::min(v, 1.0F) * 255.0F : 0.0F;
+            raster.values[static_cast<std::size_t>(i * channels + c)] = static_cast<std::uint8_t>(std::lround(level));
+        }
+    return raster;
 }
 
 }  // namespace fresco

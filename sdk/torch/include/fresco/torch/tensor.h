@@ -16,9 +16,7 @@ namespace fresco
 /// H x W x C picture to float32 C x H x W; 8-bit values are divided by 255.
 torch::Tensor to_tensor(const Raster8& picture);
 torch::Tensor to_tensor(const RasterF& picture);
-/// C x H x W float tensor to H x W x C.
-RasterF to_raster(const torch::Tensor& picture);
-/// C x H x W in [0,1], clamped, rounded to 8 bits.
+/// C x H x W in [0,1] to H x W x C, clamped, rounded to 8 bits.
 Raster8 to_raster8(const torch::Tensor& picture);
 
 /// `tensor` on `device`. From the processor to another device it goes without waiting, on the current stream, and through

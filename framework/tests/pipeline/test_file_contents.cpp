@@ -150,8 +150,8 @@ TEST_CASE("Folders of options are looked into when the pipeline is checked", "[p
     };
     const auto problem = [&](const std::string& type, const std::string& path, const std::string& text)
     {
-        return std::vector<std::string>{"p.yaml:3:32: error: stage 'a' (" + type + "): option 'path': '" +
-                                        (folder.path() / path).string() + "' does not contain " + text};
+        return std::vector<std::string>{"p.yaml:3:" + std::to_string(21 + type.size()) + ": error: stage 'a' (" + type +
+                                        "): option 'path': '" + (folder.path() / path).string() + "' does not contain " + text};
     };
     CHECK(problems("scan.frames", "path: good").empty());
     CHECK(problems("scan.frames", "path: video").empty());

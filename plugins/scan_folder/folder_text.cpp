@@ -63,7 +63,11 @@ std::vector<ListedPose> parse_poses(std::string_view text, std::string_view sour
 
 std::vector<double> parse_pose(std::string_view text, std::string_view source)
 {
-    return with_last_row(parse_matrix_text(text, rows_of(text) == 3 ? 3 : 4, 4, source));
+    const int rows = rows_of(text) == 3 ? 3 : 4;
+    // Three rows may be what is left of four.
+    if (rows == 3)
+        LineReader(text, source).next();
+    return with_last_row(parse_matrix_text(text, rows, 4, source));
 }
 
 fresco::RigidTransform pose_of(const std::vector<double>& matrix, const PoseConvention& convention, const std::string& source)

@@ -31,7 +31,8 @@ struct ListedPose
 /// A pose per line: the 12 or 16 numbers of a 3x4 or 4x4 matrix, row by row; lines that begin with '#' are skipped. Throws Error
 /// naming `source` and line, also for a text that does not end in a line's end.
 std::vector<ListedPose> parse_poses(std::string_view text, std::string_view source);
-/// The one pose of a text: 3 or 4 rows of 4 numbers. Throws Error naming `source` and line.
+/// The one pose of a text: 3 or 4 rows of 4 numbers. Throws Error naming `source` and line, also for 3 rows that do not end in a
+/// line's end.
 std::vector<double> parse_pose(std::string_view text, std::string_view source);
 
 /// world_from_camera in meters with OpenCV's axes. Throws Error naming `source` unless the matrix is a rigid transform.

@@ -150,7 +150,6 @@ class ScanFolder final : public RecordingStage
         if (views.empty() || !views.front().pose.empty())
             return;
         const auto list = path() / "poses.txt";
-        looks_for(list, run);
         if (!fs::is_regular_file(list))
             throw fresco::MissingInput(path().string() +
                                        ": there are no poses; expected poses.txt, or poses/NAME.txt per picture");

@@ -22,7 +22,6 @@ class ScanFrames final : public RecordingStage
     Recording list(fresco::RunContext& run) override
     {
         const auto file = path() / "frames.json";
-        looks_for(file, run);
         run.reads_file(file);
         listed_ = fresco::Frames::load({path(), {}})->frames;
         Recording recording;

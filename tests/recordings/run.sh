@@ -71,7 +71,7 @@ else:
     print("the schema holds")
 PY
 
-# A mirrored pose is named.
+# A mirrored pose is noticed, and named.
 "$python" - <<'PY'
 import json, pathlib
 file = pathlib.Path("mine/frames.json")
@@ -80,7 +80,15 @@ pose = listed["frames"][7]["color_camera"]["world_from_camera"]
 for i in (0, 4, 8):
     pose[i] = -pose[i]
 file.write_text(json.dumps(listed))
+lines = pathlib.Path("mine/poses.txt").read_text().splitlines()
+numbers = [float(word) for word in lines[7].split()]
+lines[7] = " ".join(str(-number if i in (0, 4, 8) else number) for i, number in enumerate(numbers))
+pathlib.Path("mine/poses.txt").write_text("\n".join(lines) + "\n")
 PY
-! "$fresco" run mine.yaml --store store --out out >log 2>&1 || fail "a mirrored pose was read"
-grep -q 'mine/frames.json: frame 7: "color_camera": the pose' log || { cat log; fail "the mirrored pose is not named"; }
+refused() { # STAGE TEXT
+    ! "$fresco" run mine.yaml --until "$1" --store store --out out >log 2>&1 || fail "$1: a mirrored pose was read"
+    tr -d '\n' <log | tr -s ' ' | grep -q "$2" || { cat log; fail "$1: the mirrored pose is not named"; }
+}
+refused listed 'mine/frames.json: frame 7: "color_camera": the pose'
+refused plain 'mine/poses.txt:8: '
 echo "recordings: done"

@@ -109,7 +109,8 @@ std::size_t Exporter::missing(const PipelineStage& stage, const std::string& obj
     for (const auto& output : files_outputs(stage))
     {
         const fs::path folder = store_.object(object) / output;
-        for (const auto& name : Files::load({folder, store_.root()})->names)
+        const auto listed = Files::load({folder, store_.root()});
+        for (const auto& name : listed->names)
             count += is_there(place_of(stage, name), folder / name) ? 0 : 1;
     }
     return count;

@@ -48,7 +48,7 @@ TEST_CASE("plan says what would run and why")
     // Elsewhere its files are missing.
     CHECK(place.run({"plan", "room.yaml", "--out", "elsewhere"}).out.ends_with("copies 1 file of text to elsewhere\n"));
     CHECK_FALSE(fs::exists(place.file("elsewhere")));
-    place.write("out/sum.txt", "changed");
+    place.write("out/x.txt", "changed");
     CHECK(contains(place.run({"plan", "room.yaml"}).out, "copies 1 file of text to out"));
     REQUIRE(place.run({"run", "room.yaml"}).code == 0);
     CHECK(contains(place.run({"plan", "room.yaml"}).out, "nothing to do"));

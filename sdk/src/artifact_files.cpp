@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 #include <limits>
+#include <utility>
 
 namespace fresco::detail
 {
@@ -77,13 +78,20 @@ Value to_value(const Camera& camera)
 
 Camera camera_from(const Value& value, std::string_view source)
 {
+    const auto pixels = [](const Value& side, const char* name)
+    {
+        const std::int64_t count = side.as_int();
+        if (!std::in_range<int>(count))
+            throw Error(fmt::format("{} is {}; expected 1 to 65536 pixels", name, count));
+        return static_cast<int>(count);
+    };
     Camera camera;
     try
     {
         StrictMap entries(value);
         Intrinsics& k = camera.intrinsics;
-        k.width = static_cast<int>(entries.take("width").as_int());
-        k.height = static_cast<int>(entries.take("height").as_int());
+        k.width = pixels(entries.take("width"), "width");
+        k.height = pixels(entries.take("height"), "height");
         k.fx = entries.take("fx").as_double();
         k.fy = entries.take("fy").as_double();
         k.cx = entries.take("cx").as_double();

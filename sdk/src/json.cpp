@@ -4,10 +4,13 @@
 
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <fmt/format.h>
 #include <limits>
+#include <optional>
+#include <vector>
 
 namespace fresco
 {
@@ -127,12 +130,15 @@ class Reader final : public nlohmann::json_sax<nlohmann::json>
     bool start_object(std::size_t) override { return open(Value::Map{}); }
     bool key(string_t& name) override
     {
-        if (open_.back()->find(name) != nullptr)
-            return fail("the key \"" + name + "\" appears twice");
         key_ = std::move(name);
         return true;
     }
-    bool end_object() override { return close(); }
+    bool end_object() override
+    {
+        if (const std::string* twice = repeated_key(open_.back()->as_map()))
+            return fail("the key \"" + *twice + "\" appears twice");
+        return close();
+    }
     bool start_array(std::size_t) override { return open(Value::List{}); }
     bool end_array() override { return close(); }
     bool parse_error(std::size_t position, const std::string&, const nlohmann::detail::exception& error) override
@@ -145,9 +151,21 @@ class Reader final : public nlohmann::json_sax<nlohmann::json>
 
     Value root;
     std::string problem;
-    std::size_t offset = 0;
+    std::optional<std::size_t> offset;  ///< Of what is not JSON at all.
 
   private:
+    /// Sorted, because a file may hold millions of keys.
+    static const std::string* repeated_key(const Value::Map& map)
+    {
+        std::vector<const std::string*> keys;
+        keys.reserve(map.size());
+        for (const auto& [key, value] : map)
+            keys.push_back(&key);
+        std::ranges::sort(keys, {}, [](const std::string* key) -> const std::string& { return *key; });
+        const auto twice =
+            std::ranges::adjacent_find(keys, {}, [](const std::string* key) -> const std::string& { return *key; });
+        return twice == keys.end() ? nullptr : *twice;
+    }
     bool fail(std::string text)
     {
         if (problem.empty())
@@ -206,7 +224,8 @@ Value parse_json(std::string_view text, std::string_view source)
 {
     Reader reader;
     if (!nlohmann::json::sax_parse(text.begin(), text.end(), &reader))
-        throw Error(fmt::format("{}: not valid JSON at byte {}: {}", source, reader.offset, reader.problem));
+        throw Error(fmt::format("{}: not valid JSON{}: {}", source,
+                                reader.offset ? fmt::format(" at byte {}", *reader.offset) : "", reader.problem));
     return std::move(reader.root);
 }
 

@@ -32,6 +32,8 @@ constexpr int far_depth_bits = 22;
 /// Of depth: a float holds so many exactly, with bits to spare for rounding.
 constexpr double most_steps = 2'097'152;
 constexpr std::size_t most_pixels = std::size_t{1} << 28U;
+/// Zstandard's smallest block, of 4 bytes, holds 128 KiB.
+constexpr std::size_t most_packed = 32768;
 
 constexpr int last_step(int bits)
 {
@@ -181,6 +183,17 @@ std::size_t put_mask(std::span<const std::uint8_t> mask, Raster8& valid)
     return ones;
 }
 
+/// Before anything is allocated for them.
+void check_pixels(const PackedUvMapHeader& header, std::string_view source)
+{
+    const std::size_t pixels = std::size_t{header.width} * header.height;
+    if (pixels < 1 || pixels > most_pixels)
+        fail_packed(source, 12, fmt::format("expected 1 to {} pixels, got {}x{}", most_pixels, header.width, header.height));
+    for (const detail::PackedParts& quantity : header.parts)
+        if (pixels / most_packed > quantity.low)
+            fail_packed(source, 12, fmt::format("{}x{} pixels cannot be in {} bytes", header.width, header.height, quantity.low));
+}
+
 /// Fetches the parts of a file one after the other.
 class Parts
 {
@@ -321,6 +334,7 @@ UvMap unpack_uv_map(std::span<const std::byte> bytes, int width, int height, std
     if (header.width != static_cast<std::uint32_t>(width) || header.height != static_cast<std::uint32_t>(height))
         throw Error(
             fmt::format("{}: offset 12: is {}x{}; the index says {}x{}", source, header.width, header.height, width, height));
+    check_pixels(header, source);
     UvMap map{{width, height, 2}, {width, height}, {width, height}, {width, height}};
     Parts parts(bytes, source);
     {

@@ -16,6 +16,9 @@ namespace
 // A header is a few hundred bytes; this bounds the search for its end in a file that is no PLY.
 constexpr std::size_t max_header_bytes = std::size_t{1} << 20U;
 constexpr int largest_texture_px = 262144;
+// Every name is compared with those before it.
+constexpr std::size_t most_elements = 256;
+constexpr std::size_t most_properties = 1024;
 
 constexpr std::array<std::pair<std::string_view, PlyType>, 16> type_names{{{"char", PlyType::int8},
                                                                            {"int8", PlyType::int8},
@@ -130,6 +133,8 @@ class HeaderReader
         if (const auto count = words_.next(); !parse_number(count, element.count))
             lines_.fail("expected the number of " + in_quotes(element.name) + " elements instead of " + in_quotes(count));
         end_of_line();
+        if (header_.elements.size() == most_elements)
+            lines_.fail(fmt::format("more than {} elements: this is not a mesh", most_elements));
         header_.elements.push_back(std::move(element));
     }
 
@@ -165,6 +170,8 @@ class HeaderReader
             if (other.name == property.name)
                 lines_.fail("a second property " + in_quotes(property.name) + " of element " +
                             in_quotes(header_.elements.back().name));
+        if (properties.size() == most_properties)
+            lines_.fail(fmt::format("more than {} properties of one element: this is not a mesh", most_properties));
         properties.push_back(std::move(property));
     }
 

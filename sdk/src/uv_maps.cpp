@@ -21,10 +21,11 @@ fs::path map_file(const fs::path& folder, std::size_t view, int height_px)
 }
 
 constexpr int largest_texture_px = 262144;
+constexpr int largest_height_px = 65536;
 
-int number_in(const Value& root, const char* name, int least, int most, const fs::path& file)
+int number_in(const Value& value, const char* name, int least, int most, const fs::path& file)
 {
-    const std::int64_t number = root.at(name).as_int();
+    const std::int64_t number = value.as_int();
     if (number < least || number > most)
         throw Error(fmt::format("{}: {} is {}; expected {} to {}", file.string(), name, number, least, most));
     return static_cast<int>(number);
@@ -70,10 +71,10 @@ std::shared_ptr<UvMaps> UvMaps::load(const ArtifactFolder& folder)
     auto result = std::make_shared<UvMaps>();
     result->folder_ = folder.path;
     result->atlas = root.at("atlas").as_string();
-    result->texture_px = number_in(root, "texture_px", 0, largest_texture_px, file);
-    result->uv_bits = number_in(root, "uv_bits", min_uv_bits, max_uv_bits, file);
+    result->texture_px = number_in(root.at("texture_px"), "texture_px", 0, largest_texture_px, file);
+    result->uv_bits = number_in(root.at("uv_bits"), "uv_bits", min_uv_bits, max_uv_bits, file);
     for (const Value& height : root.at("heights_px").as_list())
-        result->heights_px.push_back(static_cast<int>(height.as_int()));
+        result->heights_px.push_back(number_in(height, "a height of heights_px", 1, largest_height_px, file));
     for (const Value& value : root.at("views").as_list())
     {
         View view;

@@ -143,6 +143,30 @@ TEST_CASE("uv maps stream to disk and back")
     CHECK_THROWS_WITH(loaded->load_map(0, 0), Contains("000000_16.uvmap") && Contains("is 20x16; the index says 21x16"));
 }
 
+TEST_CASE("Sizes in an index of uv maps that no picture has are refused")
+{
+    const fresco::testing::TemporaryFolder folder;
+    const fresco::ArtifactFolder own{folder.path(), {}};
+    fresco::UvMaps maps;
+    maps.heights_px = {16};
+    maps.views.push_back({"s", "f", {{64, 48, 50, 50, 32, 24}, {}}, {5}});
+    maps.save(own);
+    const auto file = folder.path() / "uvmaps.json";
+    const std::string text = fresco::read_text_file(file);
+    const auto with = [&](const std::string& old, const std::string& other)
+    {
+        std::string changed = text;
+        fresco::write_file(file, changed.replace(changed.find(old), old.size(), other));
+        fresco::UvMaps::load(own);
+    };
+    // 2^32 more is the same number in 32 bits.
+    CHECK_THROWS_WITH(with("  16", "  4294967312"), Contains("a height of heights_px is 4294967312; expected 1 to 65536"));
+    CHECK_THROWS_WITH(with("  16", "  -16"), Contains("a height of heights_px is -16"));
+    CHECK_THROWS_WITH(with("\"width\": 64", "\"width\": 4294967360"),
+                      Contains("uvmaps.json: camera: width is 4294967360; expected 1 to 65536 pixels"));
+    CHECK_NOTHROW(with("  16", "  16"));
+}
+
 TEST_CASE("The size to paint at is the atlas's, or the one asked for, with a warning")
 {
     fresco::testing::TestRun run;

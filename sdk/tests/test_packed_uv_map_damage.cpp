@@ -149,3 +149,18 @@ TEST_CASE("A header made up with its checksum right is held against the parts an
     CHECK_THROWS_WITH(fresco::unpack_uv_map(half, 96, 36, "m"), Contains("m: offset 88: expected a frame of 432 bytes, got 864"));
     CHECK_THROWS_WITH(fresco::unpack_uv_map(whole, 96, 73, "m"), Contains("is 96x72; the index says 96x73"));
 }
+
+TEST_CASE("A packed uv map that claims more pixels than its bytes can hold is refused before memory is taken for them")
+{
+    const auto claimed = [](std::uint32_t width, std::uint32_t height)
+    {
+        auto file = packed();
+        std::memcpy(file.data() + 12, &width, 4);
+        std::memcpy(file.data() + 16, &height, 4);
+        seal(file);
+        return fresco::unpack_uv_map(file, static_cast<int>(width), static_cast<int>(height), "m");
+    };
+    CHECK_THROWS_WITH(claimed(2'000'000'000, 2'000'000'000), Contains("m: offset 12: expected 1 to 268435456 pixels"));
+    CHECK_THROWS_WITH(claimed(0, 72), Contains("m: offset 12: expected 1 to 268435456 pixels, got 0x72"));
+    CHECK_THROWS_WITH(claimed(16384, 16384), Contains("m: offset 12: 16384x16384 pixels cannot be in"));
+}

@@ -144,3 +144,17 @@ TEST_CASE("PLY damage: a list longer than the file is refused before anything is
     negative.values("float", {0, 0, 0, 1, 0, 0, 0, 1, 0}).value("int", -3).values("int", {0, 1, 2});
     CHECK_THROWS_WITH(parse_ply(bytes_of(negative.text), "list.ply"), Contains("negative length"));
 }
+
+TEST_CASE("PLY damage: a header of very many names is refused before they are all compared", "[ply]")
+{
+    const std::string begin = "ply\nformat ascii 1.0\n";
+    std::string elements;
+    std::string properties = "element vertex 3\n";
+    for (int i = 0; i < 30'000; ++i)
+    {
+        elements += "element e" + std::to_string(i) + " 0\n";
+        properties += "property float p" + std::to_string(i) + "\n";
+    }
+    CHECK_THROWS_WITH(parse_ply(bytes_of(begin + elements), "many.ply"), Contains("many.ply:259: more than 256 elements"));
+    CHECK_THROWS_WITH(parse_ply(bytes_of(begin + properties), "many.ply"), Contains("many.ply:1028: more than 1024 properties"));
+}

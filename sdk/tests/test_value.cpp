@@ -4,6 +4,7 @@
 
 #include <catch2/catch.hpp>
 
+#include <chrono>
 #include <limits>
 
 using fresco::Value;
@@ -32,6 +33,17 @@ TEST_CASE("Bad JSON is refused with the byte")
     CHECK_THROWS_AS(fresco::parse_json(""), fresco::Error);
     CHECK_THROWS_AS(fresco::parse_json("1 2"), fresco::Error);
     CHECK_THROWS_AS(fresco::to_json(Value(std::numeric_limits<double>::quiet_NaN())), fresco::Error);
+}
+
+TEST_CASE("A JSON map of many keys is read in time, and a key that appears twice is found among them")
+{
+    std::string text = "{";
+    for (int i = 0; i < 300'000; ++i)
+        text += "\"" + std::to_string(i) + "\":0,";
+    const auto begin = std::chrono::steady_clock::now();
+    CHECK(fresco::parse_json(text + "\"a\":0}").as_map().size() == 300'001);
+    CHECK_THROWS_WITH(fresco::parse_json(text + "\"7\":0}", "f.json"), "f.json: not valid JSON: the key \"7\" appears twice");
+    CHECK(std::chrono::steady_clock::now() - begin < std::chrono::seconds(30));
 }
 
 TEST_CASE("A value of another kind is named in the error")

@@ -193,9 +193,11 @@ bool read_axis(MatrixAxis& axis, const YamlNode& values, ProblemList& problems)
                      "axis '" + axis.var + "' must be a list of values or a map {name: value}, got " + values.summary());
         return false;
     }
-    if (axis.choices.empty())
+    if (axis.choices.empty() || axis.choices.size() > combination_limit)
     {
-        problems.add(values.position(), "axis '" + axis.var + "' has no values");
+        problems.add(values.position(), axis.choices.empty() ? "axis '" + axis.var + "' has no values"
+                                                             : fmt::format("axis '{}' has {} values; at most {} are accepted",
+                                                                           axis.var, axis.choices.size(), combination_limit));
         return false;
     }
     good = check_values(axis, problems) && good;

@@ -10,6 +10,8 @@ namespace fresco::host
 namespace
 {
 constexpr std::size_t substitution_limit = 4 * yaml_size_limit;
+/// What a node counts for, in bytes of text: as many are allowed as in a few files.
+constexpr std::size_t node_weight = 16;
 
 /// A stretch of text, or the name of a var.
 struct Piece
@@ -55,26 +57,26 @@ std::optional<std::vector<Piece>> split_references(const std::string& text)
 /// The value of a var as it stands where the var is used: placed there, its paths counted from where it was written.
 YamlNode placed(const YamlNode& value, const YamlNode& use)
 {
-    YamlNode node = value;
+    YamlNode node;
+    node.kind = value.kind;
+    node.text = value.text;
+    node.plain = value.plain;
     node.origin = value.origin ? value.origin : value.source;
     node.line = use.line;
     node.column = use.column;
     node.source = use.source;
-    for (YamlNode& item : node.items)
-        item = placed(item, use);
-    for (YamlNode::Entry& entry : node.entries)
-    {
-        entry.line = use.line;
-        entry.column = use.column;
-        entry.source = use.source;
-        entry.value = placed(entry.value, use);
-    }
+    node.items.reserve(value.items.size());
+    for (const YamlNode& item : value.items)
+        node.items.push_back(placed(item, use));
+    node.entries.reserve(value.entries.size());
+    for (const YamlNode::Entry& entry : value.entries)
+        node.entries.push_back({entry.key, use.line, use.column, use.source, placed(entry.value, use)});
     return node;
 }
 
 std::size_t weight(const YamlNode& node)
 {
-    std::size_t sum = node.text.size() + 1;
+    std::size_t sum = node.text.size() + node_weight;
     for (const YamlNode& item : node.items)
         sum += weight(item);
     for (const YamlNode::Entry& entry : node.entries)
@@ -127,21 +129,22 @@ std::vector<std::string> Variables::names() const
 std::set<std::string> Variables::needed_by(const YamlNode& node) const
 {
     std::set<std::string> names;
-    collect_needed(node, names);
+    // Not by recursion: a file may hold a chain of vars that is longer than the machine's stack.
+    for (std::vector<const YamlNode*> open{&node}; !open.empty();)
+    {
+        const YamlNode& next = *open.back();
+        open.pop_back();
+        if (next.is_scalar())
+            for (const Piece& piece : split_references(next.text).value_or(std::vector<Piece>{}))
+                if (const auto var = piece.is_var ? vars_.find(piece.text) : vars_.end(); var != vars_.end())
+                    if (names.insert(piece.text).second)
+                        open.push_back(var->second.written);
+        for (const YamlNode& item : next.items)
+            open.push_back(&item);
+        for (const YamlNode::Entry& entry : next.entries)
+            open.push_back(&entry.value);
+    }
     return names;
-}
-
-void Variables::collect_needed(const YamlNode& node, std::set<std::string>& names) const
-{
-    if (node.is_scalar())
-        for (const Piece& piece : split_references(node.text).value_or(std::vector<Piece>{}))
-            if (const auto var = piece.is_var ? vars_.find(piece.text) : vars_.end(); var != vars_.end())
-                if (names.insert(piece.text).second)
-                    collect_needed(*var->second.written, names);
-    for (const YamlNode& item : node.items)
-        collect_needed(item, names);
-    for (const YamlNode::Entry& entry : node.entries)
-        collect_needed(entry.value, names);
 }
 
 bool Variables::spend(std::size_t amount, const YamlNode& use)

@@ -42,7 +42,6 @@ class Variables
         State state = State::untouched;
     };
 
-    void collect_needed(const YamlNode& node, std::set<std::string>& names) const;
     const YamlNode* value_of(const std::string& name, const YamlNode& use);
     YamlNode substitute_scalar(const YamlNode& node);
     bool spend(std::size_t amount, const YamlNode& use);

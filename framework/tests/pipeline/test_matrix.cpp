@@ -163,6 +163,11 @@ TEST_CASE("what is wrong with a matrix is reported with its place")
         many += (i == 0 ? "" : ", ") + std::to_string(i);
     CHECK(problems("{a: [" + many + "], b: [" + many + "]}") ==
           Words{"p.yaml:3:10: error: the matrix has more than 1000 combinations"});
+    std::string lines_of_values;
+    for (int i = 0; i < 40'000; ++i)
+        lines_of_values += "\n   - " + std::to_string(i);
+    CHECK(problems("\n  a:" + lines_of_values) ==
+          Words{"p.yaml:5:4: error: axis 'a' has 40000 values; at most 1000 are accepted"});
     CHECK(problems("{a: [x], b: [1], c: [1], d: [1], e: [1], f: [1], g: [1]}", "{a: , b: , c: , d: , e: , f: , g: }") ==
           Words{"p.yaml:3:10: error: a matrix of more than 6 axes: put some into files of their own"});
 }
@@ -206,4 +211,21 @@ TEST_CASE("axes build on the base's: an upper axis goes before it, an empty one 
     CHECK(over("vars: {a: w}\nmatrix: {a: [p]}") == Words{"p,b=1", "p,b=2"});
     CHECK(over("vars: {c: w}\nmatrix: {c: [p, q], b: }") == Words{"x,p", "x,q", "y,p", "y,q"});
     CHECK(over("vars: {a: w, b: 5}").empty());
+}
+
+TEST_CASE("vars that are made of each other, tens of thousands in a row, are all found")
+{
+    // Every 30th is put into the text before the next is looked at, so none nests deeply.
+    const TemporaryFolder folder;
+    std::string vars = "version: 1\nmatrix: {v0: [1, 2]}\nvars:\n  v0: 1\n";
+    std::string title;
+    for (int i = 1; i <= 40'000; ++i)
+    {
+        vars += "  v" + std::to_string(i) + ": \"${v" + std::to_string(i - 1) + "}\"\n";
+        if (i % 30 == 0)
+            title += "${v" + std::to_string(i) + "}";
+    }
+    const auto result = check(folder, vars + "stages:\n  s: {type: mesh.pass, title: \"" + title + "\"}\n", hand_made_catalog());
+    CHECK(lines(result).empty());
+    CHECK(stage_names(result) == Words{"s@v0=1", "s@v0=2"});
 }

@@ -14,7 +14,7 @@ target_compile_options(
               -Wconversion
               -Wnon-virtual-dtor
               -Woverloaded-virtual
-              -Wno-restrict # GCC 12 sees overlaps in std::string's operator+ that are none (its bug 105651)
+              $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict> # GCC 12 sees overlaps in std::string's operator+ that are none (its bug 105651)
               -ffile-prefix-map=${PROJECT_SOURCE_DIR}=.
               -ffile-prefix-map=${PROJECT_BINARY_DIR}=build
               -ffp-contract=off)
@@ -26,7 +26,7 @@ endif()
 if(FRESCO_SANITIZE)
     # AddressSanitizer reports null pointers too, and their check is a third of the time of a build. GCC 12 takes the sanitizers' own
     # shadow variables for uninitialized ones.
-    target_compile_options(fresco_compile_options INTERFACE -fsanitize=address,undefined -fno-sanitize=null -fno-sanitize-recover=all -fno-omit-frame-pointer
-                                                            -Wno-maybe-uninitialized)
-    target_link_options(fresco_compile_options INTERFACE -fsanitize=address,undefined)
+    target_compile_options(fresco_compile_options INTERFACE -fsanitize=${FRESCO_SANITIZERS} -fno-sanitize=null -fno-sanitize-recover=all
+                                                            -fno-omit-frame-pointer $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
+    target_link_options(fresco_compile_options INTERFACE -fsanitize=${FRESCO_SANITIZERS})
 endif()

@@ -45,7 +45,7 @@ function(fresco_use_precompiled TARGET KIND)
     if(TARGET fresco_precompiled_${KIND})
         target_precompile_headers(${TARGET} REUSE_FROM fresco_precompiled_${KIND})
         # GCC 12 forgets of such headers that they are the system's, and sees in std::string's what is not there.
-        target_compile_options(${TARGET} PRIVATE -Wno-array-bounds -Wno-stringop-overflow -Wno-stringop-overread)
+        target_compile_options(${TARGET} PRIVATE "$<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds;-Wno-stringop-overflow;-Wno-stringop-overread>")
     endif()
 endfunction()
 

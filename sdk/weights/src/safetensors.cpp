@@ -18,7 +18,7 @@ namespace
 {
 
 constexpr std::size_t largest_header = std::size_t{100} << 20U;
-constexpr std::size_t prefix = 8;
+constexpr std::size_t header_begin = 8;
 
 constexpr std::array<ElementType, 10> types{ElementType::float64, ElementType::int64,    ElementType::float32, ElementType::int32,
                                             ElementType::float16, ElementType::bfloat16, ElementType::int16,   ElementType::uint8,
@@ -66,33 +66,34 @@ class Reader
 
     Value parse_header()
     {
-        if (bytes_.size() < prefix)
+        if (bytes_.size() < header_begin)
             fail(0, "the file ends before its 8-byte header length");
         std::uint64_t length = 0;
-        std::memcpy(&length, bytes_.data(), prefix);
+        std::memcpy(&length, bytes_.data(), header_begin);
         if (length > largest_header)
             fail(0, "a header of " + std::to_string(length) + " bytes is more than the 100 MiB allowed");
-        if (length > bytes_.size() - prefix)
+        if (length > bytes_.size() - header_begin)
             fail(0, "a header of " + std::to_string(length) + " bytes in a file of " + std::to_string(bytes_.size()));
-        data_ = prefix + static_cast<std::size_t>(length);
-        const std::string_view text(reinterpret_cast<const char*>(bytes_.data()) + prefix, static_cast<std::size_t>(length));
+        data_ = header_begin + static_cast<std::size_t>(length);
+        const std::string_view text(reinterpret_cast<const char*>(bytes_.data()) + header_begin,
+                                    static_cast<std::size_t>(length));
         if (text.empty() || text.front() != '{')
-            fail(prefix, "the header does not begin with '{'");
+            fail(header_begin, "the header does not begin with '{'");
         Value header = parse_json(text, source_ + ": header");
         if (!header.is_map())
-            fail(prefix, "the header is not a map");
+            fail(header_begin, "the header is not a map");
         return header;
     }
 
     std::map<std::string, std::string> metadata(const Value& value) const
     {
         if (!value.is_map())
-            fail(prefix, "__metadata__ is not a map");
+            fail(header_begin, "__metadata__ is not a map");
         std::map<std::string, std::string> result;
         for (const auto& [key, text] : value.as_map())
         {
             if (!text.is_string())
-                fail(prefix, "__metadata__ '" + key + "' is not text");
+                fail(header_begin, "__metadata__ '" + key + "' is not text");
             result.emplace(key, text.as_string());
         }
         return result;
@@ -101,7 +102,7 @@ class Reader
     std::size_t whole_number(const Value& value, const std::string& where) const
     {
         if (!value.is_int() || value.as_int() < 0)
-            fail(prefix, where + ": expected a whole number of at least 0");
+            fail(header_begin, where + ": expected a whole number of at least 0");
         return static_cast<std::size_t>(value.as_int());
     }
 
@@ -113,7 +114,7 @@ class Reader
         const Value* offsets = value.find("data_offsets");
         if (type == nullptr || shape == nullptr || offsets == nullptr || value.as_map().size() != 3 || !type->is_string() ||
             !shape->is_list() || !offsets->is_list() || offsets->as_list().size() != 2)
-            fail(prefix, where + ": expected exactly dtype, shape and two data_offsets");
+            fail(header_begin, where + ": expected exactly dtype, shape and two data_offsets");
         Entry result;
         result.tensor.name = name;
         result.tensor.type = type_of(type->as_string(), where);
@@ -125,7 +126,7 @@ class Reader
             empty = empty || count == 0;
             // A product that overflows could fit the offsets by accident; strides multiply an empty tensor's other extents too.
             if (size > std::numeric_limits<std::size_t>::max() / 4 / std::max<std::size_t>(count, 1))
-                fail(prefix, where + ": the shape is too large");
+                fail(header_begin, where + ": the shape is too large");
             size *= std::max<std::size_t>(count, 1);
             result.tensor.shape.push_back(count);
         }
@@ -147,7 +148,7 @@ class Reader
         for (const auto type : types)
             if (name_of(type) == name)
                 return type;
-        fail(prefix, where + ": unknown type '" + name + "'");
+        fail(header_begin, where + ": unknown type '" + name + "'");
     }
 
     /// The tensors must cover the bytes after the header once and without gaps: nothing is hidden between them.
@@ -246,10 +247,10 @@ Pieces pieces(std::span<const TensorView> tensors, const std::map<std::string, s
     std::stable_sort(ordered.begin(), ordered.end(), [](const auto* a, const auto* b) { return a->type < b->type; });
     const std::string header = header_of(ordered, metadata);
     Pieces result;
-    result.head.resize(prefix + header.size());
+    result.head.resize(header_begin + header.size());
     const std::uint64_t length = header.size();
-    std::memcpy(result.head.data(), &length, prefix);
-    std::memcpy(result.head.data() + prefix, header.data(), header.size());
+    std::memcpy(result.head.data(), &length, header_begin);
+    std::memcpy(result.head.data() + header_begin, header.data(), header.size());
     for (const auto* tensor : ordered)
         result.of_tensors.push_back(tensor->bytes);
     return result;

@@ -4,7 +4,7 @@
 
 #include <catch2/catch.hpp>
 
-#include <chrono>
+#include <ctime>
 #include <limits>
 
 using fresco::Value;
@@ -40,10 +40,10 @@ TEST_CASE("A JSON map of many keys is read in time, and a key that appears twice
     std::string text = "{";
     for (int i = 0; i < 300'000; ++i)
         text += "\"" + std::to_string(i) + "\":0,";
-    const auto begin = std::chrono::steady_clock::now();
+    const std::clock_t begin = std::clock();
     CHECK(fresco::parse_json(text + "\"a\":0}").as_map().size() == 300'001);
     CHECK_THROWS_WITH(fresco::parse_json(text + "\"7\":0}", "f.json"), "f.json: not valid JSON: the key \"7\" appears twice");
-    CHECK(std::chrono::steady_clock::now() - begin < std::chrono::seconds(30));
+    CHECK(static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC < 30);
 }
 
 TEST_CASE("A value of another kind is named in the error")

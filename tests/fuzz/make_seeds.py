@@ -1,0 +1,296 @@
+#!/usr/bin/env python3
+"""make_seeds.py: writes the binary files of corpus/ that are not what a fuzzer found: one or two good ones per format."""
+import collections
+import io
+import json
+import pathlib
+import pickle
+import struct
+import zipfile
+import zlib
+
+corpus = pathlib.Path(__file__).resolve().parent / "corpus"
+identity = (1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1)
+
+
+def write(parser, name, contents):
+    (corpus / parser).mkdir(exist_ok=True)
+    (corpus / parser / name).write_bytes(contents)
+
+
+def floats(*numbers):
+    return struct.pack(f"<{len(numbers)}f", *numbers)
+
+
+def ply(order, mark):
+    header = f"""ply
+format binary_{order}_endian 1.0
+comment TextureFile room.png
+comment texture_px 64
+element vertex 4
+property float x
+property double y
+property float z
+property uchar red
+property uchar green
+property uchar blue
+property short label
+element face 2
+property list uchar int vertex_indices
+property list uchar float texcoord
+property int chart
+property uchar texnumber
+element strip 1
+property list int uchar ids
+element other 2
+property ushort a
+property char b
+end_header
+"""
+    body = b""
+    for x, y, z in ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0.5)):
+        body += struct.pack(mark + "fdfBBBh", x, y, z, 12, 34, 56, -3)
+    body += struct.pack(mark + "B3iB6fiB", 3, 0, 1, 2, 6, 0, 0, 1, 0, 1, 1, 7, 0)
+    body += struct.pack(mark + "B4iB8fiB", 4, 0, 2, 3, 1, 8, 0, 0, 1, 1, 0, 1, 0.5, 0.5, 8, 0)
+    body += struct.pack(mark + "i4B", 4, 1, 2, 3, 44) + struct.pack(mark + "HbHb", 1, -1, 2, -2)
+    return header.encode() + body
+
+
+def npy(descr, shape, data, version=1):
+    header = repr({"descr": descr, "fortran_order": False, "shape": shape}).encode()
+    header += b" " * (63 - (len(header) + 10) % 64) + b"\n"
+    length = struct.pack("<H" if version == 1 else "<I", len(header))
+    return b"\x93NUMPY" + bytes((version, 0)) + length + header + data
+
+
+def glb():
+    positions = floats(0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0)
+    colors = bytes((255, 0, 0, 255) * 4)
+    texcoords = struct.pack("<8H", 0, 0, 65535, 0, 65535, 65535, 0, 65535)
+    indices = struct.pack("<6H", 0, 1, 2, 0, 2, 3)
+    picture = bytes.fromhex("89504e470d0a1a0a") + b"not looked at"
+    parts, views, binary = (positions, colors, texcoords, indices, picture), [], b""
+    for part in parts:
+        views.append({"buffer": 0, "byteOffset": len(binary), "byteLength": len(part)})
+        binary += part + bytes(-len(part) % 4)
+
+    def accessor(view, component, count, form, **more):
+        return {"bufferView": view, "componentType": component, "count": count, "type": form, **more}
+
+    use = {"index": 0, "extensions": {"KHR_texture_transform": {"offset": [0.5, 0], "scale": [2, 2], "rotation": 0.5, "texCoord": 0}}}
+    document = {
+        "asset": {"version": "2.0"}, "extensionsUsed": ["KHR_texture_transform"], "scene": 0, "scenes": [{"nodes": [0, 2]}],
+        "nodes": [{"mesh": 0, "children": [1], "translation": [0, 0, 1], "rotation": [0, 0, 0, 1], "scale": [1, -1, 1]},
+                  {"mesh": 0, "matrix": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 3, 0, 0, 1]}, {"mesh": 1}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "COLOR_0": 1, "TEXCOORD_0": 2}, "indices": 3, "material": 0}]},
+                   {"primitives": [{"attributes": {"POSITION": 0}, "mode": 5, "material": 1},
+                                   {"attributes": {"POSITION": 0}, "mode": 6}, {"attributes": {"POSITION": 0}, "mode": 0}]}],
+        "materials": [{"name": "wall", "pbrMetallicRoughness": {"baseColorFactor": [1, 0.5, 0.25, 1], "baseColorTexture": use}},
+                      {"extensions": {"KHR_materials_pbrSpecularGlossiness": {"diffuseFactor": [1, 1, 1, 1], "diffuseTexture": use}}}],
+        "textures": [{"source": 0, "sampler": 0}], "samplers": [{"wrapS": 33071, "wrapT": 33648}],
+        "images": [{"bufferView": 4, "mimeType": "image/png"}],
+        "accessors": [accessor(0, 5126, 4, "VEC3", min=[0, 0, 0], max=[1, 1, 0]), accessor(1, 5121, 4, "VEC4", normalized=True),
+                      accessor(2, 5123, 4, "VEC2", normalized=True), accessor(3, 5123, 6, "SCALAR")],
+        "bufferViews": views, "buffers": [{"byteLength": len(binary)}]}
+    text = json.dumps(document, separators=(",", ":")).encode()
+    text += b" " * (-len(text) % 4)
+    chunks = struct.pack("<II", len(text), 0x4E4F534A) + text + struct.pack("<II", len(binary), 0x004E4942) + binary
+    return b"glTF" + struct.pack("<II", 2, 12 + len(chunks)) + chunks
+
+
+def safetensors():
+    header = {"__metadata__": {"input": "RGB in [0,1], ImageNet mean and deviation", "padding": "reflect"}}
+    data = b""
+    for name, kind, size, shape in (("a", "F32", 4, [2, 3]), ("b", "F16", 2, [2]), ("c", "BF16", 2, [1]), ("d", "F64", 8, []),
+                                    ("e", "BOOL", 1, [2]), ("f", "I64", 8, [0, 5])):
+        count = size
+        for extent in shape:
+            count *= extent
+        header[name] = {"dtype": kind, "shape": shape, "data_offsets": [len(data), len(data) + count]}
+        data += b"\1" * count
+    text = json.dumps(header).encode()
+    return struct.pack("<Q", len(text)) + text + data
+
+
+def safetensors_of_vgg19():
+    """conv1_1, whose weights are 7 KB: the smallest that is recognized, and too much for more than one file."""
+    header = {"features.0.weight": {"dtype": "F16", "shape": [64, 3, 3, 3], "data_offsets": [0, 3456]},
+              "features.0.bias": {"dtype": "F16", "shape": [64], "data_offsets": [3456, 3584]},
+              "classifier.0.bias": {"dtype": "I8", "shape": [0], "data_offsets": [3584, 3584]}}
+    text = json.dumps(header).encode()
+    return struct.pack("<Q", len(text)) + text + b"\0\x3c" * 1792
+
+
+class Storage:
+    """'FloatStorage' in torch, by its name."""
+
+
+class Pickler(pickle._Pickler):
+    dispatch = dict(pickle._Pickler.dispatch)
+
+    def __init__(self, stream, legacy):
+        super().__init__(stream, 2)
+        self.legacy = legacy
+
+    def persistent_id(self, thing):
+        if not isinstance(thing, Storage):
+            return None
+        identity = ("storage", Global("torch", "FloatStorage"), "0", "cpu", 6)
+        return identity + (None,) if self.legacy else identity
+
+
+class Global:
+    def __init__(self, module, name):
+        self.module, self.name = module, name
+
+
+def save_global(pickler, thing):
+    pickler.write(f"c{thing.module}\n{thing.name}\n".encode())
+
+
+Pickler.dispatch[Global] = save_global
+
+
+class Call:
+    def __init__(self, function, *arguments):
+        self.function, self.arguments = function, arguments
+
+
+def save_call(pickler, thing):
+    pickler.save(thing.function)
+    pickler.save(thing.arguments)
+    pickler.write(b"R")
+
+
+Pickler.dispatch[Call] = save_call
+
+
+def state(legacy):
+    rebuild = Global("torch._utils", "_rebuild_tensor_v2")
+    ordered = Call(Global("collections", "OrderedDict"))
+    storage = Storage()
+    tensor = Call(rebuild, storage, 0, (2, 3), (3, 1), False, ordered)
+    entries = {"weight": tensor, "bias": Call(rebuild, storage, 4, (2,), (1,), False, ordered)}
+    if not legacy:
+        entries["wrapped"] = Call(Global("torch._utils", "_rebuild_parameter"), tensor, True, ordered)
+    stream = io.BytesIO()
+    Pickler(stream, legacy).dump(entries)
+    return stream.getvalue()
+
+
+def legacy_pickle():
+    system = collections.OrderedDict(protocol_version=1001, little_endian=True)
+    parts = [pickle.dumps(part, 2) for part in (0x1950A86A20F9469CFC6C, 1001, dict(system))]
+    return b"".join(parts) + state(True) + pickle.dumps(["0"], 2) + struct.pack("<q", 6) + floats(1, 2, 3, 4, 5, 6)
+
+
+def torch_zip():
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w") as archive:
+        for name, contents in (("data.pkl", state(False)), ("byteorder", b"little"), ("data/0", floats(1, 2, 3, 4, 5, 6))):
+            archive.writestr(zipfile.ZipInfo("weights/" + name), contents)
+    return stream.getvalue()
+
+
+def sens(zlib_depth):
+    width, height = 4, 3
+    matrix = floats(*identity)
+    depth = struct.pack(f"<{width * height}H", *range(width * height))
+    data = struct.pack("<IQ", 4, 6) + b"sensor" + 4 * matrix + struct.pack("<ii", 2, int(zlib_depth))
+    data += struct.pack("<4IfQ", width, height, width, height, 1000, 2)
+    for _ in range(2):
+        packed = zlib.compress(depth) if zlib_depth else depth
+        data += matrix + struct.pack("<4Q", 1, 2, 3, len(packed)) + b"jpg" + packed
+    return data + struct.pack("<Q", 0)
+
+
+def colmap_cameras():
+    data = struct.pack("<Q", 4)
+    for number, (model, parameters) in enumerate(((0, (500, 320, 240)), (1, (500, 510, 320, 240)), (2, (500, 320, 240, 0.01)),
+                                                  (4, (500, 510, 320, 240, 0.01, -0.02, 0.001, 0.001)))):
+        data += struct.pack("<IiQQ", number + 1, model, 640, 480) + struct.pack(f"<{len(parameters)}d", *parameters)
+    return data
+
+
+def colmap_images():
+    data = struct.pack("<Q", 2)
+    for number in range(2):
+        data += struct.pack("<I7dI", number + 1, 1, 0, 0, 0, 0.5, number, 0, 1) + b"left/%06d.jpg\0" % number
+        data += struct.pack("<Q", number) + struct.pack("<ddq", 1, 2, -1) * number
+    return data
+
+
+def png(width, height, bits, kind, *chunks):
+    data = bytes.fromhex("89504e470d0a1a0a")
+    for name, contents in ((b"IHDR", struct.pack(">IIBBBBB", width, height, bits, kind, 0, 0, 0)), *chunks, (b"IEND", b"")):
+        data += struct.pack(">I", len(contents)) + name + contents + struct.pack(">I", zlib.crc32(name + contents))
+    return data
+
+
+def exif(order):
+    mark = "<" if order == b"II" else ">"
+    return order + struct.pack(mark + "HIHHHIHHI", 42, 8, 2, 0x0100, 3, 1, 4, 0, 0)[:-4] + struct.pack(mark + "HHIHH", 0x0112, 3, 1, 6, 0)
+
+
+def jpeg(components):
+    def segment(code, contents):
+        return bytes((0xFF, code)) + struct.pack(">H", len(contents) + 2) + contents
+
+    frame = struct.pack(">BHHB", 8, 3, 4, components) + b"".join(bytes((i + 1, 0x11, 0)) for i in range(components))
+    adobe = segment(0xEE, b"Adobe\0\x64\0\0\0\0\2") if components == 4 else b""
+    return (b"\xFF\xD8" + segment(0xE1, b"Exif\0\0" + exif(b"II")) + adobe + segment(0xC0, frame) + segment(0xC4, b"\0" * 17) +
+            segment(0xDA, bytes((1, 1, 0, 0, 63, 0))) + b"\x12\xFF\x00\x34\xFF\xD0\x56\xFF\xFF\xD9")
+
+
+def zstd_frame(contents):
+    """A frame of one raw block, with the size of its contents: single segment, two bytes of size."""
+    flags, block = 0x60, struct.pack("<I", (len(contents) << 3) | 1)[:3]
+    return struct.pack("<IBH", 0xFD2FB528, flags, len(contents) - 256) + block + contents
+
+
+def uv_map():
+    width, height = 32, 24
+    pixels = width * height
+    # A mask of 96 bytes has its size in one byte.
+    mask = b"\xFF" * (pixels // 8)
+    mask = struct.pack("<IBB", 0xFD2FB528, 0x20, len(mask)) + struct.pack("<I", (len(mask) << 3) | 1)[:3] + mask
+    parts, sizes = [mask], [len(mask)]
+    for _ in range(4):
+        low = bytes(i % 3 for i in range(pixels))
+        parts.append(zstd_frame(low))
+        sizes += [len(parts[-1]), 0, 0]
+    header = b"FRESCOUV" + struct.pack("<IIII4BfI", 2, width, height, pixels, 16, 16, 8, 16, 1000, sizes[0])
+    header += struct.pack("<12I", *sizes[1:])
+    return header + struct.pack("<I", zlib.crc32(header)) + b"".join(parts)
+
+
+def checkpoint():
+    return struct.pack("<qqQQQ", 2, 3, 2, 1, 2) + floats(1, 2, 3, 4, 5, 6) + bytes(12) + floats(0.5, 0.25)
+
+
+write("ply", "good_little.ply", ply("little", "<"))
+write("ply", "good_big.ply", ply("big", ">"))
+write("npy", "good_picture.npy", npy("|u1", (2, 3, 3), bytes(range(18))))
+write("npy", "good_floats.npy", npy("<f4", (2, 2), floats(1, 2, 3, 4), version=2))
+write("npy", "good_number.npy", npy("<f8", (), struct.pack("<d", 1)))
+write("npy", "bad_extents.npy", npy("<f8", (1 << 62, 1 << 62), b""))
+write("gltf", "good_room.glb", glb())
+write("safetensors", "good_types.safetensors", safetensors())
+write("safetensors", "good_vgg19.safetensors", safetensors_of_vgg19())
+write("torch_pickle", "good_legacy.pth", legacy_pickle())
+write("torch_zip", "good_zip.pth", torch_zip())
+write("sens", "good_zlib.sens", sens(True))
+write("sens", "good_raw.sens", sens(False))
+write("sens_depth", "good_4x3.bin", bytes((3, 2)) + zlib.compress(struct.pack("<12H", *range(12))))
+write("colmap_binary", "good_cameras.bin", colmap_cameras())
+write("colmap_binary", "good_images.bin", colmap_images())
+write("picture", "good_rgb.png", png(4, 3, 8, 2, (b"eXIf", exif(b"MM")), (b"IDAT", zlib.compress(bytes(39)))))
+write("picture", "good_gray.png", png(4, 3, 16, 0, (b"tRNS", b"\0\1"), (b"IDAT", zlib.compress(bytes(27)))))
+write("picture", "good_palette.png", png(4, 3, 4, 3, (b"PLTE", bytes(9)), (b"IDAT", zlib.compress(bytes(9)))))
+write("picture", "good_ycc.jpg", jpeg(3))
+write("picture", "good_cmyk.jpg", jpeg(4))
+write("uv_map", "good_32x24.uvmap", uv_map())
+write("uv_map_planes", "good_planes.bin", bytes((15, 11, 2, 0)) + bytes(range(256)) * 3)
+write("uv_map_planes", "good_large.bin", bytes((7, 7, 6, 1)) + b"\xFF" * 900)
+write("checked", "good_checkpoint.bin", checkpoint())
+print(sum(file.stat().st_size for file in corpus.rglob("*") if file.is_file()), "bytes in", corpus)

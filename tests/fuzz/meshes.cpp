@@ -1,0 +1,45 @@
+#include "parsers.h"
+
+#include <fresco/mesh_io.h>
+
+namespace fresco::fuzz
+{
+namespace
+{
+
+/// As PLY it reads back as it is.
+void check(const Mesh& mesh)
+{
+    check_mesh(mesh, "the mesh");
+    const auto bytes = to_ply(mesh);
+    const Mesh again = parse_ply(bytes, "its own PLY");
+    require(again.positions.size() == mesh.positions.size() && again.triangles == mesh.triangles,
+            "written and read, the same mesh");
+}
+
+template <class Parse>
+void read(Bytes bytes, const Parse& parse)
+{
+    MeshReadReport report;
+    check(parse(bytes, source, MeshLimits{}, &report));
+    MeshMaterials materials;
+    const Mesh mesh = parse(bytes, source, MeshLimits{}, &report, materials);
+    require(materials.of_face.empty() || materials.of_face.size() == mesh.triangles.size(), "a material per face");
+}
+
+void read_ply(Bytes bytes)
+{
+    read(bytes, [](auto&&... arguments) { return parse_ply(std::forward<decltype(arguments)>(arguments)...); });
+}
+
+void read_obj(Bytes bytes)
+{
+    read(bytes, [](auto&&... arguments) { return parse_obj(std::forward<decltype(arguments)>(arguments)...); });
+}
+
+const Registered registered{
+    {"ply", "sdk/src/(ply|ply_header|mesh_text)\\.cpp|sdk/src/(ply_cursor|mesh_text|mesh_builder)\\.h", read_ply},
+    {"obj", "sdk/src/obj\\.cpp", read_obj}};
+
+}  // namespace
+}  // namespace fresco::fuzz

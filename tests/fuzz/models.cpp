@@ -1,0 +1,38 @@
+#include "parsers.h"
+
+#include "plugins/scan_mesh/file_model.h"
+#include "plugins/scan_mesh/mtl.h"
+
+#include <fresco/error.h>
+#include <fresco/mesh_io.h>
+
+namespace fresco::fuzz
+{
+namespace
+{
+
+void read_gltf(Bytes bytes)
+{
+    const auto file = file_with(bytes, "model.gltf");
+    for (const bool with_materials : {false, true})
+    {
+        const auto model = scan_mesh::read_gltf_model(file, with_materials);
+        // A mesh of degenerate faces only has none.
+        if (!model.mesh.triangles.empty())
+            check_mesh(model.mesh, "the model");
+        require(model.material_of_face.size() == model.mesh.triangles.size(), "a material per face");
+        for (const std::uint32_t material : model.material_of_face)
+            require(material < model.materials.size(), "materials that are there");
+    }
+}
+
+void read_mtl(Bytes bytes)
+{
+    scan_mesh::parse_mtl(text_of(bytes), source);
+}
+
+const Registered registered{{"gltf", "plugins/shared/gltf/src/.*|plugins/scan_mesh/gltf_.*\\.cpp", read_gltf},
+                            {"mtl", "plugins/scan_mesh/mtl\\.cpp", read_mtl}};
+
+}  // namespace
+}  // namespace fresco::fuzz

@@ -1,0 +1,209 @@
+#include "parsers.h"
+
+#include "plugins/scan_colmap/model.h"
+#include "plugins/scan_colmap/model_views.h"
+#include "plugins/scan_matterport3d/house.h"
+#include "plugins/scan_matterport3d/house_cameras.h"
+#include "plugins/scan_nerfstudio/transforms.h"
+#include "plugins/scan_polycam/keyframes.h"
+#include "plugins/scan_replica/replica_scene.h"
+#include "plugins/scan_scannet/scene_calibration.h"
+#include "plugins/scan_sens/sens_depth.h"
+#include "plugins/scan_sens/sens_file.h"
+#include "plugins/scan_tum/tum_lists.h"
+
+#include <fresco/error.h>
+#include <fresco/recordings/cameras.h>
+#include <fresco/recordings/lens.h>
+#include <fresco/recordings/matrix_text.h>
+#include <fresco/testing.h>
+
+namespace fresco::fuzz
+{
+namespace
+{
+
+const std::string name(source);
+
+void check(const RigidTransform& transform)
+{
+    require(transform.rotation_error() < 1e-6, "a rotation");
+}
+
+/// Frames whose lens does not fit their camera are refused.
+void check_lens(const recordings::Lens& lens, const Intrinsics& camera)
+{
+    const Intrinsics pinhole = pinhole_without(lens, camera, source);
+    require(pinhole.width == camera.width && pinhole.height == camera.height, "a camera of the same size");
+}
+
+void read_sens(Bytes bytes)
+{
+    const sens::SensFile file(file_with(bytes, "scene.sens"));
+    const auto index = sens::read_index(file);
+    for (const auto& frame : index.frames)
+    {
+        file.read_at(frame.color_offset, frame.color_bytes, "the color picture");
+        const auto depth = file.read_at(frame.depth_offset, frame.depth_bytes, "the depth picture");
+        if (index.depth_form == sens::DepthForm::zlib)
+            sens::unpack_depth(depth, index.depth.width, index.depth.height, name);
+    }
+}
+
+void read_sens_depth(Bytes bytes)
+{
+    if (bytes.size() < 2)
+        throw Error("no size");
+    const int width = 1 + std::to_integer<int>(bytes[0]);
+    const int height = 1 + std::to_integer<int>(bytes[1]);
+    const auto depth = sens::unpack_depth(bytes.subspan(2), width, height, name);
+    require(depth.values.size() == static_cast<std::size_t>(width) * static_cast<std::size_t>(height), "a value per pixel");
+}
+
+/// Two parsers for the same bytes, of which one may refuse them.
+template <class First, class Second>
+void read_by_either(const First& first, const Second& second)
+{
+    try
+    {
+        first();
+    }
+    catch (const Error&)
+    {
+        return second();
+    }
+    try
+    {
+        second();
+    }
+    catch (const Error&)
+    {
+        return;
+    }
+}
+
+void read_colmap(Bytes bytes)
+{
+    read_by_either(
+        [&]
+        {
+            for (const auto& [id, camera] : colmap::parse_cameras_binary(bytes, source))
+                check_lens(camera.lens, camera.intrinsics);
+        },
+        [&]
+        {
+            for (const auto& image : colmap::parse_images_binary(bytes, source))
+                check(image.world_from_camera);
+        });
+}
+
+/// Both text files of a model in one: the images behind a line "images".
+void read_colmap_text(Bytes bytes)
+{
+    constexpr std::string_view border = "images\n";
+    const std::string_view text = text_of(bytes);
+    const auto at = std::min(text.find(border), text.size());
+    const auto cameras = colmap::parse_cameras_text(text.substr(0, at), source);
+    const auto images = colmap::parse_images_text(text.substr(std::min(at + border.size(), text.size())), source);
+    colmap::model_views(cameras, images, "images.txt", {});
+}
+
+void read_tum(Bytes bytes)
+{
+    read_by_either(
+        [&]
+        {
+            for (const auto& pose : tum::parse_poses(text_of(bytes), source))
+                check(pose.world_from_camera);
+        },
+        [&]
+        {
+            const auto pictures = tum::parse_pictures(text_of(bytes), source);
+            tum::associate(pictures, pictures, {{pictures.front().time_s, {}, name}}, 1, "folder");
+        });
+}
+
+/// 7-Scenes' and ScanNet's poses and cameras.
+void read_matrix(Bytes bytes)
+{
+    const auto matrix = recordings::parse_matrix_text(text_of(bytes), 4, 4, source);
+    if (matrix[0] > 2)
+        recordings::intrinsics_from_matrix(matrix, recordings::PixelCenter::integer, 640, 480, source);
+    else if (const auto pose = recordings::tracked_pose(matrix, name))
+        check(*pose);
+}
+
+void read_scannet(Bytes bytes)
+{
+    static fresco::testing::TestRun run;
+    run.files_read.clear();
+    run.folders_read.clear();
+    const auto file = file_with(bytes, "scene0000_00.txt");
+    const auto calibration = scannet::read_scene_calibration(file.parent_path() / "scene0000_00", file, run);
+    for (const auto& camera : {calibration.color, calibration.depth})
+        recordings::intrinsics_from_matrix(camera.values, recordings::PixelCenter::integer, 640, 480, camera.source);
+    if (calibration.aligned_from_world)
+        check(*calibration.aligned_from_world);
+}
+
+void read_matterport_house(Bytes bytes)
+{
+    matterport3d::parse_regions(text_of(bytes), source);
+}
+
+void read_matterport_cameras(Bytes bytes)
+{
+    for (const auto& view : matterport3d::parse_cameras(text_of(bytes), source).views)
+    {
+        check(view.world_from_camera);
+        matterport3d::camera_of(view, 1280, 1024, matterport3d::ImageOrigin::bottom_left);
+    }
+}
+
+void read_nerfstudio(Bytes bytes)
+{
+    for (const auto world : {nerfstudio::World::saved, nerfstudio::World::original})
+        for (const auto& view : nerfstudio::parse_transforms(text_of(bytes), name, {world, 1, 0, {}}).views)
+        {
+            check(view.world_from_camera);
+            check_lens(view.lens, view.camera);
+        }
+}
+
+void read_polycam(Bytes bytes)
+{
+    const Value root = parse_json(text_of(bytes), source);
+    if (root.find("alignmentTransform") != nullptr)
+        return check(polycam::parse_alignment(text_of(bytes), source));
+    recordings::RecordedView view;
+    polycam::parse_camera(text_of(bytes), view);
+    check(view.world_from_camera);
+}
+
+void read_replica(Bytes bytes)
+{
+    if (text_of(bytes).starts_with('{'))
+        replica::parse_camera(text_of(bytes), source);
+    else
+        for (const auto& pose : replica::parse_trajectory(text_of(bytes), source))
+            check(pose);
+}
+
+const Registered registered{
+    {"sens", "plugins/scan_sens/sens_file\\.cpp", read_sens},
+    {"sens_depth", "plugins/scan_sens/sens_depth\\.cpp", read_sens_depth},
+    {"colmap_binary", "plugins/scan_colmap/(camera_models|model_binary)\\.cpp|plugins/shared/recordings/src/byte_cursor\\.cpp",
+     read_colmap},
+    {"colmap_text", "plugins/scan_colmap/model_text\\.cpp", read_colmap_text},
+    {"poses_tum", "plugins/scan_tum/tum_lists\\.cpp|plugins/shared/recordings/src/text_records\\.cpp", read_tum},
+    {"poses_matrix", "plugins/shared/recordings/src/matrix_text\\.cpp", read_matrix},
+    {"poses_scannet", "plugins/scan_scannet/scene_calibration\\.cpp", read_scannet},
+    {"poses_matterport", "plugins/scan_matterport3d/house_cameras\\.cpp", read_matterport_cameras},
+    {"house_matterport", "plugins/scan_matterport3d/house\\.cpp", read_matterport_house},
+    {"poses_nerfstudio", "plugins/scan_nerfstudio/transforms\\.cpp|plugins/shared/recordings/src/json_record\\.cpp",
+     read_nerfstudio},
+    {"poses_polycam", "plugins/scan_polycam/keyframes\\.cpp", read_polycam},
+    {"poses_replica", "plugins/scan_replica/replica_scene\\.cpp", read_replica}};
+
+}  // namespace
+}  // namespace fresco::fuzz

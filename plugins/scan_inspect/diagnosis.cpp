@@ -1,323 +1,357 @@
 #include "diagnosis.h"
 
+#include "channels.h"
+#include "hypotheses.h"
+#include "outline.h"
+#include "search.h"
+#include "verdict.h"
 #include "wording.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <utility>
+#include <numeric>
 
 namespace fresco::inspect
 {
 namespace
 {
 
-constexpr double near_share = 0.03;
-/// Fewer depths than this share agree by chance alone: wrong conventions reach 0.12, a focal length 20 % off 0.3.
-constexpr double fair_share = 0.25;
-/// Rays that meet something else differ by more than a poor sensor does.
-constexpr double fair_median_error = 0.05;
-/// Edges at a wrong outline are as strong as anywhere; a focal length 10 % off leaves 0.4.
-constexpr double fair_response = 0.2;
-/// A camera within a room sees fronts of faces nearly everywhere.
-constexpr double fair_fronts = 0.5;
+/// Edges at a wrong outline are as strong as anywhere.
+constexpr double fair_response = 0.15;
+constexpr double no_response = 0.04;
+/// A change of the color camera must be so many times as good as the recorded one.
+constexpr double clearly = 1.6;
 constexpr std::size_t fair_outline_points = 300;
-/// A convention must explain so many times as much as the recorded one.
-constexpr double clearly = 2;
 /// Cameras are told to be off by more than their calibration may be.
 constexpr double focal_tolerance = 0.04;
 constexpr double shift_tolerance = 0.015;
-constexpr double scale_tolerance = 0.07;
-constexpr double clearly_smaller_loss = 0.75;
-constexpr double clearly_stronger = 1.25;
-constexpr std::size_t rough_stride = 4;
-constexpr int grid_columns = 40;
+constexpr double contradicting = 0.25;
+constexpr double hardly_covered = 0.002;
+constexpr std::size_t look_stride = 4;
+
+RigidTransform color_pose(const View& view, const Assumption& assumption, bool by_depth_camera)
+{
+    const RigidTransform pose = assumption.pose(view.depth.track);
+    return by_depth_camera ? pose : pose * view.depth.depth_from_color;
+}
+
+Intrinsics color_camera(const View& view, bool by_depth_camera)
+{
+    return by_depth_camera ? view.depth.depth.scaled_to(view.color.width, view.color.height) : view.color;
+}
 
 class Judge
 {
   public:
-    Judge(const raycast::Scene& scene, std::vector<View>& views, const Progress& progress)
+    Judge(const raycast::Scene& scene, const std::vector<View>& views, const Progress& progress)
         : scene_(scene), views_(views), progress_(progress)
     {
         for (const View& view : views)
-        {
             if (!view.depth.samples.empty())
+            {
                 depths_.push_back(view.depth);
-            result_.depths += view.depth.samples.size();
-        }
+                result_.depths += view.depth.samples.size();
+            }
     }
 
     Diagnosis judge()
     {
+        if (!depths_.empty())
+            result_.assumption = explain_depths(scene_, depths_, progress_).assumption;
         judge_recorded();
         if (depths_.empty())
-            find_convention_by_edges();
-        else
-        {
-            find_convention_by_depth();
-            judge_depth_camera();
-            result_.explained = agreement(ratios(result_.convention, result_.depth_focal_scale), result_.depth_scale);
-            if (!depth_fits())
-                explain_nothing();
-        }
-        tell_convention(result_.convention, result_.depth_scale, mesh_extent(scene_.mesh()), result_.findings);
-        judge_color_camera();
-        tell_cameras(result_, one_camera(), result_.findings);
-        judge_sides();
+            explain_edges();
+        result_.explained = fit(result_.assumption);
+        tell_assumption(result_, mesh_extent(scene_.mesh()), shared_camera(), result_.findings);
+        const std::size_t by_depth = result_.findings.size();
+        if (depths_.empty() || result_.explained.fits)
+            judge_color();
+        tell_figures(result_, by_depth, result_.findings);
+        if (result_.channels_exchanged)
+            tell_channels(result_.findings);
         judge_rest();
         return std::move(result_);
     }
 
   private:
-    DepthRatios ratios(const Convention& convention, double focal_scale = 1, std::size_t stride = 1) const
-    {
-        return depth_ratios(scene_, depths_, convention, focal_scale, stride, progress_);
-    }
+    bool shared_camera() const { return std::ranges::all_of(depths_, one_camera); }
 
-    double response(const Convention& convention, const CameraChange& change, std::size_t& points)
+    Fit fit(const Assumption& assumption)
     {
-        points = 0;
-        colors_.clear();
-        for (View& view : views_)
+        Fit fit;
+        if (!depths_.empty())
         {
-            if (view.color.edges.empty())
-                continue;
-            find_outline(scene_, convention, view.color, progress_);
-            points += view.color.outline.size();
-            colors_.push_back(view.color);
+            const auto ratios = depth_ratios(scene_, depths_, assumption, 1);
+            const Agreement sum = total(agreement(ratios, assumption.depth_scale));
+            fit.fits = fits(sum);
+            fit.covered_share = sum.covered_share();
+            fit.agreement = sum.share();
+            fit.median_error = median_error(ratios, assumption.depth_scale);
+            fit.in_front = sum.covered() > 0 ? sum.in_front / sum.covered() : 0;
+            fit.behind = sum.covered() > 0 ? sum.behind / sum.covered() : 0;
+            result_.front_share = front_share(ratios, assumption.depth_scale);
         }
-        return edge_response(colors_, convention, change);
-    }
-
-    static Agreement agreement(const DepthRatios& found, double scale)
-    {
-        const auto samples = static_cast<double>(std::max<std::size_t>(1, found.ratios.size()));
-        return {found.share(scale, near_share), static_cast<double>(found.seen) / samples, found.median_error(scale)};
-    }
-
-    bool depth_fits() const
-    {
-        const Agreement& explained = result_.explained;
-        return depths_.empty() || (explained.depth_share >= fair_share && explained.depth_median_error <= fair_median_error);
-    }
-
-    /// Takes back what was assumed: it does not fit either.
-    void explain_nothing()
-    {
-        result_.convention = {};
-        result_.depth_scale = 1;
-        result_.depth_focal_scale = 1;
-        result_.depth_by_color_camera = false;
-        result_.explained = result_.recorded;
+        fit.edge_response = edge_response(edge_views(assumption), {});
+        return fit;
     }
 
     void judge_recorded()
     {
-        result_.recorded = agreement(ratios({}), 1);
-        result_.recorded.edge_response = response({}, {}, result_.outline_points);
+        result_.recorded = fit({});
+        result_.outline_points = points_of(edge_views(result_.assumption));
     }
 
-    void find_convention_by_depth()
+    /// The color pictures and what should lie on their edges.
+    std::vector<EdgeView> edge_views(const Assumption& assumption, bool by_depth_camera = false) const
     {
-        const DepthRatios recorded = ratios({}, 1, rough_stride);
-        const double share = recorded.share(recorded.best_scale(), near_share);
-        if (share < fair_share)
-            try_conventions(std::max(fair_share, clearly * share));
-        find_depth_scale();
-    }
-
-    /// Takes the convention that most depths agree with, if that is a share of more than `most`.
-    void try_conventions(double most)
-    {
-        for (const Convention& candidate : candidate_conventions(true))
-        {
-            const DepthRatios found = ratios(candidate, 1, rough_stride);
-            // The first candidate is the plainest; a later one must beat it.
-            if (const double share = found.share(found.best_scale(), near_share); share > most)
+        std::vector<EdgeView> all;
+        for (const View& view : views_)
+            if (!view.edges.empty())
             {
-                most = share * 1.02;
-                result_.convention = candidate;
+                EdgeView& edge_view = all.emplace_back(EdgeView{color_camera(view, by_depth_camera), &view.edges, {}});
+                add_outline(edge_view, depths_.empty() ? mesh_outline(view, assumption)
+                                                       : measured_outline(view, assumption, by_depth_camera));
             }
+        return all;
+    }
+
+    /// The cameras' distance from each other is in meters or in the unit that the depths turned out to have.
+    void find_meters()
+    {
+        const double recorded = edge_response(edge_views(result_.assumption), {});
+        meters_ = result_.assumption.depth_scale;
+        if (edge_response(edge_views(result_.assumption), {}) <= recorded)
+            meters_ = 1;
+        result_.explained.edge_response = edge_response(edge_views(result_.assumption), {});
+    }
+
+    std::vector<Vec3d> measured_outline(const View& view, const Assumption& assumption, bool by_depth_camera) const
+    {
+        const RigidTransform color_from_depth = view.depth.depth_from_color.inverse();
+        std::vector<Vec3d> points;
+        for (const DepthSample& sample : view.silhouette)
+        {
+            const MeasuredRay ray = measured_ray(view.depth, sample, assumption);
+            Vec3d point = ray.direction * (ray.depth * meters_);
+            if (assumption.by_color_camera && by_depth_camera)
+                point = view.depth.depth_from_color.point(point);
+            else if (assumption.by_color_camera == by_depth_camera)
+                point = color_from_depth.point(point);
+            points.push_back(point);
         }
+        return points;
     }
 
-    void find_depth_scale()
+    std::vector<Vec3d> mesh_outline(const View& view, const Assumption& assumption) const
     {
-        const DepthRatios found = ratios(result_.convention);
-        const double scale = found.best_scale();
-        if (std::abs(std::log(scale)) > scale_tolerance && found.share(scale, near_share) >= fair_share &&
-            found.share(scale, near_share) > 1.5 * found.share(1, near_share))
-            result_.depth_scale = usual_scale(scale);
+        const Intrinsics k =
+            view.color.scaled_to(std::max(1, view.color.width / outline_step_), std::max(1, view.color.height / outline_step_));
+        const Camera camera{k, color_pose(view, assumption, false)};
+        std::vector<Vec3d> points;
+        for (const DepthSample& sample : silhouette(mesh_depth(scene_, camera, progress_)))
+            points.push_back({(static_cast<double>(sample.x) - k.cx) / k.fx, (static_cast<double>(sample.y) - k.cy) / k.fy, 1});
+        return points;
     }
 
-    /// The share of the color cameras' pixels that see the front of a face.
-    double fronts(const Convention& convention) const
+    static std::size_t points_of(const std::vector<EdgeView>& views)
     {
-        const DepthRatios seen = look(convention, rough_stride);
-        return seen.ratios.empty() ? 0 : static_cast<double>(seen.fronts) / static_cast<double>(seen.ratios.size());
+        return std::accumulate(views.begin(), views.end(), std::size_t{0},
+                               [](std::size_t sum, const EdgeView& view) { return sum + view.outline.size(); });
     }
 
-    void find_convention_by_edges()
+    /// Whether `after` is better than `before` by more than chance, and fits.
+    static bool clearly_better(double before, double after, const std::vector<double>& before_of_frames,
+                               const std::vector<double>& after_of_frames)
     {
-        const bool sees = fronts({}) >= fair_fronts;
-        const double recorded = result_.recorded.edge_response;
-        if (sees && recorded >= fair_response && result_.outline_points >= fair_outline_points)
+        return after >= fair_response && after >= clearly * before && gains(before_of_frames, after_of_frames);
+    }
+
+    /// Without depth: the assumption under which the mesh's silhouettes lie on the pictures' edges.
+    void explain_edges()
+    {
+        if (result_.recorded.edge_response >= fair_response && result_.outline_points >= fair_outline_points)
             return;
-        double most = sees ? std::max(fair_response, clearly * recorded) : fair_response;
-        for (const Convention& candidate : candidate_conventions(false))
-        {
-            if (fronts(candidate) < fair_fronts)
-                continue;
-            std::size_t points = 0;
-            const double found = response(candidate, {}, points);
-            if (found > most && points >= fair_outline_points)
-            {
-                most = found;
-                result_.convention = candidate;
-            }
-        }
+        outline_step_ = 2;
+        find_by_edges();
+        outline_step_ = 1;
     }
 
-    void judge_depth_camera()
+    void find_by_edges()
     {
-        const double recorded = ratios(result_.convention).loss(result_.depth_scale);
-        double best = recorded;
-        const auto try_focal = [&](double scale)
-        {
-            const double loss = ratios(result_.convention, scale, rough_stride).loss(result_.depth_scale);
-            if (loss < best)
+        const auto recorded = edge_views({});
+        const double before = edge_response(recorded, {});
+        const Look seen = look({});
+        const double least_seen = std::max(0.1 * seen.pixels, 0.5 * seen.fronts);
+        Assumption best;
+        double most = before;
+        for (const Hypothesis& hypothesis : edge_hypotheses(views_))
+            for (const Assumption& variant : hypothesis.variants)
             {
-                best = loss;
-                result_.depth_focal_scale = scale;
+                if (look(variant).fronts < least_seen)
+                    continue;
+                const auto views = edge_views(variant);
+                const double response = edge_response(views, {});
+                if (points_of(views) >= fair_outline_points && response > most + hypothesis.advantage)
+                {
+                    most = response;
+                    best = variant;
+                }
+            }
+        if (clearly_better(before, most, edge_responses(recorded, {}), edge_responses(edge_views(best), {})))
+            result_.assumption = best;
+    }
+
+    std::vector<Hypothesis> edge_hypotheses(const std::vector<View>& views) const
+    {
+        std::vector<DepthView> tracks;
+        for (const View& view : views)
+            tracks.push_back({view.depth.track, view.depth.depth, view.depth.color, view.depth.depth_from_color, {}});
+        return common_hypotheses(tracks);
+    }
+
+    struct Look
+    {
+        double pixels = 0;
+        double seen = 0;
+        double fronts = 0;
+    };
+
+    /// What the color cameras see of the mesh.
+    Look look(const Assumption& assumption) const
+    {
+        const bool mirrored = determinant(assumption.world_turn) < 0;
+        Look look;
+        for (const View& view : views_)
+        {
+            const Camera camera{view.color, color_pose(view, assumption, false)};
+            for (std::size_t i = 0; i < view.colors.size(); i += look_stride)
+            {
+                const std::array direction{
+                    camera.ray(static_cast<double>(view.colors[i].x), static_cast<double>(view.colors[i].y))};
+                std::array<raycast::Hit, 1> hit;
+                scene_.cast(camera.world_from_camera.translation, direction, hit);
+                ++look.pixels;
+                look.seen += hit[0].found();
+                look.fronts += hit[0].found() && hit[0].front != mirrored;
+            }
+        }
+        return look;
+    }
+
+    void judge_color()
+    {
+        find_meters();
+        const auto views = edge_views(result_.assumption);
+        if (points_of(views) >= fair_outline_points)
+            judge_color_camera(views);
+        std::vector<Camera> cameras;
+        for (const View& view : views_)
+            cameras.push_back(explained_cameras(result_, view).first);
+        result_.channels_exchanged = !result_.color_change.upside_down && channels_exchanged(scene_, views_, cameras);
+        tell_color(result_, shared_camera() && !depths_.empty(), result_.findings);
+    }
+
+    void judge_color_camera(const std::vector<EdgeView>& views)
+    {
+        const Assumption& a = result_.assumption;
+        const double before = edge_response(views, {});
+        CameraChange best;
+        double most = before;
+        const auto consider = [&](const CameraChange& change, double advantage)
+        {
+            if (const double response = edge_response(views, change); response > most * advantage)
+            {
+                most = response;
+                best = change;
             }
         };
-        best = ratios(result_.convention, 1, rough_stride).loss(result_.depth_scale);
-        constexpr int steps = 12;
-        for (int step = -steps; step <= steps; ++step)
-            try_focal(std::exp(depth_focal_reach * step / steps));
-        const double middle = result_.depth_focal_scale;
-        for (int step = -4; step <= 4; ++step)
-            try_focal(middle * std::exp(0.005 * step));
-        best = ratios(result_.convention, result_.depth_focal_scale).loss(result_.depth_scale);
-        if (std::abs(std::log(result_.depth_focal_scale)) < focal_tolerance || best > clearly_smaller_loss * recorded)
+        consider({.focal_scale = a.focal_scale, .size_scale = a.size_scale, .upside_down = a.upside_down}, 1);
+        consider({.upside_down = true}, 1.05);
+        for (const double size : {0.5, 2.0, 0.25, 1.0 / 3, 2.0 / 3, 1.5, 3.0, 4.0})
+            consider({.size_scale = size}, 1.05);
+        const bool discrete = best.size_scale != 1 || best.upside_down;
+        if (!discrete)
+            consider(best_change(views, {}, progress_), 1.05);
+        bool by_depth_camera = false;
+        std::vector<double> responses = edge_responses(views, best);
+        if (!depths_.empty() && !shared_camera())
         {
-            result_.depth_focal_scale = 1;
-            best = recorded;
+            const auto by_depth = edge_views(a, true);
+            if (const double response = edge_response(by_depth, {}); response > 0.95 * most && response > clearly * before)
+            {
+                most = response;
+                by_depth_camera = true;
+                responses = edge_responses(by_depth, {});
+            }
         }
-        if (one_camera())
+        const bool off = by_depth_camera || discrete || std::abs(std::log(best.focal_scale)) >= focal_tolerance ||
+                         std::abs(best.shift_x) >= shift_tolerance || std::abs(best.shift_y) >= shift_tolerance;
+        if (!off || !clearly_better(before, most, edge_responses(views, {}), responses))
             return;
-        auto taken = depths_;
-        std::size_t i = 0;
-        for (const View& view : views_)
-            if (!view.depth.samples.empty())
-                taken[i++].camera = color_camera_for_depth(view);
-        std::swap(taken, depths_);
-        const double by_color = ratios(result_.convention).loss(result_.depth_scale);
-        if (by_color < clearly_smaller_loss * recorded && by_color < 1.05 * best)
-        {
-            result_.depth_by_color_camera = true;
-            result_.depth_focal_scale = 1;
-        }
-        else
-            std::swap(taken, depths_);
-    }
-
-    static Camera color_camera_for_depth(const View& view)
-    {
-        const Intrinsics& size = view.depth.camera.intrinsics;
-        return {view.color.camera.intrinsics.scaled_to(size.width, size.height), view.color.camera.world_from_camera};
-    }
-
-    /// Whether both cameras were given the same angles of view and poses.
-    bool one_camera() const
-    {
-        return std::ranges::all_of(views_,
-                                   [](const View& view)
-                                   {
-                                       const Camera color = color_camera_for_depth(view);
-                                       const Camera& depth = view.depth.camera;
-                                       return std::abs(color.intrinsics.fx / depth.intrinsics.fx - 1) < 0.002 &&
-                                              std::abs(color.intrinsics.fy / depth.intrinsics.fy - 1) < 0.002 &&
-                                              color.world_from_camera == depth.world_from_camera;
-                                   });
-    }
-
-    void judge_color_camera()
-    {
-        std::size_t points = 0;
-        const double recorded = response(result_.convention, {}, points);
-        result_.explained.edge_response = recorded;
-        // Where mesh and poses are apart, a wrong camera fits the edges better than the right one.
-        if (points < fair_outline_points || !(depth_fits() && result_.explained.depth_clear()))
-            return;
-        const CameraChange change = best_change(colors_, result_.convention, progress_);
-        if (std::abs(std::log(change.focal_scale)) < focal_tolerance && std::abs(change.shift_x) < shift_tolerance &&
-            std::abs(change.shift_y) < shift_tolerance)
-            return;
-        const auto [before, after] = compare_responses(colors_, result_.convention, change);
-        if (after > fair_response && after > clearly_stronger * before)
-        {
-            result_.color_change = change;
-            result_.explained.edge_response = after;
-        }
-    }
-
-    /// What the color cameras see on a grid over their pictures; distances stand in for ratios.
-    DepthRatios look(const Convention& convention, std::size_t stride) const
-    {
-        std::vector<SampledDepth> looks;
-        for (const View& view : views_)
-        {
-            const Intrinsics& k = view.color.camera.intrinsics;
-            looks.push_back({view.color.camera, sample_depth(RasterF(k.width, k.height, 1, 1.0F), grid_columns)});
-        }
-        return depth_ratios(scene_, looks, convention, 1, stride, progress_);
-    }
-
-    void judge_sides()
-    {
-        const DepthRatios seen = look(result_.convention, 1);
-        if (seen.ratios.empty() || seen.seen == 0)
-            return;
-        result_.seen_share = static_cast<double>(seen.seen) / static_cast<double>(seen.ratios.size());
-        result_.front_share = static_cast<double>(seen.fronts) / static_cast<double>(seen.seen);
-        if (result_.front_share < 0.2 && depth_fits())
-            tell_inside_out(result_.front_share, result_.findings);
+        result_.color_by_depth_camera = by_depth_camera;
+        if (!by_depth_camera)
+            result_.color_change = best;
+        result_.explained.edge_response = most;
     }
 
     void judge_rest()
     {
-        const bool edges_fit =
-            result_.outline_points < fair_outline_points || result_.explained.edge_response >= fair_response / 2;
-        if (!depth_fits())
-            tell_unexplained_depth(result_, result_.findings);
-        else if (!edges_fit || result_.seen_share == 0)
-            tell_unexplained_edges(result_, result_.findings);
+        const Fit& fit = result_.explained;
+        if (depths_.empty())
+            judge_sides();
+        else if (!fit.fits && fit.covered_share < hardly_covered)
+            tell_uncovered(result_.findings);
+        else if (!fit.fits)
+            tell_disagreement(fit, fit.in_front > contradicting && fit.agreement < 0.3, result_.findings);
+        else if (result_.front_share < 0.2 && determinant(result_.assumption.world_turn) > 0)
+            tell_inside_out(result_.findings);
+        if (result_.findings.empty() && result_.outline_points >= fair_outline_points && fit.edge_response < no_response)
+            tell_no_edges(result_.findings);
+    }
+
+    void judge_sides()
+    {
+        const Look seen = look(result_.assumption);
+        if (seen.pixels > 0 && seen.seen == 0)
+            tell_uncovered(result_.findings);
+        else if (seen.fronts < 0.2 * seen.seen)
+            tell_inside_out(result_.findings);
     }
 
     const raycast::Scene& scene_;
-    std::vector<View>& views_;
+    const std::vector<View>& views_;
     const Progress& progress_;
-    std::vector<SampledDepth> depths_;
-    std::vector<OutlinedFrame> colors_;
+    std::vector<DepthView> depths_;
+    int outline_step_ = 1;  ///< Pixels of the edges per pixel of the mesh's outline.
+    double meters_ = 1;     ///< Per unit of the recorded depths.
     Diagnosis result_;
 };
 
 }  // namespace
 
-std::pair<Camera, Camera> explained_cameras(const Diagnosis& diagnosis, const Camera& color, const Camera& depth)
+std::pair<Camera, Camera> explained_cameras(const Diagnosis& diagnosis, const View& view)
 {
-    Camera new_depth = depth;
-    if (diagnosis.depth_by_color_camera)
-        new_depth = {color.intrinsics.scaled_to(depth.intrinsics.width, depth.intrinsics.height), color.world_from_camera};
-    new_depth.intrinsics.fx *= diagnosis.depth_focal_scale;
-    new_depth.intrinsics.fy *= diagnosis.depth_focal_scale;
-    Camera new_color{changed(color.intrinsics, diagnosis.color_change), color.world_from_camera};
-    for (Camera* camera : {&new_color, &new_depth})
-        camera->world_from_camera = diagnosis.convention.correct(camera->world_from_camera);
-    return {new_color, new_depth};
+    const bool by_depth = diagnosis.color_by_depth_camera;
+    const Assumption& a = diagnosis.assumption;
+    return {{changed(color_camera(view, by_depth), diagnosis.color_change), color_pose(view, a, by_depth)},
+            {a.depth_camera(view.depth.depth, view.depth.color), depth_pose(view.depth, a)}};
 }
 
-Diagnosis diagnose(const raycast::Scene& scene, std::vector<View>& views, const Progress& progress)
+void correct_depth(const Diagnosis& diagnosis, const View& view, RasterF& depth)
+{
+    const Assumption& a = diagnosis.assumption;
+    for (int y = 0; y < depth.height; ++y)
+        for (int x = 0; x < depth.width; ++x)
+        {
+            const DepthSample sample{static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F, depth.at(x, y)};
+            depth.at(x, y) = static_cast<float>(measured_ray(view.depth, sample, a).depth * a.depth_scale);
+        }
+    if (a.upside_down)
+        std::ranges::reverse(depth.values);
+}
+
+Diagnosis diagnose(const raycast::Scene& scene, const std::vector<View>& views, const Progress& progress)
 {
     return Judge(scene, views, progress).judge();
 }

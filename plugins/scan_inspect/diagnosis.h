@@ -1,7 +1,8 @@
 #pragma once
 
-#include "depth_agreement.h"
-#include "outline.h"
+#include "assumption.h"
+#include "edges.h"
+#include "views.h"
 
 #include <fresco/progress.h>
 #include <fresco/raycast/scene.h>
@@ -13,61 +14,56 @@
 namespace fresco::inspect
 {
 
-/// What is looked at of a frame.
-struct View
-{
-    SampledDepth depth;   ///< No samples: the frame has no depth picture.
-    OutlinedFrame color;  ///< No edges: it has no color picture. The outline is filled by `diagnose`.
-};
-
-/// A usual mistake that explains the recording clearly better than the recording itself.
+/// What is wrong, or worth a look.
 struct Finding
 {
-    std::string cause;  ///< A word for programs: "opengl_axes", …
-    std::string text;   ///< What is wrong and what to do, for people.
+    std::string cause;     ///< A word for programs: "opengl_axes", …
+    std::string text;      ///< What is wrong and what to do, for people.
+    bool certain = false;  ///< Mesh and frames cannot both be right. Else it is a warning only.
 };
 
-/// How well mesh and recording agree, under one set of assumptions.
-struct Agreement
+/// How well mesh and recording agree under one set of assumptions.
+struct Fit
 {
-    double depth_share = 0;         ///< Of the measured depths: within 3 % of the mesh's.
-    double depth_seen_share = 0;    ///< Of the measured depths: there is something of the mesh.
-    double depth_median_error = 1;  ///< Relative; 1 where the mesh is never seen.
-
-    /// Whether nearly all depths that can agree do: the mesh may end before the depths do.
-    bool depth_clear() const { return depth_share >= 0.75 * depth_seen_share; }
+    double covered_share = 0;  ///< Of the measured depths: their rays meet the mesh.
+    double agreement = 0;      ///< Of these: Agreement::share.
+    double median_error = 1;   ///< Relative difference of these; 1 where the mesh is never met.
+    double in_front = 0;       ///< Of the covered depths: the mesh lies before what was measured, …
+    double behind = 0;         ///< … and behind it.
+    bool fits = false;         ///< See fits().
     double edge_response = 0;  ///< See edge_response().
 };
 
-/// Of the depth camera, as color_focal_reach.
-inline constexpr double depth_focal_reach = 0.3;
-
 struct Diagnosis
 {
-    Agreement recorded;
-    Agreement explained;  ///< With all of the below taken into account.
+    Fit recorded;
+    Fit explained;  ///< With all of the below taken into account.
     std::vector<Finding> findings;
 
-    Convention convention;
-    double depth_scale = 1;  ///< Multiplies depths.
-    double depth_focal_scale = 1;
-    bool depth_by_color_camera = false;  ///< Depth pictures fit the color camera, not their own.
+    Assumption assumption;
     CameraChange color_change;
+    bool color_by_depth_camera = false;  ///< Color pictures fit the depth camera, not their own.
+    bool channels_exchanged = false;     ///< Red and blue.
 
     std::size_t depths = 0;          ///< Samples compared.
-    std::size_t outline_points = 0;  ///< As recorded.
-    double seen_share = 0;           ///< Of the color cameras' pixels, as explained: they see the mesh, whichever side.
-    double front_share = 0;          ///< Of these: they see the front of a face.
+    std::size_t outline_points = 0;  ///< Compared with the color pictures' edges.
+    /// Whether anything is assumed that was not recorded.
+    bool explains() const { return !(assumption == Assumption{}) || !(color_change == CameraChange{}) || color_by_depth_camera; }
+    double front_share = 1;  ///< Of the places that agree: cameras see the front of a face.
 };
 
-/// Judges whether mesh, poses, cameras and pictures belong together, and where they do not, which of the usual mistakes explains
-/// it: axes, inverted poses, units, a turned world, cameras taken for each other, focal lengths, faces turned inside out.
-/// Depths decide where there are any, else the pictures' edges along the mesh's outline. A mistake is named only if what it
-/// assumes fits clearly better than what was recorded, and well: where depths do not agree even so, nothing is explained but
-/// that. The same for any number of threads. Throws Canceled.
-Diagnosis diagnose(const raycast::Scene& scene, std::vector<View>& views, const Progress& progress);
+/// Judges whether mesh, poses, cameras and pictures belong together, and which mistakes explain it where they do not.
+///
+/// Depths are compared with the mesh where their rays meet it; mistakes are those of explain_depths(). The color camera is
+/// compared with the silhouettes of the depth pictures: neither mesh nor poses enter. Without depth, the mesh's own silhouettes
+/// stand in for both. Red and blue are compared with the colors of the mesh, if it has any. A mistake is found only if it
+/// explains the recording clearly better than what was recorded. The same for any number of threads. Throws Canceled.
+Diagnosis diagnose(const raycast::Scene& scene, const std::vector<View>& views, const Progress& progress);
 
-/// A frame's cameras (color, depth) as a diagnosis has them.
-std::pair<Camera, Camera> explained_cameras(const Diagnosis& diagnosis, const Camera& color, const Camera& depth);
+/// A view's cameras (color, depth) as a diagnosis has them, at the sizes of View::color and of the depth picture.
+std::pair<Camera, Camera> explained_cameras(const Diagnosis& diagnosis, const View& view);
+
+/// Makes a depth picture of a view what a diagnosis takes it for: meters of the mesh along the optical axis, upright.
+void correct_depth(const Diagnosis& diagnosis, const View& view, RasterF& depth);
 
 }  // namespace fresco::inspect

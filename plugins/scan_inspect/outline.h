@@ -1,13 +1,12 @@
 #pragma once
 
-#include "convention.h"
+#include "agreement.h"
 
 #include <fresco/camera.h>
 #include <fresco/image.h>
 #include <fresco/progress.h>
 #include <fresco/raycast/scene.h>
 
-#include <utility>
 #include <vector>
 
 namespace fresco::inspect
@@ -17,48 +16,19 @@ namespace fresco::inspect
 /// is met counts. The same for any number of threads. Throws Canceled.
 RasterF mesh_depth(const raycast::Scene& scene, const Camera& camera, const Progress& progress);
 
-/// Pixels of the near side of depth steps: a neighbor to the right, left, above or below is farther by more than 8 %, or has
-/// nothing. Borders of the picture are none. H x W, 1 = outline.
-Raster8 outline(const RasterF& depth);
+/// Nearest neighbor: depths on both sides of a step must not mix.
+RasterF nearest_sampled(const RasterF& depth, int width, int height);
+
+/// Pixels of the near side of depth steps: the next depth to the right, left, above or below is farther by more than 8 % and 4 %
+/// for each pixel without depth between, of which there may be two; with `ends`, also where three pixels have none: a mesh may be
+/// cut off there. H x W, 1 = outline.
+Raster8 outline(const RasterF& depth, bool ends);
+
+/// At most 400 outline pixels of a depth picture.
+std::vector<DepthSample> silhouette(const RasterF& depth);
 
 /// How strongly a picture changes at each pixel: the length of the gradient of its log brightness, the largest of 3 x 3 pixels
-/// (a recorded pose is off by a pixel or two), divided by its mean over the picture. H x W.
+/// (a recorded pose is off by a pixel or two), divided by its mean around and over the picture, at most 4. H x W.
 RasterF edge_strength(const Raster8& rgb);
-
-/// A color camera, its picture's edges, and where the mesh has its outline.
-struct OutlinedFrame
-{
-    Camera camera;               ///< At the size of `edges`.
-    RasterF edges;               ///< edge_strength; empty = there is no picture.
-    std::vector<Vec3d> outline;  ///< World points, meters.
-};
-
-/// Fills `outline` with at most 400 points of the mesh's outline that the camera, as `convention` has its pose, sees.
-void find_outline(const raycast::Scene& scene, const Convention& convention, OutlinedFrame& frame, const Progress& progress);
-
-/// A focal length is looked for up to this natural logarithm of its factor, and a little beyond by finer steps.
-inline constexpr double color_focal_reach = 0.24;
-
-/// How a color camera may be off.
-struct CameraChange
-{
-    double focal_scale = 1;
-    double shift_x = 0;  ///< Of the principal point, in shares of the picture's width, …
-    double shift_y = 0;  ///< … and of its height.
-};
-
-Intrinsics changed(const Intrinsics& recorded, const CameraChange& change);
-
-/// Mean of the pictures' edge strength at the outlines, less 1: 0 where outline and picture have nothing to do with each other.
-/// Points that fall outside count as 0; a frame with fewer than 50 points counts less, and at least half of the frames count.
-double edge_response(const std::vector<OutlinedFrame>& frames, const Convention& convention, const CameraChange& change);
-
-/// The responses without and with a change, both of the points that are within the picture either way: borders of a picture may
-/// have fewer edges than its middle.
-std::pair<double, double> compare_responses(const std::vector<OutlinedFrame>& frames, const Convention& convention,
-                                            const CameraChange& change);
-
-/// The change with the strongest response: focal lengths up to 25 % off, shifts up to 4 % of the width. Throws Canceled.
-CameraChange best_change(const std::vector<OutlinedFrame>& frames, const Convention& convention, const Progress& progress);
 
 }  // namespace fresco::inspect

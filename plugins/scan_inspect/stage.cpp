@@ -1,5 +1,6 @@
 #include "diagnosis.h"
 #include "drawing.h"
+#include "outline.h"
 #include "views.h"
 #include "wording.h"
 
@@ -21,16 +22,6 @@ using namespace fresco;
 namespace
 {
 
-/// Nearest neighbor: depths on both sides of a step must not mix.
-RasterF sampled(const RasterF& depth, int width, int height)
-{
-    RasterF result(width, height);
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x)
-            result.at(x, y) = depth.at((2 * x + 1) * depth.width / (2 * width), (2 * y + 1) * depth.height / (2 * height));
-    return result;
-}
-
 class ScanInspect final : public Stage
 {
     Input<Mesh> mesh{this, "mesh", "The room as scanned"};
@@ -40,7 +31,7 @@ class ScanInspect final : public Stage
     Option<int> pictures_count{this, "pictures_count", 4, range(1, 64), "Number of inspected frames to draw"};
     Option<OutputName> path{this, "path", OutputName{"inspect.png"},
                             "File of the picture, below --out; the JSON file lies beside it"};
-    Option<bool> fail{this, "fail", false, "End with an error instead of a warning if something is wrong"};
+    Option<bool> fail{this, "fail", false, "End with an error if a mistake is certain"};
     Slot<ImageIo> images{this, "images", "image.opencv", "Reads and writes pictures"};
 
     Cost cost() const override
@@ -65,24 +56,25 @@ class ScanInspect final : public Stage
         for (const std::size_t i : chosen)
         {
             run.check_canceled();
-            views.push_back(inspect::view_of(frames->frames[i], *images.get()));
+            views.push_back(inspect::view_of(*frames, i, *images.get()));
             run.progress(static_cast<double>(views.size()), static_cast<double>(chosen.size()), "frames");
         }
         const auto found = inspect::diagnose(scene, views, run);
         tell(found, run);
 
-        const auto sheet = images->encode_png(inspect::draw(panels(scene, chosen, found, run)));
+        const auto sheet = images->encode_png(inspect::draw(panels(scene, views, chosen, found, run)));
         Files result;
         result.names = {path->path, json.generic_string()};
         const auto folder = pictures.folder().path;
         std::filesystem::create_directories((folder / path->path).parent_path());
         write_file(folder / path->path, sheet);
-        write_file(folder / json, to_json(figures(found, scene, views, chosen, run), 1) + "\n");
-        if (*fail && !found.findings.empty())
+        write_file(folder / json, to_json(figures(found, scene, views, chosen), 1) + "\n");
+        const auto certain = std::ranges::find_if(found.findings, [](const auto& finding) { return finding.certain; });
+        if (*fail && certain != found.findings.end())
         {
             const auto preview = run.preview_folder() / "inspect.png";
             write_file(preview, sheet);
-            throw Error(found.findings.front().text + " (" + preview.string() + " shows it)");
+            throw Error(certain->text + " (" + preview.string() + " shows it)");
         }
         pictures = std::move(result);
     }
@@ -99,74 +91,89 @@ class ScanInspect final : public Stage
         return chosen;
     }
 
-    std::vector<inspect::Panel> panels(const raycast::Scene& scene, const std::vector<std::size_t>& chosen,
-                                       const inspect::Diagnosis& found, RunContext& run) const
+    std::vector<inspect::Panel> panels(const raycast::Scene& scene, const std::vector<inspect::View>& views,
+                                       const std::vector<std::size_t>& chosen, const inspect::Diagnosis& found,
+                                       RunContext& run) const
     {
         const auto count = std::min(static_cast<std::size_t>(*pictures_count), chosen.size());
         std::vector<inspect::Panel> all;
         for (std::size_t i = 0; i < count; ++i)
         {
-            const Frame& frame = frames->frames[chosen[(2 * i + 1) * chosen.size() / (2 * count)]];
-            all.push_back(panel(scene, frame, frame.color, frame.depth, 1, run));
-            if (found.findings.empty())
+            const std::size_t place = (2 * i + 1) * chosen.size() / (2 * count);
+            const Frame& frame = frames->frames[chosen[place]];
+            all.push_back(panel(scene, frame, views[place], {}, run));
+            if (!found.explains())
                 continue;
-            const auto [color, depth] = inspect::explained_cameras(found, frame.color, frame.depth);
-            all.push_back(panel(scene, frame, color, depth, found.depth_scale, run));
+            all.push_back(panel(scene, frame, views[place], found, run));
             all.back().suggested = true;
         }
         return all;
     }
 
-    inspect::Panel panel(const raycast::Scene& scene, const Frame& frame, const Camera& color, const Camera& depth,
-                         double depth_scale, RunContext& run) const
+    inspect::Panel panel(const raycast::Scene& scene, const Frame& frame, const inspect::View& view,
+                         const inspect::Diagnosis& assumed, RunContext& run) const
     {
+        const auto [color, depth] = inspect::explained_cameras(assumed, view);
         inspect::Panel result;
         if (!frame.color_picture.empty())
         {
             const Camera camera = inspect::at_height(color, inspect::panel_height_px);
             result.picture = resized(load_color(frame, images.get().get()), camera.intrinsics.width, camera.intrinsics.height);
-            result.outlined = inspect::outline(inspect::mesh_depth(scene, camera, run));
+            if (assumed.color_change.upside_down)
+                turn(result.picture);
+            result.outlined = inspect::outline(inspect::mesh_depth(scene, camera, run), true);
         }
         if (!frame.depth_picture.empty())
         {
             const Camera camera = inspect::at_height(depth, inspect::panel_height_px);
-            result.measured = sampled(load_depth(frame, images.get().get()), camera.intrinsics.width, camera.intrinsics.height);
-            for (float& value : result.measured.values)
-                value *= static_cast<float>(depth_scale);
+            RasterF measured = load_depth(frame, images.get().get());
+            inspect::correct_depth(assumed, view, measured);
+            result.measured = inspect::nearest_sampled(measured, camera.intrinsics.width, camera.intrinsics.height);
             result.mesh = inspect::mesh_depth(scene, camera, run);
         }
         return result;
     }
 
-    static Value agreement(const inspect::Agreement& figures)
+    static void turn(Raster8& picture)
     {
-        return Value::Map{{"depth_share", figures.depth_share},
-                          {"depth_seen_share", figures.depth_seen_share},
-                          {"depth_median_error", figures.depth_median_error},
-                          {"edge_response", figures.edge_response}};
+        Raster8 turned = picture;
+        for (int y = 0; y < picture.height; ++y)
+            for (int x = 0; x < picture.width; ++x)
+                for (int c = 0; c < picture.channels; ++c)
+                    turned.at(picture.width - 1 - x, picture.height - 1 - y, c) = picture.at(x, y, c);
+        picture = std::move(turned);
+    }
+
+    static Value figures(const inspect::Fit& fit)
+    {
+        return Value::Map{{"covered_share", fit.covered_share},     {"agreement", fit.agreement},
+                          {"mesh_in_front_share", fit.in_front},    {"mesh_behind_share", fit.behind},
+                          {"depth_median_error", fit.median_error}, {"edge_response", fit.edge_response}};
     }
 
     Value figures(const inspect::Diagnosis& found, const raycast::Scene& scene, const std::vector<inspect::View>& views,
-                  const std::vector<std::size_t>& chosen, const RunContext& run) const
+                  const std::vector<std::size_t>& chosen) const
     {
         Value::List findings;
         for (const auto& finding : found.findings)
-            findings.emplace_back(Value::Map{{"cause", finding.cause}, {"text", finding.text}});
+            findings.emplace_back(Value::Map{{"cause", finding.cause}, {"text", finding.text}, {"certain", finding.certain}});
         Value::List looked_at;
         for (std::size_t i = 0; i < views.size(); ++i)
         {
             const Frame& frame = frames->frames[chosen[i]];
-            const auto ratios = inspect::depth_ratios(scene, {views[i].depth}, {}, 1, 1, run);
+            const auto ratios = inspect::depth_ratios(scene, {views[i].depth}, {}, 1);
+            const auto sum = inspect::total(inspect::agreement(ratios, 1));
             looked_at.emplace_back(Value::Map{{"sequence", frame.sequence},
                                               {"frame", frame.name},
-                                              {"depths", ratios.ratios.size()},
-                                              {"depth_share", ratios.share(1, 0.03)},
-                                              {"depth_median_error", ratios.median_error(1)}});
+                                              {"depths", views[i].depth.samples.size()},
+                                              {"covered_share", sum.covered_share()},
+                                              {"agreement", sum.share()},
+                                              {"depth_median_error", inspect::median_error(ratios, 1)}});
         }
-        return Value::Map{{"findings", std::move(findings)},         {"recorded", agreement(found.recorded)},
-                          {"explained", agreement(found.explained)}, {"depths", found.depths},
-                          {"outline_points", found.outline_points},  {"seen_share", found.seen_share},
-                          {"front_share", found.front_share},        {"frames", std::move(looked_at)}};
+        return Value::Map{{"findings", std::move(findings)},        {"recorded", figures(found.recorded)},
+                          {"explained", figures(found.explained)},  {"depths", found.depths},
+                          {"outline_points", found.outline_points}, {"front_share", found.front_share},
+                          {"frames", std::move(looked_at)}};
     }
 
     void tell(const inspect::Diagnosis& found, RunContext& run) const
@@ -180,10 +187,11 @@ class ScanInspect final : public Stage
         run.report("causes", causes);
         run.report("frames", std::min(frames->frames.size(), static_cast<std::size_t>(*frames_count)));
         run.report("depths", found.depths);
-        run.report("depth_share", found.recorded.depth_share);
-        run.report("depth_median_error", found.recorded.depth_median_error);
+        run.report("covered_share", found.recorded.covered_share);
+        run.report("agreement", found.recorded.agreement);
+        run.report("agreement_explained", found.explained.agreement);
+        run.report("depth_median_error", found.recorded.median_error);
         run.report("edge_response", found.recorded.edge_response);
-        run.report("depth_share_explained", found.explained.depth_share);
         run.report("edge_response_explained", found.explained.edge_response);
         run.message(inspect::summary(found));
     }

@@ -1,6 +1,9 @@
 #include "wording.h"
 
+#include "hypotheses.h"
+
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 
@@ -11,41 +14,118 @@ namespace
 
 /// No room measures as many meters.
 constexpr double largest_room = 150;
-constexpr double alike_focals = 0.05;
+constexpr double alike = 0.05;
 
-void tell_units(double pose_scale, double depth_scale, double extent, std::vector<Finding>& findings)
+using Findings = std::vector<Finding>;
+
+void tell(Findings& findings, const char* cause, std::string text)
 {
+    findings.push_back({cause, std::move(text), true});
+}
+
+void tell_reading(const Assumption& a, Findings& findings)
+{
+    switch (a.reading)
+    {
+    case Reading::inverted:
+        tell(findings, "inverted_poses",
+             "the poses are inverted, camera_from_world where world_from_camera is expected: invert them");
+        break;
+    case Reading::transposed:
+        tell(findings, "transposed_rotations",
+             "the poses' rotations are transposed (stored column by column): transpose them, and keep the positions");
+        break;
+    case Reading::scalar_first:
+    case Reading::inverted_scalar_first:
+        tell(findings, "quaternion_order",
+             "the poses' quaternions are w x y z where x y z w is expected: move the first number to the end");
+        break;
+    case Reading::scalar_last:
+    case Reading::inverted_scalar_last:
+        tell(findings, "quaternion_order",
+             "the poses' quaternions are x y z w where w x y z is expected: move the last number to the front");
+        break;
+    default:
+        break;
+    }
+}
+
+void tell_axes(const Assumption& a, bool inside_out, Findings& findings)
+{
+    if (a.camera_turn == axis_rotations()[1])
+        tell(findings, "opengl_axes",
+             "the poses have OpenGL's camera axes (y up, z backward) where OpenCV's (y down, z forward) are expected: negate "
+             "the second and third columns of their rotations");
+    else if (!(a.camera_turn == Mat3{}))
+        tell(findings, "camera_axes",
+             "the poses have other camera axes than OpenCV's: right, down and forward are their " + axis_names(a.camera_turn));
+    if (a.world_turn == Mat3{})
+        return;
+    std::string axes = axis_names(a.world_turn);
+    std::erase(axes, '+');
+    if (determinant(a.world_turn) > 0)
+        tell(findings, "world_axes",
+             "mesh and poses are rotated against each other: read the mesh with scan.mesh and axes: \"" + axes + "\"");
+    else
+        tell(findings, "mirrored_mesh",
+             "the mesh is mirrored: export it again without mirroring, or replace each vertex's x y z by its " + axes +
+                 (inside_out ? "" : " and swap two corners of every face"));
+}
+
+void tell_units(const Assumption& a, double extent, Findings& findings)
+{
+    const double poses = a.pose_scale;
+    const double depths = a.depth_scale;
     const bool large = extent > largest_room;
-    if (pose_scale == 1000 && (depth_scale == 1000 || large))
+    const auto unit = [](double scale) { return "multiply unit_m of scan.mesh by " + number(1 / scale); };
+    if (poses != 1 && (std::abs(std::log(depths / poses)) < 0.03 || (poses > 1 && large)))
     {
-        findings.push_back({"millimeter_mesh",
-                            "the mesh is in millimeters where the poses are in meters: read it with scan.mesh and "
-                            "unit_m: 0.001"});
+        if (poses == 1000)
+            tell(findings, "millimeter_mesh", "the mesh is in millimeters where the poses are in meters: " + unit(poses));
+        else
+            tell(findings, "mesh_unit",
+                 "the mesh is in another unit than poses and depths, 1 m is " + number(poses) + " of it: " + unit(poses));
         return;
     }
-    if (pose_scale > 1 && (depth_scale == pose_scale || large))
+    if (poses == 1 && depths == 1000 && large)
     {
-        findings.push_back({"mesh_unit", "the mesh is in another unit than the poses: read it with scan.mesh and unit_m: " +
-                                             number(1 / pose_scale)});
+        tell(findings, "millimeter_world",
+             "mesh and poses are in millimeters where the depth is in meters: scale both by 0.001 (unit_m)");
         return;
     }
-    if (pose_scale == 1 && depth_scale == 1000 && large)
-    {
-        findings.push_back(
-            {"millimeter_world", "mesh and poses are in millimeters where the depth is in meters: scale both by 0.001"});
+    if (poses == 0.001)
+        tell(findings, "millimeter_poses",
+             "the poses' positions are in millimeters where the mesh is in meters: multiply them by 0.001 (unit_m: 0.001 of "
+             "the reader, if it has that option)");
+    else if (poses != 1)
+        tell(findings, "pose_unit",
+             "the poses' positions are not in the mesh's unit: multiply them by " + number(poses) +
+                 " (multiply unit_m of scan.colmap or scan.nerfstudio by it)");
+    if (depths == 0.001)
+        tell(findings, "millimeter_depth",
+             "depths come out 1000 times too large: the depth pictures hold millimeters, set depth_unit_m: 0.001");
+    else if (depths != 1)
+        tell(findings, "depth_unit",
+             "depths are not in the mesh's unit: multiply depth_unit_m by " + number(depths) +
+                 "; or, if mesh and poses have an arbitrary unit, as COLMAP's have, multiply unit_m of both by " +
+                 number(1 / depths));
+}
+
+void tell_move(const Assumption& a, Findings& findings)
+{
+    if (a.move == RigidTransform{})
         return;
+    const RigidTransform back = a.move.inverse();
+    std::string matrix;
+    for (int row = 0; row < 3; ++row)
+    {
+        for (int column = 0; column < 3; ++column)
+            matrix += fixed(back.rotation(row, column), 6) + ", ";
+        const Vec3d t = back.translation;
+        matrix += fixed(row == 0 ? t.x : row == 1 ? t.y : t.z, 4) + ", ";
     }
-    if (pose_scale == 0.001)
-        findings.push_back(
-            {"millimeter_poses", "the poses' translations are in millimeters where the mesh is in meters: divide them by 1000"});
-    else if (pose_scale != 1)
-        findings.push_back(
-            {"pose_unit", "the poses' translations are not in the mesh's unit: multiply them by " + number(pose_scale)});
-    if (depth_scale == 0.001)
-        findings.push_back({"millimeter_depth", "depths come out 1000 times too large: the depth pictures hold millimeters, set "
-                                                "depth_unit_m: 0.001"});
-    else if (depth_scale != 1)
-        findings.push_back({"depth_unit", "depths are not in the mesh's unit: multiply depth_unit_m by " + number(depth_scale)});
+    tell(findings, "mesh_moved",
+         "the mesh is moved against the frames: read it with scan.mesh and transform: [" + matrix + "0, 0, 0, 1]");
 }
 
 /// "10 % too large" for a factor of 0.91 that mends it.
@@ -64,11 +144,50 @@ std::string how_to_mend(double factor, double reach)
     return how_far_off(factor) + " or more: was it calibrated for another picture size?";
 }
 
+std::string how_to_resize(double factor)
+{
+    return " are those of pictures " + number(1 / factor) + " times as large: multiply fx, fy, cx and cy by " + number(factor);
+}
+
+const char* const turn_pictures = " pictures are turned by 180 degrees: turn them, or turn the poses' cameras about their axes";
+
+bool alike_factors(double a, double b)
+{
+    return std::abs(std::log(a / b)) < alike;
+}
+
+void replace(Findings& findings, const char* cause, const char* by, const std::string& text)
+{
+    for (Finding& finding : findings)
+        if (finding.cause == cause)
+            finding = {by, text, true};
+}
+
+void tell_both_cameras(const Assumption& a, const CameraChange& color, Findings& findings)
+{
+    if (a.focal_scale != 1 && color.focal_scale != 1 && alike_factors(a.focal_scale, color.focal_scale))
+        for (const char* cause : {"depth_focal_length", "depth_taken_for_color"})
+            replace(findings, cause, "focal_length",
+                    "the focal length of both cameras is " + how_to_mend(a.focal_scale, focal_reach));
+    if (a.size_scale != 1 && a.size_scale == color.size_scale)
+        replace(findings, "depth_camera_size", "camera_size", "the intrinsics of both cameras" + how_to_resize(a.size_scale));
+    if (a.upside_down && color.upside_down)
+        replace(findings, "depth_upside_down", "upside_down", std::string("color and depth") + turn_pictures);
+}
+
 }  // namespace
 
 std::string percent(double share)
 {
     return std::to_string(std::lround(100 * share)) + " %";
+}
+
+std::string fixed(double value, int digits)
+{
+    char text[64];
+    std::snprintf(text, sizeof text, "%.*f", digits, value);
+    std::replace(text, text + sizeof text, ',', '.');
+    return text;
 }
 
 std::string number(double value)
@@ -81,21 +200,17 @@ std::string number(double value)
 
 std::string summary(const Diagnosis& diagnosis)
 {
-    const Agreement& recorded = diagnosis.recorded;
+    const Fit& fit = diagnosis.recorded;
     std::string text;
     if (diagnosis.depths > 0)
-        text = percent(recorded.depth_share) + " of the depths are within 3 % of the mesh's (median difference " +
-               number(100 * recorded.depth_median_error) + " %)";
+        text = "the mesh covers " + percent(fit.covered_share) + " of the depths; " + percent(fit.agreement) +
+               " of these agree with it (median difference " + number(100 * fit.median_error) + " %)";
     if (diagnosis.outline_points > 0)
-        text += std::string(text.empty() ? "" : ", ") + "the pictures' edges are " + number(1 + recorded.edge_response) +
-                " times as strong along the mesh's outline as elsewhere";
+        text += std::string(text.empty() ? "" : ", ") + "the pictures' edges are " + number(1 + fit.edge_response) +
+                " times as strong along the outlines as elsewhere";
     if (text.empty())
         return "nothing to compare: the frames have no depth, and no pictures in which the mesh has an outline";
-    const bool clear = diagnosis.depths == 0 || recorded.depth_clear();
-    const char* const verdict = !diagnosis.findings.empty() ? "as recorded: "
-                                : clear                     ? "mesh and frames agree: "
-                                                            : "mesh and frames agree in part, look at the picture: ";
-    return verdict + text;
+    return (diagnosis.findings.empty() ? "mesh and frames agree: " : "as recorded: ") + text;
 }
 
 double mesh_extent(const Mesh& mesh)
@@ -110,96 +225,127 @@ double mesh_extent(const Mesh& mesh)
     return static_cast<double>(length(high - low));
 }
 
-void tell_convention(const Convention& convention, double depth_scale, double extent, std::vector<Finding>& findings)
+void tell_assumption(const Diagnosis& diagnosis, double extent, bool one_camera, Findings& findings)
 {
-    if (convention.inverted)
-        findings.push_back(
-            {"inverted_poses", "the poses are inverted, camera_from_world where world_from_camera is expected: invert them"});
-    if (convention.camera_turn == axis_rotations()[1])
-        findings.push_back({"opengl_axes",
-                            "the poses have OpenGL's camera axes (y up, z backward) where OpenCV's (y down, z forward) are "
-                            "expected: negate the second and third columns of their rotations"});
-    else if (!(convention.camera_turn == Mat3{}))
-        findings.push_back({"camera_axes", "the poses have other camera axes than OpenCV's: right, down and forward are their " +
-                                               axis_names(convention.camera_turn)});
-    if (!(convention.world_turn == Mat3{}))
-    {
-        std::string axes = axis_names(convention.world_turn);
-        std::erase(axes, '+');
-        findings.push_back(
-            {"world_axes",
-             "mesh and poses are rotated against each other: read the mesh with scan.mesh and axes: \"" + axes + "\""});
-    }
-    tell_units(convention.scale, depth_scale, extent, findings);
+    const Assumption& a = diagnosis.assumption;
+    tell_reading(a, findings);
+    tell_axes(a, diagnosis.front_share < 0.5, findings);
+    if (a.lag_frames != 0)
+        tell(findings, "pose_lag",
+             "poses and pictures are shifted in time: each picture fits the pose listed " + number(std::abs(a.lag_frames)) +
+                 " frames " + (a.lag_frames > 0 ? "later" : "earlier") + "; correct the poses' times or their order");
+    tell_units(a, extent, findings);
+    tell_move(a, findings);
+    if (a.along_ray)
+        tell(findings, "ray_depth",
+             "the depth pictures hold distances from the camera where depth along its axis is expected: divide each by the "
+             "length of its pixel's ray ((x - cx) / fx, (y - cy) / fy, 1)");
+    if (a.upside_down)
+        tell(findings, "depth_upside_down", std::string("the depth") + turn_pictures);
+    if (a.by_color_camera)
+        tell(findings, "depth_by_color_camera",
+             "the depth pictures fit the color camera, not the depth camera: they are registered to color; use the color "
+             "camera's intrinsics and pose for them");
+    if (a.size_scale != 1)
+        tell(findings, "depth_camera_size", "the depth camera's intrinsics" + how_to_resize(a.size_scale));
+    if (a.focal_scale != 1 && one_camera)
+        tell(findings, "depth_taken_for_color",
+             "both cameras have the same intrinsics, which do not fit the depth pictures; the depth camera's focal length is " +
+                 number(a.focal_scale) + " times as large");
+    else if (a.focal_scale != 1)
+        tell(findings, "depth_focal_length",
+             "the focal length of the depth camera is " + how_to_mend(a.focal_scale, focal_reach));
 }
 
-void tell_cameras(const Diagnosis& diagnosis, bool one_camera, std::vector<Finding>& findings)
+void tell_color(const Diagnosis& diagnosis, bool one_camera, Findings& findings)
 {
-    const double depth = diagnosis.depth_focal_scale;
+    const Assumption& a = diagnosis.assumption;
     const CameraChange& color = diagnosis.color_change;
-    const bool depth_off = depth != 1;
-    const bool color_off = color.focal_scale != 1 || color.shift_x != 0 || color.shift_y != 0;
-    if (diagnosis.depth_by_color_camera && color_off)
-    {
-        findings.push_back({"cameras_swapped", "the color and depth cameras are swapped: exchange their intrinsics and poses"});
-        return;
-    }
-    if (diagnosis.depth_by_color_camera)
-        findings.push_back({"depth_by_color_camera",
-                            "the depth pictures fit the color camera, not the depth camera: "
-                            "they are registered to color; use the color camera's intrinsics and pose for them"});
-    if (depth_off && color_off && std::abs(std::log(depth / color.focal_scale)) < alike_focals)
-    {
-        findings.push_back({"focal_length", "the focal length of both cameras is " + how_to_mend(depth, color_focal_reach)});
-        return;
-    }
-    if (depth_off && one_camera && !color_off)
-        findings.push_back({"depth_taken_for_color", "both cameras have the same intrinsics, which fit only the color "
-                                                     "pictures; the depth camera's focal length is " +
-                                                         number(depth) + " times as large"});
-    else if (depth_off)
-        findings.push_back(
-            {"depth_focal_length", "the focal length of the depth camera is " + how_to_mend(depth, depth_focal_reach)});
-    if (!color_off)
-        return;
+    const bool shifted = color.shift_x != 0 || color.shift_y != 0;
+    tell_both_cameras(a, color, findings);
+    const auto told = [&](const char* cause)
+    { return std::ranges::any_of(findings, [&](const Finding& finding) { return finding.cause == cause; }); };
+    if (diagnosis.color_by_depth_camera && a.by_color_camera)
+        replace(findings, "depth_by_color_camera", "cameras_swapped",
+                "the color and depth cameras are swapped: exchange their intrinsics and poses");
+    else if (diagnosis.color_by_depth_camera)
+        tell(findings, "color_by_depth_camera",
+             "the color pictures fit the depth camera, not the color camera: use the depth camera's intrinsics and pose for "
+             "them");
+    if (color.upside_down && !told("upside_down"))
+        tell(findings, "color_upside_down", std::string("the color") + turn_pictures);
+    if (color.size_scale != 1 && !told("camera_size"))
+        tell(findings, "color_camera_size", "the color camera's intrinsics" + how_to_resize(color.size_scale));
     const bool focal_off = std::abs(std::log(color.focal_scale)) > 0.025;
-    if (one_camera && diagnosis.depths > 0 && !depth_off)
-        findings.push_back({"color_taken_for_depth", "both cameras have the same intrinsics, which fit only the depth "
-                                                     "pictures; the color camera's focal length is about " +
-                                                         number(color.focal_scale) + " times as large"});
-    else if (focal_off)
-        findings.push_back({"color_focal_length",
-                            "the focal length of the color camera is " + how_to_mend(color.focal_scale, color_focal_reach)});
-    else
+    if (focal_off && one_camera && a.focal_scale == 1)
+        tell(findings, "color_taken_for_depth",
+             "both cameras have the same intrinsics, which fit only the depth pictures; the color camera's focal length is "
+             "about " +
+                 number(color.focal_scale) + " times as large");
+    else if (focal_off && !told("focal_length"))
+        tell(findings, "color_focal_length",
+             "the focal length of the color camera is " + how_to_mend(color.focal_scale, color_focal_reach));
+    else if (shifted && !focal_off)
+        tell(findings, "color_shift",
+             "the color pictures are shifted against the " + std::string(diagnosis.depths > 0 ? "depth pictures" : "mesh") +
+                 ": their principal point is off by about (" + number(100 * color.shift_x) + ", " + number(100 * color.shift_y) +
+                 ") % of the picture, or the color camera's position is wrong");
+}
+
+void tell_channels(Findings& findings)
+{
+    tell(findings, "red_and_blue_exchanged",
+         "the color pictures have red and blue exchanged (BGR), judged by the colors of the mesh: exchange them");
+}
+
+void tell_figures(const Diagnosis& diagnosis, std::size_t by_depth, Findings& findings)
+{
+    for (std::size_t i = 0; i < findings.size(); ++i)
+        if (i < by_depth && diagnosis.depths > 0)
+            findings[i].text += " (" + percent(diagnosis.explained.agreement) + " of the covered depths agree then, " +
+                                percent(diagnosis.recorded.agreement) + " as recorded)";
+        else
+            findings[i].text += " (edges along the outlines are " + number(1 + diagnosis.explained.edge_response) +
+                                " times as strong as elsewhere then, " + number(1 + diagnosis.recorded.edge_response) +
+                                " times as recorded)";
+}
+
+void tell_inside_out(Findings& findings)
+{
+    tell(findings, "faces_inside_out",
+         "the mesh is inside out: cameras see the backs of its faces; swap two corners of every face");
+}
+
+void tell_uncovered(Findings& findings)
+{
+    findings.push_back({"uncovered",
+                        "no inspected frame sees the mesh, and no usual mistake explains it: do mesh and frames belong "
+                        "together?",
+                        false});
+}
+
+void tell_disagreement(const Fit& fit, bool certain, Findings& findings)
+{
+    const std::string figures = "where the mesh is, " + percent(fit.agreement) +
+                                " of the depths agree with it; it lies in front of " + percent(fit.in_front) +
+                                " of the measured surface and behind " + percent(fit.behind);
+    if (certain)
         findings.push_back(
-            {"color_shift", "the color pictures are shifted against the mesh: their principal point is off by about (" +
-                                number(100 * color.shift_x) + ", " + number(100 * color.shift_y) +
-                                ") % of the picture, or the color camera's position is wrong"});
-}
-
-void tell_inside_out(double front_share, std::vector<Finding>& findings)
-{
-    findings.push_back({"faces_inside_out", "the mesh is inside out: cameras see the front of a face at only " +
-                                                percent(front_share) + " of its pixels; swap two corners of every face"});
-}
-
-void tell_unexplained_depth(const Diagnosis& diagnosis, std::vector<Finding>& findings)
-{
-    findings.push_back(
-        {"unexplained", "only " + percent(diagnosis.explained.depth_share) +
-                            " of the depths are within 3 % of the mesh, and no usual mistake explains it: do mesh and "
-                            "frames belong together?"});
-}
-
-void tell_unexplained_edges(const Diagnosis& diagnosis, std::vector<Finding>& findings)
-{
-    if (diagnosis.seen_share == 0)
-        findings.push_back(
-            {"unexplained", "no frame sees the mesh, and no usual mistake explains it: do mesh and frames belong together?"});
+            {"unexplained", figures + ", and no usual mistake explains it: do mesh and frames belong together?", true});
+    else if (fit.behind > 4 * fit.in_front)
+        findings.push_back({"incomplete_mesh", figures + ": does it lack what stands there? Otherwise, check its unit", false});
     else
-        findings.push_back({"unexplained_edges",
-                            "the color pictures have no edges where the mesh has its outline, and no usual mistake "
-                            "explains it: look at the pictures"});
+        findings.push_back({"agree_in_part",
+                            "mesh and frames agree in part: " + figures + ". No usual mistake explains it; look at the picture",
+                            false});
+}
+
+void tell_no_edges(Findings& findings)
+{
+    findings.push_back({"unexplained_edges",
+                        "the color pictures have no edges along the outlines, and no usual mistake explains it: look at "
+                        "the pictures",
+                        false});
 }
 
 }  // namespace fresco::inspect

@@ -58,9 +58,26 @@ inline const Recording* room()
                                     Value::Map{{"frames_count", 12},
                                                {"color_width_px", 320},
                                                {"color_height_px", 240},
-                                               {"depth_width_px", 80},
-                                               {"depth_height_px", 60},
-                                               {"edge_m", 0.03}},
+                                               {"depth_width_px", 120},
+                                               {"depth_height_px", 90},
+                                               {"edge_m", 0.05}},
+                                    std::make_shared<testing::RawImages>());
+    return made.get();
+}
+
+/// A hall of 12 m, of which a mesh may hold one object only.
+inline const Recording* hall()
+{
+    static const auto made = record("scan.synthetic_room", "scan_synthetic_room",
+                                    Value::Map{{"length_m", 12},
+                                               {"width_m", 8},
+                                               {"height_m", 4},
+                                               {"frames_count", 8},
+                                               {"color_width_px", 160},
+                                               {"color_height_px", 120},
+                                               {"depth_width_px", 120},
+                                               {"depth_height_px", 90},
+                                               {"edge_m", 0.1}},
                                     std::make_shared<testing::RawImages>());
     return made.get();
 }

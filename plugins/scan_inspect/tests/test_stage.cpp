@@ -38,16 +38,17 @@ TEST_CASE("the stage reports, draws, and warns of a mistake or fails by it", "[s
     CHECK(files->names == std::vector<std::string>{"look/at.png", "look/at.json"});
     CHECK(right.reported.at("causes").as_list().empty());
     CHECK(right.reported.at("frames").as_int() == 5);
-    CHECK(right.reported.at("depth_share").as_double() > 0.8);
+    CHECK(right.reported.at("agreement").as_double() > 0.9);
+    CHECK(right.reported.at("covered_share").as_double() > 0.9);
     REQUIRE(right.messages.size() == 1);
-    CHECK_THAT(right.messages.front(), Contains("mesh and frames agree: ") && Contains("within 3 %"));
+    CHECK_THAT(right.messages.front(), Contains("mesh and frames agree: ") && Contains("of the depths; 9"));
     // Two rows of four tiles of 240 px.
     const auto sheet = room->images->read_rgb(out.path() / "pictures" / files->names[0]);
     CHECK(sheet.width == 4 + 4 * 324);
     CHECK(sheet.height == 4 + 2 * 244);
     const auto json = parse_json(read_text_file(out.path() / "pictures" / files->names[1]));
     CHECK(json.at("frames").as_list().size() == 5);
-    CHECK(json.at("recorded").at("depth_share").as_double() == right.reported.at("depth_share").as_double());
+    CHECK(json.at("recorded").at("agreement").as_double() == right.reported.at("agreement").as_double());
 
     auto turned = std::make_shared<Frames>(*room->frames);
     for (Frame& frame : turned->frames)
@@ -59,7 +60,7 @@ TEST_CASE("the stage reports, draws, and warns of a mistake or fails by it", "[s
     inspection_of(room->mesh, turned, room->images, Value::Map{{"pictures_count", 2}}, out.path(), wrong);
     REQUIRE(wrong.reported.at("causes").as_list().size() == 1);
     CHECK(wrong.reported.at("causes").as_list().front().as_string() == "opengl_axes");
-    CHECK(wrong.reported.at("depth_share_explained").as_double() > 0.8);
+    CHECK(wrong.reported.at("agreement_explained").as_double() > 0.9);
     REQUIRE(wrong.messages.size() == 2);
     CHECK_THAT(wrong.messages.front(), Contains("warning: ") && Contains("OpenGL's camera axes"));
     // As recorded and, below each, as suggested.

@@ -1,57 +1,18 @@
-#include <catch2/catch.hpp>
+#include "texture_samples.h"
 
 #include <fresco/error.h>
-#include <fresco/random.h>
-#include <fresco/testing.h>
-#include <fresco/torch/texture_representation.h>
 
-#include <ATen/Parallel.h>
 #include <ATen/ops/equal.h>
 #include <ATen/ops/zeros.h>
 
-#include <algorithm>
-#include <cmath>
-
-using namespace fresco;
+using namespace texture_samples;
 
 namespace
 {
 
 std::unique_ptr<TextureRepresentation> made(const Value& options)
 {
-    auto texture = testing::make_from_plugin<TextureRepresentation>(FRESCO_PLUGIN_FILE, "texture.image");
-    testing::TestFactory factory;
-    texture->configure(options, factory);
-    return texture;
-}
-
-RasterF random_picture(int width, int height, int channels, std::uint64_t seed)
-{
-    Random random(seed);
-    RasterF picture(width, height, channels);
-    for (auto& value : picture.values)
-        value = static_cast<float>(random.uniform());
-    return picture;
-}
-
-/// uv a little beyond the texture too, a fifth of the pixels invalid.
-UvMap random_map(int width, int height, std::uint64_t seed)
-{
-    UvMap map{random_picture(width, height, 2, seed), RasterF(width, height), RasterF(width, height), Raster8(width, height)};
-    for (auto& value : map.uv.values)
-        value = value * 1.2F - 0.1F;
-    Random random(seed + 1);
-    for (auto& value : map.valid.values)
-        value = random.uniform() < 0.8 ? 1 : 0;
-    return map;
-}
-
-/// The weight of texel (column, row) at a uv, in double precision.
-double tent(const UvMap& map, int x, int y, int column, int row, int size)
-{
-    const double tx = std::clamp(static_cast<double>(map.uv.at(x, y, 0)) * size - 0.5, 0.0, size - 1.0);
-    const double ty = std::clamp((1 - static_cast<double>(map.uv.at(x, y, 1))) * size - 0.5, 0.0, size - 1.0);
-    return std::max(0.0, 1 - std::abs(tx - column)) * std::max(0.0, 1 - std::abs(ty - row));
+    return texture_samples::made(FRESCO_PLUGIN_FILE, "texture.image", options);
 }
 
 }  // namespace
@@ -96,20 +57,23 @@ TEST_CASE("render and gradient agree with sums over all texels in double precisi
     std::vector<double> expected(static_cast<std::size_t>(3 * size * size));
     for (int y = 0; y < 8; ++y)
         for (int x = 0; x < 9; ++x)
+        {
+            const auto weights = map.valid.at(x, y) == 0 ? std::map<std::int64_t, double>{}
+                                                         : slow_weights(static_cast<double>(map.uv.at(x, y, 0)),
+                                                                        static_cast<double>(map.uv.at(x, y, 1)), size);
             for (int c = 0; c < 3; ++c)
             {
                 upstream[c][y][x] = direction.at(x, y, c);
                 double sum = 0;
-                for (int row = 0; row < size && map.valid.at(x, y) != 0; ++row)
-                    for (int column = 0; column < size; ++column)
-                    {
-                        const double w = tent(map, x, y, column, row, size);
-                        sum += w * static_cast<double>(picture.at(column, row, c));
-                        expected[static_cast<std::size_t>(3 * (row * size + column) + c)] +=
-                            w * static_cast<double>(direction.at(x, y, c));
-                    }
+                for (const auto& [texel, w] : weights)
+                {
+                    const auto place = static_cast<std::size_t>(3 * texel + c);
+                    sum += w * static_cast<double>(picture.values[place]);
+                    expected[place] += w * static_cast<double>(direction.at(x, y, c));
+                }
                 CHECK(rendered[c][y][x].item<double>() == Approx(sum).margin(1e-6));
             }
+        }
     const auto gradients = view->gradient(upstream);
     REQUIRE(gradients.size() == 1);
     auto dense = at::zeros({size * size, 3});
@@ -120,18 +84,7 @@ TEST_CASE("render and gradient agree with sums over all texels in double precisi
 
 TEST_CASE("views give the same bytes for any number of threads")
 {
-    const auto texture = made(Value::Map{});
-    texture->allocate(100);
-    texture->set_picture(random_picture(100, 100, 3, 4));
-    const auto view = texture->make_view(random_map(200, 150, 5));
-    const int before = at::get_num_threads();
-    at::set_num_threads(1);
-    const auto picture = view->render();
-    const auto gradients = view->gradient(picture);
-    at::set_num_threads(3);
-    CHECK(at::equal(view->render(), picture));
-    CHECK(at::equal(view->gradient(picture)[0].values, gradients[0].values));
-    at::set_num_threads(before);
+    check_threads(*made(Value::Map{}));
 }
 
 TEST_CASE("sizes that do not fit are refused")

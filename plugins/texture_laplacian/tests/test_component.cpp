@@ -1,43 +1,20 @@
 #include "laplacian_layers.h"
-
-#include <catch2/catch.hpp>
+#include "texture_samples.h"
 
 #include <fresco/error.h>
-#include <fresco/testing.h>
-#include <fresco/torch/texture_representation.h>
 
-#include <ATen/Parallel.h>
-#include <ATen/ops/equal.h>
 #include <ATen/ops/zeros.h>
 
 #include <array>
-#include <cmath>
 
-using namespace fresco;
+using namespace texture_samples;
 
 namespace
 {
 
-double number(std::uint64_t& state)
-{
-    state = state * 6364136223846793005ULL + 1442695040888963407ULL;
-    return static_cast<double>(state >> 40U) / 16777216.0;
-}
-
 std::unique_ptr<TextureRepresentation> made(const Value& options)
 {
-    auto texture = testing::make_from_plugin<TextureRepresentation>(FRESCO_PLUGIN_FILE, "texture.laplacian");
-    testing::TestFactory factory;
-    texture->configure(options, factory);
-    return texture;
-}
-
-RasterF random_picture(int size, std::uint64_t seed)
-{
-    RasterF picture(size, size, 3);
-    for (auto& value : picture.values)
-        value = static_cast<float>(number(seed));
-    return picture;
+    return texture_samples::made(FRESCO_PLUGIN_FILE, "texture.laplacian", options);
 }
 
 /// Pixel (x, y) looks at the center of texel (x, y).
@@ -53,16 +30,6 @@ UvMap identity_map(int size)
     return map;
 }
 
-UvMap random_map(int width, int height, std::uint64_t seed)
-{
-    UvMap map{RasterF(width, height, 2), RasterF(width, height), RasterF(width, height), Raster8(width, height)};
-    for (auto& value : map.uv.values)
-        value = static_cast<float>(number(seed));
-    for (auto& value : map.valid.values)
-        value = number(seed) < 0.8 ? 1 : 0;
-    return map;
-}
-
 }  // namespace
 
 TEST_CASE("set_picture and render give the picture back")
@@ -73,7 +40,7 @@ TEST_CASE("set_picture and render give the picture back")
             Value::Map{{"layers_count", layers}, {"regularizer", Value::List(static_cast<std::size_t>(layers), Value(1.0))}};
         const auto texture = made(options);
         texture->allocate(32);
-        const auto picture = random_picture(32, 1);
+        const auto picture = random_picture(32, 32, 3, 1);
         texture->set_picture(picture);
         const auto rendered = texture->make_view(identity_map(32))->render();
         REQUIRE(rendered.sizes() == at::IntArrayRef({3, 32, 32}));
@@ -93,7 +60,7 @@ TEST_CASE("coarse layers carry a smooth picture and the finest the residual")
     CHECK(layers[2].width == 4);
     CHECK(layers[2].values == std::vector<float>(48, 0.25F));
     CHECK(layers[0].values == std::vector<float>(768, 0.0F));
-    const auto picture = random_picture(64, 2);
+    const auto picture = random_picture(64, 64, 3, 2);
     CHECK((laplacian::laplacian_layers(picture, 4, 1) == laplacian::laplacian_layers(picture, 4, 3)));
     // The mean of 2 x 2 texels is all that the coarser of two layers knows.
     const auto two = laplacian::laplacian_layers(picture, 2, 1);
@@ -105,7 +72,7 @@ TEST_CASE("a render is the sum of the layers' lookups, zero where invalid, and t
 {
     const auto texture = made(Value::Map{});
     texture->allocate(64);
-    texture->set_picture(random_picture(64, 3));
+    texture->set_picture(random_picture(64, 64, 3, 3));
     const auto map = random_map(29, 13, 4);
     const auto rendered = texture->make_view(map)->render();
     const auto layers = texture->to_texture().layers;
@@ -133,12 +100,12 @@ TEST_CASE("the gradient agrees with finite differences")
 {
     const auto texture = made(Value::Map{{"layers_count", 2}, {"regularizer", Value::List{1, 0}}});
     texture->allocate(8);
-    texture->set_picture(random_picture(8, 5));
+    texture->set_picture(random_picture(8, 8, 3, 5));
     const auto view = texture->make_view(random_map(9, 7, 6));
     auto direction = at::zeros({3, 7, 9}, at::kFloat);
-    std::uint64_t seed = 7;
+    Random random(7);
     for (std::int64_t i = 0; i < direction.numel(); ++i)
-        direction.data_ptr<float>()[i] = static_cast<float>(number(seed) - 0.5);
+        direction.data_ptr<float>()[i] = static_cast<float>(random.uniform() - 0.5);
     const auto loss = [&] { return (view->render().to(at::kDouble) * direction.to(at::kDouble)).sum().item<double>(); };
     const auto gradients = view->gradient(direction);
     REQUIRE(gradients.size() == 2);
@@ -165,23 +132,7 @@ TEST_CASE("the gradient agrees with finite differences")
 
 TEST_CASE("views give the same bytes for any number of threads")
 {
-    const auto texture = made(Value::Map{});
-    texture->allocate(128);
-    texture->set_picture(random_picture(128, 8));
-    const auto view = texture->make_view(random_map(200, 150, 9));
-    const int before = at::get_num_threads();
-    at::set_num_threads(1);
-    const auto picture = view->render();
-    const auto gradients = view->gradient(picture);
-    at::set_num_threads(3);
-    CHECK(at::equal(view->render(), picture));
-    const auto others = view->gradient(picture);
-    for (std::size_t i = 0; i < gradients.size(); ++i)
-    {
-        CHECK(at::equal(gradients[i].texels, others[i].texels));
-        CHECK(at::equal(gradients[i].values, others[i].values));
-    }
-    at::set_num_threads(before);
+    check_threads(*made(Value::Map{}));
 }
 
 TEST_CASE("an empty uv map renders black and has no gradient")
@@ -203,7 +154,7 @@ TEST_CASE("sizes and lists that do not fit are refused")
     CHECK_NOTHROW(texture->allocate(16));
     CHECK(texture->parameters()[1].regularizer == 4);
     CHECK_THROWS_WITH(made(Value::Map{{"layers_count", 1}})->allocate(16), Catch::Contains("regularizer"));
-    CHECK_THROWS_AS(texture->set_picture(random_picture(8, 1)), std::invalid_argument);
+    CHECK_THROWS_AS(texture->set_picture(random_picture(8, 8, 3, 1)), std::invalid_argument);
 }
 
 TEST_CASE("layers with corners become layers with centers: a ramp stays a ramp")

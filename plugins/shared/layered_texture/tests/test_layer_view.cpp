@@ -1,75 +1,20 @@
-#include <catch2/catch.hpp>
+#include "texture_samples.h"
 
 #include <fresco/error.h>
 #include <fresco/texture.h>
-#include <fresco/layered_texture/layer_view.h>
 
 #include <array>
-#include <cmath>
 #include <limits>
-#include <map>
 #include <utility>
 
-using namespace fresco;
-
-namespace
-{
-
-double number(std::uint64_t& state)
-{
-    state = state * 6364136223846793005ULL + 1442695040888963407ULL;
-    return static_cast<double>(state >> 40U) / 16777216.0;
-}
-
-/// uv all over the texture and a little beyond, a third of the pixels invalid.
-UvMap random_map(int width, int height, std::uint64_t seed)
-{
-    UvMap map{RasterF(width, height, 2), RasterF(width, height), RasterF(width, height), Raster8(width, height)};
-    for (auto& value : map.uv.values)
-        value = static_cast<float>(number(seed) * 1.2 - 0.1);
-    for (auto& value : map.valid.values)
-        value = number(seed) < 0.67 ? 1 : 0;
-    map.uv.values[0] = 0;
-    map.uv.values[1] = 1;
-    map.uv.values[2] = 1;
-    map.uv.values[3] = 0;
-    map.valid.values[0] = map.valid.values[1] = 1;
-    return map;
-}
-
-RasterF random_layer(int size, std::uint64_t seed)
-{
-    RasterF layer(size, size, 3);
-    for (auto& value : layer.values)
-        value = static_cast<float>(number(seed));
-    return layer;
-}
-
-/// The weights of a lookup, texel by texel, in double precision.
-std::map<std::int64_t, double> slow_weights(double u, double v, int size, TexelGrid grid)
-{
-    const auto texels = [&](double w) { return grid == TexelGrid::centers ? w * size - 0.5 : w * (size - 1); };
-    const double x = std::clamp(texels(u), 0.0, size - 1.0);
-    const double y = std::clamp(texels(1 - v), 0.0, size - 1.0);
-    std::map<std::int64_t, double> weights;
-    for (int row = 0; row < size; ++row)
-        for (int column = 0; column < size; ++column)
-        {
-            const double w = std::max(0.0, 1 - std::abs(x - column)) * std::max(0.0, 1 - std::abs(y - row));
-            if (w > 0)
-                weights[static_cast<std::int64_t>(row) * size + column] = w;
-        }
-    return weights;
-}
-
-}  // namespace
+using namespace texture_samples;
 
 TEST_CASE("a lookup is sample_bilinear to the last bit")
 {
     for (const int size : {2, 3, 16, 256})
     {
         const auto map = random_map(23, 17, 1);
-        const auto layer = random_layer(size, 2);
+        const auto layer = random_picture(size, size, 3, 2);
         const auto pixels = valid_pixels(map);
         const LayerView view(pixels, size);
         REQUIRE(view.pixel_count() == pixels.pixels.size());
@@ -125,9 +70,9 @@ TEST_CASE("gather is the transpose of the lookup")
         const auto pixels = valid_pixels(map);
         const LayerView view(pixels, size, grid);
         std::vector<float> gradient(3 * view.pixel_count());
-        std::uint64_t seed = 4;
+        Random random(4);
         for (auto& g : gradient)
-            g = static_cast<float>(number(seed) - 0.5);
+            g = static_cast<float>(random.uniform() - 0.5);
         std::map<std::int64_t, std::array<double, 3>> expected;
         for (std::size_t i = 0; i < view.pixel_count(); ++i)
             for (const auto& [texel, weight] : slow_weights(pixels.uv[2 * i], pixels.uv[2 * i + 1], size, grid))

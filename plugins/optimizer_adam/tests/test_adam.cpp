@@ -1,5 +1,7 @@
 #include "adam.h"
 
+#include <fresco/random.h>
+
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -12,12 +14,6 @@ namespace
 {
 
 constexpr Constants usual{.beta1 = 0.9, .beta2 = 0.999, .epsilon = 1e-8};
-
-double number(std::uint64_t& state)
-{
-    state = state * 6364136223846793005ULL + 1442695040888963407ULL;
-    return static_cast<double>(state >> 40U) / 16777216.0 - 0.5;
-}
 
 struct Memory
 {
@@ -54,14 +50,15 @@ struct Step
 
 std::vector<Step> random_steps(std::size_t texels, int count, std::uint64_t seed)
 {
+    fresco::Random random(seed);
     std::vector<Step> steps(static_cast<std::size_t>(count));
     for (auto& step : steps)
         for (std::size_t texel = 0; texel < texels; ++texel)
-            if (number(seed) < 0)
+            if (random.uniform() < 0.5)
             {
                 step.texels.push_back(static_cast<std::int64_t>(texel));
                 for (int c = 0; c < 3; ++c)
-                    step.values.push_back(static_cast<float>(number(seed)));
+                    step.values.push_back(static_cast<float>(random.uniform() - 0.5));
             }
     return steps;
 }

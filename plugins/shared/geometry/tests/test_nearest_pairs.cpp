@@ -1,5 +1,7 @@
 #include "nearest_pairs.h"
 
+#include <fresco/random.h>
+
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -53,18 +55,14 @@ TEST_CASE("directions pair by hand, across the end of the circle too")
 
 TEST_CASE("pairs are those of all pairs in order")
 {
-    std::uint32_t state = 7;
-    const auto random = [&]
-    {
-        state = state * 1664525U + 1013904223U;
-        return state >> 8U;
-    };
+    fresco::Random random(7);
+    const auto count = [&] { return static_cast<std::size_t>(random.below(12)); };
     for (int round = 0; round < 200; ++round)
     {
-        std::vector<double> a(random() % 12), b(random() % 12);
+        std::vector<double> a(count()), b(count());
         for (auto* side : {&a, &b})
             for (auto& angle : *side)
-                angle = (random() / double(1U << 24U) * 2 - 1) * std::numbers::pi;
+                angle = (random.uniform() * 2 - 1) * std::numbers::pi;
         CHECK(nearest_pairs(a, b) == pairs_of_all(a, b));
     }
 }

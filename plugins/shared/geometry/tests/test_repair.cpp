@@ -1,6 +1,7 @@
 #include <fresco/geometry/repair.h>
 
 #include <fresco/geometry/topology.h>
+#include <fresco/random.h>
 
 #include <catch2/catch.hpp>
 
@@ -212,12 +213,8 @@ TEST_CASE("one-sided bands and faces of mixed orientation are cut, not lost")
 TEST_CASE("any soup of faces comes back manifold, with every face that has an area and is no copy")
 {
     // Few vertices, many faces: nearly every edge is complex, and many faces must be detached.
-    std::uint32_t state = 1;
-    const auto random = [&](std::uint32_t below)
-    {
-        state = state * 1664525U + 1013904223U;
-        return (state >> 8U) % below;
-    };
+    fresco::Random numbers(1);
+    const auto random = [&](int below) { return static_cast<std::uint32_t>(numbers.below(below)); };
     std::size_t detached = 0;
     for (int round = 0; round < 300; ++round)
     {

@@ -1,6 +1,7 @@
 #include <catch2/catch.hpp>
 
 #include <fresco/images/recolor.h>
+#include <fresco/random.h>
 
 #include <cmath>
 #include <vector>
@@ -9,12 +10,6 @@ using namespace fresco;
 
 namespace
 {
-
-double number(std::uint64_t& state)
-{
-    state = state * 6364136223846793005ULL + 1442695040888963407ULL;
-    return static_cast<double>(state >> 11U) / 9007199254740992.0;
-}
 
 double largest_difference(const Mat3& a, const Mat3& b)
 {
@@ -27,12 +22,13 @@ double largest_difference(const Mat3& a, const Mat3& b)
 /// Correlated colors around `center`.
 std::vector<Vec3d> cloud(int count, Vec3d center, double spread, std::uint64_t seed)
 {
+    Random random(seed);
     std::vector<Vec3d> colors;
     for (int i = 0; i < count; ++i)
     {
-        const double a = number(seed) - 0.5;
-        const double b = number(seed) - 0.5;
-        const double c = number(seed) - 0.5;
+        const double a = random.uniform() - 0.5;
+        const double b = random.uniform() - 0.5;
+        const double c = random.uniform() - 0.5;
         colors.push_back(center + Vec3d{a, 0.6 * a + 0.5 * b, 0.2 * a - 0.7 * b + 0.3 * c} * spread);
     }
     return colors;
@@ -50,13 +46,13 @@ ColorMoments moments_of(const std::vector<Vec3d>& colors)
 
 TEST_CASE("eigenvalues of a symmetric matrix rebuild it")
 {
-    std::uint64_t seed = 1;
+    Random random(1);
     for (int round = 0; round < 200; ++round)
     {
         Mat3 a;
         for (int row = 0; row < 3; ++row)
             for (int column = row; column < 3; ++column)
-                a(row, column) = a(column, row) = number(seed) * 2 - 1;
+                a(row, column) = a(column, row) = random.uniform() * 2 - 1;
         if (round == 0)
             a = Mat3{};
         if (round == 1)

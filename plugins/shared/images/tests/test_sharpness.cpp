@@ -1,4 +1,5 @@
 #include <fresco/images/sharpness.h>
+#include <fresco/random.h>
 
 #include <catch2/catch.hpp>
 
@@ -56,12 +57,9 @@ TEST_CASE("sharpness of pictures that can be computed by hand")
 TEST_CASE("sharpness is the variance of the Laplacian as written out")
 {
     Raster8 picture(61, 47, 3);
-    std::uint32_t state = 7;
+    Random random(7);
     for (auto& value : picture.values)
-    {
-        state = state * 1664525u + 1013904223u;
-        value = static_cast<std::uint8_t>(state >> 24U);
-    }
+        value = static_cast<std::uint8_t>(random.below(256));
     for (const auto& [width, height] : {std::pair{61, 47}, std::pair{30, 23}})
         CHECK(sharpness(picture, width, height) == Approx(slow_sharpness(picture, width, height)).epsilon(1e-3));
 }

@@ -1,4 +1,5 @@
 #include <fresco/error.h>
+#include <fresco/random.h>
 #include <fresco/testing.h>
 #include <fresco/texturing/collapse.h>
 
@@ -11,15 +12,13 @@ using namespace fresco::texturing;
 
 namespace
 {
-/// Values that repeat nowhere near, in [0,1).
-RasterF noise(int size, unsigned seed)
+/// Values in [0,1).
+RasterF noise(int size, std::uint64_t seed)
 {
     RasterF layer(size, size, 3);
+    Random random(seed);
     for (float& v : layer.values)
-    {
-        seed = seed * 1664525U + 1013904223U;
-        v = static_cast<float>(seed >> 8U) / 16777216.0F;
-    }
+        v = static_cast<float>(random.uniform());
     return layer;
 }
 
@@ -28,7 +27,7 @@ Texture pyramid(int size, float scale)
     Texture texture;
     for (int i = 0; i < 3; ++i)
     {
-        texture.layers.push_back(noise(size >> i, static_cast<unsigned>(i) + 1));
+        texture.layers.push_back(noise(size >> i, static_cast<std::uint64_t>(i) + 1));
         for (float& v : texture.layers.back().values)
             v *= scale;
     }

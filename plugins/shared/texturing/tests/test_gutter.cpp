@@ -1,4 +1,5 @@
 #include <fresco/error.h>
+#include <fresco/random.h>
 #include <fresco/testing.h>
 #include <fresco/texturing/gutter.h>
 
@@ -11,16 +12,13 @@ TEST_CASE("every gutter texel has the color of a nearest source")
 {
     const int width = 61;
     const int height = 37;
-    for (const unsigned density : {2U, 40U, 400U})
+    for (const int density : {2, 40, 400})
     {
         Raster8 image(width, height, 3);
         std::vector<std::uint8_t> source(static_cast<std::size_t>(width * height), 0);
-        unsigned seed = density;
-        for (std::size_t i = 0; i < source.size(); ++i)
-        {
-            seed = seed * 1664525U + 1013904223U;
-            source[i] = (seed >> 16U) % 2000 < density;
-        }
+        Random random(static_cast<std::uint64_t>(density));
+        for (auto& is_source : source)
+            is_source = random.below(2000) < density ? 1 : 0;
         source[700] = 1;
         // A source's color is its place.
         for (int y = 0; y < height; ++y)

@@ -1,5 +1,7 @@
 #include "../src/nearest_point.h"
 
+#include <fresco/random.h>
+
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -10,12 +12,8 @@ using namespace fresco::texturing;
 TEST_CASE("the nearest point is the one that a look at all finds")
 {
     std::vector<Vec3f> points;
-    unsigned seed = 7;
-    const auto next = [&seed]
-    {
-        seed = seed * 1664525U + 1013904223U;
-        return static_cast<float>(seed >> 8U) / 16777216.0F;
-    };
+    Random random(7);
+    const auto next = [&random] { return static_cast<float>(random.uniform()); };
     for (int i = 0; i < 300; ++i)
         points.push_back({next(), next(), std::floor(next() * 4) / 4});  // some planes
     points.push_back(points[17]);                                        // twice

@@ -1,4 +1,5 @@
 #include <fresco/error.h>
+#include <fresco/random.h>
 #include <fresco/testing.h>
 #include <fresco/texturing/exported_file.h>
 #include <fresco/texturing/linear_light.h>
@@ -102,9 +103,9 @@ TEST_CASE("no color crosses the gutter of a smaller picture, whatever the factor
 TEST_CASE("the smaller picture is the same for any number of threads, and a canceled run stops")
 {
     TexturedMesh textured = two_halves();
-    std::uint32_t seed = 5;
+    Random random(5);
     for (std::uint8_t& value : textured.image.pixels.values)
-        value = static_cast<std::uint8_t>((seed = seed * 1664525U + 1013904223U) >> 24U);
+        value = static_cast<std::uint8_t>(random.below(256));
     testing::TestRun one(1);
     testing::TestRun four(4);
     CHECK(smaller_picture(textured, 21, one) == smaller_picture(textured, 21, four));

@@ -1,6 +1,5 @@
+#include "random_tensor.h"
 #include "vgg19.h"
-
-#include <fresco/random.h>
 
 #include <ATen/ATen.h>
 #include <ATen/Parallel.h>
@@ -10,17 +9,10 @@
 
 #include <cmath>
 
+using fresco::testing::random_tensor;
+
 namespace
 {
-
-torch::Tensor numbers(std::vector<std::int64_t> shape, double scale, std::uint64_t seed)
-{
-    fresco::Random random(seed);
-    auto values = at::empty(shape, at::kFloat);
-    for (std::int64_t i = 0; i < values.numel(); ++i)
-        values.data_ptr<float>()[i] = static_cast<float>(scale * (random.uniform() - 0.5));
-    return values;
-}
 
 /// conv1_1 .. conv3_1 in VGG's shapes.
 std::vector<vgg19::Convolution> layers()
@@ -36,14 +28,15 @@ std::vector<vgg19::Convolution> layers()
     for (const auto& [name, outputs, inputs, pooled] :
          {Shape{"relu1_1", 64, 3, false}, Shape{"relu1_2", 64, 64, false}, Shape{"relu2_1", 128, 64, true},
           Shape{"relu2_2", 128, 128, false}, Shape{"relu3_1", 256, 128, true}})
-        result.push_back({name, numbers({outputs, inputs, 3, 3}, 2 / std::sqrt(static_cast<double>(inputs)), result.size()),
-                          numbers({outputs}, 0.2, 10 + result.size()), pooled});
+        result.push_back({name,
+                          random_tensor({outputs, inputs, 3, 3}, result.size()) * (2 / std::sqrt(static_cast<double>(inputs))),
+                          random_tensor({outputs}, 10 + result.size()) * 0.2, pooled});
     return result;
 }
 
 torch::Tensor picture(std::int64_t height, std::int64_t width)
 {
-    return numbers({3, height, width}, 1, 77) + 0.5;
+    return random_tensor({3, height, width}, 77) + 0.5;
 }
 
 /// A sum that weighs every response otherwise, and its gradient.
@@ -51,7 +44,7 @@ torch::Tensor gradient_of(const std::vector<torch::Tensor>& maps, const torch::T
 {
     auto sum = at::zeros({}, maps[0].options());
     for (std::size_t i = 0; i < maps.size(); ++i)
-        sum = sum + (maps[i] * numbers(maps[i].sizes().vec(), 1, 100 + i).to(maps[i].options())).sum();
+        sum = sum + (maps[i] * random_tensor(maps[i].sizes(), 100 + i).to(maps[i].options())).sum();
     return torch::autograd::grad({sum}, {picture})[0];
 }
 

@@ -2,6 +2,8 @@
 #include "opened_blocks.h"
 #include "room.h"
 
+#include <fresco/testing.h>
+
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -55,13 +57,6 @@ fuse::Volume opened(const std::vector<fuse::DepthView>& views)
         fuse::unite(places, fuse::OpenedBlocks{voxel_m, truncation_m, 100'000}.near(view));
     return {voxel_m, places};
 }
-
-struct Threads final : Progress
-{
-    explicit Threads(int c) : count(c) {}
-    int threads() const override { return count; }
-    int count;
-};
 
 Vec3d voxel_position(const fuse::BlockPlace& place, std::size_t index)
 {
@@ -190,7 +185,7 @@ TEST_CASE("a slow and plain integration finds the same distances")
 {
     const auto seen = views();
     fuse::Volume volume = opened(seen);
-    fuse::integrate(seen, truncation_m, Threads(2), volume);
+    fuse::integrate(seen, truncation_m, testing::TestRun(2), volume);
     std::vector<SlowView> slow;
     for (const double angle : {0.0, 0.3, 1.1, 2.0, 3.3, 4.4})
         slow.emplace_back(recorded(angle), 1.6);
@@ -218,12 +213,12 @@ TEST_CASE("any number of threads, and frames in any portions, give the same byte
 {
     const auto seen = views();
     fuse::Volume together = opened(seen);
-    fuse::integrate(seen, truncation_m, Threads(1), together);
+    fuse::integrate(seen, truncation_m, testing::TestRun(1), together);
     for (const int threads : {2, 5})
     {
         fuse::Volume parted = opened(seen);
-        fuse::integrate(std::span(seen).first(2), truncation_m, Threads(threads), parted);
-        fuse::integrate(std::span(seen).subspan(2), truncation_m, Threads(threads), parted);
+        fuse::integrate(std::span(seen).first(2), truncation_m, testing::TestRun(threads), parted);
+        fuse::integrate(std::span(seen).subspan(2), truncation_m, testing::TestRun(threads), parted);
         REQUIRE(parted.places() == together.places());
         std::size_t differing = 0;
         for (std::size_t i = 0; i < parted.places().size(); ++i)

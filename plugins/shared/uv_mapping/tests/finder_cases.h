@@ -4,6 +4,7 @@
 #include "view_cases.h"
 
 #include <fresco/error.h>
+#include <fresco/testing.h>
 #include <fresco/uv_mapping/uv_mapper.h>
 
 #include <catch2/catch.hpp>
@@ -36,13 +37,6 @@ std::int64_t sum(const PixelCounts& counts)
 {
     return counts.valid + counts.back_face + counts.too_near + counts.crack + counts.nothing;
 }
-
-struct Threads final : Progress
-{
-    explicit Threads(int n) : n_(n) {}
-    int threads() const override { return n_; }
-    int n_;
-};
 
 /// Equal to the plain map but for `other` pixels at most, whose rays pass an edge within rounding.
 void check_against_plain(const Mesh& mesh, const Camera& camera, int height_px, int other)
@@ -337,9 +331,9 @@ TEST_CASE("maps are equal for any number of threads and in any company")
     const std::vector<int> heights{40, 150, 333};
     UvMapper one(mesh, make_finder(mesh));
     UvMapper many(mesh, make_finder(mesh));
-    many.make(straight(64, 64, 20), std::vector<int>{333, 40}, Threads(3));  // leaves its memory to the next
-    const auto& a = one.make(camera, heights, Threads(1));
-    const auto& b = many.make(camera, heights, Threads(5));
+    many.make(straight(64, 64, 20), std::vector<int>{333, 40}, testing::TestRun(3));  // leaves its memory to the next
+    const auto& a = one.make(camera, heights, testing::TestRun(1));
+    const auto& b = many.make(camera, heights, testing::TestRun(5));
     for (std::size_t i = 0; i < heights.size(); ++i)
     {
         const auto alone = one_map(mesh, camera, heights[i]);

@@ -2,6 +2,7 @@
 #include "shapes.h"
 
 #include <fresco/geometry/map_charts.h>
+#include <fresco/testing.h>
 
 #include <catch2/catch.hpp>
 
@@ -16,13 +17,6 @@ using namespace fresco::geometry;
 
 namespace
 {
-
-struct Threads : fresco::Progress
-{
-    int count = 1;
-    explicit Threads(int threads) : count(threads) {}
-    int threads() const override { return count; }
-};
 
 /// One chart, seen from above.
 FlatCharts one_chart(const Mesh& mesh)
@@ -60,7 +54,7 @@ TEST_CASE("a map takes the place of the projection, at the surface's scale")
     const auto mesh = shapes::bent_sheet(12);
     const Surface surface(mesh);
     auto flat = one_chart(mesh);
-    Threads progress(2);
+    fresco::testing::TestRun progress(2);
     const auto counts = map_charts(surface, flat, unroll, 1e-6, progress);
     CHECK(counts.mapped_charts == 1);
     CHECK(counts.projected_charts == 0);
@@ -79,7 +73,7 @@ TEST_CASE("a folded vertex of a map is mended")
     const auto mesh = shapes::bent_sheet(12);
     const Surface surface(mesh);
     auto flat = one_chart(mesh);
-    Threads progress(1);
+    fresco::testing::TestRun progress(1);
     const auto counts = map_charts(
         surface, flat,
         [](const Disk& disk, const auto& projected)
@@ -101,7 +95,7 @@ TEST_CASE("a chart that a map cannot lay as a whole is halved until it can")
     const auto mesh = shapes::bent_sheet(16);  // 512 faces
     const Surface surface(mesh);
     auto flat = one_chart(mesh);
-    Threads progress(1);
+    fresco::testing::TestRun progress(1);
     const auto limited = [](const Disk& disk, const auto& projected) -> std::optional<std::vector<Vec2d>>
     {
         if (disk.triangles.size() > 300)
@@ -116,7 +110,7 @@ TEST_CASE("a chart that a map cannot lay as a whole is halved until it can")
     CHECK(overlap_free(flat));
 
     auto again = one_chart(mesh);
-    Threads two(2);
+    fresco::testing::TestRun two(2);
     map_charts(surface, again, limited, 1e-6, two);
     CHECK(again.corners == flat.corners);
     CHECK(again.chart_of_face == flat.chart_of_face);
@@ -139,7 +133,7 @@ TEST_CASE("a map that comes back over itself is cut where it does")
         }
     const Surface surface(mesh);
     auto flat = one_chart(mesh);
-    Threads progress(2);
+    fresco::testing::TestRun progress(2);
     const auto counts = map_charts(
         surface, flat,
         [](const Disk& disk, const auto&)
@@ -160,7 +154,7 @@ TEST_CASE("a map that is of no use leaves the projection as it was")
     const auto mesh = shapes::bent_sheet(16);
     const Surface surface(mesh);
     const auto before = one_chart(mesh);
-    Threads progress(1);
+    fresco::testing::TestRun progress(1);
     const auto nowhere = [](double value) {
         return [value](const Disk& disk, const auto&) {
             return std::optional(std::vector<Vec2d>(disk.points.size(), {value, 0}));

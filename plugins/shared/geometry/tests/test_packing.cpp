@@ -4,6 +4,7 @@
 #include <fresco/error.h>
 #include <fresco/geometry/atlas.h>
 #include <fresco/geometry/bitmap.h>
+#include <fresco/random.h>
 
 #include <catch2/catch.hpp>
 
@@ -50,12 +51,6 @@ std::optional<Cell> find_slowly(const std::vector<std::pair<Bitmap, Cell>>& plac
     return std::nullopt;
 }
 
-std::uint32_t next_random(std::uint32_t& state)
-{
-    state = state * 1664525u + 1013904223u;
-    return state >> 16;
-}
-
 }  // namespace
 
 TEST_CASE("turning a bitmap")
@@ -81,12 +76,12 @@ TEST_CASE("turning a bitmap")
 
 TEST_CASE("a triangle covers every cell it touches and no other")
 {
-    std::uint32_t random = 5;
+    fresco::Random random(5);
     for (int round = 0; round < 200; ++round)
     {
         Vec2d t[3];
         for (auto& p : t)
-            p = {1 + next_random(random) % 8000 / 1000.0, 1 + next_random(random) % 8000 / 1000.0};
+            p = {1 + static_cast<double>(random.below(8000)) / 1000, 1 + static_cast<double>(random.below(8000)) / 1000};
         Bitmap map(12, 12);
         map.cover(t);
         for (int y = 0; y < 12; ++y)
@@ -97,7 +92,8 @@ TEST_CASE("a triangle covers every cell it touches and no other")
 
 TEST_CASE("the bin finds the place that trying every place finds")
 {
-    std::uint32_t random = 11;
+    fresco::Random random(11);
+    const auto below = [&](int count) { return static_cast<int>(random.below(count)); };
     for (const int size : {40, 64, 100})
         for (const int gap : {0, 2})
         {
@@ -105,12 +101,12 @@ TEST_CASE("the bin finds the place that trying every place finds")
             std::vector<std::pair<Bitmap, Cell>> placed;
             for (int n = 0; n < 25; ++n)
             {
-                Bitmap shape(1 + static_cast<int>(next_random(random) % 20), 1 + static_cast<int>(next_random(random) % 20));
+                Bitmap shape(1 + below(20), 1 + below(20));
                 for (int y = 0; y < shape.height(); ++y)
                     for (int piece = 0; piece < 3; ++piece)
                     {
-                        const int x = static_cast<int>(next_random(random) % 20);
-                        shape.set(y, x, x + 1 + static_cast<int>(next_random(random) % 9));
+                        const int x = below(20);
+                        shape.set(y, x, x + 1 + below(9));
                     }
                 const auto fast = bin.find(shape, 0, size);
                 CHECK(fast == find_slowly(placed, size, gap, 1, shape));
@@ -154,17 +150,23 @@ TEST_CASE("equal squares fill the texture, keep their gutter and one scale")
     }
     flat.count = 16;
     fresco::Progress progress;
-    const auto packing = pack_charts(flat, {.size_px = 256, .gutter_px = 4}, progress);
-    // Four a side: 4 s + 3 * 4 + 2 * 2 <= 256 texels, less what touching texels costs.
-    CHECK(packing.texels_per_m <= 60);
-    CHECK(packing.texels_per_m > 58);
-    CHECK(packing.used_share == Approx(16 * packing.texels_per_m * packing.texels_per_m / 65536));
-    mesh.texcoords = packing.texcoords;
-    mesh.charts = flat.chart_of_face;
-    CHECK(check_atlas(mesh, 256, 4).none());
-    for (std::size_t f = 0; f < 32; ++f)
-        CHECK(std::abs(texcoord_area(mesh, f)) * 65536 ==
-              Approx(0.5 * packing.texels_per_m * packing.texels_per_m).epsilon(1e-4));
+    // Cells of one texel, and of two.
+    for (const auto& [size_px, gutter_px, cell_px] : {std::tuple{256, 4, 1}, {1100, 3, 2}})
+    {
+        const auto packing = pack_charts(flat, {.size_px = size_px, .gutter_px = gutter_px}, progress);
+        // Four a side: 4 s + 3 * 4 + 2 * 2 <= size, less what touching cells costs.
+        const double most = (size_px - 16) / 4.0;
+        CHECK(packing.texels_per_m <= most);
+        CHECK(packing.texels_per_m > most - 2 * cell_px);
+        const double square = packing.texels_per_m * packing.texels_per_m;
+        const double texels = double(size_px) * size_px;
+        CHECK(packing.used_share == Approx(16 * square / texels));
+        mesh.texcoords = packing.texcoords;
+        mesh.charts = flat.chart_of_face;
+        CHECK(check_atlas(mesh, size_px, gutter_px).none());
+        for (std::size_t f = 0; f < 32; ++f)
+            CHECK(std::abs(texcoord_area(mesh, f)) * texels == Approx(0.5 * square).epsilon(1e-4));
+    }
 }
 
 TEST_CASE("more charts than texels is an error that says so; charts without area are placed")

@@ -12,14 +12,13 @@ namespace
 
 Verdict verdict(std::size_t question, std::string preferred)
 {
-    Verdict result{.question = question,
-                   .first = "ours",
-                   .second = "theirs",
-                   .participants = 2,
-                   .answers = 4,
-                   .preferred = std::move(preferred)};
-    result.shares = {Share{3, 0.75, {0.5, 0.9}}, Share{1, 0.25, {0.1, 0.4}}, Share{0, 0, {0, 0.3}}};
-    return result;
+    return {.question = question,
+            .first = "ours",
+            .second = "theirs",
+            .participants = 2,
+            .answers = 4,
+            .shares = {Share{3, 0.75, {0.5, 0.9}}, Share{1, 0.25, {0.1, 0.4}}, Share{0, 0, {0, 0.3}}},
+            .preferred = std::move(preferred)};
 }
 
 }  // namespace

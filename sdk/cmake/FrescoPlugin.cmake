@@ -130,7 +130,8 @@ function(fresco_add_artifact NAME)
     install(TARGETS ${NAME} LIBRARY DESTINATION lib)
 endfunction()
 
-# fresco_add_test(NAME SOURCES file… [LINK target…]): a Catch2 executable with its main, run by ctest.
+# fresco_add_test(NAME SOURCES file… [LINK target…]): a Catch2 executable with its main, run by ctest. If its sources include headers of
+# libtorch, it links fresco::sdk_torch by name: otherwise libtorch's CHECK takes the place of Catch2's.
 function(fresco_add_test NAME)
     cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
     add_executable(${NAME} ${ARG_SOURCES})

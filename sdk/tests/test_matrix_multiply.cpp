@@ -1,8 +1,8 @@
 #include "../src/matrix_kernel.h"
+#include "random_numbers.h"
 
 #include <fresco/matrix_multiply.h>
 #include <fresco/processor.h>
-#include <fresco/random.h>
 
 #include <catch2/catch.hpp>
 
@@ -10,17 +10,10 @@
 #include <stdexcept>
 #include <vector>
 
+using fresco::testing::random_numbers;
+
 namespace
 {
-
-std::vector<float> numbers(std::size_t count, std::uint64_t seed)
-{
-    fresco::Random random(seed);
-    std::vector<float> values(count);
-    for (auto& value : values)
-        value = static_cast<float>(random.uniform() - 0.5);
-    return values;
-}
 
 double at(const fresco::MatrixView& m, std::size_t row, std::size_t column)
 {
@@ -56,8 +49,8 @@ TEST_CASE("A product of matrices is the triple loop's, for every order in memory
             for (const bool b_turned : {false, true})
             {
                 CAPTURE(m, k, n, a_turned, b_turned);
-                const auto a_values = numbers(m * k, 1);
-                const auto b_values = numbers(k * n, 2);
+                const auto a_values = random_numbers(m * k, 1);
+                const auto b_values = random_numbers(k * n, 2);
                 const auto wide = [](std::size_t i) { return static_cast<std::ptrdiff_t>(i); };
                 const fresco::MatrixView a{a_values.data(), m, k, a_turned ? 1 : wide(k), a_turned ? wide(m) : 1};
                 const fresco::MatrixView b{b_values.data(), k, n, b_turned ? 1 : wide(n), b_turned ? wide(k) : 1};
@@ -89,8 +82,8 @@ TEST_CASE("Every processor's kernel adds the sum of its products")
     for (const auto* kernel : kernels)
     {
         constexpr std::size_t inner = 5;
-        const auto a = numbers(inner * kernel->rows, 3);
-        const auto b = numbers(inner * kernel->columns, 4);
+        const auto a = random_numbers(inner * kernel->rows, 3);
+        const auto b = random_numbers(inner * kernel->columns, 4);
         const std::size_t stride = kernel->columns + 3;
         std::vector<float> c(kernel->rows * stride, 1.0F);
         std::vector<const float*> rows;

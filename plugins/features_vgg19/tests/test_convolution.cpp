@@ -1,9 +1,9 @@
 #include "convolution.h"
 #include "maps.h"
+#include "random_numbers.h"
 
 #include <fresco/parallel.h>
 #include <fresco/processor.h>
-#include <fresco/random.h>
 
 #include <catch2/catch.hpp>
 
@@ -14,6 +14,7 @@
 #include <vector>
 
 using namespace vgg19;
+using fresco::testing::random_numbers;
 
 namespace
 {
@@ -21,15 +22,6 @@ namespace
 Parallel on_threads(int threads)
 {
     return [threads](std::size_t count, const auto& work) { fresco::parallel_for(count, 1, threads, work); };
-}
-
-std::vector<float> numbers(std::size_t count, std::uint64_t seed)
-{
-    fresco::Random random(seed);
-    std::vector<float> values(count);
-    for (auto& value : values)
-        value = static_cast<float>(random.uniform() - 0.5);
-    return values;
 }
 
 std::vector<const winograd::Kernel*> kernels_here()
@@ -105,9 +97,9 @@ TEST_CASE("Every kernel's convolution is the sum over the window, rectified, for
             {
                 INFO(kernel->name << ", " << height << " x " << width << ", " << inputs << " -> " << outputs);
                 const MapsShape shape{height, width, (inputs + 15) / 16 * 16};
-                const auto in = numbers(shape.size(), 1);
-                const auto weights = numbers(static_cast<std::size_t>(9 * inputs * outputs), 2);
-                const auto bias = numbers(static_cast<std::size_t>(outputs), 3);
+                const auto in = random_numbers(shape.size(), 1);
+                const auto weights = random_numbers(static_cast<std::size_t>(9 * inputs * outputs), 2);
+                const auto bias = random_numbers(static_cast<std::size_t>(outputs), 3);
                 auto expected = summed(in, shape, weights, outputs, inputs, border, 0);
                 for (std::size_t i = 0; i < expected.size(); ++i)
                     expected[i] = std::max(0.0, expected[i] + static_cast<double>(bias[i % bias.size()]));
@@ -132,10 +124,10 @@ TEST_CASE("The way back is the transpose of the convolution, with and without a 
     {
         // <conv(a), b> = <a, back(b)>: conv over `a` with zeros round it, read where b is.
         const MapsShape a_shape{6, 9, inputs};
-        const auto weights = numbers(9 * inputs * outputs, 5);
+        const auto weights = random_numbers(9 * inputs * outputs, 5);
         const auto b_shape = MapsShape{a_shape.height - 2 * beyond, a_shape.width - 2 * beyond, outputs};
-        const auto a = numbers(a_shape.size(), 6);
-        const auto b = numbers(b_shape.size(), 7);
+        const auto a = random_numbers(a_shape.size(), 6);
+        const auto b = random_numbers(b_shape.size(), 7);
         const auto all = summed(a, a_shape, weights, outputs, inputs, Border::zero, 0);
         double forward = 0;
         for (int y = 0; y < b_shape.height; ++y)
@@ -173,8 +165,8 @@ TEST_CASE("Every kernel's way back with the filters of the way there is the sum 
             {
                 INFO(kernel->name << ", " << height << " x " << width << ", " << inputs << " -> " << outputs);
                 const MapsShape shape{height, width, outputs};
-                const auto gradient = numbers(shape.size(), 11);
-                const auto weights = numbers(static_cast<std::size_t>(9 * inputs * outputs), 12);
+                const auto gradient = random_numbers(shape.size(), 11);
+                const auto weights = random_numbers(static_cast<std::size_t>(9 * inputs * outputs), 12);
                 const int filled_up = (inputs + 15) / 16 * 16;
                 std::vector<float> swapped(static_cast<std::size_t>(9 * filled_up * outputs));
                 for (int k = 0; k < outputs; ++k)
@@ -197,8 +189,8 @@ TEST_CASE("The way back is the same bytes with filters of its own and with those
     for (const auto& [inputs, outputs] : {std::pair{48, 80}, std::pair{256, 272}})
     {
         const MapsShape shape{5, 6, outputs};
-        const auto weights = numbers(static_cast<std::size_t>(9 * inputs * outputs), 13);
-        const auto gradient = numbers(shape.size(), 14);
+        const auto weights = random_numbers(static_cast<std::size_t>(9 * inputs * outputs), 13);
+        const auto gradient = random_numbers(shape.size(), 14);
         const Convolution3x3 convolution(weights, outputs, inputs);
         std::vector<float> chosen(shape.pixels() * static_cast<std::size_t>(inputs));
         auto turned = chosen;
@@ -211,8 +203,8 @@ TEST_CASE("The way back is the same bytes with filters of its own and with those
 TEST_CASE("The number of threads does not change a byte")
 {
     const MapsShape shape{61, 47, 32};
-    const auto in = numbers(shape.size(), 8);
-    const auto weights = numbers(9 * 32 * 64, 9);
+    const auto in = random_numbers(shape.size(), 8);
+    const auto weights = random_numbers(9 * 32 * 64, 9);
     const std::vector<float> bias(64);
     const Convolution3x3 convolution(weights, 64, 32);
     std::vector<float> one(shape.pixels() * 64);
@@ -230,7 +222,7 @@ TEST_CASE("The number of threads does not change a byte")
 TEST_CASE("Planes become maps")
 {
     const MapsShape shape{7, 11, 16};
-    const auto planes = numbers(shape.size(), 10);
+    const auto planes = random_numbers(shape.size(), 10);
     std::vector<float> maps(shape.size());
     from_planes(planes.data(), shape, maps.data(), on_threads(2));
     bool equal = true;

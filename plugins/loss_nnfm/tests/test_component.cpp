@@ -1,8 +1,8 @@
 #include "nearest.h"
+#include "random_tensor.h"
 #include "samples.h"
 
 #include <fresco/progress.h>
-#include <fresco/random.h>
 #include <fresco/torch/testing.h>
 
 #include <ATen/ATen.h>
@@ -14,22 +14,14 @@
 #include <cmath>
 #include <limits>
 
+using fresco::testing::random_tensor;
+
 namespace
 {
 
-/// In [-0.5, 0.5).
-torch::Tensor numbers(std::int64_t rows, std::int64_t columns, std::uint64_t seed)
-{
-    fresco::Random random(seed);
-    auto values = at::empty({rows, columns}, at::kDouble);
-    for (std::int64_t i = 0; i < values.numel(); ++i)
-        values.data_ptr<double>()[i] = random.uniform() - 0.5;
-    return values;
-}
-
 torch::Tensor picture(std::int64_t height, std::int64_t width, std::uint64_t seed)
 {
-    return (numbers(3, height * width, seed) + 0.5).reshape({3, height, width});
+    return random_tensor({3, height, width}, seed, at::kDouble) + 0.5;
 }
 
 /// Zhang et al., equation 2, one pair at a time in double precision: `features` C x N, `style` C x M.
@@ -92,8 +84,8 @@ TEST_CASE("the nearest by angle, by hand")
 
 TEST_CASE("the distance agrees with one computed pair by pair")
 {
-    const auto features = numbers(5, 60, 3);
-    const auto style = numbers(5, 33, 4);
+    const auto features = random_tensor({5, 60}, 3, at::kDouble);
+    const auto style = random_tensor({5, 33}, 4, at::kDouble);
     const double expected = slow_distance(features, style);
     CHECK(nnfm::distance(features, style_rows(style)).item<double>() == Approx(expected).epsilon(1e-12));
     CHECK(nnfm::distance(features.to(at::kFloat), style_rows(style.to(at::kFloat))).item<double>() ==
@@ -102,8 +94,8 @@ TEST_CASE("the distance agrees with one computed pair by pair")
 
 TEST_CASE("blocks of the search change nothing, and every feature of the style finds itself")
 {
-    const auto style = style_rows(numbers(8, 9000, 5).to(at::kFloat));  // three blocks
-    const auto own = at::arange(3, 9000, 13, at::kLong);                // two blocks
+    const auto style = style_rows(random_tensor({8, 9000}, 5));  // three blocks
+    const auto own = at::arange(3, 9000, 13, at::kLong);         // two blocks
     CHECK(at::equal(nnfm::most_similar(style.index_select(0, own), style), own));
 }
 
@@ -201,8 +193,8 @@ TEST_CASE("loss.nnfm compares sizes with their pixels and skips what is not seen
 TEST_CASE("value and gradient are the same bytes for any thread count")
 {
     const int before = at::get_num_threads();
-    const auto features = numbers(32, 3000, 10).to(at::kFloat);
-    const auto style = style_rows(numbers(32, 1000, 11).to(at::kFloat));
+    const auto features = random_tensor({32, 3000}, 10);
+    const auto style = style_rows(random_tensor({32, 1000}, 11));
     const auto run = [&](int threads)
     {
         at::set_num_threads(threads);

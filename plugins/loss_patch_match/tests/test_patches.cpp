@@ -1,4 +1,5 @@
 #include "patches.h"
+#include "random_tensor.h"
 #include "robust_distance.h"
 #include "style_patches.h"
 
@@ -9,18 +10,11 @@
 
 #include <cmath>
 
+using fresco::testing::random_tensor;
 namespace pm = patch_match;
 
 namespace
 {
-
-torch::Tensor numbers(std::vector<std::int64_t> shape)
-{
-    auto values = at::empty(shape, at::kFloat);
-    for (std::int64_t i = 0; i < values.numel(); ++i)
-        values.data_ptr<float>()[i] = static_cast<float>(std::fmod(0.6180339887 * static_cast<double>(i % 9973 * 17 + i), 1.0));
-    return values;
-}
 
 }  // namespace
 
@@ -38,7 +32,7 @@ TEST_CASE("A grid holds the patches that fit")
 
 TEST_CASE("Patches are rows in the order channel, y, x")
 {
-    const auto picture = numbers({3, 9, 12});
+    const auto picture = random_tensor({3, 9, 12}, 1) + 0.5;
     const pm::PatchGrid grid{12, 9, 2};
     const auto rows = pm::extract_patches(picture, grid);
     CHECK(rows.sizes() == at::IntArrayRef({8, 147}));
@@ -69,7 +63,7 @@ TEST_CASE("Halving takes means, and masks only whole cells")
 
 TEST_CASE("Style patches: every pixel's, or a coarser grid's, with principal directions")
 {
-    const auto picture = numbers({3, 20, 24});
+    const auto picture = random_tensor({3, 20, 24}, 1) + 0.5;
     const auto all = pm::make_style_patches(picture, 1000, 147);
     CHECK(all.patches.size(0) == 14 * 18);
     CHECK(pm::make_style_patches(picture, 100, 4).patches.size(0) == 8 * 10);
@@ -85,8 +79,8 @@ TEST_CASE("Style patches: every pixel's, or a coarser grid's, with principal dir
 
 TEST_CASE("The robust distance agrees with the formula and with finite differences")
 {
-    const auto picture = numbers({3, 9, 9}).to(at::kDouble);
-    const auto style = numbers({5, 147});
+    const auto picture = random_tensor({3, 9, 9}, 1, at::kDouble) + 0.5;
+    const auto style = random_tensor({5, 147}, 2) + 0.5;
     const pm::PatchGrid grid{9, 9, 2};
     REQUIRE(grid.count() == 4);
     const auto nearest = at::tensor({3, -1, 0, 4}, at::kInt);
@@ -118,8 +112,8 @@ TEST_CASE("The robust distance agrees with the formula and with finite differenc
 
 TEST_CASE("Many rows of patches have the derivative that libtorch finds, whatever the number of threads")
 {
-    const auto picture = numbers({3, 41, 33});
-    const auto style = numbers({5, 147}) * 0.5;
+    const auto picture = random_tensor({3, 41, 33}, 1) + 0.5;
+    const auto style = (random_tensor({5, 147}, 2) + 0.5) * 0.5;
     const pm::PatchGrid grid{33, 41, 2};
     auto nearest = at::arange(0, grid.count(), at::kInt).remainder(6) - 1;
     nearest = nearest.to(at::kInt).contiguous();
@@ -147,7 +141,7 @@ TEST_CASE("Many rows of patches have the derivative that libtorch finds, whateve
 
 TEST_CASE("A patch that equals its style patch has a finite gradient; none taking part has no value")
 {
-    const auto picture = numbers({3, 7, 7});
+    const auto picture = random_tensor({3, 7, 7}, 1) + 0.5;
     const pm::PatchGrid grid{7, 7, 1};
     auto variable = picture.clone().requires_grad_();
     const auto value = pm::robust_distance(variable, grid, at::zeros({1}, at::kInt), picture.reshape({1, 147}), 1, 0.8, 1);

@@ -1,3 +1,4 @@
+#include "random_tensor.h"
 #include "search.h"
 
 #include <fresco/error.h>
@@ -12,18 +13,11 @@
 #include <limits>
 #include <vector>
 
+using fresco::testing::random_tensor;
 namespace pm = patch_match;
 
 namespace
 {
-
-torch::Tensor numbers(std::int64_t rows, std::int64_t columns, double seed)
-{
-    auto values = at::empty({rows, columns}, at::kFloat);
-    for (std::int64_t i = 0; i < values.numel(); ++i)
-        values.data_ptr<float>()[i] = static_cast<float>(std::fmod(seed * static_cast<double>(i % 9973 * 17 + i), 1.0));
-    return values;
-}
 
 double squares(const torch::Tensor& a, const torch::Tensor& b)
 {
@@ -59,9 +53,9 @@ std::vector<std::vector<double>> divided_distances(const pm::SearchInput& input)
 
 TEST_CASE("The search agrees with every distance computed one at a time")
 {
-    const pm::SearchInput input{.patches = numbers(40, 6, 0.618),
-                                .guide = numbers(40, 6, 0.754),
-                                .style = numbers(60, 6, 0.569),
+    const pm::SearchInput input{.patches = random_tensor({40, 6}, 1) + 0.5,
+                                .guide = random_tensor({40, 6}, 2) + 0.5,
+                                .style = random_tensor({60, 6}, 3) + 0.5,
                                 .guide_weight = 0.2,
                                 .tolerance = 0.05};
     const auto expected = divided_distances(input);
@@ -97,7 +91,7 @@ TEST_CASE("The guide pulls an undecided patch")
 
 TEST_CASE("Blocks and threads change no result, and a style patch finds itself")
 {
-    const auto style = numbers(5000, 8, 0.618);  // more than one block of style patches
+    const auto style = random_tensor({5000, 8}, 1) + 0.5;  // more than one block of style patches
     const auto own = at::arange(0, 5000, 16, at::kLong);
     const pm::SearchInput input{.patches = style.index_select(0, own),  // more than one block of queries
                                 .guide = style.index_select(0, own),
@@ -115,7 +109,7 @@ TEST_CASE("A search can be stopped")
 {
     fresco::testing::TestRun run;
     run.cancel_after(1);
-    const auto keys = numbers(10, 2, 0.618);
+    const auto keys = random_tensor({10, 2}, 1) + 0.5;
     CHECK_THROWS_AS(pm::nearest_patches({.patches = keys, .guide = keys, .style = keys, .guide_weight = 0, .tolerance = 1}, run),
                     fresco::Canceled);
 }

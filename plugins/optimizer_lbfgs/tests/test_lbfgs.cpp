@@ -1,6 +1,5 @@
 #include "lbfgs.h"
-
-#include <fresco/random.h>
+#include "random_numbers.h"
 
 #include <catch2/catch.hpp>
 
@@ -10,18 +9,10 @@
 
 using namespace fresco;
 using namespace fresco::lbfgs;
+using fresco::testing::random_numbers;
 
 namespace
 {
-
-Vector numbers(std::size_t count, std::uint64_t seed)
-{
-    Random random(seed);
-    Vector result(count);
-    for (float& value : result)
-        value = static_cast<float>(random.uniform() - 0.5);
-    return result;
-}
 
 /// A function of one number, counting its calls.
 class Curve final : public Line
@@ -86,13 +77,13 @@ TEST_CASE("the direction is that of the dense BFGS matrix in double precision")
     std::deque<Pair> pairs;
     for (std::uint64_t i = 0; i < 4; ++i)
     {
-        Pair pair{numbers(n, 2 * i), numbers(n, 2 * i + 1)};
+        Pair pair{random_numbers(n, 2 * i), random_numbers(n, 2 * i + 1)};
         if (dot(pair.change, pair.difference, 1) < 0)
             for (float& value : pair.difference)
                 value = -value;
         pairs.push_back(std::move(pair));
     }
-    const auto gradient = numbers(n, 99);
+    const auto gradient = random_numbers(n, 99);
     // H <- (I - s yᵀ / ys) H (I - y sᵀ / ys) + s sᵀ / ys, from γ I.
     const auto& newest = pairs.back();
     const double gamma = dot(newest.change, newest.difference, 1) / dot(newest.difference, newest.difference, 1);
@@ -280,13 +271,13 @@ TEST_CASE("sums and directions are the same for any number of threads")
     const std::size_t n = 300'000;
     for (std::uint64_t i = 0; i < 3; ++i)
     {
-        const auto change = numbers(n, i);
+        const auto change = random_numbers(n, i);
         auto difference = change;
         for (std::size_t k = 0; k < n; ++k)
             difference[k] = difference[k] * static_cast<float>(1 + k % 7) + 0.01F;
         pairs.push_back({change, difference});
     }
-    const auto gradient = numbers(n, 9);
+    const auto gradient = random_numbers(n, 9);
     CHECK(dot(gradient, pairs[0].change, 1) == dot(gradient, pairs[0].change, 3));
     CHECK((direction(pairs, gradient, 1) == direction(pairs, gradient, 3)));
     CHECK(memory_bytes(1000, 10) == 4.0 * 1000 * 28);

@@ -125,17 +125,12 @@ TEST_CASE("lamps of the published viewers, on walls that face them, stand askew 
 
 TEST_CASE("pictures are equal for any number of threads")
 {
-    struct Threads final : Progress
-    {
-        explicit Threads(int n) : n_(n) {}
-        int threads() const override { return n_; }
-        int n_;
-    };
     TexturedMesh textured = wall(64);
     for (std::size_t i = 0; i < textured.image.pixels.values.size(); ++i)
         textured.image.pixels.values[i] = static_cast<std::uint8_t>(i * 7919);
     const raycast::ViewRenderer renderer(textured, {.samples_per_side = 2, .mip_maps = true});
-    CHECK(renderer.render(straight(50, 33, 20), Threads(1)) == renderer.render(straight(50, 33, 20), Threads(4)));
+    CHECK(renderer.render(straight(50, 33, 20), testing::TestRun(1)) ==
+          renderer.render(straight(50, 33, 20), testing::TestRun(4)));
 }
 
 namespace

@@ -7,6 +7,7 @@
 #include "surface_net.h"
 
 #include <fresco/error.h>
+#include <fresco/testing.h>
 
 #include <catch2/catch.hpp>
 
@@ -23,13 +24,6 @@ using room::Vec3f;
 
 namespace
 {
-
-struct Threads final : fresco::Progress
-{
-    explicit Threads(int n) : count(n) {}
-    int threads() const override { return count; }
-    int count;
-};
 
 Solid solid(Shape shape, Vec3f center, Vec3f size)
 {
@@ -146,7 +140,7 @@ TEST_CASE("the tree of boxes finds what asking every solid finds", "[room]")
 TEST_CASE("the surface of a box in a box has the area it must have, and no border", "[room]")
 {
     const auto scene = tiny_scene();
-    Threads one(1);
+    fresco::testing::TestRun one(1);
     const auto net = room::surface_net(scene, 0.05f, one);
     double area = 0, volume = 0;
     std::vector<std::array<std::uint32_t, 2>> edges;
@@ -175,7 +169,7 @@ TEST_CASE("a grid that is too fine is refused", "[room]")
 {
     auto scene = tiny_scene();
     scene.size = {100, 100, 100};
-    Threads one(1);
+    fresco::testing::TestRun one(1);
     CHECK_THROWS_WITH(room::surface_net(scene, 0.01f, one), Catch::Contains("edge_m") && Catch::Contains("60 million"));
 }
 
@@ -187,7 +181,7 @@ TEST_CASE("light falls off under things and does not depend on threads", "[room]
     lamp.materials.fill(1);
     scene.solids.push_back(lamp);
     const room::Caster caster(scene);
-    Threads one(1), two(2);
+    fresco::testing::TestRun one(1), two(2);
     const room::LightMap light(caster, one), again(caster, two);
     // On the floor: below the box, and in the open.
     const auto shadow = light.at(0, 4, {1, 1}), open = light.at(0, 4, {1, 0.3f});

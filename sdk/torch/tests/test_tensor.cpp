@@ -1,3 +1,5 @@
+#include "random_tensor.h"
+
 #include <catch2/catch.hpp>
 
 #include <fresco/torch/features.h>
@@ -20,23 +22,10 @@
 #include <limits>
 
 using namespace fresco;
+using fresco::testing::random_tensor;
 
 namespace
 {
-
-/// Values in [-1,1) from a fixed linear congruential sequence.
-at::Tensor numbers(std::vector<std::int64_t> shape, at::ScalarType type, std::uint64_t seed)
-{
-    auto tensor = at::empty(shape, at::kDouble);
-    double* out = tensor.data_ptr<double>();
-    std::uint64_t state = seed;
-    for (std::int64_t i = 0; i < tensor.numel(); ++i)
-    {
-        state = state * 6364136223846793005ULL + 1442695040888963407ULL;
-        out[i] = static_cast<double>(state >> 40U) / 8388608.0 - 1.0;
-    }
-    return tensor.to(type);
-}
 
 bool same_bytes(const at::Tensor& a, const at::Tensor& b)
 {
@@ -133,9 +122,9 @@ TEST_CASE("matrix_product equals the triple loop for every kind of shape")
         CAPTURE(m, k, n);
         for (const auto type : {at::kFloat, at::kDouble})
         {
-            const auto a = numbers({m, k}, type, 1);
-            const auto b = numbers({k, n}, type, 2);
-            const auto direction = numbers({m, n}, type, 3);
+            const auto a = random_tensor({m, k}, 1, type);
+            const auto b = random_tensor({k, n}, 2, type);
+            const auto direction = random_tensor({m, n}, 3, type);
             at::set_num_threads(1);
             const auto one = product_and_gradients(a, b, direction);
             const double tolerance =
@@ -159,7 +148,7 @@ TEST_CASE("matrix_product equals the triple loop for every kind of shape")
 
 TEST_CASE("matrix_product takes strided operands and empty ones and refuses the rest")
 {
-    const auto a = numbers({6, 4}, at::kFloat, 4);
+    const auto a = random_tensor({6, 4}, 4);
     CHECK(largest_difference(matrix_product(a.t(), a), slow_product(a.t(), a)) < 1e-5);
     CHECK(matrix_product(a, at::zeros({4, 0}, at::kFloat)).sizes() == at::IntArrayRef({6, 0}));
     CHECK(matrix_product(at::zeros({2, 0}, at::kFloat), at::zeros({0, 3}, at::kFloat)).abs().max().item<float>() == 0);
@@ -173,7 +162,7 @@ TEST_CASE("ordered sums are right, differentiable, and the same for any number o
     for (const std::int64_t count : {0, 1, 7, 8, 9, 16384, 16385, 1000003, 3000001})
     {
         CAPTURE(count);
-        const auto values = numbers({count}, at::kFloat, 5);
+        const auto values = random_tensor({count}, 5);
         long double expected = 0;
         for (std::int64_t i = 0; i < count; ++i)
             expected += values.data_ptr<float>()[i];
@@ -189,10 +178,10 @@ TEST_CASE("ordered sums are right, differentiable, and the same for any number o
             CHECK(same_bytes(one, ordered_sum(values)));
         }
     }
-    const auto x = numbers({3, 4, 5}, at::kDouble, 6).set_requires_grad(true);
+    const auto x = random_tensor({3, 4, 5}, 6, at::kDouble).set_requires_grad(true);
     const auto square = torch::autograd::grad({ordered_mean(x * x)}, {x})[0];
     CHECK(largest_difference(square, x.detach() * (2.0 / 60.0)) < 1e-15);
-    const auto weights = numbers({3, 5}, at::kDouble, 7);
+    const auto weights = random_tensor({3, 5}, 7, at::kDouble);
     const auto along = torch::autograd::grad({ordered_sum(ordered_sum(x, 1) * weights)}, {x})[0];
     CHECK(largest_difference(along, weights.unsqueeze(1).expand({3, 4, 5})) == 0);
 }
@@ -200,7 +189,7 @@ TEST_CASE("ordered sums are right, differentiable, and the same for any number o
 TEST_CASE("ordered sums over a dimension equal sums of slices")
 {
     const Threads restore;
-    const auto x = numbers({4, 3, 50000}, at::kFloat, 8);
+    const auto x = random_tensor({4, 3, 50000}, 8);
     const auto parts = ordered_sum(x, 2);
     REQUIRE(parts.sizes() == at::IntArrayRef({4, 3}));
     CHECK(same_bytes(parts[2][1], ordered_sum(x[2][1])));

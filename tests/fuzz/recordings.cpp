@@ -163,7 +163,7 @@ void read_matterport_cameras(Bytes bytes)
 void read_nerfstudio(Bytes bytes)
 {
     for (const auto world : {nerfstudio::World::saved, nerfstudio::World::original})
-        for (const auto& view : nerfstudio::parse_transforms(text_of(bytes), name, {world, 1, 0, {}}).views)
+        for (const auto& view : nerfstudio::parse_transforms(text_of(bytes), name, {.world = world}))
         {
             check(view.world_from_camera);
             check_lens(view.lens, view.camera);

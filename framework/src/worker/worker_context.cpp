@@ -158,7 +158,7 @@ Value WorkerContext::input_file_names() const
 void WorkerContext::record_dependencies() const
 {
     Value::List dependencies;
-    for (const auto& [path, dependency] : dependencies_)
+    for (const auto& [place, dependency] : dependencies_)
         dependencies.push_back(to_value(dependency));
     write_durable_record(
         store_.checkpoint_file(key_, ".dependencies"),
@@ -204,12 +204,12 @@ void WorkerContext::depend_on(const fs::path& path, bool folder)
         throw Error(absolute.string() + ": the name is not UTF-8 text: rename it");
     {
         const std::lock_guard lock(mutex_);
-        if (dependencies_.contains(absolute))
+        if (dependencies_.contains({absolute, folder}))
             return;
     }
     Dependency taken = take_dependency(absolute, folder);
     const std::lock_guard lock(mutex_);
-    const auto [entry, is_new] = dependencies_.emplace(absolute, std::move(taken));
+    const auto [entry, is_new] = dependencies_.emplace(std::pair(absolute, folder), std::move(taken));
     if (is_new && checkpointing_)
         record_dependencies();
 }
@@ -229,10 +229,10 @@ void WorkerContext::reads_folder(const fs::path& folder, std::string_view names)
 std::vector<Dependency> WorkerContext::settled_dependencies()
 {
     std::vector<Dependency> all;
-    for (auto& [path, dependency] : dependencies_)
+    for (auto& [place, dependency] : dependencies_)
     {
         if (compare(dependency) == Change::contents)
-            throw Error(path.string() + ": changed while the stage read it; run again");
+            throw Error(place.first.string() + ": changed while the stage read it; run again");
         all.push_back(dependency);
     }
     return all;

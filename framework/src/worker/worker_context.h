@@ -65,7 +65,8 @@ class WorkerContext final : public RunContext
     std::filesystem::file_time_type checkpoint_time_;
     double done_share_ = 0;  ///< By the last progress.
     std::vector<std::filesystem::path> input_files_;
-    std::map<std::filesystem::path, Dependency> dependencies_;
+    std::map<std::pair<std::filesystem::path, bool>, Dependency>
+        dependencies_;  ///< By path, and whether it is a pattern of names.
     Value report_{Value::Map{}};
     Value messages_{Value::List{}};
     Value metrics_{Value::Map{}};

@@ -177,6 +177,12 @@ stages:
     place.write("extra", "x");
     CHECK(run() == 1);
     CHECK(place.read("out/x.txt") == "3.000000\n");
+    // A file may be called as the pattern is written: its contents count as well.
+    place.write("scan/n-*", "1");
+    CHECK(run() == 1);
+    place.write("scan/n-*", "12");
+    CHECK(run() == 1);
+    CHECK(place.read("out/x.txt") == "5.000000\n");
 }
 
 TEST_CASE("A damaged result is named and made anew in the same run")

@@ -39,7 +39,9 @@ TEST_CASE("verdicts are listed under their questions, and answers are counted")
     study.questions = {"Sharper?", "Nicer?"};
     std::vector<AnswerSheet> sheets(2);
     sheets[0].complete = true;
-    sheets[0].answers = {{.seconds = 2}, {.seconds = 4}};
+    sheets[0].answers.resize(2);
+    sheets[0].answers[0].seconds = 2;
+    sheets[0].answers[1].seconds = 4;
     const Value told = results_value(study, sheets, {verdict(1, "ours"), verdict(1, "")});
     CHECK(told.at("participants").as_int() == 2);
     CHECK(told.at("complete").as_int() == 1);

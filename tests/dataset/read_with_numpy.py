@@ -85,14 +85,14 @@ if (room / "transforms.json").exists():
         assert png(room / frame["depth_file_path"])[1:] == (dataset.height_px, 16)
 # What the depth camera measured is the mesh's surface, within the generated noise.
 assert dataset.has_sensor_depth
+seen = np.concatenate([points(view)[view["valid"]] for view in dataset])
+low, high = seen.min(axis=0) - 0.1, seen.max(axis=0) + 0.1
 for view in dataset:
     measured = points(
         {"depth": view["sensor_depth"], "intrinsics": view["sensor_intrinsics"], "world_from_camera": view["world_from_sensor"]}
     )[view["sensor_depth"] > 0]
     assert len(measured) > 1000
-    seen = points(view)[view["valid"]]
-    low, high = seen.min(axis=0) - 0.5, seen.max(axis=0) + 0.5
-    assert ((measured > low) & (measured < high)).all(-1).mean() > 0.9
+    assert ((measured > low) & (measured < high)).all(-1).mean() > 0.99
 depths = [dataset.sensor_depth(number) for number in range(len(dataset))]
 assert all(0.3 < np.median(depth[depth > 0]) < 6 for depth in depths)
 assert dataset.style() is None or dataset.style().dtype == np.uint8

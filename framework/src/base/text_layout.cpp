@@ -77,6 +77,18 @@ std::string folded_line(std::string_view line, std::size_t width, std::size_t in
     return result;
 }
 
+std::size_t widest_word(std::string_view text)
+{
+    std::size_t widest = 0;
+    for (std::size_t at = 0; at < text.size();)
+    {
+        const std::size_t end = std::min(text.find_first_of(" \n", at), text.size());
+        widest = std::max(widest, columns(text.substr(at, end - at)));
+        at = end + 1;
+    }
+    return widest;
+}
+
 }  // namespace
 
 std::size_t terminal_width(int descriptor)
@@ -202,7 +214,9 @@ std::string TextTable::in_columns(const std::vector<std::size_t>& widths, std::s
         for (std::size_t i = 0; i < row.size(); ++i)
         {
             const Column& column = columns_[i];
-            if (column.kind == Kind::text && text_at == 0)
+            const std::size_t here = width == without_end ? without_end : width - text_at;
+            // A path may be wider than its column but not than the terminal.
+            if (column.kind == Kind::text && (text_at == 0 || widest_word(row[i]) > here))
             {
                 if (!is_title && !row[i].empty())
                     below += folded(blanks(indent_ + below_indent) + row[i], width) + "\n";
@@ -212,7 +226,6 @@ std::string TextTable::in_columns(const std::vector<std::size_t>& widths, std::s
             line += blanks(i > 0 ? gap : 0);
             if (column.kind == Kind::text && last)
             {
-                const std::size_t here = width == without_end ? without_end : width - text_at;
                 std::string text = folded(row[i], here);
                 for (std::size_t at = text.find('\n'); at != std::string::npos; at = text.find('\n', at + 1))
                     text.insert(at + 1, blanks(text_at));

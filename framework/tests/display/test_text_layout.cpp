@@ -95,6 +95,18 @@ TEST_CASE("A table gives way to a narrow terminal step by step")
                             "    time 12.0 s\n");
 }
 
+TEST_CASE("A path that is wider than its column goes below its row")
+{
+    TextTable facts({{"", Kind::figure}, {"", Kind::text}});
+    facts.add({"descriptions", "/home/somebody/.cache/fresco/descriptors/x86_64"});
+    facts.add({"CUDA", "no driver"});
+    CHECK(facts.text(61) == "descriptions  /home/somebody/.cache/fresco/descriptors/x86_64\n"
+                            "CUDA          no driver\n");
+    CHECK(facts.text(60) == "descriptions\n"
+                            "    /home/somebody/.cache/fresco/descriptors/x86_64\n"
+                            "CUDA          no driver\n");
+}
+
 TEST_CASE("At 80 and at 40 columns no line is wider, and no word is split")
 {
     Workplace place;

@@ -53,11 +53,6 @@ void make_folder(const fs::path& folder)
 
 void write_record(const fs::path& file, const Value& map)
 {
-    write_file(file, checked_text(map));
-}
-
-void write_durable_record(const fs::path& file, const Value& map)
-{
     write_durable_file(file, checked_text(map));
 }
 

@@ -13,11 +13,8 @@ void sync_path(const std::filesystem::path& path);
 /// Makes a folder and those above it that are missing, all on the disk. Throws Error naming the folder that cannot be made.
 void make_folder(const std::filesystem::path& folder);
 
-/// Writes a map as JSON with the checksum of its text as the last entry, "checksum", as write_file does: for caches. Throws
-/// Error.
+/// Writes a map as JSON with the checksum of its text as the last entry, "checksum", as write_durable_file does. Throws Error.
 void write_record(const std::filesystem::path& file, const Value& map);
-/// The same, as write_durable_file does.
-void write_durable_record(const std::filesystem::path& file, const Value& map);
 /// The map, with its checksum. Throws MissingInput if there is no such file, Error naming it if it is damaged.
 Value read_record(const std::filesystem::path& file);
 

@@ -179,7 +179,7 @@ std::unique_ptr<Configurable> PluginLibrary::make(std::string_view type) const
         }
         catch (const std::bad_alloc&)
         {
-            throw;  // It says nothing about the plugin.
+            throw Error("the constructor of " + std::string(type) + " cannot be run: memory ran out");
         }
         catch (const std::exception& error)
         {

@@ -140,7 +140,7 @@ StoredResult publish(const Store& store, const fs::path& folder, const Publicati
     // Before the manifest: a key that leads to nothing is harmless, a result that no key leads to would be made twice.
     store.remember(publication.key, result);
     fault_point("publish.key");
-    write_durable_record(store.manifest_file(result.object), manifest);
+    write_record(store.manifest_file(result.object), manifest);
     fault_point("publish.manifest");
     return result;
 }

@@ -68,11 +68,11 @@ void write_stage_record(const Store& store, const fs::path& pipeline, const Stag
     const std::string text = text_of(pipeline);
     const fs::path folder = folder_of(store, text);
     make_folder(folder);
-    write_durable_record(folder / (record.stage + ".json"), Value::Map{{"pipeline", text},
-                                                                       {"stage", record.stage},
-                                                                       {"key", record.key},
-                                                                       {"object", record.object},
-                                                                       {"key_document", record.key_document}});
+    write_record(folder / (record.stage + ".json"), Value::Map{{"pipeline", text},
+                                                               {"stage", record.stage},
+                                                               {"key", record.key},
+                                                               {"object", record.object},
+                                                               {"key_document", record.key_document}});
 }
 
 void remove_old_records(const Store& store, const fs::path& pipeline, const std::set<std::string>& stages)

@@ -89,7 +89,7 @@ void write_results(const Store& store, const std::string& key, const std::vector
     Value::List entries;
     for (const auto& result : results)
         entries.push_back(to_value(result));
-    write_durable_record(store.key_file(key), Value::Map{{"key", key}, {"results", std::move(entries)}});
+    write_record(store.key_file(key), Value::Map{{"key", key}, {"results", std::move(entries)}});
 }
 
 /// Writes what `changed` makes of the record of a key. False where another process is at work on the key, or the disk is full.

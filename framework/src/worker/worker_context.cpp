@@ -160,9 +160,8 @@ void WorkerContext::record_dependencies() const
     Value::List dependencies;
     for (const auto& [place, dependency] : dependencies_)
         dependencies.push_back(to_value(dependency));
-    write_durable_record(
-        store_.checkpoint_file(key_, ".dependencies"),
-        Value::Map{{"key", key_}, {"input_files", input_file_names()}, {"dependencies", std::move(dependencies)}});
+    write_record(store_.checkpoint_file(key_, ".dependencies"),
+                 Value::Map{{"key", key_}, {"input_files", input_file_names()}, {"dependencies", std::move(dependencies)}});
 }
 
 void WorkerContext::drop_unfit_checkpoint()

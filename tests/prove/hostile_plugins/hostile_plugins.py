@@ -57,7 +57,7 @@ CONSTRUCTORS = {
     "fork": None,
     "leave_session": None,
     "leave_and_crash": "crashed when an object of type test.misbehave was made: Segmentation fault",
-    "allocate": "the constructor of test.misbehave throws: std::bad_alloc",
+    "allocate": "the constructor of test.misbehave cannot be run: memory ran out",
     "print": None,
     "close_all": "ended the process with exit code 0 when an object of type test.misbehave was made",
     "exit_later": "crashed when an object of type test.misbehave was made: Aborted",

@@ -201,7 +201,8 @@ TEST_CASE("a split that the file lists is read as such", "[scan.nerfstudio]")
     const auto names = [&](const char* split)
     {
         std::vector<std::string> found;
-        for (const auto& frame : scan.read(Value::Map{{"split", split}}).frames->frames)
+        const auto read = scan.read(Value::Map{{"split", split}});
+        for (const auto& frame : read.frames->frames)
             found.push_back(frame.name);
         return found;
     };

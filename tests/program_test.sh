@@ -7,7 +7,7 @@ export XDG_CACHE_HOME=$work/cache XDG_DATA_HOME=$work/data
 unset FRESCO_PLUGIN_PATH FRESCO_FAULT
 test_name=$(basename "$(dirname "$(realpath "$0")")")
 fail() { echo "$test_name: $*" >&2; exit 1; }
-# python_with MODULE, …: an interpreter at hand that has these modules; fails where there is none.
+# python_with MODULE, …: an installed interpreter that has these modules; fails without one.
 python_with() {
     local python
     for python in /usr/bin/python3 "$(command -v python3)"; do
@@ -15,7 +15,7 @@ python_with() {
     done
     return 1
 }
-# What is skipped is told at the end of the whole check.
+# Skipped tests are listed at the end of the whole check.
 skip() {
     echo "SKIPPED $*"
     [ -z "${FRESCO_SKIP_LOG:-}" ] || echo "$*" >>"$FRESCO_SKIP_LOG"

@@ -67,7 +67,7 @@ const curveCharts = curves => Object.entries(curves?.metrics ?? {}).flatMap(([na
     return points.length > 1 ? [curveChart(name, curves.unit, points)] : [];
 });
 
-/// Of what a stage reports as "judged_frames": a bar per frame, or beyond a thousand per few frames the largest one of them. Null where
+/// For the "judged_frames" that a stage reports: a bar per frame; beyond a thousand frames, the largest of each few. Null where
 /// the lists are not of one length.
 function barsOf({ names, values, kept, least = 0, most = Infinity }) {
     if (!Array.isArray(names) || !names.length || values?.length !== names.length || kept?.length !== names.length)

@@ -77,7 +77,7 @@ class Background
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-/// A working folder with the program beside no installed plugins; its plugins are those of FRESCO_PLUGIN_PATH alone.
+/// A working folder with the program away from installed plugins; it has only those of FRESCO_PLUGIN_PATH.
 class Workplace
 {
   public:

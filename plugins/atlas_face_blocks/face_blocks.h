@@ -24,7 +24,7 @@ inline constexpr double inset_px = 1.0 / 16;
 
 /// Three uv per face, counter-clockwise: the first corner at the lower left texel's center of the face's own block, the second at
 /// the lower right one's, the third at the upper left one's, each inset_px inside. `faces` <= blocks_count(). A bilinear lookup
-/// inside the triangle reads texels of the block alone.
+/// inside the triangle reads only texels of the block.
 std::vector<Vec2f> texcoords(std::size_t faces, const Layout& layout);
 
 /// The smallest texture, a power of two, with room for so many blocks.

@@ -50,7 +50,7 @@ std::optional<SaidToHost> progress_of(std::string_view text)
     return SaidToHost{SaidToHost::Kind::progress, *done, *total, printable(text), ""};
 }
 
-/// How many bytes the UTF-8 character at the front has; 0 if it is none.
+/// How many bytes the UTF-8 character at the front has; 0 if it is invalid.
 std::size_t character_length(std::string_view text)
 {
     const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };

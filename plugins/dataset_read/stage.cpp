@@ -21,7 +21,7 @@ class DatasetRead final : public Stage
 {
     Output<UvMaps> uvmaps{this, "uvmaps", "The dataset's uv maps"};
     Output<Frames> frames{this, "frames", "The dataset's frames, with pictures as NPY files that need no codec"};
-    Output<Image> style{this, "style", "The dataset's style picture; empty (0 x 0) if there is none"};
+    Output<Image> style{this, "style", "The dataset's style picture; 0 x 0 if it has none"};
     Output<Mesh> mesh{this, "mesh", "The dataset's mesh, with texcoords"};
     Option<InputFolder> path{this, "path", required, folder_with({"dataset.json"}), "Folder of the dataset"};
 

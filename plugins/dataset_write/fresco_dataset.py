@@ -103,7 +103,7 @@ class Dataset:
         return np.load(self.folder / f"views/{number:06d}/color.npy", allow_pickle=False)
 
     def sensor_depth(self, number):
-        """What the depth camera measured, float32 meters, 0 where nothing; None where there is none. Another camera: `depth_camera`."""
+        """What the depth camera measured, float32 meters, 0 where nothing was measured; None without a depth picture. Another camera: `depth_camera`."""
         unit = self.manifest["views"][number]["depth_unit_m"]
         if unit is None:
             return None
@@ -126,7 +126,7 @@ class Dataset:
                 name, count, fields = words[1], int(words[2]), []
                 rows[name] = (count, fields)
             elif words[:2] == ["property", "list"]:
-                # Triangles alone: three indices, six texcoords.
+                # Only triangles: three indices, six texcoords.
                 length = 3 if words[4] == "vertex_indices" else 6
                 fields += [(f"{words[4]}_count", kinds[words[2]]), (words[4], kinds[words[3]], (length,))]
             elif words[0] == "property":

@@ -196,7 +196,7 @@ class DatasetWrite final : public Stage
         return to_json(manifest, 1) + "\n";
     }
 
-    /// The manifest goes to --out last: a folder without it is no dataset.
+    /// The manifest goes to --out last: a folder without it is not a dataset.
     void finish(const std::filesystem::path& folder, const std::map<std::string, dataset::FileStamp>& written,
                 std::string_view manifest_name, const std::string& manifest_text, std::size_t views, RunContext& run)
     {

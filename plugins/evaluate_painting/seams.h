@@ -15,7 +15,7 @@ struct SeamFigures
     std::size_t across_count = 0;  ///< Pairs whose colors are known.
     std::size_t inside_count = 0;
 
-    /// NaN where there is no pair of one kind, or no difference inside.
+    /// NaN if one kind has no pairs, or without differences inside.
     double ratio() const;
 };
 

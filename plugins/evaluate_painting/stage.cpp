@@ -134,7 +134,7 @@ class EvaluatePainting final : public Stage
         return judged;
     }
 
-    /// Adds the figures over views, and tells of every view in `result`.
+    /// Adds the figures over all views, and lists those of each view in `result`.
     void measure_views(std::vector<Figure>& found, Value::Map& result, RunContext& run) const
     {
         const std::vector<View> all = wanted_views(run);

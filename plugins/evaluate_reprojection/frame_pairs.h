@@ -24,7 +24,7 @@ struct FramePair
 
 /// Pairs within a sequence, in the order of their sources. `paper`: the target's recorded number is the source's plus `gap`, and
 /// a source without one is left out. `released`: the target stands `gap` list positions before the source, or else that many
-/// behind it, or else there is none. Indices into `frames`. \pre gap > 0
+/// behind it; otherwise the frame has no pair. Indices into `frames`. \pre gap > 0
 std::vector<FramePair> frame_pairs(const std::vector<FramePlace>& frames, long gap, Protocol protocol);
 
 /// The smallest difference of recorded numbers within a sequence; 0 if there is none.

@@ -214,5 +214,5 @@ class EvaluateReprojection final : public Stage
 }  // namespace
 
 FRESCO_STAGE("evaluate.reprojection", EvaluateReprojection,
-             "Measures how consistent pictures are across views, compared with resampling error alone")
+             "Measures how consistent pictures are across views, relative to the error of resampling")
 FRESCO_LIBRARY("Embree", raycast::embree_version())

@@ -35,7 +35,7 @@ struct AnswerSheet
     std::vector<Answer> answers;
 };
 
-/// Strict. Throws Error naming `source`, the entry and what to do for text that is no such file, answers of another study,
+/// Strict. Throws Error naming `source`, the entry and what to do for text in another format, answers of another study,
 /// pictures that were never compared, a pair answered twice, and numbers out of range.
 AnswerSheet sheet_from(std::string_view text, std::string_view source, const Study& study);
 

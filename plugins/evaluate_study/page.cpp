@@ -25,7 +25,7 @@ Value strata_value(const Study& study)
     Value::List strata;
     for (const Comparison& comparison : comparisons(study))
     {
-        // By number, so that neither the order of the pairs nor that within a pair tells the methods.
+        // By number, so that neither the order of the pairs nor that within a pair gives the methods away.
         Value::List pairs;
         std::vector<std::pair<std::size_t, std::size_t>> sorted;
         for (const auto& [first, second] : comparison.pairs)

@@ -28,8 +28,8 @@ struct ShownAs
     int jpeg_quality;
 };
 
-/// The data URIs of the study's pictures, by number. Those of a group have one size: none tells its method by its resolution.
-/// Throws Error naming the files if shapes in a group differ by more than 1 %, Canceled.
+/// The data URIs of the study's pictures, by number. Those of a group have one size, so that resolution does not give the method
+/// away. Throws Error naming the files if shapes in a group differ by more than 1 %, Canceled.
 std::vector<std::string> encoded_pictures(const Study& study, const std::vector<Group>& groups, const ShownAs& shown,
                                           const fresco::ImageIo& images, fresco::Progress& progress);
 

@@ -43,7 +43,7 @@ std::string verdict_line(const Study& study, const Verdict& verdict)
     return fmt::format("{} {} {}, {} {}, neither {} of {} answers: {}", study.questions[verdict.question], verdict.first,
                        percent_text(verdict.shares[0]), verdict.second, percent_text(verdict.shares[1]),
                        percent_text(verdict.shares[2]), verdict.answers,
-                       verdict.preferred.empty() ? "no order can be told" : verdict.preferred + " is chosen more often");
+                       verdict.preferred.empty() ? "no significant preference" : verdict.preferred + " is chosen more often");
 }
 
 Value results_value(const Study& study, const std::vector<AnswerSheet>& sheets, const std::vector<Verdict>& verdicts)

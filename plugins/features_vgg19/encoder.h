@@ -59,7 +59,7 @@ class CpuEncoder : public std::enable_shared_from_this<CpuEncoder>
     torch::Tensor network_input(const torch::Tensor& picture) const;
     torch::Tensor picture_gradient(GradientView gradient, MapsShape shape) const;
     std::vector<torch::Tensor> encode(const torch::Tensor& picture, const std::vector<std::size_t>& wanted, Tape* tape) const;
-    /// Of the layer's own responses, channels innermost; undefined where there is none.
+    /// Of the layer's own responses, channels innermost; undefined if the layer has none.
     static torch::Tensor own_gradient(const Tape& tape, const std::vector<torch::Tensor>& of_wanted, std::size_t layer);
     torch::Tensor gradient(const Tape& tape, const std::vector<torch::Tensor>& of_wanted) const;
 

@@ -20,8 +20,8 @@ enum class Pooling
 /// C x H x W -> H x W x C.
 void from_planes(const float* planes, MapsShape shape, float* maps, const Parallel& parallel);
 
-/// 2 x 2 pixels become one: floor(H / 2) x floor(W / 2) x C. `chosen` (unless null, pooling max alone): of the four, row by row,
-/// which was the largest, the first of equal ones.
+/// 2 x 2 pixels become one: floor(H / 2) x floor(W / 2) x C. `chosen` (unless null; only for max pooling): of the four, row by
+/// row, which was the largest, the first of equal ones.
 void pool(const float* maps, MapsShape shape, Pooling pooling, float* out, std::uint8_t* chosen, const Parallel& parallel);
 
 /// Gradients of maps as rows of pixels that may lie in a wider picture.

@@ -7,9 +7,9 @@ namespace winograd
 {
 
 /// The inner loops for one kind of processor: of the minimal filtering F(4x4, 3x3) (Winograd 1980; Lavin and Gray, CVPR 2016,
-/// section 4.1), with the points 0, ±√2, ±1/√2 and infinity, and of what lies between two convolutions. A tile of 6 x 6 inputs
-/// becomes 36 transformed values, each multiplied with the filter's at the same position, and these become 4 x 4 outputs: a
-/// quarter of the direct way's multiplications. Channels are innermost and multiples of 16.
+/// section 4.1), with the points 0, ±√2, ±1/√2 and infinity, and of the operations between two convolutions. A tile of 6 x 6
+/// inputs becomes 36 transformed values, each multiplied with the filter's at the same position, and these become 4 x 4 outputs:
+/// a quarter of the direct way's multiplications. Channels are innermost and multiples of 16.
 struct Kernel
 {
     const char* name;

@@ -141,7 +141,7 @@ class Aligner
             }
     }
 
-    /// One step of every view, or of its exposure alone; the largest move in pixels of the level.
+    /// One step of every view, or only of its exposure; the largest move in pixels of the level.
     double step(std::size_t level, bool exposure_only, int threads)
     {
         std::vector<double> moved(views_.size());

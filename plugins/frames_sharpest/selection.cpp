@@ -38,7 +38,7 @@ std::size_t sharpest(const std::vector<MeasuredFrame>& frames, const std::vector
     return best;
 }
 
-/// Windows begin anew with each sequence: two sequences may show different rooms.
+/// Windows start over with each sequence: two sequences may show different rooms.
 std::vector<std::size_t> sharpest_of_windows(const std::vector<MeasuredFrame>& frames, std::size_t window)
 {
     std::vector<std::size_t> all(frames.size());

@@ -20,7 +20,7 @@ struct Moments
 /// and the gradient are the same for any thread count.
 Moments moments(const torch::Tensor& features);
 
-/// Of all features and of those that `columns` says are fine; the second is missing where these are none. The same as moments()
+/// Of all features and of those that `columns` says are fine; the second is missing if no column is fine. The same as moments()
 /// of each, for less work: what both share is multiplied once, forward and back.
 struct MomentsOfBoth
 {

@@ -29,7 +29,7 @@ class ViewAverage
     };
 
     /// The mean of `current` and of the up to `count` - 1 visits before it, as `current` in type and device. Gradients flow
-    /// through `current` alone. Remembers `current`; a second call for the same step replaces the first.
+    /// only through `current`. Remembers `current`; a second call for the same step replaces the first.
     Moments average(const std::string& name, const Visit& visit, const Moments& current);
 
     fresco::TensorMap state() const;

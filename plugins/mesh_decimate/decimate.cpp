@@ -102,7 +102,7 @@ class Steps
         return sum;
     }
 
-    /// `total`: of what the progress is told of.
+    /// `total`: the number that progress counts toward.
     void run(std::size_t target, std::size_t from, std::size_t end)
     {
         // Where all of the cheapest edges turn out unfit, the next step looks at more.

@@ -7,7 +7,7 @@
 #include <vector>
 
 /// Collapses edges of a piece, cheapest first, up to a price that rises from call to call. Edges whose two faces a collapse
-/// changed are priced anew at once; those that only touch the changed faces when their turn comes, as their prices mostly rise.
+/// changed are repriced at once; those that only touch the changed faces when their turn comes, as their prices mostly rise.
 class EdgeQueue
 {
   public:

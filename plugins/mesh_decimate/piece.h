@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <vector>
 
-/// What a vertex stands for besides its place.
+/// What a vertex carries in addition to its position.
 struct VertexLoad
 {
     fresco::Vec3f normal;  ///< Sum of area vectors of the faces it came from: what outside was.

@@ -122,7 +122,7 @@ std::vector<CutPiece> cut(const Surface& surface, const Regions& regions, const 
             for (const std::uint32_t v : surface.triangles[regions.order[i]])
                 if (owner[v] != r)
                     owner[v] = owner[v] == Piece::none ? r : shared;
-    // Of vertices with one owner, which alone writes there.
+    // Of vertices with one owner; only the owner writes there.
     std::vector<std::uint32_t> local(surface.positions.size(), Piece::none);
     std::vector<CutPiece> pieces(count);
     fresco::parallel_for(count, 1, progress.threads(),

@@ -13,7 +13,7 @@ namespace
 constexpr double line_weight = 0.6;
 /// Pull toward the middle, against the stiffness of the surface: decides only where the surface does not.
 constexpr double pull_share = 1e-7;
-/// A point farther than this many edge lengths from the middle is no replacement.
+/// A point farther than this many edge lengths from the middle is not used.
 constexpr double farthest_lengths = 2;
 /// Price of the length of an edge where the surface is flat and every point costs nothing.
 constexpr double length_price = 1e-9;

@@ -11,7 +11,7 @@ struct PixelPlane
 {
     fresco::Vec3f normal;
     float offset = 0;
-    float weight = 0;  ///< How much the measurement counts; 0: there is none.
+    float weight = 0;  ///< Weight of the measurement; 0: nothing was measured.
 
     /// Of a point in the camera's frame: meters in front of the plane.
     float distance(fresco::Vec3f point) const { return dot(normal, point) + offset; }

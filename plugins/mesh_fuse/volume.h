@@ -50,7 +50,7 @@ class Volume
 
     double voxel_m() const { return voxel_m_; }
     const std::vector<BlockPlace>& places() const { return places_; }
-    /// `none` where there is no such block.
+    /// `none` without such a block.
     std::size_t find(BlockPlace place) const;
     const Block& block(std::size_t index) const { return blocks_[index]; }
     Block& block(std::size_t index) { return blocks_[index]; }

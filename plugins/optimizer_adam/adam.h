@@ -23,12 +23,12 @@ struct Block
     float* values = nullptr;
     float* first = nullptr;         ///< Moving mean of the gradient.
     float* second = nullptr;        ///< Moving mean of its square.
-    std::int32_t* steps = nullptr;  ///< N: how many steps each texel has had; used by step_visible alone.
+    std::int32_t* steps = nullptr;  ///< N: how many steps each texel has had; used only by step_visible.
     std::size_t texels = 0;
-    std::uint8_t* moved = nullptr;  ///< run_count(texels) flags, or null; used by step_dense alone, see mark_moved.
+    std::uint8_t* moved = nullptr;  ///< run_count(texels) flags, or null; used only by step_dense, see mark_moved.
 };
 
-/// Texels that share a flag `moved`. Few, so that little is stepped besides a chart; flags are a thousandth of the values.
+/// Texels that share a flag `moved`. Few, so that little outside a chart is stepped; flags are a thousandth of the values.
 constexpr std::size_t texels_per_run = 128;
 constexpr std::size_t run_count(std::size_t texels)
 {
@@ -53,7 +53,7 @@ struct Gradient
 void step_dense(const Block& block, const Gradient& gradient, std::int64_t step, double rate, double pull,
                 const Constants& constants, int threads);
 
-/// The same for the texels of `gradient` alone: the others' values, moments and step counts stay. Each texel's bias correction
+/// The same for only the texels of `gradient`: the others' values, moments and step counts stay. Each texel's bias correction
 /// counts its own steps, so every texel takes the textbook's steps as if only its own steps had happened.
 void step_visible(const Block& block, const Gradient& gradient, double rate, double pull, const Constants& constants,
                   int threads);

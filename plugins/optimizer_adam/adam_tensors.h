@@ -16,7 +16,7 @@ struct TensorBlock
     torch::Tensor values;  ///< N x 3; changed in place, as the moments and
     torch::Tensor first;
     torch::Tensor second;
-    torch::Tensor steps;  ///< N, int32: how often each texel was changed; step_visible alone.
+    torch::Tensor steps;  ///< N, int32: how often each texel was changed; only for step_visible.
 };
 
 /// \see step_dense of a Block. `texels` (n, int64, each once) and `gradient` (n x 3): where it is not zero.

@@ -113,7 +113,7 @@ class OptimizerAdam final : public fresco::OptimizerRule
     {
         torch::Tensor first;
         torch::Tensor second;
-        torch::Tensor steps;              ///< Defined in the mode `visible` alone.
+        torch::Tensor steps;              ///< Defined only in the mode `visible`.
         std::vector<std::uint8_t> moved;  ///< As adam::Block has it; empty: not known.
     };
 

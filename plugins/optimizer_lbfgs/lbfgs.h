@@ -29,7 +29,7 @@ struct Pair
 double dot(const Vector& a, const Vector& b, int threads);
 
 /// -H·gradient for the inverse Hessian H that `pairs`, oldest first, make of the diagonal (change·difference) /
-/// (difference·difference) of the newest (Nocedal and Wright, algorithm 7.4); -gradient where there are none. Every
+/// (difference·difference) of the newest (Nocedal and Wright, algorithm 7.4); -gradient without any pairs. Every
 /// change·difference is > 0.
 Vector direction(const std::deque<Pair>& pairs, const Vector& gradient, int threads);
 

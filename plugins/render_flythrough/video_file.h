@@ -11,7 +11,7 @@
 class VideoFile
 {
   public:
-    /// The extension of `file` tells the kind, .mp4 or .webm. Throws Error where none of the kind's codecs can be had.
+    /// The extension of `file`, .mp4 or .webm, decides the format. Throws Error if no codec for it is available.
     VideoFile(std::filesystem::path file, int width, int height, double fps);
     ~VideoFile();
     VideoFile(const VideoFile&) = delete;
@@ -19,7 +19,7 @@ class VideoFile
 
     /// RGB of the video's size.
     void add(const fresco::Raster8& picture);
-    /// Ends the file and reads it again: FFmpeg tells nobody that the disk was full. Throws Error unless all pictures are in it.
+    /// Ends the file and reads it back, because FFmpeg does not report a full disk. Throws Error unless all pictures are in it.
     void close();
     /// "avc1"
     const std::string& codec() const { return codec_; }

@@ -82,10 +82,10 @@ Agreement total(const std::vector<Agreement>& frames);
 /// The depth scale that most ratios agree on; 1 where the mesh is never met.
 double best_scale(const std::vector<FrameRatios>& frames);
 
-/// Median relative difference of the depths that meet the mesh; 1 if there are none.
+/// Median relative difference of the depths that meet the mesh; 1 without any.
 double median_error(const std::vector<FrameRatios>& frames, double scale);
 
-/// Share of front sides among the depths that agree; 1 if there are none.
+/// Share of front sides among the depths that agree; 1 without any.
 double front_share(const std::vector<FrameRatios>& frames, double scale);
 
 }  // namespace fresco::inspect

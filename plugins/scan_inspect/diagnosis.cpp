@@ -23,7 +23,7 @@ constexpr double no_response = 0.04;
 /// A change of the color camera must be so many times as good as the recorded one.
 constexpr double clearly = 1.6;
 constexpr std::size_t fair_outline_points = 300;
-/// Cameras are told to be off by more than their calibration may be.
+/// Smaller errors of a camera are within what a calibration leaves.
 constexpr double focal_tolerance = 0.04;
 constexpr double shift_tolerance = 0.015;
 constexpr double contradicting = 0.25;

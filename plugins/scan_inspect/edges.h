@@ -40,7 +40,7 @@ void add_outline(EdgeView& view, const std::vector<Vec3d>& points);
 /// for points outside the picture, and for views with fewer than 20 points.
 std::vector<double> edge_responses(const std::vector<EdgeView>& views, const CameraChange& change);
 
-/// Mean over the views with at least 20 points; 0 if there are none. At least half of the views count.
+/// Mean over the views with at least 20 points; 0 without any. At least half of the views count.
 double edge_response(const std::vector<EdgeView>& views, const CameraChange& change);
 
 /// A focal length is looked for up to this natural logarithm of its factor, and a little beyond by finer steps.

@@ -16,7 +16,7 @@ constexpr double depth_step = 0.08;
 constexpr double gap_share = 0.04;
 /// Keeps noise in the dark from counting as edges.
 constexpr double darkest = 16;
-/// More of a frame's outline tells nothing new.
+/// More of a frame's outline adds no information.
 constexpr std::size_t most_points = 400;
 constexpr int around_px = 12;
 constexpr double strongest = 4;

@@ -13,8 +13,8 @@ namespace fresco::inspect
 /// Length of the diagonal of the mesh's box, in its unit.
 double mesh_extent(const Mesh& mesh);
 
-/// One finding for each mistake in what is assumed of poses, mesh and depth. `extent` tells which of mesh and depth is likely in
-/// meters; `one_camera`: depth and color were given the same camera.
+/// One finding for each mistake in what is assumed of poses, mesh and depth. `extent` decides which of mesh and depth is likely
+/// in meters; `one_camera`: depth and color were given the same camera.
 void tell_assumption(const Diagnosis& diagnosis, double extent, bool one_camera, std::vector<Finding>& findings);
 
 /// One finding for each mistake in what is assumed of the color camera.

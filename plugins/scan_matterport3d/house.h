@@ -9,7 +9,7 @@ namespace matterport3d
 {
 
 /// The region (room) that each panorama stands in, -1 for none, of house_segmentations/<house>.house. Throws Error "source:line:
-/// …": no such file, a line that is none of its kinds, numbers that are none, other panoramas than its head counts, a file that
+/// …": no such file, an unknown line, invalid numbers, other panoramas than its head counts, a file that
 /// is cut.
 std::map<std::string, int> parse_regions(std::string_view text, std::string_view source);
 

@@ -18,7 +18,7 @@ using fresco::gltf::GltfFile;
 namespace
 {
 
-/// The numbers of an extension's entry; `otherwise` if there is none.
+/// The numbers of an extension's entry; `otherwise` without one.
 template <std::size_t N>
 std::array<double, N> numbers_or(const tinygltf::Value& extension, const std::string& key, std::array<double, N> otherwise,
                                  const std::string& place)

@@ -15,7 +15,7 @@
 namespace
 {
 
-// A room's longest side; what lies beyond is likely in another unit.
+// A room's longest side; larger meshes are likely in another unit.
 constexpr double smallest_room_m = 0.3;
 constexpr double largest_room_m = 300;
 

@@ -76,7 +76,7 @@ class SensFile
 /// Walks the heads of all frames, passing over the pictures; the data of motion sensors behind them is not looked at. Nothing is
 /// allocated for counts and sizes that the file does not hold.
 /// Throws Error naming file and byte: another version than 4, pictures beyond 200 megapixels, a compression that is not read, a
-/// depth shift that is none, a frame that the file does not hold whole.
+/// invalid depth shift, a frame that is cut off.
 SensIndex read_index(const SensFile& file);
 
 }  // namespace sens

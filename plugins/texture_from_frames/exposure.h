@@ -30,7 +30,7 @@ using Gain = std::array<double, 3>;
 
 /// The factors that make the views agree where they see the same cells: per view and channel, x_v = log gain that minimizes
 ///   Σ_cells Σ_views w (log c + x_v - t_cell)²  +  λ Σ_v x_v²,
-/// where the true colors t are eliminated. Weights are found anew from the residuals (Geman and McClure 1987, from a wide scale
+/// where the true colors t are eliminated. Weights are updated from the residuals (Geman and McClure 1987, from a wide scale
 /// down to 0.1; one weight for all channels), so that highlights and what stands in front count little. The prior is weak, λ =
 /// 0.04: a gain of e^±0.5 is as likely as a difference of 0.1 in a cell. It holds views that share nothing with others at 1, and
 /// the mean of the logarithms at 0 in every group of views that see each other. Dense normal equations: N² x 8 bytes, solved by

@@ -60,7 +60,7 @@ FramesTexture frames_texture(std::size_t count, const ViewReader& read, const Te
 
 /// What each view's weights are multiplied by: its sharpness over the median of the views of its sequence from four before to
 /// four after it, to the given power, within [0.1, 4]. Pictures of one surface from about one place are compared so; the
-/// sharpness of others tells more of what they show. `sequences`: per view.
+/// sharpness of others says more about what they show. `sequences`: per view.
 std::vector<double> sharpness_factors(const std::vector<double>& sharpness, const std::vector<std::string>& sequences,
                                       double power);
 

@@ -17,7 +17,7 @@ class PixelLinks
     {
         surface_right = 1,  ///< No depth step between this pixel and the next one in its row …
         surface_down = 2,   ///< … in its column.
-        texels_right = 4,   ///< Also close in the texture, so that what lies between may be interpolated.
+        texels_right = 4,   ///< Also close in the texture, so that the texels between may be interpolated.
         texels_down = 8
     };
 

@@ -17,7 +17,7 @@ enum class ColorSource
 {
     pictures,
     colors,  ///< Of vertices or materials.
-    shape    ///< One color everywhere: the shape alone.
+    shape    ///< One color everywhere: only the shape shows.
 };
 
 ColorSource color_source(const fresco::Model& model);

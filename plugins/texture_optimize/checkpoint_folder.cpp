@@ -10,7 +10,7 @@ namespace fresco::optimize
 namespace
 {
 
-/// Does nothing where there is none yet. Throws Error: a checkpoint that kept its old name would count as a newer one.
+/// Does nothing before the first one. Throws Error: a checkpoint that kept its old name would count as a newer one.
 void rename_if_there(const std::filesystem::path& from, const std::filesystem::path& to)
 {
     std::error_code error;

@@ -11,7 +11,7 @@ namespace fresco::optimize
 {
 
 /// The checkpoints of a run on disk: the last two that were due, and one of an interruption or kept for a kill. Where a run goes
-/// back to depends on those that were due alone, so that an interruption changes nothing.
+/// back to depends only on those that were due, so that an interruption changes nothing.
 class CheckpointFolder
 {
   public:

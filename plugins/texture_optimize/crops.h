@@ -18,7 +18,7 @@ struct PixelBox
     friend bool operator==(const PixelBox&, const PixelBox&) = default;
 };
 
-/// A part of a frame that is encoded alone.
+/// A part of a frame that is encoded by itself.
 struct Crop
 {
     PixelBox core;     ///< Whose features are used.

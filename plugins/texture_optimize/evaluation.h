@@ -36,7 +36,7 @@ class Evaluator
     Evaluation evaluate(std::int64_t step, const ScheduledStep& scheduled, ViewData& data, const std::string& view_name,
                         std::size_t parameters);
 
-    /// The loss alone.
+    /// Only the loss.
     double loss(std::int64_t step, const ScheduledStep& scheduled, ViewData& data, const std::string& view_name);
 
     /// Each loss's share of the last evaluation's sum.
@@ -64,7 +64,7 @@ class Evaluator
     {
         torch::Tensor value;
         std::string where;
-        std::string loss;  ///< Empty: not a term but what tells of a gradient.
+        std::string loss;  ///< Empty: a gradient's figure instead of a term.
         std::string layer;
     };
 

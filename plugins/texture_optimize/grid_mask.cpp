@@ -93,7 +93,7 @@ struct Columns : torch::autograd::Function<Columns>
         float* to = result.data_ptr<float>();
         const auto* numbers = index.data_ptr<std::int64_t>();
         const std::int64_t count = index.numel();
-        // The numbers ascend: what lies between two of them is zero.
+        // The numbers ascend: all cells between two of them are zero.
         each_row(count + 1, channels,
                  [&](std::int64_t i)
                  {

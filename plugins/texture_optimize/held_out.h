@@ -40,8 +40,8 @@ class HeldOutViews
     HeldOutViews(const ViewSource& source, const std::vector<std::size_t>& views, const TextureRepresentation& texture,
                  const LevelRules& rules, const torch::Device& device, bool texture_too);
 
-    /// Every view is measured with the losses' present state and with the draws of step 0, so that measurements differ by the
-    /// texture alone; the state is left as it was. Throws Canceled between two views.
+    /// Every view is measured with the losses' present state and with the draws of step 0, so that measurements differ
+    /// only by the texture; the state is left as it was. Throws Canceled between two views.
     HeldOutLoss measured(Evaluator& evaluator, std::int64_t step, const std::map<std::string, std::shared_ptr<Loss>>& losses,
                          const Progress& progress);
 

@@ -16,7 +16,7 @@ struct DepthRule
     bool printed_weight;  ///< |R - L1| / |L1 - L2| for L1, as the paper prints it; else 1 minus that.
 };
 
-/// The two heights of one depth, as indices; `second == first` and weight 1 where one alone takes part.
+/// The two heights of one depth, as indices; `second == first` and weight 1 where only one takes part.
 struct LevelChoice
 {
     std::size_t first = 0;

@@ -37,7 +37,7 @@ struct LoopComponents
     const std::map<std::string, std::shared_ptr<Loss>>& losses;
     TextureRepresentation& texture;
     OptimizerRule& rule;
-    const ImageIo* images = nullptr;  ///< Null: NPY pictures alone, no previews.
+    const ImageIo* images = nullptr;  ///< Null: only NPY pictures, no previews.
 };
 
 struct LoopOptions

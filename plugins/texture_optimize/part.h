@@ -17,7 +17,7 @@ struct Demand
 {
     std::vector<std::string> image;
     std::vector<std::string> camera;
-    bool whole = false;  ///< A loss reads features as a map; else selected ones alone, and frames are encoded in crops.
+    bool whole = false;  ///< A loss reads features as a map; else only selected ones, and frames are encoded in crops.
 };
 using Demands = std::map<const FeatureNetwork*, Demand>;
 

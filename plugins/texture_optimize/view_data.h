@@ -51,7 +51,7 @@ struct SmallestCamera
     FeatureMaps features;
 };
 
-/// The parts of a level that a network encodes where losses read selected features alone.
+/// The parts of a level that a network encodes where losses read only selected features.
 struct CroppedLevel
 {
     std::vector<Crop> crops;

@@ -12,7 +12,7 @@ namespace fresco::optimize
 namespace
 {
 
-/// Views in memory besides the present one: one waits while the next is made.
+/// Views in memory in addition to the current one: one waits while the next is made.
 constexpr std::size_t views_ahead = 2;
 
 std::optional<c10::Stream> side_stream(const torch::Device& device)

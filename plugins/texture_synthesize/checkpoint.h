@@ -21,7 +21,7 @@ struct Checkpoint
 
 /// Writes it whole or not at all, with a checksum. Throws Error naming the file.
 void write_checkpoint(const std::filesystem::path& file, const Checkpoint& checkpoint);
-/// Nothing where there is none. Throws Error naming the file if it is damaged.
+/// Nothing without a checkpoint. Throws Error naming the file if it is damaged.
 std::optional<Checkpoint> read_checkpoint(const std::filesystem::path& file);
 
 }  // namespace fresco::synthesize

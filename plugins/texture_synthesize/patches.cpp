@@ -30,7 +30,7 @@ Bounds bounds(const std::array<Vec2f, 3>& c)
 
 }  // namespace
 
-/// Finds what lies under patches, one after another, on one thread.
+/// Finds the surface under patches, one after another, on one thread.
 class Patches::Walker
 {
   public:

@@ -14,7 +14,7 @@ target_compile_options(
               -Wconversion
               -Wnon-virtual-dtor
               -Woverloaded-virtual
-              $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict> # GCC 12 sees overlaps in std::string's operator+ that are none (its bug 105651)
+              $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict> # GCC 12 reports false overlaps in std::string's operator+ (its bug 105651)
               -ffile-prefix-map=${PROJECT_SOURCE_DIR}=.
               -ffile-prefix-map=${PROJECT_BINARY_DIR}=build
               -ffp-contract=off)

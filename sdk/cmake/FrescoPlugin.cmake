@@ -7,7 +7,7 @@
 #     [TEST_LINK target…])
 # In the tree and outside it (after find_package(fresco)) the same call. The library is NAME.so, in lib/fresco.
 #
-# fresco_add_algorithms(NAME SOURCES file… [LINK target…] [TESTS file…]) makes a static library of pure code alone, for a plugin
+# fresco_add_algorithms(NAME SOURCES file… [LINK target…] [TESTS file…]) makes a static library of pure code, for a plugin
 # to LINK: what is to be tested where the plugin itself cannot be built. Its folder is an include directory; TESTS become the
 # test test_NAME.
 #

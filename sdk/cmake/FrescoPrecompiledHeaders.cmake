@@ -1,4 +1,4 @@
-# The headers that most sources parse anew, parsed once. Of fresco's own build alone: plugins outside the tree never see it.
+# The headers that most sources include, parsed once. Only for fresco's own build: plugins outside the tree never see them.
 option(FRESCO_PRECOMPILED_HEADERS "Parse the headers that most sources include only once (ccache wants it off)" ON)
 
 set(FRESCO_COMMON_HEADERS
@@ -50,7 +50,7 @@ function(fresco_use_precompiled TARGET KIND)
 endfunction()
 
 # fresco_use_unity(TARGET): with FRESCO_UNITY its sources are compiled a dozen at a time, which is half the work of a build from scratch
-# and more of it after a change. Names in their unnamed namespaces must differ. Sources with options of their own stay alone.
+# and more of it after a change. Names in their unnamed namespaces must differ. Sources with options of their own are compiled separately.
 option(FRESCO_UNITY "Compile the sources of a library or test a dozen at a time (for builds from scratch)" OFF)
 function(fresco_use_unity TARGET)
     set_target_properties(${TARGET} PROPERTIES UNITY_BUILD ${FRESCO_UNITY} UNITY_BUILD_BATCH_SIZE 12)

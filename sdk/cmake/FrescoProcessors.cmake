@@ -5,7 +5,7 @@ include(CheckCXXCompilerFlag)
 function(fresco_add_processor_kinds NAME)
     set(loops -O3 -ffp-contract=fast -Wno-psabi)
     set_property(SOURCE ${NAME}_base.cpp PROPERTY COMPILE_OPTIONS ${loops})
-    # Headers precompiled for another processor are none for these.
+    # Headers precompiled for another processor do not serve these.
     set_property(SOURCE ${NAME}_base.cpp ${NAME}_avx2.cpp ${NAME}_avx512.cpp PROPERTY SKIP_PRECOMPILE_HEADERS ON)
     if(NOT CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
         return()

@@ -151,7 +151,7 @@ class Reader final : public nlohmann::json_sax<nlohmann::json>
 
     Value root;
     std::string problem;
-    std::optional<std::size_t> offset;  ///< Of what is not JSON at all.
+    std::optional<std::size_t> offset;  ///< Of a text that is not JSON.
 
   private:
     /// Sorted, because a file may hold millions of keys.

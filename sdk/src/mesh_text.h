@@ -28,7 +28,7 @@ inline std::string_view as_text(std::span<const std::byte> bytes)
 std::string in_quotes(std::string_view word);
 
 /// Walks over the lines of a text held by the caller. A line ends in LF or CRLF; a last line without an end is an error, because
-/// it cannot be told from a cut one.
+/// it looks like a truncated one.
 class Lines
 {
   public:
@@ -102,8 +102,8 @@ class Words
     std::string_view rest_;
 };
 
-/// The number that makes up the whole word. False if there is none or it does not fit T; "nan" and "inf" are numbers of floating
-/// types, and what is too small for a float is 0.
+/// The number that makes up the whole word. False if it is not a number or does not fit T; "nan" and "inf" are numbers of
+/// floating types, and what is too small for a float is 0.
 template <class T>
 bool parse_number(std::string_view word, T& value)
 {

@@ -83,7 +83,7 @@ bool share_steps(std::uint32_t* __restrict row, const std::uint32_t* __restrict 
     return bad == 0;
 }
 
-/// The same for depth: what lies in front of the camera stays there.
+/// The same for depth: surface in front of the camera stays there.
 void depth_steps(std::uint32_t* __restrict row, const std::uint32_t* __restrict keep, std::size_t width, double per_meter)
 {
     for (std::size_t x = 0; x < width; ++x)

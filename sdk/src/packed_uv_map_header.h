@@ -45,7 +45,7 @@ struct PackedUvMapHeader
     static PackedUvMapHeader read(std::span<const std::byte> file, std::string_view source);
 };
 
-/// Throws Error: source, offset, what is wrong, and that the stage makes the map anew.
+/// Throws Error: source, offset, what is wrong, and that the stage makes the map again.
 [[noreturn]] void fail_packed(std::string_view source, std::size_t offset, std::string_view what);
 
 }  // namespace fresco::detail

@@ -82,7 +82,7 @@ struct Descriptors
     int failure;  ///< Gets errno if there is no new program; closed by its start.
 };
 
-/// In the child: tells the parent why it is no new program.
+/// In the child: sends the parent the reason why exec failed.
 [[noreturn]] void give_up(int failure)
 {
     const int reason = errno;

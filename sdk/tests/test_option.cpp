@@ -59,7 +59,7 @@ TEST_CASE("An option's declaration is all that a reader of the pipeline needs")
     CHECK(options[7].at("kind").as_string() == "components");
 }
 
-TEST_CASE("The entries of a folder are told in words")
+TEST_CASE("The expected entries of a folder are described in words")
 {
     struct Reader : fresco::Configurable
     {
@@ -132,7 +132,7 @@ TEST_CASE("Values are taken, and what does not fit is refused by name, value and
     CHECK_THROWS_WITH(refuse("brush", Value::Map{{"type", "brush.flat"}}), Contains("brush.flat"));
 }
 
-TEST_CASE("A slot that may be empty says so, and one that must not tells what it lacks")
+TEST_CASE("A slot that may be empty says so, and one that must not be names what is missing")
 {
     struct Palette : fresco::Configurable
     {

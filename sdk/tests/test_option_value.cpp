@@ -129,7 +129,7 @@ const Case cases[] = {
 
 }  // namespace
 
-TEST_CASE("A value fits what is declared, or all that is wrong with it is told, with its place")
+TEST_CASE("A value fits its declaration, or every problem with it is reported, with its place")
 {
     for (const Case& each : cases)
     {

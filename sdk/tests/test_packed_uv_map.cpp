@@ -117,7 +117,7 @@ bool same(const UvMap& a, const UvMap& b)
     return a.uv == b.uv && a.depth == b.depth && a.cosine == b.cosine && a.valid == b.valid;
 }
 
-/// Of what is stored of a texcoord or a cosine.
+/// The stored form of a texcoord or a cosine.
 double nearest(float value)
 {
     return std::clamp(static_cast<double>(value), 0.0, 1.0);
@@ -209,7 +209,7 @@ TEST_CASE("What lies in front of the camera stays there")
     CHECK(back.depth.at(6, 5) == 0);
 }
 
-TEST_CASE("A flat wall costs next to nothing across a straight seam too, and a hole in it costs its mask alone")
+TEST_CASE("A flat wall costs next to nothing across a straight seam too, and a hole in it costs only its mask")
 {
     const int width = 256;
     const int height = 128;

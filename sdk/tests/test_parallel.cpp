@@ -69,7 +69,7 @@ TEST_CASE("parallel_for rethrows the first failure")
     CHECK_THROWS_AS(fresco::parallel_for(100, 1, 4, work), fresco::Error);
 }
 
-TEST_CASE("parallel_for_each does every item once, tells of it and stops when canceled")
+TEST_CASE("parallel_for_each does every item once, reports it and stops when canceled")
 {
     struct Told final : fresco::Progress
     {

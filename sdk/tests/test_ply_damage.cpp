@@ -115,7 +115,7 @@ TEST_CASE("PLY damage: counts beyond the file's size are refused before anything
         const std::string other = begin + "element other " + huge + "\nproperty list uchar char a\nend_header\n";
         CHECK_THROWS_WITH(parse_ply(bytes_of(other), "huge.ply", no_limits), Contains("huge.ply:3: ") && Contains("do not fit"));
     }
-    // More vertices than there could be, though each element alone fits.
+    // More vertices than there could be, though each element by itself fits.
     const std::string both = "ply\nformat binary_little_endian 1.0\nelement vertex 2\nproperty float x\nproperty float y\n"
                              "property float z\nelement face 2\nproperty list uchar int vertex_indices\nend_header\n" +
                              std::string(30, '\0');

@@ -168,7 +168,7 @@ TEST_CASE("a page holds videos up to a limit, and says which others there are")
                             "e.mp4: a video of 9.0 MB is not put into the page, which takes 8.0 MB at most; open the file"}));
 }
 
-TEST_CASE("the last textured mesh shows its atlas and its room, one without texcoords the atlas alone")
+TEST_CASE("the last textured mesh shows its atlas and its room, one without texcoords only the atlas")
 {
     const Codec codec;
     TexturedMesh room;

@@ -7,7 +7,7 @@ import { join } from "node:path";
 const patience_ms = 30000;
 
 export class Browser {
-    /// `more`: arguments of the program besides those that every test needs.
+    /// `more`: arguments of the program in addition to those that every test needs.
     constructor(program, more = []) {
         this.profile = mkdtempSync(join(tmpdir(), "fresco-chromium-"));
         // With file access, pages from files have an origin; without, Chromium 156 gives one load in fifty an empty storage.

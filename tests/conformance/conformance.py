@@ -46,7 +46,7 @@ def check_option(kind, name, option):
         expect(all(value >= option["min"] for value in values), f"{where}: default below its range")
         expect(all(value <= option.get("max", float("inf")) for value in values), f"{where}: default above its range")
     if "choices" in option and "default" in option:
-        expect(option["default"] in option["choices"], f"{where}: default is none of its choices")
+        expect(option["default"] in option["choices"], f"{where}: default is not one of its choices")
 
 
 def check_type(entry):

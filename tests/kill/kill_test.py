@@ -74,7 +74,7 @@ class Site:
         return status, events
 
     def files(self):
-        """What the run made, but for the report, which tells times."""
+        """What the run made, but for the report, which shows times."""
         return {str(file.relative_to(self.out)): hashlib.sha256(file.read_bytes()).hexdigest()
                 for file in sorted(self.out.rglob("*")) if file.is_file() and file.name not in ("report.html", "run.json")}
 
@@ -84,7 +84,7 @@ def steps(events):
 
 
 def taken_up(events):
-    """The step after which the optimizer went on; 0: it began anew; None: it did not come to that."""
+    """The step after which the optimizer went on; 0: it started over; None: it did not get that far."""
     messages = [event["text"] for event in events if event.get("event") == "message" and event.get("stage") == "texture"]
     found = [int(match[1]) for match in (re.match(r"going on after step (\d+) of", text) for text in messages) if match]
     return found[0] if found else 0 if steps(events) else None
@@ -96,7 +96,7 @@ def main():
     duration = events[-1]["time"]
     expected = reference.files()
     stages = [event["stage"] for event in events if event.get("event") == "begin"]
-    # How many there are; progress is told a few times a second, and not of the last one.
+    # How many there are; progress is reported a few times a second, and not of the last one.
     total_steps = max(event["total"] for event in events if event.get("event") == "progress" and event.get("unit") == "steps")
     assert len(expected) > 1 and total_steps > 80, (expected, total_steps)
     print(f"uninterrupted: {duration:.1f} s, {total_steps:.0f} steps, {len(expected)} files, stages {' '.join(stages)}")
@@ -149,7 +149,7 @@ def main():
             finish()
     finish()
 
-    # At the beginning and the end of every stage; a site goes on from kill to kill, and begins anew where the stage was stored already.
+    # At the beginning and the end of every stage; a site goes on from kill to kill, and starts over where the stage was stored already.
     site.wipe()
     for stage in stages:
         for moment in ("begin", "end"):

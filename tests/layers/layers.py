@@ -50,7 +50,7 @@ def check_host():
 
 
 def check_plugins():
-    """The SDK stands alone; plugins/shared stands on it; a plugin includes nothing of another."""
+    """The SDK includes only itself, plugins/shared also the SDK; no plugin includes another."""
     shared = {path.name for path in (root / "plugins/shared").iterdir() if path.is_dir()}
     for path, name in includes_of(root / "sdk"):
         if re.match(rf"fresco/({'|'.join(shared)})/", name) and "templates" not in path.parts:

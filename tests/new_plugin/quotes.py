@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """quotes.py SOURCE: in sdk/docs, a block of code after a line `<!-- quote FILE -->` stands in FILE, line by line, as it is.
 
-Lines that are left out are written `…`. Fails where a quote does not hold, and where there is none.
+Lines that are left out are written `…`. Fails if a quote does not hold, and without any quotes.
 """
 import pathlib
 import re

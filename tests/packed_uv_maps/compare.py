@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""compare.py READER FOLDER: the reader gives of every .uvmap what lies beside it as NPY, and refuses damaged ones."""
+"""compare.py READER FOLDER: for every .uvmap the reader gives the values of the NPY file next to it, and it refuses damaged ones."""
 import importlib.util
 import pathlib
 import sys

@@ -3,7 +3,7 @@
 
 BEFORE and AFTER are logs of `fresco run --json-log`: a run at rate 0, whose texture is the one that the step begins with, and one at RATE
 with Adam's epsilon 1, from whose change the gradient follows. DATASET is what dataset.write made of the same uv maps, frames and style.
-Lookup, network, losses and the way back are written out here with NumPy alone, and the way back is held against finite differences first.
+Lookup, network, losses and the way back are written out here with NumPy, and the way back is first checked against finite differences.
 "The paper" is StyleMesh (Höllein, Johnson, Nießner, CVPR 2022).
 """
 import json
@@ -276,7 +276,7 @@ def distance(theirs, ours):
 
 
 def gradient_distances(moved, ours, regularizer):
-    """How far a layer's gradient is off where the view sees it, and elsewhere, where there is the regularizer alone.
+    """How far a layer's gradient is off where the view sees it, and elsewhere, where only the regularizer acts.
 
     An activation that float32 cannot tell from zero, or from another one of its 2 x 2, may send its gradient another way than here. One
     such is enough for some parts in a thousand on the texels around; hence not every texel has to agree as closely as the losses.

@@ -196,7 +196,7 @@ TEST_CASE("what is painted through the uv maps is what a viewer of the GLB sees"
     CHECK(difference_to_paint(loaded, chain.frames(), right_viewer) <= limit);
     CHECK(difference_to_views(loaded, chain.frames(), views, right_viewer) <= limit);
 
-    SECTION("a viewer of any other convention is told apart")
+    SECTION("a viewer of any other convention is detected")
     {
         for (const plain::Wrong& wrong : {flipped_v, half_texel, mirrored_axis})
         {

@@ -25,7 +25,7 @@ for code in one two three; do
     cmp "$work/results/$code.text" "$work"/results/study-*-$code.json || fail "the saved file of $code is not the text shown"
 done
 
-# The same pipeline with the results, and the key alone without the pictures: the same figures.
+# The same pipeline with the results, and only the key without the pictures: the same figures.
 page=$(sha256sum <"$work/out/study.html")
 run --set study.results="$work/results"
 [ "$page" = "$(sha256sum <"$work/out/study.html")" ] || fail "the page changed with the results"

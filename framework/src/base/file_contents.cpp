@@ -251,7 +251,7 @@ const Format* format_of(std::string_view extension)
     return nullptr;
 }
 
-/// ": it begins with …", or what it is instead; empty where that tells nobody anything.
+/// ": it begins with …", or what it is instead; empty if that would not help.
 std::string seen_in(const OpenFile& file)
 {
     for (const Format& format : formats)

@@ -11,7 +11,7 @@
 namespace fresco::host
 {
 
-/// What tells cheaply that a file is as it was: whoever writes to it, gives it another name or sets its times changes `ctime_ns`.
+/// A cheap sign that a file is unchanged: whoever writes to it, gives it another name or sets its times changes `ctime_ns`.
 struct FileStamp
 {
     std::uint64_t size = 0;
@@ -51,7 +51,7 @@ enum class Change
 Change compare(Dependency& dependency);
 
 Value to_value(const Dependency& dependency);
-/// Throws Error if the value is no dependency.
+/// Throws Error unless the value is a dependency.
 Dependency dependency_from(const Value& value);
 
 /// Content hashes of files, remembered by stamp.

@@ -11,7 +11,7 @@ namespace fresco::host
 class Orphans
 {
   public:
-    /// Adopts from now on, unless the host was started with children of its own: theirs cannot be told from those.
+    /// Adopts from now on, unless the host was started with children of its own, whose orphans would look the same.
     Orphans();
     /// Kills the host's children that are not in `own`, with all that they started, and takes their ends.
     void end(const std::vector<pid_t>& own) const;

@@ -7,7 +7,7 @@ namespace fresco::host
 namespace
 {
 
-/// Bytes of the character that begins here; one where that is no UTF-8.
+/// Bytes of the character that begins here; 1 for invalid UTF-8.
 std::size_t character_bytes(std::string_view text)
 {
     const auto lead = static_cast<unsigned char>(text.front());

@@ -17,7 +17,7 @@ namespace
 
 using Clock = std::chrono::steady_clock;
 
-/// Errors alone, and what every other display of text does the same way.
+/// Prints only errors; the base of the other text displays.
 class QuietDisplay : public ProgressDisplay
 {
   public:

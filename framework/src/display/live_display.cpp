@@ -207,7 +207,7 @@ class LiveDisplay final : public ProgressDisplay
         return entry->second;
     }
 
-    /// Back to where the view begins. A terminal that became narrower broke its lines anew: away with them.
+    /// Back to where the view begins. A terminal that became narrower wrapped its lines again: they are erased.
     std::string back(const ViewFrame& frame)
     {
         std::size_t rows = 0;
@@ -238,7 +238,7 @@ class LiveDisplay final : public ProgressDisplay
     {
         if (in_background())
         {
-            // What is said stands among what others write; the view begins anew below it.
+            // What is said stands among what others write; the view begins again below it.
             lines_.clear();
             return write_all(above);
         }

@@ -23,7 +23,7 @@ struct ViewStage
     double expected_s = 0;  ///< By its own account, as earlier runs corrected it; 0: unknown.
     double done = 0;
     double total = 0;                                                    ///< 0: unknown.
-    std::string unit;                                                    ///< Empty: it has told of no progress.
+    std::string unit;                                                    ///< Empty: it has not reported any progress.
     double rate = 0;                                                     ///< Units per second; 0: unknown.
     std::vector<std::pair<std::string, std::optional<double>>> metrics;  ///< Nothing: not finite.
     std::vector<double> history;                                         ///< Of the first metric, oldest first.
@@ -41,9 +41,9 @@ struct ViewFrame
 };
 
 /// How long a running or waiting stage still takes: its count's speed, trusted the more the further it is, and what it is
-/// expected to take. Nothing where neither tells.
+/// expected to take. Nothing if neither is known.
 std::optional<double> left_s(const ViewStage& stage);
-/// How long all still takes, stages side by side sharing the cores. Nothing where no stage tells.
+/// How long all still takes, stages side by side sharing the cores. Nothing if it is not known of any stage.
 std::optional<double> left_s(const std::vector<ViewStage>& stages, int cores);
 
 /// The lines, without line ends, each at most width - 1 columns wide, at most height - 1 of them: a line per stage in their

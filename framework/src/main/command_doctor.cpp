@@ -18,7 +18,7 @@ namespace fresco::host
 namespace
 {
 
-/// What the driver says of the graphics cards, or that there is none.
+/// The graphics cards as the driver lists them, or a line that there are none.
 std::string cuda_text()
 {
     std::ifstream driver("/proc/driver/nvidia/version");

@@ -67,7 +67,7 @@ void write_folder(const fs::path& folder, const std::vector<TextFile>& files)
     try
     {
         write_files(temporary, files);
-        // As mkdir would have given them; mkdtemp's are for the owner alone.
+        // As mkdir would have given them; mkdtemp's are only for the owner.
         const mode_t mask = ::umask(0);
         ::umask(mask);
         fs::permissions(temporary, static_cast<fs::perms>(0777U & ~mask));

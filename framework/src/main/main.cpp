@@ -89,7 +89,7 @@ class FoldedHelp final : public CLI::Formatter
                              : fresco::host::terminal_width(STDOUT_FILENO);
 };
 
-/// Whether the first word is none of the commands; says so.
+/// Whether the first word is not a command; if so, prints that.
 bool names_unknown_command(const CLI::App& app, int argc, char** argv)
 {
     if (argc < 2 || argv[1][0] == '-')
@@ -183,12 +183,12 @@ int run_command_line(int argc, char** argv)
 
 int main(int argc, char** argv)
 {
-    // A reader that goes away (`fresco stages | head`) is no reason to leave a run in disorder.
+    // A reader that goes away (`fresco stages | head`) must not leave a run in disorder.
     std::signal(SIGPIPE, SIG_IGN);
     // Beyond `ulimit -f` writing fails with a reason, as on a full disk. Workers inherit this.
     std::signal(SIGXFSZ, SIG_IGN);
     open_closed_streams();
-    // Of what becomes of the others the host tells.
+    // How an internal worker ends is reported by the host that started it.
     if (argc < 2 || !std::string_view(argv[1]).starts_with("internal-"))
         explain_lack_of_memory();
     try

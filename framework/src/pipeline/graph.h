@@ -18,7 +18,7 @@ class StageGraph
     StageGraph& operator=(StageGraph&&) noexcept;
 
     std::size_t size() const;
-    /// Several equal edges count once. Throws std::out_of_range for a number that is no node.
+    /// Several equal edges count once. Throws std::out_of_range for an unknown node.
     void add_edge(std::size_t from, std::size_t to);
     /// What `node` needs directly, and what needs it directly; ascending.
     std::vector<std::size_t> needs(std::size_t node) const;

@@ -201,7 +201,7 @@ void merge_vars(YamlNode& below, YamlNode above)
             below.entries.push_back(std::move(entry));
 }
 
-/// A var that the upper file sets is no axis any more, unless the file says so.
+/// A var that the upper file sets is not an axis any more, unless the file says so.
 void merge_matrix(YamlNode& below, YamlNode above, const YamlNode& vars_above, ProblemList& problems)
 {
     for (const YamlNode::Entry& var : vars_above.entries)

@@ -21,7 +21,7 @@ class Settings
     Settings(const std::vector<std::pair<std::string, std::string>>& sets, const std::filesystem::path& working_directory,
              ProblemList& problems);
 
-    /// Replaces the values of vars and narrows axes. A name that is no var is reported, with the nearest.
+    /// Replaces the values of vars and narrows axes. An unknown name is reported, with the nearest.
     void set_vars(PipelineDocument& document, std::vector<MatrixAxis>& axes);
     /// Replaces options, `input` and `type` in the substituted stages. Inside a component that the file does not give, the
     /// default (and what `auto` stands for) is written out first, so that one of its options can be changed.

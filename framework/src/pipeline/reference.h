@@ -19,7 +19,7 @@ struct ReferencePage
 };
 
 /// One page for each type that can be used, and the table of contents: types by kind, and which artifact who makes and takes.
-/// The text depends on the declarations alone, not on where libraries are. Throws Error where a declaration is malformed.
+/// The text depends only on the declarations, not on where libraries are. Throws Error if a declaration is malformed.
 std::vector<ReferencePage> reference_pages(const Catalog& catalog);
 
 /// Writes the pages into `folder`, which is made where it is missing, and removes pages that an earlier call wrote for types that

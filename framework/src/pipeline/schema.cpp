@@ -39,7 +39,7 @@ Value number_schema(const OptionDeclaration& option, const char* type)
         const bool whole = number == static_cast<double>(static_cast<std::int64_t>(number));
         return whole ? Value(static_cast<std::int64_t>(number)) : Value(number);
     };
-    // Beyond these a whole double is no exact integer.
+    // Beyond these a whole double is not an exact integer.
     constexpr double largest = 9e15;
     if (option.min)
         schema.set("minimum", std::abs(*option.min) < largest ? limit(*option.min) : Value(*option.min));

@@ -46,7 +46,7 @@ class TreeBuilder final : public YAML::EventHandler
 
     YamlNode take_root() { return std::move(root_); }
     void expect_no_more() { expect_no_more_ = true; }
-    /// Only of a document that could be read: an open '[' makes yaml-cpp see keys where there are none.
+    /// Only of a document that could be read: an open '[' makes yaml-cpp see keys that do not exist.
     void report_odd_keys()
     {
         for (auto& [position, text] : odd_keys_)

@@ -81,7 +81,7 @@ inline constexpr std::size_t yaml_depth_limit = 32;
 inline constexpr std::size_t yaml_node_limit = 100'000;
 
 /// Reads one document. Anchors, aliases, tags, merge keys, duplicate keys, a second document, trailing text, open quotes, bad
-/// UTF-8 and documents above the limits are problems; what can be read besides is returned. An empty document is a null node.
+/// UTF-8 and documents above the limits are problems; the rest is still returned. An empty document is a null node.
 /// Sets `complete` to false when reading stopped early, so that what is missing need not be reported.
 YamlNode parse_yaml(std::string_view text, std::shared_ptr<const YamlSource> source, ProblemList& problems, bool& complete);
 

@@ -67,7 +67,7 @@ class Text
     std::vector<std::size_t> starts_;
 };
 
-/// Offset of the first byte that is no UTF-8 or a control character, if any.
+/// Offset of the first control character or invalid UTF-8, if any.
 std::optional<std::size_t> first_bad_byte(std::string_view text);
 
 /// Whether a quoted scalar that begins `quoted` ends in it: yaml-cpp takes the end of the file for the closing quote.

@@ -22,7 +22,7 @@ const fresco_plugin_info& host_stamp();
 std::optional<std::string> handshake_problem(const fresco_plugin_info& plugin, const fresco_plugin_info& host,
                                              const fresco_plugin_info* torch);
 
-/// Why the file cannot be a whole shared library for this machine, from its headers alone, or nothing. Never blocks: a FIFO, a
+/// Why the file cannot be a whole shared library for this machine, judged by its headers, or nothing. Never blocks: a FIFO, a
 /// folder or a device is named, not opened.
 std::optional<std::string> library_file_problem(const std::filesystem::path& file);
 

@@ -34,7 +34,7 @@ constexpr double most_memory_mb = 4096;
 void tell(const Value& line)
 {
     const std::string text = to_json(line) + "\n";
-    // Run by hand there is no channel; the lines are for the person then.
+    // Without a channel someone runs it by hand and reads the lines.
     if (fcntl(child_channel, F_GETFD) < 0 || !send_all(child_channel, text))
         std::cout << text << std::flush;
 }
@@ -102,7 +102,7 @@ ProcessLoad load_of(pid_t pid)
     return {static_cast<double>(user + system) / static_cast<double>(sysconf(_SC_CLK_TCK)), state == 'S'};
 }
 
-/// 5 s of work, or 5 s of sleep without any: a slow start on a busy machine is no reason to refuse a good library.
+/// 5 s of work, or 5 s of sleep without any: a slow start on a busy machine must not get a good library refused.
 void check_time(RunningProbe& running)
 {
     if (running.timed_out)
@@ -121,7 +121,7 @@ void check_time(RunningProbe& running)
     }
 }
 
-/// Throws Error if the line is none that internal_probe writes.
+/// Throws Error if internal_probe does not write such a line.
 void take_line(RunningProbe& running, const std::string& text)
 {
     const Value line = parse_json(text, "probe");

@@ -42,8 +42,8 @@ fs::path sdk_library()
                                                                                                   : fs::path();
 }
 
-/// Descriptions by the contents of library and SDK, and by all that tells the loader which libraries are behind it: its place,
-/// LD_LIBRARY_PATH, and the names and contents of what lies in the folders of fresco's own libraries.
+/// A description is keyed by the contents of library and SDK and by everything that decides what the loader finds: the path,
+/// LD_LIBRARY_PATH, and the names and contents of the files in the folders of fresco's own libraries.
 class DescriptorCache
 {
   public:

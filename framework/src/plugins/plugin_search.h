@@ -25,7 +25,7 @@ std::filesystem::path user_cache_folder();
 std::filesystem::path descriptor_cache_folder();
 
 /// Everything in the plugin folders: descriptions from the cache where the file is known (by stamp, then by contents), from a
-/// child process otherwise. Opens no library in this process. `again`: ask refused libraries anew.
+/// child process otherwise. Opens no library in this process. `again`: ask refused libraries again.
 Catalog load_catalog(bool again = false);
 
 /// One hash for a plugin's own bytes and those of fresco's libraries that it runs with.

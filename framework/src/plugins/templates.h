@@ -22,7 +22,7 @@ std::vector<std::string> plugin_kinds();
 std::string plugin_folder_name(const std::string& type);
 
 /// A plugin of one of plugin_kinds() that holds `type`: sources, tests, CMakeLists.txt, README.md and a pipeline that uses it.
-/// Throws Error where `type` is no name of a type (small letters, digits and _, with a dot between), or no name in C++ comes of
+/// Throws Error if `type` is not a valid type name (small letters, digits and _, with a dot between), or no name in C++ comes of
 /// it.
 std::vector<TextFile> new_plugin(const std::string& kind, const std::string& type);
 

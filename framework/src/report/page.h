@@ -18,7 +18,7 @@ struct Page
     std::filesystem::path html;
     Value data;             ///< Of `json`; the page draws the same.
     Value previews;         ///< What there is to look at: see preview_requests.
-    std::string signature;  ///< Of what results the page is.
+    std::string signature;  ///< Of the results that the page shows.
     std::string hurry;      ///< Why no pictures are made; empty: they are.
 };
 

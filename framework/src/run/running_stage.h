@@ -58,7 +58,7 @@ class RunningStage
     const StageLimits& limits() const { return limits_; }
     /// The system killed some process since the start, because memory ran out.
     bool memory_ran_out() const { return oom_kills() > oom_kills_; }
-    /// It said that it stopped because it was told to.
+    /// It said that it stopped on request.
     bool was_canceled() const { return was_canceled_; }
     /// The last lines that it printed, tail_lines at most.
     std::string printed_tail() const;

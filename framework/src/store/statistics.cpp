@@ -93,7 +93,7 @@ CostFigures Statistics::corrected(const std::string& type, const CostFigures& es
     }
     catch (const std::exception&)
     {
-        return estimated;  // A damaged record of costs is no reason to fail.
+        return estimated;  // A damaged record of costs must not fail the plan.
     }
 }
 

@@ -112,7 +112,7 @@ std::vector<std::filesystem::path> entries_of(const std::filesystem::path& folde
 /// In a handler: throws again what hinders from reading a file that is there. Neither is it damaged, nor may it count as gone.
 void rethrow_if_there(const std::filesystem::path& file);
 
-/// The lock that every run holds shared and that tidying up takes alone.
+/// The lock that every run holds shared and that tidying up holds exclusively.
 FileLock store_lock(const Store& store);
 
 }  // namespace fresco::host

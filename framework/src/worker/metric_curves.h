@@ -27,7 +27,7 @@ class MetricCurves
 
     /// The figures at `done`. Where a stage goes back to an earlier place, what was there goes. True if the point was kept.
     bool add(double done, const Value& metrics);
-    /// {unit, done: [...], metrics: {name: [...]}}, null where a figure was not known yet; null if nothing was told.
+    /// {unit, done: [...], metrics: {name: [...]}}, null where a figure was not known yet; null if nothing was reported.
     Value to_value(std::string_view unit) const;
     const std::vector<Point>& points() const { return points_; }
 

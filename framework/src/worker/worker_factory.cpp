@@ -11,7 +11,7 @@ namespace fresco::host
 namespace
 {
 
-/// The same for configurations that differ in the order of their keys alone.
+/// The same for configurations that differ only in the order of their keys.
 Value sorted(const Value& value)
 {
     if (value.is_list())

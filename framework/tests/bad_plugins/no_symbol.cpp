@@ -1,4 +1,4 @@
-// A shared library that is no plugin.
+// A shared library, but not a plugin.
 extern "C" __attribute__((visibility("default"))) int answer();
 
 int answer()

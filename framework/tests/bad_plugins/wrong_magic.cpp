@@ -1,4 +1,4 @@
-// Says it is no plugin.
+// Claims not to be a plugin.
 #include <fresco/abi.h>
 #include <fresco/compiler_stamp.h>
 

@@ -204,7 +204,7 @@ TEST_CASE("a terminal that cannot move its cursor, and none at all, get whole li
     CHECK(contains(piped.err, "one: done in "));
 }
 
-TEST_CASE("A figure that is no number is drawn without one")
+TEST_CASE("A figure that is not a number is drawn without one")
 {
     const auto live = make_display(DisplayKind::live);
     live->stage_begins("mean", 1);

@@ -138,7 +138,7 @@ TEST_CASE("What the command line names must be there, and the nearest name is gi
     CHECK(!fs::exists(place.file("nowhere")));
 }
 
-TEST_CASE("Output that cannot be written is an error, a reader that goes away is none")
+TEST_CASE("Output that cannot be written is an error, but a reader may go away")
 {
     Workplace place;
     place.write("room.yaml", simple);

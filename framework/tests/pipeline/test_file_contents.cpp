@@ -28,7 +28,7 @@ struct Example
 
 }  // namespace
 
-TEST_CASE("A file that is not what its name says is told from a good one by its beginning and end", "[pipeline]")
+TEST_CASE("A file that does not match its name is recognized by its beginning and end", "[pipeline]")
 {
     const std::string far(100'000, 'x');
     const std::vector<Example> examples{

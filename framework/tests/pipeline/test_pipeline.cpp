@@ -103,7 +103,7 @@ TEST_CASE("auto follows the option that decides it", "[pipeline]")
     CHECK(texture.input_files == std::vector<std::filesystem::path>{folder.path() / "pic.jpg", folder.path() / "vgg.st"});
 }
 
-TEST_CASE("Components are written by type alone or with options, in any order", "[pipeline]")
+TEST_CASE("Components are written as a type, with or without options, in any order", "[pipeline]")
 {
     const Room folder;
     const Catalog catalog = hand_made_catalog();

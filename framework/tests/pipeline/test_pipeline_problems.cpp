@@ -234,7 +234,7 @@ TEST_CASE("What is missing, and which plugin fails, leads to its own exit code",
     CHECK(unset.exit_code() == 3);
 }
 
-TEST_CASE("A file that is no pipeline is one clear problem", "[pipeline]")
+TEST_CASE("A file that is not a pipeline is one clear problem", "[pipeline]")
 {
     const TemporaryFolder folder;
     const Catalog catalog = hand_made_catalog();

@@ -31,7 +31,7 @@ stages:
 
 }  // namespace
 
-TEST_CASE("pictures of a combination: of the last stage that made some for it alone, spread evenly")
+TEST_CASE("pictures of a combination: of the last stage that made some only for it, evenly spaced")
 {
     Pipeline pipeline;
     for (const auto& [own_name, place] : {std::pair{"views", "a"}, {"last", ""}, {"text", "a"}, {"extra", "a"}})

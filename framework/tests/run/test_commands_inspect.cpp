@@ -62,7 +62,7 @@ TEST_CASE("stages lists what there is, and with --all what cannot be used", "[in
     CHECK_THAT(none.str(), Contains("no plugin was found"));
 }
 
-TEST_CASE("describe tells ports, options, defaults and ranges", "[inspect]")
+TEST_CASE("describe prints ports, options, defaults and ranges", "[inspect]")
 {
     const Catalog catalog = small_catalog();
     std::ostringstream out;

@@ -62,7 +62,7 @@ void flip(const fs::path& file, std::size_t at)
 
 }  // namespace
 
-TEST_CASE("Exports leave the user's files beside them alone, and each other's")
+TEST_CASE("Exports touch neither the user's files next to them nor each other's")
 {
     Workplace place;
     place.write("room.yaml", R"(version: 1

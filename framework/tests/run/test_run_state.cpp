@@ -53,7 +53,7 @@ bool is_fixed(const StageNode& node)
     return node.state == StageState::running || node.state == StageState::failed || node.state == StageState::interrupted;
 }
 
-/// The states as they follow from which results are there, all anew.
+/// The states computed from the present results, from scratch.
 std::vector<StageState> expected_states(const std::vector<StageNode>& nodes)
 {
     std::vector<StageState> states;
@@ -118,7 +118,7 @@ StoredResult made(const Store& store, const StageNode& node)
 
 }  // namespace
 
-TEST_CASE("After each change of one stage all states are as if they were found anew", "[run_state]")
+TEST_CASE("After each change of one stage all states equal those computed from scratch", "[run_state]")
 {
     std::mt19937 random(7);
     const Catalog catalog = catalog_of_nodes();

@@ -338,12 +338,12 @@ stages:
     CHECK(std::count(log.begin(), log.end(), "slow was stopped") == 2);
 }
 
-TEST_CASE("Books that cannot be kept are told and end nothing")
+TEST_CASE("Statistics that cannot be saved are reported and do not end the run")
 {
     Workplace place;
     place.write("room.yaml", diamond);
     REQUIRE(place.run({"run", "room.yaml"}).code == 0);
-    // In the way of what is written: a folder is no file, and a file no folder.
+    // In the way of writing: a folder in place of a file, and a file in place of a folder.
     fs::remove(place.file(".fresco/stats.json"));
     fs::create_directory(place.file(".fresco/stats.json"));
     const fs::path records = fs::directory_iterator(place.file(".fresco/stages"))->path();

@@ -76,7 +76,7 @@ TEST_CASE("every combination runs, what they share runs once, and results are pl
     const auto& last = summary.at("combinations").as_list().at(3);
     CHECK(last.at("values").at("picture").as_string() == "wild");
     CHECK(last.at("files") == fresco::Value(fresco::Value::List{"scan=2,wild/sum.txt", "scan=2/scan.txt"}));
-    // The common stage counts for the first alone.
+    // The common stage counts only for the first.
     CHECK(last.at("ran").as_int() == 5);
     CHECK(last.at("stages").as_list().size() == 5);
 
@@ -269,7 +269,7 @@ TEST_CASE("a stage's own sweep.json is kept")
     CHECK_FALSE(fs::exists(place.file("out/sweep.html")));
 }
 
-TEST_CASE("what a matrix alone has is refused without one")
+TEST_CASE("options for a matrix are refused without one")
 {
     Workplace place;
     place.write("room.yaml", "version: 1\nstages:\n  one: {type: test.source, log: log}\n");

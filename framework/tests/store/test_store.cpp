@@ -120,7 +120,7 @@ TEST_CASE("Outside files: touched is the same, changed is another, changed back 
     touch(input, 1);
     CHECK(store.lookup("key").value().object == first.object);
 
-    // Also where the new stamp cannot be written down: a folder is no lock.
+    // Also where the new stamp cannot be written down: there is a folder in place of the lock.
     let_stamps_settle();
     fs::remove(store.lock_file("key"));
     fs::create_directory(store.lock_file("key"));
@@ -139,7 +139,7 @@ TEST_CASE("Outside files: touched is the same, changed is another, changed back 
     CHECK(!store.lookup("key"));
 }
 
-TEST_CASE("What was read beside an input file is not what lies beside an equal one")
+TEST_CASE("Files read next to an input do not stand for those next to an equal input")
 {
     const TemporaryFolder folder;
     const Store store(folder.path() / "store");
@@ -181,7 +181,7 @@ TEST_CASE("Results refer to other results, and are there only if those are")
     CHECK(!store.present(top));
 }
 
-TEST_CASE("Text that looks like a path into the store is no reference")
+TEST_CASE("Text that looks like a path into the store is not a reference")
 {
     const TemporaryFolder folder;
     const Store store(folder.path());

@@ -33,7 +33,7 @@ void keep_busy()
         continue;
 }
 
-/// Takes memory and uses it until there is none.
+/// Allocates memory and uses it until none is left.
 void take_all_memory()
 {
     std::vector<std::vector<char>> taken;

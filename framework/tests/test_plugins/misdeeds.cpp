@@ -76,7 +76,7 @@ void spoil(const fs::path& file)
             spoil(file);
 }
 
-/// Everything in the store but what lies in tmp/.
+/// Everything in the store outside tmp/.
 void spoil_others(const fs::path& store)
 {
     for (const auto& entry : fs::directory_iterator(store))

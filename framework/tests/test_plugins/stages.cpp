@@ -119,7 +119,7 @@ FRESCO_STAGE("test.add", Add, "The sum of two numbers")
 
 class Maybe final : public LoggedStage
 {
-    Output<Table> table{this, "table", fresco::optional, "The number, unless there is none"};
+    Output<Table> table{this, "table", fresco::optional, "The number, if any"};
     Output<Table> always{this, "always", "Another number"};
     Option<bool> made{this, "made", true, "Whether there is one"};
 
@@ -296,7 +296,7 @@ class Unmeasured final : public LoggedStage
         table = number(1);
     }
 };
-FRESCO_STAGE("test.unmeasured", Unmeasured, "Reports what is no number")
+FRESCO_STAGE("test.unmeasured", Unmeasured, "Reports NaN as a figure")
 
 class FactorScaler final : public Scaler
 {

@@ -20,7 +20,7 @@ fresco::Value manifest_with(const Workplace& place, const std::string& output)
 
 }  // namespace
 
-TEST_CASE("Every way to fail is told in words, with the right exit code, and publishes nothing")
+TEST_CASE("Every failure has an error message and the right exit code, and publishes nothing")
 {
     const std::map<std::string, std::pair<int, std::string>> ways{
         {"error", {1, "three vertices expected"}},
@@ -91,7 +91,7 @@ TEST_CASE("The manifest says how a result came about")
     CHECK(fs::is_empty(place.file(".fresco/tmp")));
 }
 
-TEST_CASE("A figure that is no number is null, in the progress and in the manifest")
+TEST_CASE("A figure that is not a number is null in progress and manifest")
 {
     Workplace place;
     place.write("room.yaml", "version: 1\nstages:\n  mean: {type: test.unmeasured}\n");
@@ -185,7 +185,7 @@ stages:
     CHECK(place.read("out/x.txt") == "5.000000\n");
 }
 
-TEST_CASE("A damaged result is named and made anew in the same run")
+TEST_CASE("A damaged result is named and made again in the same run")
 {
     Workplace place;
     place.write("room.yaml", R"(version: 1
@@ -227,7 +227,7 @@ stages:
     }
 }
 
-TEST_CASE("A damaged result that another run makes anew meanwhile is left to it")
+TEST_CASE("A damaged result that another run is already making again is left to that run")
 {
     Workplace place;
     place.write("room.yaml", R"(version: 1

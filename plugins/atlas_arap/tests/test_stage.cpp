@@ -89,7 +89,7 @@ TEST_CASE("a noisy corner: nearly all of it is mapped, nothing overlaps, and thr
     check_noisy_corner_atlas(FRESCO_PLUGIN_FILE, "atlas.arap");
 }
 
-TEST_CASE("known meshes: every face keeps its place, and the report tells what is wrong with them")
+TEST_CASE("known meshes: every face keeps its place, and the report lists their faults")
 {
     check_known_atlases(FRESCO_PLUGIN_FILE, "atlas.arap");
 }

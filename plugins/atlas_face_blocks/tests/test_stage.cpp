@@ -53,7 +53,7 @@ TEST_CASE("the corners of the first and of a later face by hand")
     CHECK(uv[15].y == 4.5625F / 16);
 }
 
-TEST_CASE("lookups in a face read texels of its own block alone, all of them but the far corner")
+TEST_CASE("lookups in a face read only texels of its own block, all of them but the far corner")
 {
     const Layout layout{64, 4};
     const auto uv = texcoords(layout.blocks_count(), layout);

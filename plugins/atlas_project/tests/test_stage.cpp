@@ -128,7 +128,7 @@ TEST_CASE("a noisy room corner: everything holds at once")
     }
 }
 
-TEST_CASE("faces without area, complex edges and a size that is no multiple of the cells get valid texcoords")
+TEST_CASE("faces without area, complex edges and a size that is not a multiple of the cells get valid texcoords")
 {
     fresco::testing::TestRun run;
     auto mesh = shapes::box({0, 0, 0}, {1, 1, 1});
@@ -147,7 +147,7 @@ TEST_CASE("limits that contradict each other are refused")
                       Catch::Contains("merge_limit_deg"));
 }
 
-TEST_CASE("known meshes: every face keeps its place, and the report tells what is wrong with them")
+TEST_CASE("known meshes: every face keeps its place, and the report lists their faults")
 {
     check_known_atlases(FRESCO_PLUGIN_FILE, "atlas.project");
 }

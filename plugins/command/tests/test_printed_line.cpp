@@ -4,7 +4,7 @@
 
 using namespace fresco::command;
 
-TEST_CASE("a program's lines to the host are told from all others", "[command]")
+TEST_CASE("a program's lines to the host are distinguished from all others", "[command]")
 {
     using Kind = SaidToHost::Kind;
     const auto share = said_to_host("fresco: progress 0.25\r");

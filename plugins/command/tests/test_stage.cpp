@@ -47,7 +47,7 @@ const char* const table_word = "printf \"{{\\\"columns\\\": [\\\"value\\\"], \\\
 
 }  // namespace
 
-TEST_CASE("a program is a stage: it takes inputs, makes outputs, tells how far it is, and is run again for a reason", "[command]")
+TEST_CASE("a program is a stage: it takes inputs, makes outputs, reports progress, and runs again only for a reason", "[command]")
 {
     Workplace place(plugins);
     place.write("room.yaml", pipeline);
@@ -290,7 +290,7 @@ TEST_CASE("a program that hears no signal is ended with all it started, wherever
     CHECK(words_of.get() == std::ifstream::traits_type::eof());
 }
 
-TEST_CASE("all that is wrong with a command is told before anything runs", "[command]")
+TEST_CASE("everything wrong with a command is reported before anything runs", "[command]")
 {
     struct Wrong
     {

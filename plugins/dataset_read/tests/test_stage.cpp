@@ -105,7 +105,7 @@ TEST_CASE("everything that a dataset holds is read as it was written, without a 
             const auto mesh = Mesh::load({out / "mesh", out});
             CHECK(mesh->triangles == made.mesh.triangles);
             CHECK(mesh->texcoords == made.mesh.texcoords);
-            // The manifest stamps all files: it alone decides whether the result is still the right one.
+            // The manifest stamps all files: only it decides whether the result is still the right one.
             CHECK(run.files_read == std::vector<fs::path>{folder.path() / "room/dataset.json"});
         }
 }

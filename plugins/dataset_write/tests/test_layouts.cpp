@@ -51,7 +51,7 @@ TEST_CASE("with pictures, transforms.json tells nerfstudio's world of the same c
 {
     const testing::TemporaryFolder folder;
     SmallRecording recording(folder.path());
-    // A quarter turn about z: columns of the camera's axes that are easily told apart.
+    // A quarter turn about z: columns of the camera's axes that are easy to distinguish.
     recording.frames->frames[1].color.world_from_camera.rotation.m = {0, -1, 0, 1, 0, 0, 0, 0, 1};
     recording.maps->views[1].camera = recording.frames->frames[1].color;
     testing::TestRun run;
@@ -80,7 +80,7 @@ TEST_CASE("with pictures, transforms.json tells nerfstudio's world of the same c
         CHECK(depth.values[i] == std::lround(1000 * map.depth.values[i]));
 }
 
-TEST_CASE("pictures that are JPEG or 8-bit RGB already are copied byte for byte, others are written anew")
+TEST_CASE("pictures that are JPEG or 8-bit RGB already are copied byte for byte, others are converted")
 {
     const testing::TemporaryFolder folder;
     Frame frame;

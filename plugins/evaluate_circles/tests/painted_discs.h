@@ -48,7 +48,7 @@ inline std::optional<std::pair<double, std::size_t>> first_plane(const Scene& sc
     return best;
 }
 
-/// Antialiased by 4 x 4 rays per pixel; what is no disc is white.
+/// Antialiased by 4 x 4 rays per pixel; the rest is white.
 inline fresco::Raster8 render(const Scene& scene, const fresco::Camera& camera)
 {
     constexpr int side = 4;

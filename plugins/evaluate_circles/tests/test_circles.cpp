@@ -216,7 +216,7 @@ TEST_CASE("an end off the surface is done without, a center is not")
     CHECK_FALSE(flat[0].world);
 }
 
-TEST_CASE("what is no convex red disc of the right size is counted and left out")
+TEST_CASE("shapes other than convex red discs of the right size are counted and left out")
 {
     const Camera c = camera(400, 200, 100);
     const Vec3d p{0, 0, 1};

@@ -143,7 +143,7 @@ TEST_CASE("creases are no seams")
     CHECK(seam_figures(pairs, picture_of(painted(one, 256, halves)), progress).inside < 1);
 }
 
-TEST_CASE("a rounded corner is a crease, a gentle bend is none")
+TEST_CASE("a rounded corner is a crease, a gentle bend is not")
 {
     const Progress progress;
     // The right chart begins with a strip that is turned by 25 degrees, then turns by as much again.

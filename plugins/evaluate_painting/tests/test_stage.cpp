@@ -121,7 +121,7 @@ bool has_line(const testing::TestRun& run, std::string_view beginning)
 }
 }  // namespace
 
-TEST_CASE("the stage tells mean and worst view, in JSON and as a table")
+TEST_CASE("the stage reports mean and worst view, as JSON and as a table")
 {
     const Recording recording;
     testing::TestRun run;

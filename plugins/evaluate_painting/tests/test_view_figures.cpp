@@ -80,7 +80,7 @@ TEST_CASE("the picture itself is what it is compared with")
     CHECK(own.coherence == Approx(1).epsilon(1e-9));
     CHECK(own.chroma_noise == Approx(1).epsilon(1e-9));
     CHECK(own.strokes == Approx(1).epsilon(1e-9));
-    // So is it in part, and where the painting is at hand in twice the size.
+    // So is it in part, and with the painting in twice the size.
     const ViewFigures part = figures_of(with_hole(picture, 40), style);
     CHECK(part.off_palette == 0);
     CHECK(part.coherence == Approx(1).margin(0.1));

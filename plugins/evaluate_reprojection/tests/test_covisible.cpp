@@ -103,7 +103,7 @@ TEST_CASE("the released lookup is displaced by x / W pixels")
     }
 }
 
-TEST_CASE("what lies behind the target's camera is not seen")
+TEST_CASE("surface behind the target's camera is not seen")
 {
     const ViewSurface source = surface(camera(20, 20, 0, 0));
     ViewSurface target = source;

@@ -2,12 +2,12 @@
 (() => {
     // study: {study, questions: [text], mixes_questions, pictures: [data URI], hints: by picture [[question or null, left, top, width,
     // height], …], strata: [[[picture, picture], …], …], pairs_count}
-    // Pictures go by number alone: who made which is in the key that the study's owner keeps.
+    // Pictures have only numbers: the key that the study's owner keeps says which method made which.
     const study = JSON.parse(document.getElementById("study-data").textContent);
     const element = id => document.getElementById(id);
     const storage = "fresco-study-" + study.study;
 
-    // ---- Numbers that depend on the participant's code alone: xorshift (Marsaglia, 2003), seeded by FNV-1a.
+    // ---- Numbers that depend only on the participant's code: xorshift (Marsaglia, 2003), seeded by FNV-1a.
     function makeRandom(text) {
         let state = 0x811c9dc5;
         for (const byte of new TextEncoder().encode(text))

@@ -23,13 +23,13 @@ Verdict verdict(std::size_t question, std::string preferred)
 
 }  // namespace
 
-TEST_CASE("a verdict is told in a line")
+TEST_CASE("a verdict fits on a line")
 {
     Study study;
     study.questions = {"Sharper?", "Nicer?"};
     CHECK(verdict_line(study, verdict(1, "ours")) == "Nicer? ours 75.0 % [50.0, 90.0], theirs 25.0 % [10.0, 40.0], neither 0.0 % "
                                                      "[0.0, 30.0] of 4 answers: ours is chosen more often");
-    CHECK(verdict_line(study, verdict(0, "")).ends_with(": no order can be told"));
+    CHECK(verdict_line(study, verdict(0, "")).ends_with(": no significant preference"));
 }
 
 TEST_CASE("verdicts are listed under their questions, and answers are counted")

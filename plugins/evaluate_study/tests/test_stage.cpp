@@ -143,7 +143,7 @@ TEST_CASE("pictures of a view are shown at one size, and must be of one shape")
     CHECK_THROWS_WITH(pictures.run_stage(options, run), Contains("one.png and") && Contains("share a name"));
 }
 
-TEST_CASE("results become percentages, of the same pictures or of the key alone")
+TEST_CASE("results become percentages, with the same pictures or only the key")
 {
     const Pictures pictures;
     testing::TestRun run;
@@ -176,7 +176,8 @@ TEST_CASE("results become percentages, of the same pictures or of the key alone"
     REQUIRE(with_results.messages.size() == 2);
     CHECK_THAT(with_results.messages[0], Contains("1 of 2 participants finished early"));
     CHECK_THAT(with_results.messages[1], Contains("Which picture has less visible stretch?") &&
-                                             Contains("100.0 % [34.2, 100.0]") && Contains("of 2 answers: no order can be told"));
+                                             Contains("100.0 % [34.2, 100.0]") &&
+                                             Contains("of 2 answers: no significant preference"));
 
     testing::TestRun by_key;
     const auto alone = pictures.run_stage(Value::Map{{"key", key_file.string()}, {"results", results.string()}}, by_key);
@@ -190,7 +191,7 @@ TEST_CASE("results become percentages, of the same pictures or of the key alone"
                       Contains("to the folder of result files too"));
 }
 
-TEST_CASE("too few pairs are told, and a canceled run stops")
+TEST_CASE("too few pairs are reported, and a canceled run stops")
 {
     const Pictures pictures;
     testing::TestRun run;

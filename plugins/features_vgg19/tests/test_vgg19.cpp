@@ -355,7 +355,7 @@ TEST_CASE("Real weights give activations of unit mean")
     const vgg19::Vgg19 network(vgg19::convolutions(weights, file.string()), weights.input, vgg19::Pooling::max);
     REQUIRE(network.layers().size() == 5);
     CHECK(network.layers().back().content);
-    // The scaling is to a mean of 1 over natural pictures; noise is none, but stays within a small factor.
+    // The scaling is to a mean of 1 over natural pictures; noise stays within a small factor of that.
     for (const auto& map : network.encode(noise_picture(64, 64), {"relu1_1", "relu2_1", "relu3_1"}))
     {
         CHECK(map.mean().item<double>() > 0.1);

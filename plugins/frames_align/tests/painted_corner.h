@@ -112,7 +112,7 @@ inline Mesh mesh_of(double step)
     return mesh;
 }
 
-/// The camera as a recorder that is mistaken by a turn about (0.3, 1, 0.2) and a shift tells it.
+/// The camera as recorded with an error: a rotation about (0.3, 1, 0.2) and a shift.
 inline Camera mistaken(const Camera& camera, double turn, Vec3d shift)
 {
     const Vec3d axis = normalized(Vec3d{0.3, 1, 0.2});

@@ -57,7 +57,7 @@ const std::vector<double> even_gains(7, 1.0);
 
 }  // namespace
 
-TEST_CASE("a camera that is told wrongly is put where it was")
+TEST_CASE("a wrongly recorded camera is moved back to where it was")
 {
     const auto points = surface_points(mesh_of(0.04), 10000);
     const auto truth = cameras();
@@ -111,7 +111,7 @@ TEST_CASE("right cameras stay, and one that shares nothing with others")
     CHECK(align::align(views_of(truth, truth, points, gains), points.size(), usual, run).error_before < 0.005);
 }
 
-TEST_CASE("what one picture shows alone hardly moves its camera")
+TEST_CASE("detail in only one picture hardly moves its camera")
 {
     const auto points = surface_points(mesh_of(0.06), 10000);
     const auto truth = cameras();

@@ -83,7 +83,7 @@ TEST_CASE("the change at a lag is that of the picture blurred as far, written ou
     }
 }
 
-TEST_CASE("a blurred picture is told from one of a plain wall, by the length of its blur")
+TEST_CASE("the length of its blur distinguishes a blurred picture from one of a plain wall")
 {
     testing::TestRun run;
     for (const int steps : {3, 5, 7})

@@ -74,7 +74,7 @@ std::vector<double> motion(std::size_t count, Random& random)
     return lengths;
 }
 
-/// How many of the points that a frame's depth picture shows no frame of `among` shows: by the depth pictures alone.
+/// How many points of a frame's depth picture no frame of `among` shows, judged only by depth pictures.
 double unseen_share(const Frames& frames, std::size_t of, const std::vector<RasterF>& depths, const std::vector<bool>& among)
 {
     const Frame& frame = frames.frames[of];

@@ -123,7 +123,7 @@ TEST_CASE("image.opencv: gray, YCbCr, RGB and CMYK JPEG, each with the stored or
     // Y 100, Cb 128, Cr 178: R = Y + 1.402 * 50, G = Y - 0.714136 * 50.
     CHECK(corner({.blocks = {{100, 128, 178}}}) == Values{170, 64, 100});
     CHECK(corner({.blocks = {{10, 20, 200}}, .before_frame = adobe_segment(0)}) == Values{10, 20, 200});
-    // Adobe's CMYK is inverted: 255 is no ink. R = C K / 255.
+    // Adobe's CMYK is inverted: 255 means no ink. R = C K / 255.
     const auto near = [&](const Values& values, int r, int g, int b)
     {
         CHECK(std::abs(values[0] - r) <= 2);
@@ -157,7 +157,7 @@ TEST_CASE("image.opencv: gray, YCbCr, RGB and CMYK JPEG, each with the stored or
     }
 }
 
-TEST_CASE("image.opencv: the check tells the kind of samples and refuses a cut file, without decoding")
+TEST_CASE("image.opencv: the check reports the kind of samples and refuses a truncated file, without decoding")
 {
     Codec codec;
     const auto deep = codec.images->encode_png(Raster16(7, 5, 1, 300));

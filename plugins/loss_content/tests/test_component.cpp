@@ -89,7 +89,7 @@ TEST_CASE("loss.content is the mean square difference to the camera's features")
     }
 }
 
-TEST_CASE("loss.content pulls toward the camera picture alone")
+TEST_CASE("loss.content pulls only toward the camera picture")
 {
     auto picture = at::full({3, 4, 4}, 0.25, at::kDouble).requires_grad_();
     const auto camera = at::full({3, 4, 4}, 0.75, at::kDouble).requires_grad_();

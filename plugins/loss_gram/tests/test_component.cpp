@@ -97,7 +97,7 @@ TEST_CASE("loss.gram looks at the pixels of its role only", "[gram]")
         const auto terms = fixture.evaluate(R"({"center": false})", part);
         CHECK(terms.at(0).value.item<double>() == Approx((1 + 0.25 * 3) / 9));
     }
-    SECTION("no passing pixel leaves the coarse target alone; no pixel at all leaves nothing")
+    SECTION("no passing pixel leaves only the coarse target; no pixel at all leaves nothing")
     {
         fresco::testing::PicturePart steep(picture, picture, all, at::zeros({4, 4}, at::kBool));
         CHECK(fixture.evaluate(R"({"center": false, "targets": "both"})", steep).at(0).value.item<double>() ==

@@ -99,7 +99,7 @@ TEST_CASE("blocks of the search change nothing, and every feature of the style f
     CHECK(at::equal(nnfm::most_similar(style.index_select(0, own), style), own));
 }
 
-TEST_CASE("sampled columns: one of each run, by the seed, with a gradient to those alone")
+TEST_CASE("sampled columns: one of each run, by the seed, with a gradient only to those")
 {
     auto features = at::arange(22, at::kDouble).reshape({2, 11}).requires_grad_();
     CHECK(at::equal(nnfm::sampled_columns(features, 11, 1), features));

@@ -65,7 +65,7 @@ std::int64_t euler(const Mesh& mesh)
            static_cast<std::int64_t>(counts.faces);
 }
 
-/// The mesh after the edge's first end took over its second, by the list of faces alone.
+/// The mesh after the edge's first end took over its second, computed from the list of faces.
 Mesh merged(const Mesh& mesh, std::uint32_t u, std::uint32_t v)
 {
     Mesh result;
@@ -187,7 +187,7 @@ TEST_CASE("a collapse that is allowed keeps the surface a manifold with the same
     CHECK(refused > 50);
 }
 
-TEST_CASE("after many collapses every price is what a piece made anew says")
+TEST_CASE("after many collapses every price equals that of a freshly made piece")
 {
     for (Mesh mesh : {shapes::noisy_corner(16), shapes::sphere(14, 20)})
     {

@@ -61,7 +61,7 @@ TEST_CASE("each pixel of a plane finds that plane, and counts by angle and dista
         }
 }
 
-TEST_CASE("what is no depth, too far or at the border is not believed")
+TEST_CASE("invalid depth, or depth too far or at the border, is ignored")
 {
     RasterF depth(width, height, 1, 2);
     const float infinite = std::numeric_limits<float>::infinity();

@@ -90,7 +90,7 @@ TEST_CASE("read.image: NPY pictures of one, three and four channels")
     CHECK(reader.codec->asked.empty());
 }
 
-TEST_CASE("read.image: an NPY file that is no picture is refused")
+TEST_CASE("read.image: an NPY file that is not a picture is refused")
 {
     testing::TemporaryFolder folder;
     const auto file = folder.path() / "a.npy";

@@ -302,7 +302,7 @@ inline Change crop(Vec3f low, Vec3f high)
     };
 }
 
-/// Leaves out what lies within balls around some vertices.
+/// Removes the faces within balls around some vertices.
 inline Change holes(std::size_t count, float radius)
 {
     return [=](Looked& looked)

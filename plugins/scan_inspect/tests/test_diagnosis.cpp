@@ -73,7 +73,7 @@ std::string told(const Diagnosis& found)
     return text;
 }
 
-/// The scene is built anew only for a changed mesh.
+/// The scene is rebuilt only for a changed mesh.
 Diagnosis diagnose_after(const Looked& right, const raycast::Scene& scene, const Change& change)
 {
     Looked looked = right;

@@ -37,7 +37,7 @@ TEST_CASE("a mistake is found only if it explains most, clearly better, in enoug
     CHECK(explains(frames(2, 100, 500, 200), frames(2, 800, 50, 50)));
     CHECK_FALSE(explains(frames(2, 350, 300, 300), frames(2, 700, 200, 100)));
 
-    // The floor of a furnished room fits; what lies in front of the measured surface does not.
+    // The floor of a furnished room fits; surface in front of the measured depth does not.
     CHECK(fits({1000, 450, 10, 540}));
     CHECK_FALSE(fits({1000, 450, 200, 350}));
     CHECK_FALSE(fits({1000, 200, 10, 790}));

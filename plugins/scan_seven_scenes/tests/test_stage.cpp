@@ -122,7 +122,7 @@ TEST_CASE("every file and name that was looked for is recorded", "[scan.seven_sc
 TEST_CASE("sequences and every choose frames", "[scan.seven_scenes]")
 {
     const WrittenRecording scan(reader, spread);
-    // Every sequence begins anew.
+    // Every sequence starts over.
     const auto frames = scan.read(Value::Map{{"every", 2}}).frames->frames;
     REQUIRE(frames.size() == 2);
     CHECK(frames[1].sequence == "seq-10");

@@ -93,7 +93,7 @@ TEST_CASE("a room has frames of two cameras and a colored mesh that fits inside"
     CHECK(run.reported.at("frames").as_int() == 6);
 }
 
-TEST_CASE("mesh and depth agree within the noise, through the depth camera alone", "[scan.synthetic_room]")
+TEST_CASE("mesh and depth agree within the noise, but only through the depth camera", "[scan.synthetic_room]")
 {
     const auto& [run, result] = recorded();
     const RawImages images;

@@ -83,7 +83,8 @@ TEST_CASE("pictures and poses find each other by time", "[scan.tum]")
                                "1.0; l:1 begins at 3.0, ends at 4.0"));
 }
 
-TEST_CASE("pictures without a partner are told with the gap and its option, and those that no list names", "[scan.tum]")
+TEST_CASE("warnings count pictures without a partner, naming the gap and its option, and pictures that no list names",
+          "[scan.tum]")
 {
     const WrittenRecording recording(reader);
     TestRun whole;

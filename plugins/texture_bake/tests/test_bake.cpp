@@ -122,7 +122,7 @@ TEST_CASE("unseen texels can be painted or kept, seen ones stay what they are")
     CHECK(red(filled, 0.15F, 0.25F) == 51);
 }
 
-TEST_CASE("what was optimized beside a chart is kept, what lies further out is gutter")
+TEST_CASE("optimized texels next to a chart are kept, those further out are gutter")
 {
     Texture texture = blank_texture(size, 0.6F);
     see(texture, {0.0F, 0.0F}, {1.0F, 1.0F}, {0.2F, 0.2F, 0.2F});  // everything is marked as seen

@@ -122,7 +122,7 @@ TEST_CASE("exposures that pictures were given are solved")
     CHECK(raw.gains[0] == Gain{1, 1, 1});
 }
 
-TEST_CASE("what one of five pictures shows alone does not enter the texture")
+TEST_CASE("detail in only one of five pictures does not enter the texture")
 {
     const auto clean = five_views(60);
     auto views = clean;
@@ -251,7 +251,7 @@ TEST_CASE("the streamed texture is the one that sorting every sample gives, for 
 
 TEST_CASE("unseen texels continue the seen ones")
 {
-    // The view sees the left part of the wall alone.
+    // The view sees only the left part of the wall.
     const auto made = [&]
     {
         testing::TestRun run;

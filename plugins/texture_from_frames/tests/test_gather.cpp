@@ -301,7 +301,7 @@ TEST_CASE("gathering agrees with asking every triangle for every texel")
     }
 }
 
-TEST_CASE("blocks hold their rows, and without splats only what lies between pixels")
+TEST_CASE("blocks hold their rows, and without splats only the texels between pixels")
 {
     const UvMap map = flat_map(10, 10, 1, 0.05F);  // 0.1 to 0.55 along u: texels 2 to 10.5 of 20
     const PixelLinks links(map, flat_camera(10, 10));

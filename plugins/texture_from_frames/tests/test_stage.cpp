@@ -133,7 +133,7 @@ TEST_CASE("the stage makes a texture that texture.bake takes, and reports")
     CHECK_THROWS_WITH(made(recording, {{"size_px", 16}, {"height_px", 45}}, run), Catch::Contains("45 px; found 30, 60"));
 }
 
-TEST_CASE("measured depth is looked at, unless told not to")
+TEST_CASE("measured depth is used unless switched off")
 {
     testing::TemporaryFolder folder;
     const Recording recording(folder.path(), true);

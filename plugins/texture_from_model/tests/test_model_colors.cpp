@@ -163,7 +163,7 @@ TEST_CASE("a shaded box shows six tones, flat to its edges; a ball is lighter to
     CHECK(side_light(1) > side_light(0));
 }
 
-TEST_CASE("ridges are lighter and valleys darker than what lies flat", "[texture.from_model]")
+TEST_CASE("ridges are lighter and valleys darker than flat surface", "[texture.from_model]")
 {
     // A strip that is bent a little, within the crease angle, at x = 1: up or down.
     const auto light_at_bend = [](float height)

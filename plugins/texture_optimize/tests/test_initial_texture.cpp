@@ -209,7 +209,7 @@ TEST_CASE("a start texture that cannot be begun with is refused")
     CHECK_THROWS_WITH(begin("frames", start), Catch::Contains("not finite"));
 }
 
-TEST_CASE("noise has the mean and the deviation asked for, structure of several sizes, and depends on the seed alone")
+TEST_CASE("noise has the mean and the deviation asked for, structure of several sizes, and depends only on the seed")
 {
     const auto picture = noise_picture(512, {0.5, 0.4, 0.6}, {0.1, 0.05, 0.02}, 7, 1);
     CHECK((noise_picture(512, {0.5, 0.4, 0.6}, {0.1, 0.05, 0.02}, 7, 3) == picture));

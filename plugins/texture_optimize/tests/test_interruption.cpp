@@ -107,7 +107,7 @@ TEST_CASE("what a run that ends without warning would lose is kept from time to 
     CHECK(kept->step < 9);
 }
 
-TEST_CASE("a damaged checkpoint is named and the run begins anew")
+TEST_CASE("a damaged checkpoint is named and the run starts over")
 {
     Studio studio;
     const auto options = Studio::options(mean_losses, {{"epochs", 1}});

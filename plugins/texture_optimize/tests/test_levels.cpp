@@ -156,7 +156,7 @@ TEST_CASE("depth levels: union eroded for the masks, weights eroded per role, bo
     CHECK(shares[0] == Approx(60.0 / 96 / (60.0 / 96 + 239.0 / 384)));
 }
 
-TEST_CASE("a pixel on a height belongs to that level alone, one without depth to none")
+TEST_CASE("a pixel on a height belongs only to that level, one without depth to none")
 {
     std::vector<UvMap> maps{flat_map(8, 8, 8.0F / 128, 1), flat_map(16, 16, 1, 1)};
     const auto on = depth_levels(maps, maps[0].depth, quarter, all_angles);

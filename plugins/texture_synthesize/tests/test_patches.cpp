@@ -177,7 +177,7 @@ TEST_CASE("patches reach over gentle bends, not around corners")
     CHECK(around == 0);
 }
 
-TEST_CASE("patches do not reach what lies a centimeter behind, joined by its rim or not")
+TEST_CASE("patches do not reach surface a centimeter behind, joined by its rim or not")
 {
     const auto same_depth = [](Vec3f center, Vec3f texel) { return std::abs(center.z - texel.z) < 0.005F; };
     for (const int quads : {1, 6})

@@ -29,7 +29,7 @@ TEST_CASE("a triangle between the planes stays as it is")
     CHECK(part.corners[2].nearness == 0.25F);
 }
 
-TEST_CASE("what lies behind the camera is cut off, and all of it leaves nothing")
+TEST_CASE("surface behind the camera is cut off, and nothing is left of a mesh behind it")
 {
     const Frustum frustum(square);
     CHECK(clipped({Vec3d{0, 0, -1}, {1, 0, -2}, {0, 1, -1}}, frustum).count == 0);

@@ -1,4 +1,4 @@
-"""Reads and writes the mesh.ply that fresco exchanges meshes by, with NumPy: binary little-endian, triangles alone."""
+"""Reads and writes the mesh.ply that fresco exchanges meshes by, with NumPy: binary little-endian, only triangles."""
 import pathlib
 
 import numpy as np

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """recolor.py --in FOLDER --out FOLDER [--turn DEGREES]: turns the colors of a textured mesh's picture around the gray axis.
 
-NumPy alone: a textured mesh is a folder with mesh.ply and image.npy, uint8 H x W x 3.
+Needs only NumPy: a textured mesh is a folder with mesh.ply and image.npy, uint8 H x W x 3.
 """
 import argparse
 import pathlib

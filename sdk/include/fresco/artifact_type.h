@@ -29,7 +29,7 @@ struct ArtifactType
 
 /// Those of the SDK, and of every plugin that this process has open.
 std::vector<const ArtifactType*> artifact_types();
-/// nullptr where it is none of artifact_types.
+/// nullptr for other names.
 const ArtifactType* find_artifact_type(std::string_view name);
 
 /// Makes `T` one of artifact_types as soon as the library that uses it is opened. Each Input<T> and Output<T> does.

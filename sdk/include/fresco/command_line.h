@@ -30,9 +30,9 @@ struct CommandLineProblem
     bool is_missing = false;  ///< A program that is not there; otherwise the pipeline is wrong.
 };
 
-/// Checks the command lines of a stage against its files and ports: unknown {names}, outputs that no word tells the program of,
+/// Checks the command lines of a stage against its files and ports: unknown {names}, outputs that no word passes to the program,
 /// files that are used but not declared, programs that there are not. `values` are the checked values of `options`; `folder_of`
-/// tells the folder that the path in a word of an option would count from.
+/// gives the folder that a relative path in an option's word starts from.
 std::vector<CommandLineProblem>
 check_command_line(const std::vector<OptionDeclaration>& options, const Value& values,
                    const std::function<std::filesystem::path(const std::string& option, std::size_t word)>& folder_of);

@@ -10,7 +10,7 @@
 namespace fresco
 {
 
-/// Size of a picture as its header tells it (before EXIF orientation).
+/// Size of a picture as its header states it (before EXIF orientation).
 struct ImageHeader
 {
     int width = 0;

@@ -24,7 +24,7 @@ class KeptPieces
     /// Where files are written, each whole or not at all (write_file). They stay until the checkpoint goes, which is after the
     /// result is in the store: whoever is killed while gigabytes are published loses no piece.
     std::filesystem::path folder() const { return checkpoint_ / "files"; }
-    /// What the note of a piece says; nothing if there is none. Where the note or a file that it names is gone or damaged, that
+    /// What the note of a piece says; nothing without a note. Where the note or a file that it names is gone or damaged, that
     /// is said in a warning, and the piece counts as not made.
     std::optional<Value> find(std::size_t piece) const;
     /// Says that a piece is finished: its files, by name below folder(), and what else is to be known of it. Throws Error.

@@ -17,8 +17,8 @@ struct MatrixView
 
 /// c (rows of a x columns of b, row-major) = a b, in blocks that fit the caches (Goto and van de Geijn, "Anatomy of
 /// high-performance matrix multiplication", 2008), with the widest vectors that this processor has. Long sums are cut into pieces
-/// by the shapes alone and added in order: equal bytes for any number of threads. Throws std::invalid_argument where the shapes
-/// do not fit.
+/// that depend only on the shapes and added in order: equal bytes for any number of threads. Throws std::invalid_argument where
+/// the shapes do not fit.
 void multiply_matrices(const MatrixView& a, const MatrixView& b, float* c, int threads);
 
 }  // namespace fresco

@@ -48,7 +48,7 @@ struct Mesh : Artifact
 /// whose sizes do not match, a texcoord that is not finite.
 void check_mesh(const Mesh& mesh, std::string_view source);
 
-/// What tells one atlas from another: a hash of the triangles and texcoords, 32 hexadecimal digits. Textures and uv maps carry
+/// Identifies an atlas: a hash of the triangles and texcoords, 32 hexadecimal digits. Textures and uv maps carry
 /// it, so that a stage can refuse a texture that was made for another atlas.
 std::string atlas_id(const Mesh& mesh);
 /// Throws Error unless `id`, of what `source` names ("the texture on port 'start'"), is the mesh's atlas_id. An empty id is

@@ -78,7 +78,7 @@ struct OptionDeclaration
     bool is_slot() const { return kind == OptionKind::component || kind == OptionKind::components; }
     /// What is accepted, in words: "an integer from 4 to 50000000", "one of unlit, pbr", "the path of an existing file".
     std::string accepted() const;
-    /// The default as it is written in a pipeline file; "required" or "none" where there is none.
+    /// The default as it is written in a pipeline file; "required" or "none" without one.
     std::string default_text() const;
 };
 

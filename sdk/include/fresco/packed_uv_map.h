@@ -53,7 +53,7 @@ struct PackedUvMapBytes
     std::size_t cosine = 0;
     std::size_t depth = 0;
 };
-/// Of what pack_uv_map gave. Throws Error as unpack_uv_map does.
+/// Unpacks the result of pack_uv_map. Throws Error as unpack_uv_map does.
 PackedUvMapBytes packed_uv_map_bytes(std::span<const std::byte> bytes, std::string_view source);
 
 }  // namespace fresco

@@ -30,7 +30,7 @@ class RunContext : public Progress
     /// An empty folder, removed when the stage ends.
     virtual std::filesystem::path scratch_folder() = 0;
     /// A folder that belongs to exactly this result and outlives a killed run; removed once the result is published. Write into
-    /// it with write_checked, read with read_checked: what lies there for long may be damaged.
+    /// it with write_checked, read with read_checked: files may be damaged over time.
     virtual std::filesystem::path checkpoint_folder() = 0;
     /// Says that the result depends on the contents of a file that no option of type InputFile names. The next run does nothing
     /// only if they are unchanged.

@@ -57,7 +57,7 @@ class UvMaps : public Artifact
     UvMaps& operator=(UvMaps&&) = default;
 
     /// Writes one map while the stage runs, whole or not at all: what load_map gives is rounded as pack_uv_map says, so 16
-    /// uv_bits serve textures up to 4096 texels a side; uv_bits_for_texture tells what larger ones need. Thread-safe for
+    /// uv_bits serve textures up to 4096 texels a side; uv_bits_for_texture gives what larger ones need. Thread-safe for
     /// different (view, level). Throws Error as pack_uv_map and write_file do.
     static void write_map(const ArtifactFolder& folder, std::size_t view, int height_px, const UvMap& map, int uv_bits = 16);
     /// Reads one map. Thread-safe. Throws MissingInput if its file is missing, Error naming it if it is damaged or of the wrong

@@ -23,8 +23,8 @@ class MyPlugin final : public fresco::FeatureNetwork
         return {{"edges", 6, 1, 1, true, false}, {"shapes", 6, 4, 1, true, true}};
     }
 
-    /// Must be differentiable in the picture. Features of a cell depend on the pixels of the cell and of `margin_px` around it
-    /// alone: the optimizer encodes crops.
+    /// Must be differentiable in the picture. Features of a cell depend only on the pixels of the cell and of `margin_px` around
+    /// it: the optimizer encodes crops.
     std::vector<torch::Tensor> encode(const torch::Tensor& picture, const std::vector<std::string>& names) const override
     {
         const auto padded = at::replication_pad2d(picture.unsqueeze(0), {0, 1, 0, 1}).squeeze(0);

@@ -328,7 +328,7 @@ at::Tensor copy_from(const at::Tensor& from, const at::Tensor& to, bool non_bloc
     return to;
 }
 
-/// Streams are told apart but all work is done at once.
+/// Streams are distinct, but all work is done immediately.
 class Guard final : public c10::impl::DeviceGuardImplInterface
 {
   public:

@@ -60,7 +60,7 @@ Raster8 to_raster8(const torch::Tensor& picture)
     for (std::int64_t c = 0; c < channels; ++c)
         for (std::int64_t i = 0; i < pixels; ++i)
         {
-            // Not std::clamp alone: it passes NaN on, and converting NaN is undefined.
+            // std::clamp would pass NaN on, and converting NaN is undefined.
             const float v = in[c * pixels + i];
             const float level = v >= 0 ? std::min(v, 1.0F) * 255.0F : 0.0F;
             raster.values[static_cast<std::size_t>(i * channels + c)] = static_cast<std::uint8_t>(std::lround(level));

@@ -22,7 +22,7 @@ namespace
 /// A huge page: such pages are moved and cleared much faster.
 constexpr std::size_t chunk = std::size_t{1} << 21U;
 
-/// `count` chunks of new memory, aligned to one. Null where there is none.
+/// `count` chunks of new memory, aligned to one. Null if memory is used up.
 std::byte* new_chunks(std::size_t count)
 {
     const std::size_t size = (count + 1) * chunk;

@@ -131,7 +131,7 @@ class Recognizer
         return *tensor;
     }
 
-    /// In lower case, with the entry as it is written; nullptr where there is none.
+    /// In lower case, with the entry as it is written; nullptr without one.
     const std::string* entry(const char* name, std::string& lower) const
     {
         const auto found = contents_.metadata.find(name);

@@ -21,7 +21,7 @@ class ZipArchive
     /// The contents, compared with their checksum. Throws Error if there is no such entry or it is damaged.
     std::span<const std::byte> contents(const std::string& name) const;
     bool contains(const std::string& name) const { return entries_.contains(name); }
-    /// The name of the one entry that ends so. Throws Error where there is none or more than one.
+    /// The name of the one entry that ends so. Throws Error unless there is exactly one.
     std::string only_name_with_end(std::string_view end) const;
 
   private:

@@ -167,7 +167,7 @@ TEST_CASE("Wrong bytes in the elements of a zip archive are found")
     CHECK_THAT(state_dict_error(bytes), Catch::Contains("checksum"));
 }
 
-TEST_CASE("The form is told by the first bytes")
+TEST_CASE("The format is recognized by the first bytes")
 {
     CHECK_THAT(state_dict_error({}), Catch::Contains("safetensors"));
     CHECK_THAT(state_dict_error(bytes_of("PK")), Catch::Contains("zip"));

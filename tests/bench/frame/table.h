@@ -21,7 +21,7 @@ class Table
   public:
     Table(std::string name, std::string caption, std::vector<Column> columns);
 
-    /// Keys that no column has are kept in the JSON alone.
+    /// Keys without a column are kept only in the JSON.
     void add(fresco::Value row);
     const std::string& name() const { return name_; }
     const fresco::Value::List& rows() const { return rows_; }

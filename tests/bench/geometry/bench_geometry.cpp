@@ -30,8 +30,8 @@ std::optional<int> read_options(int argc, char** argv, Options& options)
     CLI::App app{"Times decimation, atlases and uv maps on a generated room and measures their quality"};
     auto& settings = options.settings;
     settings.threads = static_cast<int>(std::max(std::thread::hardware_concurrency(), 1U));
-    app.add_option("--mesh", options.meshes, "PLY or OBJ meshes to run over besides the room")->check(CLI::ExistingFile);
-    app.add_option("--scan", options.scans, "Recordings in the layout of 7-Scenes, whose meshes and poses to run over besides")
+    app.add_option("--mesh", options.meshes, "PLY or OBJ meshes to run over in addition to the room")->check(CLI::ExistingFile);
+    app.add_option("--scan", options.scans, "Recordings in the layout of 7-Scenes, whose meshes and poses to run over as well")
         ->check(CLI::ExistingDirectory);
     app.add_option("--json", options.json, "File for the same figures as JSON");
     app.add_option("--edge-m", options.edge_m, "Edges of the generated room's mesh, meters")

@@ -33,7 +33,7 @@ fresco::Mesh repaired_alone(const fresco::Mesh& mesh, fresco::Progress& progress
 fresco::Value measured(const Decimation& decimation, const GeometryInput& input, std::size_t target,
                        const GeometrySettings& settings, Measure& measure)
 {
-    // All begin from the same manifold. Its making is part of mesh.decimate's own time alone: the stage does it.
+    // All begin from the same manifold. Only mesh.decimate's own time includes making it: the stage does it.
     Threads progress(settings.threads);
     const fresco::Mesh manifold = repaired_alone(input.mesh, progress);
     const bool ours = &decimation == decimations().data();

@@ -3,7 +3,7 @@
 #include "atlases.h"
 #include "decimations.h"
 
-/// \file Blender's operators, run without a window in a process of its own. Their time is the operator's alone, as Blender takes
+/// \file Blender's operators, run without a window in a process of its own. Their time is only the operator's, as Blender takes
 /// it: carrying the mesh over does not count.
 
 namespace bench

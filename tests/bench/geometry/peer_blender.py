@@ -1,7 +1,7 @@
 """blender --background --factory-startup --python peer_blender.py -- FOLDER decimate SHARE | unwrap SIZE_PX
 
 Reads FOLDER/positions (float32 x 3) and FOLDER/triangles (uint32 x 3), runs the operator and writes what it made in the same form,
-`texcoords` (float32 x 2 for each corner) too, and `seconds`, which the operator alone took.
+`texcoords` (float32 x 2 for each corner) too, and `seconds`, the time of the operator by itself.
 """
 import math
 import pathlib

@@ -16,7 +16,7 @@ fresco::Mesh simplified(const fresco::Mesh& mesh, std::size_t target, fresco::Pr
     for (const auto& t : mesh.triangles)
         indices.insert(indices.end(), t.begin(), t.end());
     std::vector<unsigned int> left(indices.size());
-    // A number for the error's limit that is never reached: the count alone ends it.
+    // A number for the error's limit that is never reached: only the count ends it.
     const std::size_t count =
         meshopt_simplify(left.data(), indices.data(), indices.size(), &mesh.positions[0].x, mesh.positions.size(),
                          sizeof(fresco::Vec3f), 3 * target, std::numeric_limits<float>::max(), 0U, nullptr);

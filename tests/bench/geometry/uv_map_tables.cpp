@@ -20,7 +20,7 @@ namespace
 /// Where testing every face takes a second or two.
 constexpr int twin_height_px = 12;
 constexpr int repeats = 2;
-/// Differences of uv are told in texels of such a texture.
+/// Differences of uv are given in texels of such a texture.
 constexpr double texture_px = 4096;
 
 struct Implementation
@@ -169,7 +169,7 @@ std::vector<fresco::Mesh> meshes_of(const fresco::Mesh& mesh, const GeometrySett
 
 Table uv_map_table(const std::vector<GeometryInput>& inputs, const GeometrySettings& settings)
 {
-    Table table("uv maps", "per frame, every height alone and all together; the search structure is built once",
+    Table table("uv maps", "per frame, each height by itself and all together; the search structure is built once",
                 {{"input", "input"},
                  {"implementation", "implementation"},
                  {"faces", "faces"},

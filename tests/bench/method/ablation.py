@@ -3,7 +3,7 @@
 
 Needs a built fresco. Every run is a pipeline over the preset of its mode, with that preset's own start (zeros), λ_r, dense Adam and
 step decay; the steps are fewer because fewer frames are used and each is repeated less often. What runs share is stored once. Circle
-pictures are painted by the style loss alone, as in the paper's Table 2; other pictures with content, as in Table 1.
+pictures are painted with only the style loss, as in the paper's Table 2; other pictures with content, as in Table 1.
 Views are drawn with one ray per pixel, as the floor of the reprojection is: a smoother picture would fall below its floor.
 Prints where the losses on held-out frames stand on the way, then a table with 95 % bootstrap intervals over pictures, and says where
 an order holds: only where intervals do not overlap. Writes OUT/pictures.html: the same views in all modes, side by side.
@@ -203,7 +203,7 @@ def main():
           f"θ_d {options.theta_d} m", flush=True)
     cases = [(mode, picture, seed) for picture in options.picture
              for seed in range(options.seeds if has_circles(picture) else 1) for mode in options.modes]
-    # The first run alone makes what all share.
+    # The first run by itself makes what all share.
     results = {cases[0]: run(options, *cases[0])}
     with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
         waiting = {case: pool.submit(run, options, *case) for case in cases[1:]}

@@ -55,7 +55,7 @@ def pair_figures(gap):
 
 
 def bootstrapped(sums, figures, resamples=2000):
-    """The figures of all pictures together, and where 95 % of them lie when pictures are drawn anew (Efron 1979)."""
+    """The figures of all pictures together, and where 95 % of them lie when pictures are resampled (Efron 1979)."""
     draw = random.Random(1)
     drawn = [figures([sum(column) for column in zip(*draw.choices(sums, k=len(sums)))]) for _ in range(resamples)]
     result = {}

@@ -11,7 +11,7 @@ namespace bench
 struct MapFigures
 {
     std::size_t pixels = 0;
-    double other_validity_share = 0;  ///< Of all pixels: valid in one map alone.
+    double other_validity_share = 0;  ///< Of all pixels: valid in only one map.
     double other_surface_share = 0;   ///< Of all pixels: valid in both, but depths differ by more than a thousandth and 1 mm.
     double largest_uv = 0;            ///< Over the other pixels that are valid in both: the largest difference of u or v.
     double largest_depth_m = 0;

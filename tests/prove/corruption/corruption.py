@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Damages the files of a store and of the cache one at a time: a byte changed, the file cut, names exchanged with another of its kind.
 Each time the next runs must end with exit code 0 and the right bytes: one as before, whose exports are made again, and one with another
-option, which reads what lies upstream; the first writes its report too. The store holds finished results, and the checkpoint and kept
+option, which reads the results upstream; the first writes its report too. The store holds finished results, and the checkpoint and kept
 pieces of stages that were killed.
 
 With --long, 1 000 changed bytes spread over all kinds, one file of each cut at up to 40 lengths, and every pair of names; otherwise

@@ -46,7 +46,7 @@ int counted_main(int argc, char** argv, char** environment)
     return original_main(argc, argv, environment);
 }
 
-/// As the operator does it: a handler that the program has set is told first, and may throw.
+/// As operator new does: a handler that the program has set is called first, and may throw.
 void* failed()
 {
     const std::new_handler handler = std::get_new_handler();

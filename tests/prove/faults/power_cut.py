@@ -154,7 +154,7 @@ def replay(place):
 
 
 def check_all(place, stride):
-    """In Python: at each moment each unsynced change alone missing, each alone there, and the others of HOWS. `stride`: of how many
+    """In Python: at each moment only one unsynced change missing, only one present, and the others of HOWS. `stride`: of how many
     moments one is looked at. How many states that are, and how many of them are wrong."""
     seen, chance, faults = set(), random.Random(1), 0
     for number, disk in itertools.islice(replay(place), 0, None, stride):

@@ -44,7 +44,7 @@ RigidTransform pose_from(const Value& value)
 int size_from(const Value& value)
 {
     const std::int64_t size = value.as_int();
-    // check_camera tells what is accepted; beyond an int it would see another number.
+    // check_camera decides what is accepted; beyond an int it would see another number.
     return size > std::numeric_limits<int>::max() ? std::numeric_limits<int>::max()
                                                   : static_cast<int>(std::max<std::int64_t>(size, 0));
 }

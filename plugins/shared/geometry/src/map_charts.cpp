@@ -186,7 +186,7 @@ class ChartMapper
     {
     }
 
-    /// Works on a chart's faces alone: charts may be mapped side by side.
+    /// Works only on a chart's faces: charts may be mapped in parallel.
     ChartResult run(const FaceList& chart, Vec3d axis, const Progress& progress) const
     {
         ChartResult result;

@@ -24,7 +24,7 @@ struct CrumbLimits
     double area_m2 = 0;
 };
 
-/// Flat charts whose faces change places: who has which faces, and what lies where. Refers to both, which must outlive it;
+/// Flat charts whose faces change places: who has which faces, and where each lies. Refers to both, which must outlive it;
 /// changes `flat` alone. Not thread-safe.
 class MovingCharts
 {
@@ -52,7 +52,7 @@ class MovingCharts
     template <class Counts>
     bool covered(std::uint32_t chart, std::span<const Vec2d, 3> triangle, double tolerance, Counts counts) const;
 
-    /// Lays a face anew, in this chart.
+    /// Lays a face again, in this chart.
     void lay(std::uint32_t face, std::uint32_t chart, std::span<const Vec2d, 3> corners);
     /// Notes that all faces of a crumb were laid in a chart.
     void dissolve(std::uint32_t crumb, std::uint32_t chart);

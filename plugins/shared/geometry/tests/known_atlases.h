@@ -20,7 +20,7 @@ inline std::shared_ptr<fresco::Mesh> made_atlas(const char* plugin_file, const c
     return fresco::Mesh::load({folder.path() / "atlas", {}});
 }
 
-/// Every known mesh keeps its faces, each with area has texels that no other face shares, and the report tells its faults.
+/// Every known mesh keeps its faces, each with area has texels that no other face shares, and the report lists its faults.
 inline void check_known_atlases(const char* plugin_file, const char* type)
 {
     for (const auto& known : known_meshes())

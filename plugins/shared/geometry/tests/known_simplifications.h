@@ -106,7 +106,7 @@ inline Mesh waves()
     return mesh;
 }
 
-/// It reports, gives the same bytes for any number of threads, can be stopped, and warns where it cannot do what it is told.
+/// It reports, gives the same bytes for any number of threads, can be stopped, and warns if it cannot reach what was asked for.
 inline void check_stage(const SimplifyingStage& simplified)
 {
     TestRun one(1);
@@ -146,7 +146,7 @@ inline void check_stage(const SimplifyingStage& simplified)
     CHECK(stuck.messages.back().find("warning: stopped at 5 faces instead of 4") == 0);
 }
 
-/// Every known mesh comes out manifold, with its components, holes and handles, and the report tells what was repaired.
+/// Every known mesh comes out manifold, with its components, holes and handles, and the report lists what was repaired.
 inline void check_known_meshes(const SimplifyingStage& simplified)
 {
     for (const auto& known : known_meshes())

@@ -13,7 +13,7 @@ using namespace fresco::geometry;
 namespace
 {
 
-/// A mesh laid into the xy plane; what lies inside the unit square is movable.
+/// A mesh laid into the xy plane; vertices inside the unit square may move.
 FlatPatch patch_of(const Mesh& mesh)
 {
     FlatPatch patch;

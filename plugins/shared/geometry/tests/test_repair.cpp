@@ -119,7 +119,7 @@ TEST_CASE("an edge without length is welded, so that no crack opens")
     CHECK(count_surface(out).border_edges == 4);
 }
 
-TEST_CASE("sheets that touch in an edge are told apart and keep all faces")
+TEST_CASE("sheets that touch in an edge are separated and keep all faces")
 {
     SECTION("two bodies on one edge stay closed")
     {
@@ -181,7 +181,7 @@ TEST_CASE("a hundred thousand faces on one edge come apart into the planes they 
     CHECK(whole == planes);
 }
 
-TEST_CASE("fans that meet in a vertex alone get a vertex each")
+TEST_CASE("fans that meet only in a vertex get a vertex each")
 {
     Mesh mesh;
     mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}};

@@ -114,7 +114,7 @@ TEST_CASE("commuting covariances scale each channel")
     CHECK(map.offset.x == Approx(0.3 - 1.5));
 }
 
-TEST_CASE("a flat picture is moved, not amplified, and an empty one is left alone")
+TEST_CASE("a flat picture is shifted, not amplified, and an empty one is unchanged")
 {
     const auto flat = moments_of(std::vector<Vec3d>(10, {0.5, 0.5, 0.5}));
     const auto to = moments_of(cloud(500, {0.7, 0.3, 0.2}, 0.5, 3));

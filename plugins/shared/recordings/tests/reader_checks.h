@@ -234,7 +234,7 @@ struct Flaw
     std::vector<std::string> said;
 };
 
-/// A file written anew, a part of it replaced, a file or folder removed: what makes a flaw. Paths are below the recording's.
+/// One flaw: a file rewritten, a part of it replaced, a file or folder removed. Paths are below the recording's.
 inline std::function<void(WrittenRecording&)> writing(const std::filesystem::path& file, const std::string& text)
 {
     return [=](WrittenRecording& it) { it.write(file, text); };

@@ -242,7 +242,7 @@ inline void write_tum(const Frames& frames, const std::filesystem::path& folder)
 }
 
 /// Matterport3D: undistorted_camera_parameters/tiny.conf, the two picture folders, and the room that each picture was taken in:
-/// frame i in region i % 2. The depth pictures are written anew, in steps of 0.25 mm.
+/// frame i in region i % 2. The depth pictures are converted to steps of 0.25 mm.
 inline void write_matterport3d(const Frames& frames, const std::filesystem::path& folder, const ImageIo& images)
 {
     const auto count = std::to_string(frames.frames.size());

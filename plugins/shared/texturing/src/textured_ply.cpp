@@ -11,7 +11,7 @@ namespace fresco::texturing
 {
 namespace
 {
-/// Bytes as they lie in memory: fresco runs on little-endian machines alone, as its NPY files are.
+/// Bytes as they lie in memory: fresco runs only on little-endian machines, like its NPY files.
 class Bytes
 {
   public:

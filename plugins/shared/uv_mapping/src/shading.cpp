@@ -21,7 +21,7 @@ struct alignas(64) CacheLine
 
 constexpr int pixels_at_once = 16;
 
-/// Whether one of so many pixels may be seen through a crack, by its neighbors in the row: hardly ever, and quickly told.
+/// Whether one of so many pixels may be seen through a crack, by its neighbors in the row: rare, and cheap to find out.
 bool any_behind_both(const float* met)
 {
     int any = 0;

@@ -183,7 +183,7 @@ Floats roots(Floats of)
     return of;
 }
 
-/// Pixels first to first + 7 of a row; `numbers` tells the plane of each of them.
+/// Pixels first to first + 7 of a row; `numbers` holds the plane of each.
 void shade_group(const Source& source, const Plane* planes, const std::uint32_t* numbers, const std::uint32_t* faces, int first,
                  const double* ray, const Target& target, Ints* counts)
 {

@@ -53,7 +53,7 @@ class Part
     virtual std::int64_t step() const = 0;    ///< Counted from 0 over the run.
     virtual std::int64_t view() const = 0;    ///< Which frame is seen.
     virtual std::int64_t repeat() const = 0;  ///< 0 at the first of the consecutive steps on this view.
-    virtual std::uint64_t seed() const = 0;   ///< Depends on run seed, step and level alone.
+    virtual std::uint64_t seed() const = 0;   ///< Depends only on run seed, step and level.
 
     virtual torch::Tensor image() = 0;   ///< RGB in [0,1], 3 x H x W; gradients flow through it. 0 where no pixel is valid.
     virtual torch::Tensor camera() = 0;  ///< The camera picture at this size, RGB in [0,1], 3 x H x W; no gradient.

@@ -26,9 +26,9 @@ class OptimizerRule : public Component
     static constexpr std::string_view component_kind = "optimizer";
     ~OptimizerRule() override;
 
-    /// Whether parameters and gradients may lie on `device`; the default knows the CPU alone.
+    /// Whether parameters and gradients may lie on `device`; the default supports only the CPU.
     virtual bool runs_on(const torch::Device& device) const;
-    /// Before the first step, and where a run begins anew: makes its state for these parameters, of which there are none when
+    /// Before the first step, and where a run starts over: makes its state for these parameters, of which there are none when
     /// the last step is made.
     virtual void attach(const std::vector<TextureParameter>& parameters) = 0;
     /// One step at learning rate `rate` in the unit of the stored values. Others may set values before the first step after

@@ -66,7 +66,7 @@ struct StateDict
     std::vector<TensorView> tensors;              ///< Names are unique.
     std::map<std::string, std::string> metadata;  ///< Of safetensors.
 
-    /// nullptr where there is none.
+    /// nullptr without one.
     const TensorView* find(std::string_view name) const;
 };
 

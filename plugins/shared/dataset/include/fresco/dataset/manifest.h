@@ -35,7 +35,7 @@ struct View
     std::int64_t number = 0;                 ///< The recorder's frame number.
     Camera color;                            ///< At full size.
     Camera depth;                            ///< The recorder's depth camera.
-    std::optional<double> depth_unit_m;      ///< Meters per step of its picture; nothing: there is none.
+    std::optional<double> depth_unit_m;      ///< Meters per step of its picture; nothing without one.
     double sharpness = 0;                    ///< fresco::sharpness at 320 x 240.
     std::vector<std::int64_t> valid_pixels;  ///< Per height.
 };

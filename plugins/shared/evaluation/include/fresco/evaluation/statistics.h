@@ -34,7 +34,7 @@ struct Bootstrap
 using GroupStatistic = std::function<double(std::span<const std::size_t>)>;
 
 /// 95 % percentile interval of a statistic when whole groups are drawn with replacement: Efron, "Bootstrap methods: another look
-/// at the jackknife" (1979). Draws depend on the seed alone. Draws for which the statistic is NaN are left out; both ends are NaN
+/// at the jackknife" (1979). Draws depend only on the seed. Draws for which the statistic is NaN are left out; both ends are NaN
 /// where more than half of the draws are, or there are fewer than two groups.
 Interval bootstrap_interval(std::size_t groups, const GroupStatistic& statistic, const Bootstrap& bootstrap);
 

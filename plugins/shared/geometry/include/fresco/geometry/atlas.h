@@ -2,7 +2,7 @@
 
 #include <fresco/geometry/packing.h>
 
-/// \file What atlas stages share besides charts and packing.
+/// \file Shared by atlas stages, apart from charts and packing.
 
 namespace fresco::geometry
 {

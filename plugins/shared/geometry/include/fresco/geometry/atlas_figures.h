@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <vector>
 
-/// \file What an atlas is worth, from the mesh's texcoords alone, whatever made them.
+/// \file Quality figures of an atlas, computed from the mesh's texcoords, whatever made them.
 
 namespace fresco::geometry
 {

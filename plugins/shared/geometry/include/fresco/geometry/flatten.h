@@ -40,7 +40,7 @@ struct PlaneFrame
 };
 
 /// Lays projected charts better where it can: moves corners, cuts charts up. No two faces of a chart overlap afterward and all
-/// charts keep one scale; faces that it leaves without a chart (`none`) are projected anew.
+/// charts keep one scale; faces that it leaves without a chart (`none`) are projected again.
 using LayFlat = std::function<void(FlatCharts& flat)>;
 
 /// Projects every chart along its mean normal. Faces that turn away from it by more than merge_limit_deg, and faces that would

@@ -26,7 +26,7 @@ struct MapCounts
     std::size_t halved_charts = 0;     ///< Did not fit as a whole and were cut in two.
     std::size_t cut_edges = 0;         ///< Inside mapped charts that are closed or have handles.
     std::size_t cut_off_faces = 0;     ///< Overlapped others, or were squeezed, in a map that was kept without them.
-    double mapped_area_share = 0;      ///< Of the surface: what lies in mapped charts.
+    double mapped_area_share = 0;      ///< Share of the surface in mapped charts.
 };
 
 /// Replaces the projection of every chart by its map. Folded faces are relaxed with the faces around them; those that stay

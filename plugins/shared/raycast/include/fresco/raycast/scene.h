@@ -46,7 +46,7 @@ class Scene
     /// Camera::ray's directions a distance is the depth along the optical axis, meters. Thread-safe.
     void cast_rows(const Camera& camera, int first_row, int end_row, std::span<Hit> hits) const;
 
-    /// The faces of those hits alone, Hit::none where nothing is met. Thread-safe.
+    /// Only the faces of those hits, Hit::none where a ray hits nothing. Thread-safe.
     void first_faces(const Camera& camera, int first_row, int end_row, std::span<std::uint32_t> faces) const;
 
     const Mesh& mesh() const { return mesh_; }

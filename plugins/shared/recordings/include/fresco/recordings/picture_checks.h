@@ -23,8 +23,8 @@ void refuse_missing(const std::vector<std::string>& missing, std::string_view ru
 /// pictures of another size.
 void check_center(const Intrinsics& k, const std::string& source, const std::filesystem::path& picture);
 
-/// Throws Error naming `file` if its EXIF data turns it, as ImageIo::check tells: the pose and lens that `source` states are for
-/// the pixels as they are stored.
+/// Throws Error naming `file` if its EXIF data turns it, as ImageIo::check reports: the pose and lens that `source` states are
+/// for the pixels as they are stored.
 void check_not_turned(const std::filesystem::path& file, const ImageHeader& header, const std::string& source);
 
 /// Throws Error naming `file` unless ImageIo::check found 16-bit gray in it, or did not look.

@@ -15,7 +15,7 @@
 namespace fresco::recordings
 {
 
-/// One view as its recording tells it.
+/// One view as recorded.
 struct RecordedView
 {
     std::string sequence;  ///< File-name safe.
@@ -31,7 +31,7 @@ struct RecordedView
     /// None: the depth picture is registered to the color camera. It has that camera's shape and field of view, at any size.
     std::optional<Camera> depth_camera;
     double depth_unit_m = 0.001;
-    std::string source;  ///< What told the camera and the pose, such as "traj.txt:3", for errors.
+    std::string source;  ///< Origin of the camera and the pose, such as "traj.txt:3", for errors.
 };
 
 /// Names of a picture as its recording lists it ("images/frame_00012.jpg"): sequence "images" ("scan" without a folder), name

@@ -22,7 +22,7 @@ struct Recording
     std::vector<RecordedView> views{};  ///< All of them, in the order in which `every` counts.
     std::string files{};                ///< The files that each view has, for errors. Empty: each view's source names them.
     std::string note{};                 ///< Ends the message "12 frames".
-    bool every_of_sequence = false;     ///< `every` begins anew with each sequence.
+    bool every_of_sequence = false;     ///< `every` starts over with each sequence.
 };
 
 /// Help of the options and the output that each reader has.
@@ -73,7 +73,7 @@ class RecordedMesh
     const InputFile& given() const { return *file_; }
     /// Reads the mesh that find_file finds, if any.
     void read(const std::vector<std::filesystem::path>& candidates, RunContext& run);
-    /// Warns that there is none: the output stays empty.
+    /// Warns that the mesh is missing: the output stays empty.
     void leave_out(const std::string& expected, RunContext& run);
     RecordedMesh& operator=(Mesh surface);
 

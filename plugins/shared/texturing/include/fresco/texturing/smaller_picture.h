@@ -7,7 +7,7 @@ namespace fresco::texturing
 {
 
 /// The mesh's picture with at most `max_px` texels a side; as it is where it is no larger or `max_px` is 0. A texel averages, by
-/// area and in linear light, the texels of its own chart alone, and the gutter is filled anew from the nearest chart texels: no
+/// area and in linear light, only the texels of its own chart, and the gutter is filled again from the nearest chart texels: no
 /// color crosses from chart to chart until one texel holds parts of both, where the chart at its center wins. Equal for any
 /// number of threads. The mesh must have passed check_mesh and have texcoords, the picture must be square. Throws Canceled.
 Raster8 smaller_picture(const TexturedMesh& textured, int max_px, const Progress& progress);

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fmt/format.h>
 #include <limits>
 #include <string>
 
@@ -28,15 +29,14 @@ double largest(Vec3d a)
 /// The first triangle whose corners are others, or follow each other differently.
 void check_triangles(const std::vector<std::uint32_t>& found, const std::vector<std::uint32_t>& meant, bool may_turn)
 {
-    expect_written(found.size() == meant.size(),
-                   std::to_string(found.size() / 3) + " triangles of " + std::to_string(meant.size() / 3));
+    expect_written(found.size() == meant.size(), fmt::format("{} triangles of {}", found.size() / 3, meant.size() / 3));
     for (std::size_t i = 0; i < meant.size(); i += 3)
     {
         const auto same = [&](std::size_t turn) {
             return found[i] == meant[i + turn] && found[i + 1] == meant[i + (turn + 1) % 3] &&
                    found[i + 2] == meant[i + (turn + 2) % 3];
         };
-        expect_written(same(0) || (may_turn && (same(1) || same(2))), "triangle " + std::to_string(i / 3) + " differs");
+        expect_written(same(0) || (may_turn && (same(1) || same(2))), fmt::format("triangle {} differs", i / 3));
     }
 }
 }  // namespace
@@ -61,7 +61,7 @@ GlbErrors check_glb(const GlbModel& model, const WeldedMesh& mesh, const std::ve
     {
         const std::string vertex = "vertex " + std::to_string(i);
         const double position = largest(model.positions[i] - vec_cast<double>(mesh.positions[i]));
-        expect_written(position <= position_limit, vertex + " is " + std::to_string(position) + " m away");
+        expect_written(position <= position_limit, fmt::format("{} is {:f} m away", vertex, position));
         errors.position_m = std::max(errors.position_m, position);
         if (!model.normals.empty())
             expect_written(largest(model.normals[i] - vec_cast<double>(mesh.normals[i])) <= normal_limit,

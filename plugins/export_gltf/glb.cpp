@@ -11,6 +11,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <fmt/format.h>
 #include <limits>
 #include <map>
 #include <span>
@@ -190,8 +191,9 @@ std::string make_glb(const WeldedMesh& mesh, const std::vector<std::byte>& image
 {
     const std::size_t bytes = mesh.indices.size() * 4 + mesh.positions.size() * 40 + image.size();
     if (bytes > largest_file)
-        throw Error("the mesh and its picture take " + std::to_string(bytes >> 20U) +
-                    " MiB; a GLB file holds at most 4096: decimate the mesh or set max_texture_px");
+        throw Error(fmt::format(
+            "the mesh and its picture take {} MiB; a GLB file holds at most 4096: decimate the mesh or set max_texture_px",
+            bytes >> 20U));
     const bool has_normals = options.material == GltfMaterial::pbr;
     const QuantizedMesh steps = options.quantize ? quantized(mesh) : QuantizedMesh{};
     tinygltf::Model model;

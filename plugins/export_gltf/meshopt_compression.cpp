@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <fmt/format.h>
 #include <span>
 #include <vector>
 
@@ -78,8 +79,7 @@ std::string_view stored(std::string_view binary, const Value& view, const std::s
     const std::size_t offset = size_at(view, "byteOffset");
     const std::size_t length = size_at(view, "byteLength");
     if (size_at(view, "buffer") != 0 || offset > binary.size() || length > binary.size() - offset)
-        throw Error(place + std::to_string(length) + " bytes at " + std::to_string(offset) +
-                    " do not fit into the BIN chunk of " + std::to_string(binary.size()));
+        throw Error(fmt::format("{}{} bytes at {} do not fit into the BIN chunk of {}", place, length, offset, binary.size()));
     return binary.substr(offset, length);
 }
 
@@ -98,8 +98,8 @@ std::string decoded(std::string_view stream, const Value& compressed, const std:
     const auto* const begin = reinterpret_cast<const unsigned char*>(stream.data());
     if (result.empty() || (is_rows ? meshopt_decodeVertexBuffer(result.data(), count, stride, begin, stream.size())
                                    : meshopt_decodeIndexBuffer(result.data(), count, stride, begin, stream.size())) != 0)
-        throw Error(place + "a compressed stream of " + std::to_string(stream.size()) + " bytes does not hold " +
-                    std::to_string(count) + (is_rows ? " rows of " : " indices of ") + std::to_string(stride) + " bytes");
+        throw Error(fmt::format("{}a compressed stream of {} bytes does not hold {} {} of {} bytes", place, stream.size(), count,
+                                is_rows ? "rows" : "indices", stride));
     return result;
 }
 
@@ -219,7 +219,7 @@ std::string restored_glb(std::string_view glb)
         const std::string place = entry("bufferViews", i);
         const std::string rows = decoded(stored(compressed, *form, place), *form, place);
         if (rows.size() != size_at(view, "byteLength"))
-            throw Error(place + "byteLength: expected count x byteStride, " + std::to_string(rows.size()));
+            throw Error(fmt::format("{}byteLength: expected count x byteStride, {}", place, rows.size()));
         view.set("extensions", Value::Map{});
         view.set("buffer", 0);
         view.set("byteOffset", binary.size());

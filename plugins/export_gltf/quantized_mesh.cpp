@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fmt/format.h>
 #include <limits>
 #include <string>
 
@@ -54,8 +55,8 @@ std::uint16_t nearest_step(double steps)
 std::uint16_t texcoord_step(double at)
 {
     if (!(at >= -texcoord_rounding && at <= 1 + texcoord_rounding))
-        throw Error("option \"quantize\": a texcoord is " + std::to_string(at) +
-                    "; expected 0 to 1: set quantize: false for this mesh");
+        throw Error(
+            fmt::format("option \"quantize\": a texcoord is {:.6g}; expected 0 to 1: set quantize: false for this mesh", at));
     return nearest_step(at * last_step);
 }
 

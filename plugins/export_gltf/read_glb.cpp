@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fmt/format.h>
 
 using namespace fresco;
 using fresco::gltf::AccessorRows;
@@ -35,8 +36,7 @@ bool contains(const std::vector<std::string>& names, const std::string& name)
 template <class T>
 const T& element(const std::vector<T>& list, int at, const char* name)
 {
-    expect(at >= 0 && static_cast<std::size_t>(at) < list.size(),
-           std::string(name) + "[" + std::to_string(at) + "] of " + std::to_string(list.size()));
+    expect(at >= 0 && static_cast<std::size_t>(at) < list.size(), fmt::format("{}[{}] of {}", name, at, list.size()));
     return list[static_cast<std::size_t>(at)];
 }
 
@@ -130,7 +130,7 @@ class MeshReader
     static double finite(const AccessorRows& rows, std::size_t row, std::size_t component)
     {
         const double value = rows.at(row, component);
-        expect(std::isfinite(value), "vertex " + std::to_string(row) + " is not finite");
+        expect(std::isfinite(value), fmt::format("vertex {} is not finite", row));
         return value;
     }
 
@@ -160,7 +160,7 @@ class MeshReader
         {
             result_.normals.push_back({finite(rows, i, 0), finite(rows, i, 1), finite(rows, i, 2)});
             expect(std::abs(length(result_.normals.back()) - 1) <= unit_tolerance,
-                   "NORMAL: " + std::to_string(i) + " does not have unit length");
+                   fmt::format("NORMAL: {} does not have unit length", i));
         }
     }
 

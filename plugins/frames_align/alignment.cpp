@@ -1,5 +1,7 @@
 #include "alignment.h"
 
+#include <fresco/numerics/rotations.h>
+#include <fresco/numerics/solve_symmetric.h>
 #include <fresco/parallel.h>
 
 #include <algorithm>
@@ -29,7 +31,6 @@ constexpr double tiny_share = 1e-6;
 constexpr std::size_t unknowns = 7;  ///< Turn, shift, exposure.
 
 using Vector = std::array<double, unknowns>;
-using Matrix = std::array<Vector, unknowns>;
 
 /// The value and its derivatives along x and y of a bilinear lookup; false outside.
 struct Lookup
@@ -58,46 +59,6 @@ bool look_up(const RasterF& picture, double x, double y, Lookup& found)
     return true;
 }
 
-Mat3 rotation_of(Vec3d turn)
-{
-    const double angle = length(turn);
-    const Vec3d axis = normalized(turn);
-    const double s = std::sin(angle);
-    const double c = std::cos(angle);
-    const double r = 1 - c;
-    Mat3 m;
-    m.m = {c + axis.x * axis.x * r,          axis.x * axis.y * r - axis.z * s, axis.x * axis.z * r + axis.y * s,
-           axis.y * axis.x * r + axis.z * s, c + axis.y * axis.y * r,          axis.y * axis.z * r - axis.x * s,
-           axis.z * axis.x * r - axis.y * s, axis.z * axis.y * r + axis.x * s, c + axis.z * axis.z * r};
-    return m;
-}
-
-/// Solves a symmetric positive definite system by Cholesky.
-Vector solved(Matrix a, Vector b)
-{
-    for (std::size_t i = 0; i < unknowns; ++i)
-        for (std::size_t j = 0; j <= i; ++j)
-        {
-            double sum = a[i][j];
-            for (std::size_t k = 0; k < j; ++k)
-                sum -= a[i][k] * a[j][k];
-            a[i][j] = i == j ? std::sqrt(sum) : sum / a[j][j];
-        }
-    for (std::size_t i = 0; i < unknowns; ++i)
-    {
-        for (std::size_t k = 0; k < i; ++k)
-            b[i] -= a[i][k] * b[k];
-        b[i] /= a[i][i];
-    }
-    for (std::size_t i = unknowns; i-- > 0;)
-    {
-        for (std::size_t k = i + 1; k < unknowns; ++k)
-            b[i] -= a[k][i] * b[k];
-        b[i] /= a[i][i];
-    }
-    return b;
-}
-
 struct State
 {
     Vec3d turn;
@@ -105,7 +66,7 @@ struct State
     double exposure = 0;
     Vector speed{};
 
-    RigidTransform motion() const { return {rotation_of(turn), shift}; }
+    RigidTransform motion() const { return {numerics::rotation_by(turn), shift}; }
 };
 
 class Aligner
@@ -223,7 +184,7 @@ class Aligner
         const Intrinsics k = view.intrinsics.scaled_to(picture.width, picture.height);
         State& state = states_[v];
         const RigidTransform motion = state.motion();
-        Matrix normal{};
+        std::array<double, unknowns * unknowns> normal{};
         Vector right{};
         double total = 0;
         double depth = 0;
@@ -245,7 +206,7 @@ class Aligner
             {
                 right[a] -= weight * gradient[a] * residual;
                 for (std::size_t b = 0; b <= a; ++b)
-                    normal[a][b] += weight * gradient[a] * gradient[b];
+                    normal[unknowns * a + b] += weight * gradient[a] * gradient[b];
             }
             total += weight;
             depth += weight * p.z;
@@ -254,7 +215,7 @@ class Aligner
             return 0;
         if (exposure_only)
         {
-            state.exposure += right[6] / normal[6][6];
+            state.exposure += right[6] / normal.back();
             return 0;
         }
         const double observation = robust_scale * robust_scale * alike_observations;
@@ -262,17 +223,18 @@ class Aligner
         for (std::size_t a = 0; a < 6; ++a)
         {
             const double likely = a < 3 ? rules_.likely_turn : rules_.likely_shift_m;
-            normal[a][a] += observation / (likely * likely);
+            normal[unknowns * a + a] += observation / (likely * likely);
             right[a] -= observation / (likely * likely) * now[a];
         }
-        normal[6][6] *= 1 + tiny_share;
-        const Vector s = solved(normal, right);
+        normal.back() *= 1 + tiny_share;
+        Vector& step = right;
+        numerics::solve_symmetric(normal, step);
         for (std::size_t a = 0; a < unknowns; ++a)
-            state.speed[a] = momentum * state.speed[a] + s[a];
+            state.speed[a] = momentum * state.speed[a] + step[a];
         state.turn += Vec3d{state.speed[0], state.speed[1], state.speed[2]};
         state.shift += Vec3d{state.speed[3], state.speed[4], state.speed[5]};
         state.exposure += state.speed[6];
-        return k.fx * (length(Vec3d{s[0], s[1], s[2]}) + length(Vec3d{s[3], s[4], s[5]}) * total / depth);
+        return k.fx * (length(Vec3d{step[0], step[1], step[2]}) + length(Vec3d{step[3], step[4], step[5]}) * total / depth);
     }
 
     const std::vector<AlignedView>& views_;

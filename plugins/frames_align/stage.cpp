@@ -9,8 +9,8 @@
 #include <fresco/stage.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
+#include <fmt/format.h>
 #include <numbers>
 #include <string>
 #include <vector>
@@ -85,17 +85,7 @@ class FramesAlign final : public Stage
         const auto points = align::surface_points(*mesh, static_cast<std::size_t>(*points_count));
         const raycast::Scene scene(*mesh);
         std::vector<align::AlignedView> views(all.size());
-        std::atomic<std::size_t> done{0};
-        parallel_for(all.size(), 1, run.threads(),
-                     [&](std::size_t begin, std::size_t end)
-                     {
-                         for (std::size_t i = begin; i < end; ++i)
-                         {
-                             run.check_canceled();
-                             views[i] = view_of(all[i], points, scene);
-                             run.progress(static_cast<double>(++done), static_cast<double>(all.size()), "frames");
-                         }
-                     });
+        parallel_for_each(all.size(), "frames", run, [&](std::size_t i) { views[i] = view_of(all[i], points, scene); });
         const auto found = align::align(views, points.size(),
                                         {.rounds_count = *rounds_count,
                                          .likely_turn = *likely_turn_deg * std::numbers::pi / 180,
@@ -147,9 +137,8 @@ class FramesAlign final : public Stage
             run.message("pictures moved by " + rounded(usual, " px (median), ") + rounded(most, " px at most") +
                         "; they differ by " + rounded(100 * (1 - found.error_after / found.error_before), " % less"));
         if (blind > 0)
-            run.warning(std::to_string(blind) + " of " + std::to_string(views.size()) +
-                        " frames see no point of the mesh and stay as they are" +
-                        (blind == views.size() ? ": are the mesh and the poses in the same world frame?" : ""));
+            run.warning(fmt::format("{} of {} frames see no point of the mesh and stay as they are{}", blind, views.size(),
+                                    blind == views.size() ? ": are the mesh and the poses in the same world frame?" : ""));
     }
 };
 

@@ -11,8 +11,8 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cmath>
+#include <fmt/format.h>
 #include <numeric>
 #include <string>
 #include <vector>
@@ -25,7 +25,7 @@ namespace
 std::string percent(double share)
 {
     const auto tenths = std::lround(share * 1000);
-    return std::to_string(tenths / 10) + "." + std::to_string(tenths % 10) + " %";
+    return fmt::format("{}.{} %", tenths / 10, tenths % 10);
 }
 
 class FramesCover final : public Stage
@@ -68,10 +68,10 @@ class FramesCover final : public Stage
         const auto side = static_cast<std::size_t>(*cells_px);
         const auto order = cover::greedy_order(seen, side * side, run);
         if (order.empty())
-            throw Error("none of the " + std::to_string(seen.size()) +
-                        " frames sees the front of the mesh on min_seen_share of its picture: check with scan.inspect that mesh "
-                        "and poses share one world frame "
-                        "and that faces are counter-clockwise from outside");
+            throw Error(fmt::format(
+                "none of the {} frames sees the front of the mesh on min_seen_share of its picture: check with scan.inspect that "
+                "mesh and poses share one world frame and that faces are counter-clockwise from outside",
+                seen.size()));
         const std::size_t picks = cover::picks_needed(order, *target_coverage, most_frames());
         std::vector<std::size_t> kept(picks);
         for (std::size_t i = 0; i < picks; ++i)
@@ -99,18 +99,9 @@ class FramesCover final : public Stage
         std::vector<double> sharp(all.size(), 1);
         if (*sharpness_weight == 0)
             return sharp;
-        std::atomic<std::size_t> done{0};
         const ImageIo* codec = images.has_value() ? images.get().get() : nullptr;
-        parallel_for(all.size(), 1, progress.threads(),
-                     [&](std::size_t begin, std::size_t end)
-                     {
-                         for (std::size_t i = begin; i < end; ++i)
-                         {
-                             progress.check_canceled();
-                             sharp[i] = sharpness.of(load_color(all[i], codec));
-                             progress.progress(static_cast<double>(++done), static_cast<double>(all.size()), "pictures");
-                         }
-                     });
+        parallel_for_each(all.size(), "pictures", progress,
+                          [&](std::size_t i) { sharp[i] = sharpness.of(load_color(all[i], codec)); });
         auto sorted = sharp;
         std::ranges::sort(sorted);
         const double median = sorted[sorted.size() / 2];
@@ -165,8 +156,8 @@ class FramesCover final : public Stage
                 rows.emplace_back(Value::Map{{"frames", count}, {"coverage", first(count)}, {"evenly_spread", spread(count)}});
         }
         run.report("coverage_by_frames", std::move(rows));
-        run.message(std::to_string(picks) + " of " + std::to_string(seen.size()) + " frames see " + percent(first(picks)) +
-                    " of what all see; as many evenly spread ones " + percent(spread(picks)));
+        run.message(fmt::format("{} of {} frames see {} of what all see; as many evenly spread ones {}", picks, seen.size(),
+                                percent(first(picks)), percent(spread(picks))));
     }
 };
 

@@ -3,7 +3,6 @@
 #include <fresco/parallel.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <optional>
 
@@ -228,17 +227,7 @@ std::vector<double> blur_px(const std::vector<BlurView>& views, Progress& progre
 {
     const float noise = noise_of(views);
     std::vector<double> result(views.size());
-    std::atomic<std::size_t> done{0};
-    parallel_for(views.size(), 1, progress.threads(),
-                 [&](std::size_t begin, std::size_t end)
-                 {
-                     for (std::size_t i = begin; i < end; ++i)
-                     {
-                         progress.check_canceled();
-                         result[i] = blur_of(views, i, noise);
-                         progress.progress(static_cast<double>(++done), static_cast<double>(views.size()), "comparisons");
-                     }
-                 });
+    parallel_for_each(views.size(), "comparisons", progress, [&](std::size_t i) { result[i] = blur_of(views, i, noise); });
     return result;
 }
 

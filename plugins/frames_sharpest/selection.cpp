@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <fmt/format.h>
 
 namespace
 {
@@ -22,10 +23,10 @@ std::string threshold_text(double sharpness)
     auto sorted = frames;
     std::sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) { return a.sharpness > b.sharpness; });
     const auto& best = sorted.front();
-    throw fresco::Error(
-        "none of the " + std::to_string(frames.size()) + " frames passes min_sharpness " + threshold_text(min_sharpness) +
-        ": the sharpest, " + best.sequence + "/" + best.name + ", has " + threshold_text(best.sharpness) +
-        "; min_sharpness: " + threshold_text(sorted[(sorted.size() - 1) / 2].sharpness) + " would keep half of them");
+    throw fresco::Error(fmt::format(
+        "none of the {} frames passes min_sharpness {}: the sharpest, {}/{}, has {}; min_sharpness: {} would keep half of them",
+        frames.size(), threshold_text(min_sharpness), best.sequence, best.name, threshold_text(best.sharpness),
+        threshold_text(sorted[(sorted.size() - 1) / 2].sharpness)));
 }
 
 std::size_t sharpest(const std::vector<MeasuredFrame>& frames, const std::vector<std::size_t>& among, std::size_t begin,

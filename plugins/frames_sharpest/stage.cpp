@@ -8,8 +8,8 @@
 #include <fresco/stage.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
+#include <fmt/format.h>
 
 namespace sharpest = fresco::sharpest;
 
@@ -53,34 +53,16 @@ class FramesSharpest final : public fresco::Stage
         sharp = std::move(kept);
     }
 
-    /// Calls `look(i)` for every frame.
-    template <class Look>
-    void for_each_frame(fresco::Progress& progress, const Look& look) const
-    {
-        const std::size_t count = frames->frames.size();
-        std::atomic<std::size_t> done{0};
-        fresco::parallel_for(count, 1, progress.threads(),
-                             [&](std::size_t begin, std::size_t end)
-                             {
-                                 for (std::size_t i = begin; i < end; ++i)
-                                 {
-                                     progress.check_canceled();
-                                     look(i);
-                                     progress.progress(static_cast<double>(++done), static_cast<double>(count), "frames");
-                                 }
-                             });
-    }
-
     std::vector<MeasuredFrame> measured_by_laplacian(fresco::Progress& progress) const
     {
         const auto& all = frames->frames;
         std::vector<MeasuredFrame> measured(all.size());
-        for_each_frame(progress,
-                       [&](std::size_t i)
-                       {
-                           const auto picture = fresco::load_color(all[i], images.get().get());
-                           measured[i] = {all[i].sequence, all[i].name, sharpness.of(picture)};
-                       });
+        fresco::parallel_for_each(all.size(), "frames", progress,
+                                  [&](std::size_t i)
+                                  {
+                                      const auto picture = fresco::load_color(all[i], images.get().get());
+                                      measured[i] = {all[i].sequence, all[i].name, sharpness.of(picture)};
+                                  });
         return measured;
     }
 
@@ -101,7 +83,7 @@ class FramesSharpest final : public fresco::Stage
     {
         const auto& all = frames->frames;
         std::vector<sharpest::BlurView> views(all.size());
-        for_each_frame(progress, [&](std::size_t i) { views[i] = view_of(all[i]); });
+        fresco::parallel_for_each(all.size(), "frames", progress, [&](std::size_t i) { views[i] = view_of(all[i]); });
         const std::vector<double> blur = sharpest::blur_px(views, progress);
         std::vector<MeasuredFrame> measured;
         std::vector<bool> passes;
@@ -156,9 +138,9 @@ class FramesSharpest final : public fresco::Stage
             run.report("most_sharpness", most.sharpness);
         }
         run.report("judged_frames", judged(measured, selection));
-        run.message(std::to_string(selection.kept.size()) + " of " + std::to_string(measured.size()) + " frames kept; dropped: " +
-                    std::to_string(selection.blurred) + " blurred, " + std::to_string(selection.less_sharp) +
-                    " beside a sharper one, " + std::to_string(selection.beyond_limit) + " beyond max_frames");
+        run.message(fmt::format("{} of {} frames kept; dropped: {} blurred, {} beside a sharper one, {} beyond max_frames",
+                                selection.kept.size(), measured.size(), selection.blurred, selection.less_sharp,
+                                selection.beyond_limit));
         if (needed > 0)
             run.message(std::to_string(needed) + " blurred frames are kept because no other frame sees some of their surface");
     }

@@ -11,6 +11,7 @@
 #include "vertex_colors.h"
 
 #include <algorithm>
+#include <fmt/format.h>
 #include <functional>
 #include <optional>
 #include <string>
@@ -57,8 +58,7 @@ class MeshFuse final : public Stage
     {
         const double truncation_m = *trunc_m > 0 ? *trunc_m : 4 * *voxel_m;
         if (truncation_m < *voxel_m)
-            throw Error("option \"trunc_m\": " + std::to_string(*trunc_m) + " is less than voxel_m; expected at least " +
-                        std::to_string(*voxel_m));
+            throw Error(fmt::format("option \"trunc_m\": {} is less than voxel_m; expected at least {}", *trunc_m, *voxel_m));
         return truncation_m;
     }
 
@@ -71,8 +71,7 @@ class MeshFuse final : public Stage
         if (measured.empty())
             throw Error("no frame on port 'frames' has a depth picture: use a scan with depth, or wire a mesh to port 'mesh'");
         if (const std::size_t lost = frames->frames.size() - measured.size(); lost > 0)
-            run.warning(std::to_string(lost) + " of " + std::to_string(frames->frames.size()) +
-                        " frames have no depth picture and are left out");
+            run.warning(fmt::format("{} of {} frames have no depth picture and are left out", lost, frames->frames.size()));
         return measured;
     }
 
@@ -122,8 +121,7 @@ class MeshFuse final : public Stage
                 {
                     unite(places, near[i]);
                     if (places.size() > opened.most)
-                        refuse_memory("with " + std::to_string(first + i + 1) + " of " + std::to_string(measured.size()) +
-                                      " frames, the volume needs");
+                        refuse_memory(fmt::format("with {} of {} frames, the volume needs", first + i + 1, measured.size()));
                 }
             });
         fuse::Volume volume(*voxel_m, std::move(places));
@@ -165,7 +163,7 @@ class MeshFuse final : public Stage
         run.report("fused", !given.has_value());
         if (given.has_value())
         {
-            run.message("the recording has a mesh of " + std::to_string(given->triangles.size()) + " faces: it is passed on");
+            run.message(fmt::format("the recording has a mesh of {} faces: it is passed on", given->triangles.size()));
             mesh = Mesh(*given);
             return;
         }

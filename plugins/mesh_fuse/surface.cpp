@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <fmt/format.h>
 #include <limits>
 #include <string>
 #include <utility>
@@ -219,8 +220,7 @@ void Surface::write(std::size_t block, Mesh& mesh) const
 Mesh Surface::mesh(const Progress& progress) const
 {
     if (vertex_count_ > std::numeric_limits<std::uint32_t>::max())
-        throw Error("the surface has " + std::to_string(vertex_count_) +
-                    " vertices; a mesh has at most 4294967295: raise voxel_m");
+        throw Error(fmt::format("the surface has {} vertices; a mesh has at most 4294967295: raise voxel_m", vertex_count_));
     Mesh mesh;
     mesh.positions.resize(vertex_count_);
     mesh.triangles.resize(face_count_);

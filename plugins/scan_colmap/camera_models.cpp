@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <fmt/format.h>
 
 namespace colmap
 {
@@ -68,11 +69,10 @@ ModelCamera model_camera(const CameraModel& model, std::uint64_t width, std::uin
                          const std::vector<double>& parameters, std::string place)
 {
     if (width < 1 || height < 1 || width > most_pixels || height > most_pixels)
-        throw fresco::Error(place + ": a picture of " + std::to_string(width) + "x" + std::to_string(height) +
-                            " pixels; expected 1 to 65536");
+        throw fresco::Error(fmt::format("{}: a picture of {}x{} pixels; expected 1 to 65536", place, width, height));
     if (parameters.size() != model.parameters.size())
-        throw fresco::Error(place + ": " + std::to_string(parameters.size()) + " parameters; " + std::string(model.name) +
-                            " has " + std::to_string(model.parameters.size()));
+        throw fresco::Error(
+            fmt::format("{}: {} parameters; {} has {}", place, parameters.size(), model.name, model.parameters.size()));
     ModelCamera camera;
     camera.lens.is_fisheye = model.is_fisheye;
     camera.intrinsics.width = static_cast<int>(width);

@@ -5,6 +5,7 @@
 #include <fresco/recordings/text_records.h>
 
 #include <array>
+#include <fmt/format.h>
 
 namespace colmap
 {
@@ -33,8 +34,7 @@ Cameras parse_cameras_binary(std::span<const std::byte> bytes, std::string_view 
         for (std::size_t j = 0; j < model.parameters.size(); ++j)
             parameters.push_back(cursor.read<double>("a camera's parameters"));
         if (!cameras.emplace(id, model_camera(model, width, height, parameters, place)).second)
-            throw fresco::Error(place + ": the camera " + std::to_string(id) +
-                                " appears twice: the file is damaged; copy it again");
+            throw fresco::Error(fmt::format("{}: the camera {} appears twice: the file is damaged; copy it again", place, id));
     }
     cursor.expect_end();
     return cameras;
@@ -63,8 +63,9 @@ std::vector<ModelImage> parse_images_binary(std::span<const std::byte> bytes, st
         const auto points = cursor.read<std::uint64_t>("the count of an image's points");
         // Divided, so that a hostile count cannot run over.
         if (points > cursor.left() / point_bytes)
-            throw fresco::Error(cursor.place() + ": " + std::to_string(points) + " points do not fit into the remaining " +
-                                std::to_string(cursor.left()) + " bytes: the file is truncated or damaged; copy it again");
+            throw fresco::Error(fmt::format(
+                "{}: {} points do not fit into the remaining {} bytes: the file is truncated or damaged; copy it again",
+                cursor.place(), points, cursor.left()));
         cursor.take(points * point_bytes, "an image's points");
         images.push_back(std::move(image));
     }

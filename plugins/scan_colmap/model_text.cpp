@@ -3,6 +3,7 @@
 #include <fresco/error.h>
 #include <fresco/recordings/text_records.h>
 
+#include <fmt/format.h>
 #include <limits>
 #include <optional>
 
@@ -34,9 +35,9 @@ std::optional<std::int64_t> announced(std::string_view line, std::string_view wh
 void check_count(std::optional<std::int64_t> expected, std::size_t count, std::string_view source, std::string_view what)
 {
     if (expected && static_cast<std::uint64_t>(*expected) != count)
-        throw fresco::Error(std::string(source) + ": " + std::to_string(count) + " " + std::string(what) +
-                            "; its header declares " + std::to_string(*expected) +
-                            "; the file is truncated or was edited: copy it again or correct the header");
+        throw fresco::Error(fmt::format(
+            "{}: {} {}; its header declares {}; the file is truncated or was edited: copy it again or correct the header", source,
+            count, what, *expected));
 }
 
 /// The rest of a line behind its first `count` words, without blanks around it: names may have blanks inside.
@@ -51,8 +52,8 @@ ModelImage image_of(std::string_view line, const std::string& place)
 {
     const auto words = words_of(line);
     if (words.size() <= pose_words)
-        throw fresco::Error(place + ": " + std::to_string(words.size()) +
-                            " words; expected IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME");
+        throw fresco::Error(
+            fmt::format("{}: {} words; expected IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME", place, words.size()));
     std::vector<double> numbers;
     for (std::size_t i = 1; i < 8; ++i)
         numbers.push_back(number_of(words[i], place));
@@ -83,8 +84,7 @@ Cameras parse_cameras_text(std::string_view text, std::string_view source)
         const auto place = lines.place();
         const auto words = words_of(*line);
         if (words.size() < 4)
-            throw fresco::Error(place + ": " + std::to_string(words.size()) +
-                                " words; expected CAMERA_ID MODEL WIDTH HEIGHT PARAMS…");
+            throw fresco::Error(fmt::format("{}: {} words; expected CAMERA_ID MODEL WIDTH HEIGHT PARAMS…", place, words.size()));
         const auto id = integer_of(words[0], 0, most_ids, place);
         const auto& model = camera_model(words[1], place);
         const auto width = integer_of(words[2], 1, most_ids, place), height = integer_of(words[3], 1, most_ids, place);
@@ -94,7 +94,7 @@ Cameras parse_cameras_text(std::string_view text, std::string_view source)
         auto camera =
             model_camera(model, static_cast<std::uint64_t>(width), static_cast<std::uint64_t>(height), parameters, place);
         if (!cameras.emplace(id, std::move(camera)).second)
-            throw fresco::Error(place + ": the camera " + std::to_string(id) + " appears twice");
+            throw fresco::Error(fmt::format("{}: the camera {} appears twice", place, id));
     }
     check_count(expected, cameras.size(), source, "cameras");
     return cameras;

@@ -3,6 +3,8 @@
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 
+#include <fmt/format.h>
+
 namespace colmap
 {
 namespace
@@ -60,8 +62,8 @@ std::vector<fresco::recordings::RecordedView> model_views(const Cameras& cameras
     {
         const auto camera = cameras.find(image.camera);
         if (camera == cameras.end())
-            throw fresco::Error(image.source + ": the camera " + std::to_string(image.camera) +
-                                " is not in the cameras file; use both files of one reconstruction");
+            throw fresco::Error(fmt::format("{}: the camera {} is not in the cameras file; use both files of one reconstruction",
+                                            image.source, image.camera));
         fresco::recordings::RecordedView view;
         fresco::recordings::name_by_picture(view, image.name);
         view.color = options.pictures / image.name;

@@ -5,6 +5,7 @@
 #include <fresco/recordings/text_records.h>
 
 #include <algorithm>
+#include <fmt/format.h>
 
 namespace folder
 {
@@ -54,8 +55,8 @@ std::vector<ListedPose> parse_poses(std::string_view text, std::string_view sour
     {
         const auto count = words_of(*line).size();
         if (count != short_pose && count != full_pose)
-            throw fresco::Error(lines.place() + ": " + std::to_string(count) +
-                                " words; expected the 12 or 16 numbers of a 3x4 or 4x4 matrix, row by row");
+            throw fresco::Error(fmt::format("{}: {} words; expected the 12 or 16 numbers of a 3x4 or 4x4 matrix, row by row",
+                                            lines.place(), count));
         poses.push_back({with_last_row(parse_numbers(*line, count, lines.place())), lines.place()});
     }
     return poses;

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <fmt/format.h>
 #include <map>
 #include <set>
 #include <span>
@@ -27,7 +28,8 @@ class ScanFolder final : public RecordingStage
     ScanFolder()
         : RecordingStage({.path = "Folder that contains images, poses and intrinsics",
                           .frames = "The pictures of images, by name",
-                          .every = "Use every n-th picture"})
+                          .every = "Use every n-th picture",
+                          .folder = fresco::folder_with({"images|color|rgb", "poses.txt|poses|pose", "K.txt"}, "intrinsics")})
     {
     }
 
@@ -62,8 +64,8 @@ class ScanFolder final : public RecordingStage
         const auto check = [](const std::vector<double>& list, std::size_t count, const std::string& option)
         {
             if (!list.empty() && (list.size() != count || !std::ranges::all_of(list, [](double n) { return std::isfinite(n); })))
-                throw fresco::Error("option \"" + option + "\": expected " + std::to_string(count) + " finite numbers, found " +
-                                    std::to_string(list.size()));
+                throw fresco::Error(
+                    fmt::format("option \"{}\": expected {} finite numbers, found {}", option, count, list.size()));
         };
         check(*intrinsics, 4, "intrinsics");
         check(*distortion, 5, "distortion");
@@ -155,9 +157,9 @@ class ScanFolder final : public RecordingStage
                                        ": there are no poses; expected poses.txt, or poses/NAME.txt per picture");
         auto poses = folder::parse_poses(recorded_text(list, run), list.string());
         if (poses.size() != views.size())
-            throw fresco::Error(list.string() + ": " + std::to_string(poses.size()) + " poses for " +
-                                std::to_string(views.size()) +
-                                " pictures; expected one line per picture, in the order of their names");
+            throw fresco::Error(
+                fmt::format("{}: {} poses for {} pictures; expected one line per picture, in the order of their names",
+                            list.string(), poses.size(), views.size()));
         for (std::size_t i = 0; i < views.size(); ++i)
         {
             views[i].source = poses[i].source;

@@ -3,6 +3,7 @@
 #include <fresco/recordings/recording_stage.h>
 
 #include <cstddef>
+#include <fmt/format.h>
 #include <string>
 #include <vector>
 
@@ -14,7 +15,12 @@ using namespace fresco::recordings;
 class ScanFrames final : public RecordingStage
 {
   public:
-    ScanFrames() : RecordingStage({.path = "Folder that contains frames.json", .frames = "The listed views, in their order"}) {}
+    ScanFrames()
+        : RecordingStage({.path = "Folder that contains frames.json",
+                          .frames = "The listed views, in their order",
+                          .folder = fresco::folder_with({"frames.json"})})
+    {
+    }
 
   private:
     RecordedMesh mesh{this, "Mesh in the poses' world; empty: mesh.ply in path", "The surface of the recording"};
@@ -39,7 +45,7 @@ class ScanFrames final : public RecordingStage
             view.world_from_camera = frame.color.world_from_camera;
             view.depth_camera = frame.depth;
             view.depth_unit_m = frame.depth_unit_m;
-            view.source = file.string() + ": frame " + std::to_string(i);
+            view.source = fmt::format("{}: frame {}", file.string(), i);
             if (frame.color_picture.empty())
                 throw fresco::Error(view.source + ": \"color_picture\" is null; expected {\"ref\": \"own:NAME\"}");
             recording.views.push_back(std::move(view));

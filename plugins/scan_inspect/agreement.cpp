@@ -13,32 +13,6 @@ namespace
 constexpr double full_agreement = 0.01;
 constexpr double no_agreement = 0.04;
 
-FrameRatios cast_frame(const raycast::Scene& scene, const DepthView& view, const Assumption& assumption, std::size_t stride)
-{
-    const RigidTransform pose = depth_pose(view, assumption);
-    FrameRatios result;
-    std::array<Vec3d, raycast::Scene::packet_size> directions;
-    std::array<double, raycast::Scene::packet_size> depths{};
-    std::array<raycast::Hit, raycast::Scene::packet_size> hits;
-    for (std::size_t begin = 0; begin < view.samples.size();)
-    {
-        std::size_t count = 0;
-        for (; begin < view.samples.size() && count < directions.size(); begin += stride, ++count)
-        {
-            const MeasuredRay ray = measured_ray(view, view.samples[begin], assumption);
-            directions[count] = pose.direction(ray.direction);
-            depths[count] = ray.depth;
-        }
-        scene.cast(pose.translation, std::span(directions).first(count), std::span(hits).first(count));
-        for (std::size_t i = 0; i < count; ++i)
-        {
-            result.ratios.push_back(hits[i].found() ? static_cast<float>(hits[i].distance / depths[i]) : 0.0F);
-            result.fronts.push_back(hits[i].front);
-        }
-    }
-    return result;
-}
-
 }  // namespace
 
 std::vector<DepthSample> sample_depth(const RasterF& depth, int columns)
@@ -73,13 +47,43 @@ RigidTransform depth_pose(const DepthView& view, const Assumption& assumption)
     return assumption.by_color_camera ? pose * view.depth_from_color : pose;
 }
 
+void cast_samples(const raycast::Scene& scene, const DepthView& view, const Assumption& assumption, std::size_t stride,
+                  const std::function<void(const WorldRay&, const raycast::Hit&)>& met)
+{
+    const RigidTransform pose = depth_pose(view, assumption);
+    std::array<Vec3d, raycast::Scene::packet_size> directions;
+    std::array<double, raycast::Scene::packet_size> depths{};
+    std::array<raycast::Hit, raycast::Scene::packet_size> hits;
+    for (std::size_t begin = 0; begin < view.samples.size();)
+    {
+        std::size_t count = 0;
+        for (; begin < view.samples.size() && count < directions.size(); begin += stride, ++count)
+        {
+            const MeasuredRay ray = measured_ray(view, view.samples[begin], assumption);
+            directions[count] = pose.direction(ray.direction);
+            depths[count] = ray.depth;
+        }
+        scene.cast(pose.translation, std::span(directions).first(count), std::span(hits).first(count));
+        for (std::size_t i = 0; i < count; ++i)
+            met({pose.translation, directions[i], depths[i]}, hits[i]);
+    }
+}
+
 std::vector<FrameRatios> depth_ratios(const raycast::Scene& scene, const std::vector<DepthView>& views,
                                       const Assumption& assumption, std::size_t stride)
 {
     std::vector<FrameRatios> frames;
     frames.reserve(views.size());
     for (const DepthView& view : views)
-        frames.push_back(cast_frame(scene, view, assumption, stride));
+    {
+        FrameRatios& frame = frames.emplace_back();
+        cast_samples(scene, view, assumption, stride,
+                     [&](const WorldRay& ray, const raycast::Hit& hit)
+                     {
+                         frame.ratios.push_back(hit.found() ? static_cast<float>(hit.distance / ray.depth) : 0.0F);
+                         frame.fronts.push_back(hit.front);
+                     });
+    }
     return frames;
 }
 

@@ -8,6 +8,7 @@
 #include <fresco/raycast/scene.h>
 
 #include <cstddef>
+#include <functional>
 #include <vector>
 
 namespace fresco::inspect
@@ -45,6 +46,19 @@ MeasuredRay measured_ray(const DepthView& view, const DepthSample& sample, const
 
 /// world_from_camera of the camera that took the depth pictures, under an assumption.
 RigidTransform depth_pose(const DepthView& view, const Assumption& assumption);
+
+/// A measured pixel's ray in the world, and the depth along it.
+struct WorldRay
+{
+    Vec3d origin;
+    Vec3d direction;
+    double depth = 0;
+};
+
+/// Calls `met` for every `stride`-th sample with its ray as `assumption` has it, but for the depth's scale, and what the ray
+/// meets first. Single-threaded.
+void cast_samples(const raycast::Scene& scene, const DepthView& view, const Assumption& assumption, std::size_t stride,
+                  const std::function<void(const WorldRay&, const raycast::Hit&)>& met);
 
 /// What the mesh has where a frame measured depths: mesh depth over measured depth, 0 where the mesh has nothing.
 struct FrameRatios

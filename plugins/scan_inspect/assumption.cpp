@@ -1,5 +1,7 @@
 #include "assumption.h"
 
+#include <fresco/numerics/rotations.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -35,11 +37,7 @@ Quaternion quaternion(const Mat3& r)
 
 Mat3 rotation(const Quaternion& q)
 {
-    const auto [w, x, y, z] = q;
-    Mat3 r;
-    r.m = {1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y), 2 * (x * y + w * z),    1 - 2 * (x * x + z * z),
-           2 * (y * z - w * x),     2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)};
-    return r;
+    return numerics::rotation_of(q[0], q[1], q[2], q[3]);
 }
 
 /// The rotation whose quaternion was read in the other order.

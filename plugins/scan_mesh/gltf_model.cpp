@@ -4,6 +4,7 @@
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/gltf/gltf_accessors.h>
+#include <fresco/numerics/rotations.h>
 #include <fresco/texturing/linear_light.h>
 
 #include <array>
@@ -45,14 +46,7 @@ fresco::Mat3 rotation_of(const std::vector<double>& q)
     const double norm = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
     if (!(norm > 0.5) || !(norm < 2))
         throw Error("rotation: expected a quaternion of length 1");
-    const double x = q[0] / norm;
-    const double y = q[1] / norm;
-    const double z = q[2] / norm;
-    const double w = q[3] / norm;
-    fresco::Mat3 r;
-    r.m = {1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w), 2 * (x * y + z * w),    1 - 2 * (x * x + z * z),
-           2 * (y * z - x * w),     2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)};
-    return r;
+    return fresco::numerics::rotation_of(q[3] / norm, q[0] / norm, q[1] / norm, q[2] / norm);
 }
 
 Affine place_of(const tinygltf::Node& node)

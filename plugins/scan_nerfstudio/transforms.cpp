@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <fmt/format.h>
 #include <numbers>
 #include <optional>
 #include <set>
@@ -183,7 +184,7 @@ std::vector<RecordedView> parse_transforms(std::string_view text, const fs::path
     {
         const Value& own = frames[i];
         const JsonRecord record(own, root,
-                                file.string() + (chosen.key == "frames" ? ": frame " : ": test frame ") + std::to_string(i));
+                                fmt::format("{}: {} {}", file.string(), chosen.key == "frames" ? "frame" : "test frame", i));
         if (chosen.names && chosen.names->erase(fs::path(record.text("file_path")).lexically_normal()) == 0)
             continue;
         RecordedView view;
@@ -216,8 +217,8 @@ std::vector<RecordedView> parse_transforms(std::string_view text, const fs::path
         whole.fail(reading.split + "_filenames",
                    "lists " + chosen.names->begin()->string() + ", which no frame has as file_path");
     if (with_depth != 0 && with_depth != views.size())
-        throw fresco::Error(file.string() + ": " + std::to_string(with_depth) + " of " + std::to_string(views.size()) +
-                            " frames have a depth_file_path; expected all of them or none");
+        throw fresco::Error(fmt::format("{}: {} of {} frames have a depth_file_path; expected all of them or none", file.string(),
+                                        with_depth, views.size()));
     fresco::recordings::order_by_name(views);
     return views;
 }

@@ -4,6 +4,8 @@
 #include <fresco/recordings/cameras.h>
 #include <fresco/recordings/json_record.h>
 
+#include <fmt/format.h>
+
 namespace polycam
 {
 
@@ -18,7 +20,7 @@ void parse_camera(std::string_view text, RecordedView& view)
                    record.number("fy"),    record.number("cx"),     record.number("cy")};
     std::vector<double> matrix{0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1};
     for (std::size_t entry = 0; entry < 12; ++entry)
-        matrix[entry] = record.number("t_" + std::to_string(entry / 4) + std::to_string(entry % 4));
+        matrix[entry] = record.number(fmt::format("t_{}{}", entry / 4, entry % 4));
     view.world_from_camera = fresco::recordings::opencv_pose(matrix, view.source + ": t_00 to t_23");
 }
 

@@ -4,6 +4,7 @@
 #include <fresco/recordings/recording_stage.h>
 #include <fresco/value.h>
 
+#include <fmt/format.h>
 #include <set>
 
 namespace
@@ -50,16 +51,16 @@ class ScanTum final : public RecordingStage
         for (auto& view : found.views)
             view.source += " with " + camera_.source;
         if (const auto gaps = tum::gaps_text(found); !gaps.empty())
-            run.warning(std::to_string(found.without_depth) + " color pictures have no depth picture and " +
-                        std::to_string(found.without_pose) + " no pose within max_gap_s (" + fresco::to_json(*max_gap_s) +
-                        " s): " + gaps + "; set max_gap_s to use more of them");
+            run.warning(fmt::format("{} color pictures have no depth picture and {} no pose within max_gap_s ({} s): {}; set "
+                                    "max_gap_s to use more of them",
+                                    found.without_depth, found.without_pose, fresco::to_json(*max_gap_s), gaps));
         warn_of_unlisted(color, run);
         run.report("without_depth", found.without_depth);
         run.report("without_pose", found.without_pose);
         run.report("camera", camera_.source);
         return {.views = std::move(found.views),
-                .note = "; left out " + std::to_string(found.without_depth) + " without depth and " +
-                        std::to_string(found.without_pose) + " without pose at their time"};
+                .note = fmt::format("; left out {} without depth and {} without pose at their time", found.without_depth,
+                                    found.without_pose)};
     }
 
     /// Names a picture beside the listed ones that the list lacks.
@@ -76,8 +77,8 @@ class ScanTum final : public RecordingStage
             if (entry.path().extension() == listed.begin()->extension() && !listed.contains(entry.path().lexically_normal()))
                 unlisted.insert(entry.path());
         if (!unlisted.empty())
-            run.warning("rgb.txt does not list " + std::to_string(unlisted.size()) + " of the pictures in its folder, first " +
-                        unlisted.begin()->string() + "; they are not used");
+            run.warning(fmt::format("rgb.txt does not list {} of the pictures in its folder, first {}; they are not used",
+                                    unlisted.size(), unlisted.begin()->string()));
     }
 
     bool locate(RecordedView& view, fresco::RunContext& /*run*/) override

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cmath>
+#include <fmt/format.h>
 
 namespace tum
 {
@@ -41,7 +42,7 @@ const Known& known_camera(std::string_view name, const std::filesystem::path& fo
 void check_list(const std::vector<double>& list, std::size_t count, const std::string& option, const std::string& form)
 {
     if (!list.empty() && list.size() != count)
-        throw fresco::Error("option \"" + option + "\": " + std::to_string(list.size()) + " numbers; expected " + form);
+        throw fresco::Error(fmt::format("option \"{}\": {} numbers; expected {}", option, list.size(), form));
     for (const double number : list)
         if (!std::isfinite(number))
             throw fresco::Error("option \"" + option + "\": a number is not finite");

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fmt/format.h>
 #include <functional>
 
 namespace tum
@@ -27,7 +28,7 @@ void each_record(std::string_view text, std::string_view source, std::size_t wor
         const auto place = lines.place();
         const auto words = words_of(*line);
         if (words.size() != words_expected)
-            throw fresco::Error(place + ": " + std::to_string(words.size()) + " words; expected \"" + std::string(form) + "\"");
+            throw fresco::Error(fmt::format("{}: {} words; expected \"{}\"", place, words.size(), form));
         const double time = number_of(words[0], place);
         if (any && !(time > last))
             throw fresco::Error(place + ": the time " + std::string(words[0]) +

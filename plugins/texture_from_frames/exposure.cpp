@@ -1,6 +1,7 @@
 #include "exposure.h"
 
 #include <fresco/numerics/noise.h>
+#include <fresco/numerics/solve_symmetric.h>
 
 #include <algorithm>
 #include <cmath>
@@ -63,7 +64,7 @@ ByCell by_cell(const std::vector<std::vector<CellColor>>& views, std::size_t cel
 std::vector<Gain> least_squares(const ByCell& cells, std::span<const double> weights, std::size_t views, const Progress& progress)
 {
     std::vector<double> matrix(views * views, 0.0);
-    std::vector<Gain> right(views);
+    std::vector<double> right(views * 3);
     for (std::size_t v = 0; v < views; ++v)
         matrix[v * views + v] = prior;
     for (std::size_t cell = 0; cell + 1 < cells.begins.size(); ++cell)
@@ -89,11 +90,14 @@ std::vector<Gain> least_squares(const ByCell& cells, std::span<const double> wei
             for (std::size_t j = begin; j <= i; ++j)
                 row[cells.observations[j].view] -= weights[i] * weights[j] / total;
             for (std::size_t c = 0; c < 3; ++c)
-                right[seen.view][c] -= weights[i] * (seen.log_rgb[c] - mean[c] / total);
+                right[3 * seen.view + c] -= weights[i] * (seen.log_rgb[c] - mean[c] / total);
         }
     }
-    solve_symmetric(matrix, right);
-    return right;
+    numerics::solve_symmetric(matrix, right, 3);
+    std::vector<Gain> offsets;
+    for (std::size_t v = 0; v < views; ++v)
+        offsets.push_back({right[3 * v], right[3 * v + 1], right[3 * v + 2]});
+    return offsets;
 }
 
 /// Weights from what `offsets` leave of the differences in each cell.
@@ -175,35 +179,6 @@ std::vector<Gain> exposure_gains(const std::vector<std::vector<CellColor>>& view
         for (double& factor : gain)
             factor = std::exp(factor);
     return offsets;
-}
-
-void solve_symmetric(std::vector<double>& matrix, std::vector<Gain>& right_sides)
-{
-    const std::size_t n = right_sides.size();
-    const auto at = [&](std::size_t row, std::size_t column) -> double& { return matrix[row * n + column]; };
-    for (std::size_t i = 0; i < n; ++i)
-        for (std::size_t j = 0; j <= i; ++j)
-        {
-            double sum = at(i, j);
-            for (std::size_t k = 0; k < j; ++k)
-                sum -= at(i, k) * at(j, k);
-            at(i, j) = i == j ? std::sqrt(sum) : sum / at(j, j);
-        }
-    for (std::size_t c = 0; c < 3; ++c)
-    {
-        for (std::size_t i = 0; i < n; ++i)
-        {
-            for (std::size_t k = 0; k < i; ++k)
-                right_sides[i][c] -= at(i, k) * right_sides[k][c];
-            right_sides[i][c] /= at(i, i);
-        }
-        for (std::size_t i = n; i-- > 0;)
-        {
-            for (std::size_t k = i + 1; k < n; ++k)
-                right_sides[i][c] -= at(k, i) * right_sides[k][c];
-            right_sides[i][c] /= at(i, i);
-        }
-    }
 }
 
 }  // namespace fresco::from_frames

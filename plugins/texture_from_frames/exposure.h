@@ -37,8 +37,4 @@ using Gain = std::array<double, 3>;
 /// Cholesky. One thread. Throws Canceled. \param views  CellColors per view, each in the order of the cells
 std::vector<Gain> exposure_gains(const std::vector<std::vector<CellColor>>& views, std::size_t cells, const Progress& progress);
 
-/// Solves A x = b for three right-hand sides in place. `matrix`: N x N, row-major, symmetric and positive definite; only its
-/// lower triangle is read, and overwritten.
-void solve_symmetric(std::vector<double>& matrix, std::vector<Gain>& right_sides);
-
 }  // namespace fresco::from_frames

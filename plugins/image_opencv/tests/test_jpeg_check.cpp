@@ -34,7 +34,7 @@ TEST_CASE("JPEG check: size and kind")
     CHECK(check_jpeg(file_of(Jpeg{.blocks = {{10}}}), "a.jpg", Walk::whole).is_gray);
 }
 
-TEST_CASE("JPEG check: a file cut at any byte is refused_jpeg")
+TEST_CASE("JPEG check: a file cut at any byte is refused")
 {
     const Bytes good = small_jpeg();
     for (std::size_t size = 0; size < good.size(); ++size)
@@ -54,13 +54,13 @@ TEST_CASE("JPEG check: stuffing, restart markers and fill bytes do not end the d
     CHECK(check_jpeg(file, "a.jpg", Walk::whole).width == 16);
 }
 
-TEST_CASE("JPEG check: more than 200 megapixels are refused_jpeg by the header alone")
+TEST_CASE("JPEG check: more than 200 megapixels are refused by the header alone")
 {
     CHECK_NOTHROW(check_jpeg(file_of(Jpeg{.blocks = {{0}}, .width = 20'000, .height = 10'000}), "a.jpg", Walk::size));
     refused_jpeg(file_of(Jpeg{.blocks = {{0}}, .width = 65'000, .height = 65'000}), "at most 200 megapixels", Walk::size);
 }
 
-TEST_CASE("JPEG check: kinds that would be read wrongly are refused_jpeg")
+TEST_CASE("JPEG check: kinds that would be read wrongly are refused")
 {
     const auto with = [](std::initializer_list<int> pattern, std::size_t offset, int value)
     {
@@ -78,7 +78,7 @@ TEST_CASE("JPEG check: kinds that would be read wrongly are refused_jpeg")
     CHECK_NOTHROW(check_jpeg(file_of(Jpeg{.blocks = {{1, 2, 3, 4}}, .before_frame = adobe_segment(0)}), "a.jpg", Walk::whole));
 }
 
-TEST_CASE("JPEG check: segments that contradict each other are refused_jpeg")
+TEST_CASE("JPEG check: segments that contradict each other are refused")
 {
     refused_jpeg(bytes_of({'G', 'I', 'F', '8'}), "expected the marker SOI");
     refused_jpeg(bytes_of({0xFF, 0xD8, 0xFF, 0xD9}), "has no data");

@@ -50,7 +50,7 @@ TEST_CASE("PNG check: size, bits and kind of every allowed type")
         }
 }
 
-TEST_CASE("PNG check: a file cut at any byte is refused_png")
+TEST_CASE("PNG check: a file cut at any byte is refused")
 {
     const Bytes good = small_png();
     CHECK(check_png(good, "a.png", Walk::whole).width == 2);
@@ -74,7 +74,7 @@ TEST_CASE("PNG check: every flipped bit is found")
         }
 }
 
-TEST_CASE("PNG check: more than 200 megapixels are refused_png by the header alone")
+TEST_CASE("PNG check: more than 200 megapixels are refused by the header alone")
 {
     CHECK_NOTHROW(check_png(file_of(Png{.width = 20'000, .height = 10'000}), "a.png", Walk::size));
     refused_png(file_of(Png{.width = 20'000, .height = 10'001}), "20000 x 10001 pixels; at most 200 megapixels", Walk::size);
@@ -83,7 +83,7 @@ TEST_CASE("PNG check: more than 200 megapixels are refused_png by the header alo
     refused_png(file_of(Png{.width = 5, .height = 0}), "5 x 0 pixels", Walk::size);
 }
 
-TEST_CASE("PNG check: missing, doubled and misplaced chunks are refused_png")
+TEST_CASE("PNG check: missing, doubled and misplaced chunks are refused")
 {
     Png png{.width = 1, .height = 1, .rows = bytes_of({0, 7})};
     png.with_data = false;

@@ -7,15 +7,12 @@
 namespace fs = std::filesystem;
 using Catch::Contains;
 using fresco::Value;
-using fresco::testing::replacing;
-using fresco::testing::TestRun;
-using fresco::testing::writing;
-using fresco::testing::WrittenRecording;
+using namespace fresco::testing;
 
 namespace
 {
 
-fresco::testing::ReaderUnderTest reader(bool binary)
+ReaderUnderTest reader(bool binary)
 {
     const std::string ending = binary ? ".bin" : ".txt";
     return {.plugin = FRESCO_PLUGIN_FILE,
@@ -23,7 +20,7 @@ fresco::testing::ReaderUnderTest reader(bool binary)
             .write =
                 [binary](const fresco::Frames& frames, const fs::path& folder, const fresco::ImageIo&)
             {
-                fresco::testing::write_colmap(frames, folder, binary);
+                write_colmap(frames, folder, binary);
                 return folder;
             },
             .color = "images/view 001.png",
@@ -45,7 +42,7 @@ TEST_CASE("a reconstruction holds what every recording does, text and binary", "
 {
     for (const auto* reader : {&text_reader, &binary_reader})
     {
-        fresco::testing::check_reader(*reader);
+        check_reader(*reader);
         const WrittenRecording project(*reader);
         TestRun run;
         const auto frames = project.read(run).frames->frames;
@@ -147,7 +144,7 @@ TEST_CASE("masks have COLMAP's names, or those of the pictures", "[scan.colmap]"
 
 TEST_CASE("text that cannot be used is refused by line", "[scan.colmap]")
 {
-    fresco::testing::check_flaws(
+    check_flaws(
         text_reader,
         {{"a model that is not read",
           replacing(cameras_file, "PINHOLE", "THIN_PRISM_FISHEYE"),
@@ -179,7 +176,7 @@ TEST_CASE("hostile counts are refused before anything is allocated", "[scan.colm
     const auto huge = std::string(8, '\xff');
     // 24 times this count of points is small again in 64 bits.
     const std::string wrapping("\xab\xaa\xaa\xaa\xaa\xaa\xaa\x0a", 8);
-    fresco::testing::check_flaws(
+    check_flaws(
         binary_reader,
         {{"cameras", set(cameras, 0, huge), {"cameras.bin: byte 64: the file ends inside a camera"}},
          {"images", set(images, 0, huge), {"images.bin: byte ", "the file ends inside an image"}},
@@ -193,11 +190,11 @@ TEST_CASE("what the iPhone of ScanNet++ recorded is read from its three folders"
     auto iphone = text_reader;
     iphone.write = [](const fresco::Frames& frames, const fs::path& folder, const fresco::ImageIo&)
     {
-        fresco::testing::write_colmap(frames, folder, false);
+        write_colmap(frames, folder, false);
         fs::rename(folder / "sparse/0", folder / "colmap");
         fs::rename(folder / "images", folder / "rgb");
         return folder;
     };
     const WrittenRecording recording(iphone);
-    fresco::testing::check_same_recording(*recording.read().frames, recording.frames, recording.images);
+    check_same_recording(*recording.read().frames, recording.frames, recording.images);
 }

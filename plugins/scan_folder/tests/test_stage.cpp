@@ -7,14 +7,7 @@
 namespace fs = std::filesystem;
 using Catch::Contains;
 using fresco::Value;
-using fresco::testing::joined;
-using fresco::testing::matrix_of;
-using fresco::testing::opengl_matrix_of;
-using fresco::testing::removing;
-using fresco::testing::rows_of;
-using fresco::testing::TestRun;
-using fresco::testing::writing;
-using fresco::testing::WrittenRecording;
+using namespace fresco::testing;
 
 namespace
 {
@@ -27,8 +20,8 @@ fs::path write_folder(const fresco::Frames& frames, const fs::path& folder, bool
         const auto& frame = frames.frames[i];
         // In the order of numbers, not of letters.
         const std::string name = "v" + std::to_string(8 + i);
-        fresco::testing::copy_picture(frame.color_picture.path, folder / "images" / (name + ".png"));
-        fresco::testing::copy_picture(frame.depth_picture.path, folder / "depth" / (name + ".png"));
+        copy_picture(frame.color_picture.path, folder / "images" / (name + ".png"));
+        copy_picture(frame.depth_picture.path, folder / "depth" / (name + ".png"));
         const auto m = matrix_of(frame.color.world_from_camera);
         list += joined(i == 1 ? m : std::vector<double>(m.begin(), m.end() - 4)) + "\n";
         if (!one_list)
@@ -42,11 +35,11 @@ fs::path write_folder(const fresco::Frames& frames, const fs::path& folder, bool
     const auto& k = frames.frames.front().color.intrinsics;
     fresco::write_file(folder / "K.txt",
                        one_list ? joined({k.fx, k.fy, k.cx, k.cy}) + "\n" : rows_of({k.fx, 0, k.cx, 0, k.fy, k.cy, 0, 0, 1}, 3));
-    fresco::testing::write_mesh(folder / "mesh.ply");
+    write_mesh(folder / "mesh.ply");
     return folder;
 }
 
-fresco::testing::ReaderUnderTest reader_of(bool one_list)
+ReaderUnderTest reader_of(bool one_list)
 {
     return {.plugin = FRESCO_PLUGIN_FILE,
             .type = "scan.folder",
@@ -66,7 +59,7 @@ TEST_CASE("a folder holds what every recording does, with a list of poses or a f
 {
     for (const auto* reader : {&list_reader, &file_reader})
     {
-        fresco::testing::check_reader(*reader);
+        check_reader(*reader);
         const WrittenRecording recording(*reader);
         TestRun run;
         const auto found = recording.read(run);
@@ -115,7 +108,7 @@ TEST_CASE("one recording in any convention is the same", "[scan.folder]")
     {
         recording.write("poses.txt", text);
         const auto found = recording.read(Value::Map{{"axes", axes}, {"direction", direction}});
-        fresco::testing::check_same_recording(*found.frames, recording.frames, recording.images);
+        check_same_recording(*found.frames, recording.frames, recording.images);
     }
 }
 
@@ -161,17 +154,15 @@ TEST_CASE("a folder without depth or mesh is read, and a view whose tracking was
 
 TEST_CASE("folders that cannot be used are refused by file and line", "[scan.folder]")
 {
-    fresco::testing::check_flaws(
-        list_reader,
-        {{"a pose too few", writing("poses.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n"), {"poses.txt: 1 poses for 3 pictures"}},
-         {"another form",
-          writing("poses.txt", "# x\n\n1 2 3 0 0 0 1\n"),
-          {"poses.txt:3: 7 words; expected the 12 or 16 numbers of a 3x4 or 4x4 matrix"}},
-         {"no poses", removing("poses.txt"), {"there are no poses; expected poses.txt, or poses/NAME.txt"}},
-         {"no pictures", removing("images"), {"there is no folder images"}},
-         {"a matrix of another shape", writing("K.txt", "1 2\n3 4\n"), {"K.txt:1: 2 numbers"}},
-         {"three numbers", writing("K.txt", "1 2 3\n"), {"K.txt:1: 3 numbers"}}});
-    fresco::testing::check_flaws(list_reader,
-                                 {{"options", [](WrittenRecording&) {}, {"\"intrinsics\": expected 4 finite numbers"}}},
-                                 Value::Map{{"intrinsics", Value::List{1.0}}});
+    check_flaws(list_reader,
+                {{"a pose too few", writing("poses.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n"), {"poses.txt: 1 poses for 3 pictures"}},
+                 {"another form",
+                  writing("poses.txt", "# x\n\n1 2 3 0 0 0 1\n"),
+                  {"poses.txt:3: 7 words; expected the 12 or 16 numbers of a 3x4 or 4x4 matrix"}},
+                 {"no poses", removing("poses.txt"), {"there are no poses; expected poses.txt, or poses/NAME.txt"}},
+                 {"no pictures", removing("images"), {"there is no folder images"}},
+                 {"a matrix of another shape", writing("K.txt", "1 2\n3 4\n"), {"K.txt:1: 2 numbers"}},
+                 {"three numbers", writing("K.txt", "1 2 3\n"), {"K.txt:1: 3 numbers"}}});
+    check_flaws(list_reader, {{"options", [](WrittenRecording&) {}, {"\"intrinsics\": expected 4 finite numbers"}}},
+                Value::Map{{"intrinsics", Value::List{1.0}}});
 }

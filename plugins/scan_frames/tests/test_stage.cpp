@@ -10,55 +10,41 @@
 namespace fs = std::filesystem;
 using Catch::Contains;
 using fresco::Value;
-using fresco::testing::removing;
-using fresco::testing::replacing;
-using fresco::testing::TestRun;
-using fresco::testing::writing;
-using fresco::testing::WrittenRecording;
+using namespace fresco::testing;
 
 namespace
 {
 
-const fresco::testing::ReaderUnderTest reader{.plugin = FRESCO_PLUGIN_FILE,
-                                              .type = "scan.frames",
-                                              .write =
-                                                  [](const fresco::Frames& frames, const fs::path& folder, const fresco::ImageIo&)
-                                              {
-                                                  fresco::Frames listed = frames;
-                                                  for (auto& frame : listed.frames)
-                                                      for (auto* picture : {&frame.color_picture, &frame.depth_picture})
-                                                      {
-                                                          const auto copy = folder / "pictures" / picture->path.filename();
-                                                          fresco::testing::copy_picture(picture->path, copy);
-                                                          picture->path = copy;
-                                                      }
-                                                  listed.save({folder, {}});
-                                                  fresco::testing::write_mesh(folder / "mesh.ply");
-                                                  return folder;
-                                              },
-                                              .color = "pictures/frame-000001.color.png",
-                                              .depth = "pictures/frame-000001.depth.png",
-                                              .pose_source = "frames.json: frame 1",
-                                              .damaged = {{"frames.json", 200, 250}, {"mesh.ply", 200, 100}},
-                                              .has_depth_camera = true};
+const ReaderUnderTest reader{.plugin = FRESCO_PLUGIN_FILE,
+                             .type = "scan.frames",
+                             .write =
+                                 [](const fresco::Frames& frames, const fs::path& folder, const fresco::ImageIo&)
+                             {
+                                 fresco::Frames listed = frames;
+                                 for (auto& frame : listed.frames)
+                                     for (auto* picture : {&frame.color_picture, &frame.depth_picture})
+                                     {
+                                         const auto copy = folder / "pictures" / picture->path.filename();
+                                         copy_picture(picture->path, copy);
+                                         picture->path = copy;
+                                     }
+                                 listed.save({folder, {}});
+                                 write_mesh(folder / "mesh.ply");
+                                 return folder;
+                             },
+                             .color = "pictures/frame-000001.color.png",
+                             .depth = "pictures/frame-000001.depth.png",
+                             .pose_source = "frames.json: frame 1",
+                             .damaged = {{"frames.json", 200, 250}, {"mesh.ply", 200, 100}},
+                             .has_depth_camera = true};
 
-Value json_of(const WrittenRecording& recording)
-{
-    return fresco::parse_json(recording.text("frames.json"));
-}
-
-void set_in_frame(const WrittenRecording& recording, std::size_t frame, std::string_view key, Value value)
-{
-    auto json = json_of(recording);
-    json.find("frames")->as_list()[frame].set(key, std::move(value));
-    recording.write("frames.json", fresco::to_json(json));
-}
+const char* const list = "frames.json";
 
 }  // namespace
 
 TEST_CASE("a frames.json holds what every recording does", "[scan.frames]")
 {
-    fresco::testing::check_reader(reader);
+    check_reader(reader);
     const WrittenRecording recording(reader);
     TestRun run;
     const auto found = recording.read(run);
@@ -73,7 +59,7 @@ TEST_CASE("a frames.json holds what every recording does", "[scan.frames]")
     CHECK(frames[1].color_picture.hash == fresco::file_hash(recording.path / reader.color));
     CHECK(found.mesh->triangles.size() == 1);
     recording.remove("mesh.ply");
-    fresco::testing::check_no_mesh(recording, "mesh.ply");
+    check_no_mesh(recording, "mesh.ply");
 }
 
 TEST_CASE("pictures may be NPY files, and a mask may be either", "[scan.frames]")
@@ -89,10 +75,10 @@ TEST_CASE("pictures may be NPY files, and a mask may be either", "[scan.frames]"
     fresco::write_npy(recording.path / "d.npy", depth_shape, std::span(steps.values));
     fresco::write_npy(recording.path / "m.npy", mask_shape, std::span<const std::uint8_t>(mask));
     const auto own = [](const char* name) { return Value(Value::Map{{"ref", std::string("own:") + name}}); };
-    set_in_frame(recording, 1, "color_picture", own("c.npy"));
-    set_in_frame(recording, 1, "depth_picture", own("d.npy"));
-    fresco::testing::check_same_recording(*recording.read().frames, recording.frames, recording.images);
-    set_in_frame(recording, 1, "mask", own("m.npy"));
+    recording.set_in_frame(list, 1, "color_picture", own("c.npy"));
+    recording.set_in_frame(list, 1, "depth_picture", own("d.npy"));
+    check_same_recording(*recording.read().frames, recording.frames, recording.images);
+    recording.set_in_frame(list, 1, "mask", own("m.npy"));
     const auto frames = recording.read().frames->frames;
     const auto read = fresco::load_mask(frames[1]);
     CHECK(std::ranges::count(read.values, 0) == 1);
@@ -116,7 +102,7 @@ TEST_CASE("the schema knows the entries that are written, and requires those tha
             keys.insert(key);
         return keys;
     };
-    const auto frame = json_of(recording).at("frames").as_list().at(0);
+    const auto frame = recording.json(list).at("frames").as_list().at(0);
     const std::vector<std::pair<const char*, Value>> parts{
         {"frame", frame}, {"camera", frame.at("color_camera")}, {"picture", frame.at("color_picture")}};
     for (const auto& [part, written] : parts)
@@ -129,7 +115,7 @@ TEST_CASE("the schema knows the entries that are written, and requires those tha
             const auto& required = known.at("required").as_list();
             const bool is_required = std::ranges::any_of(required, [&](const Value& name) { return name.as_string() == key; });
             WrittenRecording without(reader);
-            auto json = json_of(without);
+            auto json = without.json(list);
             auto& edited = json.find("frames")->as_list()[0];
             auto& map = std::string_view(part) == "frame"    ? edited
                         : std::string_view(part) == "camera" ? *edited.find("color_camera")
@@ -145,8 +131,8 @@ TEST_CASE("the schema knows the entries that are written, and requires those tha
 TEST_CASE("a list that cannot be used is refused by frame and entry", "[scan.frames]")
 {
     const auto set = [](std::size_t frame, const char* key, Value value)
-    { return [=](const WrittenRecording& it) { set_in_frame(it, frame, key, value); }; };
-    fresco::testing::check_flaws(
+    { return [=](const WrittenRecording& it) { it.set_in_frame(list, frame, key, value); }; };
+    check_flaws(
         reader,
         {{"no file", removing("frames.json"), {"frames.json"}},
          {"no list", writing("frames.json", "{}"), {"frames.json: the entry \"frames\" is missing"}},

@@ -10,10 +10,7 @@
 namespace fs = std::filesystem;
 using Catch::Contains;
 using fresco::Value;
-using fresco::testing::removing;
-using fresco::testing::replacing;
-using fresco::testing::TestRun;
-using fresco::testing::WrittenRecording;
+using namespace fresco::testing;
 
 namespace
 {
@@ -21,28 +18,27 @@ namespace
 const char* const cameras_file = "undistorted_camera_parameters/tiny.conf";
 const char* const house_file = "house_segmentations/tiny.house";
 
-const fresco::testing::ReaderUnderTest reader{
-    .plugin = FRESCO_PLUGIN_FILE,
-    .type = "scan.matterport3d",
-    .write =
-        [](const fresco::Frames& frames, const fs::path& folder, const fresco::ImageIo& images)
-    {
-        fresco::testing::write_matterport3d(frames, folder, images);
-        fresco::testing::write_mesh(folder / "house_segmentations/tiny.ply", 2);
-        fresco::testing::write_mesh(folder / "region_segmentations/region1.ply", 1);
-        return folder;
-    },
-    .color = "undistorted_color_images/03a8325e000001_i1_0.jpg",
-    .depth = "undistorted_depth_images/03a8325e000001_d1_0.png",
-    .pose_source = "tiny.conf:10",
-    .damaged = {{cameras_file, 200, 150}, {"house_segmentations/tiny.ply", 200, 100}},
-    .depth_step_m = 1e-6};
+const ReaderUnderTest reader{.plugin = FRESCO_PLUGIN_FILE,
+                             .type = "scan.matterport3d",
+                             .write =
+                                 [](const fresco::Frames& frames, const fs::path& folder, const fresco::ImageIo& images)
+                             {
+                                 write_matterport3d(frames, folder, images);
+                                 write_mesh(folder / "house_segmentations/tiny.ply", 2);
+                                 write_mesh(folder / "region_segmentations/region1.ply", 1);
+                                 return folder;
+                             },
+                             .color = "undistorted_color_images/03a8325e000001_i1_0.jpg",
+                             .depth = "undistorted_depth_images/03a8325e000001_d1_0.png",
+                             .pose_source = "tiny.conf:10",
+                             .damaged = {{cameras_file, 200, 150}, {"house_segmentations/tiny.ply", 200, 100}},
+                             .depth_step_m = 1e-6};
 
 }  // namespace
 
 TEST_CASE("a house holds what every recording does", "[scan.matterport3d]")
 {
-    fresco::testing::check_reader(reader);
+    check_reader(reader);
     const WrittenRecording house(reader);
     TestRun run;
     const auto result = house.read(run);
@@ -64,7 +60,7 @@ TEST_CASE("a room is its mesh and the pictures taken in it", "[scan.matterport3d
     CHECK(result.frames->frames[0].number == 1);
     CHECK(result.mesh->triangles.size() == 1);
     CHECK(run.reported.at("house_frames").as_int() == 3);
-    fresco::testing::check_no_mesh(house, "region0.ply", Value::Map{{"region", 0}});
+    check_no_mesh(house, "region0.ply", Value::Map{{"region", 0}});
     CHECK(house.error(Value::Map{{"region", 0}, {"mesh", (house.path / "region_segmentations/region1.ply").string()}}) ==
           "no error");
     CHECK_THAT(house.error(Value::Map{{"region", 7}}), Contains("no picture was taken in region 7"));
@@ -77,9 +73,9 @@ TEST_CASE("the mesh of the house may be the Poisson one", "[scan.matterport3d]")
 {
     const WrittenRecording house(reader);
     fs::remove(house.path / "house_segmentations/tiny.ply");
-    fresco::testing::check_no_mesh(house, (house.path / "house_segmentations/tiny.ply").string() + " or " +
-                                              (house.path / "poisson_meshes/tiny.ply").string());
-    fresco::testing::write_mesh(house.path / "poisson_meshes/tiny.ply", 1);
+    check_no_mesh(house, (house.path / "house_segmentations/tiny.ply").string() + " or " +
+                             (house.path / "poisson_meshes/tiny.ply").string());
+    write_mesh(house.path / "poisson_meshes/tiny.ply", 1);
     fs::remove_all(house.path / "house_segmentations");
     TestRun run;
     CHECK(house.read(run).mesh->triangles.size() == 1);
@@ -117,7 +113,7 @@ TEST_CASE("a house that cannot be used is refused by name", "[scan.matterport3d]
     const auto edit = [](const char* from, const char* to)
     { return [=](const WrittenRecording& it) { it.replace(cameras_file, from, to); }; };
     const char* const kind = "dataset matterport";
-    fresco::testing::check_flaws(
+    check_flaws(
         reader,
         {{"no camera file", removing(cameras_file), {"undistorted_camera_parameters: no camera file; expected <house>.conf"}},
          {"two camera files",
@@ -133,15 +129,14 @@ TEST_CASE("a house that cannot be used is refused by name", "[scan.matterport3d]
          {"a folder elsewhere",
           edit("color_directory undistorted_color_images", "color_directory .."),
           {"'..' is not a plain"}}});
-    fresco::testing::check_flaws(reader,
-                                 {{"another number of panoramas",
-                                   replacing(house_file, "H tiny - 3 3", "H tiny - 3 5"),
-                                   {"declares 5 panoramas, the file has 3"}},
-                                  {"an unknown panorama",
-                                   replacing(house_file, "P 03a8325e000001", "P 03a8325e000009"),
-                                   {"panorama 03a8325e000001 of", "tiny.conf:"}}},
-                                 Value::Map{{"region", 1}});
+    check_flaws(reader,
+                {{"another number of panoramas",
+                  replacing(house_file, "H tiny - 3 3", "H tiny - 3 5"),
+                  {"declares 5 panoramas, the file has 3"}},
+                 {"an unknown panorama",
+                  replacing(house_file, "P 03a8325e000001", "P 03a8325e000009"),
+                  {"panorama 03a8325e000001 of", "tiny.conf:"}}},
+                Value::Map{{"region", 1}});
     const WrittenRecording house(reader);
-    fresco::testing::check_damage(house, {{house_file, 200, 100}, {"region_segmentations/region1.ply", 200, 100}},
-                                  Value::Map{{"region", 1}});
+    check_damage(house, {{house_file, 200, 100}, {"region_segmentations/region1.ply", 200, 100}}, Value::Map{{"region", 1}});
 }

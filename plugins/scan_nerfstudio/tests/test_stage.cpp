@@ -9,23 +9,20 @@
 namespace fs = std::filesystem;
 using Catch::Contains;
 using fresco::Value;
-using fresco::testing::removing;
-using fresco::testing::TestRun;
-using fresco::testing::writing;
-using fresco::testing::WrittenRecording;
+using namespace fresco::testing;
 
 namespace
 {
 
 /// With other values at the head of the file.
-fresco::testing::ReaderUnderTest reader_of(const Value& head)
+ReaderUnderTest reader_of(const Value& head)
 {
     return {.plugin = FRESCO_PLUGIN_FILE,
             .type = "scan.nerfstudio",
             .write =
                 [head](const fresco::Frames& frames, const fs::path& folder, const fresco::ImageIo&)
             {
-                fresco::testing::write_nerfstudio(frames, folder, head);
+                write_nerfstudio(frames, folder, head);
                 return folder;
             },
             .color = "images/frame_00002.png",
@@ -36,24 +33,13 @@ fresco::testing::ReaderUnderTest reader_of(const Value& head)
 
 const auto reader = reader_of(Value::Map{});
 
-Value json_of(const WrittenRecording& scan)
-{
-    return fresco::parse_json(scan.text("transforms.json"));
-}
-
-/// The value of `key` in one frame replaced.
-void set_in_frame(const WrittenRecording& scan, std::size_t frame, std::string_view key, Value value)
-{
-    auto json = json_of(scan);
-    json.find("frames")->as_list()[frame].set(key, std::move(value));
-    scan.write("transforms.json", fresco::to_json(json));
-}
+const char* const list = "transforms.json";
 
 }  // namespace
 
 TEST_CASE("a transforms.json holds what every recording does", "[scan.nerfstudio]")
 {
-    fresco::testing::check_reader(reader);
+    check_reader(reader);
     const WrittenRecording scan(reader);
     TestRun run;
     const auto frames = scan.read(run).frames->frames;
@@ -91,8 +77,8 @@ TEST_CASE("the recorder's own world is had back, in meters", "[scan.nerfstudio]"
         Value::Map{{"applied_transform", Value::List{Value::List{0, 1, 0, 0}, Value::List{1, 0, 0, 0}, Value::List{0, 0, -1, 0}}},
                    {"applied_scale", 2.0}});
     const WrittenRecording scan(made);
-    set_in_frame(
-        scan, 0, "transform_matrix",
+    scan.set_in_frame(
+        list, 0, "transform_matrix",
         Value::List{Value::List{1, 0, 0, 12}, Value::List{0, 1, 0, 10}, Value::List{0, 0, 1, -14}, Value::List{0, 0, 0, 1}});
     TestRun run;
     const auto original = *scan.read(run, Value::Map{{"world", "original"}, {"unit_m", 0.1}}).frames;
@@ -110,8 +96,8 @@ TEST_CASE("a frame's own values go before the file's", "[scan.nerfstudio]")
 {
     const auto made = reader_of(Value::Map{{"depth_unit_scale_factor", 0.002}});
     const WrittenRecording scan(made);
-    set_in_frame(scan, 1, "fl_x", 77);
-    set_in_frame(scan, 2, "camera_angle_x", 2 * std::atan(0.5));
+    scan.set_in_frame(list, 1, "fl_x", 77);
+    scan.set_in_frame(list, 2, "camera_angle_x", 2 * std::atan(0.5));
     TestRun run;
     const auto frames = *scan.read(run).frames;
     CHECK(frames.frames[0].color.intrinsics.fx == 30.5);
@@ -136,7 +122,7 @@ TEST_CASE("the file and the pictures may be elsewhere", "[scan.nerfstudio]")
     CHECK_THAT(scan.error(options), Contains("3 files are missing") && Contains("elsewhere/images/frame_00001.png"));
     options.emplace_back("pictures", scan.path.string());
     TestRun run;
-    fresco::testing::check_same_recording(*scan.read(run, options).frames, scan.frames, scan.images);
+    check_same_recording(*scan.read(run, options).frames, scan.frames, scan.images);
 }
 
 TEST_CASE("distortion is undone", "[scan.nerfstudio]")
@@ -182,7 +168,7 @@ TEST_CASE("masks are read, from where mask_path is relative to", "[scan.nerfstud
         mask.at(3, 20, c) = 0;
     fs::create_directories(scan.path / "masks");
     fresco::write_file(scan.path / "masks/a.png", scan.images.encode_png(mask));
-    set_in_frame(scan, 1, "mask_path", "a.png");
+    scan.set_in_frame(list, 1, "mask_path", "a.png");
     CHECK_THAT(scan.error(), Contains("1 file is missing") && Contains("frame 1 lists it"));
     TestRun run;
     const auto frames = scan.read(run, Value::Map{{"masks", (scan.path / "masks").string()}}).frames->frames;
@@ -218,7 +204,7 @@ TEST_CASE("a split that the file lists is read as such", "[scan.nerfstudio]")
 TEST_CASE("the DSLR folder of ScanNet++ is found, with its masks and test frames", "[scan.nerfstudio]")
 {
     const WrittenRecording scan(reader);
-    auto json = json_of(scan);
+    auto json = scan.json(list);
     auto& frames = json.find("frames")->as_list();
     fresco::Raster8 mask(32, 24, 3, 255);
     mask.values.assign(3 * 5, 0);
@@ -250,7 +236,7 @@ TEST_CASE("the DSLR folder of ScanNet++ is found, with its masks and test frames
 TEST_CASE("frames without depth are given as such", "[scan.nerfstudio]")
 {
     const WrittenRecording scan(reader);
-    auto json = json_of(scan);
+    auto json = scan.json(list);
     for (auto& frame : json.find("frames")->as_list())
         std::erase_if(frame.as_map(), [](const auto& entry) { return entry.first == "depth_file_path"; });
     scan.write("transforms.json", fresco::to_json(json));
@@ -258,7 +244,7 @@ TEST_CASE("frames without depth are given as such", "[scan.nerfstudio]")
     const auto frames = *scan.read(run).frames;
     CHECK(frames.frames[0].depth_picture.empty());
     CHECK_FALSE(run.reported.at("has_depth").as_bool());
-    set_in_frame(scan, 1, "depth_file_path", "depth/frame_00002.png");
+    scan.set_in_frame(list, 1, "depth_file_path", "depth/frame_00002.png");
     CHECK_THAT(scan.error(), Contains("1 of 3 frames have a depth_file_path"));
 }
 
@@ -270,11 +256,11 @@ TEST_CASE("a file that cannot be used is refused by name", "[scan.nerfstudio]")
         return [=](const WrittenRecording& it)
         {
             for (const auto& [key, value] : values)
-                set_in_frame(it, frame, key, value);
+                it.set_in_frame(list, frame, key, value);
         };
     };
     const std::string angle = "frame 1: \"camera_angle_x\" must be a field of view in radians";
-    fresco::testing::check_flaws(
+    check_flaws(
         reader,
         {{"no file", removing("transforms.json"), {"transforms.json"}},
          {"no frames", writing("transforms.json", "{\"frames\": []}"), {"transforms.json: \"frames\" must be a list, not empty"}},
@@ -315,5 +301,5 @@ TEST_CASE("the recorder's own world is asked for in vain where the file does not
 TEST_CASE("damage to the head of a recording gives an error or what can be used", "[scan.nerfstudio]")
 {
     const auto scaled = reader_of(Value::Map{{"camera_model", "OPENCV"}, {"k1", 0}, {"applied_scale", 1.5}});
-    fresco::testing::check_damage(WrittenRecording(scaled), scaled.damaged, Value::Map{{"world", "original"}});
+    check_damage(WrittenRecording(scaled), scaled.damaged, Value::Map{{"world", "original"}});
 }

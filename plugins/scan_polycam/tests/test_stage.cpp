@@ -7,25 +7,23 @@
 namespace fs = std::filesystem;
 using Catch::Contains;
 using fresco::Value;
-using fresco::testing::TestRun;
-using fresco::testing::writing;
-using fresco::testing::WrittenRecording;
+using namespace fresco::testing;
 
 namespace
 {
 
-const fresco::testing::ReaderUnderTest reader{.plugin = FRESCO_PLUGIN_FILE,
-                                              .type = "scan.polycam",
-                                              .write =
-                                                  [](const fresco::Frames& frames, const fs::path& folder, const fresco::ImageIo&)
-                                              {
-                                                  fresco::testing::write_polycam(frames, folder);
-                                                  return folder;
-                                              },
-                                              .color = "keyframes/corrected_images/999.jpg",
-                                              .depth = "keyframes/depth/999.png",
-                                              .pose_source = "corrected_cameras/999.json",
-                                              .damaged = {{"keyframes/corrected_cameras/998.json", 200, 150}}};
+const ReaderUnderTest reader{.plugin = FRESCO_PLUGIN_FILE,
+                             .type = "scan.polycam",
+                             .write =
+                                 [](const fresco::Frames& frames, const fs::path& folder, const fresco::ImageIo&)
+                             {
+                                 write_polycam(frames, folder);
+                                 return folder;
+                             },
+                             .color = "keyframes/corrected_images/999.jpg",
+                             .depth = "keyframes/depth/999.png",
+                             .pose_source = "corrected_cameras/999.json",
+                             .damaged = {{"keyframes/corrected_cameras/998.json", 200, 150}}};
 
 const char* const camera_file = "keyframes/corrected_cameras/999.json";
 
@@ -36,7 +34,7 @@ const char* const alignment = R"({"alignmentTransform": [1, 0, 0, 0,  0, 0, 1, 0
 
 TEST_CASE("a capture holds what every recording does, by time", "[scan.polycam]")
 {
-    fresco::testing::check_reader(reader);
+    check_reader(reader);
     const WrittenRecording capture(reader);
     TestRun run;
     // 998, 999, 1000: by number, not by letters.
@@ -51,7 +49,7 @@ TEST_CASE("without corrected cameras ARKit's are taken, with a warning", "[scan.
 {
     const WrittenRecording capture(reader);
     CHECK_THAT(capture.error(Value::Map{{"poses", "recorded"}}), Contains("keyframes/cameras: no such folder; expected Polycam"));
-    fresco::testing::write_polycam(capture.frames, capture.path, "");
+    write_polycam(capture.frames, capture.path, "");
     fs::remove_all(capture.path / "keyframes" / "corrected_images");
     TestRun run;
     CHECK(capture.read(run).frames->frames.size() == 3);
@@ -77,8 +75,8 @@ TEST_CASE("frames are brought into the mesh's world", "[scan.polycam]")
 
 TEST_CASE("a capture that cannot be used is refused by name", "[scan.polycam]")
 {
-    fresco::testing::check_flaws(
-        reader, {{"no cameras",
+    check_flaws(reader,
+                {{"no cameras",
                   [](const auto& it)
                   {
                       it.remove("keyframes/corrected_cameras");
@@ -91,5 +89,5 @@ TEST_CASE("a capture that cannot be used is refused by name", "[scan.polycam]")
                  {"no JSON", writing(camera_file, "{"), {"999.json"}}});
     const WrittenRecording capture(reader);
     capture.write("mesh_info.json", alignment);
-    fresco::testing::check_damage(capture, {{"mesh_info.json", 200, 150}}, Value::Map{{"world", "mesh"}});
+    check_damage(capture, {{"mesh_info.json", 200, 150}}, Value::Map{{"world", "mesh"}});
 }

@@ -7,22 +7,19 @@
 namespace fs = std::filesystem;
 using Catch::Contains;
 using fresco::Value;
-using fresco::testing::removing;
-using fresco::testing::TestRun;
-using fresco::testing::writing;
-using fresco::testing::WrittenRecording;
+using namespace fresco::testing;
 
 namespace
 {
 
-const fresco::testing::ReaderUnderTest reader{
+const ReaderUnderTest reader{
     .plugin = FRESCO_PLUGIN_FILE,
     .type = "scan.replica",
     .write =
         [](const fresco::Frames& frames, const fs::path& folder, const fresco::ImageIo&)
     {
-        fresco::testing::write_replica(frames, folder / "room0");
-        fresco::testing::write_mesh(folder / "room0_mesh.ply");
+        write_replica(frames, folder / "room0");
+        write_mesh(folder / "room0_mesh.ply");
         // With a slash behind it, as shells complete it.
         return folder / "room0/";
     },
@@ -35,7 +32,7 @@ const fresco::testing::ReaderUnderTest reader{
 
 TEST_CASE("a scene holds what every recording does", "[scan.replica]")
 {
-    fresco::testing::check_reader(reader);
+    check_reader(reader);
     const WrittenRecording scene(reader);
     TestRun run;
     const auto result = scene.read(run);
@@ -66,7 +63,7 @@ TEST_CASE("the mesh and the camera may be elsewhere, frames may be left out", "[
     fs::rename(beside / "other.json", scene.path / "cam_params.json");
     CHECK(scene.error() == "no error");
     fs::rename(beside / "room0_mesh.ply", beside / "other.ply");
-    fresco::testing::check_no_mesh(scene, "room0_mesh.ply");
+    check_no_mesh(scene, "room0_mesh.ply");
     CHECK(scene.error(Value::Map{{"mesh", (beside / "other.ply").string()}}) == "no error");
     fs::rename(beside / "other.ply", scene.path / "mesh.ply");
     scene.remove("results/frame000001.jpg");
@@ -78,7 +75,7 @@ TEST_CASE("the mesh and the camera may be elsewhere, frames may be left out", "[
 
 TEST_CASE("a scene that cannot be used is refused by name", "[scan.replica]")
 {
-    fresco::testing::check_flaws(
+    check_flaws(
         reader,
         {{"too few poses",
           [](const auto& it) { it.write("traj.txt", it.text("traj.txt").substr(0, it.text("traj.txt").find('\n') + 1)); },

@@ -7,11 +7,7 @@
 namespace fs = std::filesystem;
 using Catch::Contains;
 using fresco::Value;
-using fresco::testing::removing;
-using fresco::testing::rows_of;
-using fresco::testing::TestRun;
-using fresco::testing::writing;
-using fresco::testing::WrittenRecording;
+using namespace fresco::testing;
 
 namespace
 {
@@ -29,10 +25,9 @@ fs::path write_scannet(const fresco::Frames& frames, const fs::path& scene)
     {
         const auto& frame = frames.frames[i];
         const std::string name = numbers[i];
-        fresco::testing::copy_picture(frame.color_picture.path, scene / "color" / (name + ".jpg"));
-        fresco::testing::copy_picture(frame.depth_picture.path, scene / "depth" / (name + ".png"));
-        fresco::write_file(scene / "pose" / (name + ".txt"),
-                           rows_of(fresco::testing::matrix_of(frame.depth.world_from_camera), 4));
+        copy_picture(frame.color_picture.path, scene / "color" / (name + ".jpg"));
+        copy_picture(frame.depth_picture.path, scene / "depth" / (name + ".png"));
+        fresco::write_file(scene / "pose" / (name + ".txt"), rows_of(matrix_of(frame.depth.world_from_camera), 4));
     }
     const auto& first = frames.frames.front();
     // The recorder's own frame is a centimeter beside the depth camera's.
@@ -43,38 +38,36 @@ fs::path write_scannet(const fresco::Frames& frames, const fs::path& scene)
     {
         fresco::write_file(scene / "intrinsic" / (std::string("intrinsic_") + name),
                            rows_of({k.fx, 0, k.cx - 0.5, 0, 0, k.fy, k.cy - 0.5, 0, 0, 0, 1, 0, 0, 0, 0, 1}, 4));
-        fresco::write_file(scene / "intrinsic" / (std::string("extrinsic_") + name),
-                           rows_of(fresco::testing::matrix_of(rig_from_camera), 4));
+        fresco::write_file(scene / "intrinsic" / (std::string("extrinsic_") + name), rows_of(matrix_of(rig_from_camera), 4));
     }
     fresco::write_file(scene / properties,
                        "axisAlignment = 0 1 0 0 -1 0 0 0 0 0 1 2 0 0 0 1 \ncolorWidth = 64\nfx_color = 40\nfy_color = 41\n"
                        "mx_color = 15.5\nmy_color = 12.5\nfx_depth = 20\nfy_depth = 21\nmx_depth = 7.5\nmy_depth = 6.5\n");
-    fresco::testing::write_mesh(scene / "scene0000_00_vh_clean.ply");
-    fresco::testing::write_mesh(scene / "scene0000_00_vh_clean_2.ply", 1, 2);
+    write_mesh(scene / "scene0000_00_vh_clean.ply");
+    write_mesh(scene / "scene0000_00_vh_clean_2.ply", 1, 2);
     return scene;
 }
 
-const fresco::testing::ReaderUnderTest reader{
-    .plugin = FRESCO_PLUGIN_FILE,
-    .type = "scan.scannet",
-    .write = [](const fresco::Frames& frames, const fs::path& folder, const fresco::ImageIo&)
-    { return write_scannet(frames, folder / "scene0000_00"); },
-    .color = "color/2.jpg",
-    .depth = "depth/2.png",
-    .pose_source = "pose/2.txt",
-    .damaged = {{"pose/10.txt", 180, 200},
-                {"intrinsic/intrinsic_color.txt", 180, 200},
-                {"intrinsic/intrinsic_depth.txt", 180, 200},
-                {"intrinsic/extrinsic_color.txt", 180, 200},
-                {"intrinsic/extrinsic_depth.txt", 180, 200},
-                {"scene0000_00_vh_clean.ply", 200, 100}},
-    .has_depth_camera = true};
+const ReaderUnderTest reader{.plugin = FRESCO_PLUGIN_FILE,
+                             .type = "scan.scannet",
+                             .write = [](const fresco::Frames& frames, const fs::path& folder, const fresco::ImageIo&)
+                             { return write_scannet(frames, folder / "scene0000_00"); },
+                             .color = "color/2.jpg",
+                             .depth = "depth/2.png",
+                             .pose_source = "pose/2.txt",
+                             .damaged = {{"pose/10.txt", 180, 200},
+                                         {"intrinsic/intrinsic_color.txt", 180, 200},
+                                         {"intrinsic/intrinsic_depth.txt", 180, 200},
+                                         {"intrinsic/extrinsic_color.txt", 180, 200},
+                                         {"intrinsic/extrinsic_depth.txt", 180, 200},
+                                         {"scene0000_00_vh_clean.ply", 200, 100}},
+                             .has_depth_camera = true};
 
 }  // namespace
 
 TEST_CASE("an exported scene holds what every recording does, with both cameras", "[scan.scannet]")
 {
-    fresco::testing::check_reader(reader);
+    check_reader(reader);
     const WrittenRecording scene(reader);
     TestRun run;
     const auto result = scene.read(run);
@@ -130,7 +123,7 @@ TEST_CASE("the mesh is chosen by kind", "[scan.scannet]")
     CHECK_THAT(scene.error(Value::Map{{"mesh_kind", "full"}}), Contains("no mesh *_vh_clean.ply"));
     const std::string reduced = scene.text("scene0000_00_vh_clean_2.ply");
     scene.remove("scene0000_00_vh_clean_2.ply");
-    fresco::testing::check_no_mesh(scene, "*_vh_clean.ply or *_vh_clean_2.ply");
+    check_no_mesh(scene, "*_vh_clean.ply or *_vh_clean_2.ply");
     scene.write("scene0000_00_vh_clean_2.ply", reduced);
     scene.write("other_vh_clean_2.ply", scene.text("scene0000_00_vh_clean_2.ply"));
     CHECK_THAT(scene.error(), Contains("several meshes") && Contains("other_vh_clean_2.ply"));
@@ -164,7 +157,7 @@ TEST_CASE("without the folder intrinsic the scene's properties are used", "[scan
     const auto frame = scene.read(Value::Map{{"pixel_center", "half"}}).frames->frames[0];
     CHECK(frame.color.intrinsics == fresco::Intrinsics{32, 24, 40, 41, 15.5, 12.5});
     CHECK(frame.color.world_from_camera == frame.depth.world_from_camera);
-    fresco::testing::check_damage(scene, {{properties, 199, 100}});
+    check_damage(scene, {{properties, 199, 100}});
     scene.write(properties, "fx_color = 40\nfy_color = 41\n");
     CHECK_THAT(scene.error(), Contains("scene0000_00.txt: the property mx_color is missing"));
     scene.remove(properties);
@@ -173,7 +166,7 @@ TEST_CASE("without the folder intrinsic the scene's properties are used", "[scan
 
 TEST_CASE("a scene that cannot be used is refused by name", "[scan.scannet]")
 {
-    fresco::testing::check_flaws(
+    check_flaws(
         reader,
         {{"a folder missing", removing("pose"), {"3 files are missing", "pose/0.txt", "pose/N.txt"}},
          {"no views",

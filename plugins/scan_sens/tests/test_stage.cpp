@@ -10,8 +10,7 @@
 
 namespace fs = std::filesystem;
 using Catch::Contains;
-using fresco::testing::TestRun;
-using fresco::testing::WrittenRecording;
+using namespace fresco::testing;
 
 namespace
 {
@@ -26,14 +25,14 @@ constexpr std::size_t at_frames = at_count + 8;
 constexpr std::size_t at_color_bytes = at_frames + 64 + 16;
 
 /// With poses that `edit` may change.
-fresco::testing::ReaderUnderTest reader_of(const std::function<void(std::size_t, std::vector<double>&)>& edit)
+ReaderUnderTest reader_of(const std::function<void(std::size_t, std::vector<double>&)>& edit)
 {
     return {.plugin = FRESCO_PLUGIN_FILE,
             .type = "scan.sens",
             .write =
                 [edit](const fresco::Frames& frames, const fs::path& folder, const fresco::ImageIo& images)
             {
-                fresco::testing::write_sens(frames, folder / "scene0000_00.sens", images, edit);
+                write_sens(frames, folder / "scene0000_00.sens", images, edit);
                 return folder / "scene0000_00.sens";
             },
             .pose_source = "frame-000001",
@@ -60,7 +59,7 @@ void lose(std::vector<double>& pose)
 
 TEST_CASE("a recording holds what every recording does, with both cameras", "[scan.sens]")
 {
-    fresco::testing::check_reader(reader);
+    check_reader(reader);
     const WrittenRecording recording(reader);
     const auto frames = recording.read().frames->frames;
     CHECK(frames[1].name == "frame-000001");
@@ -125,7 +124,7 @@ TEST_CASE("a file that cannot be used is refused by byte", "[scan.sens]")
     using Recording = const WrittenRecording&;
     constexpr auto most = std::numeric_limits<std::uint64_t>::max();
     const auto with = [](std::size_t offset, auto value) { return [=](Recording it) { set(it, offset, value); }; };
-    fresco::testing::check_flaws(
+    check_flaws(
         reader,
         {{"another version", with(0, std::uint32_t{5}), {"scene0000_00.sens: byte 0: version 5"}},
          {"a name too long", with(4, std::uint64_t{1} << 60U), {"byte 4: the sensor's name has 1152921504606846976 bytes"}},

@@ -10,11 +10,7 @@
 namespace fs = std::filesystem;
 using Catch::Contains;
 using fresco::Value;
-using fresco::testing::removing;
-using fresco::testing::rows_of;
-using fresco::testing::TestRun;
-using fresco::testing::writing;
-using fresco::testing::WrittenRecording;
+using namespace fresco::testing;
 
 namespace
 {
@@ -25,32 +21,32 @@ fs::path write_seven_scenes(const fresco::Frames& frames, const fs::path& folder
     for (const auto& frame : frames.frames)
     {
         const auto stem = (folder / frame.sequence / frame.name).string();
-        fresco::testing::copy_picture(frame.color_picture.path, stem + ".color.png");
-        fresco::testing::copy_picture(frame.depth_picture.path, stem + ".depth.png");
-        fresco::write_file(stem + ".pose.txt", rows_of(fresco::testing::matrix_of(frame.depth.world_from_camera), 4));
+        copy_picture(frame.color_picture.path, stem + ".color.png");
+        copy_picture(frame.depth_picture.path, stem + ".depth.png");
+        fresco::write_file(stem + ".pose.txt", rows_of(matrix_of(frame.depth.world_from_camera), 4));
     }
     const auto& first = frames.frames.front();
     for (const auto& [name, k] : {std::pair{"color", first.color.intrinsics}, std::pair{"depth", first.depth.intrinsics}})
         fresco::write_file(folder / (std::string(name) + "-intrinsics.txt"), rows_of({k.fx, 0, k.cx, 0, k.fy, k.cy, 0, 0, 1}, 3));
     const auto color_from_depth = first.color.world_from_camera.inverse() * first.depth.world_from_camera;
-    fresco::write_file(folder / "color_from_depth.txt", rows_of(fresco::testing::matrix_of(color_from_depth), 4));
-    fresco::testing::write_mesh(folder / "mesh.ply");
+    fresco::write_file(folder / "color_from_depth.txt", rows_of(matrix_of(color_from_depth), 4));
+    write_mesh(folder / "mesh.ply");
     return folder;
 }
 
-const fresco::testing::ReaderUnderTest reader{.plugin = FRESCO_PLUGIN_FILE,
-                                              .type = "scan.seven_scenes",
-                                              .write = [](const fresco::Frames& frames, const fs::path& folder,
-                                                          const fresco::ImageIo&) { return write_seven_scenes(frames, folder); },
-                                              .color = "seq-01/frame-000001.color.png",
-                                              .depth = "seq-01/frame-000001.depth.png",
-                                              .pose_source = "seq-01/frame-000001.pose.txt",
-                                              .damaged = {{"color-intrinsics.txt", 180, 200},
-                                                          {"depth-intrinsics.txt", 180, 200},
-                                                          {"color_from_depth.txt", 180, 200},
-                                                          {"seq-01/frame-000001.pose.txt", 180, 200},
-                                                          {"mesh.ply", 200, 100}},
-                                              .has_depth_camera = true};
+const ReaderUnderTest reader{.plugin = FRESCO_PLUGIN_FILE,
+                             .type = "scan.seven_scenes",
+                             .write = [](const fresco::Frames& frames, const fs::path& folder, const fresco::ImageIo&)
+                             { return write_seven_scenes(frames, folder); },
+                             .color = "seq-01/frame-000001.color.png",
+                             .depth = "seq-01/frame-000001.depth.png",
+                             .pose_source = "seq-01/frame-000001.pose.txt",
+                             .damaged = {{"color-intrinsics.txt", 180, 200},
+                                         {"depth-intrinsics.txt", 180, 200},
+                                         {"color_from_depth.txt", 180, 200},
+                                         {"seq-01/frame-000001.pose.txt", 180, 200},
+                                         {"mesh.ply", 200, 100}},
+                             .has_depth_camera = true};
 
 /// The frames 0 and 1 in seq-02, frame 10 in seq-10.
 void spread(fresco::Frames& frames)
@@ -65,7 +61,7 @@ void spread(fresco::Frames& frames)
 
 TEST_CASE("a scan holds what every recording does, with both cameras", "[scan.seven_scenes]")
 {
-    fresco::testing::check_reader(reader);
+    check_reader(reader);
     const WrittenRecording scan(reader, spread);
     TestRun run;
     const auto result = scan.read(run);
@@ -170,8 +166,8 @@ TEST_CASE("a scan that cannot be used is refused by name", "[scan.seven_scenes]"
     const auto copied = [](const char* to)
     { return [=](const WrittenRecording& it) { it.write(to, it.text("seq-01/frame-000001.color.png")); }; };
     const char* const pose = "seq-01/frame-000001.pose.txt";
-    fresco::testing::check_flaws(
-        reader, {{"no sequences", removing("seq-01"), {"no sequences; expected folders seq-01"}},
+    check_flaws(reader,
+                {{"no sequences", removing("seq-01"), {"no sequences; expected folders seq-01"}},
                  {"no frames",
                   [](const auto& it)
                   {
@@ -204,7 +200,7 @@ TEST_CASE("a recording without a mesh leaves that output out", "[scan.seven_scen
 {
     const WrittenRecording scene(reader);
     scene.remove("mesh.ply");
-    fresco::testing::check_no_mesh(scene, (scene.path / "mesh.ply").string());
+    check_no_mesh(scene, (scene.path / "mesh.ply").string());
     TestRun run;
     scene.read(run);
     // It is read once it is there.
@@ -222,19 +218,19 @@ TEST_CASE("the kitchen has 125 frames of two cameras 2.6 cm apart", "[scan.seven
         std::cout << "SKIPPED reading the kitchen's pictures: image_opencv is not built" << std::endl;
         return;
     }
-    fresco::testing::TestFactory factory;
+    TestFactory factory;
     factory.add("image.opencv",
                 [&]
                 {
-                    std::shared_ptr<fresco::Configurable> made = fresco::testing::make_from_plugin(codec, "image.opencv");
+                    std::shared_ptr<fresco::Configurable> made = make_from_plugin(codec, "image.opencv");
                     return std::dynamic_pointer_cast<fresco::Component>(made);
                 });
-    const auto stage = fresco::testing::make_from_plugin(FRESCO_PLUGIN_FILE, "scan.seven_scenes");
-    const fresco::testing::TemporaryFolder out;
+    const auto stage = make_from_plugin(FRESCO_PLUGIN_FILE, "scan.seven_scenes");
+    const TemporaryFolder out;
     TestRun run;
-    fresco::testing::run_stage(dynamic_cast<fresco::Stage&>(*stage),
-                               Value::Map{{"path", path.string()}, {"images", Value::Map{{"type", "image.opencv"}}}}, {},
-                               out.path(), run, factory);
+    run_stage(dynamic_cast<fresco::Stage&>(*stage),
+              Value::Map{{"path", path.string()}, {"images", Value::Map{{"type", "image.opencv"}}}}, {}, out.path(), run,
+              factory);
     const auto frames = fresco::Frames::load({out.path() / "frames", out.path()})->frames;
     REQUIRE(frames.size() == 125);
     CHECK(run.messages == std::vector<std::string>{"125 frames of 1 sequences"});

@@ -8,22 +8,19 @@
 namespace fs = std::filesystem;
 using Catch::Contains;
 using fresco::Value;
-using fresco::testing::removing;
-using fresco::testing::TestRun;
-using fresco::testing::writing;
-using fresco::testing::WrittenRecording;
+using namespace fresco::testing;
 
 namespace
 {
 
 // Cut behind a line, a list is one of a shorter recording.
-const fresco::testing::ReaderUnderTest reader{
+const ReaderUnderTest reader{
     .plugin = FRESCO_PLUGIN_FILE,
     .type = "scan.tum",
     .write =
         [](const fresco::Frames& frames, const fs::path& folder, const fresco::ImageIo&)
     {
-        fresco::testing::write_tum(frames, folder / "desk");
+        write_tum(frames, folder / "desk");
         return folder / "desk";
     },
     .color = "rgb/1305031102.133000.png",
@@ -41,7 +38,7 @@ const fresco::testing::ReaderUnderTest reader{
 
 TEST_CASE("a recording holds what every recording does", "[scan.tum]")
 {
-    fresco::testing::check_reader(reader);
+    check_reader(reader);
     const WrittenRecording recording(reader);
     TestRun run;
     const auto frames = recording.read(run).frames->frames;
@@ -106,10 +103,10 @@ TEST_CASE("warnings count pictures without a partner, naming the gap and its opt
 
 TEST_CASE("a recording of more than a second is written with its times in order", "[scan.tum]")
 {
-    fresco::testing::TemporaryFolder folder;
-    const fresco::testing::RawImages images;
-    const auto frames = fresco::testing::tiny_recording(folder.path(), images, 40);
-    fresco::testing::write_tum(frames, folder.path() / "desk");
+    TemporaryFolder folder;
+    const RawImages images;
+    const auto frames = tiny_recording(folder.path(), images, 40);
+    write_tum(frames, folder.path() / "desk");
     for (const char* name : {"rgb.txt", "depth.txt"})
         CHECK(tum::parse_pictures(fresco::read_text_file(folder.path() / "desk" / name), name).size() == 40);
     const auto poses = tum::parse_poses(fresco::read_text_file(folder.path() / "desk/groundtruth.txt"), "x");
@@ -165,7 +162,7 @@ TEST_CASE("a lens is undone, and pictures for another camera are refused", "[sca
 
 TEST_CASE("lists that cannot be used are refused by line", "[scan.tum]")
 {
-    fresco::testing::check_flaws(
+    check_flaws(
         reader,
         {{"another form", writing("rgb.txt", "1.0 rgb/a.png x\n"), {"rgb.txt:1: 3 words; expected \"timestamp filename\""}},
          {"not in order", writing("depth.txt", "2.0 a.png\n1.0 b.png\n"), {"depth.txt:2: the time 1.0 is not later"}},

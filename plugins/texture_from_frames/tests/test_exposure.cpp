@@ -128,35 +128,3 @@ TEST_CASE("cells that are nearly black or saturated say nothing, and all views c
     CHECK(below < 2300);
     CHECK(std::is_sorted(of_many.begin(), of_many.end(), [](const auto& a, const auto& b) { return a.cell < b.cell; }));
 }
-
-TEST_CASE("symmetric systems are solved")
-{
-    // A = B Bᵀ + 1 with random B; x is known.
-    constexpr std::size_t n = 23;
-    Random random(2);
-    std::vector<double> b(n * n);
-    for (double& value : b)
-        value = random.normal();
-    std::vector<double> a(n * n);
-    std::vector<Gain> x(n);
-    for (auto& row : x)
-        for (double& value : row)
-            value = random.normal();
-    std::vector<Gain> right(n);
-    for (std::size_t i = 0; i < n; ++i)
-        for (std::size_t j = 0; j < n; ++j)
-        {
-            for (std::size_t k = 0; k < n; ++k)
-                a[i * n + j] += b[i * n + k] * b[j * n + k];
-            a[i * n + j] += i == j;
-            for (std::size_t c = 0; c < 3; ++c)
-                right[i][c] += a[i * n + j] * x[j][c];
-        }
-    for (std::size_t i = 0; i < n; ++i)  // Only the lower triangle is read.
-        for (std::size_t j = i + 1; j < n; ++j)
-            a[i * n + j] = std::nan("");
-    solve_symmetric(a, right);
-    for (std::size_t i = 0; i < n; ++i)
-        for (std::size_t c = 0; c < 3; ++c)
-            CHECK(right[i][c] == Approx(x[i][c]).margin(1e-8));
-}

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <fmt/format.h>
 #include <limits>
 
 /// \file What the globals of state dicts stand for. The list below is all there is.
@@ -100,7 +101,7 @@ void PickleMachine::push_storage()
     const Storage storage{nodes_[tuple.items[2]].text, type.type, static_cast<std::uint64_t>(count)};
     auto found = std::ranges::find(storages_, storage.key, &Storage::key);
     if (found == storages_.end() && storages_.size() >= most_storages)
-        fail(operation_, "more than " + std::to_string(most_storages) + " storages");
+        fail(operation_, fmt::format("more than {} storages", most_storages));
     if (found == storages_.end())
         found = storages_.insert(storages_.end(), storage);
     else if (found->type != storage.type || found->count != storage.count)

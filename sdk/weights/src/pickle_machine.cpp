@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstring>
+#include <fmt/format.h>
 #include <utility>
 
 namespace fresco::weights::detail
@@ -36,8 +37,8 @@ std::string code_text(std::uint8_t code)
 
 void PickleMachine::fail(std::size_t offset, const std::string& what) const
 {
-    throw Error(source_ + ": byte " + std::to_string(offset) + ": " + what +
-                "; not a state dict as torch.save(model.state_dict(), file) writes it");
+    throw Error(fmt::format("{}: byte {}: {}; not a state dict as torch.save(model.state_dict(), file) writes it", source_,
+                            offset, what));
 }
 
 std::span<const std::byte> PickleMachine::take(std::uint64_t count)
@@ -61,7 +62,7 @@ std::uint64_t PickleMachine::unsigned_number(std::size_t bytes)
 std::string_view PickleMachine::text(std::uint64_t count)
 {
     if (count > longest_text)
-        fail(operation_, "a text of " + std::to_string(count) + " bytes");
+        fail(operation_, fmt::format("a text of {} bytes", count));
     const auto taken = take(count);
     return {reinterpret_cast<const char*>(taken.data()), taken.size()};
 }
@@ -81,7 +82,7 @@ std::string_view PickleMachine::line()
 Handle PickleMachine::make(Node node)
 {
     if (nodes_.size() >= most_nodes)
-        fail(operation_, "more than " + std::to_string(most_nodes) + " values");
+        fail(operation_, fmt::format("more than {} values", most_nodes));
     nodes_.push_back(std::move(node));
     return static_cast<Handle>(nodes_.size() - 1);
 }
@@ -89,7 +90,7 @@ Handle PickleMachine::make(Node node)
 void PickleMachine::push(Handle handle)
 {
     if (stack_.size() >= most_on_stack)
-        fail(operation_, "more than " + std::to_string(most_on_stack) + " values on the stack");
+        fail(operation_, fmt::format("more than {} values on the stack", most_on_stack));
     stack_.push_back(handle);
 }
 
@@ -131,12 +132,12 @@ void PickleMachine::extend(Node& container, const std::vector<Handle>& items)
 {
     items_ += items.size();
     if (items_ > most_items)
-        fail(operation_, "containers with more than " + std::to_string(most_items) + " entries");
+        fail(operation_, fmt::format("containers with more than {} entries", most_items));
     for (const Handle item : items)
     {
         const std::size_t depth = std::size_t{nodes_[item].depth} + 1;
         if (depth > most_levels)
-            fail(operation_, "values nested in more than " + std::to_string(most_levels) + " levels");
+            fail(operation_, fmt::format("values nested in more than {} levels", most_levels));
         if (depth > container.depth)
             container.depth = static_cast<std::uint16_t>(depth);
         container.items.push_back(item);
@@ -151,7 +152,7 @@ const Node& PickleMachine::run()
     memo_.clear();
     while (step())
         if (++operations_ > most_operations)
-            fail(operation_, "more than " + std::to_string(most_operations) + " operations");
+            fail(operation_, fmt::format("more than {} operations", most_operations));
     if (stack_.size() != 1 || !marks_.empty())
         fail(operation_, "the pickle ends with more or less than one value");
     return nodes_[stack_.back()];
@@ -231,7 +232,7 @@ bool PickleMachine::step_memory(std::uint8_t code)
         return true;
     case '(':
         if (marks_.size() >= most_marks)
-            fail(operation_, "more than " + std::to_string(most_marks) + " marks");
+            fail(operation_, fmt::format("more than {} marks", most_marks));
         marks_.push_back(stack_.size());
         return true;
     default:
@@ -339,7 +340,7 @@ void PickleMachine::long_integer(std::span<const std::byte> digits)
 void PickleMachine::remember(std::uint64_t slot)
 {
     if (slot >= most_slots)
-        fail(operation_, "slot " + std::to_string(slot) + " of the memo");
+        fail(operation_, fmt::format("slot {} of the memo", slot));
     if (slot >= memo_.size())
         memo_.resize(static_cast<std::size_t>(slot) + 1, nowhere);
     const Handle handle = pop();
@@ -350,7 +351,7 @@ void PickleMachine::remember(std::uint64_t slot)
 void PickleMachine::recall(std::uint64_t slot)
 {
     if (slot >= memo_.size() || memo_[static_cast<std::size_t>(slot)] == nowhere)
-        fail(operation_, "slot " + std::to_string(slot) + " of the memo is empty");
+        fail(operation_, fmt::format("slot {} of the memo is empty", slot));
     push(memo_[static_cast<std::size_t>(slot)]);
 }
 

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <fmt/format.h>
 #include <limits>
 #include <stdexcept>
 #include <utility>
@@ -61,7 +62,7 @@ class Reader
   private:
     [[noreturn]] void fail(std::size_t offset, const std::string& what) const
     {
-        throw Error(source_ + ": byte " + std::to_string(offset) + ": " + what + "; not a valid safetensors file");
+        throw Error(fmt::format("{}: byte {}: {}; not a valid safetensors file", source_, offset, what));
     }
 
     Value parse_header()
@@ -71,9 +72,9 @@ class Reader
         std::uint64_t length = 0;
         std::memcpy(&length, bytes_.data(), header_begin);
         if (length > largest_header)
-            fail(0, "a header of " + std::to_string(length) + " bytes is more than the 100 MiB allowed");
+            fail(0, fmt::format("a header of {} bytes is more than the 100 MiB allowed", length));
         if (length > bytes_.size() - header_begin)
-            fail(0, "a header of " + std::to_string(length) + " bytes in a file of " + std::to_string(bytes_.size()));
+            fail(0, fmt::format("a header of {} bytes in a file of {}", length, bytes_.size()));
         data_ = header_begin + static_cast<std::size_t>(length);
         const std::string_view text(reinterpret_cast<const char*>(bytes_.data()) + header_begin,
                                     static_cast<std::size_t>(length));
@@ -137,8 +138,8 @@ class Reader
         if (result.end < result.begin || result.end > bytes_.size() - data_)
             fail(data_ + std::min(result.begin, bytes_.size()), where + ": data_offsets beyond the end of the file");
         if (result.end - result.begin != size)
-            fail(data_ + result.begin, where + ": the shape takes " + std::to_string(size) + " bytes, the data_offsets give " +
-                                           std::to_string(result.end - result.begin));
+            fail(data_ + result.begin,
+                 fmt::format("{}: the shape takes {} bytes, the data_offsets give {}", where, size, result.end - result.begin));
         result.tensor.bytes = bytes_.subspan(data_ + result.begin, size);
         return result;
     }

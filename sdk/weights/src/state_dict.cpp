@@ -8,6 +8,7 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <fmt/format.h>
 
 namespace fresco::weights
 {
@@ -120,7 +121,7 @@ std::vector<std::uint16_t> to_half(std::span<const float> values, std::string_vi
     {
         const float size = std::abs(values[i]);
         if (!(size <= largest))
-            throw Error(std::string(where) + " holds " + std::to_string(values[i]) + ", which half precision cannot");
+            throw Error(fmt::format("{} holds {}, which half precision cannot", where, values[i]));
         int exponent = 0;
         std::frexp(size, &exponent);
         exponent = size > 0 ? std::max(exponent - 1, least_exponent) : least_exponent;

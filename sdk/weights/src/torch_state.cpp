@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <fmt/format.h>
 #include <set>
 
 namespace fresco::weights
@@ -91,9 +92,8 @@ StateDict parse_legacy_pickle(std::span<const std::byte> bytes, std::string_view
         position += sizeof count;
         const std::size_t size = size_of(storages[index].type);
         if (count != storages[index].count || count > (bytes.size() - position) / size)
-            machine.fail(position, "a storage of " + std::to_string(count) + " elements; " +
-                                       std::to_string(storages[index].count) + " were announced, and there is room for " +
-                                       std::to_string((bytes.size() - position) / size));
+            machine.fail(position, fmt::format("a storage of {} elements; {} were announced, and there is room for {}", count,
+                                               storages[index].count, (bytes.size() - position) / size));
         contents[index] = bytes.subspan(position, count * size);
         found[index] = true;
         position += count * size;

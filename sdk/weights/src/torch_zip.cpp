@@ -3,6 +3,8 @@
 
 #include <fresco/error.h>
 
+#include <fmt/format.h>
+
 namespace fresco::weights
 {
 
@@ -33,8 +35,8 @@ StateDict parse_zip_pickle(std::span<const std::byte> bytes, std::string_view so
         contents.push_back(archive.contents(entry));
         const std::size_t size = size_of(storage.type);
         if (contents.back().size() % size != 0 || contents.back().size() / size != storage.count)
-            throw Error(std::string(source) + ": entry '" + entry + "' has " + std::to_string(contents.back().size()) +
-                        " bytes, not " + std::to_string(storage.count) + " elements of " + std::to_string(size));
+            throw Error(fmt::format("{}: entry '{}' has {} bytes, not {} elements of {}", source, entry, contents.back().size(),
+                                    storage.count, size));
     }
     StateDict result;
     result.form = Form::zip_pickle;

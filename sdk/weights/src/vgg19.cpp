@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <fmt/format.h>
 #include <set>
 
 namespace fresco::weights
@@ -38,7 +39,7 @@ constexpr std::array<Convolution, 16> architecture{{{1, 1, 0, 64},
 
 std::string layer_name(const Convolution& convolution)
 {
-    return std::to_string(convolution.block) + "_" + std::to_string(convolution.number);
+    return fmt::format("{}_{}", convolution.block, convolution.number);
 }
 
 std::string key_of(const Convolution& convolution, Vgg19Keys keys)

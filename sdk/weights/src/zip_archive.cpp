@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <fmt/format.h>
 #include <utility>
 #include <vector>
 
@@ -29,7 +30,7 @@ bool saturated(std::uint64_t number)
 
 void ZipArchive::fail(std::size_t offset, const std::string& what) const
 {
-    throw Error(source_ + ": byte " + std::to_string(offset) + ": " + what + "; not a zip archive as torch.save writes it");
+    throw Error(fmt::format("{}: byte {}: {}; not a zip archive as torch.save writes it", source_, offset, what));
 }
 
 std::uint64_t ZipArchive::number(std::size_t offset, std::size_t bytes) const

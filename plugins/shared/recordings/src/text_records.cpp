@@ -1,6 +1,7 @@
 #include <fresco/recordings/text_records.h>
 
 #include <fresco/error.h>
+#include <fresco/numerics/rotations.h>
 #include <fresco/value.h>
 
 #include <algorithm>
@@ -109,16 +110,7 @@ RigidTransform quaternion_transform(double w, double x, double y, double z, Vec3
                     (std::isfinite(norm) ? to_json(std::round(norm * 1e4) / 1e4) : "none") + "; check the order of the columns");
     if (!std::isfinite(translation.x) || !std::isfinite(translation.y) || !std::isfinite(translation.z))
         throw Error(place + ": the translation is not finite");
-    w /= norm;
-    x /= norm;
-    y /= norm;
-    z /= norm;
-    RigidTransform result;
-    result.rotation.m = {1 - 2 * (y * y + z * z), 2 * (x * y - w * z),     2 * (x * z + w * y),
-                         2 * (x * y + w * z),     1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
-                         2 * (x * z - w * y),     2 * (y * z + w * x),     1 - 2 * (x * x + y * y)};
-    result.translation = translation;
-    return result;
+    return {numerics::rotation_of(w / norm, x / norm, y / norm, z / norm), translation};
 }
 
 bool natural_less(std::string_view a, std::string_view b)

@@ -11,8 +11,10 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <glob.h>
 #include <memory>
 #include <optional>
+#include <ranges>
 #include <string>
 #include <vector>
 
@@ -159,6 +161,14 @@ class WrittenRecording
         REQUIRE(at != std::string::npos);
         write(file, content.replace(at, from.size(), to));
     }
+    Value json(const std::filesystem::path& file) const { return parse_json(text(file)); }
+    /// The value of `key` in one of a JSON file's "frames".
+    void set_in_frame(const std::filesystem::path& file, std::size_t frame, std::string_view key, Value value) const
+    {
+        auto root = json(file);
+        root.find("frames")->as_list()[frame].set(key, std::move(value));
+        write(file, to_json(root));
+    }
     void remove(const std::filesystem::path& file) const { REQUIRE(std::filesystem::remove_all(path / file) > 0); }
 };
 
@@ -280,9 +290,46 @@ inline std::vector<Flaw> picture_flaws(const ReaderUnderTest& reader)
             {"depth in colors", with(reader.depth, Raster16(16, 12, 3)), {depth + ": expected a depth picture", "colors"}}};
 }
 
+/// The files and folders below the recording's that an entry of its reader's folder_with names.
+inline std::vector<std::filesystem::path> found_entries(const std::filesystem::path& folder, const std::string& entry)
+{
+    std::vector<std::filesystem::path> found;
+    for (const auto name : std::views::split(entry, '|'))
+    {
+        const std::string pattern = (folder / std::string_view(name.begin(), name.end())).string();
+        ::glob_t paths{};
+        ::glob(pattern.c_str(), 0, nullptr, &paths);
+        found.insert(found.end(), paths.gl_pathv, paths.gl_pathv + paths.gl_pathc);
+        ::globfree(&paths);
+    }
+    return found;
+}
+
+/// Checks that a reader of folders declares what they must contain, so that fresco check finds a wrong one: entries that the
+/// recording has, and without which the reader refuses it.
+inline void check_declared_entries(const ReaderUnderTest& reader)
+{
+    const auto made = make_from_plugin(reader.plugin, reader.type);
+    const auto* path = *std::ranges::find(made->parameters(), "path", &Parameter::name);
+    if (path->declaration().kind != OptionKind::input_folder)
+        return;
+    CHECK_FALSE(path->declaration().contains.empty());
+    for (const std::string& entry : path->declaration().contains)
+    {
+        INFO(entry);
+        const WrittenRecording recording(reader);
+        const auto found = found_entries(recording.path, entry);
+        CHECK_FALSE(found.empty());
+        for (const auto& file : found)
+            std::filesystem::remove_all(file);
+        CHECK(recording.error() != "no error");
+    }
+}
+
 /// Everything that each reader must hold.
 inline void check_reader(const ReaderUnderTest& reader)
 {
+    check_declared_entries(reader);
     {
         const WrittenRecording recording(reader);
         TestRun run(1);

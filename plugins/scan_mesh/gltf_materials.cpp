@@ -167,36 +167,53 @@ GltfLook look_of(const GltfFile& gltf, int material, bool with_pictures)
 
 int GltfPictures::number_of(int image)
 {
-    const auto [found, is_new] = numbers_.try_emplace(image, static_cast<int>(model_.pictures.size()));
-    if (is_new)
-        model_.pictures.push_back(picture(static_cast<std::size_t>(image)));
-    return found->second;
+    const auto found = numbers_.find(image);
+    return found != numbers_.end() ? found->second
+                                   : numbers_.emplace(image, added(static_cast<std::size_t>(image))).first->second;
 }
 
-FilePicture GltfPictures::picture(std::size_t image) const
+int GltfPictures::added(std::size_t image)
 {
     const fresco::gltf::GltfImage& source = gltf_.images[image];
     const std::string place = entry("images", image);
-    FilePicture result{fmt::format("{}: image {}", file_.string(), image), {}, {}};
+    const std::string name = fmt::format("{}: image {}", file_.string(), image);
     if (source.buffer_view >= 0)
+        return added_view(static_cast<std::size_t>(source.buffer_view), name, place);
+    if (fresco::gltf::is_data_uri(source.uri))
+        return added({name, {}, fresco::gltf::data_uri_bytes(source.uri, place)}, place);
+    const auto file = folder_.find(fresco::gltf::decoded_uri(source.uri), place + "uri", shape_only);
+    const auto [same, is_new] = of_files_.try_emplace(std::filesystem::canonical(file), next());
+    if (is_new)
     {
-        if (static_cast<std::size_t>(source.buffer_view) >= gltf_.model.bufferViews.size())
-            throw Error(fmt::format("{}bufferView {} of {}", place, source.buffer_view, gltf_.model.bufferViews.size()));
-        const auto bytes = std::as_bytes(fresco::gltf::view_bytes(gltf_.model, static_cast<std::size_t>(source.buffer_view)));
-        result.bytes.assign(bytes.begin(), bytes.end());
+        model_.pictures.push_back({file.string(), file, {}});
+        model_.files_read.push_back(file);
     }
-    else if (fresco::gltf::is_data_uri(source.uri))
-        result.bytes = fresco::gltf::data_uri_bytes(source.uri, place);
-    else
-    {
-        result.file = folder_.find(fresco::gltf::decoded_uri(source.uri), place + "uri", shape_only);
-        result.name = result.file.string();
-        model_.files_read.push_back(result.file);
-        return result;
-    }
-    if (!begins_with(result.bytes, "\x89PNG") && !begins_with(result.bytes, "\xFF\xD8\xFF"))
+    return same->second;
+}
+
+int GltfPictures::added_view(std::size_t view, const std::string& name, const std::string& place)
+{
+    if (view >= gltf_.model.bufferViews.size())
+        throw Error(fmt::format("{}bufferView {} of {}", place, view, gltf_.model.bufferViews.size()));
+    const auto bytes = std::as_bytes(fresco::gltf::view_bytes(gltf_.model, view));
+    const auto [same, is_new] = of_bytes_.try_emplace({bytes.data(), bytes.size()}, next());
+    if (!is_new)
+        return same->second;
+    taken_bytes_ += bytes.size();
+    std::size_t all = 0;
+    for (const auto& buffer : gltf_.model.buffers)
+        all += buffer.data.size();
+    if (taken_bytes_ > all)
+        throw Error(fmt::format("{}bufferView {}: the pictures overlap; export the model again", place, view));
+    return added({name, {}, {bytes.begin(), bytes.end()}}, place);
+}
+
+int GltfPictures::added(FilePicture picture, const std::string& place)
+{
+    if (!begins_with(picture.bytes, "\x89PNG") && !begins_with(picture.bytes, "\xFF\xD8\xFF"))
         throw Error(place + "neither PNG nor JPEG; export the model with PNG or JPEG pictures");
-    return result;
+    model_.pictures.push_back(std::move(picture));
+    return next() - 1;
 }
 
 }  // namespace scan_mesh

@@ -10,6 +10,7 @@
 #include <array>
 #include <map>
 #include <string>
+#include <utility>
 
 namespace scan_mesh
 {
@@ -27,7 +28,7 @@ struct GltfLook
 /// material or texture for numbers and indices that are wrong.
 GltfLook look_of(const fresco::gltf::GltfFile& gltf, int material, bool with_pictures);
 
-/// Adds pictures to a model, each image of the file once.
+/// Adds pictures to a model, each once: those that overlap would take any amount of memory.
 class GltfPictures
 {
   public:
@@ -40,13 +41,19 @@ class GltfPictures
     int number_of(int image);
 
   private:
-    FilePicture picture(std::size_t image) const;
+    int next() const { return static_cast<int>(model_.pictures.size()); }
+    int added(std::size_t image);
+    int added_view(std::size_t view, const std::string& name, const std::string& place);
+    int added(FilePicture picture, const std::string& place);
 
     const fresco::gltf::GltfFile& gltf_;
     const std::filesystem::path& file_;
     FileFolder folder_;
     FileModel& model_;
-    std::map<int, int> numbers_;
+    std::map<int, int> numbers_;  ///< Of images.
+    std::map<std::pair<const std::byte*, std::size_t>, int> of_bytes_;
+    std::map<std::filesystem::path, int> of_files_;
+    std::size_t taken_bytes_ = 0;  ///< From buffers.
 };
 
 }  // namespace scan_mesh

@@ -328,9 +328,12 @@ FileModel read_gltf_model(const fs::path& file, bool with_materials)
     model.split_vertices = true;
     try
     {
+        std::set<fs::path> buffers;
         const auto read_beside = [&](const std::string& uri, const std::string& place)
         {
             model.files_read.push_back(FileFolder(file).find(fresco::gltf::decoded_uri(uri), place + "uri"));
+            if (!buffers.insert(fs::canonical(model.files_read.back())).second)
+                throw Error(place + "uri: another buffer has the same file; export the model again");
             return fresco::read_file(model.files_read.back());
         };
         const GltfFile gltf = fresco::gltf::load_gltf(fresco::read_file(file), read_beside);

@@ -203,7 +203,8 @@ Process start_process(const ProcessStart& start)
         cannot_start("fork");
     failure.reset();
     int reason = 0;
-    if (uninterrupted([&] { return ::read(failed.get(), &reason, sizeof reason); }) == static_cast<ssize_t>(sizeof reason))
+    const auto read_reason = [&reason, from = failed.get()] { return ::read(from, &reason, sizeof reason); };
+    if (uninterrupted(read_reason) == static_cast<ssize_t>(sizeof reason))
     {
         ::waitpid(pid, nullptr, 0);
         throw Error(start.file + ": cannot be started: " + std::strerror(reason));

@@ -217,8 +217,12 @@ std::vector<MatrixAxis> read_matrix(PipelineDocument& document, ProblemList& pro
     {
         YamlNode::Entry* var = document.vars.find(entry.key);
         if (!var && document.complete)
-            problems.add(entry.position(), "matrix: unknown var '" + entry.key + "'" +
-                                               (vars.empty() ? ": declare it under 'vars'" : suggestion(entry.key, vars)));
+        {
+            std::string hint = vars.empty() ? ": declare it under 'vars'" : "";
+            if (problems.takes_hints())
+                hint += suggestion(entry.key, vars);
+            problems.add(entry.position(), "matrix: unknown var '" + entry.key + "'" + hint);
+        }
         MatrixAxis axis{entry.key, {}};
         const bool good = read_axis(axis, entry.value, problems);
         if (var && good)

@@ -165,8 +165,10 @@ const YamlNode* Variables::value_of(const std::string& name, const YamlNode& use
     const auto found = vars_.find(name);
     if (found == vars_.end())
     {
-        problems_.add(use.position(),
-                      "unknown var '" + name + "'" + (vars_.empty() ? ": declare it under 'vars'" : suggestion(name, names())));
+        std::string hint = vars_.empty() ? ": declare it under 'vars'" : "";
+        if (problems_.takes_hints())
+            hint += suggestion(name, names());
+        problems_.add(use.position(), "unknown var '" + name + "'" + hint);
         return nullptr;
     }
     Var& var = found->second;

@@ -9,8 +9,6 @@ namespace fresco::host
 {
 namespace
 {
-constexpr std::size_t full_reports = 200;
-
 std::string listed(const std::vector<const PortDeclaration*>& ports)
 {
     std::vector<std::string> texts;
@@ -153,8 +151,7 @@ bool Wiring::find_source(StageDraft& stage, const YamlNode& node, Source& source
     if (found == index_.end())
     {
         std::vector<std::string> names;
-        // A file full of mistakes is told the first of them in full.
-        if (problems_.size() < full_reports)
+        if (problems_.takes_hints())
             for (const StageDraft& other : stages_)
                 names.push_back(other.name);
         const std::string meant = suggestion(name, names);
@@ -345,7 +342,7 @@ bool Wiring::needs(const StageDraft& stage, const StageDraft& wanted) const
 
 std::string Wiring::makers_of(const PortDeclaration& port, const StageDraft& user) const
 {
-    if (problems_.size() >= full_reports)
+    if (!problems_.takes_hints())
         return {};
     std::vector<std::string> makers;
     for (const StageDraft& stage : stages_)

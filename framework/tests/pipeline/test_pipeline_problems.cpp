@@ -6,6 +6,7 @@
 
 #include <chrono>
 #include <clocale>
+#include <fmt/format.h>
 #include <locale>
 
 using namespace fresco::host;
@@ -272,6 +273,23 @@ TEST_CASE("A cycle of 1 000 stages is one short problem, at once", "[pipeline]")
     CHECK(lines(result)[0] == "p.yaml:3:32: error: cycle: s0 → s1 → s2 → s3 → s4 → s5 → s6 → s7 → … (1000 stages) → s0");
     CHECK(result.exit_code() == 2);
     CHECK(std::chrono::steady_clock::now() - start < std::chrono::seconds(5));
+}
+
+TEST_CASE("A file full of mistakes is told the first of them in full: hints for all take minutes", "[pipeline]")
+{
+    std::string text = "version: 1\nvars:\n";
+    for (int i = 0; i < 1000; ++i)
+        text += fmt::format("  var_{:05}: 1\n", i);
+    text += "stages:\n  p: {type: mesh.pass, title: 1}\n  list:\n    type: mesh.pass\n";
+    for (int i = 0; i < 1000; ++i)
+        text += fmt::format("    o{}: \"${{vor_{:05}}}\"\n", i, i);
+    const TemporaryFolder folder;
+    const auto told = lines(check(folder, text, hand_made_catalog()));
+    const auto with = [&](const std::string& part)
+    { return std::ranges::count_if(told, [&](const std::string& line) { return line.find(part) != std::string::npos; }); };
+    CHECK(with("unknown var 'vor_00000' (did you mean 'var_00000'?)") == 1);
+    CHECK(with("unknown var 'vor_00999'") == 1);
+    CHECK(with("unknown var 'vor_00999' (did") == 0);
 }
 
 TEST_CASE("Vars that grow without bound are refused", "[pipeline]")

@@ -268,6 +268,64 @@ TEST_CASE("buffers and pictures lie in the file, beside it, or in its text", "[s
                       Contains("images[0]: expected \"data:image/png;base64"));
 }
 
+TEST_CASE("a picture or buffer that many name is held once", "[scan.mesh]")
+{
+    const Folder folder;
+    TriangleSample triangle = textured_triangle();
+    GltfSample sample = triangle.finished();
+    const Value mesh = *sample.rest.find("meshes")->as_list().at(0).find("primitives");
+    Value::List primitives, materials, textures;
+    for (std::size_t i = 0; i < 3; ++i)
+    {
+        primitives.push_back(mesh.as_list().at(0));
+        primitives.back().set("material", i);
+        materials.emplace_back(Value::Map{{"pbrMetallicRoughness", Value::Map{{"baseColorTexture", Value::Map{{"index", i}}}}}});
+        textures.emplace_back(Value::Map{{"source", i}});
+    }
+    sample.rest.set("meshes", Value::List{Value::Map{{"primitives", std::move(primitives)}}});
+    sample.rest.set("materials", std::move(materials));
+    sample.rest.set("textures", std::move(textures));
+    const auto picture = sample.views.size() - 1;
+    const auto of_views = [](std::size_t a, std::size_t b, std::size_t c)
+    {
+        Value::List images;
+        for (const std::size_t view : {a, b, c})
+            images.emplace_back(Value::Map{{"bufferView", view}, {"mimeType", "image/png"}});
+        return images;
+    };
+    sample.rest.set("images", of_views(picture, picture, picture + 1));
+    sample.views.push_back(sample.views.back());
+    const FileModel once = folder.read(sample);
+    CHECK(once.pictures.size() == 1);
+    CHECK(once.materials.size() == 3);
+
+    write_file(folder.path() / "paper.png", stored_png::Codec().encode_png(Raster8(2, 2, 3, 5)));
+    GltfSample beside = sample;
+    beside.rest.set("images", Value::List{Value::Map{{"uri", "paper.png"}}, Value::Map{{"uri", "./paper.png"}},
+                                          Value::Map{{"uri", "%70aper.png"}}});
+    CHECK(folder.read(beside).pictures.size() == 1);
+
+    // Three that each begin in the one before, and are nearly the whole file.
+    GltfSample overlapping = sample;
+    const std::size_t begin = overlapping.binary.size();
+    for (std::size_t i = 0; i < 3; ++i)
+        for (const int byte : {0x89, 0x50, 0x4E, 0x47})
+            overlapping.binary.push_back(static_cast<std::byte>(byte));
+    overlapping.binary.resize(16 * begin);
+    for (std::size_t i = 0; i < 3; ++i)
+        overlapping.views.emplace_back(
+            Value::Map{{"buffer", 0}, {"byteOffset", begin + 4 * i}, {"byteLength", 15 * begin - 4 * i}});
+    const std::size_t last = overlapping.views.size() - 1;
+    overlapping.rest.set("images", of_views(last - 2, last - 1, last));
+    CHECK_THROWS_WITH(folder.read(overlapping), Contains("images[1]: bufferView") && Contains("the pictures overlap"));
+
+    write_file(folder.path() / "a.bin", sample.binary);
+    const auto buffer = [&](const char* uri) { return Value::Map{{"byteLength", sample.binary.size()}, {"uri", uri}}; };
+    sample.rest.set("buffers", Value::List{buffer("a.bin"), buffer("./a.bin")});
+    CHECK_THROWS_WITH(folder.read_text(to_json(sample.document())),
+                      Contains("buffers[1]: uri: another buffer has the same file"));
+}
+
 TEST_CASE("nothing outside of the file's folder is opened", "[scan.mesh]")
 {
     const Folder outside;

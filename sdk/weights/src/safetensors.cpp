@@ -18,7 +18,8 @@ namespace fresco::weights
 namespace
 {
 
-constexpr std::size_t largest_header = std::size_t{100} << 20U;
+/// Tens of thousands of tensors. Parsed, a header takes up to fifty times its size in memory.
+constexpr std::size_t largest_header = std::size_t{4} << 20U;
 constexpr std::size_t header_begin = 8;
 
 constexpr std::array<ElementType, 10> types{ElementType::float64, ElementType::int64,    ElementType::float32, ElementType::int32,
@@ -72,7 +73,7 @@ class Reader
         std::uint64_t length = 0;
         std::memcpy(&length, bytes_.data(), header_begin);
         if (length > largest_header)
-            fail(0, fmt::format("a header of {} bytes is more than the 100 MiB allowed", length));
+            fail(0, fmt::format("a header of {} bytes is more than the 4 MiB allowed", length));
         if (length > bytes_.size() - header_begin)
             fail(0, fmt::format("a header of {} bytes in a file of {}", length, bytes_.size()));
         data_ = header_begin + static_cast<std::size_t>(length);

@@ -126,11 +126,10 @@ TexelFaces find_texel_faces(const Mesh& mesh, const Charts& charts, int size, co
     return result;
 }
 
-Vec3f texel_position(const Mesh& mesh, const TexelFaces& faces, std::size_t texel)
+std::array<double, 3> texel_weights(const Mesh& mesh, const TexelFaces& faces, std::size_t texel)
 {
     const auto size = static_cast<std::size_t>(faces.size);
-    const std::uint32_t face = faces.face[texel];
-    const Corners c = texel_corners(mesh, face, faces.size);
+    const Corners c = texel_corners(mesh, faces.face[texel], faces.size);
     const Vec2d center{static_cast<double>(texel % size) + 0.5, static_cast<double>(texel / size) + 0.5};
     const double area = cross(c[1] - c[0], c[2] - c[0]);
     std::array<double, 3> weights{1, 1, 1};
@@ -138,14 +137,20 @@ Vec3f texel_position(const Mesh& mesh, const TexelFaces& faces, std::size_t texe
         weights = {cross(c[1] - center, c[2] - center) / area, cross(c[2] - center, c[0] - center) / area,
                    cross(c[0] - center, c[1] - center) / area};
     double sum = 0;
+    for (double& w : weights)
+        sum += w = std::max(w, 0.0);
+    for (double& w : weights)
+        w /= sum;
+    return weights;
+}
+
+Vec3f texel_position(const Mesh& mesh, const TexelFaces& faces, std::size_t texel)
+{
+    const auto weights = texel_weights(mesh, faces, texel);
     Vec3d point;
     for (std::size_t i = 0; i < 3; ++i)
-    {
-        const double w = std::max(weights[i], 0.0);
-        sum += w;
-        point += vec_cast<double>(mesh.positions[mesh.triangles[face][i]]) * w;
-    }
-    return vec_cast<float>(point * (1 / sum));
+        point += vec_cast<double>(mesh.positions[mesh.triangles[faces.face[texel]][i]]) * weights[i];
+    return vec_cast<float>(point);
 }
 
 }  // namespace fresco::texturing

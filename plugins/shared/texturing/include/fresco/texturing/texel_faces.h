@@ -5,6 +5,7 @@
 #include <fresco/progress.h>
 #include <fresco/texturing/charts.h>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -31,6 +32,9 @@ struct TexelFaces
 /// Every texel that a face touches, however little; where several do, the one that holds the center comes first, then the lower
 /// face. Throws Canceled.
 TexelFaces find_texel_faces(const Mesh& mesh, const Charts& charts, int size, const Progress& progress);
+
+/// The weights of its face's corners at a covered texel's center: at least 0, and 1 in all.
+std::array<double, 3> texel_weights(const Mesh& mesh, const TexelFaces& faces, std::size_t texel);
 
 /// The surface point at a covered texel's center (meters), one in its face near by where the center is outside.
 Vec3f texel_position(const Mesh& mesh, const TexelFaces& faces, std::size_t texel);

@@ -1,0 +1,101 @@
+#include <fresco/mesh.h>
+#include <fresco/stage.h>
+#include <fresco/texture.h>
+#include <fresco/texturing/charts.h>
+#include <fresco/texturing/collapse.h>
+#include <fresco/texturing/surface_fill.h>
+#include <fresco/texturing/texel_faces.h>
+
+#include "mix.h"
+
+#include <cmath>
+#include <fmt/format.h>
+
+using namespace fresco;
+using namespace fresco::texturing;
+
+namespace
+{
+
+/// Mean difference of the channels over the charts' own texels, in steps of 1/255.
+double distance(const RasterF& a, const RasterF& b, const TexelFaces& faces)
+{
+    double sum = 0;
+    std::size_t count = 0;
+    for (std::size_t texel = 0; texel < faces.inside.size(); ++texel)
+        if (faces.inside[texel])
+        {
+            for (std::size_t i = 3 * texel; i < 3 * texel + 3; ++i)
+                sum += std::abs(double{a.values[i]} - double{b.values[i]});
+            count += 3;
+        }
+    return count == 0 ? 0 : 255 * sum / static_cast<double>(count);
+}
+
+class TextureMix final : public Stage
+{
+    Input<Texture> photo{this, "photo", "The photographic texture"};
+    Input<Texture> painted{this, "painted", "The painted texture, of the same atlas and size"};
+    Input<Mesh> mesh{this, "mesh", "The mesh whose texcoords both textures were made for"};
+    Output<Texture> texture{this, "texture", "The mixture"};
+    Option<double> color{this, "color", 1, range(0, 1), "Share of the painting's colors: 0 keeps those of the photo"};
+    Option<double> strokes{this, "strokes", 1, range(0, 1),
+                           "Share of the painting's strokes and detail: 0 keeps the photo's detail"};
+    Option<double> split_cm{this, "split_cm", 20, range(0.5, 1000),
+                            "What varies over more than this on the surface is color, the rest strokes"};
+
+    Cost cost() const override
+    {
+        return {.seconds = {.fixed = 0.1, .per_face = 5e-7, .per_texel = 3e-7},
+                .parallel_share = 0.4,
+                .memory_mb = {.fixed = 50, .per_face = 1.5e-4, .per_texel = 6e-5},
+                .disk_mb = {.per_texel = 1.3e-5}};
+    }
+
+    RasterF filled(const Texture& source, const Charts& charts, const TexelFaces& faces, RunContext& run) const
+    {
+        RasterF rgb = collapse(source, run);
+        fill_unseen(*mesh, charts, faces, source.seen.values, rgb, run);
+        return rgb;
+    }
+
+    void check_input(const Texture& input, const std::string& port) const
+    {
+        check_texture(input);
+        check_atlas(input.atlas, *mesh, "the texture on port '" + port + "'");
+    }
+
+    void run(RunContext& run) override
+    {
+        check_mesh(*mesh, "the mesh on port 'mesh'");
+        if (mesh->texcoords.empty())
+            throw Error("the mesh on port 'mesh' has no texcoords: wire the atlas.* stage that the textures were made with");
+        check_input(*photo, "photo");
+        check_input(*painted, "painted");
+        if (photo->size_px() != painted->size_px())
+            throw Error(fmt::format("the texture on port 'photo' has {} texels a side, the one on port 'painted' {}; make both "
+                                    "with the same size_px",
+                                    photo->size_px(), painted->size_px()));
+
+        const Charts charts = find_charts(*mesh);
+        const TexelFaces faces = find_texel_faces(*mesh, charts, photo->size_px(), run);
+        const RasterF from = filled(*photo, charts, faces, run);
+        const RasterF to = filled(*painted, charts, faces, run);
+        run.progress(1, 2, "steps");
+        Texture result;
+        result.atlas = atlas_id(*mesh);
+        result.layers.push_back(
+            mix(from, to, *mesh, faces, {.color = *color, .strokes = *strokes, .split_m = *split_cm / 100}, run));
+        result.seen = Raster8(faces.size, faces.size);
+        for (std::size_t texel = 0; texel < faces.face.size(); ++texel)
+            result.seen.values[texel] = faces.covered(texel) ? 1 : 0;
+        run.report("from_photo", distance(result.layers.front(), from, faces));
+        run.report("from_painted", distance(result.layers.front(), to, faces));
+        texture = std::move(result);
+        run.progress(2, 2, "steps");
+    }
+};
+
+}  // namespace
+
+FRESCO_STAGE("texture.mix", TextureMix, "Mixes a photographic and a painted texture, colors and strokes in shares of their own")

@@ -21,14 +21,12 @@ Texture wall(Vec3f rgb)
 std::shared_ptr<const Texture> mixed(const Value& options, const Texture& photo, const Texture& painted, testing::TestRun& run,
                                      const Mesh& mesh = two_chart_wall())
 {
-    const auto made = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "texture.mix");
     testing::TemporaryFolder folder;
-    testing::TestFactory factory;
-    testing::run_stage(dynamic_cast<Stage&>(*made), options,
+    testing::run_stage(FRESCO_PLUGIN_FILE, "texture.mix", options,
                        {{"photo", std::make_shared<Texture>(photo)},
                         {"painted", std::make_shared<Texture>(painted)},
                         {"mesh", std::make_shared<Mesh>(mesh)}},
-                       folder.path(), run, factory);
+                       folder.path(), run);
     return Texture::load({folder.path() / "texture", folder.path()});
 }
 

@@ -10,21 +10,43 @@ function bytesOf(base64) {
 
 const vector = values => new THREE.Vector3().fromArray(values);
 
+async function textureOf(uri, anisotropy) {
+    const picture = new Image();
+    picture.src = uri;
+    await picture.decode();
+    const texture = new THREE.Texture(picture);
+    texture.anisotropy = anisotropy;
+    texture.needsUpdate = true;
+    return texture;
+}
+
+/// What texture.mix computes, for any shares: in the values of its pictures, as it does.
+async function mixingMaterial(mixture, anisotropy) {
+    const uniforms = { color: { value: mixture.color }, strokes: { value: mixture.strokes } };
+    for (const name of ["photo", "colors", "painted"])
+        uniforms[name] = { value: await textureOf(mixture[name], anisotropy) };
+    return new THREE.ShaderMaterial({
+        uniforms,
+        vertexShader: "varying vec2 at; void main() { at = uv; gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0); }",
+        fragmentShader: `
+            uniform sampler2D photo, colors, painted; uniform float color, strokes; varying vec2 at;
+            void main() {
+                vec3 p = texture2D(photo, at).rgb, c = texture2D(colors, at).rgb, s = texture2D(painted, at).rgb;
+                gl_FragColor = vec4(clamp(p + color * (c - p) + strokes * (s - c), 0.0, 1.0), 1.0);
+            }`,
+    });
+}
+
 /// Six numbers of 16 bits per vertex: x, y, z, 0, u, v; then three of 32 bits per face.
-async function meshOf(room, anisotropy) {
+async function meshOf(room, mixture, anisotropy) {
     const packed = bytesOf(room.geometry);
     const values = new THREE.InterleavedBuffer(new Uint16Array(packed, 0, 6 * room.vertices), 6);
     const geometry = new THREE.BufferGeometry();
     geometry.setAttribute("position", new THREE.InterleavedBufferAttribute(values, 3, 0, true));
     geometry.setAttribute("uv", new THREE.InterleavedBufferAttribute(values, 2, 4, true));
     geometry.setIndex(new THREE.BufferAttribute(new Uint32Array(packed, 12 * room.vertices, 3 * room.triangles), 1));
-    const picture = new Image();
-    picture.src = room.texture;
-    await picture.decode();
-    const texture = new THREE.Texture(picture);
-    texture.anisotropy = anisotropy;
-    texture.needsUpdate = true;
-    const mesh = new THREE.Mesh(geometry, new THREE.MeshBasicMaterial({ map: texture }));
+    const material = mixture ? await mixingMaterial(mixture, anisotropy) : new THREE.MeshBasicMaterial({ map: await textureOf(room.texture, anisotropy) });
+    const mesh = new THREE.Mesh(geometry, material);
     mesh.position.fromArray(room.low);
     mesh.scale.fromArray(room.extent.map(size => Math.max(size, 1e-9)));
     mesh.frustumCulled = false;  // Its bounds are unknown to three.js, which reads the packed numbers as they are.
@@ -45,15 +67,15 @@ function coreOf(room, values) {
     return { middle: low.clone().add(high).multiplyScalar(0.5), reach: high.distanceTo(low) };
 }
 
-/// Fills the box; gives {inside, outside, standAt}. `cameras`: where the recorder stood, {position, forward, up, looking}, or nothing;
+/// Fills the box; gives {inside, outside, standAt, mix}. `mixture`: what texture.mix shows, or nothing. `cameras`: where the recorder stood, {position, forward, up, looking}, or nothing;
 /// `up`: what a stage found, or nothing.
-async function showRoom(place, room, cameras, up) {
+async function showRoom(place, room, mixture, cameras, up) {
     if (!document.createElement("canvas").getContext("webgl"))
         throw new Error("this browser has no WebGL.");
     const renderer = new THREE.WebGLRenderer({ antialias: true, preserveDrawingBuffer: true });
     renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
     renderer.setClearColor(0x20242a);
-    const { mesh, values } = await meshOf(room, renderer.capabilities.getMaxAnisotropy());
+    const { mesh, values } = await meshOf(room, mixture, renderer.capabilities.getMaxAnisotropy());
     const scene = new THREE.Scene();
     scene.add(mesh);
     const reach = vector(room.extent).length();
@@ -80,6 +102,10 @@ async function showRoom(place, room, cameras, up) {
         side.normalize().addScaledVector(upwards, 0.9).normalize();
         look(core.middle.clone().addScaledVector(side, core.reach), core.middle);
     };
+    const mix = (name, share) => {
+        mesh.material.uniforms[name].value = share;
+        draw();
+    };
     const inside = () => cameras ? standAt(cameras) : outside();
     const resize = () => {
         const { width, height } = place.getBoundingClientRect();
@@ -95,11 +121,28 @@ async function showRoom(place, room, cameras, up) {
     inside();
     resize();
     place.dataset.ready = "yes";
-    return { inside, outside, standAt };
+    return { inside, outside, standAt, mix };
 }
 
 /// Which way is up, as the last stage found that reported it; undefined where none did.
 const upOf = stages => stages.map(stage => stage.figures.up).filter(Array.isArray).at(-1);
+
+/// Sliders for the shares of a mixture, and the line that brings them into the pipeline. `mix`: draws the room with a share.
+function mixtureBar(stage, mixture, mix) {
+    const shares = { color: mixture.color, strokes: mixture.strokes };
+    const line = element("code", { id: "shares" });
+    const tell = () => line.textContent = `${stage}: {color: ${shares.color}, strokes: ${shares.strokes}}`;
+    tell();
+    const slider = name => element("label", {}, `${name} `, element("input", {
+        type: "range", min: 0, max: 1, step: 0.01, value: shares[name], id: `mix-${name}`,
+        oninput: event => {
+            shares[name] = Number(event.target.value);
+            mix(name, shares[name]);
+            tell();
+        },
+    }));
+    return element("div", { class: "bar" }, slider("color"), slider("strokes"), line);
+}
 
 /// The room's section, and what puts the visitor to a pose; nulls where there is no room.
 function roomSection(data, media) {
@@ -110,12 +153,13 @@ function roomSection(data, media) {
         return { node: section("The room", element("p", { class: "note" }, "To turn the room around here, build fresco where three.js is (Debian's libjs-three).")), standAt: null };
     const frames = media.filter(each => each.cameras);
     const cameras = (frames.filter(each => each.pictures).at(-1) ?? frames.at(-1))?.cameras;
+    const mixed = media.filter(each => each.mixture && each.mixture.atlas === entry.room.atlas).at(-1);
     const place = element("div", { id: "room" }, element("p", { class: "soft" }, "Drag: turn · right button: move · wheel: nearer and farther"));
     let shown = null;
-    const start = () => showRoom(place, entry.room, cameras, upOf(data.stages)).then(room => shown = room).catch(error =>
+    const start = () => showRoom(place, entry.room, mixed?.mixture, cameras, upOf(data.stages)).then(room => shown = room).catch(error =>
         place.replaceChildren(element("p", { class: "soft" }, `The room cannot be shown here: ${error.message}`)));
     const { triangles, extent } = entry.room;
-    const node = section("The room", place, element("div", { class: "bar" },
+    const node = section("The room", place, mixed && mixtureBar(mixed.stage, mixed.mixture, (name, share) => shown?.mix(name, share)), element("div", { class: "bar" },
         cameras && element("button", { id: "inside", onclick: () => shown?.inside() }, "Stand inside"),
         element("button", { id: "outside", onclick: () => shown?.outside() }, "Look from outside"),
         element("span", { class: "soft" }, `${figureText(triangles)} faces of ${entry.stage}, positions to ${figureText(Number((1000 * Math.max(...extent) / 65535).toPrecision(2)))} mm`)));

@@ -3,12 +3,16 @@
 #include <fresco/texture.h>
 #include <fresco/texturing/charts.h>
 #include <fresco/texturing/collapse.h>
+#include <fresco/texturing/smaller_picture.h>
 #include <fresco/texturing/surface_fill.h>
 #include <fresco/texturing/texel_faces.h>
 
 #include "mix.h"
+#include "mixture.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <fmt/format.h>
 
 using namespace fresco;
@@ -38,6 +42,7 @@ class TextureMix final : public Stage
     Input<Texture> painted{this, "painted", "The painted texture, of the same atlas and size"};
     Input<Mesh> mesh{this, "mesh", "The mesh whose texcoords both textures were made for"};
     Output<Texture> texture{this, "texture", "The mixture"};
+    Output<Mixture> sliders{this, "sliders", "Small copies, with which report.html mixes live"};
     Option<double> color{this, "color", 1, range(0, 1), "Share of the painting's colors: 0 keeps those of the photo"};
     Option<double> strokes{this, "strokes", 1, range(0, 1),
                            "Share of the painting's strokes and detail: 0 keeps the photo's detail"};
@@ -57,6 +62,18 @@ class TextureMix final : public Stage
         RasterF rgb = collapse(source, run);
         fill_unseen(*mesh, charts, faces, source.seen.values, rgb, run);
         return rgb;
+    }
+
+    /// For the page. With a filled gutter, as the room is drawn with it.
+    Raster8 small_picture(const RasterF& rgb, RunContext& run) const
+    {
+        constexpr int page_px = 1024;
+        TexturedMesh textured;
+        textured.mesh = *mesh;
+        textured.image = Image(Raster8(rgb.width, rgb.height, 3));
+        std::ranges::transform(rgb.values, textured.image.pixels.values.begin(),
+                               [](float v) { return static_cast<std::uint8_t>(v * 255.0F + 0.5F); });
+        return smaller_picture(textured, page_px, run);
     }
 
     void check_input(const Texture& input, const std::string& port) const
@@ -81,7 +98,7 @@ class TextureMix final : public Stage
         const TexelFaces faces = find_texel_faces(*mesh, charts, photo->size_px(), run);
         const RasterF from = filled(*photo, charts, faces, run);
         const RasterF to = filled(*painted, charts, faces, run);
-        run.progress(1, 2, "steps");
+        run.progress(1, 3, "steps");
         Texture result;
         result.atlas = atlas_id(*mesh);
         result.layers.push_back(
@@ -92,7 +109,17 @@ class TextureMix final : public Stage
         run.report("from_photo", distance(result.layers.front(), from, faces));
         run.report("from_painted", distance(result.layers.front(), to, faces));
         texture = std::move(result);
-        run.progress(2, 2, "steps");
+        run.progress(2, 3, "steps");
+        const RasterF colors = mix(from, to, *mesh, faces, {.color = 1, .strokes = 0, .split_m = *split_cm / 100}, run);
+        Mixture small;
+        small.atlas = atlas_id(*mesh);
+        small.color = *color;
+        small.strokes = *strokes;
+        small.photo = small_picture(from, run);
+        small.colors = small_picture(colors, run);
+        small.painted = small_picture(to, run);
+        sliders = std::move(small);
+        run.progress(3, 3, "steps");
     }
 };
 

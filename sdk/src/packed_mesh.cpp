@@ -134,7 +134,8 @@ void TexturedMesh::preview(Preview& page) const
             fmt::format("the room has {} faces, the page takes {} at most: open the exported file, or decimate the mesh further",
                         mesh.triangles.size(), most_triangles));
     const detail::PackedMesh packed = detail::pack_mesh(mesh);
-    page.set("room", Value::Map{{"vertices", packed.vertices},
+    page.set("room", Value::Map{{"atlas", atlas_id(mesh)},
+                                {"vertices", packed.vertices},
                                 {"triangles", packed.triangles},
                                 {"low", numbers(packed.low)},
                                 {"extent", numbers(packed.extent)},

@@ -60,6 +60,22 @@ if (shots) {
 await click("#inside");
 assert.equal((await seen()).sum, inside.sum, "the way back inside leads elsewhere");
 
+// The shares of the mixture: the room follows, and the line for the pipeline.
+const share = (name, value) => browser.evaluate(`(() => {
+    const input = document.getElementById("mix-${name}");
+    input.value = ${value};
+    input.dispatchEvent(new Event("input"));
+})()`);
+const looks = new Set([(await seen()).sum]);
+for (const [name, value] of [["color", 0], ["strokes", 0], ["color", 1], ["strokes", 1]]) {
+    await share(name, value);
+    looks.add((await seen()).sum);
+}
+assert.equal(looks.size, 5, "a share changes nothing");
+assert.equal(await browser.evaluate(`document.getElementById("shares").textContent`), "mixed: {color: 1, strokes: 1}");
+await share("color", 0.5);
+assert.equal((await seen()).sum, inside.sum, "the room does not come back with its shares");
+
 // The slider, by mouse and by keyboard; another view by its thumbnail.
 await browser.evaluate(`document.querySelector(".compare").scrollIntoView({ block: "center" })`);
 const cut = () => browser.evaluate(`parseFloat(getComputedStyle(document.querySelector(".compare .over")).clipPath.match(/[\\d.]+%\\)/)[0])`);

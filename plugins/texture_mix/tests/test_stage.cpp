@@ -1,3 +1,4 @@
+#include "mixture.h"
 #include "two_chart_wall.h"
 
 #include <fresco/testing.h>
@@ -59,6 +60,45 @@ TEST_CASE("the stage mixes and reports how far the mixture is from both", "[text
         last_painted = painted;
     }
     CHECK(last_painted == 0);
+}
+
+TEST_CASE("the page can mix as the stage does", "[texture.mix]")
+{
+    // Two colors of the wall's halves and fine stripes: both bands differ.
+    Texture photo = wall({0.2F, 0.4F, 0.6F});
+    see(photo, {0.5F, 0}, {1, 0.5F}, {0.5F, 0.3F, 0.2F});
+    Texture painted = wall({0.6F, 0.3F, 0.4F});
+    for (int x = 0; x < side; x += 4)
+        for (int y = 0; y < side; ++y)
+            painted.layers.front().at(x, y, 1) += 0.2F;
+    const testing::TemporaryFolder folder;
+    const auto run_mix = [&](double color, double strokes)
+    {
+        testing::TestRun run;
+        testing::run_stage(FRESCO_PLUGIN_FILE, "texture.mix", Value::Map{{"color", color}, {"strokes", strokes}},
+                           {{"photo", std::make_shared<Texture>(photo)},
+                            {"painted", std::make_shared<Texture>(painted)},
+                            {"mesh", std::make_shared<Mesh>(two_chart_wall())}},
+                           folder.path(), run);
+        return Texture::load({folder.path() / "texture", folder.path()});
+    };
+    const auto texture = run_mix(0.3, 0.8);
+    const auto small = Mixture::load({folder.path() / "sliders", folder.path()});
+    CHECK(small->atlas == atlas_id(two_chart_wall()));
+    CHECK(small->color == 0.3);
+    CHECK(small->strokes == 0.8);
+    REQUIRE(small->painted.width == side);
+    double farthest = 0;
+    for (std::size_t texel = 0; texel < texture->seen.values.size(); ++texel)
+        if (texture->seen.values[texel] != 0)
+            for (std::size_t i = 3 * texel; i < 3 * texel + 3; ++i)
+            {
+                const double p = small->photo.values[i];
+                const double c = small->colors.values[i];
+                const double s = small->painted.values[i];
+                farthest = std::max(farthest, std::abs(p + 0.3 * (c - p) + 0.8 * (s - c) - 255.0 * texture->layers[0].values[i]));
+            }
+    CHECK(farthest < 1.5);
 }
 
 TEST_CASE("what one of the textures lacks is continued from its surroundings before mixing", "[texture.mix]")

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <fresco/artifact.h>
+#include <fresco/image.h>
+
+#include <string>
+#include <string_view>
+
+/// What the page of a run needs to mix both textures itself: photo + color · (colors - photo) + strokes · (painted - colors). On
+/// disk: `mixture.json`, and the pictures in the folders `photo`, `colors` and `painted`, as the artifact `image` keeps them.
+struct Mixture : fresco::Artifact
+{
+    static constexpr std::string_view artifact_name = "texture_mixture";
+    static constexpr int artifact_version = 1;
+
+    std::string atlas;  ///< The mesh's atlas_id.
+    double color = 1;   ///< The stage's own shares, where the sliders begin.
+    double strokes = 1;
+    fresco::Raster8 photo;   ///< S x S x 3, as the other two.
+    fresco::Raster8 colors;  ///< The photo in the painting's colors: all of its color, none of its strokes.
+    fresco::Raster8 painted;
+
+    ~Mixture() override;
+    Mixture() = default;
+    Mixture(const Mixture&) = default;
+    Mixture(Mixture&&) = default;
+    Mixture& operator=(const Mixture&) = default;
+    Mixture& operator=(Mixture&&) = default;
+
+    void save(const fresco::ArtifactFolder& folder) const override;
+    static std::shared_ptr<Mixture> load(const fresco::ArtifactFolder& folder);
+    /// The entry `mixture` (sdk/docs/report.md).
+    void preview(fresco::Preview& page) const override;
+};

@@ -22,7 +22,7 @@
 ///                   "sets": [{"name": "texture.device", "value": "cuda"}]},
 ///      "plugins": {"mesh.decimate": {"library": "/usr/lib/fresco/mesh_decimate.so", "hash": "…"}},
 ///      "store": "/data/store", "out": "/data/out",
-///      "axes": [{"name": "data", "labels": ["kitchen", "office"]}],
+///      "axes": [{"name": "data", "labels": ["kitchen", "office"]}], "stage_axes": {"scan": ["data"], "mesh": ["data"]},
 ///      "groups": [{"name": "data", "axes": ["data"], "gpu": false, "stages": ["scan", "mesh"], "needs": [],
 ///                  "first": 0, "count": 2, "seconds": 1800, "memory_mb": 900, "threads": 8}],
 ///      "task_count": 2, "chunk_size": 1000}
@@ -90,6 +90,7 @@ struct TaskTable
     std::filesystem::path store;                  ///< Absolute, as is `out`.
     std::filesystem::path out;
     std::vector<TaskAxis> axes;
+    std::map<std::string, std::vector<std::string>> stage_axes;  ///< As Sweep has them, of all stages.
     std::vector<TaskGroup> groups;
     std::size_t task_count = 0;
     std::size_t chunk_size = 1000;  ///< Tasks in a file.
@@ -103,13 +104,18 @@ struct TaskSettings
 };
 
 /// Cuts the stages that `runs` names (by their places in the pipeline) into groups and tasks. `estimates`: by stage. Fills
-/// `axes`, `groups`, `task_count` and `tasks` of the result.
+/// `axes`, `stage_axes`, `groups`, `task_count` and `tasks` of the result.
 ///
 /// A group's combinations are packed in their order, so that neighbors have the same value of the leading axis. A task ends
 /// where that value changes, unless the next value needs the same tasks and all of its combinations fit in: no scan waits for the
 /// preparation of another that it would not have to wait for anyway.
 TaskTable make_task_table(const Pipeline& pipeline, const std::vector<bool>& runs,
                           const std::map<std::string, CostFigures>& estimates, const TaskSettings& settings);
+
+/// The table of what is left to do of a pipeline that was loaded by `request`: stages whose results are in the store are left
+/// out. Throws MissingInput where an input is gone, Error if the store cannot be used.
+TaskTable plan_tasks(const PipelineRequest& request, const Pipeline& pipeline, const std::filesystem::path& store,
+                     const std::filesystem::path& out, const TaskSettings& settings);
 
 /// Head and tasks as printed by `fresco plan --tasks`.
 Value to_value(const TaskTable& table);

@@ -112,10 +112,14 @@ class Command final : public fresco::Stage
         "Files that the program needs, such as scripts; an argument that names one becomes its absolute path"};
     fresco::Option<std::string> version_{this, "version", "",
                                          "Any text; change it to run the program again, for example after an update"};
+    fresco::Option<bool> gpu_{this, "gpu", false, "Whether the program needs a GPU; a cluster starts it where there is one",
+                              fresco::not_in_key};
     fresco::InputPorts inputs_{this, "inputs", "Input ports, wired by input"};
     fresco::OutputPorts outputs_{this, "outputs", "Output ports, made by the program"};
     fresco::Slot<fresco::ImageIo> images_{this, "images", "image.opencv", fresco::ForForm{"png"},
                                           "Reads and writes pictures for ports with 'as: png'"};
+
+    fresco::Cost cost() const override { return {.device = "gpu"}; }
 
     void run(fresco::RunContext& run) override
     {

@@ -161,7 +161,8 @@ class TextureOptimize final : public Stage
                 .disk_mb = {.per_texel = 1.7e-5},
                 .texels = {.squares_of = "size_px"},
                 .pixels = {.squares_of = "heights_px"},
-                .steps = {.times = {"epochs", "repeats_count"}, .at_most = "max_steps"}};
+                .steps = {.times = {"epochs", "repeats_count"}, .at_most = "max_steps"},
+                .device = "device"};
     }
 
   private:

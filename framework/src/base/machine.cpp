@@ -1,8 +1,11 @@
 #include "base/machine.h"
+#include "base/control_groups.h"
 #include <fresco/process_tree.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
+#include <dlfcn.h>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -57,20 +60,16 @@ int available_cores()
 {
     cpu_set_t set;
     CPU_ZERO(&set);
-    return sched_getaffinity(0, sizeof set, &set) == 0 ? std::max(1, CPU_COUNT(&set)) : 1;
+    const int usable = sched_getaffinity(0, sizeof set, &set) == 0 ? std::max(1, CPU_COUNT(&set)) : 1;
+    const double allowed = control_group_limits().cores;
+    return allowed < usable ? std::max(1, static_cast<int>(std::ceil(allowed))) : usable;
 }
 
 double available_memory_mb()
 {
     const std::string text = line_of("/proc/meminfo", "MemAvailable");
-    double megabytes = static_cast<double>(std::strtoll(text.c_str(), nullptr, 10)) / 1024.0;
-    std::ifstream limit("/sys/fs/cgroup/memory.max");
-    std::ifstream use("/sys/fs/cgroup/memory.current");
-    double most = 0;
-    double used = 0;
-    if (limit >> most && use >> used)
-        megabytes = std::min(megabytes, std::max(1.0, (most - used) / (1024.0 * 1024.0)));
-    return megabytes;
+    const double megabytes = static_cast<double>(std::strtoll(text.c_str(), nullptr, 10)) / 1024.0;
+    return std::min(megabytes, std::max(1.0, control_group_limits().free_memory_mb));
 }
 
 double peak_memory_mb()
@@ -100,14 +99,24 @@ double memory_of_tree_mb(pid_t pid)
 
 double machine_memory_mb()
 {
-    double memory = std::strtod(line_of("/proc/meminfo", "MemTotal").c_str(), nullptr) / 1024.0;
-    for (const char* file : {"/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes"})
+    const double memory = std::strtod(line_of("/proc/meminfo", "MemTotal").c_str(), nullptr) / 1024.0;
+    return std::min(memory, control_group_limits().memory_mb);
+}
+
+bool machine_has_gpu()
+{
+    static const bool has = []
     {
-        double bytes = 0;
-        if (std::ifstream(file) >> bytes && bytes > 0)
-            memory = std::min(memory, bytes / (1024.0 * 1024.0));
-    }
-    return memory;
+        // The driver's own library: it knows of broken drivers and of CUDA_VISIBLE_DEVICES.
+        void* driver = dlopen("libcuda.so.1", RTLD_NOW | RTLD_LOCAL);
+        if (driver == nullptr)
+            return false;
+        const auto initialize = reinterpret_cast<int (*)(unsigned)>(dlsym(driver, "cuInit"));
+        const auto count_devices = reinterpret_cast<int (*)(int*)>(dlsym(driver, "cuDeviceGetCount"));
+        int count = 0;
+        return initialize != nullptr && count_devices != nullptr && initialize(0) == 0 && count_devices(&count) == 0 && count > 0;
+    }();
+    return has;
 }
 
 std::int64_t oom_kills()

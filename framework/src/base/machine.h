@@ -13,7 +13,7 @@ namespace fresco::host
 /// {model, features}. Results are equal to the byte between machines where `features` agree.
 Value processor_capability();
 
-/// Cores this process may use.
+/// Cores this process may use: those that it may run on, as far as its control groups allow them to be busy.
 int available_cores();
 /// Memory that programs can have now without others being swapped out, as far as this process's control group allows it; 0 where
 /// the system does not tell.
@@ -26,8 +26,10 @@ double peak_memory_of_programs_mb();
 /// Resident memory, in MB, of a process and all that descend from it: the sum, what several share counts in each. 0 once it is
 /// gone.
 double memory_of_tree_mb(pid_t pid);
-/// What this machine, or the control group that the process is in, has, in MB.
+/// What this machine has, in MB, or the narrowest of the control groups that the process is in.
 double machine_memory_mb();
+/// Whether the driver finds an NVIDIA GPU that this process may use. Asks once.
+bool machine_has_gpu();
 
 /// How many processes this system has killed because memory ran out; 0 where it does not tell.
 std::int64_t oom_kills();

@@ -113,11 +113,11 @@ std::string PlaceArguments::problem() const
     return "";
 }
 
-std::unique_ptr<LoadedPipeline> load_and_report(const PipelineArguments& arguments)
+std::unique_ptr<LoadedPipeline> load_and_report(const PipelineRequest& request)
 {
     auto loaded = std::make_unique<LoadedPipeline>();
     loaded->catalog = load_catalog();
-    loaded->result = load_pipeline(arguments.request(), loaded->catalog);
+    loaded->result = load_pipeline(request, loaded->catalog);
     for (const auto& problem : loaded->result.problems)
         print_message(to_string(problem));
     return loaded;

@@ -7,6 +7,7 @@
 #include "run/estimate.h"
 #include "run/plan.h"
 #include "run/progress_display.h"
+#include "run/task_table.h"
 
 #include <algorithm>
 #include <fmt/format.h>
@@ -23,6 +24,9 @@ struct PlanArguments
     PlaceArguments places;
     int cores = available_cores();
     bool json = false;
+    bool tasks = false;
+    std::string folder;
+    double pack_minutes = 45;
 };
 
 Value figures(const CostFigures& cost)
@@ -96,15 +100,51 @@ void print_text(const Plan& plan, const std::vector<std::string>& notes, const s
                               width));
 }
 
+/// One line per group.
+void print_groups(const TaskTable& table, const std::string& folder)
+{
+    using Kind = TextTable::Kind;
+    TextTable text({{"group", Kind::name},
+                    {"tasks", Kind::number},
+                    {"longest", Kind::number},
+                    {"memory", Kind::number},
+                    {"cores", Kind::number},
+                    {"stages", Kind::text}});
+    for (const TaskGroup& group : table.groups)
+        text.add({group.name, std::to_string(group.count), "~" + duration_text(group.seconds), size_text(group.memory_mb),
+                  std::to_string(group.threads), fmt::format("{}", fmt::join(group.stages, ", "))});
+    fmt::print("{}{} task{}\n{}\n", text.text(terminal_width(STDOUT_FILENO)), table.task_count, table.task_count == 1 ? "" : "s",
+               path_text(folder));
+}
+
+int plan_as_tasks(const PlanArguments& arguments, const Pipeline& pipeline)
+{
+    constexpr double seconds_per_minute = 60;
+    const TaskTable table =
+        plan_tasks(arguments.pipeline.request(), pipeline, arguments.places.store_folder(), arguments.places.out_folder(),
+                   {arguments.pack_minutes * seconds_per_minute, arguments.cores});
+    if (arguments.folder.empty())
+    {
+        fmt::print("{}\n", to_json(to_value(table), 2));
+        return 0;
+    }
+    const auto folder = std::filesystem::absolute(arguments.folder).lexically_normal();
+    write_task_table(table, folder);
+    print_groups(table, folder);
+    return 0;
+}
+
 int plan(const PlanArguments& arguments)
 {
-    const auto loaded = load_and_report(arguments.pipeline);
+    const auto loaded = load_and_report(arguments.pipeline.request());
     if (!loaded->result.problems.empty())
     {
         if (arguments.json)
             fmt::print("{}\n", to_json(Value::Map{{"problems", problems_as_value(loaded->result.problems)}}, 2));
         return loaded->result.exit_code();
     }
+    if (arguments.tasks)
+        return plan_as_tasks(arguments, loaded->result.pipeline);
     const PipelineEstimate estimate = estimate_pipeline(loaded->result.pipeline, arguments.cores);
     const Plan made = make_plan(loaded->result.pipeline, arguments.places.store_folder(), arguments.places.out_folder(),
                                 arguments.pipeline.until, estimate.stages);
@@ -125,7 +165,18 @@ void add_plan_command(CLI::App& app, int& exit_code)
     command->add_option("--cores", arguments->cores, "Processor cores that the run will use")
         ->check(CLI::Range(1, 4096))
         ->capture_default_str();
-    command->add_flag("--json", arguments->json, "Print JSON");
+    auto* json = command->add_flag("--json", arguments->json, "Print JSON");
+    auto* tasks =
+        command->add_flag("--tasks", arguments->tasks,
+                          "Print what is left to do as tasks for a cluster's scheduler, in JSON; 'fresco run --task' runs "
+                          "one of them");
+    tasks->excludes(json);
+    command->add_option("--folder", arguments->folder, "Write the tasks to this folder instead")->needs(tasks);
+    command
+        ->add_option("--pack", arguments->pack_minutes, "Estimated minutes of work to put into one task; 0: one combination each")
+        ->check(CLI::Range(0.0, 1e6))
+        ->capture_default_str()
+        ->needs(tasks);
     command->callback([arguments, &exit_code] { exit_code = plan(*arguments); });
 }
 

@@ -11,6 +11,7 @@
 #include "run/estimate.h"
 #include "run/plan.h"
 #include "run/scheduler.h"
+#include "run/task_run.h"
 #include <fresco/error.h>
 #include <fresco/wording.h>
 
@@ -19,6 +20,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <fmt/format.h>
+#include <optional>
 #include <string_view>
 #include <unistd.h>
 
@@ -41,6 +43,7 @@ struct RunArguments
     bool json_log = false;
     IsolationRequest isolation;
     bool no_report = false;
+    std::optional<std::size_t> task;  ///< Of the folder that stands in place of the pipeline.
 };
 
 DisplayKind display_kind(const RunArguments& arguments)
@@ -166,17 +169,100 @@ std::map<std::string, double> expected_seconds(const RunRequest& request)
     return seconds;
 }
 
+/// What stands at the end where there is no table of combinations.
+void print_summary(const RunArguments& arguments, const RunSummary& summary, const std::vector<ReportOutcome>& reports)
+{
+    if (arguments.json_log)
+        return print_json(summary, reports);
+    if (arguments.quiet)
+        return;
+    print_table(summary);
+    print_files(summary);
+    for (const ReportOutcome& report : reports)
+        if (report.there)
+            fmt::print("{}{}\n", path_text(report.file), report.written ? "" : "  (unchanged)");
+}
+
+int end_of_run(const RunArguments& arguments, const RunSummary& summary)
+{
+    std::fflush(stdout);
+    if (summary.exit_code == 75 && !arguments.json_log)
+        print_message("interrupted; run the same command to resume");
+    return summary.exit_code;
+}
+
+/// Where the pipeline has problems, which were printed. The exit code.
+int refuse(const RunArguments& arguments, const PipelineResult& result)
+{
+    if (arguments.json_log)
+        fmt::print("{}\n", to_json(Value::Map{{"event", "problems"},
+                                              {"exit_code", result.exit_code()},
+                                              {"problems", problems_as_value(result.problems)}}));
+    return result.exit_code();
+}
+
+RunRequest request_for(const RunArguments& arguments, const Pipeline& pipeline)
+{
+    RunRequest request;
+    request.pipeline = &pipeline;
+    request.cores = arguments.cores;
+    request.memory_mb = arguments.memory_mb > 0 ? arguments.memory_mb : available_memory_mb();
+    request.estimates = estimate_pipeline(pipeline, arguments.cores).stages;
+    return request;
+}
+
+/// Sets the limits of isolated stages; false where they make no sense, which is said.
+bool set_limits(const RunArguments& arguments, RunRequest& request)
+{
+    const auto expected = arguments.isolation.stages.empty() ? std::map<std::string, double>{} : expected_seconds(request);
+    try
+    {
+        request.limits = stage_limits(arguments.isolation, *request.pipeline, expected);
+        return true;
+    }
+    catch (const Error& error)
+    {
+        print_message(fmt::format("error: {}", error.what()));
+        return false;
+    }
+}
+
+int run_task(const RunArguments& arguments)
+{
+    constexpr int exit_plugin = 4;
+    const auto folder = std::filesystem::absolute(arguments.pipeline.file).lexically_normal();
+    const TaskTable head = read_task_head(folder);
+    const Task task = read_task(folder, head, *arguments.task);
+    const auto loaded = load_and_report(task_request(head, task));
+    if (!loaded->result.problems.empty())
+        return refuse(arguments, loaded->result);
+    if (const std::string changed = changed_plugin(head, loaded->result.pipeline); !changed.empty())
+    {
+        print_message("error: " + changed);
+        return exit_plugin;
+    }
+    RunRequest request = request_for(arguments, loaded->result.pipeline);
+    request.store = head.store;
+    request.out = head.out;
+    // The task's combinations have nothing to do with each other.
+    request.keep_going = true;
+    request.part = task_part(folder, head, task);
+    if (!set_limits(arguments, request))
+        return 2;
+    auto display = make_display(display_kind(arguments));
+    const RunSummary summary = run_pipeline(request, *display);
+    display.reset();  // off the terminal before anything else is printed
+    print_summary(arguments, summary, {});
+    return end_of_run(arguments, summary);
+}
+
 int run(const RunArguments& arguments)
 {
-    const auto loaded = load_and_report(arguments.pipeline);
+    if (arguments.task)
+        return run_task(arguments);
+    const auto loaded = load_and_report(arguments.pipeline.request());
     if (!loaded->result.problems.empty())
-    {
-        if (arguments.json_log)
-            fmt::print("{}\n", to_json(Value::Map{{"event", "problems"},
-                                                  {"exit_code", loaded->result.exit_code()},
-                                                  {"problems", problems_as_value(loaded->result.problems)}}));
-        return loaded->result.exit_code();
-    }
+        return refuse(arguments, loaded->result);
     if (!fits_matrix(arguments, loaded->result.pipeline))
         return 2;
     if (const std::string problem = arguments.places.problem(); !problem.empty())
@@ -184,26 +270,14 @@ int run(const RunArguments& arguments)
         print_message("error: " + problem);
         return 2;
     }
-    RunRequest request;
-    request.pipeline = &loaded->result.pipeline;
+    RunRequest request = request_for(arguments, loaded->result.pipeline);
     request.store = arguments.places.store_folder();
     request.out = arguments.places.out_folder();
-    request.cores = arguments.cores;
-    request.memory_mb = arguments.memory_mb > 0 ? arguments.memory_mb : available_memory_mb();
     request.jobs = std::max(1, arguments.jobs);
     request.keep_going = arguments.keep_going;
     request.until = arguments.pipeline.until;
-    request.estimates = estimate_pipeline(loaded->result.pipeline, arguments.cores).stages;
-    const auto expected = arguments.isolation.stages.empty() ? std::map<std::string, double>{} : expected_seconds(request);
-    try
-    {
-        request.limits = stage_limits(arguments.isolation, *request.pipeline, expected);
-    }
-    catch (const Error& error)
-    {
-        print_message(fmt::format("error: {}", error.what()));
+    if (!set_limits(arguments, request))
         return 2;
-    }
     auto display = make_display(display_kind(arguments));
     const auto begin = std::chrono::steady_clock::now();
     const RunSummary summary = run_pipeline(request, *display);
@@ -219,20 +293,9 @@ int run(const RunArguments& arguments)
     const bool sweep = !request.pipeline->sweep.axes.empty();
     if (sweep)
         tell_combinations(arguments, ended);
-    if (arguments.json_log)
-        print_json(summary, reports);
-    else if (!arguments.quiet && !sweep)
-    {
-        print_table(summary);
-        print_files(summary);
-        for (const ReportOutcome& report : reports)
-            if (report.there)
-                fmt::print("{}{}\n", path_text(report.file), report.written ? "" : "  (unchanged)");
-    }
-    std::fflush(stdout);
-    if (summary.exit_code == 75 && !arguments.json_log)
-        print_message("interrupted; run the same command to resume");
-    return summary.exit_code;
+    if (!sweep || arguments.json_log)
+        print_summary(arguments, summary, reports);
+    return end_of_run(arguments, summary);
 }
 
 }  // namespace
@@ -268,6 +331,11 @@ void add_run_command(CLI::App& app, const std::vector<std::string>& words, int& 
     command->add_flag("--no-report", arguments->no_report, "Write no run.json and no report.html");
     command->add_flag("--quiet", arguments->quiet, "Print only errors");
     command->add_flag("--json-log", arguments->json_log, "Print one JSON object per event to standard output");
+    auto* task =
+        command->add_option("--task", arguments->task,
+                            "Run only this task of the folder that stands in place of the pipeline ('fresco plan --tasks')");
+    for (const char* other : {"--set", "--out", "--store", "--until", "--jobs", "--keep-going", "--thumbnails", "--no-report"})
+        task->excludes(other);
     command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
 }
 

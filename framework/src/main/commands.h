@@ -63,6 +63,6 @@ struct LoadedPipeline
     PipelineResult result;
 };
 /// Prints every problem to standard error.
-std::unique_ptr<LoadedPipeline> load_and_report(const PipelineArguments& arguments);
+std::unique_ptr<LoadedPipeline> load_and_report(const PipelineRequest& request);
 
 }  // namespace fresco::host

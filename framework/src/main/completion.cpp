@@ -84,7 +84,7 @@ Words types(const std::string& kind)
 Words settings(const std::string& file, bool stages_alone)
 {
     ProblemList problems;
-    const auto document = read_pipeline_document(fs::absolute(file), file, problems);
+    const auto document = read_pipeline_document(fs::absolute(file), file, {}, problems);
     const Catalog catalog = load_catalog();
     Words result;
     if (!stages_alone && document.vars.is_map())

@@ -1,67 +1,18 @@
 #include "pipeline/pipeline.h"
-#include "pipeline/output_owners.h"
+#include "pipeline/graph.h"
 #include "pipeline/pipeline_document.h"
-#include "pipeline/pipeline_ports.h"
 #include "pipeline/pipeline_sets.h"
 #include "pipeline/pipeline_sweep.h"
-#include "pipeline/pipeline_wiring.h"
 #include <fresco/error.h>
 #include <fresco/wording.h>
 
 #include <algorithm>
 #include <map>
-#include <set>
 
 namespace fresco::host
 {
 namespace
 {
-/// The stages with everything substituted and set.
-YamlNode settled_stages(const PipelineDocument& document, const Settings& settings, TypeTable& types, ProblemList& problems)
-{
-    Variables variables(document.vars, problems);
-    YamlNode stages = variables.substitute(document.stages);
-    if (stages.is_map())
-        settings.set_options(stages, variables, types, problems);
-    variables.check_unused();
-    return stages.is_map() ? stages : YamlNode{};
-}
-
-std::vector<StageDraft> draft_stages(const YamlNode& stages, TypeTable& types, OptionChecker& checker, ProblemList& problems)
-{
-    std::vector<StageDraft> drafts;
-    for (const YamlNode::Entry& entry : stages.entries)
-    {
-        StageDraft& draft = drafts.emplace_back();
-        draft.name = entry.key;
-        draft.position = entry.position();
-        draft.config = entry.value;
-        if (!draft.config.is_map())
-            continue;
-        // What the stage lacks is reported at its name.
-        draft.config.line = entry.line;
-        draft.config.column = entry.column;
-        draft.config.source = entry.source;
-        const std::optional<std::string> type = type_named_by(draft.config, draft.title(), &problems);
-        if (type)
-            draft.type = types.require(*type, "stage", draft.title(), draft.config.find("type")->value.position(), problems);
-        if (draft.type)
-            draft.options = checker.complete(draft.type, draft.config, {"type", "input"}, draft.title(), draft.uses);
-        if (draft.type)
-            settle_declared_ports(draft, types, problems);
-    }
-    return drafts;
-}
-
-void check_output_names(const std::vector<StageDraft>& drafts, ProblemList& problems)
-{
-    OutputOwners owners;
-    for (const StageDraft& draft : drafts)
-        for (const OptionUses::OutputUse& use : draft.uses.output_names)
-            if (const auto collision = owners.claim(use.path, draft.name, use.option))
-                problems.add(use.position, *collision);
-}
-
 void check_until(const std::string& until, const YamlNode& stages, ProblemList& problems)
 {
     if (until.empty() || !stages.is_map() || stages.find(until))
@@ -72,76 +23,68 @@ void check_until(const std::string& until, const YamlNode& stages, ProblemList& 
     problems.add({"--until " + until, 0, 0}, "unknown stage '" + until + "'" + suggestion(until, names));
 }
 
-PipelineStage finished(StageDraft&& draft)
+/// The combinations of a part. Throws Error where an axis has no value of that name.
+std::vector<Choices> chosen_combinations(const SweepPart& part, const std::vector<MatrixAxis>& matrix)
 {
-    PipelineStage stage;
-    stage.name = std::move(draft.name);
-    stage.own_name = stage.name;
-    stage.type = draft.type.description;
-    stage.own_type = std::move(draft.own_type);
-    stage.options = std::move(draft.options);
-    stage.wires = std::move(draft.wires);
-    stage.input_files = std::move(draft.uses.input_files);
-    std::sort(stage.input_files.begin(), stage.input_files.end());
-    stage.input_files.erase(std::unique(stage.input_files.begin(), stage.input_files.end()), stage.input_files.end());
-    stage.components.assign(draft.uses.components.begin(), draft.uses.components.end());
-    std::sort(stage.components.begin(), stage.components.end(),
-              [](const TypeDescription* a, const TypeDescription* b) { return a->type < b->type; });
-    stage.position = std::move(draft.position);
-    return stage;
-}
-
-/// Reports what is wrong, or returns the stages in their order.
-std::vector<PipelineStage> load_stages(const PipelineDocument& document, const Settings& settings, TypeTable& types,
-                                       ProblemList& problems)
-{
-    OptionChecker checker(types, problems);
-    const YamlNode stages = settled_stages(document, settings, types, problems);
-    std::vector<StageDraft> drafts = draft_stages(stages, types, checker, problems);
-    Wiring(drafts, types, checker, problems).wire_all();
-    const StageGraph graph = check_graph(drafts, problems);
-    check_output_names(drafts, problems);
-    std::vector<PipelineStage> result;
-    if (problems.empty())
-        for (const std::size_t index : graph.order())
-            result.push_back(finished(std::move(drafts[index])));
+    std::vector<std::map<std::string, std::size_t>> places(matrix.size());
+    for (std::size_t axis = 0; axis < matrix.size(); ++axis)
+        for (std::size_t i = 0; i < matrix[axis].choices.size(); ++i)
+            places[axis].emplace(matrix[axis].choices[i].label, i);
+    std::vector<Choices> result;
+    for (const auto& labels : part.combinations)
+    {
+        Choices& choices = result.emplace_back(matrix.size());
+        for (std::size_t axis = 0; axis < matrix.size(); ++axis)
+        {
+            const auto label = labels.find(matrix[axis].var);
+            if (label == labels.end())
+                continue;
+            const auto place = places[axis].find(label->second);
+            if (place == places[axis].end())
+                throw Error("the axis '" + matrix[axis].var + "' of the matrix has no value '" + label->second + "'");
+            choices[axis] = place->second;
+        }
+    }
     return result;
 }
 
-/// Loads the stages once for each combination of the axes' values.
-void load_sweep(const PipelineDocument& document, const std::vector<MatrixAxis>& axes, const Settings& settings, TypeTable& types,
-                Pipeline& pipeline, ProblemList& problems)
+std::map<std::string, AxisSet> axis_sets(const SweepPart& part, const std::vector<MatrixAxis>& matrix)
 {
-    std::vector<std::vector<std::size_t>> cells;
+    std::map<std::string, AxisSet> result;
+    for (const auto& [stage, names] : part.stage_axes)
+        for (std::size_t axis = 0; axis < matrix.size(); ++axis)
+            if (std::find(names.begin(), names.end(), matrix[axis].var) != names.end())
+                result[stage].set(axis);
+    return result;
+}
+
+void load_stages(const PipelineRequest& request, const PipelineDocument& document, const std::vector<MatrixAxis>& matrix,
+                 const Settings& settings, TypeTable& types, Pipeline& pipeline, ProblemList& problems)
+{
+    std::vector<Choices> cells;
     try
     {
-        cells = combinations(axes);
+        cells = request.part ? chosen_combinations(*request.part, matrix) : combinations(matrix);
     }
     catch (const Error& error)
     {
         problems.add(document.matrix.entries.front().position(), error.what());
         return;
     }
-    SweepMerger merger(axes);
-    for (const auto& choices : cells)
-    {
-        PipelineDocument one = document;
-        for (std::size_t axis = 0; axis < axes.size(); ++axis)
-            one.vars.find(axes[axis].var)->value = axes[axis].choices[choices[axis]].value;
-        ProblemList own;
-        std::vector<PipelineStage> stages = load_stages(one, settings, types, own);
-        std::map<std::string, std::set<std::string>> vars;
-        const Variables variables(one.vars, own);
-        for (const PipelineStage& stage : stages)
-        {
-            vars[stage.name] = variables.needed_by(document.stages.find(stage.name)->value);
-            vars[stage.name].merge(settings.vars_in(stage.name, variables));
-        }
-        merger.add(choices, std::move(stages), vars, own.sorted());
-    }
-    merger.report(problems);
-    if (problems.empty())
-        merger.merge_into(pipeline);
+    StageDrafts drafts(document, matrix, settings, types);
+    SweepBuilder builder(document, matrix, drafts);
+    for (const Choices& choices : cells)
+        builder.add(choices);
+    builder.report(problems);
+    if (!problems.empty())
+        return;
+    builder.build(pipeline, request.part ? axis_sets(*request.part, matrix) : std::map<std::string, AxisSet>{});
+    for (const MatrixAxis& axis : matrix)
+        pipeline.sweep.axes.push_back(axis.var);
+    pipeline.sweep.narrowed =
+        request.part ||
+        std::any_of(matrix.begin(), matrix.end(),
+                    [](const MatrixAxis& axis) { return !std::ranges::all_of(axis.choices, &MatrixAxis::Choice::chosen); });
 }
 
 StageGraph graph_of(const std::vector<PipelineStage>& stages)
@@ -160,18 +103,15 @@ StageGraph graph_of(const std::vector<PipelineStage>& stages)
 
 void load(const PipelineRequest& request, const Catalog& catalog, PipelineResult& result, ProblemList& problems)
 {
-    PipelineDocument document = read_pipeline_document(result.pipeline.file, request.file.string(), problems);
+    PipelineDocument document = read_pipeline_document(result.pipeline.file, request.file.string(), request.texts, problems);
     result.pipeline.texts = document.texts;
     Settings settings(request.sets, request.working_directory, problems);
-    std::vector<MatrixAxis> axes = read_matrix(document, problems);
-    settings.set_vars(document, axes);
+    std::vector<MatrixAxis> matrix = read_matrix(document, problems);
+    settings.set_vars(document, matrix);
+    settings.check_stages(document.stages);
     check_until(request.until, document.stages, problems);
     TypeTable types(catalog);
-    if (!axes.empty())
-        return load_sweep(document, axes, settings, types, result.pipeline, problems);
-    std::vector<PipelineStage> stages = load_stages(document, settings, types, problems);
-    if (problems.empty())
-        result.pipeline.stages = std::move(stages);
+    load_stages(request, document, matrix, settings, types, result.pipeline, problems);
 }
 }  // namespace
 

@@ -4,7 +4,9 @@
 #include <fresco/value.h>
 
 #include <filesystem>
+#include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -62,7 +64,7 @@ struct PipelineStage
     std::shared_ptr<const TypeDescription> own_type = {};
     /// Every option with its value: defaults filled in, component configurations complete down to their own options, `auto`
     /// expanded, paths absolute. What the worker process configures the stage with.
-    Value options;
+    std::shared_ptr<const Value> options;  ///< Shared with the stages of a matrix that have the same.
     std::vector<Wire> wires;
     std::vector<std::filesystem::path> input_files;  ///< Of InputFile options (components' too) and of wires.
     std::vector<const TypeDescription*> components;  ///< Every component type it uses, readers too, sorted, unique.
@@ -82,7 +84,9 @@ struct Sweep
 {
     std::vector<std::string> axes;  ///< Vars. Empty: there is no matrix.
     std::vector<Combination> combinations;
-    bool narrowed = false;  ///< `--set` chose some of the values.
+    /// By a stage's own name: the axes that it depends on. Without those that depend on none.
+    std::map<std::string, std::vector<std::string>> stage_axes;
+    bool narrowed = false;  ///< Some combinations were left out.
 };
 
 /// A pipeline file as it was read.
@@ -105,12 +109,23 @@ struct Pipeline
     const PipelineStage* find(std::string_view name) const;
 };
 
+/// A part of a matrix.
+struct SweepPart
+{
+    /// Labels, by axis. An axis that is missing has its first value.
+    std::vector<std::map<std::string, std::string>> combinations;
+    /// As the whole matrix has them: what is left of it may not show all.
+    std::map<std::string, std::vector<std::string>> stage_axes;
+};
+
 struct PipelineRequest
 {
     std::filesystem::path file;
     std::vector<std::pair<std::string, std::string>> sets;  ///< `--set NAME=VALUE`, `--set stage.option=VALUE`, in order.
     std::filesystem::path working_directory;                ///< Base of relative paths in `sets`.
     std::string until = {};                                 ///< `--until STAGE`: checked to be a stage's name; empty: not given.
+    std::vector<PipelineText> texts = {};                   ///< Where not empty: read in place of the files on the disk.
+    std::optional<SweepPart> part = {};                     ///< Combinations to load; all of them where not given.
 };
 
 /// Either a pipeline without problems, or problems (all of them, in the file's order) and no stages.

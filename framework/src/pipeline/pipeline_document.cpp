@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <fmt/format.h>
+#include <optional>
 
 namespace fresco::host
 {
@@ -67,10 +68,10 @@ YamlNode section(const YamlNode& root, std::string_view key, ProblemList& proble
     return map;
 }
 
-Layer read_layer(const fs::path& file, const std::string& shown, const Position& wanted_at, ProblemList& problems)
+/// Nothing where the file cannot be read, which is reported.
+std::optional<std::string> text_on_disk(const fs::path& file, const std::string& shown, const Position& wanted_at,
+                                        ProblemList& problems)
 {
-    problems.announce_file(shown);
-    Layer layer;
     std::error_code failure;
     const fs::file_status status = fs::status(file, failure);
     if (!fs::is_regular_file(status))
@@ -79,18 +80,29 @@ Layer read_layer(const fs::path& file, const std::string& shown, const Position&
         problems.add(wanted_at,
                      exists ? "'" + file.string() + "' is not a regular file" : "no such pipeline file '" + file.string() + "'",
                      exists ? ProblemKind::invalid : ProblemKind::missing_input);
-        layer.complete = false;
-        return layer;
+        return std::nullopt;
     }
     const auto size = fs::file_size(file, failure);
-    const auto source = std::make_shared<const YamlSource>(YamlSource{shown, file.parent_path(), false});
     if (!failure && size > yaml_size_limit)
     {
         problems.add({shown, 0, 0}, "larger than 1 MiB: not a pipeline file");
-        layer.complete = false;
-        return layer;
+        return std::nullopt;
     }
-    layer.text = read_text_file(file, yaml_size_limit);
+    return read_text_file(file, yaml_size_limit);
+}
+
+Layer read_layer(const fs::path& file, const std::vector<PipelineText>& texts, const std::string& shown,
+                 const Position& wanted_at, ProblemList& problems)
+{
+    problems.announce_file(shown);
+    Layer layer;
+    const auto given = std::ranges::find(texts, file, &PipelineText::file);
+    const std::optional<std::string> text = given != texts.end() ? given->text : text_on_disk(file, shown, wanted_at, problems);
+    layer.complete = text.has_value();
+    if (!text)
+        return layer;
+    layer.text = *text;
+    const auto source = std::make_shared<const YamlSource>(YamlSource{shown, file.parent_path(), false});
     YamlNode root = parse_yaml(layer.text, source, problems, layer.complete);
     if (!root.is_map())
     {
@@ -239,7 +251,8 @@ void check_stages(const YamlNode& stages, const YamlNode& vars, ProblemList& pro
 }
 }  // namespace
 
-PipelineDocument read_pipeline_document(const fs::path& file, const std::string& shown, ProblemList& problems)
+PipelineDocument read_pipeline_document(const fs::path& file, const std::string& shown, const std::vector<PipelineText>& texts,
+                                        ProblemList& problems)
 {
     std::vector<Layer> layers;
     std::vector<fs::path> files{file.lexically_normal()};
@@ -248,7 +261,7 @@ PipelineDocument read_pipeline_document(const fs::path& file, const std::string&
     PipelineDocument document;
     while (true)
     {
-        layers.push_back(read_layer(files.back(), name, wanted_at, problems));
+        layers.push_back(read_layer(files.back(), texts, name, wanted_at, problems));
         document.texts.push_back({files.back(), layers.back().text});
         document.complete = document.complete && layers.back().complete;
         const YamlNode& base = layers.back().base;

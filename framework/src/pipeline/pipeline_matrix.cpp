@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fmt/format.h>
+#include <map>
 #include <set>
 
 namespace fresco::host
@@ -111,22 +112,15 @@ void label(MatrixAxis& axis)
         if (labels = labels_by(axis.var, axis.choices, parts); are_unique(labels))
             break;
     std::set<std::string> seen;
+    std::map<std::string, std::size_t> next_number;
     for (std::size_t i = 0; i < labels.size(); ++i)
     {
         std::string unique = labels[i];
-        for (std::size_t number = 2; is_taken(unique) || !seen.insert(without_case(unique)).second; ++number)
-            unique = fmt::format("{}-{}", labels[i], number);
+        std::size_t& number = next_number.try_emplace(without_case(unique), 2).first->second;
+        while (is_taken(unique) || !seen.insert(without_case(unique)).second)
+            unique = fmt::format("{}-{}", labels[i], number++);
         axis.choices[i].label = unique;
     }
-}
-
-bool same_value(const YamlNode& a, const YamlNode& b)
-{
-    const auto same_entry = [](const YamlNode::Entry& x, const YamlNode::Entry& y)
-    { return x.key == y.key && same_value(x.value, y.value); };
-    return a.kind == b.kind && a.text == b.text && a.plain == b.plain &&
-           std::equal(a.items.begin(), a.items.end(), b.items.begin(), b.items.end(), same_value) &&
-           std::equal(a.entries.begin(), a.entries.end(), b.entries.begin(), b.entries.end(), same_entry);
 }
 
 std::string place_text(const YamlNode& node)
@@ -143,15 +137,14 @@ bool check_values(const MatrixAxis& axis, ProblemList& problems)
         problems.add(value.position(), "axis '" + axis.var + "': " + text);
         good = false;
     };
-    for (std::size_t i = 0; i < axis.choices.size(); ++i)
+    std::map<std::string, const YamlNode*> seen;
+    for (const MatrixAxis::Choice& choice : axis.choices)
     {
-        const YamlNode& value = axis.choices[i].value;
+        const YamlNode& value = choice.value;
         if (value.is_null())
             report(value, "empty value");
-        const auto first = std::find_if(axis.choices.begin(), axis.choices.begin() + static_cast<std::ptrdiff_t>(i),
-                                        [&](const MatrixAxis::Choice& other) { return same_value(other.value, value); });
-        if (!value.is_null() && first != axis.choices.begin() + static_cast<std::ptrdiff_t>(i))
-            report(value, value.summary() + " appears twice; the first is " + place_text(first->value));
+        else if (const auto [first, fresh] = seen.emplace(value.identity(), &value); !fresh)
+            report(value, value.summary() + " appears twice; the first is " + place_text(*first->second));
         good = good && value.is_valid();
     }
     return good;
@@ -193,11 +186,9 @@ bool read_axis(MatrixAxis& axis, const YamlNode& values, ProblemList& problems)
                      "axis '" + axis.var + "' must be a list of values or a map {name: value}, got " + values.summary());
         return false;
     }
-    if (axis.choices.empty() || axis.choices.size() > combination_limit)
+    if (axis.choices.empty())
     {
-        problems.add(values.position(), axis.choices.empty() ? "axis '" + axis.var + "' has no values"
-                                                             : fmt::format("axis '{}' has {} values; at most {} are accepted",
-                                                                           axis.var, axis.choices.size(), combination_limit));
+        problems.add(values.position(), "axis '" + axis.var + "' has no values");
         return false;
     }
     good = check_values(axis, problems) && good;

@@ -22,7 +22,7 @@ struct MatrixAxis
     std::vector<Choice> choices;
 };
 
-inline constexpr std::size_t combination_limit = 1000;
+inline constexpr std::size_t combination_limit = 1'000'000;
 inline constexpr std::size_t axis_limit = 6;
 
 /// The axes of the document's matrix, each a list of values or a map label -> value. Values in a list are labeled by what

@@ -55,12 +55,12 @@ void settle_declared_ports(StageDraft& stage, TypeTable& types, ProblemList& pro
         return;
     }
     check_commands(stage, problems);
-    auto own = std::make_shared<TypeDescription>(*stage.type.description);
+    TypeDescription own = *stage.type.description;
     for (const OptionDeclaration& option : options)
         if (option.is_ports())
-            append_ports(*own, option.kind == OptionKind::input_ports ? "inputs" : "outputs", stage.options.at(option.name));
-    stage.own_type = own;
-    stage.type = types.adopt(std::move(own));
+            append_ports(own, option.kind == OptionKind::input_ports ? "inputs" : "outputs", stage.options.at(option.name));
+    stage.own_type = types.adopt(std::move(own));
+    stage.type = {stage.own_type.get(), &types.declaration(*stage.own_type)};
 }
 
 std::string cost_name(const PipelineStage& stage)
@@ -73,7 +73,7 @@ std::string cost_name(const PipelineStage& stage)
     for (const Value& option : stage.type->declaration.at("options").as_list())
     {
         const std::string& kind = option.at("kind").as_string();
-        const Value* value = stage.options.find(option.at("name").as_string());
+        const Value* value = stage.options->find(option.at("name").as_string());
         if (kind == "command_line" && value != nullptr)
         {
             runs_program = true;

@@ -251,38 +251,37 @@ void Settings::set_vars(PipelineDocument& document, std::vector<MatrixAxis>& axe
     }
 }
 
-void Settings::set_options(YamlNode& stages, Variables& variables, TypeTable& types, ProblemList& problems) const
+void Settings::check_stages(const YamlNode& stages) const
+{
+    for (const Setting& setting : settings_)
+        if (setting.path.size() > 1 && !stages.find(setting.path.front()))
+            problems_.add(setting.value.position(),
+                          "unknown stage '" + setting.path.front() + "'" + suggestion(setting.path.front(), keys_of(stages)));
+}
+
+void Settings::set_options(const std::string& name, YamlNode& stage, Variables& variables, TypeTable& types,
+                           ProblemList& problems) const
 {
     std::vector<Setting> settings;
     for (const Setting& setting : settings_)
-        if (setting.path.size() > 1)
+        if (setting.path.size() > 1 && setting.path.front() == name)
             settings.push_back({setting.path, variables.substitute(setting.value)});
+    if (!stage.is_map())
+        return;
     // An option that decides what `auto` stands for must be in place before anything inside it is set.
-    for (const Setting& setting : settings)
-        if (setting.path.size() == 2)
-            set_option(setting, stages, types, problems);
-    for (const Setting& setting : settings)
-        if (setting.path.size() > 2)
-            set_option(setting, stages, types, problems);
+    for (const bool inside : {false, true})
+        for (const Setting& setting : settings)
+            if ((setting.path.size() > 2) == inside)
+                Setter(setting.path, setting.value, types, problems).set_in_stage(stage);
 }
 
-std::set<std::string> Settings::vars_in(const std::string& stage, const Variables& variables) const
+std::set<std::string> Settings::vars_in(const std::string& stage) const
 {
     std::set<std::string> names;
     for (const Setting& setting : settings_)
         if (setting.path.size() > 1 && setting.path.front() == stage)
-            names.merge(variables.needed_by(setting.value));
+            names.merge(vars_named_in(setting.value));
     return names;
-}
-
-void Settings::set_option(const Setting& setting, YamlNode& stages, TypeTable& types, ProblemList& problems)
-{
-    YamlNode::Entry* stage = stages.find(setting.path.front());
-    if (!stage)
-        problems.add(setting.value.position(),
-                     "unknown stage '" + setting.path.front() + "'" + suggestion(setting.path.front(), keys_of(stages)));
-    else if (stage->value.is_map())
-        Setter(setting.path, setting.value, types, problems).set_in_stage(stage->value);
 }
 
 }  // namespace fresco::host

@@ -23,11 +23,14 @@ class Settings
 
     /// Replaces the values of vars and narrows axes. An unknown name is reported, with the nearest.
     void set_vars(PipelineDocument& document, std::vector<MatrixAxis>& axes);
-    /// Replaces options, `input` and `type` in the substituted stages. Inside a component that the file does not give, the
-    /// default (and what `auto` stands for) is written out first, so that one of its options can be changed.
-    void set_options(YamlNode& stages, Variables& variables, TypeTable& types, ProblemList& problems) const;
-    /// The vars that what is set in a stage needs.
-    std::set<std::string> vars_in(const std::string& stage, const Variables& variables) const;
+    /// Reports options that are set in stages which the document does not have.
+    void check_stages(const YamlNode& stages) const;
+    /// Replaces options, `input` and `type` in a substituted stage. Inside a component that the file does not give, the default
+    /// (and what `auto` stands for) is written out first, so that one of its options can be changed.
+    void set_options(const std::string& name, YamlNode& stage, Variables& variables, TypeTable& types,
+                     ProblemList& problems) const;
+    /// The vars that what is set in a stage names.
+    std::set<std::string> vars_in(const std::string& stage) const;
 
   private:
     struct Setting
@@ -35,8 +38,6 @@ class Settings
         std::vector<std::string> path;
         YamlNode value;
     };
-
-    static void set_option(const Setting& setting, YamlNode& stages, TypeTable& types, ProblemList& problems);
 
     std::vector<Setting> settings_;
     ProblemList& problems_;

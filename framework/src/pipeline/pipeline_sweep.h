@@ -1,12 +1,9 @@
 #pragma once
 
-#include "pipeline/pipeline.h"
-#include "pipeline/pipeline_matrix.h"
-#include "pipeline/problems.h"
+#include "pipeline/pipeline_drafts.h"
 
 #include <cstddef>
 #include <map>
-#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -14,36 +11,53 @@
 namespace fresco::host
 {
 
-/// Makes one pipeline of the pipelines of a matrix's combinations. A stage depends on the axes whose vars it needs and on those
-/// of the stages it reads; it is there once for each combination of their values, and is named and placed by these.
-class SweepMerger
+/// Makes one pipeline of a matrix's combinations; without a matrix there is one, which has no values. A stage depends on the axes
+/// whose vars it names and on those of the stages it reads; it is there once for each combination of their values, and is named
+/// and placed by these. Stages of one shape are wired once.
+class SweepBuilder
 {
   public:
-    /// The axes must outlive it.
-    explicit SweepMerger(const std::vector<MatrixAxis>& axes) : axes_(axes) {}
+    /// All of them must outlive it.
+    SweepBuilder(const PipelineDocument& document, const std::vector<MatrixAxis>& matrix, StageDrafts& drafts)
+        : document_(document), matrix_(matrix), drafts_(drafts)
+    {
+    }
 
-    /// One combination: the numbers of its choices, its stages in their order with the vars that each needs, its problems.
-    void add(std::vector<std::size_t> choices, std::vector<PipelineStage> stages,
-             const std::map<std::string, std::set<std::string>>& vars, const std::vector<Problem>& problems);
+    void add(const Choices& choices);
     /// Every problem once; one that not all combinations have says which values they have in common.
     void report(ProblemList& problems) const;
-    /// Call once, and only where no combination has a problem.
-    void merge_into(Pipeline& pipeline);
+    /// Call once, and only where no combination has a problem. `axes`: by a stage's name, those that it depends on beyond what
+    /// the added combinations show.
+    void build(Pipeline& pipeline, const std::map<std::string, AxisSet>& axes);
 
   private:
-    struct Cell
+    /// How stages of these shapes are wired.
+    struct Structure
     {
-        std::vector<std::size_t> choices;
-        std::vector<PipelineStage> stages;
+        std::vector<std::size_t> order;
+        std::vector<std::vector<Wire>> wires;  ///< Per stage; from stages alone, by their names in the file.
+        std::vector<Problem> problems;
+    };
+    struct Member
+    {
+        Cell cell;
+        const Structure* structure = nullptr;
     };
 
-    void spread_axes();
-    std::string label(const std::set<std::size_t>& axes, const Cell& cell) const;
+    const Structure& structure_of(const Cell& cell);
+    std::vector<Problem> colliding_outputs(const Cell& cell) const;
+    void note(const std::vector<Problem>& problems);
+    std::vector<AxisSet> spread_axes(const std::map<std::string, AxisSet>& axes) const;
+    PipelineStage stage_of(const Member& member, std::size_t stage, const std::vector<AxisSet>& axes) const;
+    std::string name_of(std::size_t stage, const Choices& choices, const std::vector<AxisSet>& axes) const;
 
-    const std::vector<MatrixAxis>& axes_;
-    std::vector<Cell> cells_;
-    std::map<std::string, std::set<std::size_t>> axes_of_;                ///< By a stage's own name.
-    std::vector<std::pair<Problem, std::vector<std::size_t>>> problems_;  ///< With the cells that have it.
+    const PipelineDocument& document_;
+    const std::vector<MatrixAxis>& matrix_;
+    StageDrafts& drafts_;
+    std::map<std::vector<std::size_t>, Structure> structures_;  ///< By the shapes.
+    std::map<std::string, std::size_t> numbers_;                ///< Of stages, by name.
+    std::vector<Member> members_;
+    std::vector<std::pair<Problem, std::vector<std::size_t>>> problems_;  ///< With the members that have it.
     std::map<std::string, std::size_t> known_problems_;
 };
 

@@ -148,10 +148,13 @@ std::vector<std::string> TypeTable::names_of_kind(std::string_view kind) const
     return names;
 }
 
-KnownType TypeTable::adopt(std::shared_ptr<const TypeDescription> type)
+std::shared_ptr<const TypeDescription> TypeTable::adopt(TypeDescription type)
 {
-    adopted_.push_back(std::move(type));
-    return {adopted_.back().get(), &declaration(*adopted_.back())};
+    auto& known =
+        adopted_[type.type + " " + to_json(type.declaration.at("inputs")) + " " + to_json(type.declaration.at("outputs"))];
+    if (!known)
+        known = std::make_shared<const TypeDescription>(std::move(type));
+    return known;
 }
 
 std::optional<std::string> type_named_by(const YamlNode& config, const std::string& user, ProblemList* problems)

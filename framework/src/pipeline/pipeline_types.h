@@ -41,8 +41,9 @@ class TypeTable
     std::vector<std::string> names_of_kind(std::string_view kind) const;
     /// A stage type whose library an artifact comes with; nullptr for those of the SDK.
     const TypeDescription* owner_of(std::string_view artifact);
-    /// A type that the catalog does not have: one stage's own.
-    KnownType adopt(std::shared_ptr<const TypeDescription> type);
+    /// A type that the catalog does not have, with ports of a stage's own. The same for equal ones.
+    std::shared_ptr<const TypeDescription> adopt(TypeDescription type);
+    const TypeDeclaration& declaration(const TypeDescription& type);
 
   private:
     struct KnownArtifact
@@ -52,12 +53,11 @@ class TypeTable
     };
     /// Those of the SDK, and of the ports of all stages.
     const std::map<std::string, KnownArtifact, std::less<>>& artifacts();
-    const TypeDeclaration& declaration(const TypeDescription& type);
 
     const Catalog& catalog_;
     std::map<const TypeDescription*, TypeDeclaration> declarations_;
     std::map<std::string, KnownArtifact, std::less<>> artifacts_;
-    std::vector<std::shared_ptr<const TypeDescription>> adopted_;
+    std::map<std::string, std::shared_ptr<const TypeDescription>> adopted_;  ///< By type and ports.
 };
 
 /// The type that a configuration names: the word itself, or its `type`. Nothing, and a problem if `problems` is given, where it

@@ -111,10 +111,10 @@ Variables::Variables(const YamlNode& vars, ProblemList& problems) : problems_(pr
         vars_[entry.key].written = &entry.value;
 }
 
-void Variables::check_unused()
+void Variables::check_unused(const std::set<std::string>& names)
 {
-    for (const auto& [name, var] : vars_)
-        if (var.state == State::untouched && !var.written->is_null())
+    for (const std::string& name : names)
+        if (const Var& var = vars_.at(name); var.state == State::untouched && !var.written->is_null())
             value_of(name, *var.written);
 }
 
@@ -124,27 +124,6 @@ std::vector<std::string> Variables::names() const
     for (const auto& [name, var] : vars_)
         result.push_back(name);
     return result;
-}
-
-std::set<std::string> Variables::needed_by(const YamlNode& node) const
-{
-    std::set<std::string> names;
-    // Not by recursion: a file may hold a chain of vars that is longer than the machine's stack.
-    for (std::vector<const YamlNode*> open{&node}; !open.empty();)
-    {
-        const YamlNode& next = *open.back();
-        open.pop_back();
-        if (next.is_scalar())
-            for (const Piece& piece : split_references(next.text).value_or(std::vector<Piece>{}))
-                if (const auto var = piece.is_var ? vars_.find(piece.text) : vars_.end(); var != vars_.end())
-                    if (names.insert(piece.text).second)
-                        open.push_back(var->second.written);
-        for (const YamlNode& item : next.items)
-            open.push_back(&item);
-        for (const YamlNode::Entry& entry : next.entries)
-            open.push_back(&entry.value);
-    }
-    return names;
 }
 
 bool Variables::spend(std::size_t amount, const YamlNode& use)
@@ -263,6 +242,25 @@ YamlNode Variables::substitute(const YamlNode& node)
         return invalid(node);
     }
     return result;
+}
+
+std::set<std::string> vars_named_in(const YamlNode& node)
+{
+    std::set<std::string> names;
+    for (std::vector<const YamlNode*> open{&node}; !open.empty();)
+    {
+        const YamlNode& next = *open.back();
+        open.pop_back();
+        if (next.is_scalar() && next.text.find("${") != std::string::npos)
+            for (Piece& piece : split_references(next.text).value_or(std::vector<Piece>{}))
+                if (piece.is_var)
+                    names.insert(std::move(piece.text));
+        for (const YamlNode& item : next.items)
+            open.push_back(&item);
+        for (const YamlNode::Entry& entry : next.entries)
+            open.push_back(&entry.value);
+    }
+    return names;
 }
 
 }  // namespace fresco::host

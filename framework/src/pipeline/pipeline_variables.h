@@ -22,11 +22,11 @@ class Variables
 
     /// The tree with everything put in. What cannot be is reported and becomes an invalid node.
     YamlNode substitute(const YamlNode& node);
-    /// Reports what is wrong with the vars that nothing used so far.
-    void check_unused();
+    /// Has the var `name`, which there must be, be this value; it must outlive the object. Before the first use.
+    void choose(const std::string& name, const YamlNode& value) { vars_.at(name).written = &value; }
+    /// Reports what is wrong with those of the vars that nothing used so far.
+    void check_unused(const std::set<std::string>& names);
     std::vector<std::string> names() const;
-    /// The vars that the tree needs, and those that they are made of.
-    std::set<std::string> needed_by(const YamlNode& node) const;
 
   private:
     enum class State
@@ -52,5 +52,8 @@ class Variables
     std::size_t budget_;  ///< Bytes and nodes that may still be made: nested vars multiply.
     bool reported_budget_ = false;
 };
+
+/// The names in the tree's `${name}`, whether there are such vars or not.
+std::set<std::string> vars_named_in(const YamlNode& node);
 
 }  // namespace fresco::host

@@ -17,14 +17,6 @@ std::string listed(const std::vector<const PortDeclaration*>& ports)
     return texts.empty() ? "nothing" : join(texts);
 }
 
-std::vector<const PortDeclaration*> pointers(const std::vector<PortDeclaration>& ports)
-{
-    std::vector<const PortDeclaration*> result;
-    for (const PortDeclaration& port : ports)
-        result.push_back(&port);
-    return result;
-}
-
 bool fits(const PortDeclaration& output, const PortDeclaration& input)
 {
     return output.artifact == input.artifact && output.version == input.version;
@@ -51,13 +43,25 @@ bool looks_like_path(const std::string& text)
 }
 }  // namespace
 
+std::vector<const PortDeclaration*> pointers(const std::vector<PortDeclaration>& ports)
+{
+    std::vector<const PortDeclaration*> result;
+    for (const PortDeclaration& port : ports)
+        result.push_back(&port);
+    return result;
+}
+
+bool is_file_input(const YamlNode& input, const TypeDeclaration& type)
+{
+    return input.is_map() && input.find("file") && !type.input("file");
+}
+
 std::string StageDraft::title() const
 {
     return "stage '" + name + "'" + (type ? " (" + type.description->type + ")" : "");
 }
 
-Wiring::Wiring(std::vector<StageDraft>& stages, TypeTable& types, OptionChecker& options, ProblemList& problems)
-    : stages_(stages), types_(types), options_(options), problems_(problems)
+Wiring::Wiring(std::vector<StageDraft>& stages, ProblemList& problems) : stages_(stages), problems_(problems)
 {
     for (std::size_t i = 0; i < stages.size(); ++i)
         index_.emplace(stages[i].name, i);
@@ -79,7 +83,7 @@ void Wiring::wire(StageDraft& stage)
         follow_blindly(stage, input->value);
     if (!stage.type)
         return;
-    gave_up_ = false;
+    gave_up_ = stage.files_failed;
     const TypeDeclaration& type = *stage.type.declaration;
     if (input && input->value.is_null())
         problems_.add(input->position(), stage.title() + ": 'input' has no value: set a stage's name, or {port: stage, …}");
@@ -102,10 +106,11 @@ void Wiring::wire_one(StageDraft& stage, const YamlNode& node)
     const TypeDeclaration& type = *stage.type.declaration;
     if (node.is_scalar())
         wire_stage(stage, pointers(type.inputs), node);
-    else if (node.is_map() && node.find("file") && !type.input("file"))
-        wire_file(stage, pointers(type.inputs), node);
     else if (node.is_map())
-        wire_ports(stage, node);
+    {
+        if (!is_file_input(node, type))
+            wire_ports(stage, node);
+    }
     else
     {
         gave_up_ = true;
@@ -130,9 +135,7 @@ void Wiring::wire_ports(StageDraft& stage, const YamlNode& map)
         }
         else if (entry.value.is_scalar())
             wire_stage(stage, {port}, entry.value);
-        else if (entry.value.is_map() && entry.value.find("file"))
-            wire_file(stage, {port}, entry.value);
-        else
+        else if (!(entry.value.is_map() && entry.value.find("file")))
         {
             gave_up_ = true;
             if (entry.value.is_valid())
@@ -230,97 +233,6 @@ void Wiring::wire_stage(StageDraft& stage, const Ports& inputs, const YamlNode& 
     const std::string named = all ? "{" + join(ways, ", ") + "}" : join(ways, " or ");
     problems_.add(node.position(), stage.title() + ": '" + node.text + "' is ambiguous: name the port" +
                                        (inputs.size() == 1 ? ": " : "s: ") + named);
-}
-
-std::vector<std::pair<KnownType, const PortDeclaration*>> Wiring::readers_for(const Ports& inputs, const std::string& extension,
-                                                                              const YamlNode& node, const StageDraft& stage)
-{
-    std::vector<std::pair<KnownType, const PortDeclaration*>> fitting;
-    std::vector<std::string> extensions;
-    const YamlNode::Entry* wanted = node.find("type");
-    for (const TypeDescription* description : types_.of_kind("reader"))
-    {
-        const KnownType reader = types_.find(description->type, "reader");
-        if (!reader || (wanted && wanted->value.text != description->type))
-            continue;
-        for (const PortDeclaration* input : inputs)
-        {
-            if (reader.declaration->artifact != input->artifact)
-                continue;
-            const std::vector<std::string>& known = reader.declaration->extensions;
-            extensions.insert(extensions.end(), known.begin(), known.end());
-            if (std::find(known.begin(), known.end(), extension) != known.end())
-                fitting.emplace_back(reader, input);
-        }
-    }
-    if (!fitting.empty())
-        return fitting;
-    gave_up_ = true;
-    std::sort(extensions.begin(), extensions.end());
-    extensions.erase(std::unique(extensions.begin(), extensions.end()), extensions.end());
-    std::vector<std::string> artifacts;
-    for (const PortDeclaration* input : inputs)
-        artifacts.push_back(input->artifact);
-    const std::string what = wanted ? "'" + wanted->value.text + "' makes no " : "no reader makes ";
-    problems_.add(node.find("file")->value.position(),
-                  stage.title() + ": " + what + join(artifacts) + " from " +
-                      (extension.empty() ? "a file without an extension" : "'" + extension + "' files") +
-                      (extensions.empty() ? "" : " (there are: " + join(extensions, ", ") + ")"));
-    return {};
-}
-
-void Wiring::wire_file(StageDraft& stage, const Ports& inputs, const YamlNode& node)
-{
-    const YamlNode& file = node.find("file")->value;
-    const std::string user = stage.title() + ": input" + (inputs.size() == 1 ? " '" + inputs[0]->name + "'" : "");
-    const OptionDeclaration declared{.name = "file", .kind = OptionKind::input_file};
-    const Value path = file.is_null() ? Value() : value_of(declared, file, user, problems_);
-    if (file.is_null())
-        problems_.add(file.position(), user + ": 'file' has no value: set it to " + declared.accepted());
-    if (path.is_null())
-    {
-        gave_up_ = true;
-        return;
-    }
-    // An empty text says: not given. The port is then missing, or an optional one left out.
-    if (path.as_string().empty())
-        return;
-    const std::filesystem::path absolute = check_input_path(file, false, user, problems_);
-    if (const YamlNode::Entry* wanted = node.find("type"))
-    {
-        const auto type = type_named_by(node, user, &problems_);
-        if (!type || !types_.require(*type, "reader", user, wanted->value.position(), problems_))
-        {
-            gave_up_ = true;
-            return;
-        }
-    }
-    std::string extension = absolute.extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(),
-                   [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
-    const auto readers = readers_for(inputs, extension, node, stage);
-    if (readers.empty())
-        return;
-    if (readers.size() > 1)
-    {
-        std::vector<std::string> ways;
-        for (const auto& [reader, port] : readers)
-            ways.push_back(inputs.size() == 1 ? "type: " + reader.description->type
-                                              : port->name + " by " + reader.description->type);
-        problems_.add(node.position(), user + ": the file can be read in several ways; choose one: " + join(ways, " or "));
-        gave_up_ = true;
-        return;
-    }
-    const auto& [reader, port] = readers.front();
-    check_contents(file, absolute, reader.declaration->extensions, user, problems_);
-    YamlNode config = node;
-    if (!config.find("type"))
-        config.set("type", yaml_from_value(reader.description->type, node));
-    Wire wire{port->name, port->artifact, {}, {}, absolute, {}};
-    wire.reader =
-        options_.complete_component("reader", config, {"file"}, stage.title() + ": input '" + port->name + "'", stage.uses);
-    stage.uses.input_files.push_back(absolute);
-    stage.wires.push_back(std::move(wire));
 }
 
 bool Wiring::needs(const StageDraft& stage, const StageDraft& wanted) const

@@ -21,7 +21,8 @@ struct StageDraft
     std::shared_ptr<const TypeDescription> own_type;
     Value options;
     OptionUses uses;
-    std::vector<Wire> wires;  ///< In the declared order of the ports.
+    std::vector<Wire> wires;    ///< In the declared order of the ports.
+    bool files_failed = false;  ///< A file among its inputs could not be wired.
     /// The stages whose names its inputs hold, with where: for the graph, whatever else is wrong.
     std::vector<std::pair<std::size_t, Position>> sources;
 
@@ -29,11 +30,16 @@ struct StageDraft
     std::string title() const;
 };
 
-/// Resolves the `input` of every stage to wires, and reports what does not fit.
+/// Whether the whole `input` is one file.
+bool is_file_input(const YamlNode& input, const TypeDeclaration& type);
+
+std::vector<const PortDeclaration*> pointers(const std::vector<PortDeclaration>& ports);
+
+/// Resolves the `input` of every stage to wires, but for files (see FileInputs), and reports what does not fit.
 class Wiring
 {
   public:
-    Wiring(std::vector<StageDraft>& stages, TypeTable& types, OptionChecker& options, ProblemList& problems);
+    Wiring(std::vector<StageDraft>& stages, ProblemList& problems);
 
     void wire_all();
 
@@ -50,22 +56,17 @@ class Wiring
     void wire_one(StageDraft& stage, const YamlNode& node);
     void wire_ports(StageDraft& stage, const YamlNode& map);
     void wire_stage(StageDraft& stage, const Ports& inputs, const YamlNode& node);
-    void wire_file(StageDraft& stage, const Ports& inputs, const YamlNode& node);
     void report_unwired(const StageDraft& stage, const Position& at);
     /// Follows words that are stages' names although no port is known to take them, for the cycle check.
     void follow_blindly(StageDraft& stage, const YamlNode& node);
     bool find_source(StageDraft& stage, const YamlNode& node, Source& source);
     Ports outputs_of(const Source& source, const YamlNode& node, const StageDraft& user);
-    std::vector<std::pair<KnownType, const PortDeclaration*>> readers_for(const Ports& inputs, const std::string& extension,
-                                                                          const YamlNode& node, const StageDraft& stage);
     /// Whether `stage` is `wanted` or needs it, directly or not.
     bool needs(const StageDraft& stage, const StageDraft& wanted) const;
     std::string makers_of(const PortDeclaration& port, const StageDraft& user) const;
 
     std::vector<StageDraft>& stages_;
     std::map<std::string, std::size_t, std::less<>> index_;
-    TypeTable& types_;
-    OptionChecker& options_;
     ProblemList& problems_;
     std::vector<std::pair<const StageDraft*, Position>> unwired_;  ///< Whose inputs are to be reported, with where.
     bool gave_up_ = false;  ///< On the stage at hand: an input could not be resolved, so that missing ones say nothing.

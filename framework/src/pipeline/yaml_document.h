@@ -59,6 +59,8 @@ struct YamlNode
     /// Replaces the value of a key, or appends the entry with its key placed where the value is.
     void set(std::string_view key, YamlNode value);
     void erase(std::string_view key);
+    /// Equal for two trees that hold the same, wherever they stand.
+    std::string identity() const;
     /// "a list", "a map", "nothing", "the text 'x'", "12".
     std::string summary() const;
 };

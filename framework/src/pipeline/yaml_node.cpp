@@ -70,6 +70,16 @@ void YamlNode::set(std::string_view key, YamlNode value)
     entry->value = std::move(value);
 }
 
+std::string YamlNode::identity() const
+{
+    std::string result = std::to_string(static_cast<int>(kind)) + (plain ? 'p' : 'q') + std::to_string(text.size()) + ':' + text;
+    for (const YamlNode& item : items)
+        result += ',' + item.identity();
+    for (const Entry& entry : entries)
+        result += ';' + std::to_string(entry.key.size()) + ':' + entry.key + '=' + entry.value.identity();
+    return result + ')';
+}
+
 void YamlNode::erase(std::string_view key)
 {
     std::erase_if(entries, [&](const Entry& entry) { return entry.key == key; });

@@ -30,11 +30,11 @@ class CostDescriber
     {
         if (size == CostSize{})
             return {};
-        check(size.squares_of, {"int", "number", "ints", "numbers"});
+        check("a size", size.squares_of, {"int", "number", "ints", "numbers"});
         for (const auto& options : {std::vector{size.option, size.at_most}, size.times, size.divided_by})
             for (const std::string& option : options)
-                check(option, {"int", "number"});
-        check(size.files, {"input_folder", "input_file"});
+                check("a size", option, {"int", "number"});
+        check("a size", size.files, {"input_folder", "input_file"});
         return Value::Map{number("number", size.number),
                           {"option", size.option},
                           {"squares_of", size.squares_of},
@@ -44,6 +44,12 @@ class CostDescriber
                           {"times", Value::List(size.times.begin(), size.times.end())},
                           {"divided_by", Value::List(size.divided_by.begin(), size.divided_by.end())},
                           {"at_most", size.at_most}};
+    }
+
+    Value device(const std::string& option) const
+    {
+        check("the device", option, {"bool", "text"});
+        return option;
     }
 
     Value::Entry number(const char* name, double number, double most = std::numeric_limits<double>::max()) const
@@ -56,7 +62,7 @@ class CostDescriber
   private:
     [[noreturn]] void fail(const std::string& why) const { throw Error(type_ + ": cost(): " + why); }
 
-    void check(const std::string& name, std::initializer_list<std::string_view> kinds) const
+    void check(const char* what, const std::string& name, std::initializer_list<std::string_view> kinds) const
     {
         if (name.empty())
             return;
@@ -67,7 +73,7 @@ class CostDescriber
             fail("the stage has no option \"" + name + "\"");
         const std::string& kind = option->at("kind").as_string();
         if (std::ranges::find(kinds, kind) == kinds.end())
-            fail("a size cannot be read from the option \"" + name + "\", whose kind is " + kind);
+            fail(std::string(what) + " cannot be read from the option \"" + name + "\", whose kind is " + kind);
     }
 
     const std::string& type_;
@@ -83,7 +89,7 @@ Value describe_cost(const std::string& type, const Cost& cost, const Value& opti
                       {"memory_mb", described(cost.memory_mb)}, {"disk_mb", described(cost.disk_mb)},
                       {"frames", described(cost.frames)},       {"faces", described(cost.faces)},
                       {"texels", described(cost.texels)},       {"pixels", described(cost.pixels)},
-                      {"steps", described(cost.steps)}};
+                      {"steps", described(cost.steps)},         {"device", described.device(cost.device)}};
 }
 
 }  // namespace fresco::host

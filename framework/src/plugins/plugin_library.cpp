@@ -153,6 +153,8 @@ PluginLibrary::PluginLibrary(const fs::path& file) : file_(file)
         throw Error("registers no stage and no component");
     if (!torch_.empty())
         versions_.set("libtorch", torch_);
+    if (const std::string cuda = text_of(info->cuda); !cuda.empty())
+        versions_.set("cuda", cuda);
     own_libraries_ = own_libraries_of(library->native(), file);
 }
 

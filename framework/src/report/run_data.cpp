@@ -109,7 +109,7 @@ Value stage_data(const PipelineStage& stage, const StageOutcome* outcome, const 
                       {"log", std::filesystem::exists(log) ? log.string() : ""},
                       {"made", made.is_null() ? made : Value(utc(made.as_int()))},
                       {"threads", entry("threads", {})},
-                      {"options", stage.options},
+                      {"options", *stage.options},
                       {"inputs", std::move(inputs)},
                       {"outputs", std::move(outputs)},
                       {"figures", entry("report", Value::Map{})},

@@ -170,7 +170,7 @@ int write_check(const PipelineResult& result, bool json, std::ostream& out)
     {
         List stages;
         for (const PipelineStage& stage : result.pipeline.stages)
-            stages.push_back(Map{{"name", stage.name}, {"type", stage.type->type}, {"options", stage.options}});
+            stages.push_back(Map{{"name", stage.name}, {"type", stage.type->type}, {"options", *stage.options}});
         List combinations;
         for (const Combination& combination : result.pipeline.sweep.combinations)
             combinations.push_back(combination.name);

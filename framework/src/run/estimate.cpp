@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <optional>
+#include <set>
 #include <string_view>
 
 namespace fresco::host
@@ -26,6 +27,22 @@ constexpr std::array<SizeKind, 4> size_kinds{{{"frames", "per_frame", 300, "fram
                                               {"pixels", "per_pixel", 640 * 480, ""}}};
 using Sizes = std::array<std::optional<double>, size_kinds.size()>;
 
+/// Each once, in their order.
+class Notes
+{
+  public:
+    void add(const std::string& note)
+    {
+        if (known_.insert(note).second)
+            list.push_back(note);
+    }
+
+    std::vector<std::string> list;
+
+  private:
+    std::set<std::string> known_;
+};
+
 class StageEstimator
 {
     /// Place in size_kinds.
@@ -38,7 +55,7 @@ class StageEstimator
     };
 
   public:
-    StageEstimator(const PipelineStage& stage, const Sizes& incoming, int cores, std::vector<std::string>& notes)
+    StageEstimator(const PipelineStage& stage, const Sizes& incoming, int cores, Notes& notes)
         : stage_(stage), incoming_(incoming), cores_(cores), notes_(notes)
     {
     }
@@ -68,17 +85,16 @@ class StageEstimator
     }
 
   private:
-    double number(const Value& option) const { return stage_.options.at(option.as_string()).as_double(); }
+    double number(const Value& option) const { return stage_.options->at(option.as_string()).as_double(); }
 
     /// The size, or what is assumed, which is noted.
     double known(const Sizes& sizes, Kind kind)
     {
         if (sizes[kind])
             return *sizes[kind];
-        const std::string note = stage_.name + ": " + number_text(size_kinds[kind].assumed) + " " +
+        const std::string note = stage_.own_name + ": " + number_text(size_kinds[kind].assumed) + " " +
                                  std::string(size_kinds[kind].name) + " assumed: no input says how many";
-        if (std::ranges::find(notes_, note) == notes_.end())
-            notes_.push_back(note);
+        notes_.add(note);
         return size_kinds[kind].assumed;
     }
 
@@ -95,10 +111,10 @@ class StageEstimator
 
     double measured_files(const Value& size)
     {
-        const std::string folder = stage_.options.at(size.at("files").as_string()).as_string();
+        const std::string folder = stage_.options->at(size.at("files").as_string()).as_string();
         const GlobMeasure measure = measure_files(folder, size.at("pattern").as_string());
         if (measure.cut_short)
-            notes_.push_back(stage_.name + ": '" + folder + "' holds more files than were counted");
+            notes_.add(stage_.name + ": '" + folder + "' holds more files than were counted");
         const double each = size.at("bytes_each").as_double();
         return each > 0 ? static_cast<double>(measure.bytes) / each : static_cast<double>(measure.files);
     }
@@ -114,7 +130,7 @@ class StageEstimator
         if (const Value& option = size.at("squares_of"); !option.as_string().empty())
         {
             // 0, or an empty list, stands for what the inputs have.
-            const double sum = squares(stage_.options.at(option.as_string()));
+            const double sum = squares(stage_.options->at(option.as_string()));
             return sum > 0 ? std::optional(kind == pixels ? sum * 4 / 3 : sum) : incoming_[kind];
         }
         return incoming_[kind] = known(incoming_, kind);
@@ -151,7 +167,7 @@ class StageEstimator
     const PipelineStage& stage_;
     Sizes incoming_;
     int cores_;
-    std::vector<std::string>& notes_;
+    Notes& notes_;
     Value steps_;
 };
 
@@ -183,10 +199,11 @@ Sizes carried(const PipelineStage& stage, const std::map<std::string, Sizes>& ma
 PipelineEstimate estimate_pipeline(const Pipeline& pipeline, int cores)
 {
     PipelineEstimate result;
+    Notes notes;
     std::map<std::string, Sizes> made;
     for (const PipelineStage& stage : pipeline.stages)
-        result.stages[stage.name] =
-            StageEstimator(stage, carried(stage, made), std::max(cores, 1), result.notes).run(made[stage.name]);
+        result.stages[stage.name] = StageEstimator(stage, carried(stage, made), std::max(cores, 1), notes).run(made[stage.name]);
+    result.notes = std::move(notes.list);
     return result;
 }
 

@@ -13,7 +13,8 @@ namespace fresco::host
 struct PipelineEstimate
 {
     std::map<std::string, CostFigures> stages;  ///< By name.
-    std::vector<std::string> notes;             ///< "mesh: 1000000 faces assumed: no input says how many"
+    /// "mesh: 1000000 faces assumed: no input says how many", once for all of a matrix's stages of the name.
+    std::vector<std::string> notes;
 };
 
 /// What the stages of a pipeline cost by their own account, before anything was measured. Sizes are carried along the wires: one

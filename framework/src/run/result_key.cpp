@@ -167,7 +167,7 @@ Value key_document(const PipelineStage& stage, const std::map<std::string, std::
         libraries.emplace_back(component->type, library_identity(*component));
     return Value::Map{{"format", key_format},
                       {"type", stage.type->type},
-                      {"options", maker.options(stage.options, stage.type->declaration)},
+                      {"options", maker.options(*stage.options, stage.type->declaration)},
                       {"inputs", sorted_map(std::move(inputs))},
                       {"libraries", sorted_map(std::move(libraries))}};
 }

@@ -1,4 +1,5 @@
 #include "run/run_state.h"
+#include "base/worker_exit.h"
 #include "pipeline/graph.h"
 #include "run/exports.h"
 #include "run/result_key.h"
@@ -6,6 +7,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <utility>
 
 namespace fresco::host
 {
@@ -44,8 +46,7 @@ CostFigures remaining_cost(const StageNode& node, const std::map<std::string, Co
     return cost;
 }
 
-RunState::RunState(const Pipeline& pipeline, const Store& store, FileHashes& hashes, const std::string& until)
-    : store_(store), hashes_(hashes)
+RunState::RunState(const Pipeline& pipeline, const Store& store, FileHashes& hashes) : store_(store), hashes_(hashes)
 {
     for (const auto& stage : pipeline.stages)
     {
@@ -55,21 +56,53 @@ RunState::RunState(const Pipeline& pipeline, const Store& store, FileHashes& has
         node.producers = pipeline.graph->needs(place);
         node.consumers = pipeline.graph->needed_by(place);
         node.exports_files = !files_outputs(stage).empty();
-        node.selected = until.empty();
         nodes_.push_back(std::move(node));
     }
+}
+
+RunState::RunState(const Pipeline& pipeline, const Store& store, FileHashes& hashes, const std::string& until)
+    : RunState(pipeline, store, hashes)
+{
     if (until.empty())
         return;
-    bool found = false;
+    std::vector<std::size_t> ends;
     for (std::size_t i = 0; i < nodes_.size(); ++i)
         if (nodes_[i].stage->own_name == until)
-        {
-            found = true;
-            for (const std::size_t needed : pipeline.graph->ancestors(i))
-                nodes_[needed].selected = true;
-        }
-    if (!found)
+            ends.push_back(i);
+    if (ends.empty())
         throw Error("--until " + until + ": the pipeline has no stage of this name");
+    select_with_ancestors(ends);
+}
+
+RunState::RunState(const Pipeline& pipeline, const Store& store, FileHashes& hashes, const RunPart& part)
+    : RunState(pipeline, store, hashes)
+{
+    part_ = &part;
+    std::vector<std::size_t> ends;
+    for (std::size_t i = 0; i < nodes_.size(); ++i)
+    {
+        StageNode& node = nodes_[i];
+        node.may_run = part.stages.contains(node.stage->name);
+        node.exports_files = node.exports_files && node.may_run;
+        if (node.may_run)
+            ends.push_back(i);
+    }
+    if (ends.size() != part.stages.size())
+        throw Error("the pipeline doesn't have all stages of the part that is to be run");
+    select_with_ancestors(ends);
+}
+
+void RunState::select_with_ancestors(const std::vector<std::size_t>& ends)
+{
+    for (StageNode& node : nodes_)
+        node.selected = false;
+    for (std::vector<std::size_t> open = ends; !open.empty();)
+    {
+        StageNode& node = nodes_[open.back()];
+        open.pop_back();
+        if (!std::exchange(node.selected, true))
+            open.insert(open.end(), node.producers.begin(), node.producers.end());
+    }
 }
 
 bool RunState::inputs_are_present(const StageNode& node) const
@@ -153,9 +186,10 @@ void RunState::show(std::size_t place)
 {
     const StageNode& node = nodes_[place];
     View& view = views_[place];
-    const View before = std::exchange(view, {node.result ? node.result->object : "", node.present,
-                                             node.state == StageState::failed || node.state == StageState::blocked,
-                                             node.selected && !node.present && node.state != StageState::not_needed});
+    const View before =
+        std::exchange(view, {node.result ? node.result->object : "", node.present,
+                             node.state == StageState::failed || node.state == StageState::blocked,
+                             node.selected && node.may_run && !node.present && node.state != StageState::not_needed});
     if (view.result != before.result || view.present != before.present || view.broken != before.broken)
         to_look_at_.insert(node.consumers.begin(), node.consumers.end());
     if (view.reads != before.reads)
@@ -190,16 +224,26 @@ void RunState::ask_for(std::size_t place)
         read = read || views_[consumer].reads;
     }
     node.state = end || read || node.exports_files ? StageState::waiting : StageState::not_needed;
+    if (node.state == StageState::waiting && !node.may_run)
+    {
+        node.state = StageState::failed;
+        node.error = part_->missing_text(*node.stage);
+        node.error_code = worker_missing_input;
+    }
     show(place);
 }
 
-/// Each stage once: first those that read others' results, in their order, then those that are read, from the ends.
+/// Each stage once: first those that read others' results, in their order, then those that are read, from the ends. Once more
+/// where it turns out that a result is missing that only others make.
 void RunState::settle()
 {
-    while (!to_look_at_.empty())
-        look_at(to_look_at_.extract(to_look_at_.begin()).value());
-    while (!to_ask_for_.empty())
-        ask_for(to_ask_for_.extract(std::prev(to_ask_for_.end())).value());
+    while (!to_look_at_.empty() || !to_ask_for_.empty())
+    {
+        while (!to_look_at_.empty())
+            look_at(to_look_at_.extract(to_look_at_.begin()).value());
+        while (!to_ask_for_.empty())
+            ask_for(to_ask_for_.extract(std::prev(to_ask_for_.end())).value());
+    }
 }
 
 void RunState::update()

@@ -6,6 +6,7 @@
 #include "store/store.h"
 
 #include <cstddef>
+#include <functional>
 #include <map>
 #include <optional>
 #include <set>
@@ -37,6 +38,7 @@ struct StageNode
     std::vector<std::size_t> producers;
     std::vector<std::size_t> consumers;
     bool selected = true;
+    bool may_run = true;  ///< False: its result must be in the store where something reads it.
     bool exports_files = false;
     StageState state = StageState::waiting;
 
@@ -57,6 +59,14 @@ struct StageNode
 /// What `estimates` say of the stage, its seconds without those that a checkpoint saves.
 CostFigures remaining_cost(const StageNode& node, const std::map<std::string, CostFigures>& estimates);
 
+/// The stages of a pipeline that one process is to run, of those that others run.
+struct RunPart
+{
+    std::set<std::string> stages;
+    /// What is said where the result of another stage is missing.
+    std::function<std::string(const PipelineStage&)> missing_text;
+};
+
 /// Which stages have their results in the store, which must run. Results are asked for from the ends: a stage whose result is
 /// gone runs only if something that must run reads it.
 class RunState
@@ -64,6 +74,8 @@ class RunState
   public:
     /// `until`: that stage and what it needs; empty: all. The pipeline and the store must outlive it.
     RunState(const Pipeline& pipeline, const Store& store, FileHashes& hashes, const std::string& until);
+    /// Those that `part` names, and no others. It must outlive the object.
+    RunState(const Pipeline& pipeline, const Store& store, FileHashes& hashes, const RunPart& part);
 
     std::vector<StageNode>& nodes() { return nodes_; }
     const std::vector<StageNode>& nodes() const { return nodes_; }
@@ -78,6 +90,9 @@ class RunState
     std::vector<std::size_t> take_arrived() { return std::exchange(arrived_, {}); }
 
   private:
+    RunState(const Pipeline& pipeline, const Store& store, FileHashes& hashes);
+    void select_with_ancestors(const std::vector<std::size_t>& ends);
+
     /// What others see of a stage.
     struct View
     {
@@ -98,6 +113,7 @@ class RunState
 
     const Store& store_;
     FileHashes& hashes_;
+    const RunPart* part_ = nullptr;
     std::vector<StageNode> nodes_;
     std::vector<View> views_;
     std::set<std::size_t> to_look_at_;

@@ -48,7 +48,7 @@ WorkerRequest make_worker_request(const StageNode& node, const RunState& state, 
     request.preview_folder = preview_folder;
     request.stage = stage.name;
     request.type = stage.type->type;
-    request.options = stage.options;
+    request.options = *stage.options;
     request.key = node.key;
     request.key_document = node.key_document;
     request.threads = threads;

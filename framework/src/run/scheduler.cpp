@@ -33,7 +33,9 @@ class Scheduler
   public:
     Scheduler(const RunRequest& request, ProgressDisplay& display)
         : request_(request), display_(display), store_(request.store), in_use_(store_lock(store_)),
-          hashes_(store_.root() / "files.json"), state_(*request.pipeline, store_, hashes_, request.until),
+          hashes_(store_.root() / "files.json"),
+          state_(request.part ? RunState(*request.pipeline, store_, hashes_, *request.part)
+                              : RunState(*request.pipeline, store_, hashes_, request.until)),
           turns_(request.pipeline->sweep, request.jobs, request.keep_going), costs_(store_, request.estimates),
           exporter_(store_, request.out, hashes_), outcomes_(display)
     {
@@ -344,7 +346,7 @@ class Scheduler
     void take(StageNode& node)
     {
         const bool there = node.state == StageState::done || node.state == StageState::stored;
-        if (!there || taken_[node.stage->name] == node.result->object)
+        if (!there || !node.may_run || taken_[node.stage->name] == node.result->object)
             return;
         taken_[node.stage->name] = node.result->object;
         link_stage_log(store_, request_.pipeline->file, node.stage->name, node.key);
@@ -391,7 +393,7 @@ class Scheduler
         result.stages = outcomes_.all(state_.nodes());
         result.files = exporter_.files();
         result.exit_code = stopping() ? int{worker_canceled} : exit_code_of(state_.nodes());
-        if (request_.until.empty() && !request_.pipeline->sweep.narrowed && result.exit_code == 0)
+        if (request_.until.empty() && !request_.part && !request_.pipeline->sweep.narrowed && result.exit_code == 0)
         {
             std::set<std::string> stages;
             for (const PipelineStage& stage : request_.pipeline->stages)

@@ -3,11 +3,13 @@
 #include "pipeline/pipeline.h"
 #include "run/exports.h"
 #include "run/progress_display.h"
+#include "run/run_state.h"
 #include "run/stage_limits.h"
 #include "store/statistics.h"
 
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,6 +28,7 @@ struct RunRequest
     std::string until;                             ///< Empty: everything.
     std::map<std::string, CostFigures> estimates;  ///< Per stage; kept beside what was measured.
     std::map<std::string, StageLimits> limits;     ///< Of the stages that have some.
+    std::optional<RunPart> part;                   ///< Stages to run in place of all or `until`; others only give their results.
 };
 
 struct RunSummary

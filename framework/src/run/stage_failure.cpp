@@ -19,7 +19,7 @@ std::string stage_error_text(const PipelineStage& stage, const std::string& text
     for (const auto& option : stage.type->declaration.at("options").as_list())
     {
         const std::string& kind = option.at("kind").as_string();
-        const Value* value = stage.options.find(option.at("name").as_string());
+        const Value* value = stage.options->find(option.at("name").as_string());
         if ((kind == "input_file" || kind == "input_folder") && value != nullptr && !value->as_string().empty())
             add(option.at("name").as_string(), value->as_string());
     }

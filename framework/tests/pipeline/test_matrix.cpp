@@ -74,7 +74,7 @@ TEST_CASE("a matrix has every combination, and a stage once for all values of th
     CHECK(stages[1].wires.at(0).from_stage == "first@x");
     CHECK(stages[2].place.empty());
     CHECK(stages[8].wires.at(0).from_stage == "first@y");
-    CHECK(stages[8].options.at("size").as_double() == 3);
+    CHECK(stages[8].options->at("size").as_double() == 3);
     CHECK(result.pipeline.sweep.axes == Words{"a", "b"});
     CHECK(result.pipeline.sweep.combinations[4].stages == std::vector<std::size_t>{5, 7, 2});
 }
@@ -93,10 +93,10 @@ stages:
                               hand_made_catalog(), {{"two.size", "${b}"}});
     CHECK(lines(by_var).empty());
     CHECK(stage_names(by_var) == Words{"one@x,b=1", "two@b=1", "one@x,b=2", "two@b=2", "one@y,b=1", "one@y,b=2"});
-    CHECK(by_var.pipeline.find("one@y,b=2")->options.at("title").as_string() == "y-2");
-    CHECK(by_var.pipeline.find("two@b=2")->options.at("size").as_double() == 2);
+    CHECK(by_var.pipeline.find("one@y,b=2")->options->at("title").as_string() == "y-2");
+    CHECK(by_var.pipeline.find("two@b=2")->options->at("size").as_double() == 2);
     const auto by_value = check(folder, pipeline_with(R"({a: [p, "${b}q"], b: [1, 2]})"), hand_made_catalog());
-    CHECK(by_value.pipeline.find("first@b-q,b=2")->options.at("title").as_string() == "2q");
+    CHECK(by_value.pipeline.find("first@b-q,b=2")->options->at("title").as_string() == "2q");
 }
 
 TEST_CASE("values are called by what tells them apart, and always by names of folders")
@@ -123,7 +123,7 @@ TEST_CASE("--set narrows an axis to the value of that name or text, or gives it 
     const std::string text = pipeline_with("{a: {one: x, two: y.jpg, three: z}, b: [1, 2]}");
     const auto named = check(folder, text, hand_made_catalog(), {{"a", "two"}});
     CHECK(combination_names(named) == Words{"two,b=1", "two,b=2"});
-    CHECK(named.pipeline.find("first@two")->options.at("title").as_string() == "y.jpg");
+    CHECK(named.pipeline.find("first@two")->options->at("title").as_string() == "y.jpg");
     CHECK(named.pipeline.sweep.narrowed);
     CHECK(combination_names(check(folder, text, hand_made_catalog(), {{"a", "y.jpg"}, {"b", "2"}})) == Words{"two,b=2"});
     // What one is called is what another is.
@@ -159,15 +159,14 @@ TEST_CASE("what is wrong with a matrix is reported with its place")
     CHECK(problems("{a: {Preview: x}}").at(0).starts_with("p.yaml:3:14: error: axis 'a': 'Preview'"));
     CHECK(problems("{a: {p: x, P: y}}") == Words{"p.yaml:3:20: error: axis 'a': 'P' differs from another name only in case"});
     std::string many;
-    for (int i = 0; i < 40; ++i)
+    for (int i = 0; i <= 1000; ++i)
         many += (i == 0 ? "" : ", ") + std::to_string(i);
     CHECK(problems("{a: [" + many + "], b: [" + many + "]}") ==
-          Words{"p.yaml:3:10: error: the matrix has more than 1000 combinations"});
+          Words{"p.yaml:3:10: error: the matrix has more than 1000000 combinations"});
     std::string lines_of_values;
     for (int i = 0; i < 40'000; ++i)
-        lines_of_values += "\n   - " + std::to_string(i);
-    CHECK(problems("\n  a:" + lines_of_values) ==
-          Words{"p.yaml:5:4: error: axis 'a' has 40000 values; at most 1000 are accepted"});
+        lines_of_values += "\n   - v" + std::to_string(i);
+    CHECK(problems("\n  a:" + lines_of_values).empty());
     CHECK(problems("{a: [x], b: [1], c: [1], d: [1], e: [1], f: [1], g: [1]}", "{a: , b: , c: , d: , e: , f: , g: }") ==
           Words{"p.yaml:3:10: error: a matrix of more than 6 axes: put some into files of their own"});
 }

@@ -37,7 +37,7 @@ struct Room : TemporaryFolder
 std::string options_of(const PipelineResult& result, const char* stage)
 {
     const PipelineStage* found = result.pipeline.find(stage);
-    return found ? fresco::to_json(found->options) : "no stage";
+    return found ? fresco::to_json(*found->options) : "no stage";
 }
 
 std::vector<std::string> names_of(const PipelineResult& result)
@@ -217,18 +217,18 @@ stages:
     const PipelineResult result = load({});
     REQUIRE(lines(result).empty());
     CHECK(options_of(result, "scan").find((folder.path() / "sub/scan").string()) != std::string::npos);
-    CHECK(result.pipeline.find("mesh")->options.at("max_faces") == fresco::Value(1000));
-    CHECK(fresco::to_json(result.pipeline.find("uv")->options.at("heights_px")) == "[16,32]");
-    CHECK(result.pipeline.find("note")->options.at("title").as_string() == "rooms of ${name} cost 5$");
+    CHECK(result.pipeline.find("mesh")->options->at("max_faces") == fresco::Value(1000));
+    CHECK(fresco::to_json(result.pipeline.find("uv")->options->at("heights_px")) == "[16,32]");
+    CHECK(result.pipeline.find("note")->options->at("title").as_string() == "rooms of ${name} cost 5$");
 
     const PipelineResult set = load({{"root", "other"}, {"faces", "7"}, {"heights", "[64]"}, {"note.title", "${name}: 010"}});
     REQUIRE(lines(set).empty());
-    CHECK(set.pipeline.find("scan")->options.at("path").as_string() == (folder.path() / "work/other").string());
-    CHECK(set.pipeline.find("again")->options.at("path").as_string() == (folder.path() / "work/other").string());
-    CHECK(result.pipeline.find("again")->options.at("path").as_string() == (folder.path() / "sub/scan").string());
-    CHECK(set.pipeline.find("mesh")->options.at("max_faces") == fresco::Value(7));
-    CHECK(fresco::to_json(set.pipeline.find("uv")->options.at("heights_px")) == "[64]");
-    CHECK(set.pipeline.find("note")->options.at("title").as_string() == "room: 010");
+    CHECK(set.pipeline.find("scan")->options->at("path").as_string() == (folder.path() / "work/other").string());
+    CHECK(set.pipeline.find("again")->options->at("path").as_string() == (folder.path() / "work/other").string());
+    CHECK(result.pipeline.find("again")->options->at("path").as_string() == (folder.path() / "sub/scan").string());
+    CHECK(set.pipeline.find("mesh")->options->at("max_faces") == fresco::Value(7));
+    CHECK(fresco::to_json(set.pipeline.find("uv")->options->at("heights_px")) == "[64]");
+    CHECK(set.pipeline.find("note")->options->at("title").as_string() == "room: 010");
     // A path given to an option on the command line counts from the working directory; one in the file from the file's folder.
     CHECK(lines(load({{"scan.path", "other"}})).empty());
     CHECK_FALSE(lines(load({{"scan.path", "scan"}})).empty());
@@ -325,7 +325,7 @@ stages:
     CHECK(result.pipeline.find("uvmaps")->wires.at(1).from_stage == "scan");
     // The var of this file counts from this file, the base's from the base.
     CHECK(result.pipeline.find("texture")->wires.at(2).file == folder.path() / "pic.jpg");
-    CHECK(result.pipeline.find("scan")->options.at("path").as_string() == (folder.path() / "presets/scan").string());
+    CHECK(result.pipeline.find("scan")->options->at("path").as_string() == (folder.path() / "presets/scan").string());
     CHECK(result.pipeline.find("mesh")->position.line == 5);
     CHECK(result.pipeline.find("scan")->position.file == "presets/room.yaml");
 

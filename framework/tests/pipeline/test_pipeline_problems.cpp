@@ -334,7 +334,7 @@ TEST_CASE("Numbers are read alike where a comma is the decimal point", "[pipelin
     std::locale::global(global_before);
     std::setlocale(LC_ALL, before.c_str());
     REQUIRE(lines(result).empty());
-    CHECK(result.pipeline.find("a")->options.at("size") == fresco::Value(1.5));
+    CHECK(result.pipeline.find("a")->options->at("size") == fresco::Value(1.5));
     CHECK_FALSE(problem.empty());
     CHECK_THAT(range, Contains("from 4 to 50000000"));
 }

@@ -52,6 +52,10 @@ struct Cost
     CostSize texels{};  ///< Of the texture: {.squares_of = "size_px"}.
     CostSize pixels{};  ///< Of a frame's pictures or uv maps: {.squares_of = "heights_px"}.
     CostSize steps{};   ///< Of its own work, passed on to nobody.
+
+    /// The option that says whether the stage works on a GPU: true, or the device "cuda". Its "auto" becomes "cuda" or "cpu"
+    /// before anything runs, so that the key of a result says where it was made. Empty: never.
+    std::string device{};
 };
 
 }  // namespace fresco

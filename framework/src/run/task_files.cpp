@@ -1,0 +1,391 @@
+#include "base/durable_file.h"
+#include "base/machine.h"
+#include "run/task_table.h"
+#include <fresco/error.h>
+#include <fresco/files_io.h>
+#include <fresco/hash.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+
+namespace fresco::host
+{
+namespace fs = std::filesystem;
+namespace
+{
+
+using Map = Value::Map;
+using List = Value::List;
+
+constexpr int table_version = 1;
+/// Of a chunk; what is larger was not written by this program.
+constexpr std::size_t size_limit = std::size_t{1} << 30U;
+
+fs::path head_file(const fs::path& folder)
+{
+    return folder / "tasks.json";
+}
+
+fs::path chunk_file(const fs::path& folder, std::size_t chunk)
+{
+    return folder / "tasks" / fmt::format("{:06}.json", chunk);
+}
+
+std::string copy_name(std::size_t number, const fs::path& file)
+{
+    return fmt::format("pipeline/{}-{}", number, file.filename().string());
+}
+
+Value texts_value(const std::vector<std::string>& texts)
+{
+    return List(texts.begin(), texts.end());
+}
+
+Value numbers_value(const std::vector<std::size_t>& numbers)
+{
+    return List(numbers.begin(), numbers.end());
+}
+
+Value task_value(const Task& task)
+{
+    Map axes;
+    for (const auto& [axis, label] : task.axes)
+        axes.emplace_back(axis, label);
+    return Map{{"id", task.id},
+               {"group", task.group},
+               {"axes", std::move(axes)},
+               {"stages", texts_value(task.stages)},
+               {"needs", numbers_value(task.needs)},
+               {"seconds", task.seconds},
+               {"memory_mb", task.memory_mb}};
+}
+
+Value group_value(const TaskGroup& group)
+{
+    return Map{{"name", group.name},
+               {"axes", texts_value(group.axes)},
+               {"gpu", group.gpu},
+               {"stages", texts_value(group.stages)},
+               {"needs", numbers_value(group.needs)},
+               {"first", group.first},
+               {"count", group.count},
+               {"seconds", group.seconds},
+               {"memory_mb", group.memory_mb},
+               {"threads", group.threads}};
+}
+
+Value pipeline_value(const FrozenPipeline& pipeline)
+{
+    List files;
+    for (std::size_t i = 0; i < pipeline.texts.size(); ++i)
+        files.push_back(Map{{"file", pipeline.texts[i].file.string()},
+                            {"copy", copy_name(i, pipeline.texts[i].file)},
+                            {"hash", content_hash(pipeline.texts[i].text)}});
+    List sets;
+    for (const auto& [name, value] : pipeline.sets)
+        sets.push_back(Map{{"name", name}, {"value", value}});
+    return Map{{"file", pipeline.file.string()},
+               {"working_directory", pipeline.working_directory.string()},
+               {"until", pipeline.until},
+               {"files", std::move(files)},
+               {"sets", std::move(sets)}};
+}
+
+Value head_value(const TaskTable& table)
+{
+    Map plugins;
+    for (const auto& [type, plugin] : table.plugins)
+        plugins.emplace_back(type, Map{{"library", plugin.library.string()}, {"hash", plugin.hash}});
+    List axes;
+    for (const TaskAxis& axis : table.axes)
+        axes.push_back(Map{{"name", axis.name}, {"labels", texts_value(axis.labels)}});
+    Map stage_axes;
+    for (const auto& [stage, names] : table.stage_axes)
+        stage_axes.emplace_back(stage, texts_value(names));
+    List groups;
+    for (const TaskGroup& group : table.groups)
+        groups.push_back(group_value(group));
+    return Map{
+        {"version", table_version},       {"fresco", program_version()},         {"pipeline", pipeline_value(table.pipeline)},
+        {"plugins", std::move(plugins)},  {"store", table.store.string()},       {"out", table.out.string()},
+        {"axes", std::move(axes)},        {"stage_axes", std::move(stage_axes)}, {"groups", std::move(groups)},
+        {"task_count", table.task_count}, {"chunk_size", table.chunk_size}};
+}
+
+/// One value of a file, with where it stands: "tasks.json: groups[1].first".
+class Place
+{
+  public:
+    Place(const Value& value, std::string name) : value_(value), name_(std::move(name)) {}
+
+    [[noreturn]] void fail(const std::string& text) const { throw Error(name_ + ": " + text); }
+
+    Place operator[](std::string_view key) const
+    {
+        if (!value_.is_map())
+            fail("expected a map, got a " + std::string(value_.kind_name()));
+        const std::string name = name_ + (name_.ends_with(".json") ? ": " : ".") + std::string(key);
+        const Value* entry = value_.find(key);
+        if (entry == nullptr)
+            throw Error(name + ": missing");
+        return {*entry, name};
+    }
+
+    /// Refuses entries of other names.
+    void has_only(const std::vector<std::string_view>& keys) const
+    {
+        for (const auto& [key, value] : value_.as_map())
+            if (std::find(keys.begin(), keys.end(), key) == keys.end())
+                fail("unknown entry '" + key + "'");
+    }
+
+    std::vector<Place> list() const
+    {
+        if (!value_.is_list())
+            fail("expected a list, got a " + std::string(value_.kind_name()));
+        std::vector<Place> places;
+        for (std::size_t i = 0; i < value_.as_list().size(); ++i)
+            places.emplace_back(value_.as_list()[i], fmt::format("{}[{}]", name_, i));
+        return places;
+    }
+
+    std::vector<std::pair<std::string, Place>> map() const
+    {
+        if (!value_.is_map())
+            fail("expected a map, got a " + std::string(value_.kind_name()));
+        std::vector<std::pair<std::string, Place>> places;
+        for (const auto& [key, value] : value_.as_map())
+            places.emplace_back(key, Place(value, name_ + "." + key));
+        return places;
+    }
+
+    std::string text() const
+    {
+        if (!value_.is_string())
+            fail("expected a text, got a " + std::string(value_.kind_name()));
+        return value_.as_string();
+    }
+
+    bool flag() const
+    {
+        if (!value_.is_bool())
+            fail("expected true or false, got a " + std::string(value_.kind_name()));
+        return value_.as_bool();
+    }
+
+    /// From `least` to `most`.
+    std::size_t number(std::size_t least, std::size_t most) const
+    {
+        if (!value_.is_int() || value_.as_int() < 0 || static_cast<std::size_t>(value_.as_int()) < least ||
+            static_cast<std::size_t>(value_.as_int()) > most)
+            fail(fmt::format("expected an integer from {} to {}, got {}", least, most, to_json(value_)));
+        return static_cast<std::size_t>(value_.as_int());
+    }
+
+    double amount() const
+    {
+        if (!value_.is_number() || !(value_.as_double() >= 0) || std::isinf(value_.as_double()))
+            fail("expected a number from 0, got " + to_json(value_));
+        return value_.as_double();
+    }
+
+    std::vector<std::string> texts() const
+    {
+        std::vector<std::string> result;
+        for (const Place& place : list())
+            result.push_back(place.text());
+        return result;
+    }
+
+    /// Ascending, below `end`.
+    std::vector<std::size_t> ascending(std::size_t end) const
+    {
+        std::vector<std::size_t> result;
+        for (const Place& place : list())
+        {
+            const std::size_t least = result.empty() ? 0 : result.back() + 1;
+            if (least >= end)
+                place.fail(fmt::format("expected ascending numbers below {}", end));
+            result.push_back(place.number(least, end - 1));
+        }
+        return result;
+    }
+
+  private:
+    const Value& value_;
+    std::string name_;
+};
+
+FrozenPipeline read_pipeline(const Place& place, const fs::path& folder)
+{
+    place.has_only({"file", "working_directory", "until", "files", "sets"});
+    FrozenPipeline pipeline;
+    pipeline.file = place["file"].text();
+    pipeline.working_directory = place["working_directory"].text();
+    pipeline.until = place["until"].text();
+    for (const Place& file : place["files"].list())
+    {
+        file.has_only({"file", "copy", "hash"});
+        const fs::path copy = folder / file["copy"].text();
+        pipeline.texts.push_back({file["file"].text(), read_text_file(copy)});
+        if (content_hash(pipeline.texts.back().text) != file["hash"].text())
+            throw Error(copy.string() + ": was edited; change " + pipeline.texts.back().file.string() +
+                        " and make the tasks again");
+    }
+    if (pipeline.texts.empty() || pipeline.texts.front().file != pipeline.file)
+        place["files"].fail("expected " + pipeline.file.string() + " first");
+    for (const Place& set : place["sets"].list())
+    {
+        set.has_only({"name", "value"});
+        pipeline.sets.emplace_back(set["name"].text(), set["value"].text());
+    }
+    return pipeline;
+}
+
+TaskGroup read_group(const Place& place, const TaskTable& table, std::size_t task_count)
+{
+    place.has_only({"name", "axes", "gpu", "stages", "needs", "first", "count", "seconds", "memory_mb", "threads"});
+    constexpr std::size_t most_threads = 1U << 16U;
+    const std::size_t first = table.groups.empty() ? 0 : table.groups.back().first + table.groups.back().count;
+    TaskGroup group;
+    group.name = place["name"].text();
+    group.axes = place["axes"].texts();
+    group.gpu = place["gpu"].flag();
+    group.stages = place["stages"].texts();
+    group.needs = place["needs"].ascending(table.groups.size());
+    group.first = place["first"].number(first, first);
+    if (first >= task_count)
+        place["first"].fail(fmt::format("expected a number below the {} tasks", task_count));
+    group.count = place["count"].number(1, task_count - first);
+    group.seconds = place["seconds"].amount();
+    group.memory_mb = place["memory_mb"].amount();
+    group.threads = static_cast<int>(place["threads"].number(1, most_threads));
+    return group;
+}
+
+Task read_task_entry(const Place& place, const TaskTable& head, std::size_t id)
+{
+    place.has_only({"id", "group", "axes", "stages", "needs", "seconds", "memory_mb"});
+    Task task;
+    task.id = place["id"].number(id, id);
+    const auto owner = std::find_if(head.groups.begin(), head.groups.end(),
+                                    [&](const TaskGroup& group) { return id - group.first < group.count; });
+    const auto number = static_cast<std::size_t>(owner - head.groups.begin());
+    task.group = place["group"].number(number, number);
+    for (const auto& [axis, label] : place["axes"].map())
+        task.axes.emplace_back(axis, label.text());
+    task.stages = place["stages"].texts();
+    if (task.stages.empty())
+        place["stages"].fail("expected at least one stage");
+    task.needs = place["needs"].ascending(id);
+    task.seconds = place["seconds"].amount();
+    task.memory_mb = place["memory_mb"].amount();
+    return task;
+}
+
+std::vector<Task> read_chunk(const fs::path& folder, const TaskTable& head, std::size_t chunk)
+{
+    const fs::path file = chunk_file(folder, chunk);
+    const Value value = parse_json(read_text_file(file, size_limit), file.string());
+    const Place place(value, file.string());
+    const std::vector<Place> entries = place["tasks"].list();
+    place.has_only({"tasks"});
+    const std::size_t first = chunk * head.chunk_size;
+    const std::size_t count = std::min(head.chunk_size, head.task_count - first);
+    if (entries.size() != count)
+        place["tasks"].fail(fmt::format("expected {} tasks, got {}", count, entries.size()));
+    std::vector<Task> tasks;
+    for (std::size_t i = 0; i < count; ++i)
+        tasks.push_back(read_task_entry(entries[i], head, first + i));
+    return tasks;
+}
+
+}  // namespace
+
+Value to_value(const TaskTable& table)
+{
+    Value value = head_value(table);
+    List tasks;
+    for (const Task& task : table.tasks)
+        tasks.push_back(task_value(task));
+    value.set("tasks", std::move(tasks));
+    return value;
+}
+
+void write_task_table(const TaskTable& table, const fs::path& folder)
+{
+    if (fs::exists(head_file(folder)))
+        throw Error(folder.string() + ": already holds tasks: choose another folder, or remove it");
+    make_folder(folder / "pipeline");
+    make_folder(folder / "tasks");
+    for (std::size_t i = 0; i < table.pipeline.texts.size(); ++i)
+        write_durable_file(folder / copy_name(i, table.pipeline.texts[i].file), table.pipeline.texts[i].text);
+    for (std::size_t first = 0; first < table.tasks.size(); first += table.chunk_size)
+    {
+        std::string text = "{\"tasks\": [";
+        for (std::size_t i = first; i < std::min(first + table.chunk_size, table.tasks.size()); ++i)
+            text += (i == first ? "\n" : ",\n") + to_json(task_value(table.tasks[i]));
+        write_durable_file(chunk_file(folder, first / table.chunk_size), text + "\n]}\n");
+    }
+    write_durable_file(head_file(folder), to_json(head_value(table), 2) + "\n");
+}
+
+TaskTable read_task_head(const fs::path& folder)
+{
+    const fs::path file = head_file(folder);
+    if (!fs::exists(file))
+        throw MissingInput(folder.string() + ": holds no tasks: 'fresco plan FILE --tasks --folder " + folder.string() +
+                           "' makes them");
+    const Value value = parse_json(read_text_file(file, size_limit), file.string());
+    const Place place(value, file.string());
+    place["version"].number(table_version, table_version);
+    place.has_only(
+        {"version", "fresco", "pipeline", "plugins", "store", "out", "axes", "stage_axes", "groups", "task_count", "chunk_size"});
+    place["fresco"].text();
+    constexpr std::size_t most_tasks = std::size_t{1} << 32U;
+    TaskTable table;
+    table.pipeline = read_pipeline(place["pipeline"], folder);
+    for (const auto& [type, plugin] : place["plugins"].map())
+    {
+        plugin.has_only({"library", "hash"});
+        table.plugins[type] = {plugin["library"].text(), plugin["hash"].text()};
+    }
+    table.store = place["store"].text();
+    table.out = place["out"].text();
+    for (const Place& axis : place["axes"].list())
+    {
+        axis.has_only({"name", "labels"});
+        table.axes.push_back({axis["name"].text(), axis["labels"].texts()});
+    }
+    for (const auto& [stage, axes] : place["stage_axes"].map())
+        table.stage_axes[stage] = axes.texts();
+    table.task_count = place["task_count"].number(0, most_tasks);
+    table.chunk_size = place["chunk_size"].number(1, most_tasks);
+    for (const Place& group : place["groups"].list())
+        table.groups.push_back(read_group(group, table, table.task_count));
+    const std::size_t count = table.groups.empty() ? 0 : table.groups.back().first + table.groups.back().count;
+    if (count != table.task_count)
+        place["groups"].fail(fmt::format("they have {} tasks, expected {}", count, table.task_count));
+    return table;
+}
+
+Task read_task(const fs::path& folder, const TaskTable& head, std::size_t id)
+{
+    if (id >= head.task_count)
+        throw Error(head_file(folder).string() + ": " +
+                    (head.task_count == 0 ? "there are no tasks"
+                                          : fmt::format("no task {}: there are 0 to {}", id, head.task_count - 1)));
+    return std::move(read_chunk(folder, head, id / head.chunk_size)[id % head.chunk_size]);
+}
+
+TaskTable read_task_table(const fs::path& folder)
+{
+    TaskTable table = read_task_head(folder);
+    for (std::size_t chunk = 0; chunk * table.chunk_size < table.task_count; ++chunk)
+        for (Task& task : read_chunk(folder, table, chunk))
+            table.tasks.push_back(std::move(task));
+    return table;
+}
+
+}  // namespace fresco::host

@@ -1,0 +1,139 @@
+#include "program.h"
+
+#include <algorithm>
+
+namespace
+{
+
+using Words = std::vector<std::string>;
+
+/// Two scans that are prepared, each painted with two pictures.
+const char* const sweep = R"(version: 1
+vars: {scan: , picture: , how: nothing}
+matrix: {scan: [1, 2], picture: {plain: 10, wild: 20}}
+stages:
+  scan_of: {type: test.source, value: "${scan}", log: log}
+  mesh:    {type: test.add, input: {left: scan_of}, plus: 1000, log: log}
+  paint:   {type: test.add, input: {left: mesh}, plus: "${picture}", log: log}
+  text:    {type: test.sink, input: paint, path: sum.txt, log: log}
+)";
+
+std::size_t count(const Workplace& place, const std::string& beginning)
+{
+    const auto log = place.log();
+    return static_cast<std::size_t>(
+        std::count_if(log.begin(), log.end(), [&](const std::string& line) { return line.starts_with(beginning); }));
+}
+
+Finished run_task(Workplace& place, int number)
+{
+    return place.run({"run", "--task", std::to_string(number), "tasks"});
+}
+
+void make_tasks(Workplace& place, const Words& more = {"--pack", "0"})
+{
+    Words words{"plan", "sweep.yaml", "--tasks", "--folder", "tasks"};
+    words.insert(words.end(), more.begin(), more.end());
+    const Finished planned = place.run(words);
+    INFO(planned.err);
+    REQUIRE(planned.code == 0);
+}
+
+}  // namespace
+
+TEST_CASE("tasks run one by one come to what one run comes to, by the same keys", "[tasks]")
+{
+    Workplace place;
+    place.write("sweep.yaml", sweep);
+    make_tasks(place);
+    // Later changes of the file change no task.
+    place.write("sweep.yaml", "version: 1\nstages: {}\n");
+    for (int task = 0; task < 6; ++task)
+    {
+        const Finished finished = run_task(place, task);
+        INFO(task << ": " << finished.err);
+        REQUIRE(finished.code == 0);
+        CHECK(count(place, "source") == static_cast<std::size_t>(std::min(task + 1, 2)));
+    }
+    CHECK(place.read("out/scan=1,plain/sum.txt") == "1011.000000\n");
+    CHECK(place.read("out/scan=2,wild/sum.txt") == "1022.000000\n");
+    CHECK_FALSE(fs::exists(place.file("out/sweep.json")));
+    place.clear_log();
+    place.write("sweep.yaml", sweep);
+    const Finished whole = place.run({"run", "sweep.yaml"});
+    CHECK(whole.code == 0);
+    CHECK(place.log().empty());
+    const Finished again = place.run({"plan", "sweep.yaml", "--tasks"});
+    CHECK(fresco::parse_json(again.out, "tasks").at("task_count").as_int() == 0);
+}
+
+TEST_CASE("a task whose needs are missing says which task makes them, and makes none of it", "[tasks]")
+{
+    Workplace place;
+    place.write("sweep.yaml", sweep);
+    make_tasks(place);
+    const Finished early = run_task(place, 4);
+    CHECK(early.code == 3);
+    CHECK(contains(early.err, "task 4 needs mesh (scan=2), which task 1 makes: run it first"));
+    CHECK(place.log().empty());
+    REQUIRE(run_task(place, 1).code == 0);
+    CHECK(run_task(place, 4).code == 0);
+    CHECK(count(place, "source") == 1);
+    // What was stored when the tasks were made is made by none of them.
+    fs::remove_all(place.file("tasks"));
+    make_tasks(place);
+    fs::remove_all(place.file(".fresco"));
+    const Finished gone = run_task(place, 1);
+    INFO(gone.out << gone.err);
+    CHECK(gone.code == 3);
+}
+
+TEST_CASE("of combinations in one task, one whose needs are missing stops only itself", "[tasks]")
+{
+    Workplace place;
+    place.write("sweep.yaml", sweep);
+    make_tasks(place, {"--pack", "60"});
+    const auto table = fresco::parse_json(place.read("tasks/tasks.json"), "tasks");
+    REQUIRE(table.at("task_count").as_int() == 2);
+    // The results of one of the two scans are lost.
+    REQUIRE(run_task(place, 0).code == 0);
+    for (const auto& object : fs::directory_iterator(place.file(".fresco/objects")))
+        if (contains(fresco::read_text_file(object.path() / "manifest.json"), "mesh@scan=1"))
+            fs::remove_all(object.path());
+    const Finished partly = run_task(place, 1);
+    CHECK(partly.code == 3);
+    CHECK(contains(partly.err, "task 1 needs mesh (scan=1), which task 0 makes: run it first"));
+    CHECK(place.read("out/scan=2,plain/sum.txt") == "1012.000000\n");
+    CHECK_FALSE(fs::exists(place.file("out/scan=1,plain")));
+}
+
+TEST_CASE("a task refuses another plugin than the one that it was made with, and options that make no sense", "[tasks]")
+{
+    Workplace place;
+    place.write("sweep.yaml", sweep);
+    make_tasks(place);
+    std::string head = place.read("tasks/tasks.json");
+    const std::size_t plugin = head.find("\"test.add\"");
+    const std::size_t hash = head.find("\"hash\": \"", plugin) + 9;
+    head[hash] = head[hash] == '0' ? '1' : '0';
+    place.write("tasks/tasks.json", head);
+    const Finished other = run_task(place, 0);
+    CHECK(other.code == 4);
+    CHECK(contains(other.err, "the plugin of test.add, "));
+    CHECK(contains(other.err, "make the tasks again"));
+    CHECK(place.run({"run", "--task", "0", "tasks", "--set", "scan=1"}).code == 2);
+    CHECK(contains(place.run({"run", "--task", "9", "tasks"}).err, "no task 9: there are 0 to 5"));
+    CHECK(contains(place.run({"run", "--task", "0", "elsewhere"}).err, "elsewhere: holds no tasks"));
+}
+
+TEST_CASE("a pipeline without a matrix is one task, and a device that auto stands for is part of it", "[tasks]")
+{
+    Workplace place;
+    place.write("sweep.yaml", "version: 1\nvars: {n: 3}\nstages:\n  one: {type: test.source, value: \"${n}\", log: log}\n"
+                              "  sum: {type: test.add, input: one, log: log}\n");
+    make_tasks(place, {"--set", "n=7"});
+    CHECK(run_task(place, 0).code == 0);
+    CHECK(count(place, "source") == 1);
+    CHECK(place.run({"run", "sweep.yaml", "--set", "n=7"}).code == 0);
+    CHECK(count(place, "source") == 1);
+}

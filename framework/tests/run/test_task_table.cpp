@@ -1,0 +1,342 @@
+#include <catch2/catch.hpp>
+
+#include "hand_made_catalog.h"
+
+#include "run/task_table.h"
+
+#include <fresco/error.h>
+#include <fresco/files_io.h>
+
+#include <algorithm>
+#include <random>
+#include <set>
+
+using namespace fresco::host;
+using namespace fresco::host::testing;
+using fresco::Value;
+
+namespace
+{
+
+using Words = std::vector<std::string>;
+using Numbers = std::vector<std::size_t>;
+
+Catalog catalog_with_painter()
+{
+    Catalog catalog = hand_made_catalog();
+    catalog.add(described("paint", "stage", R"json({
+        "options": [{"name": "device", "kind": "text", "default": "cpu", "help": ""},
+                    {"name": "picture", "kind": "text", "default": "", "help": ""}],
+        "inputs": [{"name": "mesh", "artifact": "mesh", "version": 1, "help": ""},
+                   {"name": "style", "artifact": "mesh", "version": 2, "optional": true, "help": ""}],
+        "outputs": [{"name": "mesh", "artifact": "mesh", "version": 1, "help": ""}]})json",
+                          {.device = "device"}));
+    return catalog;
+}
+
+std::string values(const std::string& prefix, int count)
+{
+    std::string text;
+    for (int i = 0; i < count; ++i)
+        text += (i == 0 ? "" : ", ") + prefix + std::to_string(i);
+    return "[" + text + "]";
+}
+
+/// A scan is prepared by two stages, painted on a GPU and baked.
+std::string painting(int scans, int pictures)
+{
+    return "version: 1\nvars: {scan: , picture: }\nmatrix: {scan: " + values("s", scans) + ", picture: " + values("p", pictures) +
+           R"(}
+stages:
+  bake: {type: mesh.pass, input: paint}
+  paint: {type: paint, input: mesh, picture: "${picture}", device: cuda}
+  scan_of: {type: mesh.pass, title: "${scan}"}
+  mesh: {type: mesh.pass, input: scan_of}
+  legend: {type: mesh.pass}
+)";
+}
+
+struct Loaded
+{
+    Catalog catalog = catalog_with_painter();
+    TemporaryFolder folder;
+    PipelineResult result;
+
+    explicit Loaded(const std::string& text) : result(check(folder, text, catalog)) { REQUIRE(lines(result) == Words{}); }
+    const Pipeline& pipeline() const { return result.pipeline; }
+    std::vector<bool> all() const { return std::vector<bool>(pipeline().stages.size(), true); }
+    /// That every stage takes so long.
+    std::map<std::string, CostFigures> each(double seconds) const
+    {
+        std::map<std::string, CostFigures> estimates;
+        for (const PipelineStage& stage : pipeline().stages)
+            estimates[stage.name] = {seconds, 100, 1};
+        return estimates;
+    }
+};
+
+/// What packing says, step by step and looking everything up each time. One string per task: the places of its combinations.
+Words packed_slowly(const Loaded& loaded, const TaskTable& table, std::size_t group,
+                    const std::map<std::string, CostFigures>& estimates, double limit)
+{
+    struct Piece
+    {
+        std::string place;
+        double seconds = 0;
+        std::set<std::size_t> needs;
+        std::string leading() const { return place.substr(0, place.find(',')); }
+    };
+    const auto task_of = [&](const std::string& name) -> std::size_t
+    {
+        for (const Task& task : table.tasks)
+            if (std::find(task.stages.begin(), task.stages.end(), name) != task.stages.end())
+                return task.id;
+        return table.tasks.size();
+    };
+    std::vector<Piece> pieces;
+    for (const PipelineStage& stage : loaded.pipeline().stages)
+    {
+        const std::size_t task = task_of(stage.name);
+        if (task == table.tasks.size() || table.tasks[task].group != group)
+            continue;
+        auto piece = std::find_if(pieces.begin(), pieces.end(), [&](const Piece& other) { return other.place == stage.place; });
+        if (piece == pieces.end())
+            piece = pieces.insert(pieces.end(), {stage.place, 0, {}});
+        piece->seconds += 0.3 + estimates.at(stage.name).seconds;
+        for (const Wire& wire : stage.wires)
+            if (const std::size_t maker = task_of(wire.from_stage);
+                maker != table.tasks.size() && table.tasks[maker].group != group)
+                piece->needs.insert(maker);
+    }
+    Words tasks;
+    double open = 0;
+    std::set<std::size_t> open_needs;
+    for (std::size_t i = 0; i < pieces.size(); ++i)
+    {
+        bool joins = !tasks.empty() && open + pieces[i].seconds <= limit;
+        if (i > 0 && pieces[i].leading() != pieces[i - 1].leading())
+        {
+            // All of the next scan, or none of it.
+            double whole = 0;
+            for (std::size_t j = i; j < pieces.size() && pieces[j].leading() == pieces[i].leading(); ++j)
+            {
+                whole += pieces[j].seconds;
+                joins = joins && pieces[j].needs == open_needs;
+            }
+            joins = joins && open + whole <= limit;
+        }
+        if (!joins)
+        {
+            tasks.emplace_back();
+            open = 0;
+            open_needs.clear();
+        }
+        tasks.back() += pieces[i].place + ";";
+        open += pieces[i].seconds;
+        open_needs.insert(pieces[i].needs.begin(), pieces[i].needs.end());
+    }
+    return tasks;
+}
+
+Words packed(const TaskTable& table, std::size_t group)
+{
+    Words tasks;
+    for (const Task& task : table.tasks)
+        if (task.group == group)
+        {
+            std::string& text = tasks.emplace_back();
+            for (const std::string& stage : task.stages)
+                if (const std::size_t at = stage.find('@'); at != std::string::npos)
+                    if (const std::string place = stage.substr(at + 1) + ";"; !text.ends_with(";" + place) && text != place)
+                        text += place;
+        }
+    return tasks;
+}
+
+}  // namespace
+
+TEST_CASE("stages with the same axes on the same kind of machine are a group, one combination after the other", "[tasks]")
+{
+    const Loaded loaded(painting(2, 2));
+    const TaskTable table = make_task_table(loaded.pipeline(), loaded.all(), loaded.each(10), {0, 4});
+    REQUIRE(table.groups.size() == 4);
+    const auto& [once, prepared, painted, baked] = std::tie(table.groups[0], table.groups[1], table.groups[2], table.groups[3]);
+    CHECK(once.name == "once");
+    CHECK(once.stages == Words{"legend"});
+    CHECK(prepared.name == "scan");
+    CHECK(prepared.axes == Words{"scan"});
+    CHECK(prepared.stages == Words{"scan_of", "mesh"});
+    CHECK(prepared.needs.empty());
+    CHECK(prepared.first == 1);
+    CHECK(prepared.count == 2);
+    CHECK(prepared.seconds == Approx(20.6));
+    CHECK(prepared.memory_mb == 100);
+    CHECK(prepared.threads == 4);
+    CHECK(painted.name == "scan,picture-gpu");
+    CHECK(painted.gpu);
+    CHECK(painted.needs == Numbers{1});
+    CHECK(baked.name == "scan,picture-2");
+    CHECK_FALSE(baked.gpu);
+    CHECK(baked.stages == Words{"bake"});
+    CHECK(baked.needs == Numbers{2});
+    REQUIRE(table.tasks.size() == 11);
+    CHECK(table.tasks[2].stages == Words{"scan_of@s1", "mesh@s1"});
+    const Task& task = table.tasks[6];
+    CHECK(task.id == 6);
+    CHECK(task.group == 2);
+    CHECK(task.stages == Words{"paint@s1,p1"});
+    CHECK(task.needs == Numbers{2});
+    CHECK(task.axes == std::vector<std::pair<std::string, std::string>>{{"scan", "s1"}, {"picture", "p1"}});
+    CHECK(table.tasks[10].needs == Numbers{6});
+    CHECK(table.axes.at(1).labels == Words{"p0", "p1"});
+}
+
+TEST_CASE("stages that need not run are in no task, and nobody waits for them", "[tasks]")
+{
+    const Loaded loaded(painting(2, 2));
+    std::vector<bool> runs = loaded.all();
+    for (std::size_t i = 0; i < runs.size(); ++i)
+        runs[i] = loaded.pipeline().stages[i].place != "s0" && loaded.pipeline().stages[i].own_name != "legend";
+    const TaskTable table = make_task_table(loaded.pipeline(), runs, loaded.each(10), {0, 1});
+    REQUIRE(table.groups.size() == 3);
+    CHECK(table.groups[0].count == 1);
+    CHECK(table.tasks[1].stages == Words{"paint@s0,p0"});
+    CHECK(table.tasks[1].needs.empty());
+    CHECK(table.tasks[3].stages == Words{"paint@s1,p0"});
+    CHECK(table.tasks[3].needs == Numbers{0});
+    CHECK(make_task_table(loaded.pipeline(), std::vector<bool>(runs.size()), {}, {}).tasks.empty());
+}
+
+TEST_CASE("neighbors of one scan are packed first, and no scan waits for another's preparation", "[tasks]")
+{
+    const Loaded loaded(painting(2, 4));
+    // Each scan is prepared by a task of its own.
+    const TaskTable alone = make_task_table(loaded.pipeline(), loaded.all(), loaded.each(10), {21, 1});
+    CHECK(packed(alone, 1) == Words{"s0;", "s1;"});
+    CHECK(packed(alone, 2) == Words{"s0,p0;s0,p1;", "s0,p2;s0,p3;", "s1,p0;s1,p1;", "s1,p2;s1,p3;"});
+    CHECK(alone.tasks[3].axes == std::vector<std::pair<std::string, std::string>>{{"scan", "s0"}});
+    // 300 s hold all paintings, but those of the second scan need another task.
+    std::map<std::string, CostFigures> long_preparation = loaded.each(10);
+    for (const char* stage : {"mesh@s0", "mesh@s1"})
+        long_preparation[stage].seconds = 290;
+    const TaskTable by_scan = make_task_table(loaded.pipeline(), loaded.all(), long_preparation, {301, 1});
+    CHECK(by_scan.groups[1].count == 2);
+    CHECK(packed(by_scan, 2) == Words{"s0,p0;s0,p1;s0,p2;s0,p3;", "s1,p0;s1,p1;s1,p2;s1,p3;"});
+    // Prepared by one task, they wait for the same.
+    CHECK(make_task_table(loaded.pipeline(), loaded.all(), loaded.each(10), {301, 1}).tasks.size() == 4);
+}
+
+TEST_CASE("packing is what its rule says, for random times", "[tasks]")
+{
+    std::mt19937 random(7);
+    const auto number = [&](int least, int most)
+    { return least + static_cast<int>(random() % static_cast<unsigned>(most - least + 1)); };
+    for (int round = 0; round < 40; ++round)
+    {
+        const Loaded loaded(painting(number(1, 5), number(1, 6)));
+        std::map<std::string, CostFigures> estimates;
+        std::vector<bool> runs;
+        for (const PipelineStage& stage : loaded.pipeline().stages)
+        {
+            estimates[stage.name] = {static_cast<double>(number(0, 30)), 1, 1};
+            runs.push_back(number(0, 9) > 0);
+        }
+        const double limit = number(0, 120);
+        const TaskTable table = make_task_table(loaded.pipeline(), runs, estimates, {limit, 1});
+        INFO("round " << round << ", limit " << limit);
+        std::map<std::string, std::size_t> owners;
+        for (const Task& task : table.tasks)
+            for (const std::string& stage : task.stages)
+                CHECK(owners.emplace(stage, task.id).second);
+        for (std::size_t i = 0; i < runs.size(); ++i)
+        {
+            const PipelineStage& stage = loaded.pipeline().stages[i];
+            REQUIRE(owners.contains(stage.name) == runs[i]);
+            if (!runs[i])
+                continue;
+            const Task& task = table.tasks[owners.at(stage.name)];
+            for (const Wire& wire : stage.wires)
+                if (const auto maker = owners.find(wire.from_stage); maker != owners.end() && maker->second != task.id)
+                {
+                    CHECK(maker->second < task.id);
+                    CHECK(std::binary_search(task.needs.begin(), task.needs.end(), maker->second));
+                }
+        }
+        for (std::size_t group = 0; group < table.groups.size(); ++group)
+            if (!table.groups[group].axes.empty())
+                CHECK(packed(table, group) == packed_slowly(loaded, table, group, estimates, limit));
+    }
+}
+
+TEST_CASE("a table is read back as it was written, one chunk at a time", "[tasks]")
+{
+    const Loaded loaded(painting(3, 4));
+    TaskTable table = make_task_table(loaded.pipeline(), loaded.all(), loaded.each(1), {0, 2});
+    table.pipeline = {loaded.pipeline().file, loaded.pipeline().texts, {{"paint.device", "cuda"}}, loaded.folder.path(), ""};
+    table.plugins["paint"] = {"/plugins/paint.so", "00"};
+    table.store = "/store";
+    table.out = "/out";
+    table.chunk_size = 5;
+    const auto folder = loaded.folder.path() / "tasks";
+    write_task_table(table, folder);
+    const TaskTable again = read_task_table(folder);
+    CHECK(to_value(again) == to_value(table));
+    CHECK(again.pipeline.texts.at(0).text == table.pipeline.texts.at(0).text);
+    const TaskTable head = read_task_head(folder);
+    CHECK(head.tasks.empty());
+    // Only its own chunk is looked at.
+    std::filesystem::remove(folder / "tasks" / "000000.json");
+    CHECK(read_task(folder, head, 7).stages == table.tasks[7].stages);
+    CHECK_THROWS_AS(read_task(folder, head, 4), fresco::MissingInput);
+    CHECK_THROWS_WITH(read_task(folder, head, 99), Catch::Contains("no task 99: there are 0 to 27"));
+    CHECK_THROWS_WITH(write_task_table(table, folder), Catch::Contains("already holds tasks"));
+    CHECK_THROWS_AS(read_task_head(loaded.folder.path()), fresco::MissingInput);
+}
+
+TEST_CASE("a damaged table is refused, naming the file and the place", "[tasks]")
+{
+    const Loaded loaded(painting(1, 2));
+    TaskTable table = make_task_table(loaded.pipeline(), loaded.all(), loaded.each(1), {0, 2});
+    table.pipeline = {loaded.pipeline().file, loaded.pipeline().texts, {{"paint.device", "cuda"}}, loaded.folder.path(), ""};
+    table.plugins["paint"] = {"/plugins/paint.so", "00"};
+    const auto folder = loaded.folder.path() / "tasks";
+    write_task_table(table, folder);
+    const auto refusal = [&](const std::string& name, const std::string& what, const std::string& with) -> std::string
+    {
+        const std::string good = fresco::read_text_file(folder / name);
+        const std::size_t at = good.find(what);
+        REQUIRE(at != std::string::npos);
+        std::string bad = good;
+        fresco::write_file(folder / name, std::string_view(bad.replace(at, what.size(), with)));
+        std::string said = "nothing";
+        try
+        {
+            read_task_table(folder);
+        }
+        catch (const fresco::Error& error)
+        {
+            said = error.what();
+        }
+        fresco::write_file(folder / name, std::string_view(good));
+        REQUIRE(said.starts_with((folder / name).string()));
+        return said.substr((folder / name).string().size());
+    };
+    CHECK(refusal("tasks.json", "\"version\": 1", "\"version\": 2") == ": version: expected an integer from 1 to 1, got 2");
+    CHECK(refusal("tasks.json", "\"task_count\": 6", "\"task_count\": 5") ==
+          ": groups[3].count: expected an integer from 1 to 1, got 2");
+    CHECK(refusal("tasks.json", "\"task_count\": 6", "\"task_count\": 7") == ": groups: they have 6 tasks, expected 7");
+    CHECK(refusal("tasks.json", "\"gpu\": true", "\"gpu\": 1") == ": groups[2].gpu: expected true or false, got a integer");
+    CHECK(refusal("tasks.json", "\"store\"", "\"stores\"") == ": unknown entry 'stores'");
+    CHECK(refusal("tasks.json", "\"threads\": 2", "\"threads\": 0") ==
+          ": groups[0].threads: expected an integer from 1 to 65536, got 0");
+    CHECK(refusal("tasks.json", "\"hash\": \"00\"", "\"hash\": 0") == ": plugins.paint.hash: expected a text, got a integer");
+    CHECK(refusal("tasks/000000.json", "\"needs\":[1]", "\"needs\":[2]") ==
+          ": tasks[2].needs[0]: expected an integer from 0 to 1, got 2");
+    CHECK(refusal("tasks/000000.json", "\"id\":0", "\"id\":1") == ": tasks[0].id: expected an integer from 0 to 0, got 1");
+    CHECK(refusal("tasks/000000.json", "\"stages\":[\"legend\"]", "\"stages\":[]") ==
+          ": tasks[0].stages: expected at least one stage");
+    CHECK(refusal("tasks/000000.json", "\"seconds\":1.3", "\"seconds\":-1") ==
+          ": tasks[0].seconds: expected a number from 0, got -1");
+    CHECK(refusal("tasks/000000.json", "]}", "") != "nothing");
+    CHECK(refusal("pipeline/0-p.yaml", "legend", "Legend").starts_with(": was edited; change "));
+}

@@ -17,7 +17,8 @@ namespace fresco::weights
 namespace
 {
 
-constexpr std::size_t largest_header = std::size_t{100} << 20U;
+/// Tens of thousands of tensors. Parsed, a header takes twenty-five times its size in memory.
+constexpr std::size_t largest_header = std::size_t{4} << 20U;
 constexpr std::size_t header_begin = 8;
 
 constexpr std::array<ElementType, 10> types{ElementType::float64, ElementType::int64,    ElementType::float32, ElementType::int32,
@@ -71,7 +72,7 @@ class Reader
         std::uint64_t length = 0;
         std::memcpy(&length, bytes_.data(), header_begin);
         if (length > largest_header)
-            fail(0, "a header of " + std::to_string(length) + " bytes is more than the 100 MiB allowed");
+            fail(0, "a header of " + std::to_string(length) + " bytes is more than the 4 MiB allowed");
         if (length > bytes_.size() - header_begin)
             fail(0, "a header of " + std::to_string(length) + " bytes in a file of " + std::to_string(bytes_.size()));
         data_ = header_begin + static_cast<std::size_t>(length);

@@ -80,7 +80,10 @@ TEST_CASE("Damaged safetensors files are refused by name and offset")
     CHECK(parsed(file_text(one, eight)) == 1);
     refused("", "header length");
     refused("1234567", "header length");
-    refused(file_text(one, eight, std::int64_t{1} << 40), "100 MiB");
+    refused(file_text(one, eight, std::int64_t{1} << 40), "4 MiB");
+    const std::string largest = one + std::string((std::size_t{4} << 20U) - one.size(), ' ');
+    CHECK(parsed(file_text(largest, eight)) == 1);
+    CHECK_THROWS_WITH(parsed(file_text(largest + ' ', eight)), Catch::Contains("4194305 bytes is more than the 4 MiB allowed"));
     refused(file_text(one, "", 70), "header of 70 bytes");
     refused(file_text("[]", ""), "'{'");
     refused(file_text(" " + one, eight), "'{'");

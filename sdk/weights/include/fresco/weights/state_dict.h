@@ -89,7 +89,7 @@ struct WeightsFile
 /// At most 4 GiB. Throws MissingInput if it cannot be opened, Error for what is wrong with it.
 WeightsFile read_weights(const std::filesystem::path& file);
 
-/// The safetensors form. Strict: a header of at most 100 MiB, offsets without overlap or gap, shapes that fit.
+/// The safetensors form. Strict: a header of at most 4 MiB, offsets without overlap or gap, shapes that fit.
 StateDict parse_safetensors(std::span<const std::byte> bytes, std::string_view source);
 /// Tensors in the order of their types, then as given. The same tensors give the same bytes. Throws std::invalid_argument for a
 /// tensor named __metadata__ or whose bytes do not fit its shape.

@@ -1,9 +1,9 @@
 #include "report/page.h"
 
+#include "report/page_process.h"
 #include "report/report_parts.h"
 
 #include "base/machine.h"
-#include "base/process.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/hash.h>
@@ -12,7 +12,6 @@
 
 #include <algorithm>
 #include <fstream>
-#include <poll.h>
 
 namespace fresco::host
 {
@@ -89,31 +88,12 @@ class RequestFolder
     fs::path path_;
 };
 
-/// What the child said where it failed; empty: it did its work.
+/// What went wrong; empty: nothing.
 std::string run_child(const Value& request, const Store& store)
 {
     const RequestFolder folder(store);
     write_file(folder.file(), to_json(request));
-    const Child child = start_child({"internal-page", folder.file().string()});
-    LineBuffer output;
-    ProcessEnd end;
-    std::string text;
-    std::string line;
-    for (bool open = true; open;)
-    {
-        pollfd descriptor{child.output.get(), POLLIN, 0};
-        poll(&descriptor, 1, -1);
-        open = output.read_from(child.output.get());
-        while (output.next(line))
-            text = line;
-    }
-    while (!take_end(child.pid, end))
-        poll(nullptr, 0, 5);
-    if (end.exit_code == 0)
-        return "";
-    if (end.signal != 0)
-        return "the process that makes them ended by " + signal_text(end.signal);
-    return text.empty() ? "the process that makes them ended with code " + std::to_string(end.exit_code) : text;
+    return wait_for_page(start_child({"internal-page", folder.file().string()}), std::chrono::minutes(2));
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
 #include "report/page.h"
+#include "report/page_process.h"
 #include "report/previews.h"
 #include "worker/worker_factory.h"
 
@@ -49,6 +50,14 @@ std::shared_ptr<const Artifact> artifact_of(const Value& request, WorkerFactory&
     throw Error("its plugin changed; run again");
 }
 
+/// "texture.texture", of a stage; or a file.
+std::string title_of(const Value& request)
+{
+    if (const Value* file = request.find("file"))
+        return file->as_string();
+    return request.at("stage").as_string() + "." + request.at("port").as_string();
+}
+
 }  // namespace
 
 Value make_previews(const Value& requests, const Value& images, const Store& store)
@@ -73,6 +82,7 @@ Value make_previews(const Value& requests, const Value& images, const Store& sto
         page.most_pictures = std::max(page.most_pictures, page.names.size());
         for (const Value& reader : request.at("readers").as_list())
             std::ranges::copy(shown[reader.as_string()], std::back_inserter(page.names));
+        tell_shown(title_of(request));
         try
         {
             artifact_of(request, factory, store)->preview(page);

@@ -175,6 +175,7 @@ TEST_CASE("a report whose pictures could not be made is made again by the next r
         const Finished without = place.run({"run", "room.yaml", "--set", "add.plus=9"});
         CHECK(without.code == 0);
         CHECK(contains(without.err, "out/report.html is without pictures: the process that makes them ended by"));
+        CHECK(contains(without.err, "when it showed text.files"));
         CHECK_FALSE(contains(without.out, "out/report.html  (unchanged)"));
         CHECK(contains(notes_of(place), "There are no pictures: the process"));
     }

@@ -309,7 +309,9 @@ TEST_CASE("PLY: a real scan", "[ply]")
     const Mesh mesh = parse_ply(bytes, "kitchen", {}, &report);
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
     // Measured 0.05 s; the bound only catches what is slow by an order of magnitude, on a busy machine too.
+#ifndef __SANITIZE_THREAD__
     CHECK(seconds.count() < 2);
+#endif
     CHECK(mesh.positions.size() == 438067);
     CHECK(mesh.triangles.size() + report.degenerate_dropped == 813175);
     CHECK(mesh.colors.size() == mesh.positions.size());

@@ -330,7 +330,7 @@ TEST_CASE("A terminal that hangs up ends a run in order")
     CHECK(place.log().back() == "slow was stopped");
 }
 
-#ifndef __SANITIZE_ADDRESS__
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 TEST_CASE("A file system without locks is refused at once")
 {
     Workplace place;

@@ -18,7 +18,7 @@ namespace fresco::weights
 namespace
 {
 
-/// Tens of thousands of tensors. Parsed, a header takes up to fifty times its size in memory.
+/// Tens of thousands of tensors. Parsed, a header takes twenty-five times its size in memory.
 constexpr std::size_t largest_header = std::size_t{4} << 20U;
 constexpr std::size_t header_begin = 8;
 

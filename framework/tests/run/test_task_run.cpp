@@ -126,6 +126,25 @@ TEST_CASE("a task refuses another plugin than the one that it was made with, and
     CHECK(contains(place.run({"run", "--task", "0", "elsewhere"}).err, "elsewhere: holds no tasks"));
 }
 
+TEST_CASE("what a stage needs while it runs is on the node's own disk, and goes away with it", "[tasks]")
+{
+    Workplace place({"good", "misbehaving"});
+    place.environment["TMPDIR"] = place.file("node").string();
+    fs::create_directories(place.file("node"));
+    place.write("room.yaml", "version: 1\nstages:\n  bad: {type: test.misbehave, how: loop}\n");
+    const auto run = place.start({"run", "room.yaml"});
+    Workplace::wait_until([&] { return !fs::is_empty(place.file("node")); });
+    run->signal(SIGINT);
+    run->signal(SIGINT);
+    CHECK(run->wait().code == 75);
+    CHECK(fs::is_empty(place.file("node")));
+    // A folder that is not there is no reason to fail.
+    place.environment["TMPDIR"] = place.file("nowhere").string();
+    place.write("room.yaml", "version: 1\nstages:\n  bad: {type: test.misbehave, how: abort}\n");
+    CHECK(place.run({"run", "room.yaml"}).code == 1);
+    CHECK(fs::is_empty(place.file(".fresco/tmp")));
+}
+
 TEST_CASE("a pipeline without a matrix is one task, with the settings of the command line", "[tasks]")
 {
     Workplace place;

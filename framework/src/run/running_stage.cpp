@@ -2,6 +2,7 @@
 #include "base/unit_text.h"
 
 #include "base/machine.h"
+#include "worker/scratch_folder.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/process_tree.h>
@@ -95,6 +96,7 @@ RunningStage::~RunningStage()
 {
     // A worker that crashed left its own, too.
     store_->remove_temporaries(request_folder_.filename().string());
+    remove_scratch_folders(request_folder_.filename().string());
 }
 
 void RunningStage::stop(int signal) const

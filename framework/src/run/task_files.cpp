@@ -124,7 +124,7 @@ class Place
     Place operator[](std::string_view key) const
     {
         if (!value_.is_map())
-            fail("expected a map, got a " + std::string(value_.kind_name()));
+            fail("expected a map, got " + std::string(value_.kind_name()));
         const std::string name = name_ + (name_.ends_with(".json") ? ": " : ".") + std::string(key);
         const Value* entry = value_.find(key);
         if (entry == nullptr)
@@ -143,7 +143,7 @@ class Place
     std::vector<Place> list() const
     {
         if (!value_.is_list())
-            fail("expected a list, got a " + std::string(value_.kind_name()));
+            fail("expected a list, got " + std::string(value_.kind_name()));
         std::vector<Place> places;
         for (std::size_t i = 0; i < value_.as_list().size(); ++i)
             places.emplace_back(value_.as_list()[i], fmt::format("{}[{}]", name_, i));
@@ -153,7 +153,7 @@ class Place
     std::vector<std::pair<std::string, Place>> map() const
     {
         if (!value_.is_map())
-            fail("expected a map, got a " + std::string(value_.kind_name()));
+            fail("expected a map, got " + std::string(value_.kind_name()));
         std::vector<std::pair<std::string, Place>> places;
         for (const auto& [key, value] : value_.as_map())
             places.emplace_back(key, Place(value, name_ + "." + key));
@@ -163,14 +163,14 @@ class Place
     std::string text() const
     {
         if (!value_.is_string())
-            fail("expected a text, got a " + std::string(value_.kind_name()));
+            fail("expected a text, got " + std::string(value_.kind_name()));
         return value_.as_string();
     }
 
     bool flag() const
     {
         if (!value_.is_bool())
-            fail("expected true or false, got a " + std::string(value_.kind_name()));
+            fail("expected true or false, got " + std::string(value_.kind_name()));
         return value_.as_bool();
     }
 

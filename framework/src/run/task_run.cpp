@@ -40,7 +40,11 @@ std::string shown(const PipelineStage& stage, const TaskTable& head)
     const auto labels = combination(axes->second, stage.place);
     std::string text;
     for (const std::string& axis : axes->second)
-        text += (text.empty() ? "" : ", ") + axis + "=" + labels.at(axis);
+    {
+        // The label of a number says its axis already.
+        const std::string& label = labels.at(axis);
+        text += (text.empty() ? "" : ", ") + (label.starts_with(axis + "=") ? label : axis + "=" + label);
+    }
     return stage.own_name + " (" + text + ")";
 }
 

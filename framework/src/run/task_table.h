@@ -25,7 +25,7 @@
 ///      "axes": [{"name": "data", "labels": ["kitchen", "office"]}], "stage_axes": {"scan": ["data"], "mesh": ["data"]},
 ///      "groups": [{"name": "data", "axes": ["data"], "gpu": false, "stages": ["scan", "mesh"], "needs": [],
 ///                  "first": 0, "count": 2, "seconds": 1800, "memory_mb": 900, "threads": 8}],
-///      "task_count": 2, "chunk_size": 1000}
+///      "task_count": 2, "chunk_size": 100}
 ///   tasks/000000.json tasks 0 … chunk_size - 1, tasks/000001.json the next, …:
 ///     {"tasks": [{"id": 0, "group": 0, "axes": {"data": "kitchen"}, "stages": ["scan@kitchen", "mesh@kitchen"], "needs": [],
 ///                 "seconds": 1800, "memory_mb": 900}]}
@@ -93,7 +93,7 @@ struct TaskTable
     std::map<std::string, std::vector<std::string>> stage_axes;  ///< As Sweep has them, of all stages.
     std::vector<TaskGroup> groups;
     std::size_t task_count = 0;
-    std::size_t chunk_size = 1000;  ///< Tasks in a file.
+    std::size_t chunk_size = 100;  ///< Tasks in a file.
     std::vector<Task> tasks;        ///< All of them, or none where only the head was read.
 };
 

@@ -1,4 +1,5 @@
 #include "worker/worker_context.h"
+#include "worker/scratch_folder.h"
 
 #include "base/durable_file.h"
 #include "base/utf8.h"
@@ -127,7 +128,7 @@ fs::path WorkerContext::scratch_folder()
 {
     const std::lock_guard lock(mutex_);
     if (scratch_.empty())
-        scratch_ = store_.make_temporary(temporary_);
+        scratch_ = make_scratch_folder(store_, temporary_);
     return scratch_;
 }
 

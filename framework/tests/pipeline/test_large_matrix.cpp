@@ -35,19 +35,20 @@ std::string matrix_of(int scans, int pictures)
 
 }  // namespace
 
-// Of this test program alone: counts, so that a test of how much work is done need not measure time.
-void* operator new(std::size_t size)
+// Of this test program only: counts, so that a test of how much work is done need not measure time. Not inlined, where the
+// compiler would see free() end what new began.
+[[gnu::noinline]] void* operator new(std::size_t size)
 {
     ++allocations;
     if (void* memory = std::malloc(size > 0 ? size : 1))
         return memory;
     throw std::bad_alloc();
 }
-void operator delete(void* memory) noexcept
+[[gnu::noinline]] void operator delete(void* memory) noexcept
 {
     std::free(memory);
 }
-void operator delete(void* memory, std::size_t) noexcept
+[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept
 {
     std::free(memory);
 }

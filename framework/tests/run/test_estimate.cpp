@@ -136,4 +136,6 @@ TEST_CASE("A cost that does not fit its stage is refused", "[estimate]")
     CHECK_THAT(refusal({.seconds = {.per_face = -1}}), Catch::Contains("per_face is -1"));
     CHECK_THAT(refusal({.disk_mb = {.fixed = std::numeric_limits<double>::infinity()}}), Catch::Contains("fixed is"));
     CHECK_THAT(refusal({.parallel_share = 1.5}), Catch::Contains("parallel_share is 1.5"));
+    CHECK(refusal({.device = "where"}) == "odd.stage: cost(): the stage has no option \"where\"");
+    CHECK_THAT(refusal({.device = "size_px"}), Catch::Contains("the device cannot be read from the option \"size_px\""));
 }

@@ -8,7 +8,7 @@ namespace
 using Words = std::vector<std::string>;
 
 /// Two scans that are prepared, each painted with two pictures.
-const char* const sweep = R"(version: 1
+const char* const scans_and_pictures = R"(version: 1
 vars: {scan: , picture: , how: nothing}
 matrix: {scan: [1, 2], picture: {plain: 10, wild: 20}}
 stages:
@@ -18,7 +18,7 @@ stages:
   text:    {type: test.sink, input: paint, path: sum.txt, log: log}
 )";
 
-std::size_t count(const Workplace& place, const std::string& beginning)
+std::size_t logged_by(const Workplace& place, const std::string& beginning)
 {
     const auto log = place.log();
     return static_cast<std::size_t>(
@@ -44,7 +44,7 @@ void make_tasks(Workplace& place, const Words& more = {"--pack", "0"})
 TEST_CASE("tasks run one by one come to what one run comes to, by the same keys", "[tasks]")
 {
     Workplace place;
-    place.write("sweep.yaml", sweep);
+    place.write("sweep.yaml", scans_and_pictures);
     make_tasks(place);
     // Later changes of the file change no task.
     place.write("sweep.yaml", "version: 1\nstages: {}\n");
@@ -53,13 +53,13 @@ TEST_CASE("tasks run one by one come to what one run comes to, by the same keys"
         const Finished finished = run_task(place, task);
         INFO(task << ": " << finished.err);
         REQUIRE(finished.code == 0);
-        CHECK(count(place, "source") == static_cast<std::size_t>(std::min(task + 1, 2)));
+        CHECK(logged_by(place, "source") == static_cast<std::size_t>(std::min(task + 1, 2)));
     }
     CHECK(place.read("out/scan=1,plain/sum.txt") == "1011.000000\n");
     CHECK(place.read("out/scan=2,wild/sum.txt") == "1022.000000\n");
     CHECK_FALSE(fs::exists(place.file("out/sweep.json")));
     place.clear_log();
-    place.write("sweep.yaml", sweep);
+    place.write("sweep.yaml", scans_and_pictures);
     const Finished whole = place.run({"run", "sweep.yaml"});
     CHECK(whole.code == 0);
     CHECK(place.log().empty());
@@ -70,7 +70,7 @@ TEST_CASE("tasks run one by one come to what one run comes to, by the same keys"
 TEST_CASE("a task whose needs are missing says which task makes them, and makes none of it", "[tasks]")
 {
     Workplace place;
-    place.write("sweep.yaml", sweep);
+    place.write("sweep.yaml", scans_and_pictures);
     make_tasks(place);
     const Finished early = run_task(place, 4);
     CHECK(early.code == 3);
@@ -78,7 +78,7 @@ TEST_CASE("a task whose needs are missing says which task makes them, and makes 
     CHECK(place.log().empty());
     REQUIRE(run_task(place, 1).code == 0);
     CHECK(run_task(place, 4).code == 0);
-    CHECK(count(place, "source") == 1);
+    CHECK(logged_by(place, "source") == 1);
     // What was stored when the tasks were made is made by none of them.
     fs::remove_all(place.file("tasks"));
     make_tasks(place);
@@ -91,7 +91,7 @@ TEST_CASE("a task whose needs are missing says which task makes them, and makes 
 TEST_CASE("of combinations in one task, one whose needs are missing stops only itself", "[tasks]")
 {
     Workplace place;
-    place.write("sweep.yaml", sweep);
+    place.write("sweep.yaml", scans_and_pictures);
     make_tasks(place, {"--pack", "60"});
     const auto table = fresco::parse_json(place.read("tasks/tasks.json"), "tasks");
     REQUIRE(table.at("task_count").as_int() == 2);
@@ -110,7 +110,7 @@ TEST_CASE("of combinations in one task, one whose needs are missing stops only i
 TEST_CASE("a task refuses another plugin than the one that it was made with, and options that make no sense", "[tasks]")
 {
     Workplace place;
-    place.write("sweep.yaml", sweep);
+    place.write("sweep.yaml", scans_and_pictures);
     make_tasks(place);
     std::string head = place.read("tasks/tasks.json");
     const std::size_t plugin = head.find("\"test.add\"");
@@ -126,14 +126,33 @@ TEST_CASE("a task refuses another plugin than the one that it was made with, and
     CHECK(contains(place.run({"run", "--task", "0", "elsewhere"}).err, "elsewhere: holds no tasks"));
 }
 
-TEST_CASE("a pipeline without a matrix is one task, and a device that auto stands for is part of it", "[tasks]")
+TEST_CASE("what a stage needs while it runs is on the node's own disk, and goes away with it", "[tasks]")
+{
+    Workplace place({"good", "misbehaving"});
+    place.environment["TMPDIR"] = place.file("node").string();
+    fs::create_directories(place.file("node"));
+    place.write("room.yaml", "version: 1\nstages:\n  bad: {type: test.misbehave, how: loop}\n");
+    const auto run = place.start({"run", "room.yaml"});
+    Workplace::wait_until([&] { return !fs::is_empty(place.file("node")); });
+    run->signal(SIGINT);
+    run->signal(SIGINT);
+    CHECK(run->wait().code == 75);
+    CHECK(fs::is_empty(place.file("node")));
+    // A folder that is not there is no reason to fail.
+    place.environment["TMPDIR"] = place.file("nowhere").string();
+    place.write("room.yaml", "version: 1\nstages:\n  bad: {type: test.misbehave, how: abort}\n");
+    CHECK(place.run({"run", "room.yaml"}).code == 1);
+    CHECK(fs::is_empty(place.file(".fresco/tmp")));
+}
+
+TEST_CASE("a pipeline without a matrix is one task, with the settings of the command line", "[tasks]")
 {
     Workplace place;
     place.write("sweep.yaml", "version: 1\nvars: {n: 3}\nstages:\n  one: {type: test.source, value: \"${n}\", log: log}\n"
-                              "  sum: {type: test.add, input: one, log: log}\n");
+                              "  sum: {type: test.add, input: {left: one}, log: log}\n");
     make_tasks(place, {"--set", "n=7"});
     CHECK(run_task(place, 0).code == 0);
-    CHECK(count(place, "source") == 1);
+    CHECK(logged_by(place, "source") == 1);
     CHECK(place.run({"run", "sweep.yaml", "--set", "n=7"}).code == 0);
-    CHECK(count(place, "source") == 1);
+    CHECK(logged_by(place, "source") == 1);
 }

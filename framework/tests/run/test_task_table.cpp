@@ -268,6 +268,25 @@ TEST_CASE("packing is what its rule says, for random times", "[tasks]")
     }
 }
 
+TEST_CASE("a table keeps the command line's settings and what auto devices stand for where it is made", "[tasks]")
+{
+    const auto sets_of = [](const std::string& device, const std::string& matrix)
+    {
+        const Loaded loaded("version: 1\nvars: {where: cpu}\n" + matrix + R"(
+stages:
+  mesh: {type: mesh.pass}
+  paint: {type: paint, input: mesh, device: )" +
+                            device + "}\n");
+        const PipelineRequest request{"p.yaml", {{"mesh.size", "2"}}, loaded.folder.path()};
+        return plan_tasks(request, loaded.pipeline(), loaded.folder.path() / "store", loaded.folder.path() / "out", {})
+            .pipeline.sets;
+    };
+    CHECK(sets_of("auto", "") == Sets{{"mesh.size", "2"}, {"paint.device", "cpu"}});
+    CHECK(sets_of("cuda", "") == Sets{{"mesh.size", "2"}, {"paint.device", "cuda"}});
+    // Of an axis: it is in the file.
+    CHECK(sets_of("\"${where}\"", "matrix: {where: [cpu, cuda]}") == Sets{{"mesh.size", "2"}});
+}
+
 TEST_CASE("a table is read back as it was written, one chunk at a time", "[tasks]")
 {
     const Loaded loaded(painting(3, 4));
@@ -325,11 +344,12 @@ TEST_CASE("a damaged table is refused, naming the file and the place", "[tasks]"
     CHECK(refusal("tasks.json", "\"task_count\": 6", "\"task_count\": 5") ==
           ": groups[3].count: expected an integer from 1 to 1, got 2");
     CHECK(refusal("tasks.json", "\"task_count\": 6", "\"task_count\": 7") == ": groups: they have 6 tasks, expected 7");
-    CHECK(refusal("tasks.json", "\"gpu\": true", "\"gpu\": 1") == ": groups[2].gpu: expected true or false, got a integer");
+    CHECK(refusal("tasks.json", "\"gpu\": true", "\"gpu\": 1") == ": groups[2].gpu: expected true or false, got a whole number");
     CHECK(refusal("tasks.json", "\"store\"", "\"stores\"") == ": unknown entry 'stores'");
     CHECK(refusal("tasks.json", "\"threads\": 2", "\"threads\": 0") ==
           ": groups[0].threads: expected an integer from 1 to 65536, got 0");
-    CHECK(refusal("tasks.json", "\"hash\": \"00\"", "\"hash\": 0") == ": plugins.paint.hash: expected a text, got a integer");
+    CHECK(refusal("tasks.json", "\"hash\": \"00\"", "\"hash\": 0") ==
+          ": plugins.paint.hash: expected a text, got a whole number");
     CHECK(refusal("tasks/000000.json", "\"needs\":[1]", "\"needs\":[2]") ==
           ": tasks[2].needs[0]: expected an integer from 0 to 1, got 2");
     CHECK(refusal("tasks/000000.json", "\"id\":0", "\"id\":1") == ": tasks[0].id: expected an integer from 0 to 0, got 1");

@@ -9,8 +9,8 @@ import tempfile
 import time
 
 PIPELINE = """stages:
-  scan: {type: command, run: [echo, "${scan}", "{made}"], outputs: {made: mesh}}
-  mesh: {type: command, run: [echo, "{used}", "{made}"], inputs: {used: mesh}, outputs: {made: mesh}, input: scan}
+  recording: {type: command, run: [echo, "${scan}", "{made}"], outputs: {made: mesh}}
+  mesh: {type: command, run: [echo, "{used}", "{made}"], inputs: {used: mesh}, outputs: {made: mesh}, input: recording}
   atlas: {type: command, run: [echo, "{used}", "{made}"], inputs: {used: mesh}, outputs: {made: mesh}, input: mesh}
   paint: {type: command, run: [echo, "{used}", "${picture}", "{made}"], inputs: {used: mesh}, outputs: {made: mesh}, input: atlas}
   bake: {type: command, run: [echo, "{used}", "{made}"], inputs: {used: mesh}, outputs: {made: mesh}, input: paint}

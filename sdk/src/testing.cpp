@@ -127,8 +127,8 @@ std::shared_ptr<Component> TestFactory::create(std::string_view kind, const Valu
     return made_[key] = component;
 }
 
-void run_stage(Stage& stage, const Value& options, const std::map<std::string, std::shared_ptr<const Artifact>>& inputs,
-               const fs::path& folder, TestRun& run, ComponentFactory& factory)
+void run_stage(Stage& stage, const Value& options, const Inputs& inputs, const fs::path& folder, TestRun& run,
+               ComponentFactory& factory)
 {
     stage.configure(options, factory);
     for (const auto& [name, artifact] : inputs)
@@ -149,6 +149,20 @@ void run_stage(Stage& stage, const Value& options, const std::map<std::string, s
             fs::remove(folder / port->name());
         else
             port->save();
+}
+
+void run_stage(const fs::path& library, std::string_view type, Value options, const Inputs& inputs, const fs::path& folder,
+               TestRun& run, const std::map<std::string, std::shared_ptr<Component>>& components)
+{
+    const auto stage = make_from_plugin<Stage>(library, type);
+    TestFactory factory;
+    for (const Parameter* parameter : stage->parameters())
+        if (const auto found = components.find(parameter->name()); found != components.end())
+        {
+            factory.add("test." + found->first, [&] { return found->second; });
+            options.set(found->first, Value::Map{{"type", "test." + found->first}});
+        }
+    run_stage(*stage, options, inputs, folder, run, factory);
 }
 
 std::unique_ptr<Configurable> make_from_plugin(const fs::path& library, std::string_view type)

@@ -7,7 +7,6 @@
 #include <catch2/catch.hpp>
 
 #include <cmath>
-#include <map>
 
 using namespace fresco;
 namespace fs = std::filesystem;
@@ -15,16 +14,13 @@ namespace fs = std::filesystem;
 namespace
 {
 
-void run_plugin(const std::string& type, const Value& options,
-                const std::map<std::string, std::shared_ptr<const Artifact>>& inputs, const fs::path& out)
+void run_plugin(const std::string& type, const Value& options, const testing::Inputs& inputs, const fs::path& out)
 {
     std::string library = type + ".so";
     library[library.find('.')] = '_';
-    const auto made = testing::make_from_plugin(fs::path(FRESCO_PLUGINS) / library, type);
-    testing::TestFactory factory;
     testing::TestRun run;
-    factory.add("image.none", [] { return std::make_shared<NpyCodec>(); });
-    testing::run_stage(dynamic_cast<Stage&>(*made), options, inputs, out, run, factory);
+    testing::run_stage(fs::path(FRESCO_PLUGINS) / library, type, options, inputs, out, run,
+                       {{"images", std::make_shared<NpyCodec>()}});
 }
 
 }  // namespace

@@ -18,29 +18,14 @@ using fresco::Value;
 namespace
 {
 
-using Inputs = std::map<std::string, std::shared_ptr<const fresco::Artifact>>;
-
-fresco::testing::TestFactory factory()
-{
-    fresco::testing::TestFactory factory;
-    factory.add("image.opencv",
-                []
-                {
-                    std::shared_ptr<fresco::Configurable> made =
-                        fresco::testing::make_from_plugin(IMAGE_OPENCV_PLUGIN, "image.opencv");
-                    return std::dynamic_pointer_cast<fresco::Component>(made);
-                });
-    return factory;
-}
-
 /// Runs a stage; gives the folder of its outputs.
-fs::path run(const char* library, const char* type, Value options, const Inputs& inputs, const fs::path& out)
+fs::path run(const char* library, const char* type, const Value& options, const fresco::testing::Inputs& inputs,
+             const fs::path& out)
 {
-    auto components = factory();
-    options.set("images", Value::Map{{"type", "image.opencv"}});
     fresco::testing::TestRun run;
-    const auto made = fresco::testing::make_from_plugin(library, type);
-    fresco::testing::run_stage(dynamic_cast<fresco::Stage&>(*made), options, inputs, out, run, components);
+    fresco::testing::run_stage(
+        library, type, options, inputs, out, run,
+        {{"images", fresco::testing::make_from_plugin<fresco::ImageIo>(IMAGE_OPENCV_PLUGIN, "image.opencv")}});
     return out;
 }
 

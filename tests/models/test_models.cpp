@@ -10,7 +10,6 @@
 #include <catch2/catch.hpp>
 
 #include <cmath>
-#include <map>
 #include <memory>
 #include <string>
 
@@ -21,8 +20,6 @@ namespace
 {
 
 constexpr int texture_px = 256;
-
-using Inputs = std::map<std::string, std::shared_ptr<const Artifact>>;
 
 /// The stages from a model's file to its bake.
 class Chain
@@ -82,18 +79,13 @@ class Chain
   private:
     ArtifactFolder output(const std::string& port) const { return {folder_.path() / port, folder_.path()}; }
 
-    void run(const std::string& type, Value options, const Inputs& inputs)
+    void run(const std::string& type, const Value& options, const testing::Inputs& inputs)
     {
         std::string library = type;
         library.replace(library.find('.'), 1, "_");
-        const auto made = testing::make_from_plugin(std::string(FRESCO_PLUGINS) + "/" + library + ".so", type);
         testing::TestRun test_run;
-        testing::TestFactory factory;
-        factory.add("image.opencv", [] { return std::make_shared<stored_png::Codec>(); });
-        for (const Parameter* parameter : made->parameters())
-            if (parameter->name() == "images")
-                options.set("images", Value::Map{{"type", "image.opencv"}});
-        testing::run_stage(dynamic_cast<Stage&>(*made), options, inputs, folder_.path(), test_run, factory);
+        testing::run_stage(std::string(FRESCO_PLUGINS) + "/" + library + ".so", type, options, inputs, folder_.path(), test_run,
+                           {{"images", std::make_shared<stored_png::Codec>()}});
     }
 
     testing::TemporaryFolder folder_;

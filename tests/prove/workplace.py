@@ -10,11 +10,11 @@ import tempfile
 import time
 
 
-def arguments(description):
-    """FRESCO TEST_PLUGINS [--long] [--seed N]; the plugins' folder is the build's tests/plugins."""
+def arguments(description, *more):
+    """FRESCO TEST_PLUGINS and `more` paths, [--long] [--seed N]; the plugins' folder is the build's tests/plugins."""
     parser = argparse.ArgumentParser(description=description)
-    parser.add_argument("fresco", type=pathlib.Path)
-    parser.add_argument("plugins", type=pathlib.Path)
+    for name in ("fresco", "plugins", *more):
+        parser.add_argument(name, type=pathlib.Path)
     parser.add_argument("--long", action="store_true", help="every case")
     parser.add_argument("--seed", type=int, help="of the random choices; default: 1, with --long another each time")
     given = parser.parse_args()
@@ -54,6 +54,10 @@ class Ended:
     def in_state(self, state):
         return {name for name, stage in self.stages.items() if stage["state"] == state}
 
+    @property
+    def text(self):
+        return self.err + self.out
+
     def __str__(self):
         return f"exit code {self.code}\n{self.err}{self.out[-3000:]}"
 
@@ -61,8 +65,8 @@ class Ended:
 class Workplace:
     """bin/fresco, lib/ with its library, plugins/ with copies of the named ones, work/ as the working folder."""
 
-    def __init__(self, fresco, plugins, own=()):
-        self.root = pathlib.Path(tempfile.mkdtemp(prefix="fresco-prove-")).resolve()
+    def __init__(self, fresco, plugins, own=(), parent=None):
+        self.root = pathlib.Path(tempfile.mkdtemp(prefix="fresco-prove-", dir=parent)).resolve()
         self.work, self.plugins = self.root / "work", self.root / "plugins"
         for folder in ("bin", "lib", "plugins", "work", "home", "tmp"):
             (self.root / folder).mkdir()

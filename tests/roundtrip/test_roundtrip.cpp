@@ -13,7 +13,6 @@
 #include <catch2/catch.hpp>
 
 #include <cmath>
-#include <map>
 #include <memory>
 #include <string>
 
@@ -23,25 +22,11 @@ namespace
 {
 constexpr double limit = 2;  // of 255, mean over pixels and channels
 
-using Inputs = std::map<std::string, std::shared_ptr<const Artifact>>;
-
-void run(const char* library, const char* type, Value options, const Inputs& inputs, const std::filesystem::path& folder)
+void run(const char* library, const char* type, const Value& options, const testing::Inputs& inputs,
+         const std::filesystem::path& folder)
 {
-    const auto made = testing::make_from_plugin(library, type);
     testing::TestRun test_run;
-    testing::TestFactory factory;
-    factory.add("image.opencv", [] { return std::make_shared<stored_png::Codec>(); });
-    for (const Parameter* parameter : made->parameters())
-        if (parameter->name() == "images")
-            options.set("images", Value::Map{{"type", "image.opencv"}});
-    testing::run_stage(dynamic_cast<Stage&>(*made), options, inputs, folder, test_run, factory);
-}
-
-Raster8 read_png(const std::filesystem::path& file)
-{
-    const auto bytes = read_file(file);
-    const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());
-    return stored_png::decode({data, data + bytes.size()});
+    testing::run_stage(library, type, options, inputs, folder, test_run, {{"images", std::make_shared<stored_png::Codec>()}});
 }
 
 /// The stages from the room to its GLB, run once per mistake of the painter.
@@ -77,7 +62,7 @@ class Chain
         std::vector<Raster8> pictures;
         const auto files = Files::load({folder_.path() / "views", folder_.path()});
         for (const std::string& name : files->names)
-            pictures.push_back(read_png(folder_.path() / "views" / name));
+            pictures.push_back(stored_png::Codec().read_rgb(folder_.path() / "views" / name));
         return pictures;
     }
 

@@ -12,7 +12,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <memory>
 #include <string>
 
@@ -104,8 +103,6 @@ Raster8 stylized(const Camera& camera, int number)
     return picture;
 }
 
-using Inputs = std::map<std::string, std::shared_ptr<const Artifact>>;
-
 class Chain
 {
   public:
@@ -139,18 +136,13 @@ class Chain
     }
 
   private:
-    void run(const std::string& type, Value options, const Inputs& inputs)
+    void run(const std::string& type, const Value& options, const testing::Inputs& inputs)
     {
         std::string library = type;
         std::ranges::replace(library, '.', '_');
-        const auto made = testing::make_from_plugin(fs::path(FRESCO_PLUGINS) / (library + ".so"), type);
         testing::TestRun test_run;
-        testing::TestFactory factory;
-        factory.add("image.opencv", [] { return std::make_shared<Codec>(); });
-        for (const Parameter* parameter : made->parameters())
-            if (parameter->name() == "images")
-                options.set("images", Value::Map{{"type", "image.opencv"}});
-        testing::run_stage(dynamic_cast<Stage&>(*made), options, inputs, folder_.path(), test_run, factory);
+        testing::run_stage(fs::path(FRESCO_PLUGINS) / (library + ".so"), type, options, inputs, folder_.path(), test_run,
+                           {{"images", std::make_shared<Codec>()}});
     }
 
     testing::TemporaryFolder folder_;

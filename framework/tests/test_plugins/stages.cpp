@@ -15,6 +15,7 @@
 #include <iostream>
 #include <limits>
 #include <new>
+#include <sstream>
 #include <thread>
 
 Scaler::~Scaler() = default;
@@ -133,23 +134,33 @@ class Maybe final : public LoggedStage
 };
 FRESCO_STAGE("test.maybe", Maybe, "A number, or none")
 
-/// Counts to `steps`, one checkpoint per step. Says so when it is stopped in order.
+/// Counts to `steps`, one checkpoint per step. Says so when it is stopped in order. A checkpoint made with another number in the
+/// file would give another sum.
 class Slow final : public LoggedStage
 {
     Input<Table> start{this, "start", fresco::optional, "Where to begin"};
     Output<Table> counted{this, "counted", "The last number"};
     Option<int> steps{this, "steps", 20, fresco::range(1, 100'000), "How far"};
     Option<int> step_ms{this, "step_ms", 20, fresco::range(0, 10'000), "Pause per step", fresco::not_in_key};
+    Option<std::string> file{this, "file", "", "File with the number that a step adds; empty: 1"};
+    Option<int> fail_at{this, "fail_at", 0, fresco::range(0, 100'000), "Fail in this step (0: never)", fresco::not_in_key};
 
     fresco::Cost cost() const override { return {.seconds = {.per_step = 0.1}, .steps = {.option = "steps"}}; }
 
     void run(RunContext& run) override
     {
         const auto checkpoint = run.checkpoint_folder() / "step";
+        int each = 1;
+        if (!file->empty())
+        {
+            run.reads_file(*file);
+            each = std::stoi(fresco::read_text_file(*file));
+        }
         int step = 0;
+        int sum = 0;
         try
         {
-            step = std::stoi(fresco::read_checked_text(checkpoint));
+            std::istringstream(fresco::read_checked_text(checkpoint)) >> step >> sum;
         }
         catch (const fresco::Error& error)
         {
@@ -160,12 +171,15 @@ class Slow final : public LoggedStage
         for (; step < *steps; ++step)
         {
             stop_if_told(run);
+            if (step + 1 == *fail_at)
+                throw fresco::Error("told to fail in step " + std::to_string(*fail_at));
+            sum += each;
             run.metric("loss", 1.0 / (step + 1));
             run.progress(step, *steps, "steps");
             std::this_thread::sleep_for(std::chrono::milliseconds(*step_ms));
-            fresco::write_checked(checkpoint, std::to_string(step + 1));
+            fresco::write_checked(checkpoint, std::to_string(step + 1) + " " + std::to_string(sum));
         }
-        counted = number((start.has_value() ? value_of(*start) : 0) + step);
+        counted = number((start.has_value() ? value_of(*start) : 0) + sum);
     }
 
     void stop_if_told(RunContext& run)
@@ -228,17 +242,18 @@ class Sink final : public LoggedStage
     Output<Files> files{this, "files", "A text file"};
     Option<fresco::OutputName> path{this, "path", fresco::OutputName{"number.txt"}, "File below --out"};
     Option<int> copies{this, "copies", 0, fresco::range(0, 100'000), "More files, numbered"};
+    Option<std::string> before{this, "before", "", "Text before the number"};
 
     void run(RunContext&) override
     {
         log("sink " + path->path);
         Files made;
-        const std::string text = std::to_string(value_of(*table)) + "\n";
+        const std::string text = *before + std::to_string(value_of(*table)) + "\n";
         const auto write = [&](const std::string& name)
         {
             const auto file = files.folder().path / name;
             std::filesystem::create_directories(file.parent_path());
-            std::ofstream(file) << text << std::flush;
+            fresco::write_file(file, text);
             made.names.push_back(name);
         };
         write(path->path);

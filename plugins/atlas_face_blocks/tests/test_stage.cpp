@@ -28,11 +28,9 @@ Mesh strip(std::uint32_t faces)
 
 std::shared_ptr<Mesh> run(const Mesh& mesh, const Value& options, testing::TestRun& context)
 {
-    auto object = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "atlas.face_blocks");
-    auto& stage = dynamic_cast<Stage&>(*object);
     const testing::TemporaryFolder folder;
-    testing::TestFactory factory;
-    testing::run_stage(stage, options, {{"mesh", std::make_shared<Mesh>(mesh)}}, folder.path(), context, factory);
+    testing::run_stage(FRESCO_PLUGIN_FILE, "atlas.face_blocks", options, {{"mesh", std::make_shared<Mesh>(mesh)}}, folder.path(),
+                       context);
     return Mesh::load({folder.path() / "atlas", {}});
 }
 

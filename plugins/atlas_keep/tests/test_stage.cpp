@@ -23,11 +23,9 @@ Mesh square()
 
 std::shared_ptr<Mesh> keep(const Mesh& mesh, fresco::testing::TestRun& run)
 {
-    const auto made = fresco::testing::make_from_plugin(FRESCO_PLUGIN_FILE, "atlas.keep");
     fresco::testing::TemporaryFolder folder;
-    fresco::testing::TestFactory factory;
-    fresco::testing::run_stage(dynamic_cast<fresco::Stage&>(*made), fresco::Value::Map{},
-                               {{"mesh", std::make_shared<Mesh>(mesh)}}, folder.path(), run, factory);
+    fresco::testing::run_stage(FRESCO_PLUGIN_FILE, "atlas.keep", fresco::Value::Map{}, {{"mesh", std::make_shared<Mesh>(mesh)}},
+                               folder.path(), run);
     return Mesh::load({folder.path() / "atlas", {}});
 }
 

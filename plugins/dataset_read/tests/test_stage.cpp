@@ -19,9 +19,7 @@ namespace
 
 void read_dataset(const fs::path& folder, const fs::path& out, testing::TestRun& run)
 {
-    const auto made = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "dataset.read");
-    testing::TestFactory factory;
-    testing::run_stage(dynamic_cast<Stage&>(*made), Value::Map{{"path", folder.string()}}, {}, out, run, factory);
+    testing::run_stage(FRESCO_PLUGIN_FILE, "dataset.read", Value::Map{{"path", folder.string()}}, {}, out, run);
 }
 
 /// A small dataset, and what is said of it once `damage` was done to it.

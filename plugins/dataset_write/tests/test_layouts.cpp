@@ -27,12 +27,9 @@ namespace
 std::vector<std::string> write_dataset(const fs::path& out, const SmallRecording& recording, Value options, testing::TestRun& run,
                                        std::shared_ptr<NpyCodec> codec = std::make_shared<NpyCodec>())
 {
-    const auto made = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "dataset.write");
-    testing::TestFactory factory;
-    factory.add("image.npy", [&] { return codec; });
-    options.set("images", Value::Map{{"type", "image.npy"}});
-    testing::run_stage(dynamic_cast<Stage&>(*made), options,
-                       {{"uvmaps", recording.maps}, {"frames", recording.frames}, {"mesh", recording.mesh}}, out, run, factory);
+    testing::run_stage(FRESCO_PLUGIN_FILE, "dataset.write", options,
+                       {{"uvmaps", recording.maps}, {"frames", recording.frames}, {"mesh", recording.mesh}}, out, run,
+                       {{"images", codec}});
     return Files::load({out / "files", out})->names;
 }
 

@@ -21,21 +21,16 @@ namespace fs = std::filesystem;
 namespace
 {
 
-using Inputs = std::map<std::string, std::shared_ptr<const Artifact>>;
-
 /// Runs the stage; the dataset is at `out`/files/dataset.
-std::shared_ptr<Files> write_dataset(const fs::path& out, const Inputs& inputs, testing::TestRun& run,
+std::shared_ptr<Files> write_dataset(const fs::path& out, const testing::Inputs& inputs, testing::TestRun& run,
                                      Value options = Value::Map{})
 {
-    const auto made = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "dataset.write");
-    testing::TestFactory factory;
-    factory.add("image.npy", [] { return std::make_shared<NpyCodec>(); });
-    options.set("images", Value::Map{{"type", "image.npy"}});
-    testing::run_stage(dynamic_cast<Stage&>(*made), options, inputs, out, run, factory);
+    testing::run_stage(FRESCO_PLUGIN_FILE, "dataset.write", options, inputs, out, run,
+                       {{"images", std::make_shared<NpyCodec>()}});
     return Files::load({out / "files", out});
 }
 
-Inputs inputs_of(const SmallRecording& recording)
+testing::Inputs inputs_of(const SmallRecording& recording)
 {
     return {{"uvmaps", recording.maps}, {"frames", recording.frames}, {"mesh", recording.mesh}};
 }
@@ -52,7 +47,7 @@ TEST_CASE("the folder holds every view's maps and pictures, and the manifest lis
     const testing::TemporaryFolder folder;
     const SmallRecording recording(folder.path());
     testing::TestRun run;
-    Inputs inputs = inputs_of(recording);
+    testing::Inputs inputs = inputs_of(recording);
     inputs["style"] = std::make_shared<Image>(Raster8(9, 7, 4, 200));
     const auto agreement = std::make_shared<Table>();
     agreement->columns = {"error_before", "error_after", "median_moved_px", "most_moved_px"};
@@ -113,7 +108,7 @@ TEST_CASE("uint16 is refused for uv maps of a larger texture")
 {
     const testing::TemporaryFolder folder;
     const SmallRecording recording(folder.path());
-    Inputs inputs = inputs_of(recording);
+    testing::Inputs inputs = inputs_of(recording);
     const auto fine = std::make_shared<UvMaps>(*recording.maps);
     fine->texture_px = 8192;
     inputs["uvmaps"] = fine;
@@ -181,9 +176,9 @@ TEST_CASE("what the reader would refuse is not written, and a canceled run stops
     const testing::TemporaryFolder folder;
     const SmallRecording recording(folder.path());
     testing::TestRun run;
-    const auto refuse = [&](const Inputs& inputs) { write_dataset(folder.path() / "out", inputs, run); };
+    const auto refuse = [&](const testing::Inputs& inputs) { write_dataset(folder.path() / "out", inputs, run); };
 
-    Inputs inputs = inputs_of(recording);
+    testing::Inputs inputs = inputs_of(recording);
     inputs["style"] = std::make_shared<Image>();
     CHECK_THROWS_WITH(refuse(inputs), Contains("the picture on port 'style': a picture of 0 x 0"));
     inputs = inputs_of(recording);

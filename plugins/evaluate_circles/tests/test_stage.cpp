@@ -43,13 +43,9 @@ class Recording
 
     Files judge(const Value& options, testing::TestRun& run, const std::filesystem::path& out) const
     {
-        const auto made = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "evaluate.circles");
-        testing::TestFactory factory;
-        factory.add("image.opencv", [] { return std::make_shared<stored_png::Codec>(); });
-        Value all = options;
-        all.set("images", Value::Map{{"type", "image.opencv"}});
-        testing::run_stage(dynamic_cast<Stage&>(*made), all, {{"views", views}, {"frames", frames}, {"mesh", mesh}}, out, run,
-                           factory);
+        testing::run_stage(FRESCO_PLUGIN_FILE, "evaluate.circles", options,
+                           {{"views", views}, {"frames", frames}, {"mesh", mesh}}, out, run,
+                           {{"images", std::make_shared<stored_png::Codec>()}});
         return *Files::load({out / "figures", out});
     }
 

@@ -11,7 +11,6 @@
 #include <catch2/catch.hpp>
 
 #include <algorithm>
-#include <map>
 #include <memory>
 #include <span>
 
@@ -22,8 +21,6 @@ namespace
 {
 constexpr int width = 160;
 constexpr int height = 120;
-
-using Inputs = std::map<std::string, std::shared_ptr<const Artifact>>;
 
 void write_picture(const std::filesystem::path& file, const Raster8& picture)
 {
@@ -61,15 +58,11 @@ class Recording
         views->loaded_from = folder.path();
     }
 
-    Value judge(const Value& options, const Inputs& inputs, testing::TestRun& run, std::string* text = nullptr) const
+    Value judge(const Value& options, const testing::Inputs& inputs, testing::TestRun& run, std::string* text = nullptr) const
     {
         testing::TemporaryFolder out;
-        const auto made = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "evaluate.painting");
-        testing::TestFactory factory;
-        factory.add("image.opencv", [] { return std::make_shared<stored_png::Codec>(); });
-        Value all = options;
-        all.set("images", Value::Map{{"type", "image.opencv"}});
-        testing::run_stage(dynamic_cast<Stage&>(*made), all, inputs, out.path(), run, factory);
+        testing::run_stage(FRESCO_PLUGIN_FILE, "evaluate.painting", options, inputs, out.path(), run,
+                           {{"images", std::make_shared<stored_png::Codec>()}});
         const auto files = Files::load({out.path() / "figures", out.path()});
         REQUIRE(files->names.size() == 1);
         const std::string json = read_text_file(files->loaded_from / files->names[0]);
@@ -78,7 +71,7 @@ class Recording
         return parse_json(json);
     }
 
-    Inputs all_views() const { return {{"views", views}, {"frames", frames}, {"style", style}}; }
+    testing::Inputs all_views() const { return {{"views", views}, {"frames", frames}, {"style", style}}; }
 
     testing::TemporaryFolder folder;
     std::shared_ptr<Image> style = std::make_shared<Image>();
@@ -186,7 +179,7 @@ TEST_CASE("each figure needs its own inputs only")
     const auto bare = std::make_shared<Frames>(*recording.frames);
     for (Frame& frame : bare->frames)
         frame.color_picture = {};
-    Inputs inputs = recording.all_views();
+    testing::Inputs inputs = recording.all_views();
     inputs["frames"] = bare;
     CHECK(recording.judge(Value::Map{}, inputs, run).at("figures").find("edges") == nullptr);
 }
@@ -231,7 +224,7 @@ TEST_CASE("the stage says what is missing or does not belong together")
     const Recording recording;
     const PaintedWall wall;
     testing::TestRun run;
-    const auto refused = [&](const Inputs& inputs, const std::string& text, const Value& options = Value::Map{})
+    const auto refused = [&](const testing::Inputs& inputs, const std::string& text, const Value& options = Value::Map{})
     { CHECK_THROWS_WITH(recording.judge(options, inputs, run), Catch::Contains(text)); };
     const Value folder = Value::Map{{"folder", recording.folder.path().string()}};
     refused({}, "nothing to measure");

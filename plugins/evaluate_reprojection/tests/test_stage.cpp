@@ -40,18 +40,13 @@ class Recording
         views->loaded_from = folder.path();
     }
 
-    using Inputs = std::map<std::string, std::shared_ptr<const Artifact>>;
-    Inputs rendered() const { return {{"views", views}, {"frames", frames}, {"textured_mesh", textured}}; }
+    testing::Inputs rendered() const { return {{"views", views}, {"frames", frames}, {"textured_mesh", textured}}; }
 
-    std::string judge(const Value& options, const Inputs& inputs, testing::TestRun& run) const
+    std::string judge(const Value& options, const testing::Inputs& inputs, testing::TestRun& run) const
     {
         testing::TemporaryFolder out;
-        const auto made = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "evaluate.reprojection");
-        testing::TestFactory factory;
-        factory.add("image.opencv", [] { return std::make_shared<stored_png::Codec>(); });
-        Value all = options;
-        all.set("images", Value::Map{{"type", "image.opencv"}});
-        testing::run_stage(dynamic_cast<Stage&>(*made), all, inputs, out.path(), run, factory);
+        testing::run_stage(FRESCO_PLUGIN_FILE, "evaluate.reprojection", options, inputs, out.path(), run,
+                           {{"images", std::make_shared<stored_png::Codec>()}});
         const auto files = Files::load({out.path() / "figures", out.path()});
         REQUIRE(files->names.size() == 1);
         return read_text_file(files->loaded_from / files->names[0]);

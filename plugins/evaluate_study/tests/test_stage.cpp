@@ -61,15 +61,11 @@ struct Pictures
         return result;
     }
 
-    using Inputs = std::map<std::string, std::shared_ptr<const Artifact>>;
-    std::shared_ptr<Files> run_stage(Value options, testing::TestRun& run, const Inputs& inputs = {}) const
+    std::shared_ptr<Files> run_stage(const Value& options, testing::TestRun& run, const testing::Inputs& inputs = {}) const
     {
-        const auto made = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "evaluate.study");
-        testing::TestFactory factory;
-        factory.add("image.written", [] { return std::make_shared<WrittenOut>(); });
-        options.set("images", Value::Map{{"type", "image.written"}});
         fs::remove_all(folder.path() / "out");
-        testing::run_stage(dynamic_cast<Stage&>(*made), options, inputs, folder.path() / "out", run, factory);
+        testing::run_stage(FRESCO_PLUGIN_FILE, "evaluate.study", options, inputs, folder.path() / "out", run,
+                           {{"images", std::make_shared<WrittenOut>()}});
         return Files::load({folder.path() / "out/files", {}});
     }
     std::string made(const char* name) const { return read_text_file(folder.path() / "out/files" / name); }

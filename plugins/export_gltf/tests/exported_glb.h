@@ -13,7 +13,6 @@
 
 #include <cmath>
 #include <cstring>
-#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -84,24 +83,18 @@ struct Exported
     std::vector<std::string> messages;
 };
 
-using Inputs = std::map<std::string, std::shared_ptr<const fresco::Artifact>>;
-
-inline Exported exported_from(const fresco::Value& options, const Inputs& inputs)
+inline Exported exported_from(const fresco::Value& options, const fresco::testing::Inputs& inputs)
 {
-    const auto made = fresco::testing::make_from_plugin(FRESCO_PLUGIN_FILE, "export.gltf");
     fresco::testing::TemporaryFolder folder;
     fresco::testing::TestRun run;
-    fresco::testing::TestFactory factory;
-    factory.add("image.opencv", [] { return std::make_shared<stored_png::Codec>(); });
-    fresco::Value all = options;
-    all.set("images", fresco::Value::Map{{"type", "image.opencv"}});
-    fresco::testing::run_stage(dynamic_cast<fresco::Stage&>(*made), all, inputs, folder.path(), run, factory);
+    fresco::testing::run_stage(FRESCO_PLUGIN_FILE, "export.gltf", options, inputs, folder.path(), run,
+                               {{"images", std::make_shared<stored_png::Codec>()}});
     const auto files = fresco::Files::load({folder.path() / "files", folder.path()});
     return {fresco::read_text_file(folder.path() / "files" / files->names.at(0)), files->names, run.reported, run.messages};
 }
 
 /// A floor that looks along `up`, and a frame whose camera stands on it, looks level, and is 10 degrees off around its axis.
-inline Inputs leaning_floor(fresco::Vec3d up)
+inline fresco::testing::Inputs leaning_floor(fresco::Vec3d up)
 {
     using namespace fresco;
     const Vec3d right = normalized(cross(Vec3d{0.3, 0.5, 0.7}, up));

@@ -78,7 +78,7 @@ TEST_CASE("by default the node turns the floor's normal to +Y, the cameras tell 
 {
     for (const Vec3d up : {Vec3d{0, -1, 0}, normalized(Vec3d{0.1, -0.8, -0.5}), normalized(Vec3d{-0.6, 0.2, 0.7})})
     {
-        const Inputs inputs = leaning_floor(up);
+        const fresco::testing::Inputs inputs = leaning_floor(up);
         for (const bool quantize : {false, true})
         {
             const Exported result = exported_from(Value::Map{{"quantize", quantize}}, inputs);

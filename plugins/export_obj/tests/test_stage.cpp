@@ -29,14 +29,9 @@ TexturedMesh square()
 std::vector<std::string> export_to(const std::filesystem::path& folder, const Value& options,
                                    const TexturedMesh& textured = square())
 {
-    const auto made = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "export.obj");
     testing::TestRun run;
-    testing::TestFactory factory;
-    factory.add("image.opencv", [] { return std::make_shared<stored_png::Codec>(); });
-    Value all = options;
-    all.set("images", Value::Map{{"type", "image.opencv"}});
-    testing::run_stage(dynamic_cast<Stage&>(*made), all, {{"textured_mesh", std::make_shared<TexturedMesh>(textured)}}, folder,
-                       run, factory);
+    testing::run_stage(FRESCO_PLUGIN_FILE, "export.obj", options, {{"textured_mesh", std::make_shared<TexturedMesh>(textured)}},
+                       folder, run, {{"images", std::make_shared<stored_png::Codec>()}});
     return run.messages;
 }
 }  // namespace
@@ -95,17 +90,15 @@ TEST_CASE("what cannot be exported is refused")
 TEST_CASE("a mesh without a picture is one file with vertex colors and texcoords, where it has them")
 {
     testing::TemporaryFolder folder;
-    const auto made = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "export.obj");
     testing::TestRun run;
-    testing::TestFactory factory;
     Mesh mesh = square().mesh;
     mesh.colors = {{0, 1, 2}, {30, 90, 188}, {254, 255, 253}, {7, 77, 177}};
     for (const bool with_texcoords : {true, false})
     {
         if (!with_texcoords)
             mesh.texcoords.clear();
-        testing::run_stage(dynamic_cast<Stage&>(*made), Value::Map{{"up", "keep"}}, {{"mesh", std::make_shared<Mesh>(mesh)}},
-                           folder.path(), run, factory);
+        testing::run_stage(FRESCO_PLUGIN_FILE, "export.obj", Value::Map{{"up", "keep"}}, {{"mesh", std::make_shared<Mesh>(mesh)}},
+                           folder.path(), run);
         CHECK(Files::load({folder.path() / "files", folder.path()})->names == std::vector<std::string>{"room.obj"});
         const Mesh read = read_mesh(folder.path() / "files/room.obj");
         CHECK(read.positions == mesh.positions);

@@ -41,15 +41,11 @@ struct Exported
 std::unique_ptr<Exported> exported(const Value& options, const TexturedMesh& textured = two_squares())
 {
     auto result = std::make_unique<Exported>();
-    const auto made = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "export.ply");
-    testing::TestFactory factory;
-    factory.add("image.opencv", [] { return std::make_shared<stored_png::Codec>(); });
     Value all = options;
     if (!all.find("up"))
         all.set("up", "keep");
-    all.set("images", Value::Map{{"type", "image.opencv"}});
-    testing::run_stage(dynamic_cast<Stage&>(*made), all, {{"textured_mesh", std::make_shared<TexturedMesh>(textured)}},
-                       result->folder.path(), result->run, factory);
+    testing::run_stage(FRESCO_PLUGIN_FILE, "export.ply", all, {{"textured_mesh", std::make_shared<TexturedMesh>(textured)}},
+                       result->folder.path(), result->run, {{"images", std::make_shared<stored_png::Codec>()}});
     result->names = Files::load({result->folder.path() / "files", result->folder.path()})->names;
     return result;
 }
@@ -165,10 +161,8 @@ TEST_CASE("a mesh without a picture is one file with its vertex colors, and with
             mesh.texcoords.clear();
         testing::TemporaryFolder folder;
         testing::TestRun run;
-        testing::TestFactory factory;
-        const auto made = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "export.ply");
-        testing::run_stage(dynamic_cast<Stage&>(*made), options, {{"mesh", std::make_shared<Mesh>(mesh)}}, folder.path(), run,
-                           factory);
+        testing::run_stage(FRESCO_PLUGIN_FILE, "export.ply", options, {{"mesh", std::make_shared<Mesh>(mesh)}}, folder.path(),
+                           run);
         CHECK(Files::load({folder.path() / "files", folder.path()})->names == std::vector<std::string>{"room.ply"});
         const Mesh read = read_mesh(folder.path() / "files/room.ply");
         CHECK(read.triangles.size() == 4);

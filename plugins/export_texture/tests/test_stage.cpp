@@ -50,13 +50,8 @@ struct SizeCodec final : ImageIo
 std::filesystem::path export_to(const std::filesystem::path& folder, const Value& options, std::shared_ptr<ImageIo> codec,
                                 testing::TestRun& run)
 {
-    const auto made = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "export.texture");
-    testing::TestFactory factory;
-    factory.add("image.opencv", [&] { return codec; });
-    Value all = options;
-    all.set("images", Value::Map{{"type", "image.opencv"}});
-    testing::run_stage(dynamic_cast<Stage&>(*made), all, {{"mesh", std::make_shared<TexturedMesh>(square())}}, folder, run,
-                       factory);
+    testing::run_stage(FRESCO_PLUGIN_FILE, "export.texture", options, {{"mesh", std::make_shared<TexturedMesh>(square())}},
+                       folder, run, {{"images", codec}});
     return folder / "files" / Files::load({folder / "files", folder})->names.at(0);
 }
 

@@ -15,13 +15,10 @@ namespace
 
 std::shared_ptr<const Frames> aligned(const Mesh& mesh, const Frames& frames, testing::TestRun& run, Table* agreement = nullptr)
 {
-    const auto stage = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "frames.align");
     testing::TemporaryFolder folder;
-    testing::TestFactory factory;
-    factory.add("test.raw", [] { return std::make_shared<testing::RawImages>(); });
-    testing::run_stage(dynamic_cast<Stage&>(*stage), Value::Map{{"images", Value::Map{{"type", "test.raw"}}}},
+    testing::run_stage(FRESCO_PLUGIN_FILE, "frames.align", Value::Map{},
                        {{"mesh", std::make_shared<Mesh>(mesh)}, {"frames", std::make_shared<Frames>(frames)}}, folder.path(), run,
-                       factory);
+                       {{"images", std::make_shared<testing::RawImages>()}});
     if (agreement)
         *agreement = *Table::load({folder.path() / "agreement", folder.path()});
     return Frames::load({folder.path() / "frames", folder.path()});

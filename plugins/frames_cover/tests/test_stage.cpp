@@ -65,14 +65,10 @@ Frames tiling()
 
 std::vector<std::string> covering_views(const Mesh& mesh, const Frames& frames, Value options, testing::TestRun& run)
 {
-    const auto made = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "frames.cover");
-    testing::TestFactory factory;
     const testing::TemporaryFolder out;
-    factory.add("image.raw", [] { return std::make_shared<testing::RawImages>(); });
-    options.set("images", Value::Map{{"type", "image.raw"}});
-    testing::run_stage(dynamic_cast<Stage&>(*made), options,
+    testing::run_stage(FRESCO_PLUGIN_FILE, "frames.cover", options,
                        {{"mesh", std::make_shared<Mesh>(mesh)}, {"frames", std::make_shared<Frames>(frames)}}, out.path(), run,
-                       factory);
+                       {{"images", std::make_shared<testing::RawImages>()}});
     std::vector<std::string> names;
     for (const Frame& frame : Frames::load({out.path() / "frames", {}})->frames)
         names.push_back(frame.name);
@@ -217,19 +213,11 @@ TEST_CASE("a third of the kitchen's frames see 93 % of what all see, two thirds 
         std::cout << "SKIPPED frames.cover on the kitchen: image_opencv or scan_seven_scenes is not built" << std::endl;
         return;
     }
-    testing::TestFactory factory;
-    factory.add("image.opencv",
-                [&]
-                {
-                    return std::shared_ptr<Component>(dynamic_cast<Component*>(
-                        testing::make_from_plugin(plugins / "image_opencv.so", "image.opencv").release()));
-                });
-    const Value images = Value::Map{{"type", "image.opencv"}};
+    const std::shared_ptr<Component> images = testing::make_from_plugin<ImageIo>(plugins / "image_opencv.so", "image.opencv");
     const testing::TemporaryFolder out;
     testing::TestRun run;
-    const auto scan = testing::make_from_plugin(plugins / "scan_seven_scenes.so", "scan.seven_scenes");
-    testing::run_stage(dynamic_cast<Stage&>(*scan), Value::Map{{"path", kitchen.string()}, {"images", images}}, {}, out.path(),
-                       run, factory);
+    testing::run_stage(plugins / "scan_seven_scenes.so", "scan.seven_scenes", Value::Map{{"path", kitchen.string()}}, {},
+                       out.path(), run, {{"images", images}});
     const auto frames = Frames::load({out.path() / "frames", {}});
     // The surface in every cube of 12.5 mm is a cell: coverage of the room itself, whatever the atlas.
     const auto mesh = Mesh::load({out.path() / "mesh", {}});
@@ -245,9 +233,8 @@ TEST_CASE("a third of the kitchen's frames see 93 % of what all see, two thirds 
         const auto share = [](std::size_t place) { return (static_cast<float>(place) + 0.5F) / 1024; };
         mesh->texcoords.insert(mesh->texcoords.end(), 3, {share(cell % 1024), share(cell / 1024)});
     }
-    const auto stage = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "frames.cover");
-    testing::run_stage(dynamic_cast<Stage&>(*stage), Value::Map{{"images", images}, {"max_share", 1 / 3.0}},
-                       {{"mesh", mesh}, {"frames", frames}}, out.path(), run, factory);
+    testing::run_stage(FRESCO_PLUGIN_FILE, "frames.cover", Value::Map{{"max_share", 1 / 3.0}},
+                       {{"mesh", mesh}, {"frames", frames}}, out.path(), run, {{"images", images}});
     CHECK(run.reported.at("kept").as_int() == 41);
     CHECK(run.reported.at("coverage").as_double() >= 0.93);
     CHECK(run.reported.at("coverage_evenly_spread").as_double() < 0.95);

@@ -27,10 +27,8 @@ void run(int frames_count, const fresco::Value& options, const std::filesystem::
         frame.color = frame.depth = {{4, 4, 4, 4, 2, 2}, {}};
         frames->frames.push_back(frame);
     }
-    const auto made = fresco::testing::make_from_plugin(FRESCO_PLUGIN_FILE, "frames.hold_out");
     fresco::testing::TestRun context;
-    fresco::testing::TestFactory factory;
-    fresco::testing::run_stage(dynamic_cast<fresco::Stage&>(*made), options, {{"frames", frames}}, folder, context, factory);
+    fresco::testing::run_stage(FRESCO_PLUGIN_FILE, "frames.hold_out", options, {{"frames", frames}}, folder, context);
 }
 
 }  // namespace

@@ -124,24 +124,17 @@ TEST_CASE("frames blurred by motion are dropped, sharp ones and lone sights of a
     int width = 256, height = 192, count = 144;
     if (const char* sizes = std::getenv("FRESCO_BLUR_ROOM"))
         REQUIRE(std::sscanf(sizes, "%d %d %d", &width, &height, &count) == 3);
-    const std::shared_ptr<Configurable> made = testing::make_from_plugin(plugins / "image_opencv.so", "image.opencv");
-    const auto codec = std::dynamic_pointer_cast<ImageIo>(made);
-    const ImageIo& images = *codec;
-    testing::TestFactory factory;
-    factory.add("image.opencv", [&] { return codec; });
-    const Value images_option = Value::Map{{"type", "image.opencv"}};
+    const std::shared_ptr<ImageIo> images = testing::make_from_plugin<ImageIo>(plugins / "image_opencv.so", "image.opencv");
     const testing::TemporaryFolder folder;
     testing::TestRun run;
-    const auto room = testing::make_from_plugin(plugins / "scan_synthetic_room.so", "scan.synthetic_room");
-    testing::run_stage(dynamic_cast<Stage&>(*room),
+    testing::run_stage(plugins / "scan_synthetic_room.so", "scan.synthetic_room",
                        Value::Map{{"frames_count", count},
                                   {"color_width_px", width},
                                   {"color_height_px", height},
                                   {"depth_width_px", 160},
                                   {"depth_height_px", 120},
-                                  {"edge_m", 0.15},
-                                  {"images", images_option}},
-                       {}, folder.path(), run, factory);
+                                  {"edge_m", 0.15}},
+                       {}, folder.path(), run, {{"images", images}});
     Frames frames = *Frames::load({folder.path() / "frames", folder.path()});
     Random random(11);
     const std::vector<double> lengths = motion(frames.frames.size(), random);
@@ -149,17 +142,16 @@ TEST_CASE("frames blurred by motion are dropped, sharp ones and lone sights of a
     for (std::size_t i = 0; i < lengths.size(); ++i)
     {
         Frame& frame = frames.frames[i];
-        depths.push_back(load_depth(frame, &images));
-        const Raster8 picture = blurred(load_color(frame, &images), lengths[i], std::numbers::pi * random.uniform(), random);
+        depths.push_back(load_depth(frame, images.get()));
+        const Raster8 picture = blurred(load_color(frame, images.get()), lengths[i], std::numbers::pi * random.uniform(), random);
         frame.color_picture = {folder.path() / (frame.name + ".npy"), ""};
         write_npy(frame.color_picture.path,
                   std::vector<std::size_t>{static_cast<std::size_t>(height), static_cast<std::size_t>(width), 3},
                   std::span<const std::uint8_t>(picture.values));
     }
 
-    const auto stage = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "frames.sharpest");
-    testing::run_stage(dynamic_cast<Stage&>(*stage), Value::Map{{"images", images_option}},
-                       {{"frames", std::make_shared<Frames>(frames)}}, folder.path() / "out", run, factory);
+    testing::run_stage(FRESCO_PLUGIN_FILE, "frames.sharpest", Value::Map{}, {{"frames", std::make_shared<Frames>(frames)}},
+                       folder.path() / "out", run, {{"images", images}});
     const Value& judged = run.reported.at("judged_frames");
     std::size_t blurred_count = 0, blurred_dropped = 0, sharp_count = 0, sharp_dropped = 0, needed = 0;
     std::vector<bool> is_kept;

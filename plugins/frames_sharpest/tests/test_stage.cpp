@@ -67,15 +67,12 @@ fresco::Frames run_sharpest(const fresco::Frames& input, fresco::Value options, 
         std::vector<std::byte> encode_png(const fresco::Raster16&) const override { return {}; }
         std::vector<std::byte> encode_jpeg(const fresco::Raster8&, int) const override { return {}; }
     };
-    fresco::testing::TestFactory factory;
-    factory.add("image.none", [] { return std::make_shared<NoImages>(); });
-    options.set("images", fresco::Value::Map{{"type", "image.none"}});
     if (!options.find("measure"))
         options.set("measure", "laplacian_variance");
-    const auto made = fresco::testing::make_from_plugin(FRESCO_PLUGIN_FILE, "frames.sharpest");
     fresco::testing::TemporaryFolder out;
-    fresco::testing::run_stage(dynamic_cast<fresco::Stage&>(*made), options,
-                               {{"frames", std::make_shared<fresco::Frames>(input)}}, out.path(), run, factory);
+    fresco::testing::run_stage(FRESCO_PLUGIN_FILE, "frames.sharpest", options,
+                               {{"frames", std::make_shared<fresco::Frames>(input)}}, out.path(), run,
+                               {{"images", std::make_shared<NoImages>()}});
     return *fresco::Frames::load({out.path() / "frames", {}});
 }
 

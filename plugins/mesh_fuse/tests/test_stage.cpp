@@ -67,12 +67,10 @@ std::shared_ptr<Mesh> fuse_frames(const std::shared_ptr<Frames>& frames, const V
                                   const std::shared_ptr<Mesh>& given = nullptr)
 {
     const testing::TemporaryFolder folder;
-    const auto made = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "mesh.fuse");
-    testing::TestFactory factory;
-    std::map<std::string, std::shared_ptr<const Artifact>> inputs{{"frames", frames}};
+    testing::Inputs inputs{{"frames", frames}};
     if (given)
         inputs["mesh"] = given;
-    testing::run_stage(dynamic_cast<Stage&>(*made), options, inputs, folder.path(), run, factory);
+    testing::run_stage(FRESCO_PLUGIN_FILE, "mesh.fuse", options, inputs, folder.path(), run);
     return Mesh::load({folder.path() / "mesh", folder.path()});
 }
 

@@ -23,11 +23,9 @@ constexpr pattern::BrushOptions brush{.size_px = 128, .stroke_share = 0.05f, .st
 
 fresco::Raster8 make(const fresco::Value& options, int threads = 2)
 {
-    const auto made = fresco::testing::make_from_plugin(FRESCO_PLUGIN_FILE, "picture.pattern");
     const fresco::testing::TemporaryFolder out;
-    fresco::testing::TestFactory factory;
     TestRun run(threads);
-    fresco::testing::run_stage(dynamic_cast<fresco::Stage&>(*made), options, {}, out.path(), run, factory);
+    fresco::testing::run_stage(FRESCO_PLUGIN_FILE, "picture.pattern", options, {}, out.path(), run);
     return fresco::Image::load({out.path() / "picture", {}})->pixels;
 }
 

@@ -31,12 +31,8 @@ Mesh two_squares()
 
 void run_on(const Mesh& mesh, const Value& options, const std::filesystem::path& folder, testing::TestRun& run)
 {
-    const auto made = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "render.atlas");
-    testing::TestFactory factory;
-    factory.add("image.opencv", [] { return std::make_shared<stored_png::Codec>(); });
-    Value all = options;
-    all.set("images", Value::Map{{"type", "image.opencv"}});
-    testing::run_stage(dynamic_cast<Stage&>(*made), all, {{"mesh", std::make_shared<Mesh>(mesh)}}, folder, run, factory);
+    testing::run_stage(FRESCO_PLUGIN_FILE, "render.atlas", options, {{"mesh", std::make_shared<Mesh>(mesh)}}, folder, run,
+                       {{"images", std::make_shared<stored_png::Codec>()}});
 }
 
 }  // namespace
@@ -49,9 +45,7 @@ TEST_CASE("the picture shows both charts where they lie, the report what they ar
     const auto files = Files::load({folder.path() / "picture", {}});
     REQUIRE(files->names == std::vector<std::string>{"pictures/charts.png"});
 
-    const auto bytes = read_file(folder.path() / "picture" / files->names.front());
-    const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());
-    const auto picture = stored_png::decode({data, data + bytes.size()});
+    const auto picture = stored_png::Codec().read_rgb(folder.path() / "picture" / files->names.front());
     REQUIRE(picture.width == 64);
     REQUIRE(picture.height == 64);
     const auto color = [&](int x, int y) { return std::array{picture.at(x, y, 0), picture.at(x, y, 1), picture.at(x, y, 2)}; };

@@ -63,12 +63,8 @@ std::shared_ptr<Frames> two_frames()
 
 void fly(const std::filesystem::path& folder, Value options, std::shared_ptr<Frames> frames, testing::TestRun& run)
 {
-    const auto made = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "render.flythrough");
-    testing::TestFactory factory;
-    factory.add("image.opencv", [] { return std::make_shared<stored_png::Codec>(); });
-    options.set("images", Value::Map{{"type", "image.opencv"}});
-    testing::run_stage(dynamic_cast<Stage&>(*made), options, {{"mesh", wall()}, {"frames", std::move(frames)}}, folder, run,
-                       factory);
+    testing::run_stage(FRESCO_PLUGIN_FILE, "render.flythrough", options, {{"mesh", wall()}, {"frames", std::move(frames)}},
+                       folder, run, {{"images", std::make_shared<stored_png::Codec>()}});
 }
 
 }  // namespace
@@ -169,9 +165,7 @@ TEST_CASE("an orbit before a single wall never turns away from it")
     REQUIRE(files->names.size() == 8);
     for (const auto& name : files->names)
     {
-        const auto bytes = read_file(folder.path() / "video" / name);
-        const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());
-        const Raster8 picture = stored_png::decode({data, data + bytes.size()});
+        const Raster8 picture = stored_png::Codec().read_rgb(folder.path() / "video" / name);
         int shown = 0;
         for (int y = 0; y < picture.height; ++y)
             for (int x = 0; x < picture.width; ++x)
@@ -187,9 +181,7 @@ TEST_CASE("pictures show the wall, and gray beside it")
     fly(folder.path(), Value::Map{{"format", "png"}, {"seconds", 0.2}, {"fps", 10.0}, {"height_px", 49}}, two_frames(), run);
     const auto files = Files::load({folder.path() / "video", folder.path()});
     REQUIRE(files->names == std::vector<std::string>{"flythrough/000000.png", "flythrough/000001.png"});
-    const auto bytes = read_file(folder.path() / "video" / files->names[0]);
-    const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());
-    const Raster8 picture = stored_png::decode({data, data + bytes.size()});
+    const Raster8 picture = stored_png::Codec().read_rgb(folder.path() / "video" / files->names[0]);
     CHECK(picture.height == 48);
     CHECK(picture.width == 64);
     CHECK(picture.at(24, 24, 0) == 255);

@@ -153,20 +153,9 @@ std::shared_ptr<Frames> three_frames()
 
 void render_to(const std::filesystem::path& folder, const Value& options, testing::TestRun& run, std::shared_ptr<Frames> frames)
 {
-    const auto made = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "render.views");
-    testing::TestFactory factory;
-    factory.add("image.opencv", [] { return std::make_shared<stored_png::Codec>(); });
-    Value all = options;
-    all.set("images", Value::Map{{"type", "image.opencv"}});
-    testing::run_stage(dynamic_cast<Stage&>(*made), all, {{"mesh", std::make_shared<TexturedMesh>(wall(8))}, {"frames", frames}},
-                       folder, run, factory);
-}
-
-Raster8 picture(const std::filesystem::path& file)
-{
-    const auto bytes = read_file(file);
-    const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());
-    return stored_png::decode({data, data + bytes.size()});
+    testing::run_stage(FRESCO_PLUGIN_FILE, "render.views", options,
+                       {{"mesh", std::make_shared<TexturedMesh>(wall(8))}, {"frames", frames}}, folder, run,
+                       {{"images", std::make_shared<stored_png::Codec>()}});
 }
 }  // namespace
 
@@ -178,7 +167,7 @@ TEST_CASE("the stage writes one picture per chosen frame")
     const auto files = Files::load({folder.path() / "views", folder.path()});
     REQUIRE(files->names ==
             std::vector<std::string>{"views/seq-01_frame-0.png", "views/seq-01_frame-1.png", "views/seq-01_frame-2.png"});
-    const Raster8 first = picture(folder.path() / "views" / files->names[0]);
+    const Raster8 first = stored_png::Codec().read_rgb(folder.path() / "views" / files->names[0]);
     CHECK(first.width == 32);
     CHECK(first.height == 24);
     CHECK(first.channels == 4);
@@ -189,7 +178,7 @@ TEST_CASE("the stage writes one picture per chosen frame")
     render_to(other.path(), Value::Map{{"every_count", 2}, {"height_px", 12}, {"folder", "a/b"}}, run, three_frames());
     const auto fewer = Files::load({other.path() / "views", other.path()});
     REQUIRE(fewer->names == std::vector<std::string>{"a/b/seq-01_frame-0.png", "a/b/seq-01_frame-2.png"});
-    CHECK(picture(other.path() / "views" / fewer->names[0]).width == 16);
+    CHECK(stored_png::Codec().read_rgb(other.path() / "views" / fewer->names[0]).width == 16);
 }
 
 TEST_CASE("the stage refuses what it cannot render and stops when asked")

@@ -40,12 +40,8 @@ inline std::shared_ptr<const Recording> record(const std::string& type, const st
     }
     auto result = std::make_shared<Recording>();
     result->images = images;
-    testing::TestFactory factory;
-    factory.add("image.any", [&] { return images; });
-    options.set("images", Value::Map{{"type", "image.any"}});
     testing::TestRun run;
-    const auto stage = testing::make_from_plugin(file, type);
-    testing::run_stage(dynamic_cast<Stage&>(*stage), options, {}, result->folder.path(), run, factory);
+    testing::run_stage(file, type, options, {}, result->folder.path(), run, {{"images", images}});
     result->frames = Frames::load({result->folder.path() / "frames", {}});
     result->mesh = Mesh::load({result->folder.path() / "mesh", {}});
     return result;

@@ -15,11 +15,8 @@ std::shared_ptr<Files> inspection_of(const std::shared_ptr<Mesh>& mesh, const st
                                      const std::shared_ptr<ImageIo>& images, Value options, const std::filesystem::path& out,
                                      testing::TestRun& run)
 {
-    testing::TestFactory factory;
-    factory.add("image.any", [&] { return images; });
-    options.set("images", Value::Map{{"type", "image.any"}});
-    const auto made = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "scan.inspect");
-    testing::run_stage(dynamic_cast<Stage&>(*made), options, {{"mesh", mesh}, {"frames", frames}}, out, run, factory);
+    testing::run_stage(FRESCO_PLUGIN_FILE, "scan.inspect", options, {{"mesh", mesh}, {"frames", frames}}, out, run,
+                       {{"images", images}});
     return Files::load({out / "pictures", {}});
 }
 

@@ -16,13 +16,10 @@ TEST_CASE("a model goes on with its materials and pictures", "[scan.mesh]")
     const fresco::testing::TemporaryFolder folder;
     const auto run_on = [&](const std::filesystem::path& path, TestRun& run, Value options = Value::Map{})
     {
-        fresco::testing::TestFactory factory;
-        factory.add("image.test", [] { return std::make_shared<stored_png::Codec>(); });
         options.set("path", path.string());
-        options.set("images", Value::Map{{"type", "image.test"}});
-        const auto made = fresco::testing::make_from_plugin(FRESCO_PLUGIN_FILE, "scan.mesh");
         std::filesystem::remove_all(folder.path() / "out");
-        fresco::testing::run_stage(dynamic_cast<fresco::Stage&>(*made), options, {}, folder.path() / "out", run, factory);
+        fresco::testing::run_stage(FRESCO_PLUGIN_FILE, "scan.mesh", options, {}, folder.path() / "out", run,
+                                   {{"images", std::make_shared<stored_png::Codec>()}});
         return fresco::Model::load({folder.path() / "out/model", folder.path()});
     };
     const std::filesystem::path glb = model_samples::write_glb_box(folder.path());

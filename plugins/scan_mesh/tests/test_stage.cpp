@@ -33,11 +33,9 @@ struct MeshFile
 
 fresco::Mesh read(const MeshFile& file, TestRun& run, Value options)
 {
-    fresco::testing::TestFactory factory;
     options.set("path", file.path().string());
-    const auto made = fresco::testing::make_from_plugin(FRESCO_PLUGIN_FILE, "scan.mesh");
     const auto out = file.folder.path() / "out";
-    fresco::testing::run_stage(dynamic_cast<fresco::Stage&>(*made), options, {}, out, run, factory);
+    fresco::testing::run_stage(FRESCO_PLUGIN_FILE, "scan.mesh", options, {}, out, run);
     return *fresco::Mesh::load({out / "mesh", out});
 }
 

@@ -218,19 +218,10 @@ TEST_CASE("the kitchen has 125 frames of two cameras 2.6 cm apart", "[scan.seven
         std::cout << "SKIPPED reading the kitchen's pictures: image_opencv is not built" << std::endl;
         return;
     }
-    TestFactory factory;
-    factory.add("image.opencv",
-                [&]
-                {
-                    std::shared_ptr<fresco::Configurable> made = make_from_plugin(codec, "image.opencv");
-                    return std::dynamic_pointer_cast<fresco::Component>(made);
-                });
-    const auto stage = make_from_plugin(FRESCO_PLUGIN_FILE, "scan.seven_scenes");
     const TemporaryFolder out;
     TestRun run;
-    run_stage(dynamic_cast<fresco::Stage&>(*stage),
-              Value::Map{{"path", path.string()}, {"images", Value::Map{{"type", "image.opencv"}}}}, {}, out.path(), run,
-              factory);
+    run_stage(FRESCO_PLUGIN_FILE, "scan.seven_scenes", Value::Map{{"path", path.string()}}, {}, out.path(), run,
+              {{"images", make_from_plugin<fresco::ImageIo>(codec, "image.opencv")}});
     const auto frames = fresco::Frames::load({out.path() / "frames", out.path()})->frames;
     REQUIRE(frames.size() == 125);
     CHECK(run.messages == std::vector<std::string>{"125 frames of 1 sequences"});

@@ -29,11 +29,8 @@ struct Result
 
 void record(fresco::Value options, TestRun& run, Result& result)
 {
-    fresco::testing::TestFactory factory;
-    factory.add("image.raw", [] { return std::make_shared<RawImages>(); });
-    options.set("images", fresco::Value::Map{{"type", "image.raw"}});
-    const auto made = fresco::testing::make_from_plugin(FRESCO_PLUGIN_FILE, "scan.synthetic_room");
-    fresco::testing::run_stage(dynamic_cast<fresco::Stage&>(*made), options, {}, result.out.path(), run, factory);
+    fresco::testing::run_stage(FRESCO_PLUGIN_FILE, "scan.synthetic_room", options, {}, result.out.path(), run,
+                               {{"images", std::make_shared<RawImages>()}});
     result.frames = fresco::Frames::load({result.out.path() / "frames", {}});
     result.mesh = fresco::Mesh::load({result.out.path() / "mesh", {}});
 }

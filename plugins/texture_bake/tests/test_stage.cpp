@@ -10,12 +10,10 @@ namespace
 {
 std::shared_ptr<const TexturedMesh> baked(const Value& options, const Texture& texture, const Mesh& mesh, testing::TestRun& run)
 {
-    const auto made = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "texture.bake");
     testing::TemporaryFolder folder;
-    testing::TestFactory factory;
-    testing::run_stage(dynamic_cast<Stage&>(*made), options,
+    testing::run_stage(FRESCO_PLUGIN_FILE, "texture.bake", options,
                        {{"texture", std::make_shared<Texture>(texture)}, {"mesh", std::make_shared<Mesh>(mesh)}}, folder.path(),
-                       run, factory);
+                       run);
     return TexturedMesh::load({folder.path() / "textured_mesh", folder.path()});
 }
 }  // namespace

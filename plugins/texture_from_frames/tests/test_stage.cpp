@@ -78,13 +78,10 @@ struct Recording
 
 std::shared_ptr<const Texture> made(const Recording& recording, Value::Map options, testing::TestRun& run)
 {
-    const auto stage = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "texture.from_frames");
     testing::TemporaryFolder folder;
-    testing::TestFactory factory;
-    factory.add("test.raw", [] { return std::make_shared<testing::RawImages>(); });
-    options.emplace_back("images", Value::Map{{"type", "test.raw"}});
-    testing::run_stage(dynamic_cast<Stage&>(*stage), options, {{"uvmaps", recording.maps}, {"frames", recording.frames}},
-                       folder.path(), run, factory);
+    testing::run_stage(FRESCO_PLUGIN_FILE, "texture.from_frames", options,
+                       {{"uvmaps", recording.maps}, {"frames", recording.frames}}, folder.path(), run,
+                       {{"images", std::make_shared<testing::RawImages>()}});
     return Texture::load({folder.path() / "texture", folder.path()});
 }
 

@@ -76,17 +76,13 @@ class Fixture
 
     Texture run(const Model& model, const Mesh& mesh, testing::TestRun& run, Value options = Value::Map{}) const
     {
-        testing::TestFactory factory;
-        factory.add("image.test", [] { return std::make_shared<stored_png::Codec>(); });
-        options.set("images", Value::Map{{"type", "image.test"}});
         if (options.find("size_px") == nullptr)
             options.set("size_px", 192);
-        const auto made = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "texture.from_model");
         const auto out = folder_.path() / "out";
         std::filesystem::remove_all(out);
-        testing::run_stage(dynamic_cast<Stage&>(*made), options,
+        testing::run_stage(FRESCO_PLUGIN_FILE, "texture.from_model", options,
                            {{"model", std::make_shared<Model>(model)}, {"mesh", std::make_shared<Mesh>(mesh)}}, out, run,
-                           factory);
+                           {{"images", std::make_shared<stored_png::Codec>()}});
         return std::move(*Texture::load({out / "texture", out}));
     }
 

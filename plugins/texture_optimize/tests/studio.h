@@ -66,9 +66,9 @@ struct Studio
         factory.add("exploding", [] { return std::make_shared<ExplodingLoss>(); });
         const auto stage = testing::make_from_plugin<Stage>(FRESCO_PLUGIN_FILE, "texture.optimize");
         const auto out = folder.path() / ("run" + std::to_string(runs++));
-        std::map<std::string, std::shared_ptr<const Artifact>> inputs{{"uvmaps", wall.maps},
-                                                                      {"frames", std::make_shared<Frames>(wall.frames)},
-                                                                      {"style", std::make_shared<Image>(style_picture())}};
+        testing::Inputs inputs{{"uvmaps", wall.maps},
+                               {"frames", std::make_shared<Frames>(wall.frames)},
+                               {"style", std::make_shared<Image>(style_picture())}};
         if (start)
             inputs["start"] = start;
         testing::run_stage(*stage, options, inputs, out, run, factory);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "samples.h"
+#include "stored_png.h"
 #include "two_chart_wall.h"
 
 #include <fresco/files_io.h>
@@ -12,7 +13,6 @@
 #include <catch2/catch.hpp>
 
 #include <functional>
-#include <map>
 #include <memory>
 #include <string>
 
@@ -22,8 +22,6 @@ namespace studio
 {
 
 using namespace samples;
-
-using Inputs = std::map<std::string, std::shared_ptr<const Artifact>>;
 
 /// All texels known, by their texcoords.
 inline Texture start_of(const Mesh& mesh, int size, const std::function<Vec3f(Vec2f)>& rgb)
@@ -67,19 +65,16 @@ struct Studio
         return result;
     }
 
-    Painted paint(testing::TestRun& run, const Value& options, testing::TestFactory* factory = nullptr) const
+    Painted paint(testing::TestRun& run, const Value& options) const
     {
-        const auto object = testing::make_from_plugin(FRESCO_PLUGIN_FILE, "texture.synthesize");
-        auto* stage = dynamic_cast<Stage*>(object.get());
-        REQUIRE(stage != nullptr);
         testing::TemporaryFolder out;
-        testing::TestFactory none;
-        Inputs inputs{{"mesh", std::make_shared<Mesh>(mesh)},
-                      {"start", std::make_shared<Texture>(start)},
-                      {"style", std::make_shared<Image>(picture)}};
+        testing::Inputs inputs{{"mesh", std::make_shared<Mesh>(mesh)},
+                               {"start", std::make_shared<Texture>(start)},
+                               {"style", std::make_shared<Image>(picture)}};
         if (frames)
             inputs["frames"] = frames;
-        testing::run_stage(*stage, options, inputs, out.path(), run, factory != nullptr ? *factory : none);
+        testing::run_stage(FRESCO_PLUGIN_FILE, "texture.synthesize", options, inputs, out.path(), run,
+                           {{"images", std::make_shared<stored_png::Codec>()}});
         Painted result;
         for (const char* file :
              {"texture/layer_0.npy", "texture/seen.npy", "texture/texture.json", "source/places.npy", "source/source_map.json"})

@@ -1,7 +1,5 @@
 #include "studio.h"
 
-#include "stored_png.h"
-
 #include <fresco/images/lab.h>
 #include <fresco/texturing/texel_faces.h>
 
@@ -332,12 +330,8 @@ TEST_CASE("up comes from the option, or else from the cameras, or else from the 
 TEST_CASE("previews are pictures of the painting so far")
 {
     Studio wall;
-    testing::TestFactory factory;
-    factory.add("image.opencv", [] { return std::make_shared<stored_png::Codec>(); });
     testing::TestRun run;
-    Value options = Studio::options({{"preview_seconds", 0.0}});
-    options.set("images", Value::Map{{"type", "image.opencv"}});
-    const Painted painted = wall.paint(run, options, &factory);
+    const Painted painted = wall.paint(run, Studio::options({{"preview_seconds", 0.0}}));
     const auto file = run.preview_folder() / "texture.png";
     REQUIRE(std::filesystem::exists(file));
     const Raster8 preview = stored_png::Codec().read_rgb(file);

@@ -80,9 +80,16 @@ class TestFactory final : public ComponentFactory
     std::map<std::string, std::shared_ptr<Component>> made_;
 };
 
+/// What a stage reads, by its ports.
+using Inputs = std::map<std::string, std::shared_ptr<const Artifact>>;
+
 /// Configures, wires and runs a stage; outputs are saved below `folder` (one folder per output) and can be loaded from there.
-void run_stage(Stage& stage, const Value& options, const std::map<std::string, std::shared_ptr<const Artifact>>& inputs,
-               const std::filesystem::path& folder, TestRun& run, ComponentFactory& factory);
+void run_stage(Stage& stage, const Value& options, const Inputs& inputs, const std::filesystem::path& folder, TestRun& run,
+               ComponentFactory& factory);
+/// The same with a stage of a built plugin; `components`: what to put into its slots of these names, if it has them.
+void run_stage(const std::filesystem::path& library, std::string_view type, Value options, const Inputs& inputs,
+               const std::filesystem::path& folder, TestRun& run,
+               const std::map<std::string, std::shared_ptr<Component>>& components = {});
 
 /// Opens a built plugin in this process after the handshake and makes one object of a type it holds; the test owns it. The
 /// library stays open. Throws Error naming the file.

@@ -23,7 +23,7 @@
 #include <sys/uio.h>
 #include <unistd.h>
 
-/* The order of both is known to workplace.py. */
+/* The order of both is known to shimmed.py. */
 enum role { role_host, role_worker, role_helper, role_program, role_count };
 enum kind { kind_open, kind_list, kind_write, kind_sync, kind_rename, kind_link, kind_unlink, kind_mkdir, kind_lock, kind_truncate, kind_close, kind_count };
 

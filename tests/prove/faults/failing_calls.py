@@ -8,9 +8,11 @@ scenario is run once per call and error.
 import errno
 import json
 import random
+import shutil
 
-import workplace
-from workplace import Fault
+import shimmed
+from shimmed import Fault, Shimmed
+from workplace import arguments
 
 SHORT_CASES = 110
 ERRORS = {
@@ -76,7 +78,7 @@ def prepare(place):
     place.expected, place.earlier, place.left, place.counts = {}, {}, {}, {}
     for scenario in SCENARIOS:
         for folder in (place.store, place.out):
-            workplace.shutil.rmtree(folder, ignore_errors=True)
+            shutil.rmtree(folder, ignore_errors=True)
         if not scenario.cold:
             scenario.before(place)
         place.save(scenario.name)
@@ -96,8 +98,8 @@ def attempt(place, case):
     place.use_cache(place.state / "cache" if scenario.cold else place.root / "cache")
     expected, earlier = place.expected[scenario.name], place.earlier[scenario.name]
     variables = place.count_variables()
-    variables["FAULT_CALL"] = f"{workplace.ROLES.index(role)} {workplace.KINDS.index(kind)} {number} {error}"
-    ended = place.call(scenario.command(place), variables)
+    variables["FAULT_CALL"] = f"{shimmed.ROLES.index(role)} {shimmed.KINDS.index(kind)} {number} {error}"
+    ended = place.shimmed(scenario.command(place), variables)
     check_end(place, scenario, ended, role, error)
     for name, contents in place.files().items():
         if contents not in (expected.get(name), earlier.get(name)):
@@ -111,7 +113,7 @@ def attempt(place, case):
 
 
 def check_end(place, scenario, ended, role, error):
-    if ended.code not in workplace.EXIT_CODES:
+    if ended.code not in shimmed.EXIT_CODES:
         raise Fault(f"ends with {ended.code}:\n{ended.text}")
     for word in ("a bug", "author of the plugin"):
         if word in ended.text:
@@ -143,16 +145,13 @@ def sample(cases, count):
 
 
 def main():
-    words = workplace.arguments(__doc__)
-    place = workplace.Workplace(words)
-    try:
+    given = arguments(__doc__, "shim")
+    with Shimmed(given) as place:
         prepare(place)
         cases = all_cases(place.counts)
-    finally:
-        place.remove()
-    chosen = sample(cases, len(cases) if words.long else SHORT_CASES)
-    faults = workplace.try_all(words, prepare, chosen, attempt)
-    workplace.finish(faults, f"{len(chosen)} of {len(cases)} failing calls in {len(SCENARIOS)} scenarios")
+    chosen = sample(cases, len(cases) if given.long else SHORT_CASES)
+    faults = shimmed.try_all(given, prepare, chosen, attempt)
+    shimmed.finish(faults, f"{len(chosen)} of {len(cases)} failing calls in {len(SCENARIOS)} scenarios")
 
 
 main()

@@ -4,8 +4,9 @@ documented, or its result is right; the store stays valid, and the next run give
 """
 import random
 
-import workplace
-from workplace import Fault
+import shimmed
+from shimmed import Fault, Shimmed
+from workplace import arguments
 
 SHORT_CASES = 40
 FIRST_CASES, SAMPLED_CASES = 200, 500
@@ -33,7 +34,7 @@ def prepare(place):
     for name, (command, _) in COMMANDS.items():
         place.restore(name)
         (place.root / "count").write_bytes(bytes(8))
-        ended = place.call(command(place), {"MEMORY_COUNT": str(place.root / "count")})
+        ended = place.shimmed(command(place), {"MEMORY_COUNT": str(place.root / "count")})
         if ended.code != 0:
             raise Fault(f"{name} ends with {ended.code} with the shim:\n{ended.text}")
         place.text[name] = ended.text
@@ -45,7 +46,7 @@ def attempt(place, case):
     place.restore(name)
     command, told = COMMANDS[name]
     (place.root / "count").write_bytes(bytes(8))
-    ended = place.call(command(place), {"MEMORY_COUNT": str(place.root / "count"), "MEMORY_FAILS": f"{number} on" if on else str(number)})
+    ended = place.shimmed(command(place), {"MEMORY_COUNT": str(place.root / "count"), "MEMORY_FAILS": f"{number} on" if on else str(number)})
     if ended.code not in (0, 1):
         raise Fault(f"ends with {ended.code}:\n{ended.text}")
     if ended.code == 1 and "memory" not in ended.text:
@@ -70,19 +71,16 @@ def sample(counts, count):
 
 
 def main():
-    words = workplace.arguments(__doc__)
-    place = workplace.Workplace(words)
-    try:
+    given = arguments(__doc__, "shim")
+    with Shimmed(given) as place:
         prepare(place)
         counts = place.counts
-    finally:
-        place.remove()
     cases = sample(counts, SHORT_CASES)
-    if words.long:
+    if given.long:
         first = [("first run", number, on) for number in range(1, FIRST_CASES + 1) for on in (False, True)]
         cases = first + sample(counts, 2 * SAMPLED_CASES)
-    faults = workplace.try_all(words, prepare, cases, attempt)
-    workplace.finish(faults, f"{len(cases)} cases of memory running out, of {sum(counts.values())} allocations in {len(counts)} commands")
+    faults = shimmed.try_all(given, prepare, cases, attempt)
+    shimmed.finish(faults, f"{len(cases)} cases of memory running out, of {sum(counts.values())} allocations in {len(counts)} commands")
 
 
 main()

@@ -14,8 +14,9 @@ import shutil
 import subprocess
 
 import recording
-import workplace
-from workplace import Fault
+import shimmed
+from shimmed import Fault, Shimmed
+from workplace import arguments
 
 SHORT_RANDOM_CASES = 25
 SHORT_STRIDE = 12
@@ -57,7 +58,7 @@ def prepare(place):
         place.begins.append(len(recording.read_events(log)))
         if phase is place.phases[-1]:
             damage(place, shim)
-        ended = place.call(phase.command, shim)
+        ended = place.shimmed(phase.command, shim)
         if ended.code != phase.code:
             raise Fault(f"{' '.join(map(str, phase.command))} ended with {ended.code} with the shim:\n{ended.text}")
     place.events = recording.read_events(log)
@@ -106,7 +107,7 @@ def learn(place, disk):
 def has_no_final_name(name):
     """Logs and the figures of unfinished stages grow line by line, and each line is checked when it is read."""
     return (name.startswith(("store/tmp/", "store/logs/", "store/locks/")) or name.endswith((".curves", ".share"))
-            or os.path.basename(name).startswith(workplace.TEMPORARY))
+            or os.path.basename(name).startswith(shimmed.TEMPORARY))
 
 
 def check(place, tree, number):
@@ -214,17 +215,14 @@ def attempt(place, share):
 
 
 def main():
-    words = workplace.arguments(__doc__)
-    place = workplace.Workplace(words)
-    try:
+    given = arguments(__doc__, "shim")
+    with Shimmed(given) as place:
         prepare(place)
-        states, faults = check_all(place, 1 if words.long else SHORT_STRIDE)
+        states, faults = check_all(place, 1 if given.long else SHORT_STRIDE)
         count = len(place.cases)
-    finally:
-        place.remove()
     shares = [each / count for each in range(count)]
-    faults += workplace.try_all(words, prepare, shares, attempt)
-    workplace.finish(faults, f"{states} states of the disk after a power cut checked, {len(shares)} of them by the program")
+    faults += shimmed.try_all(given, prepare, shares, attempt)
+    shimmed.finish(faults, f"{states} states of the disk after a power cut checked, {len(shares)} of them by the program")
 
 
 main()

@@ -12,11 +12,8 @@
 inline std::shared_ptr<fresco::Mesh> made_atlas(const char* plugin_file, const char* type, const fresco::Mesh& mesh,
                                                 const fresco::Value& options, fresco::testing::TestRun& run)
 {
-    const auto made = fresco::testing::make_from_plugin(plugin_file, type);
     fresco::testing::TemporaryFolder folder;
-    fresco::testing::TestFactory factory;
-    fresco::testing::run_stage(dynamic_cast<fresco::Stage&>(*made), options, {{"mesh", std::make_shared<fresco::Mesh>(mesh)}},
-                               folder.path(), run, factory);
+    fresco::testing::run_stage(plugin_file, type, options, {{"mesh", std::make_shared<fresco::Mesh>(mesh)}}, folder.path(), run);
     return fresco::Mesh::load({folder.path() / "atlas", {}});
 }
 

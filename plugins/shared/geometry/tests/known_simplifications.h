@@ -87,11 +87,9 @@ struct SimplifyingStage
 
     std::shared_ptr<const Mesh> operator()(const Mesh& mesh, int faces, TestRun& run) const
     {
-        const auto stage = fresco::testing::make_from_plugin<fresco::Stage>(plugin_file, type);
         fresco::testing::TemporaryFolder folder;
-        fresco::testing::TestFactory factory;
-        fresco::testing::run_stage(*stage, fresco::Value::Map{{"max_faces", faces}}, {{"mesh", std::make_shared<Mesh>(mesh)}},
-                                   folder.path(), run, factory);
+        fresco::testing::run_stage(plugin_file, type, fresco::Value::Map{{"max_faces", faces}},
+                                   {{"mesh", std::make_shared<Mesh>(mesh)}}, folder.path(), run);
         return Mesh::load({folder.path() / "simplified", {}});
     }
 };

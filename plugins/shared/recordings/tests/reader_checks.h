@@ -1,176 +1,20 @@
 #pragma once
 
-#include "raw_images.h"
-#include "recording_checks.h"
+#include "written_recording.h"
 
-#include <fresco/error.h>
-#include <fresco/mesh.h>
 #include <fresco/mesh_io.h>
-#include <fresco/stage.h>
-#include <fresco/testing.h>
 
 #include <algorithm>
 #include <filesystem>
 #include <glob.h>
-#include <memory>
-#include <optional>
 #include <ranges>
 #include <string>
 #include <vector>
 
-/// \file What every reader of recordings must hold, and how a test of a reader runs it.
+/// \file What every reader of recordings must hold.
 
 namespace fresco::testing
 {
-
-/// A file to be damaged, and how many of 200 cuts and 500 flips its reader is known to find at least.
-struct DamagedFile
-{
-    std::filesystem::path file;  ///< Below the recording's folder; empty: `path` itself.
-    int cuts_refused = 200;
-    int flips_refused = 0;
-};
-
-/// A reader, and how a recording is written in its layout.
-struct ReaderUnderTest
-{
-    std::filesystem::path plugin;
-    std::string type;
-    /// Writes the frames below `folder`, an empty one, and returns what the option `path` is to be.
-    std::function<std::filesystem::path(const Frames& frames, const std::filesystem::path& folder, const ImageIo& images)> write;
-    /// Files of the second view, below `path`; empty: they are within another file.
-    std::filesystem::path color{};
-    std::filesystem::path depth{};
-    std::string pose_source{};           ///< What errors call the source of the second view's pose.
-    std::vector<DamagedFile> damaged{};  ///< Other files than those pictures.
-    std::function<Value(const Frames& frames, const std::filesystem::path& path)> options{};
-    double depth_step_m = 0.001;
-    bool has_depth_camera = false;  ///< The layout has a depth camera of its own.
-};
-
-/// What a reader made.
-struct ReadScan
-{
-    std::shared_ptr<Frames> frames;
-    std::shared_ptr<Mesh> mesh;  ///< Null where the reader has no such port, or left it out.
-};
-
-/// The text of the fresco::Error that `work` throws, "no error" if it throws none.
-template <class Work>
-std::string error_text(const Work& work)
-{
-    try
-    {
-        work();
-    }
-    catch (const Error& error)
-    {
-        return error.what();
-    }
-    return "no error";
-}
-
-/// The tiny recording in a reader's layout. `edit` may change its frames before they are written.
-class WrittenRecording
-{
-    TemporaryFolder folder_;
-    const ReaderUnderTest& reader_;
-
-  public:
-    RawImages images;
-    Frames frames;
-    std::filesystem::path path;
-
-    explicit WrittenRecording(const ReaderUnderTest& reader, const std::function<void(Frames&)>& edit = {})
-        : reader_(reader), frames(tiny_recording(folder_.path(), images))
-    {
-        if (reader.has_depth_camera)
-            for (auto& frame : frames.frames)
-                frame.depth.world_from_camera = frame.color.world_from_camera * RigidTransform{{}, {0.03, 0.001, -0.002}};
-        if (edit)
-            edit(frames);
-        path = reader.write(frames, folder_.path() / "recording", images);
-    }
-
-    std::filesystem::path out() const { return folder_.path() / "out"; }
-
-    /// Runs the reader. What it made is saved and loaded again, unless `saved` is false: saving waits for the disk.
-    ReadScan read(TestRun& run, const Value& more = Value::Map{}, bool saved = true) const
-    {
-        TestFactory factory;
-        factory.add("image.raw",
-                    [this]
-                    {
-                        auto codec = std::make_shared<RawImages>();
-                        codec->orientation = images.orientation;
-                        return codec;
-                    });
-        Value options = reader_.options ? reader_.options(frames, path) : Value::Map{};
-        options.set("path", path.string());
-        options.set("images", Value::Map{{"type", "image.raw"}});
-        for (const auto& [key, value] : more.as_map())
-            options.set(key, value);
-        const auto made = make_from_plugin(reader_.plugin, reader_.type);
-        auto& stage = dynamic_cast<Stage&>(*made);
-        stage.configure(options, factory);
-        for (OutputPort* port : stage.outputs())
-        {
-            std::filesystem::create_directories(out() / port->name());
-            port->set_folder({out() / port->name(), out()});
-        }
-        stage.run(run);
-        ReadScan result;
-        for (const OutputPort* port : stage.outputs())
-        {
-            if (port->is_left_out())
-                continue;
-            if (saved)
-                port->save();
-            if (port->name() == "frames")
-                result.frames = saved ? Frames::load({out() / "frames", out()})
-                                      : std::make_shared<Frames>(dynamic_cast<const Frames&>(*port->value()));
-            else
-                result.mesh = saved ? Mesh::load({out() / "mesh", out()})
-                                    : std::make_shared<Mesh>(dynamic_cast<const Mesh&>(*port->value()));
-        }
-        return result;
-    }
-    ReadScan read(const Value& more = Value::Map{}) const
-    {
-        TestRun run;
-        return read(run, more);
-    }
-    std::string error(const Value& more = Value::Map{}) const
-    {
-        return error_text([&] { read(more); });
-    }
-
-    /// A file of the recording, by its path below `path`; an empty one for `path` itself.
-    std::filesystem::path at(const std::filesystem::path& file) const { return file.empty() ? path : path / file; }
-    std::string text(const std::filesystem::path& file) const { return read_text_file(at(file)); }
-    void write(const std::filesystem::path& file, std::string_view text) const
-    {
-        std::filesystem::create_directories(at(file).parent_path());
-        write_file(at(file), text);
-    }
-    /// The first `from` in a file replaced.
-    void replace(const std::filesystem::path& file, std::string_view from, std::string_view to) const
-    {
-        auto content = text(file);
-        const auto at = content.find(from);
-        REQUIRE(at != std::string::npos);
-        write(file, content.replace(at, from.size(), to));
-    }
-    Value json(const std::filesystem::path& file) const { return parse_json(text(file)); }
-    /// The value of `key` in one of a JSON file's "frames".
-    void set_in_frame(const std::filesystem::path& file, std::size_t frame, std::string_view key, Value value) const
-    {
-        auto root = json(file);
-        root.find("frames")->as_list()[frame].set(key, std::move(value));
-        write(file, to_json(root));
-    }
-    void remove(const std::filesystem::path& file) const { REQUIRE(std::filesystem::remove_all(path / file) > 0); }
-};
 
 /// A mesh of `faces` triangles, at most 2, as a PLY file.
 inline void write_mesh(const std::filesystem::path& file, std::size_t faces = 1, float size = 1)

@@ -32,15 +32,14 @@ TEST_CASE("a mesh is scaled about the middle of its box")
 
 TEST_CASE("the stage runs, reports, and refuses a factor out of range")
 {
-    const auto made = fresco::testing::make_from_plugin(FRESCO_PLUGIN_FILE, "my.plugin");
-    auto& stage = dynamic_cast<fresco::Stage&>(*made);
     const fresco::testing::TemporaryFolder folder;
     fresco::testing::TestRun run;
-    fresco::testing::TestFactory factory;
-    const auto mesh = std::make_shared<fresco::Mesh>(triangle());
-    fresco::testing::run_stage(stage, fresco::Value::Map{{"factor", 2.0}}, {{"mesh", mesh}}, folder.path(), run, factory);
+    const auto scale = [&](double factor)
+    {
+        fresco::testing::run_stage(FRESCO_PLUGIN_FILE, "my.plugin", fresco::Value::Map{{"factor", factor}},
+                                   {{"mesh", std::make_shared<fresco::Mesh>(triangle())}}, folder.path(), run);
+    };
+    scale(2);
     CHECK(run.reported.at("vertices").as_int() == 3);
-
-    const auto other = fresco::testing::make_from_plugin(FRESCO_PLUGIN_FILE, "my.plugin");
-    CHECK_THROWS_AS(other->configure(fresco::Value::Map{{"factor", 0.0}}, factory), fresco::Error);
+    CHECK_THROWS_AS(scale(0), fresco::Error);
 }

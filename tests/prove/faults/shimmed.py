@@ -1,22 +1,21 @@
-"""A folder in which the program runs the pipeline faults.yaml, with a shim before the C library."""
-import argparse
+"""A workplace in which the program runs the pipeline faults.yaml with a shim before the C library."""
 import concurrent.futures
-import dataclasses
+import contextlib
 import os
 import pathlib
 import queue
 import shutil
 import struct
-import subprocess
 import sys
-import tempfile
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from workplace import Workplace
 
 # The order of both is that of calls.c.
 ROLES = ["host", "worker", "helper", "program"]
 KINDS = ["open", "list", "write", "sync", "rename", "link", "unlink", "mkdir", "lock", "truncate", "close"]
 TEMPORARY = ".fresco-"
 EXIT_CODES = {0, 1, 2, 3, 4}
-HANGS_S = 60
 # They tell times and places.
 REPORTS = {"run.json", "report.html"}
 
@@ -25,48 +24,22 @@ class Fault(Exception):
     """A broken promise."""
 
 
-def arguments(about):
-    parser = argparse.ArgumentParser(description=about)
-    parser.add_argument("program", type=pathlib.Path)
-    parser.add_argument("shim", type=pathlib.Path, help="library to load before the C library")
-    parser.add_argument("--libraries", type=pathlib.Path, help="folder of the program's libraries")
-    parser.add_argument("--plugins", type=pathlib.Path, nargs="+", help="plugins that the pipeline needs")
-    parser.add_argument("--long", action="store_true", help="every case instead of a sample")
-    return parser.parse_args()
+class Shimmed(Workplace):
+    """With a store and an output folder that can be put back, in memory where the machine has such a folder."""
 
-
-@dataclasses.dataclass
-class Ended:
-    code: int
-    text: str
-
-
-class Workplace:
-    """Its own program, plugins, cache, store and output folder, in memory where the machine has such a folder."""
-
-    def __init__(self, words):
+    def __init__(self, given):
         memory = pathlib.Path("/dev/shm")
-        self.root = pathlib.Path(tempfile.mkdtemp(prefix="fresco-prove-", dir=memory if os.access(memory, os.W_OK) else None))
-        self.shim, self.long = words.shim, words.long
-        for name in ("bin", "plugins", "home", "pipeline", "snapshots"):
-            (self.root / name).mkdir()
-        self.program = shutil.copy(words.program, self.root / "bin")
-        for plugin in words.plugins:
-            shutil.copy(plugin, self.root / "plugins")
-        self.pipeline = shutil.copy(pathlib.Path(__file__).with_name("faults.yaml"), self.root / "pipeline")
-        (self.root / "pipeline/input.txt").write_text("12345\n")
+        super().__init__(given.fresco, [given.fresco.parent.parent / "lib/fresco/command.so", given.plugins / "good/test_stages.so",
+                                        given.plugins / "pictures/text_pictures.so"], parent=memory if os.access(memory, os.W_OK) else None)
+        self.shim, self.long = given.shim.resolve(), given.long
+        self.pipeline = shutil.copy(pathlib.Path(__file__).with_name("faults.yaml"), self.work)
+        self.write("input.txt", "12345\n")
         self.outside = self.root / "outside.txt"
         self.outside.write_text("3\n")
         # What a run changes, and what is put back for the next one.
         self.state = self.root / "state"
         self.store, self.out = self.state / "store", self.state / "out"
         self.state.mkdir()
-        self.environment = dict(os.environ, FRESCO_PLUGIN_PATH=str(self.root / "plugins"), LD_LIBRARY_PATH=str(words.libraries),
-                                HOME=str(self.root / "home"), XDG_DATA_HOME=str(self.root / "home/data"))
-        self.use_cache(self.root / "cache")
-
-    def remove(self):
-        shutil.rmtree(self.root, ignore_errors=True)
 
     def use_cache(self, folder):
         self.environment["XDG_CACHE_HOME"] = str(folder)
@@ -78,15 +51,9 @@ class Workplace:
         shutil.rmtree(self.state)
         shutil.copytree(self.root / "snapshots" / name, self.state, symlinks=True)
 
-    def call(self, command, shim=None):
-        """Runs the program. `shim`: variables of the library that is loaded before the C library; without them it is not."""
-        environment = dict(self.environment, LD_PRELOAD=str(self.shim), **shim) if shim is not None else self.environment
-        try:
-            ended = subprocess.run([self.program, *command], env=environment, cwd=self.root,
-                                   stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=HANGS_S, check=False)
-        except subprocess.TimeoutExpired as expired:
-            raise Fault(f"hangs: {' '.join(command)}: {expired.output}") from expired
-        return Ended(ended.returncode, ended.stdout.decode(errors="replace"))
+    def shimmed(self, command, variables):
+        """Runs the program behind the shim, with variables for it."""
+        return self.call(*command, environment={"LD_PRELOAD": str(self.shim), **variables})
 
     def run_command(self, **sets):
         """The words of `fresco run`. On one core the order of the calls is the same each time."""
@@ -99,7 +66,7 @@ class Workplace:
         return ["store", *words, "--store", str(self.store)]
 
     def must(self, command, code=0):
-        ended = self.call(command)
+        ended = self.call(*command)
         if ended.code != code:
             raise Fault(f"{' '.join(map(str, command))} ended with {ended.code} instead of {code}:\n{ended.text}")
         return ended
@@ -115,7 +82,7 @@ class Workplace:
 
     def calls(self, command):
         """How many calls of each role and kind the program makes: {(role, kind): count}."""
-        ended = self.call(command, self.count_variables())
+        ended = self.shimmed(command, self.count_variables())
         if ended.code != 0:
             raise Fault(f"{' '.join(map(str, command))} ended with {ended.code} with the shim:\n{ended.text}")
         counts = struct.unpack(f"{len(ROLES) * len(KINDS)}Q", (self.root / "counts").read_bytes())
@@ -126,16 +93,10 @@ class Workplace:
         return {"FAULT_COUNTS": str(self.root / "counts")}
 
 
-def try_all(words, prepare, cases, attempt):
+def try_all(given, prepare, cases, attempt):
     """Tries the cases in as many workplaces as there are cores, each made ready by `prepare`. Prints what goes wrong; returns how often."""
     places = queue.Queue()
     cores = min(2, len(os.sched_getaffinity(0)))
-    made = []
-    for _ in range(cores):
-        place = Workplace(words)
-        made.append(place)
-        prepare(place)
-        places.put(place)
 
     def one(case):
         place = places.get()
@@ -148,12 +109,13 @@ def try_all(words, prepare, cases, attempt):
         finally:
             places.put(place)
 
-    try:
+    with contextlib.ExitStack() as made:
+        for _ in range(cores):
+            place = made.enter_context(Shimmed(given))
+            prepare(place)
+            places.put(place)
         with concurrent.futures.ThreadPoolExecutor(cores) as pool:
             return sum(pool.map(one, cases))
-    finally:
-        for place in made:
-            place.remove()
 
 
 def finish(faults, figures):

@@ -82,12 +82,13 @@ TEST_CASE("parallel_for_each does every item once, reports it and stops when can
         }
         void check_canceled() const override
         {
+            const std::lock_guard lock(mutex);
             if (told.size() == limit)
                 throw fresco::Canceled();
         }
         int threads() const override { return count; }
 
-        std::mutex mutex;
+        mutable std::mutex mutex;
         std::set<double> told;
         std::size_t limit = 1000;
         int count = 1;

@@ -121,6 +121,13 @@ def safetensors_of_vgg19():
     return struct.pack("<Q", len(text)) + text + b"\0\x3c" * 1792
 
 
+def vgg19(prefix, metadata, more=None, shape=(64, 3, 3, 3)):
+    header = {"__metadata__": metadata, prefix + ".weight": {"dtype": "F16", "shape": shape, "data_offsets": [0, 3456]},
+              prefix + ".bias": {"dtype": "F16", "shape": [64], "data_offsets": [3456, 3584]}, **(more or {})}
+    text = json.dumps(header).encode()
+    return struct.pack("<Q", len(text)) + text + b"\0\x3c" * 1792
+
+
 class Storage:
     """'FloatStorage' in torch, by its name."""
 
@@ -272,11 +279,23 @@ write("ply", "good_little.ply", ply("little", "<"))
 write("ply", "good_big.ply", ply("big", ">"))
 write("npy", "good_picture.npy", npy("|u1", (2, 3, 3), bytes(range(18))))
 write("npy", "good_floats.npy", npy("<f4", (2, 2), floats(1, 2, 3, 4), version=2))
+for kind in ("<u2", "<u4", "<i4", "<i8"):
+    write("npy", f"good_{kind[1:]}.npy", npy(kind, (1,), b"\1" * int(kind[2])))
 write("npy", "good_number.npy", npy("<f8", (), struct.pack("<d", 1)))
 write("npy", "bad_extents.npy", npy("<f8", (1 << 62, 1 << 62), b""))
 write("gltf", "good_room.glb", glb())
 write("safetensors", "good_types.safetensors", safetensors())
 write("safetensors", "good_vgg19.safetensors", safetensors_of_vgg19())
+empty = {"dtype": "F16", "shape": [0], "data_offsets": [3584, 3584]}
+for number, (prefix, metadata, more) in enumerate((
+        ("conv1_1", {"input": "BGR in 0..255", "padding": "zeros", "normalized": "unit mean activation"}, None),
+        ("conv1_1", {"scale": "raw", "padding": "reflect"}, {"fc6.bias": empty}),
+        ("features.0", {"scale": "none"}, None), ("features.0", {"padding": "none"}, None), ("features.0", {"input": "none"}, None),
+        ("features.0", {"normalized": "no"}, None), ("features.0", {}, {"features.5.weight": empty}),
+        ("features.0", {}, {"features.1.weight": empty}), ("features.0", {}, {"features.2.weight": empty}))):
+    write("safetensors", f"good_names_{number}.safetensors", vgg19(prefix, metadata, more))
+write("safetensors", "good_shape.safetensors", vgg19("features.0", {}, shape=(3, 64, 3, 3)))
+write("safetensors", "bad_tar.safetensors", bytes(257) + b"ustar" + bytes(250))
 write("torch_pickle", "good_legacy.pth", legacy_pickle())
 write("torch_zip", "good_zip.pth", torch_zip())
 write("sens", "good_zlib.sens", sens(True))

@@ -30,10 +30,10 @@ Registered::Registered(std::initializer_list<Parser> parsers)
     std::ranges::sort(list(), {}, &Parser::name);
 }
 
-void require(bool holds, const char* what)
+void require(bool holds, const std::string& what)
 {
     if (!holds)
-        throw std::logic_error(std::string("does not hold: ") + what);
+        throw std::logic_error("does not hold: " + what);
 }
 
 std::filesystem::path file_with(Bytes bytes, const std::string& name)

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <fresco/error.h>
+
 #include <cstddef>
 #include <filesystem>
 #include <span>
@@ -41,7 +43,22 @@ inline std::string_view text_of(Bytes bytes)
 }
 
 /// Throws std::logic_error, which no parser does.
-void require(bool holds, const char* what);
+void require(bool holds, const std::string& what);
+
+/// Whether it throws an Error.
+template <class Use>
+bool refused(const Use& use)
+{
+    try
+    {
+        use();
+    }
+    catch (const Error&)
+    {
+        return true;
+    }
+    return false;
+}
 
 /// A file with these bytes, for parsers that open one; the same file each time. `name` is one per parser.
 std::filesystem::path file_with(Bytes bytes, const std::string& name);

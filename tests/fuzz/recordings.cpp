@@ -108,8 +108,25 @@ void read_colmap_text(Bytes bytes)
     colmap::model_views(cameras, images, "images.txt", {});
 }
 
+/// A list, or those of color, depth and poses behind one another, each ended by a line "---".
 void read_tum(Bytes bytes)
 {
+    constexpr std::string_view border = "---\n";
+    const std::string_view text = text_of(bytes);
+    if (const auto first = text.find(border); first != std::string_view::npos)
+    {
+        const auto second = std::min(text.find(border, first + border.size()), text.size());
+        const auto color = tum::parse_pictures(text.substr(0, first), "rgb.txt");
+        const auto depth = tum::parse_pictures(text.substr(first + border.size(), second - first - border.size()), "depth.txt");
+        const auto poses = tum::parse_poses(text.substr(std::min(second + border.size(), text.size())), "groundtruth.txt");
+        const auto found = tum::associate(color, depth, poses, 0.02, "folder");
+        tum::gaps_text(found);
+        require(found.views.size() + found.without_depth + found.without_pose == color.size(),
+                "each picture is found or counted");
+        for (const auto& view : found.views)
+            check(view.world_from_camera);
+        return;
+    }
     read_by_either(
         [&]
         {

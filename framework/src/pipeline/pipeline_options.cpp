@@ -3,7 +3,6 @@
 #include <fresco/wording.h>
 
 #include <algorithm>
-#include <ranges>
 #include <unistd.h>
 
 namespace fresco::host
@@ -42,8 +41,11 @@ std::vector<std::string> missing_entries(const fs::path& folder, const std::vect
     for (const std::string& entry : entries)
     {
         std::vector<std::string> names;
-        for (const auto name : std::views::split(entry, '|'))
-            names.emplace_back(name.begin(), name.end());
+        for (std::size_t begin = 0, end = 0; begin <= entry.size(); begin = end + 1)
+        {
+            end = std::min(entry.find('|', begin), entry.size());
+            names.push_back(entry.substr(begin, end - begin));
+        }
         if (std::ranges::none_of(names, [&](const std::string& name) { return has_entry(folder, name); }))
             missing.insert(missing.end(), names.begin(), names.end());
     }

@@ -77,7 +77,7 @@ Plan make_plan(const Pipeline& pipeline, const std::filesystem::path& store_fold
 {
     const Store store(store_folder);
     const Statistics statistics(store);
-    FileHashes hashes(store.root() / "files.json");
+    FileHashes hashes(store.file_index());
     RunState state(pipeline, store, hashes, until);
     state.update();
     const Exporter exporter(store, out, hashes);
@@ -91,6 +91,8 @@ Plan make_plan(const Pipeline& pipeline, const std::filesystem::path& store_fold
         planned.reason = planned.runs ? reason_to_run(node, state, pipeline, store) : reason_to_rest(node);
         if (planned.runs && node.done_share > 0)
             planned.reason = fmt::format("interrupted at {:.0f} %", 100 * node.done_share);
+        else if (planned.runs && !node.begins_again.empty())
+            planned.reason = "begins again: " + node.begins_again;
         planned.measured = statistics.knows(cost_name(*node.stage));
         planned.cost = statistics.corrected(cost_name(*node.stage), remaining_cost(node, estimates));
         if (planned.runs)

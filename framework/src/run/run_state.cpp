@@ -1,4 +1,5 @@
 #include "run/run_state.h"
+#include "base/machine.h"
 #include "pipeline/graph.h"
 #include "run/exports.h"
 #include "run/result_key.h"
@@ -43,6 +44,29 @@ CostFigures remaining_cost(const StageNode& node, const std::map<std::string, Co
     cost.seconds *= 1 - node.done_share;
     return cost;
 }
+
+namespace
+{
+
+void look_at_checkpoint(StageNode& node, const Store& store)
+{
+    node.done_share = store.checkpoint_share(node.key);
+    node.begins_again.clear();
+    if (node.done_share == 0)
+        return;
+    try
+    {
+        node.begins_again = store.checkpoint_refusal(node.key, computing_place(node.stage->options));
+    }
+    catch (const Error& error)
+    {
+        node.begins_again = std::string("the checkpoint cannot be used: ") + error.what();
+    }
+    if (!node.begins_again.empty())
+        node.done_share = 0;
+}
+
+}  // namespace
 
 RunState::RunState(const Pipeline& pipeline, const Store& store, FileHashes& hashes, const std::string& until)
     : store_(store), hashes_(hashes)
@@ -109,7 +133,7 @@ void RunState::resolve(StageNode& node)
     {
         node.key_document = key_document(*node.stage, upstream, hashes_);
         node.key = key_of(node.key_document);
-        node.done_share = store_.checkpoint_share(node.key);
+        look_at_checkpoint(node, store_);
         node.upstream = std::move(upstream);
         node.resolved = true;
         node.why_not.clear();

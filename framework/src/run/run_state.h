@@ -46,6 +46,7 @@ struct StageNode
     std::map<std::string, std::string> upstream;  ///< Results that the key was made with.
     std::size_t known_producers = 0;              ///< The results of those before it were known at the last look.
     double done_share = 0;                        ///< Of its work, in the checkpoint of an interrupted run.
+    std::string begins_again;                     ///< Why it cannot go on with that checkpoint; empty: it can.
     std::optional<StoredResult> result;
     bool present = false;
     std::string why_not;  ///< Which outside file changed, where that is why there is no result.

@@ -153,7 +153,7 @@ void RunningStage::take_event(const std::string& line)
         display_->stage_begins(stage, threads_);
     }
     else if (name == "waiting")
-        display_->stage_waits(stage);
+        display_->stage_waits(stage, event.at("holder").as_string());
     else if (name == "progress")
         display_->stage_progress(stage, event.at("done").as_double(), event.at("total").as_double(), event.at("unit").as_string(),
                                  event.at("metrics"));

@@ -10,6 +10,7 @@
 #include "run/scheduler.h"
 #include "store/stage_record.h"
 #include "store/store_tidy.h"
+#include "store/store_use.h"
 #include <fresco/error.h>
 
 #include <algorithm>
@@ -32,8 +33,8 @@ class Scheduler
 {
   public:
     Scheduler(const RunRequest& request, ProgressDisplay& display)
-        : request_(request), display_(display), store_(request.store), in_use_(store_lock(store_)),
-          hashes_(store_.root() / "files.json"), state_(*request.pipeline, store_, hashes_, request.until),
+        : request_(request), display_(display), store_(request.store), hashes_(store_.file_index()),
+          state_(*request.pipeline, store_, hashes_, request.until),
           turns_(request.pipeline->sweep, request.jobs, request.keep_going), costs_(store_, request.estimates),
           exporter_(store_, request.out, hashes_), outcomes_(display)
     {
@@ -67,20 +68,21 @@ class Scheduler
     /// Waits until nobody tidies up the store; false if told to stop before.
     bool enter_store()
     {
-        // Alone in the store: nobody needs what killed runs left in tmp/.
-        if (in_use_.try_exclusive())
-            for (const auto& entry : std::filesystem::directory_iterator(store_.root() / "tmp"))
-                remove_quietly(entry.path());
+        use_.emplace(store_);
         const auto begin = Clock::now();
-        for (bool told = false; !in_use_.try_shared();)
+        Backoff backoff;
+        for (bool told = false; !use_->try_enter();)
         {
             if (!told && Clock::now() - begin > std::chrono::milliseconds(300))
             {
-                display_.note("waiting for 'fresco store gc', which is cleaning up " + store_.root().string());
+                const std::string who = use_->tidier();
+                display_.note("waiting for 'fresco store gc'" + (who.empty() ? "" : " (" + who + ")") +
+                              ", which is cleaning up " + store_.root().string());
                 told = true;
             }
             pollfd signals{signals_.descriptor(), POLLIN, 0};
-            poll(&signals, 1, 50);
+            poll(&signals, 1, static_cast<int>(backoff.next().count()));
+            use_->beat();
             display_.tick();
             take_stops();
             if (stopping())
@@ -196,6 +198,7 @@ class Scheduler
         if (hung_up)
             poll(descriptors.data(), 1, 5);
         take_stops();
+        use_->beat();
         display_.tick();
     }
 
@@ -366,6 +369,7 @@ class Scheduler
                            [this]
                            {
                                take_stops();
+                               use_->beat();
                                return stopping();
                            });
             for (std::size_t i = before; i < exporter_.files().size(); ++i)
@@ -405,7 +409,7 @@ class Scheduler
     const RunRequest& request_;
     ProgressDisplay& display_;
     Store store_;
-    FileLock in_use_;
+    std::optional<StoreUse> use_;
     FileHashes hashes_;
     RunState state_;
     SweepTurns turns_;

@@ -61,7 +61,8 @@ class Worker
     Worker(WorkerRequest request, std::string temporary, WorkerChannel& channel)
         : request_(std::move(request)), temporary_(std::move(temporary)), channel_(channel), store_(request_.store),
           input_files_(paths_of(request_.files)), factory_(request_.libraries, request_.key_document.at("libraries")),
-          context_(channel_, store_, request_.key, temporary_, request_.preview_folder, request_.threads, input_files_)
+          context_(channel_, store_, request_.key, temporary_, request_.preview_folder, request_.threads, input_files_,
+                   computing_place(request_.options))
     {
     }
 
@@ -102,14 +103,26 @@ class Worker
   private:
     void lock_key()
     {
-        key_lock_ = FileLock(store_.lock_file(request_.key));
-        for (bool told = false; !key_lock_.try_exclusive(); told = true)
+        const fs::path file = store_.lock_file(request_.key);
+        key_lock_ = FileLock(file);
+        Backoff backoff;
+        for (std::string told = "-"; !key_lock_.try_exclusive();)
         {
-            if (!told)
-                channel_.send("waiting");
-            context_.check_canceled();
-            std::this_thread::sleep_for(std::chrono::milliseconds(50));
+            // Another may get it before this one.
+            if (std::string holder = FileLock::holder_of(file); holder != told)
+            {
+                channel_.send("waiting", {{"holder", holder}});
+                told = std::move(holder);
+            }
+            const auto end = std::chrono::steady_clock::now() + backoff.next();
+            while (std::chrono::steady_clock::now() < end)
+            {
+                context_.check_canceled();
+                std::this_thread::sleep_for(std::chrono::milliseconds(50));
+            }
         }
+        key_lock_.sign();
+        store_.look_again();
     }
 
     void verify_inputs()

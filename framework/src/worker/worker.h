@@ -45,10 +45,11 @@ Value to_value(const WorkerRequest& request);
 WorkerRequest worker_request_from(const Value& value);
 
 /// The child: `fresco internal-run REQUEST.json`. Takes the key's lock, looks whether the result is there by now, checks the
-/// inputs against their hashes, runs the stage and publishes its result. Speaks JSON lines to the channel:
-///   {"event": "waiting" | "running"}, {"event": "progress", done, total, unit, metrics}, {"event": "message" | "warning", text},
-///   {"event": "damaged", object, text}, {"event": "failed", text}, {"event": "canceled"}, {"event": "done", object, references,
-///   stored, seconds, memory_mb, disk_mb}
+/// inputs against their hashes, runs the stage and publishes its result. Speaks JSON lines to
+/// the channel:
+///   {"event": "waiting", holder}, {"event": "running"}, {"event": "progress", done, total, unit, metrics},
+///   {"event": "message" | "warning", text}, {"event": "damaged", object, text},
+///   {"event": "failed", text}, {"event": "canceled"}, {"event": "done", object, references, stored, seconds, memory_mb, disk_mb}
 /// Does not return.
 [[noreturn]] void internal_run(const std::filesystem::path& request_file);
 

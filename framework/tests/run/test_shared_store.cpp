@@ -1,0 +1,117 @@
+#include "program.h"
+
+#include "base/durable_file.h"
+#include "base/file_lock.h"
+
+#include <algorithm>
+
+// One store for several machines.
+
+namespace
+{
+
+const char* const slow = "version: 1\nstages:\n  slow: {type: test.slow, steps: 30, step_ms: 40, log: log}\n";
+
+fs::path only_file_in(const fs::path& folder, const std::string& extension)
+{
+    for (const auto& entry : fs::directory_iterator(folder))
+        if (entry.path().extension() == extension)
+            return entry.path();
+    FAIL("nothing in " << folder << " ends with " << extension);
+    return {};
+}
+
+std::size_t count_in(const fs::path& folder)
+{
+    return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder), {}));
+}
+
+/// A run that was killed in the middle of its stage, which had a checkpoint.
+void run_and_kill(Workplace& place)
+{
+    const auto run = place.start({"run", "room.yaml"});
+    Workplace::wait_until([&] { return !place.log().empty(); });
+    std::this_thread::sleep_for(std::chrono::milliseconds(500));
+    run->signal(SIGKILL);
+    run->wait();
+}
+
+}  // namespace
+
+TEST_CASE("Who waits for a result says who makes it, and gets it soon after")
+{
+    Workplace place;
+    place.write("room.yaml", slow);
+    REQUIRE(place.run({"run", "room.yaml"}).code == 0);
+    const fs::path record = only_file_in(place.file(".fresco/keys"), ".json");
+    const std::string kept = fresco::read_text_file(record);
+    fs::remove(record);
+    fs::rename(place.file(".fresco/objects"), place.file("objects"));
+    place.clear_log();
+    fresco::host::FileLock lock(place.file(".fresco/locks") / record.stem());
+    REQUIRE(lock.try_exclusive());
+    lock.sign();
+    const auto run = place.start({"run", "room.yaml"});
+    const std::string expected =
+        "slow: waiting for another run that makes the same result: process " + std::to_string(getpid()) + " on ";
+    const fs::path err = place.root() / "err2";
+    Workplace::wait_until([&] { return fs::exists(err) && fresco::read_text_file(err).find(expected) != std::string::npos; });
+    fs::remove(place.file(".fresco/objects"));
+    fs::rename(place.file("objects"), place.file(".fresco/objects"));
+    fresco::write_file(record, kept);
+    lock = fresco::host::FileLock();
+    const auto begin = std::chrono::steady_clock::now();
+    CHECK(run->wait().code == 0);
+    CHECK(std::chrono::steady_clock::now() - begin < std::chrono::seconds(3));
+    CHECK(place.log().empty());
+}
+
+#ifndef __SANITIZE_ADDRESS__
+TEST_CASE("A result that another machine made while this one waited is found, although it was not there before")
+{
+    Workplace place;
+    place.write("room.yaml", slow);
+    const auto first = place.start({"run", "room.yaml", "--out", "first"});
+    Workplace::wait_until([&] { return !place.log().empty(); });
+    place.environment["LD_PRELOAD"] = (fs::path(FRESCO_TEST_PLUGINS) / "lacking/lacking.so").string();
+    place.environment["LACKING_NAMES"] = "1";
+    CHECK(place.run({"run", "room.yaml"}).code == 0);
+    CHECK(first->wait().code == 0);
+    CHECK(place.log() == std::vector<std::string>{"slow from 0"});
+}
+#endif
+
+TEST_CASE("A checkpoint of another type of processor is not gone on with, and that is said")
+{
+    Workplace place;
+    place.write("room.yaml", slow);
+    run_and_kill(place);
+    const fs::path file = only_file_in(place.file(".fresco/checkpoints"), ".dependencies");
+    fresco::Value record = fresco::host::read_record(file);
+    record.as_map().pop_back();
+    bool same = false;
+    SECTION("the same")
+    {
+        same = true;
+    }
+    SECTION("another")
+    {
+        record.set("place", fresco::Value::Map{{"features", "abacus"}, {"gpus", fresco::Value::List{}}});
+    }
+    fresco::host::write_record(file, record);
+    place.clear_log();
+    const auto plan = fresco::parse_json(place.run({"plan", "room.yaml", "--json"}).out);
+    const std::string reason = plan.at("stages").as_list().at(0).at("reason").as_string();
+    const Finished finished = place.run({"run", "room.yaml"});
+    REQUIRE(finished.code == 0);
+    if (same)
+    {
+        CHECK(contains(reason, "interrupted at"));
+        CHECK(place.log().back() != "slow from 0");
+        return;
+    }
+    const std::string words = "begins again: its checkpoint was made on another type of processor (abacus; here ";
+    CHECK(contains(reason, words));
+    CHECK(contains(finished.err, words));
+    CHECK(place.log().back() == "slow from 0");
+}

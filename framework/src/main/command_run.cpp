@@ -187,6 +187,7 @@ int run(const RunArguments& arguments)
     RunRequest request;
     request.pipeline = &loaded->result.pipeline;
     request.store = arguments.places.store_folder();
+    request.upstream = arguments.places.upstream_folder();
     request.out = arguments.places.out_folder();
     request.cores = arguments.cores;
     request.memory_mb = arguments.memory_mb > 0 ? arguments.memory_mb : available_memory_mb();
@@ -245,6 +246,7 @@ void add_run_command(CLI::App& app, const std::vector<std::string>& words, int& 
     arguments->pipeline.add_to(*command);
     arguments->places.add_out_to(*command);
     arguments->places.add_store_to(*command);
+    arguments->places.add_upstream_to(*command);
     command->add_option("--cores", arguments->cores, "Processor cores to use")->check(CLI::Range(1, 4096))->capture_default_str();
     command
         ->add_option("--memory", arguments->memory_mb,

@@ -68,8 +68,9 @@ void look_at_checkpoint(StageNode& node, const Store& store)
 
 }  // namespace
 
-RunState::RunState(const Pipeline& pipeline, const Store& store, FileHashes& hashes, const std::string& until)
-    : store_(store), hashes_(hashes)
+RunState::RunState(const Pipeline& pipeline, const Store& store, FileHashes& hashes, const std::string& until,
+                   const Store* upstream)
+    : store_(store), upstream_(upstream), hashes_(hashes)
 {
     for (const auto& stage : pipeline.stages)
     {
@@ -136,11 +137,20 @@ void RunState::resolve(StageNode& node)
         look_at_checkpoint(node, store_);
         node.upstream = std::move(upstream);
         node.resolved = true;
+        node.elsewhere = false;
         node.why_not.clear();
         store_.restore(node.key);
         node.result = store_.lookup(node.key, &node.why_not, node.stage->input_files);
+        node.present = node.result && store_.present(*node.result);
+        if (!node.present && upstream_ != nullptr)
+            if (auto lent = upstream_->lookup(node.key, nullptr, node.stage->input_files); lent && upstream_->present(*lent))
+            {
+                node.result = std::move(lent);
+                node.elsewhere = true;
+            }
     }
     node.present = node.result && store_.present(*node.result);
+    node.elsewhere = node.elsewhere && !node.present;
 }
 
 void RunState::set_state(StageNode& node)
@@ -166,7 +176,7 @@ void RunState::set_state(StageNode& node)
         std::any_of(node.producers.begin(), node.producers.end(), [&](std::size_t producer) { return views_[producer].broken; });
     if (node.present)
         node.state = node.state == StageState::done ? StageState::done : StageState::stored;
-    else if (broken)
+    else if (broken && !node.elsewhere)
         node.state = StageState::blocked;
     else if (node.state != StageState::not_needed)
         node.state = StageState::waiting;
@@ -177,9 +187,10 @@ void RunState::show(std::size_t place)
 {
     const StageNode& node = nodes_[place];
     View& view = views_[place];
-    const View before = std::exchange(view, {node.result ? node.result->object : "", node.present,
-                                             node.state == StageState::failed || node.state == StageState::blocked,
-                                             node.selected && !node.present && node.state != StageState::not_needed});
+    const View before =
+        std::exchange(view, {node.result ? node.result->object : "", node.present,
+                             node.state == StageState::failed || node.state == StageState::blocked,
+                             node.selected && !node.present && !node.elsewhere && node.state != StageState::not_needed});
     if (view.result != before.result || view.present != before.present || view.broken != before.broken)
         to_look_at_.insert(node.consumers.begin(), node.consumers.end());
     if (view.reads != before.reads)
@@ -187,7 +198,7 @@ void RunState::show(std::size_t place)
     const bool there = node.state == StageState::done || node.state == StageState::stored;
     if (there && (!before.present || view.result != before.result))
         arrived_.push_back(place);
-    if (node.state == StageState::waiting && node.resolved && inputs_are_present(node))
+    if (node.state == StageState::waiting && node.resolved && (node.elsewhere || inputs_are_present(node)))
         ready_.insert(place);
     else
         ready_.erase(place);

@@ -49,7 +49,8 @@ struct StageNode
     std::string begins_again;                     ///< Why it cannot go on with that checkpoint; empty: it can.
     std::optional<StoredResult> result;
     bool present = false;
-    std::string why_not;  ///< Which outside file changed, where that is why there is no result.
+    bool elsewhere = false;  ///< Not here, but in the upstream store, from where it can be copied.
+    std::string why_not;     ///< Which outside file changed, where that is why there is no result.
 
     std::string error;  ///< Of a failed one.
     int error_code = 0;
@@ -64,8 +65,11 @@ class RunState
 {
   public:
     /// `until`: that stage and what it needs; empty: all. The pipeline and the store must outlive it.
-    RunState(const Pipeline& pipeline, const Store& store, FileHashes& hashes, const std::string& until);
+    /// `upstream`: a store that lends the results that this one lacks; null: none. Must outlive it, too.
+    RunState(const Pipeline& pipeline, const Store& store, FileHashes& hashes, const std::string& until,
+             const Store* upstream = nullptr);
 
+    const Store* upstream() const { return upstream_; }
     std::vector<StageNode>& nodes() { return nodes_; }
     const std::vector<StageNode>& nodes() const { return nodes_; }
 
@@ -98,6 +102,7 @@ class RunState
     void resolve(StageNode& node);
 
     const Store& store_;
+    const Store* upstream_;
     FileHashes& hashes_;
     std::vector<StageNode> nodes_;
     std::vector<View> views_;

@@ -52,6 +52,11 @@ WorkerRequest make_worker_request(const StageNode& node, const RunState& state, 
     request.key = node.key;
     request.key_document = node.key_document;
     request.threads = threads;
+    if (node.elsewhere)
+    {
+        request.upstream = state.upstream()->root();
+        request.fetch = node.result->object;
+    }
     for (const auto& wire : stage.wires)
     {
         WorkerInput input{wire.port, wire.artifact, wire.file.string(), "", wire.from_port, {}, wire.file, wire.reader};
@@ -165,6 +170,8 @@ void RunningStage::take_event(const std::string& line)
     }
     else if (name == "damaged" && inputs_.contains(event.at("object").as_string()))
         damage_ = Damage{event.at("object").as_string(), event.at("text").as_string()};
+    else if (name == "not_fetched")
+        not_fetched_ = event.at("text").as_string();
     else if (name == "failed")
     {
         failure_ = event.at("text").as_string();

@@ -33,8 +33,10 @@ class Scheduler
 {
   public:
     Scheduler(const RunRequest& request, ProgressDisplay& display)
-        : request_(request), display_(display), store_(request.store), hashes_(store_.file_index()),
-          state_(*request.pipeline, store_, hashes_, request.until),
+        : request_(request), display_(display), store_(request.store),
+          upstream_(request.upstream.empty() ? std::nullopt : std::optional<Store>(request.upstream)),
+          hashes_(store_.file_index()),
+          state_(*request.pipeline, store_, hashes_, request.until, upstream_ ? &*upstream_ : nullptr),
           turns_(request.pipeline->sweep, request.jobs, request.keep_going), costs_(store_, request.estimates),
           exporter_(store_, request.out, hashes_), outcomes_(display)
     {
@@ -68,7 +70,7 @@ class Scheduler
     /// Waits until nobody tidies up the store; false if told to stop before.
     bool enter_store()
     {
-        use_.emplace(store_);
+        use_.emplace(store_, upstream_ ? &*upstream_ : nullptr);
         const auto begin = Clock::now();
         Backoff backoff;
         for (bool told = false; !use_->try_enter();)
@@ -264,6 +266,12 @@ class Scheduler
                 keep_books([&] { costs_.remember(node, {running.seconds(), running.memory_mb(), running.disk_mb()}); });
             outcomes_.end(node);
         }
+        else if (!running.not_fetched().empty())
+        {
+            display_.note(running.not_fetched() + ": stage " + node.stage->name + " runs instead");
+            node.state = StageState::waiting;
+            node.elsewhere = false;
+        }
         else if (running.damage())
             repair(*running.damage(), node);
         else if (running.limit_text().empty() && (running.was_canceled() || (stopping() && end.signal != 0)))
@@ -409,6 +417,7 @@ class Scheduler
     const RunRequest& request_;
     ProgressDisplay& display_;
     Store store_;
+    std::optional<Store> upstream_;
     std::optional<StoreUse> use_;
     FileHashes hashes_;
     RunState state_;

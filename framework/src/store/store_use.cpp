@@ -1,9 +1,23 @@
 #include "store/store_use.h"
+#include <fresco/error.h>
 
 namespace fresco::host
 {
 
-StoreUse::StoreUse(const Store& store) : store_(store), presence_(store), lock_(store_lock(store)) {}
+StoreUse::StoreUse(const Store& store, const Store* lender) : store_(store), presence_(store), lock_(store_lock(store))
+{
+    if (lender == nullptr)
+        return;
+    try
+    {
+        lender_lock_ = store_lock(*lender);
+        lender_lock_.try_shared();
+    }
+    catch (const Error&)
+    {
+        return;  // What is copied from there is verified.
+    }
+}
 
 bool StoreUse::try_enter()
 {

@@ -11,8 +11,9 @@ namespace fresco::host
 class StoreUse
 {
   public:
-    /// Throws Error as Presence does.
-    explicit StoreUse(const Store& store);
+    /// `lender`: another store that this one gets results from; null: none. Nobody tidies up there meanwhile, unless its files
+    /// may not be written, or somebody has begun. Throws Error as Presence does.
+    explicit StoreUse(const Store& store, const Store* lender = nullptr);
 
     /// False while somebody tidies up. Who finds nobody else in the store removes what killed processes left.
     bool try_enter();
@@ -25,6 +26,7 @@ class StoreUse
     const Store& store_;
     Presence presence_;
     FileLock lock_;
+    FileLock lender_lock_;
 };
 
 }  // namespace fresco::host

@@ -7,6 +7,7 @@
 #include "base/machine.h"
 #include "base/process.h"
 #include "store/publish.h"
+#include "store/store_copy.h"
 #include "worker/worker.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
@@ -74,6 +75,8 @@ class Worker
             tell_done(*stored, true);
             return;
         }
+        if (!request_.fetch.empty())
+            return fetch();
         channel_.send("running");
         start_ = std::chrono::steady_clock::now();
         verify_inputs();
@@ -123,6 +126,25 @@ class Worker
         }
         key_lock_.sign();
         store_.look_again();
+    }
+
+    void fetch()
+    {
+        CopiedResults done;
+        try
+        {
+            if (copy_result(
+                    Store(request_.upstream), store_, request_.fetch, [this] { context_.check_canceled(); }, done))
+            {
+                channel_.send("message", {{"text", "copied from " + request_.upstream.string()}});
+                return tell_done(result_of(request_.fetch, store_.manifest(request_.fetch)), true);
+            }
+        }
+        catch (const Error& error)
+        {
+            done.damages.push_back({request_.fetch, error.what()});
+        }
+        channel_.send("not_fetched", {{"text", done.damages.front().text}});
     }
 
     void verify_inputs()

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-// One store for several machines.
+// One store for several machines, several stores for one.
 
 namespace
 {
@@ -114,4 +114,66 @@ TEST_CASE("A checkpoint of another type of processor is not gone on with, and th
     CHECK(contains(reason, words));
     CHECK(contains(finished.err, words));
     CHECK(place.log().back() == "slow from 0");
+}
+
+TEST_CASE("A store lends its results to others, which copy what they need")
+{
+    Workplace place;
+    place.write("extra", "123");
+    place.write("room.yaml", R"(version: 1
+stages:
+  source: {type: test.source, file: extra, log: log}
+  add:    {type: test.add, input: {left: source}, plus: 1, log: log}
+  text:   {type: test.sink, input: add, path: x.txt, log: log}
+)");
+    REQUIRE(place.run({"run", "room.yaml", "--store", "slow"}).code == 0);
+    place.clear_log();
+    const std::vector<std::string> lent{"run",  "room.yaml", "--store", "fast",      "--upstream",
+                                        "slow", "--out",     "other",   "--json-log"};
+    SECTION("only the end of the pipeline is copied")
+    {
+        const auto plan =
+            fresco::parse_json(place.run({"plan", "room.yaml", "--store", "fast", "--upstream", "slow", "--json"}).out);
+        const auto& text = plan.at("stages").as_list().at(2);
+        CHECK_FALSE(text.at("runs").as_bool());
+        CHECK(text.at("reason").as_string() == "copied from the upstream store");
+        const Finished run = place.run(lent);
+        INFO(run.err);
+        REQUIRE(run.code == 0);
+        CHECK(states(run)["text"] == "stored");
+        CHECK(place.log().empty());
+        CHECK(place.read("other/x.txt") == "5.000000\n");
+        CHECK(count_in(place.file("fast/objects")) == 1);
+        CHECK(place.run({"store", "verify", "--store", "fast"}).code == 0);
+        SECTION("and the rest where something else is made of it")
+        {
+            std::vector<std::string> changed = lent;
+            changed.insert(changed.end(), {"--set", "text.copies=1"});
+            REQUIRE(place.run(changed).code == 0);
+            CHECK(place.log().size() == 1);
+            CHECK(count_in(place.file("fast/objects")) == 3);
+        }
+    }
+    SECTION("a damaged result is made here")
+    {
+        for (const auto& entry : fs::recursive_directory_iterator(place.file("slow/objects")))
+            if (entry.path().filename() == "x.txt")
+                std::ofstream(entry.path()) << "9.000000\n";
+        const Finished run = place.run(lent);
+        INFO(run.err);
+        REQUIRE(run.code == 0);
+        CHECK(contains(run.out, "stage text runs instead"));
+        CHECK(place.log().size() == 1);
+        CHECK(place.read("other/x.txt") == "5.000000\n");
+    }
+    SECTION("all are copied")
+    {
+        const Finished copied = place.run({"store", "copy", "slow", "fast", "--json"});
+        REQUIRE(copied.code == 0);
+        CHECK(fresco::parse_json(copied.out).at("copied").as_int() == 3);
+        REQUIRE(place.run({"run", "room.yaml", "--store", "fast", "--out", "other"}).code == 0);
+        CHECK(place.log().empty());
+    }
+    CHECK(place.run({"run", "room.yaml", "--upstream", "nowhere"}).code == 3);
+    CHECK(place.run({"store", "copy", "nowhere", "fast"}).code == 3);
 }

@@ -3,6 +3,7 @@
 #include "base/journal.h"
 #include <fresco/error.h>
 #include <fresco/hash.h>
+#include <fresco/input_roots.h>
 
 #include <algorithm>
 #include <ctime>
@@ -123,7 +124,7 @@ Change compare(Dependency& dependency)
 
 Value to_value(const Dependency& dependency)
 {
-    return Value::List{dependency.path.string(), dependency.folder, dependency.stamp ? to_value(*dependency.stamp) : Value(),
+    return Value::List{dependency.stored_name(), dependency.folder, dependency.stamp ? to_value(*dependency.stamp) : Value(),
                        Value(dependency.hash)};
 }
 
@@ -132,7 +133,8 @@ Dependency dependency_from(const Value& value)
     const auto& list = value.as_list();
     if (list.size() != 4)
         throw Error("a dependency has 4 entries, this one " + std::to_string(list.size()));
-    Dependency dependency{list[0].as_string(), list[1].as_bool(), std::nullopt, list[3].as_string()};
+    const std::string& name = list[0].as_string();
+    Dependency dependency{input_path(name), list[1].as_bool(), std::nullopt, list[3].as_string(), name};
     if (!list[2].is_null())
         dependency.stamp = stamp_from(list[2]);
     return dependency;

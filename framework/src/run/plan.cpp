@@ -4,6 +4,7 @@
 #include "run/exports.h"
 #include "run/result_key.h"
 #include "store/stage_record.h"
+#include <fresco/input_roots.h>
 
 #include <algorithm>
 #include <fmt/format.h>
@@ -78,6 +79,7 @@ Plan make_plan(const Pipeline& pipeline, const std::filesystem::path& store_fold
                const std::string& until, const std::map<std::string, CostFigures>& estimates,
                const std::filesystem::path& upstream_folder)
 {
+    set_input_roots(pipeline.inputs);
     const Store store(store_folder);
     const auto upstream = upstream_folder.empty() ? std::nullopt : std::optional<Store>(upstream_folder);
     const Statistics statistics(store);

@@ -52,6 +52,7 @@ WorkerRequest make_worker_request(const StageNode& node, const RunState& state, 
     request.key = node.key;
     request.key_document = node.key_document;
     request.threads = threads;
+    request.roots = input_roots();
     if (node.elsewhere)
     {
         request.upstream = state.upstream()->root();

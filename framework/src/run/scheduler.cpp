@@ -12,6 +12,7 @@
 #include "store/store_tidy.h"
 #include "store/store_use.h"
 #include <fresco/error.h>
+#include <fresco/input_roots.h>
 
 #include <algorithm>
 #include <csignal>
@@ -449,6 +450,7 @@ const StageOutcome* RunSummary::outcome_of(const std::string& stage) const
 
 RunSummary run_pipeline(const RunRequest& request, ProgressDisplay& display)
 {
+    set_input_roots(request.pipeline->inputs);
     Scheduler scheduler(request, display);
     return scheduler.run();
 }

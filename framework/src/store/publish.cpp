@@ -127,7 +127,7 @@ StoredResult publish(const Store& store, const fs::path& folder, const Publicati
 {
     const Tree tree = list_tree(folder, publication.outputs);
     const StoredResult result{object_id(publication.key, publication.dependencies), closure(store, publication.references),
-                              publication.dependencies};
+                              publication.dependencies, roots_for(publication.dependencies)};
     Value manifest = publication.facts;
     Value::List files;
     std::uint64_t bytes = 0;
@@ -139,10 +139,13 @@ StoredResult publish(const Store& store, const fs::path& folder, const Publicati
     }
     Value::List dependencies;
     for (const auto& dependency : publication.dependencies)
-        dependencies.push_back(to_value(Dependency{dependency.path, dependency.folder, std::nullopt, dependency.hash}));
+        dependencies.push_back(
+            to_value(Dependency{dependency.path, dependency.folder, std::nullopt, dependency.hash, dependency.name}));
     manifest.set("key", publication.key);
     manifest.set("references", Value::List(result.references.begin(), result.references.end()));
     manifest.set("dependencies", std::move(dependencies));
+    if (!result.roots.is_null())
+        manifest.set("roots", result.roots);
     manifest.set("bytes", bytes);
     manifest.set("files", std::move(files));
 

@@ -170,7 +170,7 @@ std::string object_id(const std::string& key, const std::vector<Dependency>& dep
 {
     std::vector<std::string> parts;
     for (const auto& dependency : dependencies)
-        parts.push_back(dependency.path.string() + '\0' + dependency.hash);
+        parts.push_back(dependency.stored_name() + '\0' + dependency.hash);
     std::sort(parts.begin(), parts.end());
     std::string joined = key;
     for (const auto& part : parts)

@@ -3,6 +3,7 @@
 #include "base/chunk_hash.h"
 #include "base/file_lock.h"
 #include "base/file_stamp.h"
+#include <fresco/input_roots.h>
 #include <fresco/value.h>
 
 #include <filesystem>
@@ -21,7 +22,17 @@ struct StoredResult
     std::string object;
     std::vector<std::string> references;   ///< Other objects that its files refer to, theirs included.
     std::vector<Dependency> dependencies;  ///< Files it was made from that the key does not name.
+    Value roots{};                         ///< See roots_for.
 };
+
+/// Folders of a pipeline's `inputs` as a map name -> path, and back.
+Value to_value(const InputRoots& roots);
+InputRoots input_roots_from(const Value& value);
+
+/// Where a result with these dependencies holds: null everywhere, as all lie below the pipeline's `inputs` or none does;
+/// otherwise only where the inputs are where they are in this process, as a map. What lies beside an input lies beside another
+/// elsewhere.
+Value roots_for(const std::vector<Dependency>& dependencies);
 
 /// By an entry of a key's record, or by the object's manifest.
 StoredResult result_of(const std::string& object, const Value& value);

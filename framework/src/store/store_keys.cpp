@@ -20,9 +20,12 @@ Value entry_of(const StoredResult& result)
     Value::List dependencies;
     for (const auto& dependency : result.dependencies)
         dependencies.push_back(to_value(dependency));
-    return Value::Map{{"object", result.object},
-                      {"references", Value::List(result.references.begin(), result.references.end())},
-                      {"dependencies", std::move(dependencies)}};
+    Value value = Value::Map{{"object", result.object},
+                             {"references", Value::List(result.references.begin(), result.references.end())},
+                             {"dependencies", std::move(dependencies)}};
+    if (!result.roots.is_null())
+        value.set("roots", result.roots);
+    return value;
 }
 
 /// The results in the record of a key. Throws Error if the record is missing or damaged.
@@ -53,6 +56,11 @@ std::vector<StoredResult> results_of(const Store& store, const std::string& key)
     {
         return {};
     }
+}
+
+Value roots_of_process()
+{
+    return input_roots().empty() ? Value() : to_value(input_roots());
 }
 
 void write_results(const Store& store, const std::string& key, const std::vector<StoredResult>& results)
@@ -92,11 +100,36 @@ bool contains_all(const std::vector<Dependency>& dependencies, const std::vector
 
 }  // namespace
 
+Value to_value(const InputRoots& roots)
+{
+    Value::Map map;
+    for (const auto& [name, folder] : roots)
+        map.emplace_back(name, folder.string());
+    return map;
+}
+
+InputRoots input_roots_from(const Value& value)
+{
+    InputRoots roots;
+    for (const auto& [name, folder] : value.as_map())
+        roots[name] = folder.as_string();
+    return roots;
+}
+
+Value roots_for(const std::vector<Dependency>& dependencies)
+{
+    if (std::ranges::all_of(dependencies, [](const auto& dependency) { return is_input_name(dependency.stored_name()); }))
+        return {};
+    return roots_of_process();
+}
+
 StoredResult result_of(const std::string& object, const Value& value)
 {
     StoredResult result{object, {}, {}};
     for (const auto& reference : value.at("references").as_list())
         result.references.push_back(reference.as_string());
+    if (const Value* roots = value.find("roots"))
+        result.roots = *roots;
     for (const auto& dependency : value.at("dependencies").as_list())
         result.dependencies.push_back(dependency_from(dependency));
     return result;
@@ -108,9 +141,11 @@ std::optional<StoredResult> Store::lookup(const std::string& key, std::string* w
     for (std::size_t i = 0; i < results.size(); ++i)
     {
         bool renewed = false;
-        bool fits = results[i].dependencies.empty() || contains_all(results[i].dependencies, files);
+        bool fits = results[i].dependencies.empty() || (contains_all(results[i].dependencies, files) &&
+                                                        (results[i].roots.is_null() || results[i].roots == roots_of_process()));
         if (!fits && why_not != nullptr && why_not->empty())
-            *why_not = files.front().string() + " has another path, and the stage reads more than it";
+            *why_not =
+                (files.empty() ? "an input" : files.front().string()) + " has another path, and the stage reads more than it";
         if (!fits)
             continue;
         for (auto& dependency : results[i].dependencies)

@@ -259,6 +259,8 @@ class Worker
             for (const Dependency& file : request_.files)
                 if (std::none_of(all.begin(), all.end(), [&](const Dependency& other) { return other.path == file.path; }))
                     all.push_back(file);
+        for (Dependency& dependency : all)
+            dependency.name = input_name(dependency.path);
         return all;
     }
 
@@ -344,6 +346,7 @@ int guarded_run(const fs::path& request_file, WorkerChannel& channel)
     {
         WorkerRequest request = worker_request_from(parse_json(read_text_file(request_file), request_file.string()));
         set_fault_stage(request.stage);
+        set_input_roots(request.roots);
         Worker worker(std::move(request), request_file.parent_path().filename().string(), channel);
         try
         {

@@ -37,9 +37,10 @@ struct WorkerRequest
     Value key_document;
     std::vector<WorkerInput> inputs;
     std::map<std::string, std::filesystem::path> libraries;  ///< Type -> plugin, for the stage and its components.
-    std::filesystem::path upstream;                          ///< The store that `fetch` lies in.
-    std::string fetch;              ///< The result to copy from there instead of running the stage; empty: none.
-    std::vector<Dependency> files;  ///< Input files as they were when the key was made.
+    InputRoots roots;
+    std::filesystem::path upstream;  ///< The store that `fetch` lies in.
+    std::string fetch;               ///< The result to copy from there instead of running the stage; empty: none.
+    std::vector<Dependency> files;   ///< Input files as they were when the key was made.
     int threads = 1;
 };
 

@@ -177,3 +177,63 @@ stages:
     CHECK(place.run({"run", "room.yaml", "--upstream", "nowhere"}).code == 3);
     CHECK(place.run({"store", "copy", "nowhere", "fast"}).code == 3);
 }
+
+TEST_CASE("What lies below an input is the same wherever the input is")
+{
+    Workplace place;
+    place.write("one/room/a", "12");
+    place.write("room.yaml", R"(version: 1
+inputs: {data: one}
+stages:
+  source: {type: test.source, folder: "${data}/room", log: log}
+  text:   {type: test.sink, input: source, path: x.txt, log: log}
+)");
+    REQUIRE(place.run({"run", "room.yaml"}).code == 0);
+    REQUIRE(place.log().size() == 2);
+    for (const auto& entry : fs::directory_iterator(place.file(".fresco/keys")))
+        CHECK(fresco::read_text_file(entry.path()).find(place.work().string()) == std::string::npos);
+    fs::rename(place.file("one"), place.file("two"));
+    place.clear_log();
+    const std::vector<std::string> again{"run", "room.yaml", "--set", "data=two"};
+    REQUIRE(place.run(again).code == 0);
+    CHECK(place.log().empty());
+
+    // In a store of its own the result has the same name.
+    REQUIRE(place.run({"run", "room.yaml", "--set", "data=two", "--store", "other"}).code == 0);
+    std::set<std::string> names;
+    for (const char* store : {".fresco", "other"})
+        for (const auto& entry : fs::directory_iterator(place.file(store) / "objects"))
+            names.insert(entry.path().filename().string());
+    CHECK(names.size() == 2);
+
+    place.write("two/room/a", "123");
+    place.clear_log();
+    REQUIRE(place.run(again).code == 0);
+    CHECK(place.log().size() == 2);
+    CHECK(place.read("out/x.txt") == "4.000000\n");
+    // Not named under `inputs`: its place counts.
+    place.write("plain.yaml",
+                "version: 1\nvars: {data: two}\nstages:\n  source: {type: test.source, folder: \"${data}/room\", log: log}\n");
+    place.clear_log();
+    REQUIRE(place.run({"run", "plain.yaml"}).code == 0);
+    CHECK(place.log().size() == 1);
+}
+
+TEST_CASE("What lies beside an input is looked at where the input is")
+{
+    Workplace place;
+    place.write("one/data/a", "12");
+    place.write("two/data/a", "12");
+    place.write("one/b", "5");
+    place.write("two/b", "6");
+    place.write("room.yaml", R"(version: 1
+inputs: {data: one/data}
+stages:
+  source: {type: test.source, file: "${data}/a", beside: ../b, log: log}
+  text:   {type: test.sink, input: source, path: x.txt, log: log}
+)");
+    REQUIRE(place.run({"run", "room.yaml"}).code == 0);
+    CHECK(place.read("out/x.txt") == "8.000000\n");
+    REQUIRE(place.run({"run", "room.yaml", "--set", "data=two/data"}).code == 0);
+    CHECK(place.read("out/x.txt") == "9.000000\n");
+}

@@ -9,7 +9,9 @@
 #include <fstream>
 #include <set>
 #include <string>
+#include <sys/wait.h>
 #include <thread>
+#include <unistd.h>
 #include <vector>
 
 /// \file What tests of the store write into one.
@@ -54,6 +56,32 @@ inline StoredResult publish_text(const Store& store, const std::string& key, con
     write(folder / "out" / "a.json", text);
     return publish(store, folder,
                    {key, {"out"}, dependencies, Value::Map{{"stage", "s"}, {"type", "t.t"}, {"time_s", 0}}, references});
+}
+
+/// Runs it in as many processes at once. All must end well.
+template <class Work>
+inline void in_processes(int count, const Work& work)
+{
+    std::vector<pid_t> children;
+    for (int i = 0; i < count; ++i)
+        if (children.push_back(fork()); children.back() == 0)
+        {
+            try
+            {
+                work(i);
+                _exit(0);
+            }
+            catch (...)
+            {
+                _exit(1);
+            }
+        }
+    for (const pid_t child : children)
+    {
+        int status = 0;
+        waitpid(child, &status, 0);
+        CHECK(status == 0);
+    }
 }
 
 }  // namespace fresco::host

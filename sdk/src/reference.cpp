@@ -2,6 +2,7 @@
 
 #include <fresco/artifact.h>
 #include <fresco/error.h>
+#include <fresco/input_roots.h>
 
 namespace fresco
 {
@@ -45,6 +46,9 @@ std::string reference_to(const fs::path& file, const ArtifactFolder& folder)
         note_result(*place, folder);
         return std::string(store_prefix) + *place;
     }
+    // A folder without a store is for a program of the user's, which knows only paths.
+    if (std::string name = input_name(fs::absolute(file).lexically_normal()); !folder.store.empty() && is_input_name(name))
+        return name;
     return std::string(file_prefix) + fs::absolute(file).string();
 }
 
@@ -56,7 +60,12 @@ fs::path referred_file(const std::string& reference, const ArtifactFolder& folde
         return folder.store / reference.substr(store_prefix.size());
     if (reference.starts_with(file_prefix))
         return reference.substr(file_prefix.size());
-    throw Error("reference \"" + reference + "\" does not begin with own:, store: or file:");
+    if (!is_input_name(reference))
+        throw Error("reference \"" + reference + "\" does not begin with own:, store:, input: or file:");
+    fs::path file = input_path(reference);
+    if (file == reference)
+        throw Error("reference \"" + reference + "\" is below a folder that the pipeline does not name under 'inputs'");
+    return file;
 }
 
 }  // namespace fresco

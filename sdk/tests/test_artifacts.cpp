@@ -3,6 +3,7 @@
 #include <fresco/files_io.h>
 #include <fresco/frames.h>
 #include <fresco/hash.h>
+#include <fresco/input_roots.h>
 #include <fresco/npy.h>
 #include <fresco/testing.h>
 #include <fresco/texture.h>
@@ -11,6 +12,20 @@
 #include <catch2/catch.hpp>
 
 using Catch::Matchers::Contains;
+
+namespace
+{
+
+/// Until its end, the inputs of a pipeline are there.
+struct InputsAt
+{
+    explicit InputsAt(fresco::InputRoots roots) { fresco::set_input_roots(std::move(roots)); }
+    ~InputsAt() { fresco::set_input_roots({}); }
+    InputsAt(const InputsAt&) = delete;
+    InputsAt& operator=(const InputsAt&) = delete;
+};
+
+}  // namespace
 
 TEST_CASE("Frames keep their references when the store moves")
 {
@@ -261,4 +276,36 @@ TEST_CASE("Textures, tables and files read back; what is missing is named")
     CHECK_THROWS_WITH(files.save(own), Contains("a.png") && Contains("not written"));
     files.names = {"../up.png"};
     CHECK_THROWS_WITH(files.save(own), Contains("up.png"));
+}
+
+TEST_CASE("What lies below an input is named by it")
+{
+    const InputsAt inputs(fresco::InputRoots{{"data", "/mnt/scans"}, {"room", "/mnt/scans/room"}});
+    const auto [file, name] = GENERATE(table<std::string, std::string>({{"/mnt/scans/a.png", "input:data/a.png"},
+                                                                        {"/mnt/scans", "input:data"},
+                                                                        {"/mnt/scans/room/b/c.png", "input:room/b/c.png"},
+                                                                        {"/mnt/scans/rooms", "input:data/rooms"},
+                                                                        {"/mnt/scansion", "/mnt/scansion"},
+                                                                        {"/mnt", "/mnt"}}));
+    CHECK(fresco::input_name(file) == name);
+    CHECK(fresco::input_path(name) == file);
+}
+
+TEST_CASE("A reference to a user's file leads to where the input is now")
+{
+    const fresco::ArtifactFolder folder{"/store/objects/1/frames", "/store"};
+    std::string reference;
+    {
+        const InputsAt here(fresco::InputRoots{{"data", "/mnt/scans"}});
+        reference = fresco::reference_to("/mnt/scans/room/a.png", folder);
+        CHECK(reference == "input:data/room/a.png");
+        CHECK(fresco::reference_to("/mnt/other/a.png", folder) == "file:/mnt/other/a.png");
+        // For a program of the user's.
+        CHECK(fresco::reference_to("/mnt/scans/room/a.png", {"/tmp/frames", {}}) == "file:/mnt/scans/room/a.png");
+    }
+    {
+        const InputsAt there(fresco::InputRoots{{"data", "/scratch"}});
+        CHECK(fresco::referred_file(reference, folder) == "/scratch/room/a.png");
+    }
+    CHECK_THROWS_WITH(fresco::referred_file(reference, folder), Contains("does not name under 'inputs'"));
 }

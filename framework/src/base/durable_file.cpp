@@ -22,7 +22,9 @@ constexpr std::string_view checksum_begin = ",\"checksum\":\"";
 constexpr std::string_view checksum_end = "\"}\n";
 constexpr std::size_t checksum_digits = 32;
 
-std::string checked_text(const Value& map)
+}  // namespace
+
+std::string checked_line(const Value& map)
 {
     std::string text = to_json(map);
     text.pop_back();
@@ -30,7 +32,15 @@ std::string checked_text(const Value& map)
     return text.append(checksum_begin).append(checksum).append(checksum_end);
 }
 
-}  // namespace
+std::optional<Value> map_of(std::string_view checked_line)
+{
+    constexpr std::size_t added = checksum_begin.size() + checksum_digits + checksum_end.size();
+    const std::size_t size = checked_line.size() - std::min(checked_line.size(), added);
+    const std::string_view map = checked_line.substr(0, size);
+    if (checked_line.substr(size) != std::string(checksum_begin) + content_hash(map) + std::string(checksum_end))
+        return std::nullopt;
+    return parse_json(checked_line, "record");
+}
 
 void sync_path(const fs::path& path)
 {
@@ -53,18 +63,16 @@ void make_folder(const fs::path& folder)
 
 void write_record(const fs::path& file, const Value& map)
 {
-    write_durable_file(file, checked_text(map));
+    write_durable_file(file, checked_line(map));
 }
 
 Value read_record(const fs::path& file)
 {
     const std::string text = read_text_file(file, std::size_t{1} << 30U);
-    const std::size_t added = checksum_begin.size() + checksum_digits + checksum_end.size();
-    const std::size_t size = text.size() - std::min(text.size(), added);
-    const std::string_view map = std::string_view(text).substr(0, size);
-    if (text.substr(size) != std::string(checksum_begin) + content_hash(map) + std::string(checksum_end))
+    std::optional<Value> map = map_of(text);
+    if (!map)
         throw Error(file.string() + ": is damaged: it does not fit its own checksum");
-    return parse_json(text, file.string());
+    return std::move(*map);
 }
 
 }  // namespace fresco::host

@@ -1,12 +1,14 @@
 #include "base/file_stamp.h"
-#include "base/durable_file.h"
 #include "base/glob.h"
+#include "base/journal.h"
 #include <fresco/error.h>
 #include <fresco/hash.h>
+#include <fresco/input_roots.h>
 
 #include <algorithm>
 #include <ctime>
 #include <sys/stat.h>
+#include <sys/sysmacros.h>
 #include <vector>
 
 namespace fresco::host
@@ -76,6 +78,8 @@ FileStamp stamp_from(const Value& value)
 
 }  // namespace
 
+/// Network file systems have another number on every machine, and after every boot: all that have no device of their own count as
+/// one. Their numbers of files and times to the nanosecond tell files apart.
 std::optional<FileStamp> stamp_of(const std::filesystem::path& file)
 {
     struct stat status
@@ -84,7 +88,7 @@ std::optional<FileStamp> stamp_of(const std::filesystem::path& file)
     if (stat(file.c_str(), &status) != 0)
         return std::nullopt;
     return FileStamp{static_cast<std::uint64_t>(status.st_size), nanoseconds(status.st_mtim), nanoseconds(status.st_ctim),
-                     status.st_ino, status.st_dev};
+                     status.st_ino, major(status.st_dev) == 0 ? 0 : status.st_dev};
 }
 
 Dependency take_dependency(const std::filesystem::path& path, bool folder)
@@ -120,7 +124,7 @@ Change compare(Dependency& dependency)
 
 Value to_value(const Dependency& dependency)
 {
-    return Value::List{dependency.path.string(), dependency.folder, dependency.stamp ? to_value(*dependency.stamp) : Value(),
+    return Value::List{dependency.stored_name(), dependency.folder, dependency.stamp ? to_value(*dependency.stamp) : Value(),
                        Value(dependency.hash)};
 }
 
@@ -129,7 +133,8 @@ Dependency dependency_from(const Value& value)
     const auto& list = value.as_list();
     if (list.size() != 4)
         throw Error("a dependency has 4 entries, this one " + std::to_string(list.size()));
-    Dependency dependency{list[0].as_string(), list[1].as_bool(), std::nullopt, list[3].as_string()};
+    const std::string& name = list[0].as_string();
+    Dependency dependency{input_path(name), list[1].as_bool(), std::nullopt, list[3].as_string(), name};
     if (!list[2].is_null())
         dependency.stamp = stamp_from(list[2]);
     return dependency;
@@ -137,22 +142,16 @@ Dependency dependency_from(const Value& value)
 
 FileHashes::FileHashes(std::filesystem::path index) : index_(std::move(index))
 {
-    try
-    {
-        if (index_.empty() || !stamp_of(index_))
-            return;
-        const Value known = read_record(index_);
-        for (const auto& entry : known.at("files").as_list())
-        {
-            Dependency dependency = dependency_from(entry);
-            std::string path = dependency.path.string();
-            known_.insert_or_assign(std::move(path), std::move(dependency));
-        }
-    }
-    catch (const Error&)
-    {
-        known_.clear();
-    }
+    if (index_.empty())
+        return;
+    for (const Value& line : Journal(index_).read())
+        if (const Value* files = line.find("files"); files != nullptr && files->is_list())
+            for (const auto& entry : files->as_list())
+            {
+                Dependency dependency = dependency_from(entry);
+                std::string path = dependency.path.string();
+                known_.insert_or_assign(std::move(path), std::move(dependency));
+            }
 }
 
 Dependency FileHashes::dependency(const std::filesystem::path& file)
@@ -161,7 +160,7 @@ Dependency FileHashes::dependency(const std::filesystem::path& file)
     if (known != known_.end() && known->second.stamp && known->second.stamp == stamp_of(file))
         return known->second;
     Dependency taken = take_dependency(file, false);
-    changed_ = true;
+    added_.insert(file.string());
     return known_.insert_or_assign(file.string(), std::move(taken)).first->second;
 }
 
@@ -175,27 +174,47 @@ void FileHashes::remember(const std::filesystem::path& file, const std::string& 
     if (const auto now = stamp_of(file))
     {
         known_.insert_or_assign(file.string(), Dependency{file, false, settled(*now), hash});
-        changed_ = true;
+        added_.insert(file.string());
     }
+}
+
+Value::List FileHashes::entries(const std::set<std::string>* chosen) const
+{
+    Value::List entries;
+    for (const auto& [path, dependency] : known_)
+        if (dependency.stamp && (chosen == nullptr || chosen->contains(path)) && dependency.stamp == stamp_of(dependency.path))
+            entries.push_back(to_value(dependency));
+    return entries;
 }
 
 void FileHashes::save()
 {
-    if (!changed_ || index_.empty())
+    if (index_.empty())
         return;
-    Value::List entries;
-    for (const auto& [path, dependency] : known_)
-        if (dependency.stamp && stamp_of(dependency.path))
-            entries.push_back(to_value(dependency));
     try
     {
-        write_record(index_, Value::Map{{"files", std::move(entries)}});
-        changed_ = false;
+        if (auto added = entries(&added_); !added.empty())
+            Journal(index_).add(Value::Map{{"files", std::move(added)}});
+        added_.clear();
     }
     catch (const Error&)
     {
         return;
     }
+}
+
+void FileHashes::tidy() const
+{
+    constexpr std::size_t entries_per_line = 1000;
+    const Value::List all = entries(nullptr);
+    std::vector<Value> lines;
+    for (std::size_t i = 0; i < all.size(); i += entries_per_line)
+    {
+        const auto begin = all.begin() + static_cast<std::ptrdiff_t>(i);
+        const auto end = all.begin() + static_cast<std::ptrdiff_t>(std::min(i + entries_per_line, all.size()));
+        lines.emplace_back(Value::Map{{"files", Value::List(begin, end)}});
+    }
+    Journal(index_).replace(lines);
 }
 
 }  // namespace fresco::host

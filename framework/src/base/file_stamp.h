@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 
 namespace fresco::host
@@ -36,6 +37,9 @@ struct Dependency
     /// more within the same step of the file system's clock.
     std::optional<FileStamp> stamp;
     std::string hash;
+    std::string name{};  ///< In records and manifests: its input_name; empty: the path.
+
+    std::string stored_name() const { return name.empty() ? path.string() : name; }
 };
 
 /// Reads the file, or the folder that holds the names, now. Throws MissingInput if it is not there.
@@ -58,7 +62,7 @@ Dependency dependency_from(const Value& value);
 class FileHashes
 {
   public:
-    /// Those that `index` holds, as far as it is whole: it is a cache. Empty: remembers nothing beyond this process.
+    /// Those that the Journal `index` holds, as far as it is whole: it is a cache. Empty: remembers nothing beyond this process.
     explicit FileHashes(std::filesystem::path index);
 
     /// The file's content hash. Throws MissingInput if it cannot be read.
@@ -67,13 +71,18 @@ class FileHashes
     Dependency dependency(const std::filesystem::path& file);
     /// Remembers a hash that is known without reading the file.
     void remember(const std::filesystem::path& file, const std::string& hash);
-    /// Writes the index if anything changed. A failure to write it is ignored: the next run hashes again.
+    /// Adds to the index what it does not hold yet. A failure to write it is ignored: the next run hashes again.
     void save();
+    /// Writes the index again, without files that changed or are gone. Throws Error.
+    void tidy() const;
 
   private:
+    /// Of the files that are as they were, among those that `chosen` names, or all.
+    Value::List entries(const std::set<std::string>* chosen) const;
+
     std::filesystem::path index_;
     std::map<std::string, Dependency> known_;
-    bool changed_ = false;
+    std::set<std::string> added_;
 };
 
 }  // namespace fresco::host

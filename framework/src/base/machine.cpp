@@ -11,6 +11,7 @@
 #include <iterator>
 #include <limits>
 #include <sched.h>
+#include <set>
 #include <sstream>
 #include <sys/resource.h>
 #include <unistd.h>
@@ -54,6 +55,17 @@ Value processor_capability()
         if (std::find(all.begin(), all.end(), name) != all.end())
             features += (features.empty() ? "" : " ") + name;
     return Value::Map{{"model", line_of("/proc/cpuinfo", "model name")}, {"features", features}};
+}
+
+Value computing_place(const Value& options)
+{
+    std::set<std::string> models;
+    const Value* device = options.find("device");
+    std::error_code error;
+    if (device != nullptr && device->is_string() && device->as_string() != "cpu")
+        for (const auto& gpu : fs::directory_iterator("/proc/driver/nvidia/gpus", error))
+            models.insert(line_of((gpu.path() / "information").c_str(), "Model"));
+    return Value::Map{{"features", processor_capability().at("features")}, {"gpus", Value::List(models.begin(), models.end())}};
 }
 
 int available_cores()

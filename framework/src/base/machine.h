@@ -13,6 +13,10 @@ namespace fresco::host
 /// {model, features}. Results are equal to the byte between machines where `features` agree.
 Value processor_capability();
 
+/// Where a stage with these options computes, as a map {features, gpus}: unfinished work is gone on with only where both are the
+/// same. `gpus`: models of the NVIDIA GPUs, where the stage has an option "device" that is not "cpu".
+Value computing_place(const Value& options);
+
 /// Cores this process may use: those that it may run on, as far as its control groups allow them to be busy.
 int available_cores();
 /// Memory that programs can have now without others being swapped out, as far as this process's control group allows it; 0 where

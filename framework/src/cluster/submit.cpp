@@ -1,7 +1,8 @@
 #include "cluster/submit.h"
+#include "base/file_lock.h"
 #include "run/run_state.h"
-#include "store/file_lock.h"
 #include <fresco/error.h>
+#include <fresco/input_roots.h>
 
 #include <algorithm>
 #include <chrono>
@@ -40,7 +41,8 @@ TaskKnowledge knowledge_of(const Submission& submission, const TaskTable& table,
 std::vector<StageNode> stages_in_store(const TaskTable& head, const Pipeline& pipeline)
 {
     const Store store(head.store);
-    FileHashes hashes(store.root() / "files.json");
+    set_input_roots(pipeline.inputs);
+    FileHashes hashes(store.file_index());
     RunState state(pipeline, store, hashes, head.pipeline.until);
     state.update();
     hashes.save();

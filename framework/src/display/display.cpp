@@ -22,7 +22,7 @@ class QuietDisplay : public ProgressDisplay
 {
   public:
     void stage_begins(const std::string&, int) override {}
-    void stage_waits(const std::string&) override {}
+    void stage_waits(const std::string&, const std::string&) override {}
     void stage_progress(const std::string&, double, double, const std::string&, const Value&) override {}
     void stage_says(const std::string&, const std::string&, bool) override {}
     void stage_prints(const std::string&, const std::string&) override {}
@@ -57,7 +57,10 @@ class PlainDisplay final : public QuietDisplay
         line(fmt::format("{}: running on {} {}", stage, threads, threads == 1 ? "core" : "cores"));
         running_.insert_or_assign(stage, Entry{});
     }
-    void stage_waits(const std::string& stage) override { line(stage + ": waiting for another run that makes the same result"); }
+    void stage_waits(const std::string& stage, const std::string& holder) override
+    {
+        line(stage + ": waiting for another run that makes the same result" + (holder.empty() ? "" : ": " + holder));
+    }
     void stage_progress(const std::string& stage, double done, double total, const std::string& unit,
                         const Value& metrics) override
     {
@@ -112,7 +115,7 @@ class JsonDisplay final : public ProgressDisplay
 {
   public:
     void stage_begins(const std::string& stage, int threads) override { event("begin", stage, {{"threads", threads}}); }
-    void stage_waits(const std::string& stage) override { event("wait", stage, {}); }
+    void stage_waits(const std::string& stage, const std::string& holder) override { event("wait", stage, {{"holder", holder}}); }
     void stage_progress(const std::string& stage, double done, double total, const std::string& unit,
                         const Value& metrics) override
     {

@@ -146,7 +146,11 @@ class LiveDisplay final : public ProgressDisplay
         entry.begin_time = fs::file_time_type::clock::now();
         entry.rate = ProgressRate();
     }
-    void stage_waits(const std::string& stage) override { entry_of(stage).view.waits = true; }
+    void stage_waits(const std::string& stage, const std::string& holder) override
+    {
+        entry_of(stage).view.waits = true;
+        entry_of(stage).view.holder = holder;
+    }
     void stage_progress(const std::string& stage, double done, double total, const std::string& unit,
                         const Value& metrics) override
     {

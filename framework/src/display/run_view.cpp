@@ -186,7 +186,7 @@ class View
     {
         if (stage.waits)
         {
-            line.add("another run makes this result", Tone::faint);
+            line.add("another run makes this result" + (stage.holder.empty() ? "" : ": " + stage.holder), Tone::faint);
             return;
         }
         const bool counts = !stage.unit.empty() && stage.total > 0;

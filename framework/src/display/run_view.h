@@ -28,6 +28,7 @@ struct ViewStage
     std::vector<std::pair<std::string, std::optional<double>>> metrics;  ///< Nothing: not finite.
     std::vector<double> history;                                         ///< Of the first metric, oldest first.
     std::string preview;                                                 ///< Path of its newest picture; empty: none.
+    std::string holder;                                                  ///< Which run makes the result; empty: unknown.
 };
 
 struct ViewFrame

@@ -81,6 +81,11 @@ void PlaceArguments::add_out_to(CLI::App& command)
     command.add_option("--out", out, "Folder for output files")->capture_default_str()->check(empty_path_problem);
 }
 
+void PlaceArguments::add_upstream_to(CLI::App& command)
+{
+    command.add_option("--upstream", upstream, "Store to copy results from that --store lacks")->check(empty_path_problem);
+}
+
 void PipelineArguments::add_until_to(CLI::App& command)
 {
     command.add_option("--until", until, "Only this stage and those it needs");
@@ -94,6 +99,16 @@ std::filesystem::path PlaceArguments::out_folder() const
 std::filesystem::path PlaceArguments::store_folder() const
 {
     return std::filesystem::absolute(store).lexically_normal();
+}
+
+std::filesystem::path PlaceArguments::upstream_folder() const
+{
+    if (upstream.empty())
+        return {};
+    std::filesystem::path folder = std::filesystem::absolute(upstream).lexically_normal();
+    if (!Store::is_at(folder))
+        throw MissingInput(folder.string() + ": not a store; set its folder with --upstream");
+    return folder;
 }
 
 Store PlaceArguments::existing_store() const

@@ -147,7 +147,7 @@ int plan(const PlanArguments& arguments)
         return plan_as_tasks(arguments, loaded->result.pipeline);
     const PipelineEstimate estimate = estimate_pipeline(loaded->result.pipeline, arguments.cores);
     const Plan made = make_plan(loaded->result.pipeline, arguments.places.store_folder(), arguments.places.out_folder(),
-                                arguments.pipeline.until, estimate.stages);
+                                arguments.pipeline.until, estimate.stages, arguments.places.upstream_folder());
     arguments.json ? print_json(made, estimate.notes) : print_text(made, estimate.notes, arguments.places.out);
     return 0;
 }
@@ -160,6 +160,7 @@ void add_plan_command(CLI::App& app, int& exit_code)
     const auto arguments = std::make_shared<PlanArguments>();
     arguments->pipeline.add_to(*command);
     arguments->places.add_store_to(*command);
+    arguments->places.add_upstream_to(*command);
     arguments->places.add_out_to(*command);
     arguments->pipeline.add_until_to(*command);
     command->add_option("--cores", arguments->cores, "Processor cores that the run will use")

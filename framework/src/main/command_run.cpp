@@ -263,6 +263,7 @@ int run(const RunArguments& arguments)
     }
     RunRequest request = request_for(arguments, loaded->result.pipeline);
     request.store = arguments.places.store_folder();
+    request.upstream = arguments.places.upstream_folder();
     request.out = arguments.places.out_folder();
     request.jobs = std::max(1, arguments.jobs);
     request.keep_going = arguments.keep_going;
@@ -313,6 +314,7 @@ void add_run_command(CLI::App& app, const std::vector<std::string>& words, int& 
     arguments->pipeline.add_to(*command);
     arguments->places.add_out_to(*command);
     arguments->places.add_store_to(*command);
+    arguments->places.add_upstream_to(*command);
     command->add_option("--cores", arguments->cores, "Processor cores to use")->check(CLI::Range(1, 4096))->capture_default_str();
     command
         ->add_option("--memory", arguments->memory_mb,

@@ -47,11 +47,15 @@ struct PlaceArguments
 {
     std::string out = "out";
     std::string store = default_store;
+    std::string upstream;
 
     void add_store_to(CLI::App& command);
     void add_out_to(CLI::App& command);
+    void add_upstream_to(CLI::App& command);
     std::filesystem::path out_folder() const;
     std::filesystem::path store_folder() const;
+    /// Empty: none. Throws MissingInput if it is not a store.
+    std::filesystem::path upstream_folder() const;
     /// Never creates a store: throws MissingInput if there is none.
     Store existing_store() const;
     /// Why a run could not keep or write its results there; empty where it could. Said before anything runs.

@@ -101,6 +101,28 @@ StageGraph graph_of(const std::vector<PipelineStage>& stages)
     return graph;
 }
 
+/// Where the folders under `inputs` are. What their vars lack is reported where they are used.
+std::map<std::string, std::filesystem::path> read_inputs(const PipelineDocument& document, ProblemList& problems)
+{
+    std::map<std::string, std::filesystem::path> inputs;
+    ProblemList of_vars;
+    Variables variables(document.vars, of_vars);
+    for (const std::string& name : document.inputs)
+    {
+        const YamlNode value = variables.substitute(document.vars.find(name)->value);
+        const bool is_path = value.is_scalar() && !value.text.empty();
+        if (document.matrix.find(name) || (value.is_valid() && !value.is_null() && !is_path))
+            problems.add(value.position(), "the input '" + name + "' must be the path of one folder, got " +
+                                               (document.matrix.find(name) ? "the values of an axis" : value.summary()));
+        else if (is_path)
+        {
+            const std::filesystem::path folder = (value.path_base() / value.text).lexically_normal();
+            inputs[name] = folder.has_filename() ? folder : folder.parent_path();
+        }
+    }
+    return inputs;
+}
+
 void load(const PipelineRequest& request, const Catalog& catalog, PipelineResult& result, ProblemList& problems)
 {
     PipelineDocument document = read_pipeline_document(result.pipeline.file, request.file.string(), request.texts, problems);
@@ -110,6 +132,7 @@ void load(const PipelineRequest& request, const Catalog& catalog, PipelineResult
     settings.set_vars(document, matrix);
     settings.check_stages(document.stages);
     check_until(request.until, document.stages, problems);
+    result.pipeline.inputs = read_inputs(document, problems);
     TypeTable types(catalog);
     load_stages(request, document, matrix, settings, types, result.pipeline, problems);
 }

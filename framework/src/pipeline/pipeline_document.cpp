@@ -20,6 +20,7 @@ struct Layer
 {
     std::string text;
     YamlNode vars;
+    YamlNode inputs;
     YamlNode matrix;
     YamlNode stages;
     YamlNode base;  ///< Null: none.
@@ -113,12 +114,18 @@ Layer read_layer(const fs::path& file, const std::vector<PipelineText>& texts, c
         layer.complete = false;
         return layer;
     }
-    static const std::vector<std::string> keys{"version", "base", "vars", "matrix", "stages"};
+    static const std::vector<std::string> keys{"version", "base", "inputs", "vars", "matrix", "stages"};
     for (const YamlNode::Entry& entry : root.entries)
         if (std::find(keys.begin(), keys.end(), entry.key) == keys.end())
             problems.add(entry.position(), "unknown key '" + entry.key + "'" + suggestion(entry.key, keys));
     check_version(root, layer.complete, problems);
     layer.vars = section(root, "vars", problems);
+    layer.inputs = section(root, "inputs", problems);
+    for (const YamlNode::Entry& input : layer.inputs.entries)
+        if (layer.vars.find(input.key))
+            problems.add(input.position(), "'" + input.key + "' is under 'vars', too: an input is a var by itself");
+        else
+            layer.vars.entries.push_back(input);
     layer.matrix = section(root, "matrix", problems);
     layer.stages = section(root, "stages", problems);
     if (const YamlNode::Entry* base = root.find("base"))
@@ -264,6 +271,8 @@ PipelineDocument read_pipeline_document(const fs::path& file, const std::string&
         layers.push_back(read_layer(files.back(), texts, name, wanted_at, problems));
         document.texts.push_back({files.back(), layers.back().text});
         document.complete = document.complete && layers.back().complete;
+        for (const YamlNode::Entry& input : layers.back().inputs.entries)
+            document.inputs.insert(input.key);
         const YamlNode& base = layers.back().base;
         if (base.is_null())
             break;

@@ -4,6 +4,7 @@
 #include "pipeline/yaml_document.h"
 
 #include <filesystem>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -13,9 +14,10 @@ namespace fresco::host
 /// A pipeline file with the files it builds on, merged: nothing substituted, no type looked up.
 struct PipelineDocument
 {
-    YamlNode vars;    ///< A map: name -> value (null: must be given by --set).
-    YamlNode matrix;  ///< A map: var -> the values it takes; empty: none.
-    YamlNode stages;  ///< A map: name -> a map, or an invalid node where that is reported already.
+    YamlNode vars;                 ///< A map: name -> value (null: must be given by --set). Those under `inputs`, too.
+    std::set<std::string> inputs;  ///< Vars under `inputs`: folders whose place does not count.
+    YamlNode matrix;               ///< A map: var -> the values it takes; empty: none.
+    YamlNode stages;               ///< A map: name -> a map, or an invalid node where that is reported already.
     std::vector<PipelineText> texts;
     bool complete = true;  ///< False: a file was not read to its end, so that things may seem to be missing.
 };

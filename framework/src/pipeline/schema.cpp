@@ -146,6 +146,11 @@ class SchemaWriter
                                {"vars", Map{{"type", "object"},
                                             {"description", "Values for ${name}, changed by --set NAME=VALUE"},
                                             {"propertyNames", Map{{"pattern", name_pattern}}}}},
+                               {"inputs", Map{{"type", "object"},
+                                              {"description", "Folders by name, as vars: wherever they are, results of what lies "
+                                                              "below are the same"},
+                                              {"propertyNames", Map{{"pattern", name_pattern}}},
+                                              {"additionalProperties", Map{{"type", List{"string", "null"}}}}}},
                                {"matrix", Map{{"type", "object"},
                                               {"description", "Runs every combination: var -> the values that it takes, a list "
                                                               "or a map of named ones"},

@@ -92,7 +92,9 @@ class RequestFolder
 std::string run_child(const Value& request, const Store& store)
 {
     const RequestFolder folder(store);
-    write_file(folder.file(), to_json(request));
+    Value whole = request;
+    whole.set("roots", to_value(input_roots()));
+    write_file(folder.file(), to_json(whole));
     return wait_for_page(start_child({"internal-page", folder.file().string()}), std::chrono::minutes(2));
 }
 

@@ -4,6 +4,7 @@
 #include "run/exports.h"
 #include "run/result_key.h"
 #include "store/stage_record.h"
+#include <fresco/input_roots.h>
 
 #include <algorithm>
 #include <fmt/format.h>
@@ -40,6 +41,8 @@ std::string reason_to_run(const StageNode& node, const RunState& state, const Pi
 
 std::string reason_to_rest(const StageNode& node)
 {
+    if (node.elsewhere && node.state == StageState::waiting)
+        return "copied from the upstream store";
     switch (node.state)
     {
     case StageState::stored:
@@ -73,12 +76,15 @@ std::size_t files_to_copy(const StageNode& node, const Exporter& exporter)
 }  // namespace
 
 Plan make_plan(const Pipeline& pipeline, const std::filesystem::path& store_folder, const std::filesystem::path& out,
-               const std::string& until, const std::map<std::string, CostFigures>& estimates)
+               const std::string& until, const std::map<std::string, CostFigures>& estimates,
+               const std::filesystem::path& upstream_folder)
 {
+    set_input_roots(pipeline.inputs);
     const Store store(store_folder);
+    const auto upstream = upstream_folder.empty() ? std::nullopt : std::optional<Store>(upstream_folder);
     const Statistics statistics(store);
-    FileHashes hashes(store.root() / "files.json");
-    RunState state(pipeline, store, hashes, until);
+    FileHashes hashes(store.file_index());
+    RunState state(pipeline, store, hashes, until, upstream ? &*upstream : nullptr);
     state.update();
     const Exporter exporter(store, out, hashes);
 
@@ -87,10 +93,13 @@ Plan make_plan(const Pipeline& pipeline, const std::filesystem::path& store_fold
     {
         if (!node.selected)
             continue;
-        PlannedStage planned{node.stage->name, node.stage->type->type, node.state == StageState::waiting, "", {}, false};
+        PlannedStage planned{
+            node.stage->name, node.stage->type->type, node.state == StageState::waiting && !node.elsewhere, "", {}, false};
         planned.reason = planned.runs ? reason_to_run(node, state, pipeline, store) : reason_to_rest(node);
         if (planned.runs && node.done_share > 0)
             planned.reason = fmt::format("interrupted at {:.0f} %", 100 * node.done_share);
+        else if (planned.runs && !node.begins_again.empty())
+            planned.reason = "begins again: " + node.begins_again;
         planned.measured = statistics.knows(cost_name(*node.stage));
         planned.cost = statistics.corrected(cost_name(*node.stage), remaining_cost(node, estimates));
         if (planned.runs)

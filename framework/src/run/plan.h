@@ -29,9 +29,10 @@ struct Plan
     CostFigures total;  ///< Seconds and disk: sums over stages that run; memory: the largest.
 };
 
-/// What a run would do, with its files below `out`. `estimates`: per stage, see estimate_pipeline. Changes nothing but remembered
-/// file stamps.
+/// What a run would do, with its files below `out`. `estimates`: per stage, see estimate_pipeline. `upstream`: the store that
+/// lends results; empty: none. Changes nothing but remembered file stamps.
 Plan make_plan(const Pipeline& pipeline, const std::filesystem::path& store, const std::filesystem::path& out,
-               const std::string& until, const std::map<std::string, CostFigures>& estimates);
+               const std::string& until, const std::map<std::string, CostFigures>& estimates,
+               const std::filesystem::path& upstream = {});
 
 }  // namespace fresco::host

@@ -4,6 +4,7 @@
 #include "run/run_state.h"
 #include "run/task_table.h"
 #include <fresco/error.h>
+#include <fresco/input_roots.h>
 
 #include <optional>
 
@@ -39,7 +40,8 @@ TaskTable plan_tasks(const PipelineRequest& request, const Pipeline& pipeline, c
                      const std::filesystem::path& out, const TaskSettings& settings)
 {
     const Store store(store_folder);
-    FileHashes hashes(store.root() / "files.json");
+    set_input_roots(pipeline.inputs);
+    FileHashes hashes(store.file_index());
     RunState state(pipeline, store, hashes, request.until);
     state.update();
     hashes.save();

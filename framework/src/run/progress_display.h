@@ -44,8 +44,9 @@ class ProgressDisplay
     /// All stages in their order before the first begins; later those whose state changed.
     virtual void stages(const std::vector<StageStanding>& /*stages*/, int /*cores*/) {}
     virtual void stage_begins(const std::string& stage, int threads) = 0;
-    /// The same result is being made by another run; this one waits for it.
-    virtual void stage_waits(const std::string& stage) = 0;
+    /// The same result is being made by another run; this one waits for it. `holder`: "process 4711 on kitchen, since …", empty
+    /// if unknown. Called again where another gets in between.
+    virtual void stage_waits(const std::string& stage, const std::string& holder) = 0;
     virtual void stage_progress(const std::string& stage, double done, double total, const std::string& unit,
                                 const Value& metrics) = 0;
     virtual void stage_says(const std::string& stage, const std::string& text, bool warning) = 0;

@@ -1,6 +1,7 @@
 #include "run/result_key.h"
 #include <fresco/error.h>
 #include <fresco/hash.h>
+#include <fresco/input_roots.h>
 
 #include <algorithm>
 #include <set>
@@ -58,6 +59,8 @@ class KeyMaker
     {
         if (kind == "input_file")
             return value.as_string().empty() ? value : file_identity(value.as_string(), hashes_);
+        if (kind == "input_folder")
+            return input_name(value.as_string());
         if (kind == "input_files")
         {
             Value::Map map;

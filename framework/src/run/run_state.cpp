@@ -1,4 +1,5 @@
 #include "run/run_state.h"
+#include "base/machine.h"
 #include "base/worker_exit.h"
 #include "pipeline/graph.h"
 #include "run/exports.h"
@@ -46,7 +47,31 @@ CostFigures remaining_cost(const StageNode& node, const std::map<std::string, Co
     return cost;
 }
 
-RunState::RunState(const Pipeline& pipeline, const Store& store, FileHashes& hashes) : store_(store), hashes_(hashes)
+namespace
+{
+
+void look_at_checkpoint(StageNode& node, const Store& store)
+{
+    node.done_share = store.checkpoint_share(node.key);
+    node.begins_again.clear();
+    if (node.done_share == 0)
+        return;
+    try
+    {
+        node.begins_again = store.checkpoint_refusal(node.key, computing_place(*node.stage->options));
+    }
+    catch (const Error& error)
+    {
+        node.begins_again = std::string("the checkpoint cannot be used: ") + error.what();
+    }
+    if (!node.begins_again.empty())
+        node.done_share = 0;
+}
+
+}  // namespace
+
+RunState::RunState(const Pipeline& pipeline, const Store& store, FileHashes& hashes, const Store* upstream)
+    : store_(store), upstream_(upstream), hashes_(hashes)
 {
     for (const auto& stage : pipeline.stages)
     {
@@ -60,8 +85,9 @@ RunState::RunState(const Pipeline& pipeline, const Store& store, FileHashes& has
     }
 }
 
-RunState::RunState(const Pipeline& pipeline, const Store& store, FileHashes& hashes, const std::string& until)
-    : RunState(pipeline, store, hashes)
+RunState::RunState(const Pipeline& pipeline, const Store& store, FileHashes& hashes, const std::string& until,
+                   const Store* upstream)
+    : RunState(pipeline, store, hashes, upstream)
 {
     if (until.empty())
         return;
@@ -74,8 +100,8 @@ RunState::RunState(const Pipeline& pipeline, const Store& store, FileHashes& has
     select_with_ancestors(ends);
 }
 
-RunState::RunState(const Pipeline& pipeline, const Store& store, FileHashes& hashes, const RunPart& part)
-    : RunState(pipeline, store, hashes)
+RunState::RunState(const Pipeline& pipeline, const Store& store, FileHashes& hashes, const RunPart& part, const Store* upstream)
+    : RunState(pipeline, store, hashes, upstream)
 {
     part_ = &part;
     std::vector<std::size_t> ends;
@@ -142,14 +168,23 @@ void RunState::resolve(StageNode& node)
     {
         node.key_document = key_document(*node.stage, upstream, hashes_);
         node.key = key_of(node.key_document);
-        node.done_share = store_.checkpoint_share(node.key);
+        look_at_checkpoint(node, store_);
         node.upstream = std::move(upstream);
         node.resolved = true;
+        node.elsewhere = false;
         node.why_not.clear();
         store_.restore(node.key);
         node.result = store_.lookup(node.key, &node.why_not, node.stage->input_files);
+        node.present = node.result && store_.present(*node.result);
+        if (!node.present && upstream_ != nullptr)
+            if (auto lent = upstream_->lookup(node.key, nullptr, node.stage->input_files); lent && upstream_->present(*lent))
+            {
+                node.result = std::move(lent);
+                node.elsewhere = true;
+            }
     }
     node.present = node.result && store_.present(*node.result);
+    node.elsewhere = node.elsewhere && !node.present;
 }
 
 void RunState::set_state(StageNode& node)
@@ -175,7 +210,7 @@ void RunState::set_state(StageNode& node)
         std::any_of(node.producers.begin(), node.producers.end(), [&](std::size_t producer) { return views_[producer].broken; });
     if (node.present)
         node.state = node.state == StageState::done ? StageState::done : StageState::stored;
-    else if (broken)
+    else if (broken && !node.elsewhere)
         node.state = StageState::blocked;
     else if (node.state != StageState::not_needed)
         node.state = StageState::waiting;
@@ -186,10 +221,10 @@ void RunState::show(std::size_t place)
 {
     const StageNode& node = nodes_[place];
     View& view = views_[place];
-    const View before =
-        std::exchange(view, {node.result ? node.result->object : "", node.present,
-                             node.state == StageState::failed || node.state == StageState::blocked,
-                             node.selected && node.may_run && !node.present && node.state != StageState::not_needed});
+    const View before = std::exchange(
+        view, {node.result ? node.result->object : "", node.present,
+               node.state == StageState::failed || node.state == StageState::blocked,
+               node.selected && node.may_run && !node.present && !node.elsewhere && node.state != StageState::not_needed});
     if (view.result != before.result || view.present != before.present || view.broken != before.broken)
         to_look_at_.insert(node.consumers.begin(), node.consumers.end());
     if (view.reads != before.reads)
@@ -197,7 +232,7 @@ void RunState::show(std::size_t place)
     const bool there = node.state == StageState::done || node.state == StageState::stored;
     if (there && (!before.present || view.result != before.result))
         arrived_.push_back(place);
-    if (node.state == StageState::waiting && node.resolved && inputs_are_present(node))
+    if (node.state == StageState::waiting && node.resolved && (node.elsewhere || inputs_are_present(node)))
         ready_.insert(place);
     else
         ready_.erase(place);
@@ -224,7 +259,7 @@ void RunState::ask_for(std::size_t place)
         read = read || views_[consumer].reads;
     }
     node.state = end || read || node.exports_files ? StageState::waiting : StageState::not_needed;
-    if (node.state == StageState::waiting && !node.may_run)
+    if (node.state == StageState::waiting && !node.may_run && !node.elsewhere)
     {
         node.state = StageState::failed;
         node.error = part_->missing_text(*node.stage);

@@ -48,9 +48,11 @@ struct StageNode
     std::map<std::string, std::string> upstream;  ///< Results that the key was made with.
     std::size_t known_producers = 0;              ///< The results of those before it were known at the last look.
     double done_share = 0;                        ///< Of its work, in the checkpoint of an interrupted run.
+    std::string begins_again;                     ///< Why it cannot go on with that checkpoint; empty: it can.
     std::optional<StoredResult> result;
     bool present = false;
-    std::string why_not;  ///< Which outside file changed, where that is why there is no result.
+    bool elsewhere = false;  ///< Not here, but in the upstream store, from where it can be copied.
+    std::string why_not;     ///< Which outside file changed, where that is why there is no result.
 
     std::string error;  ///< Of a failed one.
     int error_code = 0;
@@ -73,10 +75,14 @@ class RunState
 {
   public:
     /// `until`: that stage and what it needs; empty: all. The pipeline and the store must outlive it.
-    RunState(const Pipeline& pipeline, const Store& store, FileHashes& hashes, const std::string& until);
+    /// `upstream`: a store that lends the results that this one lacks; null: none. Must outlive it, too.
+    RunState(const Pipeline& pipeline, const Store& store, FileHashes& hashes, const std::string& until,
+             const Store* upstream = nullptr);
     /// Those that `part` names, and no others. It must outlive the object.
-    RunState(const Pipeline& pipeline, const Store& store, FileHashes& hashes, const RunPart& part);
+    RunState(const Pipeline& pipeline, const Store& store, FileHashes& hashes, const RunPart& part,
+             const Store* upstream = nullptr);
 
+    const Store* upstream() const { return upstream_; }
     std::vector<StageNode>& nodes() { return nodes_; }
     const std::vector<StageNode>& nodes() const { return nodes_; }
 
@@ -90,7 +96,7 @@ class RunState
     std::vector<std::size_t> take_arrived() { return std::exchange(arrived_, {}); }
 
   private:
-    RunState(const Pipeline& pipeline, const Store& store, FileHashes& hashes);
+    RunState(const Pipeline& pipeline, const Store& store, FileHashes& hashes, const Store* upstream);
     void select_with_ancestors(const std::vector<std::size_t>& ends);
 
     /// What others see of a stage.
@@ -112,6 +118,7 @@ class RunState
     void resolve(StageNode& node);
 
     const Store& store_;
+    const Store* upstream_;
     FileHashes& hashes_;
     const RunPart* part_ = nullptr;
     std::vector<StageNode> nodes_;

@@ -53,6 +53,12 @@ WorkerRequest make_worker_request(const StageNode& node, const RunState& state, 
     request.key = node.key;
     request.key_document = node.key_document;
     request.threads = threads;
+    request.roots = input_roots();
+    if (node.elsewhere)
+    {
+        request.upstream = state.upstream()->root();
+        request.fetch = node.result->object;
+    }
     for (const auto& wire : stage.wires)
     {
         WorkerInput input{wire.port, wire.artifact, wire.file.string(), "", wire.from_port, {}, wire.file, wire.reader};
@@ -155,7 +161,7 @@ void RunningStage::take_event(const std::string& line)
         display_->stage_begins(stage, threads_);
     }
     else if (name == "waiting")
-        display_->stage_waits(stage);
+        display_->stage_waits(stage, event.at("holder").as_string());
     else if (name == "progress")
         display_->stage_progress(stage, event.at("done").as_double(), event.at("total").as_double(), event.at("unit").as_string(),
                                  event.at("metrics"));
@@ -167,6 +173,8 @@ void RunningStage::take_event(const std::string& line)
     }
     else if (name == "damaged" && inputs_.contains(event.at("object").as_string()))
         damage_ = Damage{event.at("object").as_string(), event.at("text").as_string()};
+    else if (name == "not_fetched")
+        not_fetched_ = event.at("text").as_string();
     else if (name == "failed")
     {
         failure_ = event.at("text").as_string();

@@ -52,6 +52,8 @@ class RunningStage
     const std::optional<StoredResult>& result() const { return result_; }
     bool was_stored() const { return was_stored_; }
     const std::optional<Damage>& damage() const { return damage_; }
+    /// Why a result could not be copied from another store; empty: it could.
+    const std::string& not_fetched() const { return not_fetched_; }
     const std::string& failure() const { return failure_; }
     /// Which limit it was ended for, in words; or empty.
     const std::string& limit_text() const { return limit_text_; }
@@ -94,6 +96,7 @@ class RunningStage
     ProcessEnd end_;
     std::optional<StoredResult> result_;
     std::optional<Damage> damage_;
+    std::string not_fetched_;
     std::string failure_;
     std::string limit_text_;
     std::chrono::steady_clock::time_point kill_time_;

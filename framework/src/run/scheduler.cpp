@@ -10,7 +10,9 @@
 #include "run/scheduler.h"
 #include "store/stage_record.h"
 #include "store/store_tidy.h"
+#include "store/store_use.h"
 #include <fresco/error.h>
+#include <fresco/input_roots.h>
 
 #include <algorithm>
 #include <csignal>
@@ -32,12 +34,10 @@ class Scheduler
 {
   public:
     Scheduler(const RunRequest& request, ProgressDisplay& display)
-        : request_(request), display_(display), store_(request.store), in_use_(store_lock(store_)),
-          hashes_(store_.root() / "files.json"),
-          state_(request.part ? RunState(*request.pipeline, store_, hashes_, *request.part)
-                              : RunState(*request.pipeline, store_, hashes_, request.until)),
-          turns_(request.pipeline->sweep, request.jobs, request.keep_going), costs_(store_, request.estimates),
-          exporter_(store_, request.out, hashes_), outcomes_(display)
+        : request_(request), display_(display), store_(request.store),
+          upstream_(request.upstream.empty() ? std::nullopt : std::optional<Store>(request.upstream)),
+          hashes_(store_.file_index()), state_(make_state()), turns_(request.pipeline->sweep, request.jobs, request.keep_going),
+          costs_(store_, request.estimates), exporter_(store_, request.out, hashes_), outcomes_(display)
     {
     }
 
@@ -64,25 +64,32 @@ class Scheduler
     }
 
   private:
+    RunState make_state()
+    {
+        const Store* const upstream = upstream_ ? &*upstream_ : nullptr;
+        return request_.part ? RunState(*request_.pipeline, store_, hashes_, *request_.part, upstream)
+                             : RunState(*request_.pipeline, store_, hashes_, request_.until, upstream);
+    }
     bool stopping() const { return stops_ > 0; }
 
     /// Waits until nobody tidies up the store; false if told to stop before.
     bool enter_store()
     {
-        // Alone in the store: nobody needs what killed runs left in tmp/.
-        if (in_use_.try_exclusive())
-            for (const auto& entry : std::filesystem::directory_iterator(store_.root() / "tmp"))
-                remove_quietly(entry.path());
+        use_.emplace(store_, upstream_ ? &*upstream_ : nullptr);
         const auto begin = Clock::now();
-        for (bool told = false; !in_use_.try_shared();)
+        Backoff backoff;
+        for (bool told = false; !use_->try_enter();)
         {
             if (!told && Clock::now() - begin > std::chrono::milliseconds(300))
             {
-                display_.note("waiting for 'fresco store gc', which is cleaning up " + store_.root().string());
+                const std::string who = use_->tidier();
+                display_.note("waiting for 'fresco store gc'" + (who.empty() ? "" : " (" + who + ")") +
+                              ", which is cleaning up " + store_.root().string());
                 told = true;
             }
             pollfd signals{signals_.descriptor(), POLLIN, 0};
-            poll(&signals, 1, 50);
+            poll(&signals, 1, static_cast<int>(backoff.next().count()));
+            use_->beat();
             display_.tick();
             take_stops();
             if (stopping())
@@ -198,6 +205,7 @@ class Scheduler
         if (hung_up)
             poll(descriptors.data(), 1, 5);
         take_stops();
+        use_->beat();
         display_.tick();
     }
 
@@ -262,6 +270,12 @@ class Scheduler
             if (!running.was_stored())
                 keep_books([&] { costs_.remember(node, {running.seconds(), running.memory_mb(), running.disk_mb()}); });
             outcomes_.end(node);
+        }
+        else if (!running.not_fetched().empty())
+        {
+            display_.note(running.not_fetched() + ": stage " + node.stage->name + " runs instead");
+            node.state = StageState::waiting;
+            node.elsewhere = false;
         }
         else if (running.damage())
             repair(*running.damage(), node);
@@ -368,6 +382,7 @@ class Scheduler
                            [this]
                            {
                                take_stops();
+                               use_->beat();
                                return stopping();
                            });
             for (std::size_t i = before; i < exporter_.files().size(); ++i)
@@ -409,7 +424,8 @@ class Scheduler
     const RunRequest& request_;
     ProgressDisplay& display_;
     Store store_;
-    FileLock in_use_;
+    std::optional<Store> upstream_;
+    std::optional<StoreUse> use_;
     FileHashes hashes_;
     RunState state_;
     SweepTurns turns_;
@@ -440,6 +456,7 @@ const StageOutcome* RunSummary::outcome_of(const std::string& stage) const
 
 RunSummary run_pipeline(const RunRequest& request, ProgressDisplay& display)
 {
+    set_input_roots(request.pipeline->inputs);
     Scheduler scheduler(request, display);
     return scheduler.run();
 }

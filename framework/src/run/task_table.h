@@ -94,7 +94,7 @@ struct TaskTable
     std::vector<TaskGroup> groups;
     std::size_t task_count = 0;
     std::size_t chunk_size = 100;  ///< Tasks in a file.
-    std::vector<Task> tasks;        ///< All of them, or none where only the head was read.
+    std::vector<Task> tasks;       ///< All of them, or none where only the head was read.
 };
 
 struct TaskSettings

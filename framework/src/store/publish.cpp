@@ -95,13 +95,39 @@ bool has_whole_manifest(const Store& store, const std::string& object)
     }
 }
 
+void put_in_place(const Store& store, const fs::path& folder, const Tree& tree, const StoredResult& result, const Value& manifest)
+{
+    const std::string& key = manifest.at("key").as_string();
+    sync_tree(folder, tree);
+    fault_point("publish.synced");
+    if (has_whole_manifest(store, result.object))
+    {
+        store.remember(key, result);
+        remove_quietly(folder);
+        return;
+    }
+    if (fs::exists(store.object(result.object)))
+        store.discard(result.object);
+    std::error_code error;
+    fs::rename(folder, store.object(result.object), error);
+    if (error)
+        throw Error(store.object(result.object).string() + ": cannot be put in place: " + error.message());
+    sync_path(store.root() / "objects");
+    fault_point("publish.renamed");
+    // Before the manifest: a key that leads to nothing is harmless, a result that no key leads to would be made twice.
+    store.remember(key, result);
+    fault_point("publish.key");
+    write_record(store.manifest_file(result.object), manifest);
+    fault_point("publish.manifest");
+}
+
 }  // namespace
 
 StoredResult publish(const Store& store, const fs::path& folder, const Publication& publication)
 {
     const Tree tree = list_tree(folder, publication.outputs);
     const StoredResult result{object_id(publication.key, publication.dependencies), closure(store, publication.references),
-                              publication.dependencies};
+                              publication.dependencies, roots_for(publication.dependencies)};
     Value manifest = publication.facts;
     Value::List files;
     std::uint64_t bytes = 0;
@@ -113,36 +139,27 @@ StoredResult publish(const Store& store, const fs::path& folder, const Publicati
     }
     Value::List dependencies;
     for (const auto& dependency : publication.dependencies)
-        dependencies.push_back(to_value(Dependency{dependency.path, dependency.folder, std::nullopt, dependency.hash}));
+        dependencies.push_back(
+            to_value(Dependency{dependency.path, dependency.folder, std::nullopt, dependency.hash, dependency.name}));
     manifest.set("key", publication.key);
     manifest.set("references", Value::List(result.references.begin(), result.references.end()));
     manifest.set("dependencies", std::move(dependencies));
+    if (!result.roots.is_null())
+        manifest.set("roots", result.roots);
     manifest.set("bytes", bytes);
     manifest.set("files", std::move(files));
 
     fault_point("publish.written");
-    sync_tree(folder, tree);
-    fault_point("publish.synced");
-    if (has_whole_manifest(store, result.object))
-    {
-        store.remember(publication.key, result);
-        remove_quietly(folder);
-        return result;
-    }
-    if (fs::exists(store.object(result.object)))
-        store.discard(result.object);
-    std::error_code error;
-    fs::rename(folder, store.object(result.object), error);
-    if (error)
-        throw Error(store.object(result.object).string() + ": cannot be put in place: " + error.message());
-    sync_path(store.root() / "objects");
-    fault_point("publish.renamed");
-    // Before the manifest: a key that leads to nothing is harmless, a result that no key leads to would be made twice.
-    store.remember(publication.key, result);
-    fault_point("publish.key");
-    write_record(store.manifest_file(result.object), manifest);
-    fault_point("publish.manifest");
+    put_in_place(store, folder, tree, result, manifest);
     return result;
+}
+
+void put_in_place(const Store& store, const fs::path& folder, const StoredResult& result, const Value& manifest)
+{
+    std::vector<std::string> outputs;
+    for (const auto& output : entries_of(folder))
+        outputs.push_back(output.filename().string());
+    put_in_place(store, folder, list_tree(folder, outputs), result, manifest);
 }
 
 }  // namespace fresco::host

@@ -25,4 +25,8 @@ struct Publication
 /// Throws Error if a file cannot be written or is of a kind that cannot be stored; nothing is published then.
 StoredResult publish(const Store& store, const std::filesystem::path& folder, const Publication& publication);
 
+/// The last steps of that, for a folder with the files of a manifest that is known: flushes them to the disk, renames the folder,
+/// remembers the result under its key, writes the manifest last.
+void put_in_place(const Store& store, const std::filesystem::path& folder, const StoredResult& result, const Value& manifest);
+
 }  // namespace fresco::host

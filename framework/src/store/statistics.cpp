@@ -1,5 +1,5 @@
 #include "store/statistics.h"
-#include "base/durable_file.h"
+#include "base/journal.h"
 #include <fresco/error.h>
 
 #include <algorithm>
@@ -12,21 +12,25 @@ namespace
 
 constexpr std::size_t kept_runs = 8;
 
-std::filesystem::path statistics_file(const Store& store)
+Journal journal_of(const Store& store)
 {
-    return store.root() / "stats.json";
+    return Journal(store.root() / "stats.jsonl");
 }
 
-Value read_statistics(const Store& store)
+std::map<std::string, std::vector<Value>> last_runs(const Store& store)
 {
-    try
+    std::map<std::string, std::vector<Value>> runs;
+    for (Value& run : journal_of(store).read())
     {
-        return read_record(statistics_file(store)).at("types");
+        const Value* type = run.find("type");
+        if (type == nullptr)
+            continue;  // Of another journal.
+        auto& of_type = runs[type->as_string()];
+        of_type.push_back(std::move(run));
+        if (of_type.size() > kept_runs)
+            of_type.erase(of_type.begin());
     }
-    catch (const Error&)
-    {
-        return Value::Map{};
-    }
+    return runs;
 }
 
 Value figures(const CostFigures& cost)
@@ -42,11 +46,11 @@ double median(std::vector<double> values)
 }
 
 /// One of the three figures, corrected by all remembered runs.
-double corrected_figure(const Value& runs, std::size_t which, double estimated)
+double corrected_figure(const std::vector<Value>& runs, std::size_t which, double estimated)
 {
     std::vector<double> ratios;
     std::vector<double> measured;
-    for (const auto& run : runs.as_list())
+    for (const Value& run : runs)
     {
         const double said = run.at("estimated").as_list().at(which).as_double();
         const double took = run.at("measured").as_list().at(which).as_double();
@@ -63,38 +67,35 @@ double corrected_figure(const Value& runs, std::size_t which, double estimated)
 
 void record_cost(const Store& store, const std::string& type, const CostFigures& measured, const CostFigures& estimated)
 {
-    Value all = read_statistics(store);
-    Value::List runs;
-    if (const Value* known = all.find(type); known != nullptr && known->is_list())
-        runs = known->as_list();
-    runs.insert(runs.begin(), Value(Value::Map{{"measured", figures(measured)}, {"estimated", figures(estimated)}}));
-    if (runs.size() > kept_runs)
-        runs.resize(kept_runs);
-    all.set(type, std::move(runs));
-    write_record(statistics_file(store), Value::Map{{"types", std::move(all)}});
+    journal_of(store).add(Value::Map{{"type", type}, {"measured", figures(measured)}, {"estimated", figures(estimated)}});
 }
 
-Statistics::Statistics(const Store& store) : entries_(read_statistics(store)) {}
+void tidy_costs(const Store& store)
+{
+    std::vector<Value> all;
+    for (auto& [type, runs] : last_runs(store))
+        for (Value& run : runs)
+        {
+            run.as_map().pop_back();  // Its checksum.
+            all.push_back(std::move(run));
+        }
+    journal_of(store).replace(all);
+}
+
+Statistics::Statistics(const Store& store) : runs_(last_runs(store)) {}
 
 bool Statistics::knows(const std::string& type) const
 {
-    return entries_.find(type) != nullptr;
+    return runs_.contains(type);
 }
 
 CostFigures Statistics::corrected(const std::string& type, const CostFigures& estimated) const
 {
-    const Value* runs = entries_.find(type);
-    if (runs == nullptr)
+    const auto runs = runs_.find(type);
+    if (runs == runs_.end())
         return estimated;
-    try
-    {
-        return {corrected_figure(*runs, 0, estimated.seconds), corrected_figure(*runs, 1, estimated.memory_mb),
-                corrected_figure(*runs, 2, estimated.disk_mb)};
-    }
-    catch (const std::exception&)
-    {
-        return estimated;  // A damaged record of costs must not fail the plan.
-    }
+    return {corrected_figure(runs->second, 0, estimated.seconds), corrected_figure(runs->second, 1, estimated.memory_mb),
+            corrected_figure(runs->second, 2, estimated.disk_mb)};
 }
 
 }  // namespace fresco::host

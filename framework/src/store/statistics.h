@@ -2,7 +2,9 @@
 
 #include "store/store.h"
 
+#include <map>
 #include <string>
+#include <vector>
 
 namespace fresco::host
 {
@@ -16,10 +18,13 @@ struct CostFigures
 };
 
 /// Remembers what a stage of this type took, together with what its Stage::cost() had said for the same work, in the store's
-/// stats.json.
+/// Journal stats.jsonl. Throws Error where that cannot be written.
 void record_cost(const Store& store, const std::string& type, const CostFigures& measured, const CostFigures& estimated);
 
-/// Costs of earlier runs on this machine.
+/// Leaves the costs of the last runs of each type alone. Throws Error.
+void tidy_costs(const Store& store);
+
+/// Costs of earlier runs in this store.
 class Statistics
 {
   public:
@@ -30,7 +35,7 @@ class Statistics
     CostFigures corrected(const std::string& type, const CostFigures& estimated) const;
 
   private:
-    Value entries_{Value::Map{}};
+    std::map<std::string, std::vector<Value>> runs_;  ///< By type, the last ones, oldest first.
 };
 
 }  // namespace fresco::host

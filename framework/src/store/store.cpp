@@ -1,10 +1,12 @@
 #include "store/store.h"
 #include "base/durable_file.h"
+#include "base/process_identity.h"
 #include <fresco/checked_file.h>
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/hash.h>
 #include <fresco/parallel.h>
+#include <fresco/wording.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -25,98 +27,13 @@ namespace
 constexpr std::string_view store_format = "fresco store 2\n";
 /// The first format's file had no checksum.
 constexpr std::string_view first_format = "fresco store 1\n";
-constexpr std::size_t results_per_key = 8;
 
-std::vector<std::string> text_list(const Value& value)
+std::string gpu_text(const Value& gpus)
 {
-    std::vector<std::string> texts;
-    for (const auto& entry : value.as_list())
-        texts.push_back(entry.as_string());
-    return texts;
-}
-
-Value to_value(const StoredResult& result)
-{
-    Value::List dependencies;
-    for (const auto& dependency : result.dependencies)
-        dependencies.push_back(to_value(dependency));
-    return Value::Map{{"object", result.object},
-                      {"references", Value::List(result.references.begin(), result.references.end())},
-                      {"dependencies", std::move(dependencies)}};
-}
-
-/// By the record of a key, or by the object's manifest.
-StoredResult result_from(const std::string& object, const Value& value)
-{
-    StoredResult result{object, text_list(value.at("references")), {}};
-    for (const auto& dependency : value.at("dependencies").as_list())
-        result.dependencies.push_back(dependency_from(dependency));
-    return result;
-}
-
-/// The results in the record of a key. Throws Error if the record is missing or damaged.
-std::vector<StoredResult> read_results(const Store& store, const std::string& key)
-{
-    const fs::path file = store.key_file(key);
-    const Value record = read_record(file);
-    if (record.at("key").as_string() != key)
-        throw Error(file.string() + ": is the record of another key");
-    std::vector<StoredResult> results;
-    for (const auto& entry : record.at("results").as_list())
-    {
-        results.push_back(result_from(entry.at("object").as_string(), entry));
-        if (!results.back().object.starts_with(object_prefix(key)))
-            throw Error(file.string() + ": leads to the result of another key");
-    }
-    return results;
-}
-
-/// The same; a record that cannot be used counts as empty: the stage runs again.
-std::vector<StoredResult> results_of(const Store& store, const std::string& key)
-{
-    try
-    {
-        return read_results(store, key);
-    }
-    catch (const Error&)
-    {
-        return {};
-    }
-}
-
-void write_results(const Store& store, const std::string& key, const std::vector<StoredResult>& results)
-{
-    Value::List entries;
-    for (const auto& result : results)
-        entries.push_back(to_value(result));
-    write_record(store.key_file(key), Value::Map{{"key", key}, {"results", std::move(entries)}});
-}
-
-/// Writes what `changed` makes of the record of a key. False where another process is at work on the key, or the disk is full.
-bool change_results(const Store& store, const std::string& key, const std::function<std::vector<StoredResult>()>& changed)
-{
-    try
-    {
-        FileLock lock(store.lock_file(key));
-        if (!lock.try_exclusive())
-            return false;
-        write_results(store, key, changed());
-        return true;
-    }
-    catch (const Error&)
-    {
-        return false;
-    }
-}
-
-bool contains_all(const std::vector<Dependency>& dependencies, const std::vector<fs::path>& files)
-{
-    return std::all_of(files.begin(), files.end(),
-                       [&](const fs::path& file)
-                       {
-                           return std::any_of(dependencies.begin(), dependencies.end(),
-                                              [&](const Dependency& dependency) { return dependency.path == file; });
-                       });
+    std::vector<std::string> models;
+    for (const auto& model : gpus.as_list())
+        models.push_back(model.as_string());
+    return models.empty() ? "none" : join(models);
 }
 
 [[noreturn]] void refuse_format(const fs::path& file, const std::string& found)
@@ -168,12 +85,14 @@ Store::Store(fs::path root) : root_(std::move(root))
         throw Error(std::string(error.what()) + "; choose another store with --store");
     }
     check_format(root_);
-    for (const char* folder : {"objects", "keys", "stages", "checkpoints", "logs", "locks", "tmp"})
+    for (const char* folder : {"objects", "keys", "stages", "checkpoints", "logs", "locks", "runs", "tmp"})
         make_folder(root_ / folder);
 }
 
-fs::path Store::make_temporary(const std::string& prefix) const
+fs::path Store::make_temporary(std::string prefix) const
 {
+    if (prefix.empty())
+        prefix = this_process().text();
     for (std::random_device random;;)
     {
         const fs::path folder = root_ / "tmp" / fmt::format("{}.{:08x}{:08x}", prefix, random(), random());
@@ -192,92 +111,6 @@ void Store::remove_temporaries(const std::string& prefix) const
             remove_quietly(entry.path());
 }
 
-std::optional<StoredResult> Store::lookup(const std::string& key, std::string* why_not, const std::vector<fs::path>& files) const
-{
-    std::vector<StoredResult> results = results_of(*this, key);
-    for (std::size_t i = 0; i < results.size(); ++i)
-    {
-        bool renewed = false;
-        bool fits = results[i].dependencies.empty() || contains_all(results[i].dependencies, files);
-        if (!fits && why_not != nullptr && why_not->empty())
-            *why_not = files.front().string() + " has another path, and the stage reads more than it";
-        if (!fits)
-            continue;
-        for (auto& dependency : results[i].dependencies)
-        {
-            const Change change = compare(dependency);
-            renewed = renewed || change == Change::stamp;
-            fits = change != Change::contents;
-            if (!fits)
-            {
-                if (why_not != nullptr && why_not->empty())
-                    *why_not = dependency.path.string() + (dependency.folder ? ": other files in the folder" : " changed");
-                break;
-            }
-        }
-        if (!fits)
-            continue;
-        // Where the new stamps cannot be written, the next look-up reads the files once more.
-        if (renewed)
-            change_results(*this, key,
-                           [&]
-                           {
-                               std::vector<StoredResult> now = read_results(*this, key);
-                               for (auto& other : now)
-                                   if (other.object == results[i].object)
-                                       other.dependencies = results[i].dependencies;
-                               return now;
-                           });
-        return results[i];
-    }
-    return std::nullopt;
-}
-
-bool Store::restore(const std::string& key) const
-{
-    try
-    {
-        read_results(*this, key);
-        return false;
-    }
-    catch (const Error&)
-    {
-        if (!objects_)
-        {
-            objects_.emplace();
-            std::error_code error;
-            for (const auto& entry : fs::directory_iterator(root_ / "objects", error))
-                objects_->insert(entry.path().filename().string());
-        }
-    }
-    std::vector<StoredResult> results;
-    const std::string prefix = object_prefix(key);
-    for (auto object = objects_->lower_bound(prefix); object != objects_->end() && object->starts_with(prefix); ++object)
-    {
-        try
-        {
-            const Value found = manifest(*object);
-            if (results.size() < results_per_key && found.at("key").as_string() == key)
-                results.push_back(result_from(*object, found));
-        }
-        catch (const Error&)
-        {
-            continue;  // Nothing was published there, or it is damaged.
-        }
-    }
-    return !results.empty() && change_results(*this, key, [&] { return results; });
-}
-
-void Store::remember(const std::string& key, const StoredResult& result) const
-{
-    std::vector<StoredResult> results = results_of(*this, key);
-    std::erase_if(results, [&](const StoredResult& other) { return other.object == result.object; });
-    results.insert(results.begin(), result);
-    if (results.size() > results_per_key)
-        results.resize(results_per_key);
-    write_results(*this, key, results);
-}
-
 bool Store::present(std::string_view object) const
 {
     return stamp_of(manifest_file(object)).has_value();
@@ -292,6 +125,21 @@ bool Store::present(const StoredResult& result) const
 fs::path Store::checkpoint_file(std::string_view key, std::string_view extension) const
 {
     return root_ / "checkpoints" / (std::string(key) + std::string(extension));
+}
+
+std::string Store::checkpoint_refusal(std::string_view key, const Value& place) const
+{
+    const fs::path file = checkpoint_file(key, ".dependencies");
+    if (!stamp_of(file))
+        return "";
+    const Value made = read_record(file).at("place");
+    if (!(made.at("features") == place.at("features")))
+        return "its checkpoint was made on another type of processor (" + made.at("features").as_string() + "; here " +
+               place.at("features").as_string() + ")";
+    if (!(made.at("gpus") == place.at("gpus")))
+        return "its checkpoint was made with other GPUs (" + gpu_text(made.at("gpus")) + "; here " + gpu_text(place.at("gpus")) +
+               ")";
+    return "";
 }
 
 double Store::checkpoint_share(std::string_view key) const
@@ -322,7 +170,7 @@ std::string object_id(const std::string& key, const std::vector<Dependency>& dep
 {
     std::vector<std::string> parts;
     for (const auto& dependency : dependencies)
-        parts.push_back(dependency.path.string() + '\0' + dependency.hash);
+        parts.push_back(dependency.stored_name() + '\0' + dependency.hash);
     std::sort(parts.begin(), parts.end());
     std::string joined = key;
     for (const auto& part : parts)

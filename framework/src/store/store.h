@@ -1,8 +1,9 @@
 #pragma once
 
 #include "base/chunk_hash.h"
+#include "base/file_lock.h"
 #include "base/file_stamp.h"
-#include "store/file_lock.h"
+#include <fresco/input_roots.h>
 #include <fresco/value.h>
 
 #include <filesystem>
@@ -21,7 +22,20 @@ struct StoredResult
     std::string object;
     std::vector<std::string> references;   ///< Other objects that its files refer to, theirs included.
     std::vector<Dependency> dependencies;  ///< Files it was made from that the key does not name.
+    Value roots{};                         ///< See roots_for.
 };
+
+/// Folders of a pipeline's `inputs` as a map name -> path, and back.
+Value to_value(const InputRoots& roots);
+InputRoots input_roots_from(const Value& value);
+
+/// Where a result with these dependencies holds: null everywhere, as all lie below the pipeline's `inputs` or none does;
+/// otherwise only where the inputs are where they are in this process, as a map. What lies beside an input lies beside another
+/// elsewhere.
+Value roots_for(const std::vector<Dependency>& dependencies);
+
+/// By an entry of a key's record, or by the object's manifest.
+StoredResult result_of(const std::string& object, const Value& value);
 
 /// Raised where the files of a result are not those that were written.
 struct Damage
@@ -40,7 +54,8 @@ inline constexpr const char* default_store = ".fresco";
 ///   stages/<pipeline>/   the last result of each stage of a pipeline: what `gc` keeps and `plan` compares with
 ///   checkpoints/<key>/   of unfinished stages; beside it <key>.dependencies, <key>.curves and <key>.share
 ///   logs/<key>.log       what the stage printed when it last ran; beside the records, <stage>.log is a link to it
-///   locks/, tmp/, files.json (content hashes by stamp), stats.json (measured costs)
+///   runs/<process>       of every process at work in the store, see Presence
+///   locks/, tmp/, files.jsonl (content hashes by stamp), stats.jsonl (measured costs): see Journal
 /// Safe for several processes at once; objects never change once they have a manifest. All that is read back is checked against
 /// checksums and against the name it is read by.
 class Store
@@ -58,6 +73,10 @@ class Store
     std::filesystem::path checkpoint(std::string_view key) const { return root_ / "checkpoints" / key; }
     /// A file beside the checkpoint: ".dependencies", ".curves", ".share".
     std::filesystem::path checkpoint_file(std::string_view key, std::string_view extension) const;
+    /// Why a stage that computes at `place` (see computing_place) cannot go on with its checkpoint, which was made elsewhere:
+    /// "its checkpoint was made on another type of processor (…)". Empty where it can, or nothing tells. Throws Error if the
+    /// record beside it is damaged.
+    std::string checkpoint_refusal(std::string_view key, const Value& place) const;
     /// The share of the stage's work that its checkpoint holds, 0 to 0.99; 0 without one.
     double checkpoint_share(std::string_view key) const;
     /// The checkpoint and the files beside it, of a stage that is done; what cannot be removed stays.
@@ -65,9 +84,11 @@ class Store
     /// The same for a checkpoint that must not be used: none of it comes back after a power cut. Throws Error if it stays.
     void drop_checkpoint(std::string_view key) const;
     std::filesystem::path log_file(std::string_view key) const { return root_ / "logs" / (std::string(key) + ".log"); }
+    /// Of FileHashes.
+    std::filesystem::path file_index() const { return root_ / "files.jsonl"; }
     std::filesystem::path lock_file(std::string_view key) const { return root_ / "locks" / key; }
-    /// A new empty folder below tmp/, whose name begins with `prefix` and a dot.
-    std::filesystem::path make_temporary(const std::string& prefix = "run") const;
+    /// A new empty folder below tmp/, whose name begins with `prefix` and a dot; without one, with this process's identity.
+    std::filesystem::path make_temporary(std::string prefix = {}) const;
     /// Removes every temporary folder whose name begins with `prefix`, and what is in it.
     void remove_temporaries(const std::string& prefix) const;
 
@@ -79,6 +100,8 @@ class Store
     /// Where the record of a key is gone or damaged, writes it from the manifests of the key's results, which are found by their
     /// names. True if there are any. Lists the objects once.
     bool restore(const std::string& key) const;
+    /// Call between taking a key's lock and looking it up: a network file system forgets which results were not there before.
+    void look_again() const;
     /// Puts a result first among those of its key.
     void remember(const std::string& key, const StoredResult& result) const;
     /// Whether the object and all it refers to are there (not whether they are undamaged).

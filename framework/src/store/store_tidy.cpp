@@ -1,5 +1,7 @@
 #include "store/store_tidy.h"
+#include "store/presence.h"
 #include "store/stage_record.h"
+#include "store/statistics.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 
@@ -158,6 +160,12 @@ UsedResults all_used(const Store& store)
     return used;
 }
 
+std::string other_run(const fs::path& lock)
+{
+    const std::string holder = FileLock::holder_of(lock);
+    return "another run" + (holder.empty() ? "" : " (" + holder + ")");
+}
+
 }  // namespace
 
 std::vector<StoredObject> list_objects(const Store& store)
@@ -199,8 +207,8 @@ bool discard_damaged(const Store& store, const std::string& object, int threads)
             if (!store.present(object))
                 return true;
             if (tries == patience)
-                throw Error(store.object(object).string() +
-                            ": is damaged, and another run is at work on the same result; run again when that one has ended");
+                throw Error(store.object(object).string() + ": is damaged, and " + other_run(store.lock_file(*key)) +
+                            " is at work on the same result; run again when that one has ended");
             std::this_thread::sleep_for(std::chrono::milliseconds(20));
         }
     }
@@ -212,9 +220,15 @@ bool discard_damaged(const Store& store, const std::string& object, int threads)
 
 TidyResult tidy_store(const Store& store, double keep_days, bool dry_run)
 {
+    const Presence presence(store);
     FileLock lock = store_lock(store);
     if (!lock.try_exclusive())
-        throw Error(store.root().string() + ": a run is using the store; tidy up when it has ended");
+    {
+        const std::string who = present_processes(store);
+        throw Error(store.root().string() + ": a run is using the store" + (who.empty() ? "" : " (" + who + ")") +
+                    "; tidy up when it has ended");
+    }
+    lock.sign();
     TidyResult result;
     const double now = static_cast<double>(std::time(nullptr));
     std::set<std::string> kept_keys;
@@ -237,7 +251,7 @@ TidyResult tidy_store(const Store& store, double keep_days, bool dry_run)
     result.checkpoints = remove_checkpoints(store, keep_days, dry_run);
     if (!dry_run)
         remove_logs(store, kept_keys, removed_keys, keep_days);
-    for (const auto& path : entries_of(store.root() / "tmp"))
+    for (const auto& path : abandoned_temporaries(store))
     {
         ++result.leftovers;
         if (!dry_run)
@@ -248,6 +262,8 @@ TidyResult tidy_store(const Store& store, double keep_days, bool dry_run)
     for (const auto& folder : used.abandoned)
         remove_quietly(folder);
     remove_leftovers(store);
+    FileHashes(store.file_index()).tidy();
+    tidy_costs(store);
     return result;
 }
 

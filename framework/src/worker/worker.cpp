@@ -7,6 +7,7 @@
 #include "base/machine.h"
 #include "base/process.h"
 #include "store/publish.h"
+#include "store/store_copy.h"
 #include "worker/worker.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
@@ -61,7 +62,8 @@ class Worker
     Worker(WorkerRequest request, std::string temporary, WorkerChannel& channel)
         : request_(std::move(request)), temporary_(std::move(temporary)), channel_(channel), store_(request_.store),
           input_files_(paths_of(request_.files)), factory_(request_.libraries, request_.key_document.at("libraries")),
-          context_(channel_, store_, request_.key, temporary_, request_.preview_folder, request_.threads, input_files_)
+          context_(channel_, store_, request_.key, temporary_, request_.preview_folder, request_.threads, input_files_,
+                   computing_place(request_.options))
     {
     }
 
@@ -73,6 +75,8 @@ class Worker
             tell_done(*stored, true);
             return;
         }
+        if (!request_.fetch.empty())
+            return fetch();
         channel_.send("running");
         start_ = std::chrono::steady_clock::now();
         verify_inputs();
@@ -102,14 +106,45 @@ class Worker
   private:
     void lock_key()
     {
-        key_lock_ = FileLock(store_.lock_file(request_.key));
-        for (bool told = false; !key_lock_.try_exclusive(); told = true)
+        const fs::path file = store_.lock_file(request_.key);
+        key_lock_ = FileLock(file);
+        Backoff backoff;
+        for (std::string told = "-"; !key_lock_.try_exclusive();)
         {
-            if (!told)
-                channel_.send("waiting");
-            context_.check_canceled();
-            std::this_thread::sleep_for(std::chrono::milliseconds(50));
+            // Another may get it before this one.
+            if (std::string holder = FileLock::holder_of(file); holder != told)
+            {
+                channel_.send("waiting", {{"holder", holder}});
+                told = std::move(holder);
+            }
+            const auto end = std::chrono::steady_clock::now() + backoff.next();
+            while (std::chrono::steady_clock::now() < end)
+            {
+                context_.check_canceled();
+                std::this_thread::sleep_for(std::chrono::milliseconds(50));
+            }
         }
+        key_lock_.sign();
+        store_.look_again();
+    }
+
+    void fetch()
+    {
+        CopiedResults done;
+        try
+        {
+            if (copy_result(
+                    Store(request_.upstream), store_, request_.fetch, [this] { context_.check_canceled(); }, done))
+            {
+                channel_.send("message", {{"text", "copied from " + request_.upstream.string()}});
+                return tell_done(result_of(request_.fetch, store_.manifest(request_.fetch)), true);
+            }
+        }
+        catch (const Error& error)
+        {
+            done.damages.push_back({request_.fetch, error.what()});
+        }
+        channel_.send("not_fetched", {{"text", done.damages.front().text}});
     }
 
     void verify_inputs()
@@ -224,6 +259,8 @@ class Worker
             for (const Dependency& file : request_.files)
                 if (std::none_of(all.begin(), all.end(), [&](const Dependency& other) { return other.path == file.path; }))
                     all.push_back(file);
+        for (Dependency& dependency : all)
+            dependency.name = input_name(dependency.path);
         return all;
     }
 
@@ -309,6 +346,7 @@ int guarded_run(const fs::path& request_file, WorkerChannel& channel)
     {
         WorkerRequest request = worker_request_from(parse_json(read_text_file(request_file), request_file.string()));
         set_fault_stage(request.stage);
+        set_input_roots(request.roots);
         Worker worker(std::move(request), request_file.parent_path().filename().string(), channel);
         try
         {

@@ -35,9 +35,10 @@ Value finite_or_null(Value value)
 }  // namespace
 
 WorkerContext::WorkerContext(WorkerChannel& channel, const Store& store, std::string key, std::string temporary,
-                             fs::path preview_folder, int threads, std::vector<fs::path> input_files)
+                             fs::path preview_folder, int threads, std::vector<fs::path> input_files, Value place)
     : channel_(channel), store_(store), key_(std::move(key)), temporary_(std::move(temporary)),
-      preview_folder_(std::move(preview_folder)), threads_(threads), input_files_(std::move(input_files))
+      preview_folder_(std::move(preview_folder)), threads_(threads), input_files_(std::move(input_files)),
+      place_(std::move(place))
 {
 }
 
@@ -161,16 +162,21 @@ void WorkerContext::record_dependencies() const
     Value::List dependencies;
     for (const auto& [place, dependency] : dependencies_)
         dependencies.push_back(to_value(dependency));
-    write_record(store_.checkpoint_file(key_, ".dependencies"),
-                 Value::Map{{"key", key_}, {"input_files", input_file_names()}, {"dependencies", std::move(dependencies)}});
+    write_record(store_.checkpoint_file(key_, ".dependencies"), Value::Map{{"key", key_},
+                                                                           {"place", place_},
+                                                                           {"input_files", input_file_names()},
+                                                                           {"dependencies", std::move(dependencies)}});
 }
 
 void WorkerContext::drop_unfit_checkpoint()
 {
     try
     {
-        if (checkpoint_fits())
+        const std::string refusal = store_.checkpoint_refusal(key_, place_);
+        if (refusal.empty() && checkpoint_fits())
             return;
+        if (!refusal.empty())
+            channel_.send("message", {{"text", "begins again: " + refusal}});
     }
     catch (const Error& error)
     {

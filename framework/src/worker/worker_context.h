@@ -17,9 +17,9 @@ namespace fresco::host
 class WorkerContext final : public RunContext
 {
   public:
-    /// `temporary`: how the names of temporary folders begin.
+    /// `temporary`: how the names of temporary folders begin. `place`: see computing_place.
     WorkerContext(WorkerChannel& channel, const Store& store, std::string key, std::string temporary,
-                  std::filesystem::path preview_folder, int threads, std::vector<std::filesystem::path> input_files);
+                  std::filesystem::path preview_folder, int threads, std::vector<std::filesystem::path> input_files, Value place);
     ~WorkerContext() override;
 
     void progress(double done, double total, std::string_view unit) override;
@@ -65,6 +65,7 @@ class WorkerContext final : public RunContext
     std::filesystem::file_time_type checkpoint_time_;
     double done_share_ = 0;  ///< By the last progress.
     std::vector<std::filesystem::path> input_files_;
+    Value place_;
     std::map<std::pair<std::filesystem::path, bool>, Dependency>
         dependencies_;  ///< By path, and whether it is a pattern of names.
     Value report_{Value::Map{}};

@@ -51,6 +51,9 @@ Value to_value(const WorkerRequest& request)
                       {"key_document", request.key_document},
                       {"inputs", std::move(inputs)},
                       {"libraries", std::move(libraries)},
+                      {"roots", to_value(request.roots)},
+                      {"upstream", request.upstream.string()},
+                      {"fetch", request.fetch},
                       {"files", std::move(files)},
                       {"threads", request.threads}};
 }
@@ -69,6 +72,9 @@ WorkerRequest worker_request_from(const Value& value)
         request.inputs.push_back(input_from(input));
     for (const auto& [type, file] : value.at("libraries").as_map())
         request.libraries[type] = file.as_string();
+    request.roots = input_roots_from(value.at("roots"));
+    request.upstream = value.at("upstream").as_string();
+    request.fetch = value.at("fetch").as_string();
     for (const auto& file : value.at("files").as_list())
         request.files.push_back(dependency_from(file));
     request.threads = static_cast<int>(value.at("threads").as_int());

@@ -3,6 +3,7 @@
 #include "hand_made_catalog.h"
 
 #include <fresco/error.h>
+#include <fresco/input_roots.h>
 
 using namespace fresco::host;
 using namespace fresco::host::testing;
@@ -46,6 +47,15 @@ std::vector<std::string> names_of(const PipelineResult& result)
     for (const PipelineStage& stage : result.pipeline.stages)
         names.push_back(stage.name);
     return names;
+}
+
+/// By the inputs of the pipeline.
+std::string input_name_of(const PipelineResult& result, const std::filesystem::path& file)
+{
+    fresco::set_input_roots(result.pipeline.inputs);
+    std::string name = fresco::input_name(file);
+    fresco::set_input_roots({});
+    return name;
 }
 }  // namespace
 
@@ -294,6 +304,31 @@ TEST_CASE("--set of what does not exist is an error with the nearest spelling", 
     CHECK_THAT(problem("uvmaps.heights_px", "64"), Catch::Contains("(write [64])"));
     CHECK(problem("picture", "no.jpg").find("--set") == std::string::npos);
     CHECK_THAT(problem("picture", "no.jpg"), Catch::Contains("p.yaml:11:57: error:") && Catch::Contains("no such file '"));
+}
+
+TEST_CASE("An input is a var whose folder is known to the pipeline", "[pipeline]")
+{
+    const Room folder;
+    const Catalog catalog = hand_made_catalog();
+    const std::string stages = "stages:\n  scan: {type: scan.folder, path: \"${data}/scan\"}\n";
+    const PipelineResult result = check(folder, "version: 1\ninputs: {data: ., other: }\n" + stages, catalog);
+    REQUIRE(lines(result).empty());
+    CHECK(result.pipeline.find("scan")->options.at("path").as_string() == (folder.path() / "scan").string());
+    CHECK(input_name_of(result, folder.path() / "scan") == "input:data/scan");
+    CHECK(input_name_of(result, folder.path()) == "input:data");
+    folder.write("moved/scan/a.png", "1");
+    const PipelineResult moved = check(folder, "version: 1\ninputs: {data: ., other: }\n" + stages, catalog,
+                                       {{"data", (folder.path() / "moved").string()}});
+    REQUIRE(lines(moved).empty());
+    CHECK(input_name_of(moved, folder.path() / "moved/scan") == "input:data/scan");
+
+    const auto problem = [&](const std::string& text)
+    { return lines(check(folder, "version: 1\n" + text + stages, catalog)).at(0); };
+    CHECK_THAT(problem("vars: {data: .}\ninputs: {data: .}\n"),
+               Catch::Contains("p.yaml:3:10: error: 'data' is under 'vars', too"));
+    CHECK_THAT(problem("inputs: {data: [a, b]}\n"), Catch::Contains("must be the path of one folder, got a list"));
+    CHECK_THAT(problem("inputs: {data: }\nmatrix: {data: [a, b]}\n"), Catch::Contains("got the values of an axis"));
+    CHECK_THAT(problem("inputs: {data: }\n"), Catch::Contains("the var 'data' has no value"));
 }
 
 TEST_CASE("A pipeline file can build on another", "[pipeline]")

@@ -158,7 +158,7 @@ TEST_CASE("Damage to any file beside the results costs work at most")
     for (const char* folder : {"keys", "stages", "locks"})
         for (const auto& file : files_in(place.file(std::string(".fresco/") + folder)))
             files.push_back(file);
-    for (const char* file : {"format", "files.json", "stats.json"})
+    for (const char* file : {"format", "files.jsonl", "stats.jsonl"})
         files.push_back(place.file(std::string(".fresco/") + file));
     REQUIRE(files.size() > 10);
     for (const auto& file : files)
@@ -345,10 +345,28 @@ TEST_CASE("A file system without locks is refused at once")
             const Finished finished = command == "run" ? place.run({"run", "room.yaml"}) : place.run({"store", "gc"});
             CHECK(finished.code == 1);
             CHECK(finished.seconds < 5);
-            CHECK(contains(finished.err, ".fresco/locks/store: cannot be locked"));
+            CHECK(contains(finished.err, ".fresco: cannot be locked"));
             CHECK(contains(finished.err, "--store"));
         }
     }
+}
+
+TEST_CASE("Locks that everybody gets, or that nobody comes back from, are refused by name within five seconds")
+{
+    Workplace place;
+    place.write("room.yaml", chain);
+    place.write("extra", "123");
+    place.environment["LD_PRELOAD"] = (fs::path(FRESCO_TEST_PLUGINS) / "lacking/lacking.so").string();
+    const std::string how = GENERATE("granted", "blocks");
+    place.environment["LACKING_FLOCK"] = how;
+    const Finished finished = place.run({"run", "room.yaml"});
+    CHECK(finished.code == 1);
+    CHECK(finished.seconds < 5);
+    CHECK(contains(finished.err, how == "granted" ? "was locked twice at once" : "flock did not return within 3 seconds"));
+    CHECK(contains(finished.err, "--store"));
+    CHECK(place.log().empty());
+    CHECK(fs::is_empty(place.file(".fresco/runs")));
+    CHECK(fs::is_empty(place.file(".fresco/tmp")));
 }
 
 TEST_CASE("With few descriptors stages wait for each other")

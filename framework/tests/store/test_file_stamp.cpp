@@ -73,7 +73,7 @@ TEST_CASE("Remembered hashes are kept beyond the process only in an index that i
 {
     const TemporaryFolder folder;
     const fs::path input = folder.path() / "input";
-    const fs::path index = folder.path() / "files.json";
+    const fs::path index = folder.path() / "files.jsonl";
     write(input, "one");
     let_stamps_settle();
     FileHashes first(index);
@@ -96,7 +96,7 @@ TEST_CASE("Remembered hashes are kept beyond the process only in an index that i
     FileHashes nowhere({});
     CHECK(nowhere.hash(input) == hash);
     nowhere.save();
-    CHECK(names_in(folder.path()) == std::vector<std::string>{"files.json", "input"});
+    CHECK(names_in(folder.path()) == std::vector<std::string>{"files.jsonl", "input"});
 }
 
 TEST_CASE("A folder's dependency is its names")

@@ -105,8 +105,8 @@ def learn(place, disk):
 
 
 def has_no_final_name(name):
-    """Logs and the figures of unfinished stages grow line by line, and each line is checked when it is read."""
-    return (name.startswith(("store/tmp/", "store/logs/", "store/locks/")) or name.endswith((".curves", ".share"))
+    """Logs, journals and the figures of unfinished stages grow line by line, and each line is checked when it is read."""
+    return (name.startswith(("store/tmp/", "store/logs/", "store/locks/", "store/runs/")) or name.endswith((".curves", ".share", ".jsonl"))
             or os.path.basename(name).startswith(shimmed.TEMPORARY))
 
 

@@ -1,0 +1,62 @@
+#pragma once
+
+#include "base/process.h"
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <string>
+#include <sys/file.h>
+#include <utility>
+
+namespace fresco::host
+{
+
+/// A kernel lock on a file: ends with the process at the latest. All throw Error where the file system has no locks.
+class FileLock
+{
+  public:
+    FileLock() = default;
+    /// Opens (makes) the file. Throws Error if that fails.
+    explicit FileLock(std::filesystem::path file);
+    /// Tries without waiting. What somebody removed meanwhile is made again.
+    bool try_exclusive() { return try_lock(LOCK_EX); }
+    bool try_shared() { return try_lock(LOCK_SH); }
+    /// Waits.
+    void wait_shared();
+    /// For a program that is to hold the lock too.
+    int descriptor() const { return fd_.get(); }
+
+    /// Writes this process into the locked file, for people who wait. What cannot be written is left out.
+    void sign() const;
+    /// Who signed the file last: "process 4711 on kitchen, since 2026-11-23 13:05:10"; empty: nobody.
+    static std::string holder_of(const std::filesystem::path& file);
+
+  private:
+    void open();
+    bool try_lock(int kind);
+    [[noreturn]] void fail() const;
+
+    std::filesystem::path file_;
+    FileDescriptor fd_;
+};
+
+/// How long to wait before trying a lock again: 50 ms at first, two seconds at last.
+class Backoff
+{
+  public:
+    std::chrono::milliseconds next() { return std::exchange(time_, std::min(2 * time_, std::chrono::milliseconds(2000))); }
+
+  private:
+    std::chrono::milliseconds time_{50};
+};
+
+/// How errors go on that say why something cannot be locked.
+inline constexpr const char* lock_advice = ": a store needs a file system with locks; choose another with --store";
+
+/// Why locks of a file are not what they say; empty: they are. flock may fail, not return, or let in two holders at once. Makes
+/// the file, which nobody else may try. Another process tries it, so that this one is held up for no more than three seconds. The
+/// process must be single-threaded.
+std::string broken_lock(const std::filesystem::path& file);
+
+}  // namespace fresco::host

@@ -313,7 +313,7 @@ TEST_CASE("An input is a var whose folder is known to the pipeline", "[pipeline]
     const std::string stages = "stages:\n  scan: {type: scan.folder, path: \"${data}/scan\"}\n";
     const PipelineResult result = check(folder, "version: 1\ninputs: {data: ., other: }\n" + stages, catalog);
     REQUIRE(lines(result).empty());
-    CHECK(result.pipeline.find("scan")->options.at("path").as_string() == (folder.path() / "scan").string());
+    CHECK(result.pipeline.find("scan")->options->at("path").as_string() == (folder.path() / "scan").string());
     CHECK(input_name_of(result, folder.path() / "scan") == "input:data/scan");
     CHECK(input_name_of(result, folder.path()) == "input:data");
     folder.write("moved/scan/a.png", "1");

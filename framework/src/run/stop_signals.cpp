@@ -4,6 +4,7 @@
 
 #include <sys/signalfd.h>
 #include <unistd.h>
+#include <utility>
 
 namespace fresco::host
 {
@@ -37,8 +38,11 @@ int StopSignals::take()
     int stops = 0;
     signalfd_siginfo info{};
     while (read(fd_.get(), &info, sizeof info) == static_cast<ssize_t>(sizeof info))
-        if (info.ssi_signo != SIGCHLD)
-            ++stops;
+    {
+        const bool asked = info.ssi_signo == SIGINT;
+        const bool told = info.ssi_signo == SIGTERM || info.ssi_signo == SIGHUP;
+        stops += asked || (told && !std::exchange(told_to_end_, true)) ? 1 : 0;
+    }
     return stops;
 }
 

@@ -17,12 +17,14 @@ class StopSignals
     StopSignals& operator=(const StopSignals&) = delete;
 
     int descriptor() const { return fd_.get(); }
-    /// How many requests to stop (SIGINT, SIGTERM, SIGHUP) came since the last call.
+    /// How many requests to stop (SIGINT, SIGTERM, SIGHUP) came since the last call. All but the first SIGTERM or SIGHUP do not
+    /// count: schedulers send one to each process of a job, and job scripts pass theirs on.
     int take();
 
   private:
     sigset_t before_{};
     FileDescriptor fd_;
+    bool told_to_end_ = false;
 };
 
 }  // namespace fresco::host

@@ -233,6 +233,11 @@ stages:
         Workplace::wait_until([&] { return place.log().size() > lines; });
         std::this_thread::sleep_for(std::chrono::milliseconds(400));
         run->signal(number);
+        if (number == SIGTERM)  // Sent again it is no demand to hurry.
+        {
+            std::this_thread::sleep_for(std::chrono::milliseconds(10));
+            run->signal(number);
+        }
         const Finished stopped = run->wait();
         CHECK(stopped.code == 75);
         CHECK(stopped.seconds < 8);

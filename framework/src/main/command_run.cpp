@@ -1,7 +1,10 @@
 #include "base/text_layout.h"
 #include "base/unit_text.h"
+#include "base/worker_exit.h"
+#include "cluster/task_status.h"
 #include "display/display.h"
 #include "main/commands.h"
+#include "main/run_end.h"
 
 #include "base/machine.h"
 #include "pipeline/pipeline_ports.h"
@@ -121,21 +124,6 @@ void print_json(const RunSummary& summary, const std::vector<ReportOutcome>& rep
                                           {"reports", std::move(pages)}}));
 }
 
-/// Of a matrix: the summary beside the results, and a line per combination.
-void tell_combinations(const RunArguments& arguments, const ReportRequest& run)
-{
-    const auto outcomes = combination_outcomes(*run.run->pipeline, *run.summary, Store(run.run->store));
-    const SweepSummaryFiles files = write_sweep_summary({&run, arguments.thumbnails, &outcomes});
-    if (!files.note.empty())
-        print_message(files.note);
-    if (arguments.quiet || arguments.json_log)
-        return;
-    fmt::print("\n{}", sweep_table(run.run->pipeline->sweep, outcomes, terminal_width(STDOUT_FILENO)));
-    for (const auto& file : {files.json, files.page})
-        if (!file.empty())
-            fmt::print("{}\n", path_text(file));
-}
-
 /// What only a matrix has a meaning for; false where there is none.
 bool fits_matrix(const RunArguments& arguments, const Pipeline& pipeline)
 {
@@ -249,9 +237,12 @@ int run_task(const RunArguments& arguments)
     request.part = task_part(folder, head, task);
     if (!set_limits(arguments, request))
         return 2;
+    remove_task_end(folder, task.id);
     auto display = make_display(display_kind(arguments));
     const RunSummary summary = run_pipeline(request, *display);
     display.reset();  // off the terminal before anything else is printed
+    if (summary.exit_code != worker_canceled)
+        write_task_end(folder, task.id, summary);
     print_summary(arguments, summary, {});
     return end_of_run(arguments, summary);
 }
@@ -292,13 +283,27 @@ int run(const RunArguments& arguments)
     display.reset();  // off the terminal before anything else is printed
     const bool sweep = !request.pipeline->sweep.axes.empty();
     if (sweep)
-        tell_combinations(arguments, ended);
+        tell_combinations(ended, arguments.thumbnails, !arguments.quiet && !arguments.json_log);
     if (!sweep || arguments.json_log)
         print_summary(arguments, summary, reports);
     return end_of_run(arguments, summary);
 }
 
 }  // namespace
+
+void tell_combinations(const ReportRequest& run, const std::string& thumbnails, bool print)
+{
+    const auto outcomes = combination_outcomes(*run.run->pipeline, *run.summary, Store(run.run->store));
+    const SweepSummaryFiles files = write_sweep_summary({&run, thumbnails, &outcomes});
+    if (!files.note.empty())
+        print_message(files.note);
+    if (!print)
+        return;
+    fmt::print("\n{}", sweep_table(run.run->pipeline->sweep, outcomes, terminal_width(STDOUT_FILENO)));
+    for (const auto& file : {files.json, files.page})
+        if (!file.empty())
+            fmt::print("{}\n", path_text(file));
+}
 
 void add_run_command(CLI::App& app, const std::vector<std::string>& words, int& exit_code)
 {

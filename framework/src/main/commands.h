@@ -19,6 +19,8 @@ namespace fresco::host
 void add_run_command(CLI::App& app, const std::vector<std::string>& words, int& exit_code);
 void add_inspect_commands(CLI::App& app, int& exit_code);
 void add_plan_command(CLI::App& app, int& exit_code);
+void add_submit_commands(CLI::App& app, int& exit_code);
+void add_task_commands(CLI::App& app, const std::vector<std::string>& words, int& exit_code);
 void add_log_command(CLI::App& app, int& exit_code);
 void add_store_command(CLI::App& app, int& exit_code);
 void add_weights_command(CLI::App& app, int& exit_code);

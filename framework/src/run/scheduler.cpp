@@ -94,7 +94,7 @@ class Scheduler
     /// False where no stage was to be started.
     bool dispatch()
     {
-        if (stopping())
+        if (stopping() || request_.only_stored)
             return false;
         int free = request_.cores;
         double memory_mb = 0;
@@ -387,13 +387,15 @@ class Scheduler
     RunSummary summary()
     {
         for (const auto& node : state_.nodes())
-            if (node.state == StageState::waiting && !stopping() && !turns_.ended_early())
+            if (node.state == StageState::waiting && !stopping() && !turns_.ended_early() && !request_.only_stored)
                 throw std::logic_error("the stage " + node.stage->name + " was never started");
         RunSummary result;
         result.stages = outcomes_.all(state_.nodes());
         result.files = exporter_.files();
         result.exit_code = stopping() ? int{worker_canceled} : exit_code_of(state_.nodes());
-        if (request_.until.empty() && !request_.part && !request_.pipeline->sweep.narrowed && result.exit_code == 0)
+        const bool whole =
+            request_.until.empty() && !request_.part && !request_.only_stored && !request_.pipeline->sweep.narrowed;
+        if (whole && result.exit_code == 0)
         {
             std::set<std::string> stages;
             for (const PipelineStage& stage : request_.pipeline->stages)

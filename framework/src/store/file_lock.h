@@ -20,6 +20,8 @@ class FileLock
     bool try_shared() { return try_lock(LOCK_SH); }
     /// Waits.
     void wait_shared();
+    /// For a program that is to hold the lock too.
+    int descriptor() const { return fd_.get(); }
 
   private:
     void open();

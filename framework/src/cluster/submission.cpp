@@ -1,0 +1,198 @@
+#include "cluster/submission.h"
+#include "base/durable_file.h"
+#include "store/store.h"
+#include <fresco/error.h>
+#include <fresco/files_io.h>
+
+#include <algorithm>
+#include <sstream>
+
+namespace fresco::host
+{
+namespace fs = std::filesystem;
+namespace
+{
+
+fs::path settings_file(const fs::path& folder)
+{
+    return folder / "slurm" / "settings.json";
+}
+
+std::size_t count_in(const Value& map, const char* name)
+{
+    return static_cast<std::size_t>(map.at(name).as_int());
+}
+
+std::vector<ArrayElement> elements_in(const fs::path& file)
+{
+    std::vector<ArrayElement> elements;
+    std::istringstream text(read_text_file(file));
+    for (std::string line; std::getline(text, line);)
+    {
+        std::istringstream words(line);
+        ArrayElement element;
+        if (!(words >> element.index >> element.task) || !std::getline(words >> std::ws, element.name))
+            throw Error(file.string() + ": expected lines 'INDEX TASK NAME', found '" + line + "'");
+        elements.push_back(std::move(element));
+    }
+    return elements;
+}
+
+/// Array and id, or "submitting".
+std::map<std::string, std::string> jobs_in(const fs::path& file)
+{
+    std::map<std::string, std::string> jobs;
+    if (!fs::exists(file))
+        return jobs;
+    std::istringstream text(read_text_file(file));
+    for (std::string array, id; text >> array >> id;)
+        jobs[array] = id;
+    return jobs;
+}
+
+bool contains_any(const std::string& text, std::initializer_list<const char*> parts)
+{
+    return std::any_of(parts.begin(), parts.end(), [&](const char* part) { return text.find(part) != std::string::npos; });
+}
+
+}  // namespace
+
+bool Submission::is_at(const fs::path& folder)
+{
+    return fs::exists(settings_file(folder));
+}
+
+void Submission::configure(const fs::path& folder, const SlurmSettings& settings)
+{
+    make_folder(folder / "slurm");
+    write_record(settings_file(folder), Value::Map{{"version", 1},
+                                                   {"run", settings.run},
+                                                   {"program", settings.program.string()},
+                                                   {"partition", settings.partition},
+                                                   {"gpu_partition", settings.gpu_partition},
+                                                   {"max_queued", settings.max_queued}});
+}
+
+Submission::Submission(fs::path folder) : folder_(std::move(folder))
+{
+    if (!is_at(folder_))
+        throw MissingInput(folder_.string() + ": nothing was submitted to Slurm from this folder; `fresco submit slurm` does so");
+    const Value settings = read_record(settings_file(folder_));
+    settings_ = {settings.at("run").as_string(), settings.at("program").as_string(), settings.at("partition").as_string(),
+                 settings.at("gpu_partition").as_string(), count_in(settings, "max_queued")};
+    read_waves();
+}
+
+void Submission::read_waves()
+{
+    waves_.clear();
+    for (const fs::path& entry : entries_of(folder_ / "slurm"))
+        if (fs::exists(entry / "wave.json"))
+            waves_.push_back(read_wave(entry));
+    std::sort(waves_.begin(), waves_.end(), [](const auto& a, const auto& b) { return a.number < b.number; });
+}
+
+Submission::WrittenWave Submission::read_wave(const fs::path& folder) const
+{
+    const Value record = read_record(folder / "wave.json");
+    const auto jobs = jobs_in(folder / "jobs");
+    const auto id_of = [&](const std::string& array)
+    {
+        const auto found = jobs.find(array);
+        return found == jobs.end() || found->second == "submitting" ? std::string() : found->second;
+    };
+    WrittenWave wave{count_in(record, "number"), count_in(record, "round"), !jobs.empty(), {}};
+    for (const Value& array : record.at("arrays").as_list())
+    {
+        const std::string& name = array.at("name").as_string();
+        wave.arrays.push_back({name, static_cast<int>(array.at("minutes").as_int()),
+                               static_cast<int>(array.at("memory_mb").as_int()), elements_in(folder / (name + ".list")),
+                               id_of(name)});
+    }
+    return wave;
+}
+
+std::map<std::size_t, std::vector<Attempt>> Submission::attempts(const SlurmQueue& queue) const
+{
+    std::map<std::size_t, std::vector<Attempt>> result;
+    for (const WrittenWave& wave : waves_)
+        for (const WrittenArray& array : wave.arrays)
+        {
+            std::string job = array.job;
+            if (const auto found = queue.jobs.find(job_name(settings_, wave.number, array.name));
+                job.empty() && found != queue.jobs.end())
+                job = found->second;
+            if (!job.empty())
+                for (const ArrayElement& element : array.elements)
+                    result[element.task].push_back(
+                        {{job, element.index}, wave.number, wave.round, array.minutes, array.memory_mb});
+        }
+    return result;
+}
+
+void Submission::write(const Wave& wave, std::size_t round)
+{
+    for (const WrittenWave& written : waves_)
+        if (!written.begun && written.number != wave.number)
+            remove_quietly(folder_ / wave_folder(written.number));
+    const fs::path folder = folder_ / wave_folder(wave.number);
+    remove_quietly(folder);
+    make_folder(folder);
+    make_folder(folder_ / "logs");
+    Value::List arrays;
+    for (const JobArray& array : wave.arrays)
+    {
+        write_file(folder / (array.name + ".sbatch"), array_script(settings_, wave, array));
+        write_file(folder / (array.name + ".list"), array_list(array));
+        for (const ArrayElement& element : array.elements)
+            fs::create_symlink(fs::path("../../logs") / (element.name + ".log"),
+                               folder / (array.name + "." + std::to_string(element.index) + ".log"));
+        arrays.push_back(Value::Map{{"name", array.name}, {"minutes", array.minutes}, {"memory_mb", array.memory_mb}});
+    }
+    if (wave.continued)
+        write_file(folder / "continue.sbatch", continuing_script(settings_, wave));
+    write_file(folder / "submit.sh", submit_script(settings_, wave));
+    fs::permissions(folder / "submit.sh", fs::perms::owner_exec | fs::perms::group_exec, fs::perm_options::add);
+    write_record(folder / "wave.json", Value::Map{{"number", wave.number}, {"round", round}, {"arrays", std::move(arrays)}});
+    read_waves();
+}
+
+std::string task_name(const TaskTable& table, const Task& task)
+{
+    const TaskGroup& group = table.groups.at(task.group);
+    std::string name = group.name;
+    for (std::size_t i = 0; i < task.axes.size(); ++i)
+        name += (i == 0 ? "@" : ",") + task.axes[i].second;
+    return task.axes.size() == group.axes.size() ? name : name + "." + std::to_string(task.id);
+}
+
+TaskLog last_log(const fs::path& folder, const std::string& task_name)
+{
+    TaskLog log{folder / "logs" / (task_name + ".log"), "", ""};
+    if (!fs::exists(log.file))
+        return log;
+    const std::string text = read_text_file(log.file);
+    const std::string head = "== task ";
+    const std::size_t begin = text.starts_with(head) && text.find("\n" + head) == std::string::npos ? 0 : text.rfind("\n" + head);
+    if (begin == std::string::npos)
+        return log;
+    log.text = text.substr(begin);
+    const std::string before_job = "), job ";
+    if (const std::size_t job = log.text.find(before_job); job != std::string::npos)
+        log.job = log.text.substr(job + before_job.size(), log.text.find(' ', job + before_job.size()) - job - before_job.size());
+    return log;
+}
+
+bool TaskLog::memory_ran_out() const
+{
+    // Slurm's words with and without control groups, and fresco's own about the process of a stage.
+    return contains_any(text,
+                        {"oom-kill", "oom_kill", "exceeded memory limit", "exceeded job memory limit", "ran out of memory"});
+}
+
+bool TaskLog::time_ran_out() const
+{
+    return contains_any(text, {"DUE TO TIME LIMIT"});
+}
+
+}  // namespace fresco::host

@@ -1,0 +1,172 @@
+#include "base/machine.h"
+#include "base/text_layout.h"
+#include "base/unit_text.h"
+#include "cluster/snakefile.h"
+#include "cluster/submit.h"
+#include "main/commands.h"
+#include "main/task_commands.h"
+#include "run/task_run.h"
+#include <fresco/error.h>
+#include <fresco/files_io.h>
+
+#include <fmt/format.h>
+#include <random>
+
+namespace fresco::host
+{
+namespace fs = std::filesystem;
+namespace
+{
+
+struct SubmitArguments
+{
+    TableArguments table;
+    SlurmSettings settings;
+    bool dry_run = false;
+    bool continued = false;
+};
+
+fs::path own_program()
+{
+    return fs::read_symlink("/proc/self/exe");
+}
+
+/// Unlike those of all other folders: jobs are found by it.
+std::string new_run_name()
+{
+    std::random_device random;
+    return fmt::format("fresco-{:08x}", random());
+}
+
+void tell(const SubmitOutcome& outcome, const SubmitRequest& request, const TaskTable& table)
+{
+    const fs::path script = request.folder / wave_folder(outcome.wave.number) / "submit.sh";
+    const auto tasks = [](std::size_t count) { return fmt::format("{} task{}", count, count == 1 ? "" : "s"); };
+    if (outcome.wave.arrays.empty())
+        fmt::print("nothing to submit: ");
+    else
+        fmt::print("{} {} in {} array{}: ", request.dry_run ? "would submit" : "submitted", tasks(outcome.tasks),
+                   outcome.wave.arrays.size(), outcome.wave.arrays.size() == 1 ? "" : "s");
+    fmt::print("{} of {} done, {} in the queue before, {} left for later\n", outcome.done, table.task_count, outcome.queued,
+               outcome.left);
+    if (outcome.blocked > 0)
+        fmt::print("{} failed or need{} what failed: fresco status {}\n", tasks(outcome.blocked), outcome.blocked == 1 ? "s" : "",
+                   shell_word(path_text(request.folder)));
+    using Kind = TextTable::Kind;
+    TextTable arrays({{"array", Kind::name},
+                      {"tasks", Kind::number},
+                      {"time limit", Kind::number},
+                      {"memory", Kind::number},
+                      {"cores", Kind::number},
+                      {"", Kind::figure}});
+    constexpr std::size_t most_shown = 20;
+    for (std::size_t i = 0; i < std::min(most_shown, outcome.wave.arrays.size()); ++i)
+    {
+        const JobArray& array = outcome.wave.arrays[i];
+        arrays.add({array.name, std::to_string(array.elements.size()), duration_text(60.0 * array.minutes),
+                    size_text(array.memory_mb), std::to_string(array.threads), array.gpu ? "GPU" : ""});
+    }
+    if (request.dry_run && !outcome.wave.arrays.empty())
+        fmt::print("{}{}{}\n", arrays.text(terminal_width(STDOUT_FILENO)),
+                   outcome.wave.arrays.size() > most_shown
+                       ? fmt::format("… and {} more arrays\n", outcome.wave.arrays.size() - most_shown)
+                       : "",
+                   path_text(script));
+}
+
+/// Keeps what was said before where nothing else is said now.
+void configure(const fs::path& folder, const SlurmSettings& said)
+{
+    SlurmSettings settings;
+    if (Submission::is_at(folder))
+        settings = Submission(folder).settings();
+    else
+        settings.run = new_run_name();
+    settings.program = own_program();
+    if (!said.partition.empty())
+        settings.partition = said.partition;
+    if (!said.gpu_partition.empty())
+        settings.gpu_partition = said.gpu_partition;
+    if (said.max_queued > 0)
+        settings.max_queued = said.max_queued;
+    Submission::configure(folder, settings);
+}
+
+int submit(const SubmitArguments& arguments)
+{
+    SubmitRequest request{fs::absolute(arguments.table.pipeline.file).lexically_normal(), arguments.dry_run, arguments.continued};
+    if (fs::is_directory(request.folder))
+    {
+        if (const std::string option = arguments.table.set_option(); !option.empty())
+        {
+            print_message(fmt::format("{}: error: only for a pipeline file; the tasks in {} are made already", option,
+                                      path_text(request.folder)));
+            return 2;
+        }
+    }
+    else
+    {
+        request.folder = arguments.table.folder_path();
+        if (const int code = write_tasks(arguments.table); code != 0)
+            return code;
+    }
+    if (!arguments.continued)
+        configure(request.folder, arguments.settings);
+    const auto loaded = load_tasks(request.folder);
+    if (!loaded->result.problems.empty())
+        return loaded->result.exit_code();
+    const TaskTable head = read_task_head(request.folder);
+    if (const std::string changed = changed_plugin(head, loaded->result.pipeline); !changed.empty())
+    {
+        print_message("error: " + changed);
+        return 4;
+    }
+    const SubmitOutcome outcome = submit_missing(request, loaded->result.pipeline);
+    tell(outcome, request, head);
+    if (outcome.script.exit_code > 0)
+    {
+        print_message("error: submitting ended early: " + outcome.script.output + "    run the same command again to go on");
+        return 1;
+    }
+    return 0;
+}
+
+int export_snakemake(const TableArguments& arguments)
+{
+    if (const int code = write_tasks(arguments); code != 0)
+        return code;
+    const fs::path file = arguments.folder_path() / "Snakefile";
+    write_file(file, snakefile(read_task_head(arguments.folder_path()), arguments.folder_path(), own_program()));
+    fmt::print("{}\n", path_text(file));
+    return 0;
+}
+
+}  // namespace
+
+void add_submit_commands(CLI::App& app, int& exit_code)
+{
+    CLI::App* submit_command = app.add_subcommand("submit", "Queue a pipeline on a cluster");
+    submit_command->require_subcommand(1);
+    CLI::App* slurm = submit_command->add_subcommand("slurm", "As Slurm job arrays; of a folder only what is missing");
+    const auto arguments = std::make_shared<SubmitArguments>();
+    arguments->table.add_to(*slurm, "Pipeline file (YAML), or the folder of an earlier submission");
+    slurm->add_option("--partition", arguments->settings.partition, "Partition of the jobs (default: the scheduler's)");
+    slurm->add_option("--gpu-partition", arguments->settings.gpu_partition,
+                      "Partition of the jobs that need a GPU (default: --partition)");
+    slurm
+        ->add_option("--max-queued", arguments->settings.max_queued,
+                     "Jobs to have in the queue at a time, the rest in later waves (default: half of Slurm's MaxJobCount)")
+        ->check(CLI::Range(2, 100'000'000));
+    slurm->add_flag("--dry-run", arguments->dry_run, "Write the scripts, submit nothing");
+    slurm->add_flag("--continue", arguments->continued)->group("");
+    slurm->callback([arguments, &exit_code] { exit_code = submit(*arguments); });
+
+    CLI::App* export_command = app.add_subcommand("export", "Write a pipeline for another program to run");
+    export_command->require_subcommand(1);
+    CLI::App* snakemake = export_command->add_subcommand("snakemake", "As a Snakefile, for Snakemake 7 and later");
+    const auto table = std::make_shared<TableArguments>();
+    table->add_to(*snakemake, "Pipeline file (YAML)");
+    snakemake->callback([table, &exit_code] { exit_code = export_snakemake(*table); });
+}
+
+}  // namespace fresco::host

@@ -1,0 +1,67 @@
+#include "main/task_commands.h"
+#include "base/text_layout.h"
+
+namespace fresco::host
+{
+namespace fs = std::filesystem;
+
+void TableArguments::add_to(CLI::App& command, const std::string& file_help)
+{
+    pipeline.add_to(command);
+    places.add_store_to(command);
+    places.add_out_to(command);
+    pipeline.add_until_to(command);
+    command.add_option("--folder", folder, "Folder for the tasks")->capture_default_str();
+    command.add_option("--pack", pack_minutes, "Estimated minutes of work to put into one task; 0: one combination each")
+        ->check(CLI::Range(0.0, 1e6))
+        ->capture_default_str();
+    command.add_option("--cores", cores, "Processor cores of each task")->check(CLI::Range(1, 4096))->capture_default_str();
+    for (const char* name : {"--set", "--store", "--out", "--until", "--folder", "--pack", "--cores"})
+        options_.push_back(command.get_option(name));
+    command.get_option("pipeline")->description(file_help);
+}
+
+fs::path TableArguments::folder_path() const
+{
+    return fs::absolute(folder).lexically_normal();
+}
+
+std::string TableArguments::set_option() const
+{
+    for (const CLI::Option* option : options_)
+        if (option->count() > 0)
+            return option->get_name();
+    return "";
+}
+
+int write_tasks(const TableArguments& arguments)
+{
+    const PipelineRequest request = arguments.pipeline.request();
+    const auto loaded = load_and_report(request);
+    if (!loaded->result.problems.empty())
+        return loaded->result.exit_code();
+    if (const std::string problem = arguments.places.problem(); !problem.empty())
+    {
+        print_message("error: " + problem);
+        return 2;
+    }
+    constexpr double seconds_per_minute = 60;
+    write_task_table(plan_tasks(request, loaded->result.pipeline, arguments.places.store_folder(), arguments.places.out_folder(),
+                                {arguments.pack_minutes * seconds_per_minute, arguments.cores}),
+                     arguments.folder_path());
+    return 0;
+}
+
+std::unique_ptr<LoadedPipeline> load_tasks(const fs::path& folder)
+{
+    const TaskTable head = read_task_head(folder);
+    PipelineRequest request;
+    request.file = head.pipeline.file;
+    request.sets = head.pipeline.sets;
+    request.working_directory = head.pipeline.working_directory;
+    request.until = head.pipeline.until;
+    request.texts = head.pipeline.texts;
+    return load_and_report(request);
+}
+
+}  // namespace fresco::host

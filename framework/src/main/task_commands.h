@@ -1,0 +1,38 @@
+#pragma once
+
+#include "main/commands.h"
+#include "run/task_table.h"
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace fresco::host
+{
+
+/// What the commands take that cut a pipeline into tasks.
+struct TableArguments
+{
+    PipelineArguments pipeline;
+    PlaceArguments places;
+    std::string folder = "cluster";
+    double pack_minutes = 45;
+    int cores = 1;
+
+    /// `file_help`: of the pipeline file.
+    void add_to(CLI::App& command, const std::string& file_help);
+    std::filesystem::path folder_path() const;
+    /// The first of these options that was set, but the file: with a folder that has its tasks already they mean nothing.
+    std::string set_option() const;
+
+  private:
+    std::vector<CLI::Option*> options_;
+};
+
+/// Writes the folder of tasks; the exit code. Prints what is wrong with the pipeline or the places.
+int write_tasks(const TableArguments& arguments);
+/// The pipeline as it was when the folder's tasks were made. Prints every problem to standard error.
+std::unique_ptr<LoadedPipeline> load_tasks(const std::filesystem::path& folder);
+
+}  // namespace fresco::host

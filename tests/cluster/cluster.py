@@ -404,6 +404,7 @@ CASES = [arrays_and_waves, failed_scan, interruption, lack_of_memory, twice_at_o
 def main():
     given = arguments(__doc__)
     random.seed(given.seed)
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit("stopped"))  # The daemons end too.
     if reason := slurm_cluster.missing():
         print(f"SKIPPED the proofs on Slurm: {reason}")
         if log := os.environ.get("FRESCO_SKIP_LOG"):

@@ -140,6 +140,24 @@ Dependency dependency_from(const Value& value)
     return dependency;
 }
 
+namespace
+{
+
+/// Nothing for what another version of fresco wrote, or a pipeline with other inputs: such a file is read again.
+std::optional<Dependency> usable_dependency(const Value& entry)
+{
+    try
+    {
+        return dependency_from(entry);
+    }
+    catch (const Error&)
+    {
+        return std::nullopt;
+    }
+}
+
+}  // namespace
+
 FileHashes::FileHashes(std::filesystem::path index) : index_(std::move(index))
 {
     if (index_.empty())
@@ -147,11 +165,11 @@ FileHashes::FileHashes(std::filesystem::path index) : index_(std::move(index))
     for (const Value& line : Journal(index_).read())
         if (const Value* files = line.find("files"); files != nullptr && files->is_list())
             for (const auto& entry : files->as_list())
-            {
-                Dependency dependency = dependency_from(entry);
-                std::string path = dependency.path.string();
-                known_.insert_or_assign(std::move(path), std::move(dependency));
-            }
+                if (auto dependency = usable_dependency(entry))
+                {
+                    std::string path = dependency->path.string();
+                    known_.insert_or_assign(std::move(path), std::move(*dependency));
+                }
 }
 
 Dependency FileHashes::dependency(const std::filesystem::path& file)

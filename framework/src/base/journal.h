@@ -20,7 +20,7 @@ class Journal
     std::vector<Value> read() const;
     /// Throws Error naming the file if it cannot be written, or others hold its lock for two seconds.
     void add(const Value& map) const;
-    /// Writes the file again, with these lines alone; those added since `read` are lost. Throws Error.
+    /// Writes the file again with only these lines; those added since `read` are lost. Throws Error.
     void replace(const std::vector<Value>& maps) const;
 
   private:

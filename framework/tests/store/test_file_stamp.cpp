@@ -1,6 +1,7 @@
 #include "store_samples.h"
 
 #include "base/file_stamp.h"
+#include "base/journal.h"
 #include <fresco/error.h>
 #include <fresco/hash.h>
 
@@ -91,6 +92,10 @@ TEST_CASE("Remembered hashes are kept beyond the process only in an index that i
     std::string flipped = text;
     flipped[flipped.find(hash)] = flipped[flipped.find(hash)] == '0' ? '1' : '0';
     write(index, flipped);
+    CHECK(FileHashes(index).hash(input) == hash);
+
+    // Whole lines of another form, as another version of fresco may write them.
+    Journal(index).add(Value::Map{{"files", Value::List{Value::List{"input", false, Value()}, 7, Value::List{1, 2, 3, 4}}}});
     CHECK(FileHashes(index).hash(input) == hash);
 
     FileHashes nowhere({});

@@ -122,7 +122,7 @@ TIMES = {"time", "seconds", "own_seconds", "memory_mb", "made", "threads", "comm
 
 
 def summary_of(out, folder):
-    """sweep.json without times and places; ran and stored are what a run with nothing to do tells otherwise."""
+    """sweep.json without times and places; ran and stored are what differs in a run with nothing to do."""
 
     def plain(value):
         if isinstance(value, dict):

@@ -63,7 +63,7 @@ void Journal::add(const Value& map) const
             throw Error(file_.string() + ": others have held its lock for two seconds");
         std::this_thread::sleep_for(std::chrono::milliseconds(20));
     }
-    // Opened once it is locked: a network file system then tells its end.
+    // Opened once it is locked: only then does a network file system know where it ends.
     const FileDescriptor fd(uninterrupted([&] { return open(file_.c_str(), O_RDWR | O_APPEND | O_CLOEXEC); }));
     std::string text = checked_line(map);
     if (fd.valid() && ends_within_line(fd.get()))

@@ -9,7 +9,7 @@
 namespace fresco::host
 {
 
-/// A process, told from those of other machines that use the same disk.
+/// Identifies a process, also among those of other machines that use the same disk.
 struct ProcessIdentity
 {
     /// The boot of a machine and its space of process numbers: `pid` means something only to processes with the same.

@@ -27,7 +27,7 @@ struct ProgramStart
     int channel = -1;  ///< See ProcessStart.
 };
 
-/// Runs a program to its end. Throws MissingInput if there is none of this name.
+/// Runs a program to its end. Throws MissingInput if it does not exist.
 ProgramEnd run_program(const ProgramStart& start);
 
 /// What the scheduler accepts.

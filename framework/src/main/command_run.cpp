@@ -157,7 +157,7 @@ std::map<std::string, double> expected_seconds(const RunRequest& request)
     return seconds;
 }
 
-/// What stands at the end where there is no table of combinations.
+/// The last lines of a run that has no table of combinations.
 void print_summary(const RunArguments& arguments, const RunSummary& summary, const std::vector<ReportOutcome>& reports)
 {
     if (arguments.json_log)

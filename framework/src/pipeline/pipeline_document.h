@@ -26,7 +26,7 @@ struct PipelineDocument
 /// before the base's: maps merge, all else replaces; an empty value (`name:`) removes a stage, an option or a named component;
 /// where `type` changes, the old type's options are dropped and only the stage's `input` stays. A var without a value in the
 /// upper file must be given by `--set`. An axis of the upper file's matrix goes before the base's, an empty one removes it, and a
-/// var that the upper file sets is no axis of the base's any more. A file that `texts` has is not read from the disk.
+/// var that the upper file sets is not an axis of the base any more. A file that `texts` has is not read from the disk.
 PipelineDocument read_pipeline_document(const std::filesystem::path& file, const std::string& shown,
                                         const std::vector<PipelineText>& texts, ProblemList& problems);
 

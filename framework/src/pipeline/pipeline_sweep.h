@@ -35,7 +35,7 @@ class SweepBuilder
     struct Structure
     {
         std::vector<std::size_t> order;
-        std::vector<std::vector<Wire>> wires;  ///< Per stage; from stages alone, by their names in the file.
+        std::vector<std::vector<Wire>> wires;  ///< Per stage; only from stages, by their names in the file.
         std::vector<Problem> problems;
     };
     struct Member

@@ -18,7 +18,7 @@ class ProblemList
     void announce_file(std::string file);
     bool empty() const { return problems_.empty(); }
     std::size_t size() const { return problems_.size(); }
-    /// A file full of mistakes is told the first of them in full: a hint compares a name with all others of the file.
+    /// Only the first mistakes of a file get hints: a hint compares a name with all others of the file.
     bool takes_hints() const { return problems_.size() < 200; }
     /// In the order of the files, lines and columns; equal ones once.
     std::vector<Problem> sorted() const;

@@ -8,7 +8,7 @@
 namespace fresco::host
 {
 
-/// In a process that makes a page: tells the host what comes next ("frames of stage scan").
+/// In a process that makes a page: says what comes next ("frames of stage scan").
 void tell_shown(const std::string& artifact);
 
 /// Waits for the end of such a process. Kills it, with all that it started, where one artifact takes longer than `limit`. What

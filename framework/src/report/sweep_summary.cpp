@@ -93,7 +93,7 @@ class Summary
                 {"files", std::move(files)}};
     }
 
-    /// Of all but what a run with nothing to do tells otherwise: times, and what ran.
+    /// Of all but what differs in a run with nothing to do: times, and what ran.
     std::string signature() const
     {
         Value::List combinations;

@@ -21,7 +21,7 @@ struct CostFigures
 /// Journal stats.jsonl. Throws Error where that cannot be written.
 void record_cost(const Store& store, const std::string& type, const CostFigures& measured, const CostFigures& estimated);
 
-/// Leaves the costs of the last runs of each type alone. Throws Error.
+/// Keeps only the costs of the last runs of each type. Throws Error.
 void tidy_costs(const Store& store);
 
 /// Costs of earlier runs in this store.

@@ -74,7 +74,7 @@ class Store
     /// A file beside the checkpoint: ".dependencies", ".curves", ".share".
     std::filesystem::path checkpoint_file(std::string_view key, std::string_view extension) const;
     /// Why a stage that computes at `place` (see computing_place) cannot go on with its checkpoint, which was made elsewhere:
-    /// "its checkpoint was made on another type of processor (…)". Empty where it can, or nothing tells. Throws Error if the
+    /// "its checkpoint was made on another type of processor (…)". Empty if it can, or if that is unknown. Throws Error if the
     /// record beside it is damaged.
     std::string checkpoint_refusal(std::string_view key, const Value& place) const;
     /// The share of the stage's work that its checkpoint holds, 0 to 0.99; 0 without one.

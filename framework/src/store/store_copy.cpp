@@ -46,7 +46,7 @@ void take_lock(FileLock& lock, const fs::path& file, const std::function<void()>
     lock.sign();
 }
 
-/// The result as its manifest in `store` tells of it; nothing if it has none that is whole.
+/// The result as its manifest in `store` describes it; nothing without a whole manifest.
 std::optional<Value> whole_manifest(const Store& store, const std::string& object)
 {
     try

@@ -17,7 +17,7 @@ QueuedTask task(std::size_t number, const std::string& group, std::vector<std::s
     return {number, group, fmt::format("{}@{}", group, number), std::move(needs), 10, 500, 1, false};
 }
 
-/// For each task that may begin at last, those that it waits for, in the whole of a submission: what the scheduler is told.
+/// For each task of a submission that can run, the tasks that the scheduler makes it wait for.
 std::map<std::size_t, std::set<std::size_t>> told(const std::vector<JobArray>& arrays)
 {
     std::map<std::string, std::map<std::size_t, std::size_t>> tasks;

@@ -137,7 +137,7 @@ TEST_CASE("an array whose id was not written is found by its name; a wave that w
     CHECK(fs::exists(place.path() / "slurm/wave-001/wave.json"));
 }
 
-TEST_CASE("the log of a task tells of its last attempt")
+TEST_CASE("the log of a task shows its last attempt")
 {
     const fresco::testing::TemporaryFolder place;
     CHECK(last_log(place.path(), "scan@a").job.empty());

@@ -55,7 +55,7 @@ double seconds_since(std::chrono::steady_clock::time_point begin)
 
 }  // namespace
 
-TEST_CASE("A process is told by the name of its file")
+TEST_CASE("A process is identified by the name of its file")
 {
     const ProcessIdentity own = this_process();
     CHECK(own.is_on_this_machine());

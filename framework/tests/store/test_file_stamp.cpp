@@ -95,6 +95,7 @@ TEST_CASE("Remembered hashes are kept beyond the process only in an index that i
     CHECK(FileHashes(index).hash(input) == hash);
 
     // Whole lines of another form, as another version of fresco may write them.
+    using fresco::Value;
     Journal(index).add(Value::Map{{"files", Value::List{Value::List{"input", false, Value()}, 7, Value::List{1, 2, 3, 4}}}});
     CHECK(FileHashes(index).hash(input) == hash);
 

@@ -171,7 +171,7 @@ void add_plan_command(CLI::App& app, int& exit_code)
         command->add_flag("--tasks", arguments->tasks,
                           "Print what is left to do as tasks for a cluster's scheduler, in JSON; 'fresco run --task' runs "
                           "one of them");
-    tasks->excludes(json);
+    tasks->excludes(json)->excludes("--upstream");
     command->add_option("--folder", arguments->folder, "Write the tasks to this folder instead")->needs(tasks);
     command
         ->add_option("--pack", arguments->pack_minutes, "Estimated minutes of work to put into one task; 0: one combination each")

@@ -231,6 +231,7 @@ int run_task(const RunArguments& arguments)
     }
     RunRequest request = request_for(arguments, loaded->result.pipeline);
     request.store = head.store;
+    request.upstream = arguments.places.upstream_folder();
     request.out = head.out;
     // The task's combinations have nothing to do with each other.
     request.keep_going = true;

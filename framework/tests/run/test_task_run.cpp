@@ -79,6 +79,15 @@ TEST_CASE("a task whose needs are missing says which task makes them, and makes 
     REQUIRE(run_task(place, 1).code == 0);
     CHECK(run_task(place, 4).code == 0);
     CHECK(logged_by(place, "source") == 1);
+    // Another store lends what is missing.
+    place.clear_log();
+    fs::rename(place.file(".fresco"), place.file("other"));
+    const Finished lent = place.run({"run", "--task", "4", "tasks", "--upstream", "other"});
+    INFO(lent.err);
+    CHECK(lent.code == 0);
+    CHECK(place.log().empty());
+    fs::remove_all(place.file(".fresco"));
+    fs::rename(place.file("other"), place.file(".fresco"));
     // What was stored when the tasks were made is made by none of them.
     fs::remove_all(place.file("tasks"));
     make_tasks(place);
@@ -122,6 +131,7 @@ TEST_CASE("a task refuses another plugin than the one that it was made with, and
     CHECK(contains(other.err, "the plugin of test.add, "));
     CHECK(contains(other.err, "make the tasks again"));
     CHECK(place.run({"run", "--task", "0", "tasks", "--set", "scan=1"}).code == 2);
+    CHECK(place.run({"plan", "sweep.yaml", "--tasks", "--upstream", "other"}).code == 2);
     CHECK(contains(place.run({"run", "--task", "9", "tasks"}).err, "no task 9: there are 0 to 5"));
     CHECK(contains(place.run({"run", "--task", "0", "elsewhere"}).err, "elsewhere: holds no tasks"));
 }

@@ -159,7 +159,7 @@ void run_stage(const fs::path& library, std::string_view type, Value options, co
     for (const Parameter* parameter : stage->parameters())
         if (const auto found = components.find(parameter->name()); found != components.end())
         {
-            factory.add("test." + found->first, [&] { return found->second; });
+            factory.add("test." + found->first, [component = found->second] { return component; });
             options.set(found->first, Value::Map{{"type", "test." + found->first}});
         }
     run_stage(*stage, options, inputs, folder, run, factory);

@@ -312,7 +312,7 @@ def random_kills(place, slurm, long):
     """kill -9 of the node's daemon with all its jobs, the controller, or the submitter."""
     folder = Folder(place, slurm, "kills")
     folder.write_many(*((4, 30) if long else (3, 8)), wait_ms=1500)
-    kills, in_flight, counts = (20 if long else 3), 0, collections.Counter()
+    kills, in_flight, counts = (20 if long else 2), 0, collections.Counter()
     environment = folder.environment()
 
     def words():

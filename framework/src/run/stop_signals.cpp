@@ -2,6 +2,7 @@
 
 #include <fresco/error.h>
 
+#include <csignal>
 #include <sys/signalfd.h>
 #include <unistd.h>
 #include <utility>
@@ -30,6 +31,10 @@ StopSignals::StopSignals()
 StopSignals::~StopSignals()
 {
     take();
+    // A scheduler may repeat it while the process writes its last files.
+    if (told_to_end_)
+        for (const int number : {SIGTERM, SIGHUP})
+            std::signal(number, SIG_IGN);
     sigprocmask(SIG_SETMASK, &before_, nullptr);
 }
 

@@ -143,6 +143,8 @@ int free_descriptors()
         return std::numeric_limits<int>::max();
     std::error_code error;
     const auto open = std::distance(fs::directory_iterator("/proc/self/fd", error), {});
+    if (error == std::errc::too_many_files_open)
+        return 0;
     constexpr rlim_t many = 1U << 20U;
     return static_cast<int>(std::min(limit.rlim_cur, many)) - static_cast<int>(open);
 }

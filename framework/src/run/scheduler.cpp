@@ -2,6 +2,7 @@
 #include "run/running_stage.h"
 #include "run/stage_costs.h"
 #include "run/stage_failure.h"
+#include "run/stage_standings.h"
 #include "run/stop_signals.h"
 #include "run/sweep_turns.h"
 
@@ -37,7 +38,8 @@ class Scheduler
         : request_(request), display_(display), store_(request.store),
           upstream_(request.upstream.empty() ? std::nullopt : std::optional<Store>(request.upstream)),
           hashes_(store_.file_index()), state_(make_state()), turns_(request.pipeline->sweep, request.jobs, request.keep_going),
-          costs_(store_, request.estimates), exporter_(store_, request.out, hashes_), outcomes_(display)
+          costs_(store_, request.estimates), standings_(display, costs_, request.out), exporter_(store_, request.out, hashes_),
+          outcomes_(display)
     {
     }
 
@@ -50,7 +52,7 @@ class Scheduler
             for (;;)
             {
                 const bool tried = dispatch();
-                tell_stages();
+                standings_.show(state_.nodes(), !running_.empty(), request_.cores);
                 if (running_.empty() && !tried)
                     break;
                 if (running_.empty())
@@ -129,9 +131,10 @@ class Scheduler
         int left = static_cast<int>(chosen.size());
         for (StageNode* node : chosen)
         {
-            // Beyond that a process could not be started, or not be spoken to; one that ends gives its own back.
+            // Beyond that a process could not be started, or not be spoken to; one that ends gives its own back. A stage
+            // that has said nothing yet has its log still to open.
             constexpr int descriptors_of_start = 20;
-            if (!running_.empty() && free_descriptors() < descriptors_of_start)
+            if (!running_.empty() && free_descriptors() < descriptors_of_start + static_cast<int>(running_.size()))
                 break;
             const int threads = std::max(1, free / left);
             start(*node, threads);
@@ -141,36 +144,12 @@ class Scheduler
         return !chosen.empty();
     }
 
-    /// Those whose state is another than the last time, a few times a second: there may be thousands.
-    void tell_stages()
-    {
-        if (!running_.empty() && Clock::now() - told_ < std::chrono::milliseconds(100))
-            return;
-        told_ = Clock::now();
-        std::vector<StageStanding> stages;
-        told_states_.resize(state_.nodes().size());
-        for (std::size_t i = 0; i < told_states_.size(); ++i)
-        {
-            const StageNode& node = state_.nodes()[i];
-            if (told_states_[i] != node.state)
-                stages.push_back({node.stage->name, node.state, costs_.expected(node).seconds, preview_folder(*node.stage)});
-            told_states_[i] = node.state;
-        }
-        if (!stages.empty())
-            display_.stages(stages, request_.cores);
-    }
-
-    std::filesystem::path preview_folder(const PipelineStage& stage) const
-    {
-        return request_.out / stage.place / "preview" / stage.own_name;
-    }
-
     void start(StageNode& node, int threads)
     {
         try
         {
             const WorkerRequest request =
-                make_worker_request(node, state_, store_, preview_folder(*node.stage), threads, hashes_);
+                make_worker_request(node, state_, store_, preview_folder(request_.out, *node.stage), threads, hashes_);
             const auto limits = request_.limits.find(node.stage->name);
             running_.emplace_back(node, request, store_, limits == request_.limits.end() ? StageLimits{} : limits->second,
                                   display_);
@@ -430,13 +409,12 @@ class Scheduler
     RunState state_;
     SweepTurns turns_;
     StageCosts costs_;
+    StageStandings standings_;
     Exporter exporter_;
     StopSignals signals_;
     Orphans orphans_;
     std::list<RunningStage> running_;
     RunOutcomes outcomes_;
-    std::vector<std::optional<StageState>> told_states_;
-    Clock::time_point told_;
     std::map<std::string, std::string> taken_;
     std::map<std::string, int> repairs_;
     int stops_ = 0;

@@ -379,8 +379,10 @@ TEST_CASE("With few descriptors stages wait for each other")
     for (int i = 0; i < 32; ++i)
         text += "  s" + std::to_string(i) + ": {type: test.source, value: " + std::to_string(i) + ", wait_ms: 200, log: log}\n";
     place.write("room.yaml", text);
-    const Finished finished = in_shell(place, "ulimit -n 64; $F run room.yaml --cores 32");
-    INFO(finished.err);
+    // How many are left over when no further stage fits depends on those inherited.
+    const std::string inherited = GENERATE("", "exec 7</dev/null; ", "exec 7</dev/null 8</dev/null; ");
+    const Finished finished = in_shell(place, inherited + "ulimit -n 64; $F run room.yaml --cores 32");
+    INFO(inherited << finished.err);
     CHECK(finished.code == 0);
     CHECK(place.log().size() == 32);
 }

@@ -16,14 +16,6 @@ namespace
 {
 constexpr double steps = 5;
 
-Raster8 to_bytes(const RasterF& rgb)
-{
-    Raster8 image(rgb.width, rgb.height, 3);
-    std::transform(rgb.values.begin(), rgb.values.end(), image.values.begin(),
-                   [](float v) { return static_cast<std::uint8_t>(v * 255.0F + 0.5F); });
-    return image;
-}
-
 void paint(Raster8& image, std::size_t texel, const std::array<std::uint8_t, 3>& color)
 {
     std::copy(color.begin(), color.end(), image.values.begin() + static_cast<std::ptrdiff_t>(3 * texel));

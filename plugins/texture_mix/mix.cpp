@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <utility>
 #include <vector>
 
@@ -32,10 +31,10 @@ std::vector<Vec3f> smooth_normals(const Mesh& mesh)
     return normals;
 }
 
-class Mixer
+class Difference
 {
   public:
-    Mixer(const RasterF& photo, const RasterF& painted, const Mesh& mesh, const TexelFaces& faces)
+    Difference(const RasterF& photo, const RasterF& painted, const Mesh& mesh, const TexelFaces& faces)
         : photo_(photo), painted_(painted), mesh_(mesh), faces_(faces), normals_(smooth_normals(mesh))
     {
     }
@@ -62,19 +61,10 @@ class Mixer
         return average;
     }
 
-    /// Shares of a texel's difference: `color` of its mean, `strokes` of the rest.
-    Vec3f mixed(std::size_t texel, const SurfaceAverage* average, float color, float strokes) const
+    Vec3f mean_at(std::size_t texel, const SurfaceAverage& average) const
     {
-        const Vec3f all = difference(texel);
-        Vec3f added = all * strokes;
-        if (average != nullptr)
-        {
-            const auto at = place(texel);
-            added += average->at(at.point, at.normal, all) * (color - strokes);
-        }
-        const Vec3f result = value(photo_, texel) + added;
-        const auto displayed = [](float v) { return std::clamp(v, 0.0F, 1.0F); };
-        return {displayed(result.x), displayed(result.y), displayed(result.z)};
+        const auto at = place(texel);
+        return average.at(at.point, at.normal, difference(texel));
     }
 
   private:
@@ -136,18 +126,11 @@ class Mixer
 
 }  // namespace
 
-RasterF mix(const RasterF& photo, const RasterF& painted, const Mesh& mesh, const TexelFaces& faces, const MixOptions& options,
-            Progress& progress)
+RasterF recolored(const RasterF& photo, const RasterF& painted, const Mesh& mesh, const TexelFaces& faces, double split_m,
+                  const Progress& progress)
 {
-    if (options.color == 0 && options.strokes == 0)
-        return photo;
-    if (options.color == 1 && options.strokes == 1)
-        return painted;
-    const Mixer mixer(photo, painted, mesh, faces);
-    std::optional<SurfaceAverage> average;
-    if (options.color != options.strokes)
-        average = mixer.averaged(options.split_m, progress);
-
+    const Difference difference(photo, painted, mesh, faces);
+    const SurfaceAverage average = difference.averaged(split_m, progress);
     RasterF result = photo;
     const auto size = static_cast<std::size_t>(faces.size);
     constexpr std::size_t rows_per_block = 16;
@@ -158,13 +141,26 @@ RasterF mix(const RasterF& photo, const RasterF& painted, const Mesh& mesh, cons
                      for (std::size_t texel = begin * size; texel < end * size; ++texel)
                          if (faces.covered(texel))
                          {
-                             const Vec3f rgb =
-                                 mixer.mixed(texel, average ? &*average : nullptr, static_cast<float>(options.color),
-                                             static_cast<float>(options.strokes));
-                             result.values[3 * texel] = rgb.x;
-                             result.values[3 * texel + 1] = rgb.y;
-                             result.values[3 * texel + 2] = rgb.z;
+                             const Vec3f mean = difference.mean_at(texel, average);
+                             result.values[3 * texel] += mean.x;
+                             result.values[3 * texel + 1] += mean.y;
+                             result.values[3 * texel + 2] += mean.z;
                          }
                  });
+    return result;
+}
+
+RasterF mix(const RasterF& photo, const RasterF& colors, const RasterF& painted, double color, double strokes)
+{
+    if (color == 0 && strokes == 0)
+        return photo;
+    if (color == 1 && strokes == 1)
+        return painted;
+    const auto c = static_cast<float>(color);
+    const auto s = static_cast<float>(strokes);
+    RasterF result = photo;
+    for (std::size_t i = 0; i < result.values.size(); ++i)
+        result.values[i] = std::clamp(
+            photo.values[i] + c * (colors.values[i] - photo.values[i]) + s * (painted.values[i] - colors.values[i]), 0.0F, 1.0F);
     return result;
 }

@@ -3,6 +3,7 @@
 #include <fresco/texture.h>
 #include <fresco/texturing/charts.h>
 #include <fresco/texturing/collapse.h>
+#include <fresco/texturing/gutter.h>
 #include <fresco/texturing/smaller_picture.h>
 #include <fresco/texturing/surface_fill.h>
 #include <fresco/texturing/texel_faces.h>
@@ -11,9 +12,10 @@
 #include "mixture.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <cstdint>
 #include <fmt/format.h>
+#include <utility>
 
 using namespace fresco;
 using namespace fresco::texturing;
@@ -34,6 +36,14 @@ double distance(const RasterF& a, const RasterF& b, const TexelFaces& faces)
             count += 3;
         }
     return count == 0 ? 0 : 255 * sum / static_cast<double>(count);
+}
+
+/// For the page: with its gutter filled, as the room is drawn with it.
+Raster8 page_picture(const RasterF& rgb, const Raster8& covered, const Progress& progress)
+{
+    Raster8 picture = to_bytes(rgb);
+    fill_from_nearest(picture, covered.values, progress);
+    return picture;
 }
 
 class TextureMix final : public Stage
@@ -64,18 +74,6 @@ class TextureMix final : public Stage
         return rgb;
     }
 
-    /// For the page. With a filled gutter, as the room is drawn with it.
-    Raster8 small_picture(const RasterF& rgb, RunContext& run) const
-    {
-        constexpr int page_px = 1024;
-        TexturedMesh textured;
-        textured.mesh = *mesh;
-        textured.image = Image(Raster8(rgb.width, rgb.height, 3));
-        std::ranges::transform(rgb.values, textured.image.pixels.values.begin(),
-                               [](float v) { return static_cast<std::uint8_t>(v * 255.0F + 0.5F); });
-        return smaller_picture(textured, page_px, run);
-    }
-
     void check_input(const Texture& input, const std::string& port) const
     {
         check_texture(input);
@@ -101,23 +99,27 @@ class TextureMix final : public Stage
         run.progress(1, 3, "steps");
         Texture result;
         result.atlas = atlas_id(*mesh);
-        result.layers.push_back(
-            mix(from, to, *mesh, faces, {.color = *color, .strokes = *strokes, .split_m = *split_cm / 100}, run));
+        const RasterF colors = recolored(from, to, *mesh, faces, *split_cm / 100, run);
+        result.layers.push_back(mix(from, colors, to, *color, *strokes));
         result.seen = Raster8(faces.size, faces.size);
         for (std::size_t texel = 0; texel < faces.face.size(); ++texel)
             result.seen.values[texel] = faces.covered(texel) ? 1 : 0;
         run.report("from_photo", distance(result.layers.front(), from, faces));
         run.report("from_painted", distance(result.layers.front(), to, faces));
-        texture = std::move(result);
         run.progress(2, 3, "steps");
-        const RasterF colors = mix(from, to, *mesh, faces, {.color = 1, .strokes = 0, .split_m = *split_cm / 100}, run);
         Mixture small;
         small.atlas = atlas_id(*mesh);
         small.color = *color;
         small.strokes = *strokes;
-        small.photo = small_picture(from, run);
-        small.colors = small_picture(colors, run);
-        small.painted = small_picture(to, run);
+        constexpr int page_px = 1024;
+        auto pictures = smaller_pictures(*mesh,
+                                         std::array{page_picture(from, result.seen, run), page_picture(colors, result.seen, run),
+                                                    page_picture(to, result.seen, run)},
+                                         page_px, run);
+        small.photo = std::move(pictures[0]);
+        small.colors = std::move(pictures[1]);
+        small.painted = std::move(pictures[2]);
+        texture = std::move(result);
         sliders = std::move(small);
         run.progress(3, 3, "steps");
     }

@@ -41,8 +41,8 @@ RasterF painted_by(Function value)
 
 RasterF mixed(const RasterF& photo, const RasterF& painting, double color, double strokes, int threads = 2)
 {
-    testing::TestRun run(threads);
-    return mix(photo, painting, two_chart_wall(), wall_faces(), {.color = color, .strokes = strokes, .split_m = 0.3}, run);
+    const testing::TestRun run(threads);
+    return mix(photo, recolored(photo, painting, two_chart_wall(), wall_faces(), 0.3, run), painting, color, strokes);
 }
 
 double long_wave(Vec3f at)
@@ -125,6 +125,5 @@ TEST_CASE("mix: the same for any number of threads, and canceled on demand")
     CHECK(mixed(photo, painting, 0.3, 0.8, 1).values == mixed(photo, painting, 0.3, 0.8, 4).values);
     testing::TestRun run;
     run.cancel_after(1);
-    CHECK_THROWS_AS(mix(photo, painting, two_chart_wall(), wall_faces(), {.color = 0, .strokes = 1, .split_m = 0.3}, run),
-                    Canceled);
+    CHECK_THROWS_AS(recolored(photo, painting, two_chart_wall(), wall_faces(), 0.3, run), Canceled);
 }

@@ -119,4 +119,12 @@ RasterF collapse(const Texture& texture, const Progress& progress)
     return result;
 }
 
+Raster8 to_bytes(const RasterF& rgb)
+{
+    Raster8 bytes(rgb.width, rgb.height, rgb.channels);
+    std::ranges::transform(rgb.values, bytes.values.begin(),
+                           [](float v) { return static_cast<std::uint8_t>(std::clamp(v, 0.0F, 1.0F) * 255.0F + 0.5F); });
+    return bytes;
+}
+
 }  // namespace fresco::texturing

@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 namespace fresco::texturing
@@ -77,37 +78,48 @@ class BoxFilter
     double scale_;
 };
 
-}  // namespace
-
-Raster8 smaller_picture(const TexturedMesh& textured, int max_px, const Progress& progress)
+/// `faces`: of the smaller picture.
+Raster8 reduced(const Raster8& source, const std::vector<std::uint32_t>& chart_of, const Charts& charts, const TexelFaces& faces,
+                const Progress& progress)
 {
-    const Raster8& source = textured.image.pixels;
-    if (max_px == 0 || source.width <= max_px)
-        return source;
-    const Charts charts = find_charts(textured.mesh);
-    const auto chart_of = own_charts(find_texel_faces(textured.mesh, charts, source.width, progress), charts);
-    const TexelFaces faces = find_texel_faces(textured.mesh, charts, max_px, progress);
-    const BoxFilter filter(source, chart_of, max_px);
-
-    Raster8 result(max_px, max_px, source.channels);
+    const auto size = static_cast<std::size_t>(faces.size);
+    const auto channels = static_cast<std::size_t>(source.channels);
+    const BoxFilter filter(source, chart_of, faces.size);
+    Raster8 result(faces.size, faces.size, source.channels);
     std::vector<std::uint8_t> is_source(faces.face.size(), 0);
     constexpr std::size_t rows_per_block = 16;
-    parallel_for(static_cast<std::size_t>(max_px), rows_per_block, progress.threads(),
+    parallel_for(size, rows_per_block, progress.threads(),
                  [&](std::size_t begin, std::size_t end)
                  {
                      progress.check_canceled();
-                     for (std::size_t y = begin; y < end; ++y)
-                         for (int x = 0; x < max_px; ++x)
-                         {
-                             const std::size_t texel = y * static_cast<std::size_t>(max_px) + static_cast<std::size_t>(x);
-                             if (faces.covered(texel))
-                                 is_source[texel] =
-                                     filter.average(x, static_cast<int>(y), charts.of_face[faces.face[texel]],
-                                                    &result.values[texel * static_cast<std::size_t>(source.channels)]);
-                         }
+                     for (std::size_t texel = begin * size; texel < end * size; ++texel)
+                         if (faces.covered(texel))
+                             is_source[texel] =
+                                 filter.average(static_cast<int>(texel % size), static_cast<int>(texel / size),
+                                                charts.of_face[faces.face[texel]], &result.values[texel * channels]);
                  });
     fill_from_nearest(result, is_source, progress);
     return result;
+}
+
+}  // namespace
+
+std::vector<Raster8> smaller_pictures(const Mesh& mesh, std::span<const Raster8> pictures, int max_px, const Progress& progress)
+{
+    if (max_px == 0 || pictures.empty() || pictures.front().width <= max_px)
+        return {pictures.begin(), pictures.end()};
+    const Charts charts = find_charts(mesh);
+    const auto chart_of = own_charts(find_texel_faces(mesh, charts, pictures.front().width, progress), charts);
+    const TexelFaces faces = find_texel_faces(mesh, charts, max_px, progress);
+    std::vector<Raster8> results;
+    for (const Raster8& picture : pictures)
+        results.push_back(reduced(picture, chart_of, charts, faces, progress));
+    return results;
+}
+
+Raster8 smaller_picture(const TexturedMesh& textured, int max_px, const Progress& progress)
+{
+    return std::move(smaller_pictures(textured.mesh, {&textured.image.pixels, 1}, max_px, progress).front());
 }
 
 }  // namespace fresco::texturing

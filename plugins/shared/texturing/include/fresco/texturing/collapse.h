@@ -15,4 +15,7 @@ void check_texture(const Texture& texture);
 /// texel center. Rows are shared among progress.threads() threads. Throws Error if a texel is not finite, Canceled.
 RasterF collapse(const Texture& texture, const Progress& progress);
 
+/// Displayed RGB in steps of 1/255; what lies outside [0,1] is clamped.
+Raster8 to_bytes(const RasterF& rgb);
+
 }  // namespace fresco::texturing

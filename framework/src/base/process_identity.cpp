@@ -43,7 +43,7 @@ std::uint64_t start_of(pid_t pid)
     return start;
 }
 
-/// Removes the number that the text begins with. False if there is none.
+/// Removes a number from the front of the text. False if it does not begin with one.
 template <class Number>
 bool take_number(std::string_view& text, Number& number)
 {

@@ -39,7 +39,7 @@ class Submission
     static bool is_at(const std::filesystem::path& folder);
     /// Begins one, or changes what its next jobs have in common. Throws Error if the file cannot be written.
     static void configure(const std::filesystem::path& folder, const SlurmSettings& settings);
-    /// Throws MissingInput if there is none, Error naming a file of it that is damaged.
+    /// Throws MissingInput if the folder has none, Error naming a damaged file.
     explicit Submission(std::filesystem::path folder);
 
     const std::filesystem::path& folder() const { return folder_; }

@@ -18,7 +18,7 @@ namespace fresco::host
 namespace
 {
 
-/// The graphics cards as the driver lists them, or a line that there are none.
+/// The graphics cards as the driver lists them, or a line that says it lists nothing.
 std::string cuda_text()
 {
     std::ifstream driver("/proc/driver/nvidia/version");

@@ -28,8 +28,8 @@ class OptimizerRule : public Component
 
     /// Whether parameters and gradients may lie on `device`; the default supports only the CPU.
     virtual bool runs_on(const torch::Device& device) const;
-    /// Before the first step, and where a run starts over: makes its state for these parameters, of which there are none when
-    /// the last step is made.
+    /// Before the first step, and where a run starts over: makes its state for these parameters. After
+    /// the last step it is called without any.
     virtual void attach(const std::vector<TextureParameter>& parameters) = 0;
     /// One step at learning rate `rate` in the unit of the stored values. Others may set values before the first step after
     /// attach() or restore(), and from then on change none that is zero. The rule adds λ_r k_i mean(values²) itself, so that a

@@ -87,7 +87,16 @@ class Worker
             throw PluginFailure("plugin " + request_.libraries.at(request_.type).string() + ": " + request_.type +
                                 " is not a stage");
         stage->configure(request_.options, factory_);
-        load_inputs(*stage);
+        try
+        {
+            load_inputs(*stage);
+        }
+        catch (const Error&)
+        {
+            // Damage since they were verified may look like anything.
+            verify_inputs();
+            throw;
+        }
         umask(mask_);
         folder_ = store_.make_temporary(temporary_);
         try

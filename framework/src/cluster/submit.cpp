@@ -29,6 +29,29 @@ FileLock submission_lock(const fs::path& folder, bool wait)
     return lock;
 }
 
+/// What Slurm says when a submission is prepared.
+struct Scheduler
+{
+    SlurmLimits limits;
+    SlurmQueue queue;
+    std::string silence;  ///< Why it did not answer; then the limits are its defaults and the queue is empty.
+};
+
+/// A dry run needs no answer: its files are often written on a machine without Slurm.
+Scheduler ask_scheduler(const std::string& run, bool dry_run)
+{
+    try
+    {
+        return {slurm_limits(), slurm_queue(run), ""};
+    }
+    catch (const Error& error)
+    {
+        if (!dry_run)
+            throw;
+        return {{}, {}, error.what()};
+    }
+}
+
 TaskKnowledge knowledge_of(const Submission& submission, const TaskTable& table, const std::vector<StageNode>& stages,
                            SlurmQueue queue)
 {
@@ -74,18 +97,18 @@ SubmitOutcome submit_missing(const SubmitRequest& request, const Pipeline& pipel
     const FileLock lock = submission_lock(request.folder, request.continued);
     Submission submission(request.folder);
     const TaskTable table = read_task_table(request.folder);
-    const bool ask = !request.dry_run || !find_program("squeue").empty();
-    const SlurmLimits limits = ask ? slurm_limits() : SlurmLimits{};
-    SlurmQueue queue = ask ? slurm_queue(submission.settings().run) : SlurmQueue{};
-    const TaskKnowledge known = knowledge_of(submission, table, stages_in_store(table, pipeline), std::move(queue));
+    Scheduler scheduler = ask_scheduler(submission.settings().run, request.dry_run);
+    const SlurmLimits& limits = scheduler.limits;
+    const TaskKnowledge known = knowledge_of(submission, table, stages_in_store(table, pipeline), std::move(scheduler.queue));
 
-    // The job that continues is one too.
+    // The job that will continue is one too, and so is this one where it does.
     const std::size_t most = submission.settings().max_queued > 0 ? submission.settings().max_queued : limits.job_count / 2;
-    const std::size_t in_queue = known.queue.elements.size() + 1;
+    const std::size_t in_queue = known.queue.elements.size() + (request.continued ? 2 : 1);
     const std::size_t round = request.continued ? submission.round() : submission.round() + 1;
     const MissingTasks missing = missing_tasks(table, known, request.folder, round, most > in_queue ? most - in_queue : 0);
 
     SubmitOutcome outcome;
+    outcome.silence = scheduler.silence;
     outcome.tasks = missing.tasks.size();
     outcome.done = static_cast<std::size_t>(std::count(known.done.begin(), known.done.end(), true));
     outcome.queued = missing.queued.size();

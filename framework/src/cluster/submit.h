@@ -41,11 +41,12 @@ struct SubmitOutcome
     std::size_t queued = 0;   ///< In the queue before.
     std::size_t left = 0;     ///< For a later wave.
     std::size_t blocked = 0;  ///< Failed in this round, or need what failed.
+    std::string silence;      ///< Why Slurm did not answer a dry run, which then takes its queue to be empty; or empty.
     ProgramEnd script;        ///< Of submit.sh.
 };
 
 /// Queues the tasks of a folder that are neither done nor in the queue. Throws Error if another submission of it is running, or
-/// the scheduler does not answer.
+/// the scheduler does not answer (a dry run goes on without it).
 SubmitOutcome submit_missing(const SubmitRequest& request, const Pipeline& pipeline);
 
 /// Takes all jobs of a folder out of the queue; how many arrays and other jobs that were.

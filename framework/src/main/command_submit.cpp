@@ -122,6 +122,9 @@ int submit(const SubmitArguments& arguments)
         return 4;
     }
     const SubmitOutcome outcome = submit_missing(request, loaded->result.pipeline);
+    if (!outcome.silence.empty())
+        print_message("Slurm does not answer here, so its queue is taken to be empty and its limits to be the defaults: " +
+                      outcome.silence);
     tell(outcome, request, head);
     if (outcome.script.exit_code > 0)
     {
@@ -156,7 +159,7 @@ void add_submit_commands(CLI::App& app, int& exit_code)
     slurm
         ->add_option("--max-queued", arguments->settings.max_queued,
                      "Jobs to have in the queue at a time, the rest in later waves (default: half of Slurm's MaxJobCount)")
-        ->check(CLI::Range(2, 100'000'000));
+        ->check(CLI::Range(3, 100'000'000));
     slurm->add_flag("--dry-run", arguments->dry_run, "Write the scripts, submit nothing");
     slurm->add_flag("--continue", arguments->continued)->group("");
     slurm->callback([arguments, &exit_code] { exit_code = submit(*arguments); });

@@ -145,7 +145,7 @@ TEST_CASE("what a stage needs while it runs is on the node's own disk, and goes 
     const auto run = place.start({"run", "room.yaml"});
     Workplace::wait_until([&] { return !fs::is_empty(place.file("node")); });
     run->signal(SIGINT);
-    run->signal(SIGINT);
+    run->signal(SIGTERM);  // Two of one kind would be one.
     CHECK(run->wait().code == 75);
     CHECK(fs::is_empty(place.file("node")));
     // A folder that is not there is no reason to fail.
@@ -165,4 +165,26 @@ TEST_CASE("a pipeline without a matrix is one task, with the settings of the com
     CHECK(logged_by(place, "source") == 1);
     CHECK(place.run({"run", "sweep.yaml", "--set", "n=7"}).code == 0);
     CHECK(logged_by(place, "source") == 1);
+}
+
+TEST_CASE("a dry run needs no Slurm that answers; a submission does", "[tasks]")
+{
+    Workplace place;
+    place.write("sweep.yaml", scans_and_pictures);
+    for (const std::string name : {"scontrol", "squeue", "sbatch"})
+    {
+        place.write("bin/" + name, "#!/bin/sh\necho 'Unable to contact slurm controller'\nexit 1\n");
+        fs::permissions(place.file("bin/" + name), fs::perms::owner_all);
+    }
+    place.environment["PATH"] = place.file("bin").string() + ":/usr/bin:/bin";
+    const Finished dry = place.run({"submit", "slurm", "sweep.yaml", "--folder", "tasks", "--dry-run"});
+    INFO(dry.err);
+    CHECK(dry.code == 0);
+    CHECK(contains(dry.out, "would submit"));
+    CHECK(contains(dry.err, "Slurm does not answer here"));
+    CHECK(contains(dry.err, "Unable to contact slurm controller"));
+    CHECK(fs::exists(place.file("tasks/slurm/wave-000/submit.sh")));
+    const Finished real = place.run({"submit", "slurm", "tasks"});
+    CHECK(real.code == 1);
+    CHECK(contains(real.err, "scontrol failed: Unable to contact slurm controller"));
 }

@@ -145,15 +145,15 @@ class Slurm:
         shutil.rmtree(self.folder, ignore_errors=True)
 
     def start(self, name):
-        """In the foreground, as a child of this process: so that its end is known, and its jobs can be found."""
+        """In the foreground, as a child that ends with this process: so that its end is known, and its jobs can be found."""
         words = {"munged": ["--foreground", "--force", f"--key-file={self.folder}/munge.key", f"--socket={self.folder}/munge.socket",
                             f"--pid-file={self.folder}/munged.pid", f"--seed-file={self.folder}/munged.seed",
                             f"--log-file={self.folder}/munged.log"],
                  "slurmctld": ["-D", "-f", f"{self.folder}/slurm.conf"], "slurmd": ["-D", "-f", f"{self.folder}/slurm.conf"]}[name]
         program = shutil.which(name, path=self.environment["PATH"])
         with (self.folder / f"{name}.out").open("ab") as out:
-            self.running[name] = subprocess.Popen([program, *words], env=self.environment, stdin=subprocess.DEVNULL, stdout=out, stderr=out,
-                                                  start_new_session=True)
+            self.running[name] = subprocess.Popen(["setpriv", "--pdeathsig", "KILL", program, *words], env=self.environment,
+                                                  stdin=subprocess.DEVNULL, stdout=out, stderr=out, start_new_session=True)
 
     def kill(self, name, number=signal.SIGKILL, with_jobs=True):
         """Of slurmd with its jobs: their shepherds are in sessions of their own and may have lost their parent."""

@@ -18,6 +18,9 @@ target_compile_options(
               -ffile-prefix-map=${PROJECT_SOURCE_DIR}=.
               -ffile-prefix-map=${PROJECT_BINARY_DIR}=build
               -ffp-contract=off)
+# As RPATH, not RUNPATH: so the program's counts for the libraries behind plugins too, and comes before LD_LIBRARY_PATH, in which a
+# cluster's modules put other versions.
+target_link_options(fresco_compile_options INTERFACE -Wl,--disable-new-dtags)
 # On in the presets, whose compiler and flags are known: other levels of optimization bring other false alarms.
 option(FRESCO_WARNINGS_AS_ERRORS "Treat compiler warnings as errors" OFF)
 if(FRESCO_WARNINGS_AS_ERRORS)

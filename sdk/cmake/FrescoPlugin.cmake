@@ -30,6 +30,8 @@ macro(_fresco_own_options target)
         target_link_libraries(${target} PRIVATE $<BUILD_INTERFACE:fresco_compile_options>)
     else()
         target_compile_options(${target} PRIVATE -ffile-prefix-map=${CMAKE_SOURCE_DIR}=. -ffp-contract=off)
+        # With RUNPATH, it would not see the libraries of a packed fresco.
+        target_link_options(${target} PRIVATE -Wl,--disable-new-dtags)
         target_link_libraries(${target} PRIVATE $<TARGET_NAME_IF_EXISTS:fmt::fmt>)
     endif()
 endmacro()

@@ -1,0 +1,29 @@
+#!/usr/bin/env bash
+# run.sh CMAKE BUILD: installs, moves what is installed, and runs it with an empty environment.
+source "$(dirname "$0")/../program_test.sh"
+cmake=$1 build=$2
+
+"$cmake" --install "$build" --prefix "$work/prefix" >/dev/null
+mkdir "$work/else where"
+mv "$work/prefix" "$work/else where/fresco"
+moved="$work/else where/fresco"
+cd "$work"
+env -i "$moved/bin/fresco" stages >found
+"$build/bin/fresco" stages >expected
+diff expected found || fail "moved, it has other stages"
+
+find "$moved/lib/fresco" -name '*.so' ! -name image_opencv.so -delete
+env -i "$moved/bin/fresco" doctor | grep -q "^  $moved/lib/fresco  (installation)" || fail "other plugins than its own"
+
+# LD_LIBRARY_PATH has broken libraries: one of the program's, one of a plugin's, and one behind a library of that plugin. They do no harm
+# exactly where the archive has its own.
+libraries=(libyaml-cpp.so.0.7 libopencv_core.so.406 libpng16.so.16)
+mkdir "$work/broken" "$moved/lib/fresco/bundled"
+loads() { env -i LD_LIBRARY_PATH="$work/broken" "$moved/bin/fresco" describe image.opencv >said 2>&1; }
+for library in "${libraries[@]}"; do
+    echo "no library" >"$work/broken/$library"
+    ! loads || fail "the broken $library is not used, so this test shows nothing"
+    cp "$(ldd "$moved/bin/fresco" "$moved/lib/fresco/image_opencv.so" | awk -v name="$library" '$1 == name { print $3; exit }')" "$moved/lib/fresco/bundled/"
+    loads || { cat said; fail "the archive's $library is not used"; }
+done
+echo "moved, it has $(wc -l <expected) lines of stages, and uses its own ${libraries[*]}"

@@ -2,6 +2,7 @@
 #include "judged_view.h"
 #include "seams.h"
 #include "source_use.h"
+#include "stroke_size.h"
 
 #include <fresco/evaluation/figures_file.h>
 #include <fresco/evaluation/posed_pictures.h>
@@ -12,6 +13,7 @@
 #include <fresco/source_map.h>
 #include <fresco/stage.h>
 #include <fresco/texturing/exported_file.h>
+#include <fresco/uv_maps.h>
 
 #include <algorithm>
 #include <cmath>
@@ -38,6 +40,8 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr Wanted seams_wanted{-infinity, 1.25};
 constexpr Wanted picture_used_wanted{0.4, infinity};
 constexpr Wanted largest_share_wanted{-infinity, 0.05};
+constexpr double stroke_tolerance = 0.15;
+constexpr Wanted size_by_distance_wanted{-0.1, 0.1};
 
 class EvaluatePainting final : public Stage
 {
@@ -48,9 +52,12 @@ class EvaluatePainting final : public Stage
     Input<TexturedMesh> textured_mesh{this, "textured_mesh", optional, "The painted mesh, for its seams"};
     Input<Texture> start{this, "start", optional, "The texture that the painting started from, in the same atlas, of any size"};
     Input<SourceMap> source{this, "source", optional, "Where in the picture each texel comes from"};
+    Input<UvMaps> uvmaps{this, "uvmaps", optional, "Uv maps of the frames, for the distance that the surface was captured from"};
     Output<Files> figures{this, "figures", "All figures, and those of every view, as JSON"};
     Option<InputFolder> folder{this, "folder", InputFolder{},
                                "Folder of pictures made elsewhere (<sequence>_<frame>.png or .jpg), instead of port 'views'"};
+    Option<double> stroke_cm{this, "stroke_cm", 0, range(0, 1000),
+                             "Width of strokes that the painting was made with, compared with the surface; 0: not compared"};
     Option<int> every{this, "every", 1, range(1, 1'000'000), "Judge only every n-th picture"};
     Option<OutputName> path{this, "path", OutputName{"painting.json"}, "Name of the JSON file, below --out"};
     Slot<ImageIo> images{this, "images", "image.opencv", "Reads the pictures"};
@@ -66,9 +73,16 @@ class EvaluatePainting final : public Stage
     void check_inputs() const
     {
         const bool has_views = views.has_value() || !folder->empty();
-        if (!has_views && (style.has_value() || frames.has_value()))
-            throw Error(std::string("port '") + (style.has_value() ? "style" : "frames") +
+        if (!has_views && ((style.has_value() && *stroke_cm == 0) || frames.has_value()))
+            throw Error(std::string("port '") + (frames.has_value() ? "frames" : "style") +
                         "' is compared with views: wire 'views' to what render.views made, or set 'folder'");
+        if (*stroke_cm > 0 && (!style.has_value() || !textured_mesh.has_value()))
+            throw Error(
+                "option \"stroke_cm\" compares strokes on the painted mesh with those of the picture: wire 'textured_mesh' "
+                "and 'style'");
+        if (*stroke_cm == 0 && uvmaps.has_value())
+            throw Error("the uv maps on port 'uvmaps' are compared with the size of strokes: set option \"stroke_cm\" to the "
+                        "width that the painting was made with");
         if (!has_views && !textured_mesh.has_value() && !source.has_value())
             throw Error("nothing to measure: wire 'views' (or set 'folder') with 'style' or 'frames', or wire "
                         "'textured_mesh' or 'source'");
@@ -89,6 +103,8 @@ class EvaluatePainting final : public Stage
             check_atlas(start->atlas, textured_mesh->mesh, "the texture on port 'start'");
         if (source.has_value())
             check_atlas(source->atlas, textured_mesh->mesh, "the map on port 'source'");
+        if (uvmaps.has_value())
+            check_atlas(uvmaps->atlas, textured_mesh->mesh, "the uv maps on port 'uvmaps'");
     }
 
     std::vector<View> wanted_views(RunContext& run) const
@@ -200,6 +216,27 @@ class EvaluatePainting final : public Stage
         result.emplace_back("texels_from_picture", use.texels);
     }
 
+    void measure_strokes(std::vector<Figure>& found, Value::Map& result, RunContext& run) const
+    {
+        const StrokeSize size =
+            stroke_size(*textured_mesh, on_white(style->pixels), *stroke_cm, uvmaps.has_value() ? &*uvmaps : nullptr, run);
+        result.emplace_back("swatches", size.swatches);
+        if (std::isfinite(size.stroke_cm))
+            found.push_back({"stroke_cm",
+                             size.stroke_cm,
+                             std::nullopt,
+                             {*stroke_cm * (1 - stroke_tolerance), *stroke_cm * (1 + stroke_tolerance)}});
+        else
+            run.warning(
+                fmt::format("the surface has only {} flat places as wide as five strokes of {} cm on one chart: the size of "
+                            "strokes is not measured",
+                            size.swatches, digits(*stroke_cm)));
+        if (uvmaps.has_value())
+            result.emplace_back("swatches_captured", size.captured);
+        if (std::isfinite(size.by_distance))
+            found.push_back({"size_by_distance", size.by_distance, std::nullopt, size_by_distance_wanted});
+    }
+
     void run(RunContext& run) override
     {
         check_inputs();
@@ -211,6 +248,8 @@ class EvaluatePainting final : public Stage
             measure_seams(found, result, run);
         if (source.has_value())
             measure_source(found, result);
+        if (*stroke_cm > 0)
+            measure_strokes(found, result, run);
 
         result.insert(result.begin(), {"figures", figures_value(found)});
         for (const Figure& figure : found)

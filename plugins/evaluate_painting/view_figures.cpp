@@ -31,24 +31,6 @@ double ratio(double value, double reference)
     return value == 0 ? 0 : value / reference;
 }
 
-/// The picture without its alpha, on white.
-Raster8 on_white(const Raster8& picture)
-{
-    if (picture.empty() || (picture.channels != 1 && picture.channels != 3 && picture.channels != 4))
-        throw Error(fmt::format("the picture on port 'style' is {} x {} with {} channels; expected 1 (gray), 3 (RGB) or 4 (RGBA)",
-                                picture.width, picture.height, picture.channels));
-    Raster8 rgb(picture.width, picture.height, 3);
-    for (std::size_t i = 0; i * 3 < rgb.values.size(); ++i)
-        for (std::size_t c = 0; c < 3; ++c)
-        {
-            const auto channels = static_cast<std::size_t>(picture.channels);
-            const int value = picture.values[i * channels + (channels == 1 ? 0 : c)];
-            const int alpha = channels == 4 ? picture.values[i * channels + 3] : 255;
-            rgb.values[i * 3 + c] = static_cast<std::uint8_t>((value * alpha + 255 * (255 - alpha) + 127) / 255);
-        }
-    return rgb;
-}
-
 RasterF style_lab(const Raster8& picture)
 {
     const int shorter = std::min(picture.width, picture.height);
@@ -105,6 +87,23 @@ double coherence(const RasterF& blurred_l, const Raster8& mask)
     return ratio(directed, all);
 }
 }  // namespace
+
+Raster8 on_white(const Raster8& picture)
+{
+    if (picture.empty() || (picture.channels != 1 && picture.channels != 3 && picture.channels != 4))
+        throw Error(fmt::format("the picture on port 'style' is {} x {} with {} channels; expected 1 (gray), 3 (RGB) or 4 (RGBA)",
+                                picture.width, picture.height, picture.channels));
+    Raster8 rgb(picture.width, picture.height, 3);
+    for (std::size_t i = 0; i * 3 < rgb.values.size(); ++i)
+        for (std::size_t c = 0; c < 3; ++c)
+        {
+            const auto channels = static_cast<std::size_t>(picture.channels);
+            const int value = picture.values[i * channels + (channels == 1 ? 0 : c)];
+            const int alpha = channels == 4 ? picture.values[i * channels + 3] : 255;
+            rgb.values[i * 3 + c] = static_cast<std::uint8_t>((value * alpha + 255 * (255 - alpha) + 127) / 255);
+        }
+    return rgb;
+}
 
 Raster8 covered_pixels(const Raster8& picture)
 {

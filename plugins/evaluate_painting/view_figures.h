@@ -27,6 +27,9 @@ struct Appearance
 /// `lab`: H x W x 3, `mask`: H x W. Without variation all are 0; chroma_noise is infinite where only a* and b* vary.
 Appearance appearance(const fresco::RasterF& lab, const fresco::Raster8& mask);
 
+/// The style picture as RGB: transparent parts are white. Throws Error unless it has 1, 3 or 4 channels.
+fresco::Raster8 on_white(const fresco::Raster8& picture);
+
 /// What is compared with: the painting, scaled to 256 px along its shorter side.
 struct StylePicture
 {

@@ -1,4 +1,5 @@
 #include "start_picture.h"
+#include "stroke_limits.h"
 #include "synthesis.h"
 
 #include <fresco/frames.h>
@@ -23,8 +24,10 @@ class TextureSynthesize final : public Stage
     Output<SourceMap> source{this, "source", "Where in the picture each texel comes from"};
 
     Option<int> size_px{this, "size_px", 0, range(0, 16384), "Texels per side of the texture; 0: as the atlas says"};
-    Option<double> stroke_cm{this, "stroke_cm", 3.5, range(0.1, 1000),
-                             "Width of the picture's brush strokes on the surface, whatever the texture size"};
+    Option<double> stroke_cm{
+        this, "stroke_cm", 3.5, range(0.1, 1000),
+        "Width of the picture's brush strokes on the surface, whatever the texture size: half the wavelength "
+        "of soft stripes; at least two texels, at most the length of the room"};
     Option<double> painterly{this, "painterly", 0.5, range(0, 1),
                              "0: keep what the start shows; 1: let the picture's own motifs take over"};
     Option<bool> recolor{this, "recolor", true, "First recolor the start with the picture's colors; false: it already has them"};
@@ -55,7 +58,8 @@ class TextureSynthesize final : public Stage
                 .texels = {.squares_of = "size_px"}};
     }
 
-    void check() const
+    /// Returns the texels per side to paint.
+    int check(RunContext& run) const
     {
         check_mesh(*mesh, "the mesh on port 'mesh'");
         if (mesh->texcoords.empty())
@@ -65,11 +69,14 @@ class TextureSynthesize final : public Stage
             throw Error(fmt::format("the style picture has {} channels; expected RGB", style->pixels.channels));
         if (*patch_px % 2 == 0)
             throw Error(fmt::format("option \"patch_px\" is {}; expected an odd number", *patch_px));
+        const int texels = painted_size_px(*size_px, mesh->texture_px, "the mesh on port 'mesh'", run);
+        synthesize::check_stroke_width(*mesh, *stroke_cm / 100, synthesize::mean_texel_m(*mesh, texels));
+        return texels;
     }
 
     void run(RunContext& run) override
     {
-        check();
+        const int texels = check(run);
         const synthesize::PaintedSurface surface(*mesh, run);
         const Vec3d upward = *up == "auto" ? geometry::found_up(*mesh, frames, run).direction : geometry::named_axis(*up);
         const synthesize::Upright upright = synthesize::upright(surface, vec_cast<float>(upward));
@@ -78,17 +85,16 @@ class TextureSynthesize final : public Stage
             picture.recolor(style->pixels);
         run.report("up", Value::List{double{upright.up.x}, double{upright.up.y}, double{upright.up.z}});
         run.report("unseen_share", 1 - static_cast<double>(picture.known_texels()) / static_cast<double>(picture.chart_texels()));
-        const synthesize::SynthesisOptions options{
-            .size_px = painted_size_px(*size_px, mesh->texture_px, "the mesh on port 'mesh'", run),
-            .stroke_m = *stroke_cm / 100,
-            .painterly = *painterly,
-            .completeness = *completeness,
-            .patch_px = *patch_px,
-            .levels_count = *levels_count,
-            .rounds_count = *rounds_count,
-            .seed = static_cast<std::uint32_t>(*seed),
-            .checkpoint_seconds = *checkpoint_seconds,
-            .preview_seconds = *preview_seconds};
+        const synthesize::SynthesisOptions options{.size_px = texels,
+                                                   .stroke_m = *stroke_cm / 100,
+                                                   .painterly = *painterly,
+                                                   .completeness = *completeness,
+                                                   .patch_px = *patch_px,
+                                                   .levels_count = *levels_count,
+                                                   .rounds_count = *rounds_count,
+                                                   .seed = static_cast<std::uint32_t>(*seed),
+                                                   .checkpoint_seconds = *checkpoint_seconds,
+                                                   .preview_seconds = *preview_seconds};
         const synthesize::Task task{surface, upright, style->pixels, [&](std::uint32_t chart, Vec2f uv, double footprint) {
                                         return picture.at(chart, uv, footprint);
                                     }};

@@ -1,17 +1,17 @@
 #include "synthesis.h"
 
 #include "checkpoint.h"
-#include "stroke_width.h"
+#include "stroke_limits.h"
 
 #include <fresco/error.h>
 #include <fresco/files_io.h>
+#include <fresco/images/stroke_width.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <fmt/format.h>
 #include <memory>
-#include <sstream>
 #include <string>
 
 namespace fresco::synthesize
@@ -20,35 +20,17 @@ namespace
 {
 
 constexpr double stroke_texels = 8;   // In the finest level.
-constexpr double finest_texel = 0.6;  // Levels with texels smaller than this share of the texture's are left out …
-constexpr double narrowest = 0.35;    // … and with the coarsest at less than this, strokes are too narrow for the texture.
+constexpr double finest_texel = 0.6;  // Levels with texels smaller than this share of the texture's are left out.
 constexpr int coarse_stride = 3;
 constexpr int fine_stride = 4;
 constexpr int preview_px = 512;
-
-/// The side of a texel on the surface, by the area of the charts.
-double texel_m(const PaintedSurface& surface, int size_px)
-{
-    double area = 0;
-    double uv_area = 0;
-    for (std::size_t f = 0; f < surface.mesh.triangles.size(); ++f)
-    {
-        const double uv_per_m = surface.uv_per_m[surface.charts.of_face[f]];
-        const double a = length(geometry::area_vector(surface.mesh, f));
-        area += a;
-        uv_area += a * uv_per_m * uv_per_m;
-    }
-    if (!(uv_area > 0))
-        throw Error("the charts of the mesh on port 'mesh' have no area: wire an atlas.* stage");
-    return std::sqrt(area / uv_area) / size_px;
-}
 
 class Synthesis
 {
   public:
     Synthesis(const Task& task, const SynthesisOptions& options, const ImageIo* images, RunContext& run)
         : task_(task), options_(options), images_(images), run_(run), stroke_px_(stroke_width_px(task.picture, run)),
-          texel_m_(texel_m(task.surface, options.size_px)), file_(run.checkpoint_folder() / "round.bin")
+          texel_m_(mean_texel_m(task.surface.mesh, options.size_px)), file_(run.checkpoint_folder() / "round.bin")
     {
     }
 
@@ -86,16 +68,7 @@ class Synthesis
 
     int finest_level() const
     {
-        const int coarsest = options_.levels_count - 1;
-        if (spacing_m(coarsest) < narrowest * texel_m_)
-        {
-            std::ostringstream what;
-            what << "strokes of " << options_.stroke_m * 100 << " cm are too narrow for texels of " << texel_m_ * 100
-                 << " cm: use a larger stroke_cm or size_px; if the mesh is not in meters, say so where it is read (scan.mesh: "
-                    "unit_m)";
-            throw Error(what.str());
-        }
-        int level = coarsest;
+        int level = options_.levels_count - 1;
         while (level > 0 && spacing_m(level - 1) >= finest_texel * texel_m_)
             --level;
         return level;

@@ -13,7 +13,7 @@ namespace fresco::synthesize
 struct SynthesisOptions
 {
     int size_px;          ///< Texels per side of the texture.
-    double stroke_m;      ///< How wide the picture's strokes are on the surface.
+    double stroke_m;      ///< How wide the picture's strokes (see stroke_width_px) are on the surface.
     double painterly;     ///< 0 … 1
     double completeness;  ///< See SearchOptions.
     int patch_px;         ///< Points along a patch, odd.
@@ -26,8 +26,7 @@ struct SynthesisOptions
 
 /// Paints a surface from coarse to fine: levels whose strokes are 8 texels wide and half as many, and then the texture. Levels
 /// finer than the texture are left out, so that a smaller texture is the same painting, stopped early. Goes on from a checkpoint
-/// of an interrupted run, with the same result. `images`: writes previews; may be null. Throws Error if the strokes would be
-/// narrower than about a texel, Canceled.
+/// of an interrupted run, with the same result. `images`: writes previews; may be null. Throws Canceled.
 Painting synthesize(const Task& task, const SynthesisOptions& options, const ImageIo* images, RunContext& run);
 
 }  // namespace fresco::synthesize

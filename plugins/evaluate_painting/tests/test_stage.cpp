@@ -7,10 +7,12 @@
 #include <fresco/frames.h>
 #include <fresco/source_map.h>
 #include <fresco/testing.h>
+#include <fresco/uv_maps.h>
 
 #include <catch2/catch.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <span>
 
@@ -265,4 +267,28 @@ TEST_CASE("a gray picture has no chroma to compare with")
     CHECK(result.at("figures").find("chroma_noise") == nullptr);
     CHECK(result.at("figures").find("strokes") != nullptr);
     CHECK(has_line(run, "warning: the picture on port 'style' is gray"));
+}
+
+TEST_CASE("the size of strokes is compared with the one asked for")
+{
+    const Recording recording;
+    const PaintedWall wall;
+    testing::TestRun run;
+    const testing::Inputs inputs{{"textured_mesh", wall.mesh}, {"style", recording.style}};
+    const Value found = recording.judge(Value::Map{{"stroke_cm", 4.0}}, inputs, run).at("figures").at("stroke_cm");
+    CHECK(found.at("at_least").as_double() == Approx(3.4));
+    CHECK(found.at("at_most").as_double() == Approx(4.6));
+    CHECK(std::isfinite(found.at("value").as_double()));
+    const Value wide = recording.judge(Value::Map{{"stroke_cm", 90.0}}, inputs, run);
+    CHECK(wide.at("figures").find("stroke_cm") == nullptr);
+    CHECK(has_line(run, "warning: the surface has only 0 flat places as wide as five strokes of 90 cm"));
+
+    const auto refused = [&](const Value& options, const testing::Inputs& given, const std::string& text)
+    { CHECK_THROWS_WITH(recording.judge(options, given, run), Catch::Contains(text)); };
+    refused(Value::Map{{"stroke_cm", 4.0}}, {{"textured_mesh", wall.mesh}}, "wire 'textured_mesh' and 'style'");
+    const auto maps = std::make_shared<UvMaps>();
+    refused(Value::Map{}, {{"textured_mesh", wall.mesh}, {"uvmaps", maps}}, "set option \"stroke_cm\"");
+    maps->atlas = "another";
+    refused(Value::Map{{"stroke_cm", 4.0}}, {{"textured_mesh", wall.mesh}, {"style", recording.style}, {"uvmaps", maps}},
+            "the uv maps on port 'uvmaps'");
 }

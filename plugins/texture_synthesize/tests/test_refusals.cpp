@@ -53,7 +53,21 @@ TEST_CASE("the stage says what it cannot use")
          {"style picture", "1 channels", "RGB"}},
         {"narrow strokes",
          [](Studio&, Value& o) { o.set("stroke_cm", 0.5); },
-         {"strokes of 0.5", "too narrow", "stroke_cm", "size_px"}},
+         {"strokes of 0.5 cm", "stroke_cm", "too narrow", "2.6 cm", "5.21 or more", "size_px"}},
+        {"strokes of less than two texels",
+         [](Studio&, Value& o) { o.set("stroke_cm", 5.2); },
+         {"strokes of 5.2 cm", "too narrow"}},
+        {"strokes wider than the room",
+         [](Studio&, Value& o) { o.set("stroke_cm", 201); },
+         {"strokes of 201 cm", "stroke_cm", "wider than the room", "200 cm long"}},
+        {"a mesh in kilometers",
+         [](Studio& s, Value&)
+         {
+             for (Vec3f& position : s.mesh.positions)
+                 position = position * 0.001F;
+             s.start.atlas.clear();
+         },
+         {"wider than the room", "unit_m"}},
         {"an even patch", [](Studio&, Value& o) { o.set("patch_px", 8); }, {"\"patch_px\" is 8", "odd"}},
         {"a patch too large", [](Studio&, Value& o) { o.set("patch_px", 33); }, {"patch_px"}},
         {"an atlas without area",

@@ -1,5 +1,6 @@
 #include "samples.h"
-#include "stroke_width.h"
+
+#include <fresco/images/stroke_width.h>
 
 #include <catch2/catch.hpp>
 

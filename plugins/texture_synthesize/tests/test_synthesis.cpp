@@ -1,9 +1,10 @@
 #include "plain_synthesis.h"
 #include "samples.h"
-#include "stroke_width.h"
+
 #include "synthesis.h"
 
 #include <fresco/error.h>
+#include <fresco/images/stroke_width.h>
 
 #include <catch2/catch.hpp>
 

@@ -1,4 +1,4 @@
-#include "stroke_width.h"
+#include <fresco/images/stroke_width.h>
 
 #include <fresco/images/lab.h>
 #include <fresco/parallel.h>
@@ -9,7 +9,7 @@
 #include <numbers>
 #include <vector>
 
-namespace fresco::synthesize
+namespace fresco
 {
 namespace
 {
@@ -51,7 +51,7 @@ RasterF blurred(const RasterF& gray, double sigma)
 }
 
 /// Luminance less its broad part, of mean 0.
-RasterF detail(const Raster8& rgb)
+RasterF fine_light(const Raster8& rgb)
 {
     const double scale = std::min(1.0, static_cast<double>(longest_side) / std::max(rgb.width, rgb.height));
     const RasterF lab = lab_picture(resized(rgb, std::max(1, static_cast<int>(std::lround(rgb.width * scale))),
@@ -99,7 +99,7 @@ double correlation(const RasterF& gray, int dx, int dy)
 
 double stroke_width_px(const Raster8& rgb, const Progress& progress)
 {
-    const RasterF gray = detail(rgb);
+    const RasterF gray = fine_light(rgb);
     const int reach = std::clamp(std::min(gray.width, gray.height) / 10, 2, 48);
     const int columns = 2 * reach + 1;
     // dy from 0 on; the other half is its mirror image.
@@ -151,4 +151,4 @@ double stroke_width_px(const Raster8& rgb, const Progress& progress)
     return std::max(2.0, 1.5 * 2 * least * enlarged);
 }
 
-}  // namespace fresco::synthesize
+}  // namespace fresco

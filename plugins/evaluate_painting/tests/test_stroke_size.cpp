@@ -1,0 +1,182 @@
+#include "pictures.h"
+#include "stroke_size.h"
+#include "two_chart_wall.h"
+
+#include <fresco/error.h>
+#include <fresco/images/stroke_width.h>
+#include <fresco/testing.h>
+#include <fresco/texturing/charts.h>
+#include <fresco/texturing/texel_faces.h>
+
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <functional>
+#include <numbers>
+
+using namespace fresco;
+using namespace pictures;
+
+namespace
+{
+constexpr double wave_px = 14;  // Of the picture's stripes: strokes of 7 pixels.
+
+Raster8 stripes()
+{
+    const Raster8 empty(160, 150, 3);
+    return changed(empty,
+                   [](int x, int y)
+                   {
+                       const double wave = std::sin(2 * std::numbers::pi * (0.8 * x + 0.6 * y) / wave_px);
+                       const auto value = static_cast<float>(0.5 + 0.35 * wave);
+                       return Vec3f{value, value, value};
+                   });
+}
+
+/// A wall whose left chart is twice as wide in the atlas as it should be, and so is denser than the right one.
+Mesh stretched_wall()
+{
+    Mesh mesh = two_chart_wall();
+    for (Vec2f& uv : mesh.texcoords)
+        uv = uv.x < 0.5F ? Vec2f{(uv.x - 0.1F) * 1.6F + 0.02F, (uv.y - 0.1F) * 0.8F + 0.1F} : Vec2f{uv.x, uv.y + 0.4F};
+    return mesh;
+}
+
+/// Colors from the place on the surface.
+TexturedMesh painted(Mesh mesh, int size, const std::function<Vec3f(Vec3f)>& paint)
+{
+    const auto charts = texturing::find_charts(mesh);
+    const auto faces = texturing::find_texel_faces(mesh, charts, size, Progress());
+    TexturedMesh result;
+    result.image.pixels = Raster8(size, size, 3);
+    for (int y = 0; y < size; ++y)
+        for (int x = 0; x < size; ++x)
+        {
+            const auto texel = static_cast<std::size_t>(y) * static_cast<std::size_t>(size) + static_cast<std::size_t>(x);
+            if (faces.covered(texel))
+                set_color(result.image.pixels, x, y, paint(texturing::texel_position(mesh, faces, texel)));
+        }
+    result.mesh = std::move(mesh);
+    return result;
+}
+
+/// Soft stripes `stroke_cm(place)` wide.
+TexturedMesh striped(int size, const std::function<double(Vec3f)>& stroke_cm)
+{
+    return painted(stretched_wall(), size,
+                   [&](Vec3f p)
+                   {
+                       const double wave =
+                           std::sin(std::numbers::pi * 100 * (0.3 * double{p.x} + 0.954 * double{p.y}) / stroke_cm(p));
+                       const auto value = static_cast<float>(0.5 + 0.3 * wave);
+                       return Vec3f{value, value * 0.9F, value * 0.8F};
+                   });
+}
+
+/// One view that sees all of the wall; its depth is a function of the place.
+std::shared_ptr<UvMaps> seen_from(const std::filesystem::path& folder, const std::function<float(Vec3f)>& depth)
+{
+    constexpr int size = 256;
+    const Mesh mesh = stretched_wall();
+    const auto charts = texturing::find_charts(mesh);
+    const auto faces = texturing::find_texel_faces(mesh, charts, size, Progress());
+    UvMap map{RasterF(size, size, 2), RasterF(size, size), RasterF(size, size), Raster8(size, size)};
+    for (int y = 0; y < size; ++y)
+        for (int x = 0; x < size; ++x)
+        {
+            const auto texel = static_cast<std::size_t>(y) * size + static_cast<std::size_t>(x);
+            if (!faces.covered(texel))
+                continue;
+            map.uv.at(x, y, 0) = (static_cast<float>(x) + 0.5F) / size;
+            map.uv.at(x, y, 1) = 1 - (static_cast<float>(y) + 0.5F) / size;
+            map.depth.at(x, y) = depth(texturing::texel_position(mesh, faces, texel));
+            map.cosine.at(x, y) = 1;
+            map.valid.at(x, y) = 1;
+        }
+    UvMaps maps;
+    maps.heights_px = {size};
+    UvMaps::View view;
+    view.sequence = "s";
+    view.frame = "f";
+    view.camera.intrinsics = {size, size, 200, 200, size / 2.0, size / 2.0};
+    view.valid_pixels = {std::count(map.valid.values.begin(), map.valid.values.end(), 1)};
+    maps.views.push_back(view);
+    UvMaps::write_map({folder, folder}, 0, size, map);
+    maps.save({folder, folder});
+    return UvMaps::load({folder, folder});
+}
+}  // namespace
+
+TEST_CASE("stripes have the width that they were drawn with, on any chart and at five sizes")
+{
+    const Progress progress;
+    for (const double stroke_cm : {2.5, 4.0, 6.0, 9.0, 13.0})
+    {
+        CAPTURE(stroke_cm);
+        const TexturedMesh wall = striped(512, [&](Vec3f) { return stroke_cm; });
+        const StrokeSize size = stroke_size(wall, stripes(), stroke_cm, nullptr, progress);
+        CHECK(size.swatches > 100);
+        CHECK(size.stroke_cm == Approx(stroke_cm).epsilon(0.04));
+        CHECK(std::isnan(size.by_distance));
+        if (stroke_cm != 6)
+            continue;
+        // Another size than was asked for is found out.
+        CHECK(stroke_size(wall, stripes(), stroke_cm * 1.3, nullptr, progress).stroke_cm < stroke_cm * 1.3 * 0.85);
+        CHECK(stroke_size(wall, stripes(), stroke_cm / 1.3, nullptr, progress).stroke_cm > stroke_cm / 1.3 * 1.15);
+    }
+}
+
+TEST_CASE("a painting laid on a wall has the strokes of the picture, at its scale")
+{
+    const Raster8 picture = painting(300, 300, 5);
+    testing::TestRun run;
+    const double stroke_px = stroke_width_px(picture, run);
+    for (const double stroke_cm : {3.0, 5.0})
+    {
+        CAPTURE(stroke_cm, stroke_px);
+        const TexturedMesh wall = painted(stretched_wall(), 1024,
+                                          [&](Vec3f p)
+                                          {
+                                              // To and fro, so that there is no seam.
+                                              const auto pixel = [&](float at)
+                                              {
+                                                  const int i = static_cast<int>(double{at} * 100 / stroke_cm * stroke_px) % 600;
+                                                  return i < 300 ? i : 599 - i;
+                                              };
+                                              return color_at(picture, pixel(p.x), pixel(p.y));
+                                          });
+        CHECK(stroke_size(wall, picture, stroke_cm, nullptr, run).stroke_cm == Approx(stroke_cm).epsilon(0.1));
+    }
+}
+
+TEST_CASE("strokes that grow with the distance from the cameras are told from equal ones")
+{
+    testing::TemporaryFolder folder;
+    const auto depth = [](Vec3f p) { return 1 + p.x; };
+    const auto maps = seen_from(folder.path(), depth);
+    const Progress progress;
+    const RasterF distances = capture_distances(*maps, 64, progress);
+    CHECK(distances.at(2, 20) == Approx(1.03).margin(0.05));
+    CHECK(distances.at(63, 63) == 0);
+    const StrokeSize equal = stroke_size(striped(512, [](Vec3f) { return 4; }), stripes(), 4, &*maps, progress);
+    CHECK(equal.captured > 100);
+    CHECK(std::abs(equal.by_distance) < 0.1);
+    const StrokeSize grown =
+        stroke_size(striped(512, [&](Vec3f p) { return p.x < 1 ? 3.4 : 4.6; }), stripes(), 4, &*maps, progress);
+    CHECK(grown.by_distance > 0.7);
+}
+
+TEST_CASE("sizes that cannot be measured are not")
+{
+    const Progress progress;
+    const TexturedMesh wall = striped(256, [](Vec3f) { return 4; });
+    CHECK(std::isnan(stroke_size(wall, stripes(), 30, nullptr, progress).stroke_cm));
+    CHECK_THROWS_WITH(stroke_size(wall, Raster8(90, 90, 3, 100), 4, nullptr, progress), Catch::Contains("of one color"));
+    const Raster8 small = changed(Raster8(9, 9, 3), [](int x, int) { return Vec3f{x % 4 < 2 ? 1.0F : 0.0F, 0, 0}; });
+    CHECK_THROWS_WITH(stroke_size(wall, small, 4, nullptr, progress), Catch::Contains("9 x 9: smaller than 5"));
+    testing::TestRun single(1);
+    testing::TestRun four(4);
+    CHECK(stroke_size(wall, stripes(), 4, nullptr, single).stroke_cm == stroke_size(wall, stripes(), 4, nullptr, four).stroke_cm);
+    four.cancel_after(3);
+    CHECK_THROWS_AS(stroke_size(wall, stripes(), 4, nullptr, four), Canceled);
+}

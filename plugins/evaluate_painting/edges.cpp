@@ -1,8 +1,7 @@
 #include "edges.h"
 
-#include "filters.h"
-
 #include <fresco/evaluation/statistics.h>
+#include <fresco/images/filters.h>
 #include <fresco/images/lab.h>
 
 #include <algorithm>

@@ -1,8 +1,7 @@
 #include "view_figures.h"
 
-#include "filters.h"
-
 #include <fresco/error.h>
+#include <fresco/images/filters.h>
 #include <fresco/images/lab.h>
 
 #include <algorithm>

@@ -10,7 +10,7 @@ namespace fresco::synthesize
 namespace
 {
 
-static_assert(sizeof(Vec3f) == 12 && sizeof(Match) == 12);
+static_assert(sizeof(Vec3f) == 12 && sizeof(Match) == 20);
 
 /// What the file begins with. Little-endian, as the rest.
 struct Header

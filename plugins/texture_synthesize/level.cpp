@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <string>
 
 namespace fresco::synthesize
@@ -47,8 +48,9 @@ void for_each_texel(const SurfaceGrid& grid, const Progress& progress, const Wor
 
 Level::Level(const Task& task, double spacing_m, double scale, const LevelOptions& options, const Progress& progress)
     : task_(task), options_(options), grid_(task.surface, spacing_m, progress),
-      patches_(task.surface, grid_, task.upright, options.side, options.stride, progress),
-      picture_(task.picture, scale, options.side, progress), start_(grid_.texels().size()), crowding_(picture_.key_count(), 1.0F)
+      patches_(task.surface, grid_, task.upright, options.side, options.stride, progress, task.lines),
+      picture_(task.picture, scale, options.side, progress, task.lines.empty() ? 0 : options.search.stroke_px),
+      start_(grid_.texels().size()), crowding_(picture_.key_count(), 1.0F)
 {
     for_each_texel(grid_, progress,
                    [&](std::size_t t)
@@ -105,8 +107,10 @@ void Level::resume(std::vector<Vec3f> colors, std::vector<Match> matches, std::v
     if (colors.size() != start_.size() || matches.size() != patches_.count() || crowding.size() != picture_.key_count())
         throw Error("it belongs to another surface or picture");
     const auto is_finite = [](Vec3f v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); };
-    const auto is_match = [&](const Match& match) {
-        return is_finite({match.at.x, match.at.y, match.distance}) && match.distance >= 0;
+    const auto is_match = [&](const Match& match)
+    {
+        return is_finite({match.at.x, match.at.y, match.distance}) && match.distance >= 0 &&
+               std::abs(length(match.turn) - 1) < 1e-3F;
     };
     if (!std::all_of(colors.begin(), colors.end(), is_finite) || !std::all_of(matches.begin(), matches.end(), is_match) ||
         !std::all_of(crowding.begin(), crowding.end(), [](float v) { return std::isfinite(v) && v >= 1; }))
@@ -114,6 +118,37 @@ void Level::resume(std::vector<Vec3f> colors, std::vector<Match> matches, std::v
     colors_ = std::move(colors);
     matches_ = std::move(matches);
     crowding_ = std::move(crowding);
+}
+
+double Level::direction_error_deg(const Progress& progress) const
+{
+    const int side = patches_.side();
+    std::vector<float> errors(patches_.count());
+    parallel_for(
+        errors.size(), 4096, progress.threads(),
+        [&](std::size_t begin, std::size_t end)
+        {
+            progress.check_canceled();
+            std::vector<Vec3f> samples(static_cast<std::size_t>(side) * static_cast<std::size_t>(side));
+            const auto light = [&](int x, int y)
+            { return samples[static_cast<std::size_t>(y) * static_cast<std::size_t>(side) + static_cast<std::size_t>(x)].x; };
+            for (std::size_t i = begin; i < end; ++i)
+            {
+                patches_.sample(grid_, colors_, i, samples.data());
+                Vec2f twice;
+                for (int y = 1; y + 1 < side; ++y)
+                    for (int x = 1; x + 1 < side; ++x)
+                    {
+                        const float across = light(x + 1, y) - light(x - 1, y);
+                        const float along = light(x, y + 1) - light(x, y - 1);
+                        twice = twice + Vec2f{along * along - across * across, -2 * across * along};
+                    }
+                errors[i] = std::abs(std::atan2(twice.y, twice.x)) / 2;
+            }
+        });
+    const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
+    std::nth_element(errors.begin(), middle, errors.end());
+    return double{*middle} * 180 / std::numbers::pi;
 }
 
 void Level::paint_round(const Progress& progress)

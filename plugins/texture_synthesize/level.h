@@ -9,6 +9,7 @@
 
 #include <functional>
 #include <optional>
+#include <span>
 #include <vector>
 
 namespace fresco::synthesize
@@ -22,6 +23,7 @@ struct Task
     const Raster8& picture;  ///< The style picture, RGB.
     /// The start's displayed RGB at a texcoord of a chart, averaged over about `footprint` in texcoords.
     std::function<Vec3f(std::uint32_t chart, Vec2f uv, double footprint)> start;
+    std::span<const Vec3f> lines = {};  ///< Per face which way strokes run, of either sign; empty: as they lie in the picture.
 };
 
 /// How one level is painted.
@@ -54,6 +56,10 @@ class Level
     void resume(std::vector<Vec3f> colors, std::vector<Match> matches, std::vector<float> crowding);
     /// One round: search, then votes.
     void paint_round(const Progress& progress);
+
+    /// The median angle (degrees) between the lines and the strokes as painted, by the structure tensor of L* over each patch.
+    /// \pre There are lines.
+    double direction_error_deg(const Progress& progress) const;
 
     /// What the patches say about a point of a chart near a texel, each color by `color(place in the level's picture)`.
     template <class Color>

@@ -44,20 +44,6 @@ Vec3f color_at(const Raster8& rgb, Vec2f at)
     return (top * (1 - fy) + bottom * fy) * (1 / 255.0F);
 }
 
-/// Which way u runs over a face, in meters per texcoord.
-Vec3f along_u(const Mesh& mesh, std::uint32_t face)
-{
-    const Vec2f* uv = &mesh.texcoords[3 * std::size_t{face}];
-    const Triangle& t = mesh.triangles[face];
-    const Vec2f a = uv[1] - uv[0];
-    const Vec2f b = uv[2] - uv[0];
-    const float area = cross(a, b);
-    if (area == 0)
-        return {};
-    return ((mesh.positions[t[1]] - mesh.positions[t[0]]) * b.y - (mesh.positions[t[2]] - mesh.positions[t[0]]) * a.y) *
-           (1 / area);
-}
-
 }  // namespace
 
 Painting paint(const Task& task, const Level& level, int size_px, Progress& progress)
@@ -120,12 +106,14 @@ Painting paint(const Task& task, const Level& level, int size_px, Progress& prog
         out[2] = color.z;
         result.texture.seen.at(x, y) = 1;
         const TangentFrame& frame = level.patches()[vote.patch].frame;
-        const Vec3f right = along_u(mesh, face);
-        const Vec2f at = level.matches()[vote.patch].at + vote.offset;
+        const Vec3f right = texcoord_axes(mesh, face).first;
+        const Match& match = level.matches()[vote.patch];
+        const Vec2f at = match.place(vote.offset);
+        const Vec2f in_picture = turned({dot(right, frame.right), dot(right, frame.down)}, match.turn);
         result.source.set_place(x, y,
                                 {{(at.x + 0.5F) * static_cast<float>(task.picture.width) / static_cast<float>(searched.width),
                                   (at.y + 0.5F) * static_cast<float>(task.picture.height) / static_cast<float>(searched.height)},
-                                 std::atan2(dot(right, frame.down), dot(right, frame.right))});
+                                 std::atan2(in_picture.y, in_picture.x)});
     };
     std::size_t rows_done = 0;
     constexpr int rows_per_step = 256;

@@ -116,6 +116,20 @@ PaintedSurface::PaintedSurface(const Mesh& of, const Progress& progress) : mesh(
         uv_per_m.push_back(area[c] > 0 ? std::sqrt(uv_area[c] / area[c]) : 0.0);
 }
 
+std::pair<Vec3f, Vec3f> texcoord_axes(const Mesh& mesh, std::size_t face)
+{
+    const Vec2f* uv = &mesh.texcoords[3 * face];
+    const Triangle& t = mesh.triangles[face];
+    const Vec2f a = uv[1] - uv[0];
+    const Vec2f b = uv[2] - uv[0];
+    const float area = cross(a, b);
+    if (area == 0)
+        return {};
+    const Vec3f first = mesh.positions[t[1]] - mesh.positions[t[0]];
+    const Vec3f second = mesh.positions[t[2]] - mesh.positions[t[0]];
+    return {(first * b.y - second * a.y) * (1 / area), (second * a.x - first * b.x) * (1 / area)};
+}
+
 Upright upright(const PaintedSurface& surface, Vec3f up)
 {
     const std::vector<double> areas = face_areas(surface.mesh);

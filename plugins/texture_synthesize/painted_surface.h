@@ -5,6 +5,7 @@
 #include <fresco/progress.h>
 #include <fresco/texturing/charts.h>
 
+#include <utility>
 #include <vector>
 
 namespace fresco::synthesize
@@ -35,6 +36,9 @@ struct PaintedSurface
     /// The mesh must have passed check_mesh and have texcoords. Throws Canceled.
     PaintedSurface(const Mesh& of, const Progress& progress);
 };
+
+/// Which way u and v run over a face, in meters per texcoord; zero for a face without area in the atlas.
+std::pair<Vec3f, Vec3f> texcoord_axes(const Mesh& mesh, std::size_t face);
 
 /// `ahead` is the horizontal direction that most of the surface faces along, from the area-weighted normals; the same for any
 /// order of the faces up to rounding.

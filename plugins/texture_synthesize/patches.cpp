@@ -16,6 +16,17 @@ namespace
 constexpr float reach_cosine = 0.64278761F;  // 50 degrees
 constexpr std::size_t patches_per_piece = 512;
 
+/// With its x axis along a line, in the direction that is nearer to its own.
+TangentFrame turned_along(const TangentFrame& frame, Vec3f line)
+{
+    const Vec3f flat = line - frame.out * dot(line, frame.out);
+    const float size = length(flat);
+    if (size < 1e-6F)
+        return frame;
+    const Vec3f right = flat * ((dot(flat, frame.right) < 0 ? -1 : 1) / size);
+    return {right, cross(right, frame.out), frame.out};
+}
+
 struct Bounds
 {
     float x0, x1, y0, y1;
@@ -244,12 +255,15 @@ class Patches::Walker
 };
 
 Patches::Patches(const PaintedSurface& surface, const SurfaceGrid& grid, const Upright& upright, int side, int stride,
-                 const Progress& progress)
+                 const Progress& progress, std::span<const Vec3f> lines)
     : side_(side)
 {
     const auto& texels = grid.texels();
-    const auto patch_at = [&](std::uint32_t texel) {
-        return Patch{texels[texel].position, frame_at(surface.normals[texels[texel].face], upright), texel};
+    const auto patch_at = [&](std::uint32_t texel)
+    {
+        const std::uint32_t face = texels[texel].face;
+        const TangentFrame frame = frame_at(surface.normals[face], upright);
+        return Patch{texels[texel].position, lines.empty() ? frame : turned_along(frame, lines[face]), texel};
     };
 
     for (std::uint32_t texel = 0; texel < texels.size(); ++texel)

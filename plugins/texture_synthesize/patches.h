@@ -36,10 +36,11 @@ class Patches
 {
   public:
     /// Patches of `side` x `side` points (odd, at most 31) on every `stride`-th texel of each chart's grid both ways, and
-    /// wherever a texel would have no patch's center within `stride` texels. The same for any number of threads. Throws
-    /// Canceled.
+    /// wherever a texel would have no patch's center within `stride` texels. Tops are up (see frame_at), or, with `lines` (one
+    /// per face, unit length), x axes run along these, turned by at most a right angle. The same for any number of threads.
+    /// Throws Canceled.
     Patches(const PaintedSurface& surface, const SurfaceGrid& grid, const Upright& upright, int side, int stride,
-            const Progress& progress);
+            const Progress& progress, std::span<const Vec3f> lines = {});
 
     int side() const { return side_; }
     std::size_t count() const { return patches_.size(); }

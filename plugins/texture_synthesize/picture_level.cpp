@@ -1,6 +1,7 @@
 #include "picture_level.h"
 
 #include <fresco/error.h>
+#include <fresco/images/filters.h>
 #include <fresco/images/lab.h>
 #include <fresco/matrix_multiply.h>
 
@@ -9,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <numbers>
 #include <string>
 
 namespace fresco::synthesize
@@ -19,9 +21,11 @@ namespace
 constexpr double least_key_step = 2;
 constexpr double least_variance = 1e-6;  // L*a*b*: of a picture that has any contrast.
 
-int count_along(int pixels, int side, double step)
+constexpr double direction_sigma = 0.5;  // Of a stroke's width: directions are averaged over a Gaussian.
+
+int count_along(int pixels, int border, double step)
 {
-    return 1 + static_cast<int>((pixels - side) / step);
+    return 1 + static_cast<int>((pixels - 2 * border - 1) / step);
 }
 
 bool is_of_one_color(const Raster8& rgb)
@@ -53,26 +57,29 @@ bool has_contrast(const RasterF& lab)
 
 }  // namespace
 
-PictureLevel::PictureLevel(const Raster8& rgb, double scale, int side, const Progress& progress) : scale_(scale), side_(side)
+PictureLevel::PictureLevel(const Raster8& rgb, double scale, int side, const Progress& progress, double stroke_px)
+    : scale_(scale), side_(side), border_(stroke_px > 0 ? static_cast<int>(std::ceil(side / 2 * std::numbers::sqrt2)) : side / 2)
 {
     if (is_of_one_color(rgb))
         refuse_one_color();
     const int width = std::max(1, static_cast<int>(std::lround(rgb.width * scale)));
     const int height = std::max(1, static_cast<int>(std::lround(rgb.height * scale)));
-    if (width < side || height < side)
+    if (const int least = 2 * border_ + 1; width < least || height < least)
         throw Error(fmt::format("the style picture is {}x{} pixels, {}x{} at the scale of the search: smaller than one patch of "
                                 "{} pixels; use a larger picture",
-                                rgb.width, rgb.height, width, height, side));
+                                rgb.width, rgb.height, width, height, least));
     lab_ = lab_picture(resized(rgb, width, height));
+    if (stroke_px > 0)
+        find_directions(stroke_px);
     if (!has_contrast(lab_))
         refuse_one_color();
     key_step_ = least_key_step;
-    while (static_cast<std::size_t>(count_along(width, side, key_step_)) *
-               static_cast<std::size_t>(count_along(height, side, key_step_)) >
+    while (static_cast<std::size_t>(count_along(width, border_, key_step_)) *
+               static_cast<std::size_t>(count_along(height, border_, key_step_)) >
            most_keys)
         key_step_ += 0.125;
-    columns_ = count_along(width, side, key_step_);
-    rows_ = count_along(height, side, key_step_);
+    columns_ = count_along(width, border_, key_step_);
+    rows_ = count_along(height, border_, key_step_);
     make_basis(progress);
 }
 
@@ -87,10 +94,15 @@ void PictureLevel::make_basis(const Progress& progress)
     for (std::size_t i = 0; i < count; ++i)
     {
         const Vec2f at = key(i);
-        const float* row = patch(static_cast<int>(at.x), static_cast<int>(at.y));
         float* out = &patches[i * values];
-        for (int y = 0; y < side_; ++y, row += picture_row, out += row_values)
-            std::copy(row, row + row_values, out);
+        if (is_directed())
+            turned_patch(at, direction(at).along, out);
+        else
+        {
+            const float* row = patch(static_cast<int>(at.x), static_cast<int>(at.y));
+            for (int y = 0; y < side_; ++y, row += picture_row, out += row_values)
+                std::copy(row, row + row_values, out);
+        }
         for (std::size_t v = 0; v < values; ++v)
             sum[v] += static_cast<double>(patches[i * values + v]);
     }
@@ -129,18 +141,16 @@ Vec2f PictureLevel::key(std::size_t number) const
 {
     const std::size_t column = number % static_cast<std::size_t>(columns_);
     const std::size_t row = number / static_cast<std::size_t>(columns_);
-    const int half = side_ / 2;
-    return {static_cast<float>(half + std::lround(static_cast<double>(column) * key_step_)),
-            static_cast<float>(half + std::lround(static_cast<double>(row) * key_step_))};
+    return {static_cast<float>(border_ + std::lround(static_cast<double>(column) * key_step_)),
+            static_cast<float>(border_ + std::lround(static_cast<double>(row) * key_step_))};
 }
 
 std::size_t PictureLevel::key_near(Vec2f at) const
 {
     // Keys are at whole pixels, so that the next one may be nearer than the step says.
-    const int half = side_ / 2;
-    const auto index = [this, half](float along, int count)
+    const auto index = [this](float along, int count)
     {
-        const double place = static_cast<double>(along) - half;
+        const double place = static_cast<double>(along) - border_;
         const auto away = [&](int i) { return std::abs(static_cast<double>(std::lround(i * key_step_)) - place); };
         int best = std::clamp(static_cast<int>(std::lround(place / key_step_)), 0, count - 1);
         for (const int other : {best - 1, best + 1})
@@ -170,10 +180,69 @@ void PictureLevel::project(const float* patches, std::size_t rows, float* featur
 
 Vec2f PictureLevel::inside(Vec2f at) const
 {
-    const int border = side_ / 2;
-    const auto half = static_cast<float>(border);
+    const auto half = static_cast<float>(border_);
     return {std::clamp(at.x, half, static_cast<float>(lab_.width - 1) - half),
             std::clamp(at.y, half, static_cast<float>(lab_.height - 1) - half)};
+}
+
+void PictureLevel::find_directions(double stroke_px)
+{
+    const Gradient slope = sobel(blurred(channel(lab_, 0), 1));
+    RasterF products(lab_.width, lab_.height, 3);
+    for (std::size_t i = 0; i < slope.x.values.size(); ++i)
+    {
+        const float x = slope.x.values[i];
+        const float y = slope.y.values[i];
+        products.values[3 * i] = y * y - x * x;
+        products.values[3 * i + 1] = -2 * x * y;
+        products.values[3 * i + 2] = x * x + y * y;
+    }
+    const RasterF means = blurred(products, std::max(1.0, direction_sigma * stroke_px));
+    directions_ = RasterF(lab_.width, lab_.height, 2);
+    for (std::size_t i = 0; i < slope.x.values.size(); ++i)
+        for (std::size_t c = 0; c < 2; ++c)
+            directions_.values[2 * i + c] = means.values[3 * i + c] / std::max(means.values[3 * i + 2], 1e-6F);
+}
+
+PictureLevel::Direction PictureLevel::direction(Vec2f at) const
+{
+    const int x = std::clamp(static_cast<int>(std::lround(at.x)), 0, directions_.width - 1);
+    const int y = std::clamp(static_cast<int>(std::lround(at.y)), 0, directions_.height - 1);
+    const float* twice = &directions_.at(x, y);
+    const float angle = std::atan2(twice[1], twice[0]) / 2;
+    return {{std::cos(angle), std::sin(angle)}, std::min(std::hypot(twice[0], twice[1]), 1.0F)};
+}
+
+float PictureLevel::misalignment(Vec2f at, Vec2f turn) const
+{
+    const int x = std::clamp(static_cast<int>(std::lround(at.x)), 0, directions_.width - 1);
+    const int y = std::clamp(static_cast<int>(std::lround(at.y)), 0, directions_.height - 1);
+    const float* twice = &directions_.at(x, y);
+    const float in_line = twice[0] * (turn.x * turn.x - turn.y * turn.y) + twice[1] * 2 * turn.x * turn.y;
+    return (std::hypot(twice[0], twice[1]) - in_line) / 2;
+}
+
+void PictureLevel::turned_patch(Vec2f at, Vec2f turn, float* values) const
+{
+    const auto half = static_cast<float>(side_ / 2);
+    const auto right = static_cast<float>(lab_.width - 1);
+    const auto bottom = static_cast<float>(lab_.height - 1);
+    const std::size_t row = 3 * static_cast<std::size_t>(lab_.width);
+    for (int j = 0; j < side_; ++j)
+        for (int i = 0; i < side_; ++i, values += 3)
+        {
+            const Vec2f p = at + turned({static_cast<float>(i) - half, static_cast<float>(j) - half}, turn);
+            const float x = std::clamp(p.x, 0.0F, right);
+            const float y = std::clamp(p.y, 0.0F, bottom);
+            const int x0 = std::min(static_cast<int>(x), lab_.width - 2);
+            const int y0 = std::min(static_cast<int>(y), lab_.height - 2);
+            const float fx = x - static_cast<float>(x0);
+            const float fy = y - static_cast<float>(y0);
+            const float* a = &lab_.at(x0, y0);
+            const float* b = a + row;
+            for (std::size_t c = 0; c < 3; ++c)
+                values[c] = (a[c] * (1 - fx) + a[c + 3] * fx) * (1 - fy) + (b[c] * (1 - fx) + b[c + 3] * fx) * fy;
+        }
 }
 
 Vec3f PictureLevel::color(Vec2f at) const

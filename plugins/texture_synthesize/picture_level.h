@@ -12,6 +12,12 @@ namespace fresco::synthesize
 
 /// The style picture at one size, and the patches of it that are looked for. Positions are in its pixels, with pixel centers at
 /// whole numbers.
+/// A vector turned as the x axis is by `turn`, of unit length.
+inline Vec2f turned(Vec2f v, Vec2f turn)
+{
+    return {v.x * turn.x - v.y * turn.y, v.x * turn.y + v.y * turn.x};
+}
+
 class PictureLevel
 {
   public:
@@ -19,8 +25,10 @@ class PictureLevel
     static constexpr std::size_t most_features = 48;
 
     /// `scale`: this picture's pixels along a pixel of `rgb`. `side`: of a patch, odd. Keys are patches on a regular grid, every
-    /// second pixel or as many as most_keys allows. Throws Error for a picture smaller than a patch, or without any contrast.
-    PictureLevel(const Raster8& rgb, double scale, int side, const Progress& progress);
+    /// second pixel or as many as most_keys allows. `stroke_px`: turns every key so that strokes, which are this wide in this
+    /// picture, run along its x axis; 0: keys are not turned. Throws Error for a picture smaller than a patch, or without any
+    /// contrast.
+    PictureLevel(const Raster8& rgb, double scale, int side, const Progress& progress, double stroke_px = 0);
 
     double scale() const { return scale_; }
     int side() const { return side_; }
@@ -34,6 +42,17 @@ class PictureLevel
     /// Half of the way from one key to the next, in whole pixels.
     int key_reach() const;
 
+    bool is_directed() const { return !directions_.empty(); }
+    /// The direction of the strokes at a place, of either sign, and how clear it is. \pre is_directed()
+    struct Direction
+    {
+        Vec2f along;          ///< Unit length, x >= 0.
+        float coherence = 0;  ///< 0..1
+    };
+    Direction direction(Vec2f at) const;
+    /// How far strokes at a place are out of line with `turn`: 0, or up to 1 where they are clearly across. \pre is_directed()
+    float misalignment(Vec2f at, Vec2f turn) const;
+
     /// Principal components of the keys: what a patch's values (L*a*b*, side² x 3) come to, `rows` patches one after another.
     std::size_t feature_count() const { return features_; }
     void project(const float* patches, std::size_t rows, float* features) const;
@@ -46,13 +65,18 @@ class PictureLevel
     Vec3f color(Vec2f at) const;
     /// The values of the patch around a whole pixel begin here; rows are lab().width * 3 apart.
     const float* patch(int x, int y) const { return &lab_.at(x - side_ / 2, y - side_ / 2); }
+    /// The values of the patch around any place whose x axis runs along `turn`, bilinear: side² x 3.
+    void turned_patch(Vec2f at, Vec2f turn, float* values) const;
 
   private:
+    void find_directions(double stroke_px);
     void make_basis(const Progress& progress);
 
     double scale_;
     int side_;
     RasterF lab_;
+    int border_;          ///< From a patch's center to its farthest point along x or y, however it is turned.
+    RasterF directions_;  ///< Per pixel the structure tensor's cos and sin of twice the angle along strokes, times coherence.
     int columns_ = 0;
     int rows_ = 0;
     double key_step_ = 1;

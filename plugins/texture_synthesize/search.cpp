@@ -25,6 +25,8 @@ constexpr float coherence_factor = 2;
 constexpr float coherence_tolerance = 15;  // L*a*b*² per value
 /// A place so far beyond the picture's border does not continue a neighbor's: moved inside, it would only repeat it.
 constexpr float beyond_border = 2;  // pixels
+/// Of strokes that run across the direction that they should have.
+constexpr float misalignment_cost = 600;  // L*a*b*² per value
 
 class Search
 {
@@ -121,8 +123,10 @@ class Search
         return matches;
     }
 
-    float distance(const float* patch, Vec2f at) const
+    float distance(const float* patch, Vec2f at, Vec2f turn) const
     {
+        if (picture_.is_directed())
+            return turned_distance(patch, at, turn);
         const int x = static_cast<int>(std::lround(at.x));
         const int y = static_cast<int>(std::lround(at.y));
         const auto side = static_cast<std::size_t>(picture_.side());
@@ -131,23 +135,34 @@ class Search
         return sum / static_cast<float>(values_);
     }
 
-    float score(std::size_t patch, float distance, Vec2f at) const
+    float turned_distance(const float* patch, Vec2f at, Vec2f turn) const
+    {
+        thread_local std::vector<float> found;
+        found.resize(values_);
+        picture_.turned_patch(at, turn, found.data());
+        const auto side = static_cast<std::size_t>(picture_.side());
+        return patch_kernel().squared_distance(patch, found.data(), 3 * side, side, 3 * side) / static_cast<float>(values_);
+    }
+
+    float score(std::size_t patch, float distance, Vec2f at, Vec2f turn) const
     {
         const std::size_t key = picture_.key_near(at);
-        return weights_[key] * (distance + lift_) + variety_.preference(patch, key);
+        const float cost = weights_[key] * (distance + lift_) + variety_.preference(patch, key);
+        return picture_.is_directed() ? cost + misalignment_cost * picture_.misalignment(at, turn) : cost;
     }
 
     /// The best whole position between a key and the next ones.
     Match refined(const float* patch, Vec2f key) const
     {
-        Match best{key, distance(patch, key)};
+        const Vec2f turn = picture_.is_directed() ? picture_.direction(key).along : Vec2f{1, 0};
+        Match best{key, distance(patch, key, turn), turn};
         const int reach = picture_.key_reach();
         for (int y = -reach; y <= reach; ++y)
             for (int x = -reach; x <= reach; ++x)
             {
                 const Vec2f at = picture_.inside(key + Vec2f{static_cast<float>(x), static_cast<float>(y)});
-                if (const float away = distance(patch, at); away < best.distance)
-                    best = {at, away};
+                if (const float away = distance(patch, at, turn); away < best.distance)
+                    best = {at, away, turn};
             }
         return best;
     }
@@ -185,23 +200,35 @@ class Search
                     const std::vector<char>& sources) const
     {
         Match best = matches[patch];
-        float least = score(patch, (best.distance + coherence_tolerance + lift_) * coherence_factor - lift_, best.at);
+        float least = score(patch, (best.distance + coherence_tolerance + lift_) * coherence_factor - lift_, best.at, best.turn);
         for (const Cover& cover : patches_.covers(patches_[patch].texel))
         {
             if (cover.patch == patch || sources[cover.patch] == 0)
                 continue;
-            const Vec2f beyond = matches[cover.patch].at + cover.offset();
+            const Match& source = matches[cover.patch];
+            const Vec2f beyond = source.place(cover.offset());
             const Vec2f at = picture_.inside(beyond);
             if (length(at - beyond) >= beyond_border)
                 continue;
-            const float away = distance(patch_values, at);
-            if (const float found = score(patch, away, at); found < least)
+            const Vec2f turn = picture_.is_directed() ? turned(axis_in(cover.patch, patch), source.turn) : source.turn;
+            const float away = distance(patch_values, at, turn);
+            if (const float found = score(patch, away, at, turn); found < least)
             {
                 least = found;
-                best = {at, away};
+                best = {at, away, turn};
             }
         }
         return best;
+    }
+
+    /// Which way a patch's x axis runs in the plane of another, unit length.
+    Vec2f axis_in(std::size_t other, std::size_t patch) const
+    {
+        const TangentFrame& frame = patches_[other].frame;
+        const Vec3f right = patches_[patch].frame.right;
+        const Vec2f axis{dot(right, frame.right), dot(right, frame.down)};
+        const float size = length(axis);
+        return size > 0 ? axis * (1 / size) : Vec2f{1, 0};
     }
 
     const Patches& patches_;

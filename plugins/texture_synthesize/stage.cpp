@@ -1,3 +1,4 @@
+#include "line_field.h"
 #include "start_picture.h"
 #include "stroke_limits.h"
 #include "synthesis.h"
@@ -9,16 +10,22 @@
 
 #include <fmt/format.h>
 #include <string>
+#include <vector>
 
 using namespace fresco;
 
 namespace
 {
+constexpr double curved_strokes = 4;  // A radius of so many strokes' width is curved clearly.
+constexpr double smooth_strokes = 2;  // Directions are smoothed over so many.
+
 class TextureSynthesize final : public Stage
 {
     Input<Mesh> mesh{this, "mesh", "The mesh with its atlas"};
     Input<Texture> start{this, "start", "The texture to paint over, in the same atlas: usually a photographic one"};
     Input<Image> style{this, "style", "The picture whose brush strokes are copied"};
+    Input<Texture> lines{this, "lines", optional,
+                         "A texture with lines drawn along which strokes run, in the same atlas, of any size"};
     Input<Frames> frames{this, "frames", optional, "Frames whose cameras show which way is up"};
     Output<Texture> texture{this, "texture", "The painted texture"};
     Output<SourceMap> source{this, "source", "Where in the picture each texel comes from"};
@@ -30,6 +37,10 @@ class TextureSynthesize final : public Stage
         "of soft stripes; at least two texels, at most the length of the room"};
     Option<double> painterly{this, "painterly", 0.5, range(0, 1),
                              "0: keep what the start shows; 1: let the picture's own motifs take over"};
+    Option<std::string> direction{
+        this, "direction", "none", one_of({"none", "gravity", "curvature", "drawn"}),
+        "Turns strokes to run down walls and slopes (gravity), along edges and pipes (curvature) or along "
+        "the lines on port 'lines' (drawn); none: as they lie in the picture"};
     Option<bool> recolor{this, "recolor", true, "First recolor the start with the picture's colors; false: it already has them"};
     Option<double> completeness{this, "completeness", 2.0, range(0.01, 1000),
                                 "Smaller values use all parts of the picture more evenly"};
@@ -65,6 +76,14 @@ class TextureSynthesize final : public Stage
         if (mesh->texcoords.empty())
             throw Error("the mesh on port 'mesh' has no texcoords: wire the atlas.* stage that the start was made with");
         check_atlas(start->atlas, *mesh, "the texture on port 'start'");
+        if (lines.has_value() != (*direction == "drawn"))
+            throw Error(lines.has_value()
+                            ? fmt::format("option \"direction\" is \"{}\", so that the lines on port 'lines' are not used: "
+                                          "set it to \"drawn\", or leave the port unwired",
+                                          *direction)
+                            : std::string("option \"direction\" is \"drawn\": wire port 'lines' to a texture with lines"));
+        if (lines.has_value())
+            check_atlas(lines->atlas, *mesh, "the texture on port 'lines'");
         if (style->pixels.channels != 3)
             throw Error(fmt::format("the style picture has {} channels; expected RGB", style->pixels.channels));
         if (*patch_px % 2 == 0)
@@ -72,6 +91,20 @@ class TextureSynthesize final : public Stage
         const int texels = painted_size_px(*size_px, mesh->texture_px, "the mesh on port 'mesh'", run);
         synthesize::check_stroke_width(*mesh, *stroke_cm / 100, synthesize::mean_texel_m(*mesh, texels));
         return texels;
+    }
+
+    /// Per face; none where strokes are not turned.
+    std::vector<Vec3f> stroke_lines(const synthesize::PaintedSurface& surface, const synthesize::Upright& upright,
+                                    const Progress& progress) const
+    {
+        if (*direction == "none")
+            return {};
+        const double stroke_m = *stroke_cm / 100;
+        const synthesize::LineHints hints(surface, upright);
+        return hints.smoothed(*direction == "gravity"     ? hints.gravity()
+                              : *direction == "curvature" ? hints.curvature(curved_strokes * stroke_m)
+                                                          : hints.drawn(*lines, progress),
+                              smooth_strokes * stroke_m, progress);
     }
 
     void run(RunContext& run) override
@@ -95,9 +128,10 @@ class TextureSynthesize final : public Stage
                                                    .seed = static_cast<std::uint32_t>(*seed),
                                                    .checkpoint_seconds = *checkpoint_seconds,
                                                    .preview_seconds = *preview_seconds};
-        const synthesize::Task task{surface, upright, style->pixels, [&](std::uint32_t chart, Vec2f uv, double footprint) {
-                                        return picture.at(chart, uv, footprint);
-                                    }};
+        const std::vector<Vec3f> directions = stroke_lines(surface, upright, run);
+        const synthesize::Task task{
+            surface, upright, style->pixels,
+            [&](std::uint32_t chart, Vec2f uv, double footprint) { return picture.at(chart, uv, footprint); }, directions};
         synthesize::Painting painting =
             synthesize::synthesize(task, options, images.has_value() ? images.get().get() : nullptr, run);
         texture = std::move(painting.texture);

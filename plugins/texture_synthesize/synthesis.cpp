@@ -57,6 +57,8 @@ class Synthesis
             paint_rounds(*level, number, 0, finest);
         }
         report(*level, finest);
+        if (!task_.lines.empty())
+            run_.report("direction_error_deg", level->direction_error_deg(run_));
         return paint(task_, *level, options_.size_px, run_);
     }
 

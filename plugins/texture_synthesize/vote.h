@@ -36,7 +36,7 @@ Vote vote(std::span<const Cover> covers, std::span<const Match> matches, int sid
         const float weight = vote_weight(offset, static_cast<float>(side), match.distance);
         if (weight <= 0 && most >= 0)
             continue;
-        const Vec3f own = color(match.at + offset);
+        const Vec3f own = color(match.place(offset));
         sum += own * weight;
         total += weight;
         if (weight > most)

@@ -272,7 +272,7 @@ def uv_map():
 
 
 def checkpoint():
-    return struct.pack("<qqQQQ", 2, 3, 2, 1, 2) + floats(1, 2, 3, 4, 5, 6) + bytes(12) + floats(0.5, 0.25)
+    return struct.pack("<qqQQQ", 2, 3, 2, 1, 2) + floats(1, 2, 3, 4, 5, 6) + bytes(20) + floats(0.5, 0.25)
 
 
 write("ply", "good_little.ply", ply("little", "<"))

@@ -1,9 +1,9 @@
 #include "edges.h"
-#include "filters.h"
 #include "pictures.h"
 #include "view_figures.h"
 
 #include <fresco/error.h>
+#include <fresco/images/filters.h>
 
 #include <catch2/catch.hpp>
 

@@ -55,6 +55,7 @@ struct Studio
     Texture start = start_of(mesh, 96, [](Vec2f uv) { return Vec3f{0.2F + 0.5F * uv.x, 0.3F + uv.y, 0.6F - uv.y}; });
     Raster8 picture = brush_picture(96, 80, 21);
     std::shared_ptr<Frames> frames;
+    std::shared_ptr<Texture> lines;
 
     /// Strokes of 16 cm; levels of 4 and 2 cm a texel. Small patches: fast.
     static Value options(Value::Map more = {})
@@ -73,6 +74,8 @@ struct Studio
                                {"style", std::make_shared<Image>(picture)}};
         if (frames)
             inputs["frames"] = frames;
+        if (lines)
+            inputs["lines"] = lines;
         testing::run_stage(FRESCO_PLUGIN_FILE, "texture.synthesize", options, inputs, out.path(), run,
                            {{"images", std::make_shared<stored_png::Codec>()}});
         Painted result;

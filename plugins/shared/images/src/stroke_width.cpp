@@ -20,7 +20,7 @@ constexpr int steps_per_pixel = 8;
 constexpr double broad_share = 1.0 / 24;  // Of the shorter side: sigma of what counts as background.
 
 /// Gaussian blur, borders repeated.
-RasterF blurred(const RasterF& gray, double sigma)
+RasterF smoothed(const RasterF& gray, double sigma)
 {
     const int radius = std::max(1, static_cast<int>(std::ceil(3 * sigma)));
     std::vector<double> weights;
@@ -59,7 +59,7 @@ RasterF fine_light(const Raster8& rgb)
     RasterF gray(lab.width, lab.height);
     for (std::size_t i = 0; i < gray.values.size(); ++i)
         gray.values[i] = lab.values[3 * i];
-    const RasterF broad = blurred(gray, std::max(1.0, broad_share * std::min(gray.width, gray.height)));
+    const RasterF broad = smoothed(gray, std::max(1.0, broad_share * std::min(gray.width, gray.height)));
     double mean = 0;
     for (std::size_t i = 0; i < gray.values.size(); ++i)
         mean += static_cast<double>(gray.values[i] -= broad.values[i]);

@@ -1,5 +1,4 @@
-#include "filters.h"
-
+#include <fresco/images/filters.h>
 #include <fresco/random.h>
 
 #include <catch2/catch.hpp>

@@ -4,19 +4,24 @@
 
 /// \file Filters of pictures. Beyond its border a picture goes on mirrored, the outermost pixel not repeated.
 
+namespace fresco
+{
+
 /// Gaussian blur of each channel; `sigma_px` > 0. The kernel reaches 4 sigma to either side and sums to 1.
-fresco::RasterF blurred(const fresco::RasterF& picture, double sigma_px);
+RasterF blurred(const RasterF& picture, double sigma_px);
 
 /// Sobel's derivatives of a picture of one channel, 8 times the slope per pixel.
 struct Gradient
 {
-    fresco::RasterF x;
-    fresco::RasterF y;
+    RasterF x;
+    RasterF y;
 };
-Gradient sobel(const fresco::RasterF& plane);
+Gradient sobel(const RasterF& plane);
 
 /// 1 where every pixel of the picture within `radius_px` along both axes (a square) is set, else 0. Beyond the border all are.
-fresco::Raster8 eroded(const fresco::Raster8& mask, int radius_px);
+Raster8 eroded(const Raster8& mask, int radius_px);
 
 /// One channel of a picture.
-fresco::RasterF channel(const fresco::RasterF& picture, int index);
+RasterF channel(const RasterF& picture, int index);
+
+}  // namespace fresco

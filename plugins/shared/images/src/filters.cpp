@@ -1,11 +1,12 @@
-#include "filters.h"
+#include <fresco/images/filters.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <vector>
 
-using namespace fresco;
+namespace fresco
+{
 
 namespace
 {
@@ -123,3 +124,5 @@ RasterF channel(const RasterF& picture, int index)
         result.values[i] = picture.values[i * static_cast<std::size_t>(picture.channels) + static_cast<std::size_t>(index)];
     return result;
 }
+
+}  // namespace fresco

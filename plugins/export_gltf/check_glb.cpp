@@ -49,6 +49,7 @@ GlbErrors check_glb(const GlbModel& model, const WeldedMesh& mesh, const std::ve
     expect_written(model.positions.size() == mesh.positions.size(), "the number of vertices differs");
     expect_written(model.normals.empty() == (options.material == GltfMaterial::unlit),
                    "normals present with unlit, or missing with pbr");
+    expect_written(model.origin == options.origin, "asset.extras differs");
     check_triangles(model.indices, mesh.indices, options.compress);
 
     // Half a step, and the rounding of this comparison itself.

@@ -1,5 +1,6 @@
 #include "glb.h"
 
+#include "glb_parts.h"
 #include "meshopt_compression.h"
 #include "quantized_mesh.h"
 
@@ -21,7 +22,7 @@ using fresco::texturing::WeldedMesh;
 
 namespace
 {
-constexpr std::size_t largest_file = std::numeric_limits<std::uint32_t>::max() - 65536;  // leaves room for the JSON part
+constexpr std::size_t largest_file = std::numeric_limits<std::uint32_t>::max() - (1U << 20U);  // leaves room for the JSON part
 
 /// Restarts strips in graphics hardware: no vertex has this number.
 constexpr std::size_t restart_index = 65535;
@@ -185,6 +186,14 @@ void add_material(tinygltf::Model& model, const std::vector<std::byte>& image, c
     sampler.minFilter = TINYGLTF_TEXTURE_FILTER_LINEAR_MIPMAP_LINEAR;
     sampler.wrapS = sampler.wrapT = TINYGLTF_TEXTURE_WRAP_CLAMP_TO_EDGE;
 }
+
+/// tinygltf's extras have neither whole numbers of 64 bits nor empty lists and maps.
+std::string with_origin(std::string_view glb, const Value& origin)
+{
+    GlbParts parts = parts_of(glb);
+    parts.document.find("asset")->set("extras", origin);
+    return assembled(parts.document, parts.binary);
+}
 }  // namespace
 
 std::string make_glb(const WeldedMesh& mesh, const std::vector<std::byte>& image, const GlbOptions& options)
@@ -216,6 +225,8 @@ std::string make_glb(const WeldedMesh& mesh, const std::vector<std::byte>& image
         primitive.attributes["COLOR_0"] = add_colors(model, mesh);
     add_nodes(model, options.turn, options.quantize ? &steps : nullptr);
     add_material(model, image, options);
-    const std::string glb = gltf::written_glb(model);
-    return options.compress ? compressed_glb(glb) : glb;
+    std::string glb = gltf::written_glb(model);
+    if (options.compress)
+        glb = compressed_glb(glb);
+    return options.origin.as_map().empty() ? glb : with_origin(glb, options.origin);
 }

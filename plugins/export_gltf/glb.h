@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fresco/texturing/welded_mesh.h>
+#include <fresco/value.h>
 
 #include <array>
 #include <cstddef>
@@ -23,6 +24,7 @@ struct GlbOptions
     std::string image_type;      ///< MIME type of the picture's bytes.
     bool quantize;               ///< KHR_mesh_quantization, see quantized_mesh.h.
     bool compress;               ///< EXT_meshopt_compression; the mesh should be in the order of order_for_compression.
+    fresco::Value origin{fresco::Value::Map{}};  ///< asset.extras; empty: none.
 };
 
 /// A binary glTF 2.0 file of one mesh, with one picture unless `image` is empty. glTF's v runs downwards: 1 - v is written.

@@ -1,5 +1,7 @@
 #include "meshopt_compression.h"
 
+#include "glb_parts.h"
+
 #include <fresco/error.h>
 #include <fresco/gltf/gltf_file.h>
 #include <fresco/value.h>
@@ -101,31 +103,6 @@ std::string decoded(std::string_view stream, const Value& compressed, const std:
         throw Error(fmt::format("{}a compressed stream of {} bytes does not hold {} {} of {} bytes", place, stream.size(), count,
                                 is_rows ? "rows" : "indices", stride));
     return result;
-}
-
-struct Parts
-{
-    Value document;
-    std::string_view binary;
-};
-
-Parts parts_of(std::string_view glb)
-{
-    const auto chunks = gltf::chunks_of(std::as_bytes(std::span(glb)));
-    return {parse_json(chunks.json, "JSON"), {reinterpret_cast<const char*>(chunks.binary.data()), chunks.binary.size()}};
-}
-
-std::string assembled(const Value& document, const std::string& binary)
-{
-    std::string json = to_json(document);
-    json.resize((json.size() + 3) / 4 * 4, ' ');
-    const auto words = [](auto... numbers)
-    {
-        const std::array<std::uint32_t, sizeof...(numbers)> row{static_cast<std::uint32_t>(numbers)...};
-        return std::string(reinterpret_cast<const char*>(row.data()), sizeof row);
-    };
-    return "glTF" + words(2, 28 + json.size() + binary.size(), json.size()) + "JSON" + json + words(binary.size()) +
-           std::string("BIN\0", 4) + binary;
 }
 
 /// The extensions that a list of the document names, without this one.

@@ -40,7 +40,8 @@ const T& element(const std::vector<T>& list, int at, const char* name)
     return list[static_cast<std::size_t>(at)];
 }
 
-void check_chunks(std::string_view file)
+/// The JSON of the file, whose chunks are as they have to be.
+Value checked_json(std::string_view file)
 {
     const auto chunks = gltf::chunks_of(std::as_bytes(std::span(file)));
     const std::size_t used = 28 + chunks.json.size() + chunks.binary.size();
@@ -50,6 +51,7 @@ void check_chunks(std::string_view file)
     const auto& buffers = document.at("buffers").as_list();
     expect(!buffers.empty() && buffers[0].at("byteLength").as_int() == static_cast<std::int64_t>(chunks.binary.size()),
            "buffers[0]: byteLength: the BIN chunk has " + std::to_string(chunks.binary.size()));
+    return document;
 }
 
 /// The material, its picture and what is declared belong together.
@@ -204,7 +206,7 @@ GlbModel read_glb(std::string_view file, std::string_view source)
 {
     try
     {
-        check_chunks(file);
+        const Value document = checked_json(file);
         const std::string restored = restored_glb(file);
         const std::string_view plain = restored.empty() ? file : restored;
         const auto refuse = [](const std::string&, const std::string& place) -> std::vector<std::byte>
@@ -213,6 +215,8 @@ GlbModel read_glb(std::string_view file, std::string_view source)
         const auto& primitive = element(element(gltf.model.meshes, 0, "meshes").primitives, 0, "primitives");
         check_look(gltf, primitive);
         GlbModel model;
+        const Value* extras = document.at("asset").find("extras");
+        model.origin = extras == nullptr ? Value(Value::Map{}) : *extras;
         MeshReader(gltf.model, model).read(primitive);
         if (!gltf.images.empty())
             read_picture(gltf, model);

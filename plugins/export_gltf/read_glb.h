@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fresco/math.h>
+#include <fresco/value.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -18,6 +19,7 @@ struct GlbModel
     std::vector<std::uint32_t> indices;    ///< 3F, each < V.
     std::string image_type;                ///< MIME type; empty: there is no picture.
     std::vector<std::byte> image;
+    fresco::Value origin;  ///< asset.extras; an empty map: none.
 };
 
 /// Reads a GLB of one mesh and at most one picture by the reader of `scan.mesh`, which shares nothing with the writer, and holds

@@ -49,7 +49,8 @@ class ExportGltf final : public Stage
                 .turn = up.turn(exported.mesh(), {0, 1, 0}, run),
                 .image_type = picture.extension() == ".jpg" ? "image/jpeg" : "image/png",
                 .quantize = *quantize,
-                .compress = *compression == "meshopt"};
+                .compress = *compression == "meshopt",
+                .origin = run.origin()};
     }
 
     void check_inputs() const

@@ -3,6 +3,7 @@
 #include "base/text_layout.h"
 #include "plugins/plugin_search.h"
 #include "run/commands_inspect.h"
+#include "run/file_origin.h"
 
 #include <cstdio>
 #include <sstream>
@@ -83,10 +84,16 @@ void add_inspect_commands(CLI::App& app, int& exit_code)
                      "Also show where each comes from, and why plugins cannot be loaded or are not built");
     stages->add_flag("--json", arguments->json, "Print JSON");
 
-    CLI::App* describe = add("describe", "Show the ports, options, defaults, ranges and help of a stage or component", true,
-                             [](const InspectArguments& given, const Catalog& catalog, Printed& to)
-                             { return write_description(catalog, given.type, given.json, to.width, to.out, to.errors); });
-    describe->add_option("type", arguments->type, "Type, as in a pipeline file: mesh.decimate")->required();
+    CLI::App* describe = add(
+        "describe", "Show the ports, options, defaults, ranges and help of a stage or component, or how a file was made", true,
+        [](const InspectArguments& given, const Catalog& catalog, Printed& to)
+        {
+            if (!given.type.ends_with(".glb"))
+                return write_description(catalog, given.type, given.json, to.width, to.out, to.errors);
+            write_file_origin(given.type, given.json, to.width, to.out);
+            return 0;
+        });
+    describe->add_option("type", arguments->type, "Type, as in a pipeline file: mesh.decimate; or a file: room.glb")->required();
     describe->add_flag("--json", arguments->json, "Print JSON");
 
     CLI::App* graph = add("graph", "Print the pipeline's graph in the DOT language", false,

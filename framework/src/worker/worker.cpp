@@ -1,4 +1,5 @@
 #include "base/unit_text.h"
+#include "worker/origin.h"
 #include "worker/stack_overflow.h"
 #include "worker/worker_context.h"
 #include "worker/worker_factory.h"
@@ -90,6 +91,7 @@ class Worker
         try
         {
             load_inputs(*stage);
+            origin_ = origin_of(request_, store_, versions());
         }
         catch (const Error&)
         {
@@ -97,6 +99,7 @@ class Worker
             verify_inputs();
             throw;
         }
+        context_.set_origin(told_origin(origin_));
         umask(mask_);
         folder_ = store_.make_temporary(temporary_);
         try
@@ -287,8 +290,6 @@ class Worker
         Value::Map inputs;
         for (const auto& input : request_.inputs)
             inputs.emplace_back(input.port, input.object.empty() ? Value(input.file.string()) : Value(input.object));
-        Value versions = factory_.versions();
-        versions.set("fresco", program_version());
         return Value::Map{{"format", 1},
                           {"stage", request_.stage},
                           {"type", request_.type},
@@ -296,14 +297,22 @@ class Worker
                           {"seconds", seconds()},
                           {"memory_mb", std::max(peak_memory_mb(), peak_memory_of_programs_mb())},
                           {"threads", request_.threads},
-                          {"versions", std::move(versions)},
+                          {"versions", versions()},
                           {"processor", processor_capability()},
                           {"options", request_.options},
                           {"inputs", Value(std::move(inputs))},
                           {"key_document", request_.key_document},
                           {"report", context_.reported()},
                           {"messages", context_.messages()},
-                          {"curves", context_.curves()}};
+                          {"curves", context_.curves()},
+                          {"origin", with_figures(origin_, context_.reported())}};
+    }
+
+    Value versions() const
+    {
+        Value versions = factory_.versions();
+        versions.set("fresco", program_version());
+        return versions;
     }
 
     void tell_done(const StoredResult& result, bool stored)
@@ -326,6 +335,7 @@ class Worker
     const mode_t mask_ = current_mask();  ///< Before any code of a plugin.
     WorkerFactory factory_;
     WorkerContext context_;
+    Value origin_;
     FileLock key_lock_;
     fs::path folder_;
     std::chrono::steady_clock::time_point start_;

@@ -29,6 +29,7 @@ class WorkerContext final : public RunContext
     void warning(std::string_view text) override;
     void metric(std::string_view name, double value) override;
     void report(std::string_view key, Value value) override;
+    Value origin() const override { return origin_; }
     std::filesystem::path preview_folder() override;
     std::filesystem::path scratch_folder() override;
     std::filesystem::path checkpoint_folder() override;
@@ -36,6 +37,8 @@ class WorkerContext final : public RunContext
     using RunContext::reads_folder;
     void reads_folder(const std::filesystem::path& folder, std::string_view names) override;
 
+    /// Before the stage runs: what origin() returns.
+    void set_origin(Value origin) { origin_ = std::move(origin); }
     /// Everything reads_file and reads_folder named, sorted by path. Throws Error if any of it changed meanwhile.
     std::vector<Dependency> settled_dependencies();
     const Value& reported() const { return report_; }
@@ -68,6 +71,7 @@ class WorkerContext final : public RunContext
     Value place_;
     std::map<std::pair<std::filesystem::path, bool>, Dependency>
         dependencies_;  ///< By path, and whether it is a pattern of names.
+    Value origin_{Value::Map{}};
     Value report_{Value::Map{}};
     Value messages_{Value::List{}};
     Value metrics_{Value::Map{}};

@@ -264,6 +264,24 @@ class Sink final : public LoggedStage
 };
 FRESCO_STAGE("test.sink", Sink, "A number as a text file")
 
+/// What files say of their origin.
+class Told final : public LoggedStage
+{
+    Input<Table> table{this, "table", "Where it comes from"};
+    Output<Files> files{this, "files", "A JSON file"};
+    Option<fresco::OutputName> path{this, "path", fresco::OutputName{"origin.json"}, "File below --out"};
+
+    void run(RunContext& run) override
+    {
+        log("told");
+        fresco::write_file(files.folder().path / path->path, fresco::to_json(run.origin()));
+        Files made;
+        made.names = {path->path};
+        files = std::move(made);
+    }
+};
+FRESCO_STAGE("test.told", Told, "Writes the origin of a number")
+
 /// Files that outlive a killed run one by one.
 class Pieces final : public LoggedStage
 {

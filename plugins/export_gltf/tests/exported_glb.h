@@ -83,10 +83,12 @@ struct Exported
     std::vector<std::string> messages;
 };
 
-inline Exported exported_from(const fresco::Value& options, const fresco::testing::Inputs& inputs)
+inline Exported exported_from(const fresco::Value& options, const fresco::testing::Inputs& inputs,
+                              const fresco::Value& origin = fresco::Value::Map{})
 {
     fresco::testing::TemporaryFolder folder;
     fresco::testing::TestRun run;
+    run.origin_given = origin;
     fresco::testing::run_stage(FRESCO_PLUGIN_FILE, "export.gltf", options, inputs, folder.path(), run,
                                {{"images", std::make_shared<stored_png::Codec>()}});
     const auto files = fresco::Files::load({folder.path() / "files", folder.path()});

@@ -78,6 +78,9 @@ TEST_CASE("what was written passes its check, and a check against anything else 
         std::swap(other.indices[4], other.indices[5]);
         CHECK_THROWS_WITH(check_glb(model, other, picture(), options), Contains("triangle 1 differs"));
         CHECK_THROWS_WITH(check_glb(model, welded_square(), {}, options), Contains("the picture differs"));
+        GlbOptions other_origin = options;
+        other_origin.origin.set("stages", Value::List{});
+        CHECK_THROWS_WITH(check_glb(model, welded_square(), picture(), other_origin), Contains("asset.extras differs"));
         if (options.material == GltfMaterial::pbr)
         {
             other = welded_square();

@@ -117,3 +117,23 @@ TEST_CASE("what cannot be exported is refused")
     CHECK_THROWS_WITH(exported(Value::Map{}, bare), Catch::Contains("the mesh on port 'textured_mesh' has no texcoords"));
     CHECK(exported(Value::Map{{"path", "deep/er/a b.glb"}}).names.at(0) == "deep/er/a b.glb");
 }
+
+TEST_CASE("asset.extras says how the file was made, in every form of the file")
+{
+    const Value origin = Value::Map{
+        {"versions", Value::Map{{"fresco", "0.1"}}},
+        {"stages",
+         Value::List{Value::Map{
+             {"stage", "export.gltf"},
+             {"options", Value::Map{}},
+             {"figures",
+              Value::Map{{"bytes", std::int64_t{1} << 40U}, {"share", 0.1}, {"name", "\"é<"}, {"up", Value::List{}}}}}}}};
+    const testing::Inputs inputs{{"textured_mesh", std::make_shared<TexturedMesh>(square())}};
+    for (const char* compression : {"none", "meshopt"})
+    {
+        const Value options = Value::Map{{"compression", compression}, {"quantize", true}};
+        const Glb glb(exported_from(options, inputs, origin).file);
+        CHECK(glb.json.at("asset").at("extras") == nlohmann::json::parse(to_json(origin)));
+        CHECK_FALSE(Glb(exported_from(options, inputs).file).json.at("asset").contains("extras"));
+    }
+}

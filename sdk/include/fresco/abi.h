@@ -15,7 +15,7 @@
  *      Artifact::save and write_exchange, ports with an ArtifactType; OptionDeclaration::extensions and
  *      contains;
  *      ArtifactFolder::references, TexturedMesh::mesh_folder, Mesh::texture_px,
- *      UvMaps::texture_px and uv_bits; outputs that may be left out
+ *      UvMaps::texture_px and uv_bits; outputs that may be left out; RunContext::origin
  */
 #include <stddef.h>
 #include <stdint.h>

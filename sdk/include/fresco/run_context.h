@@ -25,6 +25,9 @@ class RunContext : public Progress
     virtual void metric(std::string_view name, double value) = 0;
     /// An entry of the stage's report, kept in the result's manifest and printed by `--json`. Counts, shares, seconds.
     virtual void report(std::string_view key, Value value) = 0;
+    /// How the result comes about, for a file that is passed on without the store: {versions, stages}, as described in
+    /// pipelines/results.md. Only what determines the result: no times, no absolute paths. Empty in a test.
+    virtual Value origin() const = 0;
     /// A file the person may look at while the stage runs; not part of the result.
     virtual std::filesystem::path preview_folder() = 0;
     /// An empty folder, removed when the stage ends.

@@ -41,6 +41,7 @@ class TestRun final : public RunContext
 
     std::vector<std::string> messages;  ///< Warnings begin with "warning: ".
     Value reported{Value::Map{}};
+    Value origin_given{Value::Map{}};  ///< What origin() returns.
     std::map<std::string, std::vector<double>> metrics;
     std::vector<std::filesystem::path> files_read;
     std::vector<std::filesystem::path> folders_read;  ///< Folder / pattern of names.
@@ -54,6 +55,7 @@ class TestRun final : public RunContext
     void warning(std::string_view text) override;
     void metric(std::string_view name, double value) override;
     void report(std::string_view key, Value value) override;
+    Value origin() const override { return origin_given; }
     std::filesystem::path preview_folder() override;
     std::filesystem::path scratch_folder() override;
     std::filesystem::path checkpoint_folder() override;

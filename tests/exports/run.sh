@@ -26,14 +26,26 @@ stages:
   standing_obj: {type: export.obj, input: {textured_mesh: bake, frames: scan}, path: obj/standing.obj}
   standing_ply: {type: export.ply, input: {textured_mesh: bake, frames: scan}, path: standing.ply}
   picture: {type: export.texture, input: bake, path: picture.npy}
+  usdz: {type: export.usdz, input: bake, path: unlit.usdz, up: z}
+  usdz_lit: {type: export.usdz, input: bake, path: lit.usdz, material: pbr, image_format: jpeg, up: z}
 YAML
 "$fresco" run "$work/room.yaml" --store "$work/store" --out "$work/out" 2>&1 | tee "$work/log"
 lines=$(grep -c ', valid$' "$work/log") || true
-[ "$lines" -eq 20 ] || fail "$lines files were said to be valid, not 20"
+[ "$lines" -eq 22 ] || fail "$lines files were said to be valid, not 22"
 ls -l "$work/out" "$work/out/obj"
 
 cp "$source"/tests/gltf_validator/* "$work/"
 (cd "$work" && npm install --no-audit --no-fund --silent && node validate.mjs out/*.glb)
+
+(cd "$work/out" && "$fresco" describe packed.glb) >"$work/origin"
+for line in 'export.gltf' '  input  *textured_mesh  *texture.bake' '  option  *compression  *meshopt' '  option  *edge_m  *0.08'; do
+    grep -q "^$line" "$work/origin" || { cat "$work/origin"; fail "the GLB does not tell: $line"; }
+done
+! grep -q "$work" "$work/origin" || fail "the GLB tells where it was made"
+
+python3 "$source/tests/exports/usdz.py" "$work"/out/*.usdz
+(cd "$work" && npm pack --silent tinyusdz@0.9.0-rc10 >/dev/null && tar -xzf tinyusdz-*.tgz)
+node "$source/tests/exports/usdz.mjs" "$work/package" "$work/out/obj/room.obj" "$work/out/unlit.usdz" "$work/out/lit.usdz"
 
 if command -v blender >/dev/null; then
     blender --background --factory-startup --python-exit-code 9 --python "$source/tests/exports/import.py" -- "$work/out" >"$work/blender.log" 2>&1 ||

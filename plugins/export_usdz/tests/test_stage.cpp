@@ -1,0 +1,135 @@
+#include "read_usdz.h"
+#include "stored_png.h"
+
+#include <fresco/files.h>
+#include <fresco/files_io.h>
+#include <fresco/testing.h>
+#include <fresco/texture.h>
+#include <fresco/texturing/welded_mesh.h>
+
+#include <catch2/catch.hpp>
+
+#include <memory>
+
+using namespace fresco;
+using Catch::Contains;
+
+namespace
+{
+/// A square of two meters that lies a meter above the ground, and has a seam along its diagonal.
+TexturedMesh square()
+{
+    TexturedMesh textured;
+    textured.mesh.positions = {{1, 1, 0.1F}, {3, 1, 0}, {3, 1, -2}, {1, 1, -2}};
+    textured.mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+    textured.mesh.texcoords = {{0, 0}, {1, 0}, {1, 1}, {0, 0.5F}, {1, 1}, {0, 0.75F}};
+    textured.image = Image(Raster8(8, 8, 3, 77));
+    textured.image.pixels.at(2, 1, 0) = 200;
+    return textured;
+}
+
+struct Exported
+{
+    std::string package;
+    std::vector<UsdzEntry> entries;
+    Value report;
+    std::vector<std::string> messages;
+    std::string layer() const { return std::string(entries.at(0).data); }
+};
+
+Exported exported(const Value& options, const TexturedMesh& textured = square())
+{
+    const testing::TemporaryFolder folder;
+    testing::TestRun run;
+    testing::run_stage(FRESCO_PLUGIN_FILE, "export.usdz", options, {{"textured_mesh", std::make_shared<TexturedMesh>(textured)}},
+                       folder.path(), run, {{"images", std::make_shared<stored_png::Codec>()}});
+    const auto files = Files::load({folder.path() / "files", folder.path()});
+    Exported result{read_text_file(folder.path() / "files" / files->names.at(0)), {}, run.reported, run.messages};
+    result.entries = read_usdz(result.package, files->names.at(0));
+    return result;
+}
+}  // namespace
+
+TEST_CASE("the package holds a layer with the mesh, and then the picture")
+{
+    const Exported result = exported(Value::Map{{"up", "keep"}});
+    REQUIRE(result.entries.size() == 2);
+    CHECK(result.entries[0].name == "room.usda");
+    CHECK(result.entries[1].name == "picture.png");
+    const testing::TemporaryFolder folder;
+    write_file(folder.path() / "picture.png", std::as_bytes(std::span(result.entries[1].data)));
+    CHECK(stored_png::Codec().read_rgb(folder.path() / "picture.png") == square().image.pixels);
+
+    const std::string layer = result.layer();
+    CHECK_THAT(layer,
+               Catch::StartsWith("#usda 1.0\n(\n    defaultPrim = \"room\"\n    metersPerUnit = 1\n    upAxis = \"Y\"\n)\n"));
+    CHECK_THAT(layer, Contains("double3 xformOp:translate = (-2, -1, 0.95)"));
+    CHECK_THAT(layer, Contains("float3[] extent = [(1, 1, -2), (3, 1, 0.1)]"));
+    CHECK_THAT(layer, Contains("int[] faceVertexCounts = [3, 3]"));
+    CHECK_THAT(layer, Contains("int[] faceVertexIndices = [0, 1, 2, 3, 2, 4]"));
+    CHECK_THAT(layer, Contains("point3f[] points = [(1, 1, 0.1), (3, 1, 0), (3, 1, -2), (1, 1, 0.1), (1, 1, -2)]"));
+    CHECK_THAT(layer, Contains("texCoord2f[] primvars:st = [(0, 0), (1, 0), (1, 1), (0, 0.5), (0, 0.75)]"));
+    CHECK_THAT(layer, Contains("uniform bool doubleSided = 1"));
+    CHECK_THAT(layer, Contains("asset inputs:file = @picture.png@"));
+    CHECK_THAT(layer, Contains("inputs:emissiveColor.connect") && Contains("inputs:diffuseColor = (0, 0, 0)"));
+    CHECK_THAT(layer, !Contains("normals"));
+    CHECK(result.report.at("triangles") == Value(2));
+    CHECK(result.report.at("vertices") == Value(5));
+    CHECK(result.report.at("bytes") == Value(result.package.size()));
+    CHECK_THAT(result.messages.back(), Contains("room.usdz: ") && Contains("2 triangles") && Contains(", valid"));
+    CHECK(exported(Value::Map{{"up", "keep"}}).package == result.package);
+}
+
+TEST_CASE("a lit room has normals, and its picture is what is lit")
+{
+    const std::string layer = exported(Value::Map{{"up", "y"}, {"material", "pbr"}}).layer();
+    CHECK_THAT(layer, Contains("normal3f[] normals = [("));
+    CHECK_THAT(layer, Contains("inputs:diffuseColor.connect") && !Contains("emissive"));
+}
+
+TEST_CASE("the room stands upright, with the middle of its floor at the origin")
+{
+    const Exported result = exported(Value::Map{{"up", "z"}, {"path", "a/b.usdz"}});
+    CHECK_THAT(result.layer(), Contains("points = [(1, 0.1, -1), (3, ") && Contains(", (3, -2, -1)"));
+    CHECK_THAT(result.layer(), Contains("xformOp:translate = (-2, 2, 1)"));
+    CHECK(result.report.at("up") == Value(Value::List{0.0, 0.0, 1.0}));
+}
+
+TEST_CASE("many values are broken into lines and read back; a layer of another mesh is refused")
+{
+    TexturedMesh many = square();
+    for (std::uint32_t i = 0; i < 100; ++i)
+    {
+        const auto at = static_cast<float>(i);
+        const auto first = static_cast<std::uint32_t>(many.mesh.positions.size());
+        many.mesh.positions.insert(many.mesh.positions.end(), {{at / 7, 0, 1}, {1e-7F * at, -1 / 3.0F, 2}, {-0.0F, at, 3}});
+        many.mesh.triangles.push_back({first, first + 1, first + 2});
+        many.mesh.texcoords.insert(many.mesh.texcoords.end(), {{0, 0}, {at / 100, 0.1F}, {1, 1}});
+    }
+    const Exported result = exported(Value::Map{{"up", "keep"}}, many);
+    CHECK_THAT(result.layer(), Contains(",\n"));
+    texturing::WeldedMesh mesh = texturing::weld(many.mesh);
+    check_usda(result.layer(), mesh);
+    const auto refused = [&](const texturing::WeldedMesh& other, const char* what)
+    { CHECK_THROWS_WITH(check_usda(result.layer(), other), Contains(what)); };
+    texturing::WeldedMesh other = mesh;
+    other.positions[9].z = std::nextafter(other.positions[9].z, 9.0F);
+    refused(other, "points, 9");
+    other = mesh;
+    other.texcoords[3].x += 0.5F;
+    refused(other, "primvars:st, 3");
+    other = mesh;
+    std::swap(other.indices[6], other.indices[7]);
+    refused(other, "faceVertexIndices, 6");
+    other = mesh;
+    other.positions.pop_back();
+    refused(other, "more than the");
+}
+
+TEST_CASE("what cannot be exported is refused")
+{
+    CHECK_THROWS_WITH(exported(Value::Map{{"path", "room.glb"}}), Contains("path \"room.glb\" does not end in .usdz"));
+    TexturedMesh bare = square();
+    bare.mesh.texcoords.clear();
+    CHECK_THROWS_WITH(exported(Value::Map{}, bare), Contains("texcoords"));
+}

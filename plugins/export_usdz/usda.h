@@ -9,7 +9,7 @@
 struct UsdaOptions
 {
     std::string picture;  ///< Name of the picture in the package.
-    bool lit;             ///< Lit, rough, not metallic, with smooth normals; otherwise the picture alone, emitted.
+    bool lit;             ///< Lit, rough, not metallic, with smooth normals; otherwise black, emitting the picture.
 };
 
 /// Called with a text piece by piece.

@@ -41,6 +41,14 @@ std::vector<RigidTransform> poses_of(const std::vector<Frame>& frames)
 
 }  // namespace
 
+Value page_cameras(const Frames& frames)
+{
+    Value::Map cameras = pose_of(frames.frames.at(0).color);
+    cameras[2].second = triple(cameras_up(poses_of(frames.frames)).value_or(Vec3d{0, 0, 1}));
+    cameras.emplace_back("looking", triple(mean_direction(frames.frames, {0, 0, 1})));
+    return cameras;
+}
+
 void Frames::preview(Preview& page) const
 {
     std::map<std::string, const Frame*> recorded;
@@ -56,10 +64,7 @@ void Frames::preview(Preview& page) const
         }
     if (frames.empty() || (shown.empty() && !page.last))
         return;
-    Value::Map cameras = pose_of(frames.front().color);
-    cameras[2].second = triple(cameras_up(poses_of(frames)).value_or(Vec3d{0, 0, 1}));
-    cameras.emplace_back("looking", triple(mean_direction(frames, {0, 0, 1})));
-    page.set("cameras", std::move(cameras));
+    page.set("cameras", page_cameras(*this));
     for (const Frame* frame : shown)
         page.picture(frame->sequence + "_" + frame->name, load_color(*frame, &page.images), {{"pose", pose_of(frame->color)}});
 }

@@ -28,6 +28,8 @@ stages:
   picture: {type: export.texture, input: bake, path: picture.npy}
   usdz: {type: export.usdz, input: bake, path: unlit.usdz, up: z}
   usdz_lit: {type: export.usdz, input: bake, path: lit.usdz, material: pbr, image_format: jpeg, up: z}
+  page: {type: export.page, input: {textured_mesh: bake, frames: scan}, path: room.html}
+  page_bare: {type: export.page, input: bake, path: bare.html, up: z}
 YAML
 "$fresco" run "$work/room.yaml" --store "$work/store" --out "$work/out" 2>&1 | tee "$work/log"
 lines=$(grep -c ', valid$' "$work/log") || true
@@ -46,6 +48,13 @@ done
 python3 "$source/tests/exports/usdz.py" "$work"/out/*.usdz
 (cd "$work" && npm pack --silent tinyusdz@0.9.0-rc10 >/dev/null && tar -xzf tinyusdz-*.tgz)
 node "$source/tests/exports/usdz.mjs" "$work/package" "$work/out/obj/room.obj" "$work/out/unlit.usdz" "$work/out/lit.usdz"
+
+chromium=$(command -v chromium || command -v chromium-browser || command -v google-chrome || true)
+if [ -n "$chromium" ]; then
+    timeout 300 node "$source/tests/exports/page.mjs" "$chromium" "$work/out/room.html" "$work/out/bare.html" ${FRESCO_REPORT_SHOTS:+"$FRESCO_REPORT_SHOTS"}
+else
+    skip "the pages of the room in a browser: there is no chromium"
+fi
 
 if command -v blender >/dev/null; then
     blender --background --factory-startup --python-exit-code 9 --python "$source/tests/exports/import.py" -- "$work/out" >"$work/blender.log" 2>&1 ||

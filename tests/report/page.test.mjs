@@ -1,12 +1,12 @@
-// page.test.mjs FOLDER: what the page's scripts make of data, without a browser. FOLDER: framework/report.
+// page.test.mjs FOLDER…: what the scripts of pages make of data, without a browser. FOLDER: framework/report and sdk/viewer.
 import assert from "node:assert/strict";
 import { readFileSync, readdirSync } from "node:fs";
 import { createContext, runInContext } from "node:vm";
 
-const folder = process.argv[2];
-const scripts = readdirSync(folder).filter(name => name.endsWith(".js")).map(name => readFileSync(`${folder}/${name}`, "utf8"));
-const names = ["figureText", "bytesText", "durationText", "addressOf", "figuresOf", "layoutOf", "placesOf", "roundTicks", "axesOf", "smoothed", "barsOf", "upOf", "viewsOf", "figureTables", "shellWord"];
-const page = runInContext(`"use strict";\n${scripts.join("\n")}\n({ ${names.join(", ")} })`, createContext({}));
+const scripts = process.argv.slice(2).flatMap(folder => readdirSync(folder).filter(name => name.endsWith(".js")).map(name => readFileSync(`${folder}/${name}`, "utf8")));
+const names = ["figureText", "bytesText", "durationText", "addressOf", "figuresOf", "layoutOf", "placesOf", "roundTicks", "axesOf", "smoothed", "barsOf", "upOf", "viewsOf", "figureTables", "shellWord",
+    "unpacked", "planOf", "roomAt", "stepFrom", "widestPlace", "floorOf"];
+const page = runInContext(`"use strict";\n${scripts.join("\n")}\n({ ${names.join(", ")} })`, createContext({ atob }));
 /// Objects of the scripts' own realm as ours.
 const plain = value => JSON.parse(JSON.stringify(value));
 const equal = (found, expected) => assert.deepEqual(plain(found), expected);
@@ -84,4 +84,42 @@ equal(page.figureTables({
     stages: [swept("scan", "scan", { frames: 3 }), swept("paint@a", "paint", { losses: { style: 1 }, size_px: 8 }), swept("paint@b", "paint", { losses: { style: 2.5 }, size_px: 8 })],
     combinations: [{ name: "a", stages: ["scan", "paint@a"] }, { name: "b", stages: ["scan", "paint@b"] }],
 }), [{ stage: "paint", labels: ["losses style"], rows: [["a", "1"], ["b", "2.5"]] }]);
-console.log("the page's scripts: all well");
+// Two faces as the SDK packs them: an edge in common, the differences of values to the corner before.
+const packed = Buffer.from([0, 0, 0, 0, 0, 0, 0, 2, 3, 200, 1, 0, 0, 0, 4, 0, 0, 0, 0, 3, 1, 0, 1, 0, 0, 0, 0]);
+const mesh = page.unpacked({ vertices: 4, triangles: 2, geometry: packed.toString("base64") });
+equal(Array.from(mesh.corners), [0, 1, 2, 0, 2, 3]);
+equal(Array.from(mesh.values), [0, 0, 0, 0, 0, 0, 1, 65534, 100, 0, 0, 0, 3, 65534, 100, 0, 0, 0, 2, 65534, 100, 0, 0, 0]);
+
+// A room of 4 m x 3 m, 2.5 m high, with a gap of 30 cm in its east wall and a table in the middle of its western half.
+const quad = (a, b, c, d) => [[a, b, c], [a, c, d]];
+const wall = ([x0, y0], [x1, y1]) => quad([x0, y0, 0], [x1, y1, 0], [x1, y1, 2.5], [x0, y0, 2.5]);
+const faces = [quad([0, 0, 0], [4, 0, 0], [4, 3, 0], [0, 3, 0]), quad([0.7, 1.2, 0.75], [1.3, 1.2, 0.75], [1.3, 1.8, 0.75], [0.7, 1.8, 0.75]), quad([0, 0, 2.5], [0, 3, 2.5], [4, 3, 2.5], [4, 0, 2.5]),
+    wall([0, 0], [4, 0]), wall([4, 0], [4, 1.35]), wall([4, 1.65], [4, 3]), wall([4, 3], [0, 3]), wall([0, 3], [0, 0])].flat();
+const triangles = visit => faces.forEach(face => visit(...face));
+assert(Math.abs(page.floorOf(triangles, 0, 2.5)) < 0.03);
+const plan = page.planOf(triangles, [0, 0], [4, 3], 1.6);
+assert(page.roomAt(plan, 2, 1.5) > 0.5);
+assert(page.roomAt(plan, 1, 1.5) > 0.5);  // The eye is above the table.
+assert(page.roomAt(plan, 0.1, 1.5) < 0);
+assert(page.roomAt(plan, -2, 1.5) < page.roomAt(plan, -1, 1.5) && page.roomAt(plan, -1, 1.5) < page.roomAt(plan, 0.1, 1.5));
+const walked = (from, [east, north], steps) => {
+    let at = from;
+    for (let i = 0; i < steps; ++i)
+        at = page.stepFrom(plan, at, [east, north]);
+    return at;
+};
+const stopped = walked([2, 0.8], [-0.04, 0], 200);
+assert(stopped[0] > 0.15 && stopped[0] < 0.45 && stopped[1] === 0.8, `at the wall: ${stopped}`);
+const slid = walked([2, 0.8], [-0.04, 0.02], 200);
+assert(slid[0] < 0.45 && slid[1] > 2.5 && slid[1] < 2.9, `along the wall: ${slid}`);
+assert(walked([2, 1.5], [0.04, 0], 200)[0] < 4, "through the gap");
+assert(walked([0.1, 1.5], [0.04, 0], 100)[0] > 3, "stuck near a wall");
+assert(walked([-1, 1.5], [-0.04, 0], 50)[0] > -1.1, "farther out from outside");
+assert(walked([-1, 1.5], [0.04, 0], 100)[0] > 0, "stuck outside");
+const { place, angle } = page.widestPlace(plan);
+assert(Math.abs(place[0] - 2) < 0.7 && Math.abs(place[1] - 1.5) < 0.2, `the widest place: ${place}`);
+assert(Math.abs(Math.sin(angle)) < 0.5, "the longest view is along the room");
+const none = page.planOf(() => {}, [0, 0], [1, 1], 1.6);
+assert.equal(page.widestPlace(none), null);
+assert(page.roomAt(none, 0.5, 0.5) < 0);
+console.log("the scripts of the pages: all well");

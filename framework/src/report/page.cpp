@@ -22,17 +22,6 @@ namespace
 constexpr std::string_view html_begin = "<!doctype html><!-- fresco ";
 constexpr std::string_view json_begin = "{\n\"format\": \"fresco-";
 
-constexpr std::string_view three_license =
-    R"(/* three.js and its OrbitControls, copyright three.js authors, under the MIT license: Permission is hereby granted, free of charge, to any
-person obtaining a copy of this software and associated documentation files (the "Software"), to deal in the Software without restriction,
-including without limitation the rights to use, copy, modify, merge, publish, distribute, sublicense, and/or sell copies of the Software, and to
-permit persons to whom the Software is furnished to do so, subject to the following conditions: The above copyright notice and this permission
-notice shall be included in all copies or substantial portions of the Software. THE SOFTWARE IS PROVIDED "AS IS", WITHOUT WARRANTY OF ANY KIND,
-EXPRESS OR IMPLIED, INCLUDING BUT NOT LIMITED TO THE WARRANTIES OF MERCHANTABILITY, FITNESS FOR A PARTICULAR PURPOSE AND NONINFRINGEMENT. IN NO
-EVENT SHALL THE AUTHORS OR COPYRIGHT HOLDERS BE LIABLE FOR ANY CLAIM, DAMAGES OR OTHER LIABILITY, WHETHER IN AN ACTION OF CONTRACT, TORT OR
-OTHERWISE, ARISING FROM, OUT OF OR IN CONNECTION WITH THE SOFTWARE OR THE USE OR OTHER DEALINGS IN THE SOFTWARE. */
-)";
-
 /// Nothing but what is in the page is fetched or run; pictures beside it are only shown.
 constexpr std::string_view policy = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
                                     "img-src data: blob: file: 'self'; media-src data:";
@@ -110,7 +99,9 @@ Value image_component(const Catalog& catalog)
 
 std::string page_version()
 {
-    return program_version() + " " + content_hash(std::string(report_css) + std::string(report_js));
+    return program_version() + " " +
+           content_hash(std::string(report_css) + std::string(report_js) + std::string(room_viewer().css) +
+                        std::string(room_viewer().js));
 }
 
 void check_replaceable(const Page& page)
@@ -167,17 +158,18 @@ std::string page_html(const Value& data, const Value& media, const std::string& 
 {
     const auto json = [](const char* id, const Value& value)
     { return "<script type=\"application/json\" id=\"" + std::string(id) + "\">" + script_json(value) + "</script>\n"; };
+    const RoomViewer viewer = room_viewer();
     const bool room = std::ranges::any_of(media.as_list(), [](const Value& entry) { return entry.find("room") != nullptr; });
     return mark(signature) +
            "<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width\">\n"
            "<meta http-equiv=\"Content-Security-Policy\" content=\"" +
            std::string(policy) + "\">\n<link rel=\"icon\" href=\"data:,\">\n<title>fresco</title>\n<style>" +
-           std::string(report_css) +
+           std::string(report_css) + std::string(room ? viewer.css : "") +
            "</style></head><body>\n<noscript>This page is drawn by JavaScript, which is switched off here. The same data are in "
            "run.json, or of a matrix in sweep.json, beside it.</noscript>\n" +
-           json("data", data) + json("media", media) +
-           (room ? "<script>" + std::string(three_license) + std::string(report_three_js) + "</script>\n" : "") +
-           "<script>\"use strict\";\n" + std::string(report_js) + "</script>\n</body></html>\n";
+           json("data", data) + json("media", media) + (room ? "<script>" + std::string(viewer.three_js) + "</script>\n" : "") +
+           "<script>\"use strict\";\n" + std::string(room ? viewer.js : "") + std::string(report_js) +
+           "</script>\n</body></html>\n";
 }
 
 }  // namespace fresco::host

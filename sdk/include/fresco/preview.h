@@ -1,16 +1,20 @@
 #pragma once
 
 #include <fresco/image_io.h>
+#include <fresco/mesh.h>
 #include <fresco/value.h>
 
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
 namespace fresco
 {
+
+class Frames;
 
 /// What the page of a run shows of one artifact; Artifact::preview fills it in. Used by one thread.
 class Preview
@@ -44,6 +48,12 @@ class Preview
 
     Value value_{Value::Map{}};
 };
+
+/// The entry "cameras" of a page, of at least one frame: the first, the upward direction of all, and their mean direction.
+Value page_cameras(const Frames& frames);
+
+/// The entry "room" of a page for a mesh that has texcoords and passed check_mesh; `texture` is its picture, a JPEG.
+Value page_room(const Mesh& mesh, std::span<const std::byte> texture);
 
 /// A copy whose longer side is at most `longest_px`, of 1 or 3 channels: alpha is composited on white.
 Raster8 small_copy(const Raster8& pixels, int longest_px);

@@ -24,6 +24,8 @@ class UprightOption
   public:
     explicit UprightOption(Configurable* owner);
 
+    const Input<Frames>& frames() const { return frames_; }
+
     /// The rotation (x, y, z, w) that the mesh is to be turned by so that it stands with `target` up, +Y or +Z; {0, 0, 0, 1} for
     /// none. Says what was found, and reports as found_up.
     std::array<double, 4> turn(const Mesh& mesh, Vec3d target, RunContext& run) const;

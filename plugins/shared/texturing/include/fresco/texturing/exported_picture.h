@@ -23,7 +23,8 @@ void check_path_for_names(const std::string& path, std::string_view extension);
 class PictureEncoding
 {
   public:
-    explicit PictureEncoding(Configurable* owner);
+    /// `max_texture_px`: the default of the option.
+    explicit PictureEncoding(Configurable* owner, int max_texture_px = 0);
 
     struct Encoded
     {

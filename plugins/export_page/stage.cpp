@@ -1,0 +1,74 @@
+#include <fresco/files.h>
+#include <fresco/files_io.h>
+#include <fresco/geometry/upright_option.h>
+#include <fresco/preview.h>
+#include <fresco/stage.h>
+#include <fresco/texture.h>
+#include <fresco/texturing/exported_file.h>
+#include <fresco/texturing/exported_picture.h>
+
+#include "page.h"
+
+#include <filesystem>
+#include <string>
+
+using namespace fresco;
+using namespace fresco::texturing;
+
+namespace
+{
+class ExportPage final : public Stage
+{
+    Input<TexturedMesh> textured_mesh{this, "textured_mesh", "The mesh with its picture, as texture.bake makes it"};
+    Output<Files> files{this, "files", "One .html file"};
+    Option<OutputName> path{this, "path", OutputName{"room.html"}, "Output path below --out; ends in .html"};
+    PictureEncoding picture{this, 2048};
+    geometry::UprightOption up{this};
+
+    Cost cost() const override
+    {
+        return {.seconds = {.fixed = 0.1, .per_face = 1e-6, .per_texel = 2.4e-7},
+                .memory_mb = {.fixed = 20, .per_face = 2e-4, .per_texel = 2.8e-5},
+                .disk_mb = {.fixed = 0.7, .per_face = 1.4e-5, .per_texel = 1e-6}};
+    }
+
+    /// The world's upward direction, as a page takes it.
+    Value upwards(RunContext& run) const
+    {
+        const auto [x, y, z, w] = up.turn(textured_mesh->mesh, {0, 0, 1}, run);
+        const Vec3d direction = geometry::turned({-x, -y, -z, w}, {0, 0, 1});
+        return Value::List{direction.x, direction.y, direction.z};
+    }
+
+    void run(RunContext& run) override
+    {
+        check_textured_mesh(*textured_mesh, "the mesh on port 'textured_mesh'");
+        if (!path->path.ends_with(".html"))
+            throw Error("path \"" + path->path + "\" does not end in .html");
+        const PictureEncoding::Encoded image = picture.encoded(*textured_mesh, ".jpg", run);
+        const bool has_cameras = up.frames().has_value() && !up.frames()->frames.empty();
+        const Value data = Value::Map{{"room", page_room(textured_mesh->mesh, image.bytes)},
+                                      {"cameras", has_cameras ? page_cameras(*up.frames()) : Value()},
+                                      {"up", upwards(run)}};
+        run.check_canceled();
+        const auto file = files.folder().path / path->path;
+        std::filesystem::create_directories(file.parent_path());
+        write_file(file, room_page(data, std::filesystem::path(path->path).stem().string()));
+
+        const std::size_t bytes = std::filesystem::file_size(file);
+        const std::size_t triangles = textured_mesh->mesh.triangles.size();
+        const std::string side = std::to_string(image.picture.width);
+        run.message(path->path + ": " + file_size(bytes) + ", " + grouped(triangles) + " triangles, picture of " + side + " x " +
+                    side + " in " + file_size(image.bytes.size()));
+        run.report("triangles", triangles);
+        run.report("texture_px", image.picture.width);
+        run.report("picture_bytes", image.bytes.size());
+        run.report("bytes", bytes);
+        Files result;
+        result.names = {path->path};
+        files = std::move(result);
+    }
+};
+}  // namespace
+
+FRESCO_STAGE("export.page", ExportPage, "Writes a textured mesh as one HTML file to walk through, which fetches nothing")

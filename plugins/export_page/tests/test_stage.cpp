@@ -1,0 +1,92 @@
+#include "stored_png.h"
+
+#include <fresco/files.h>
+#include <fresco/files_io.h>
+#include <fresco/frames.h>
+#include <fresco/testing.h>
+#include <fresco/texture.h>
+
+#include <catch2/catch.hpp>
+
+#include <memory>
+
+using namespace fresco;
+using Catch::Contains;
+
+namespace
+{
+/// Encodes JPEG as PNG; a test looks at sizes and colors.
+class Codec final : public stored_png::Codec
+{
+  public:
+    std::vector<std::byte> encode_jpeg(const Raster8& image, int) const override { return encode_png(image); }
+};
+
+TexturedMesh square(int side)
+{
+    TexturedMesh textured;
+    textured.mesh.positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+    textured.mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+    textured.mesh.texcoords = {{0, 0}, {1, 0}, {1, 1}, {0, 0}, {1, 1}, {0, 1}};
+    textured.image = Image(Raster8(side, side, 3, 77));
+    return textured;
+}
+
+struct Exported
+{
+    std::string page;
+    Value data;
+    Value report;
+};
+
+Exported exported(const Value& options, testing::Inputs more = {}, int side = 8)
+{
+    const testing::TemporaryFolder folder;
+    testing::TestRun run;
+    more["textured_mesh"] = std::make_shared<TexturedMesh>(square(side));
+    testing::run_stage(FRESCO_PLUGIN_FILE, "export.page", options, more, folder.path(), run,
+                       {{"images", std::make_shared<Codec>()}});
+    const auto files = Files::load({folder.path() / "files", folder.path()});
+    Exported result{read_text_file(folder.path() / "files" / files->names.at(0)), {}, run.reported};
+    const std::string begin = "<script type=\"application/json\" id=\"data\">";
+    const std::size_t at = result.page.find(begin) + begin.size();
+    result.data = parse_json(result.page.substr(at, result.page.find("</script>", at) - at));
+    return result;
+}
+}  // namespace
+
+TEST_CASE("the page holds the room and all scripts, and names no other file")
+{
+    const Exported result = exported(Value::Map{{"up", "-y"}, {"path", "rooms/a<b.html"}});
+    CHECK_THAT(result.page, Catch::StartsWith("<!doctype html>") && Catch::EndsWith("</html>\n"));
+    CHECK_THAT(result.page,
+               Contains("<title>a&lt;b</title>") && Contains("OrbitControls") && Contains("async function showRoom"));
+    for (const char* outside : {"src=\"http", "href=\"http", "@import", "<link rel=\"stylesheet"})
+        CHECK_THAT(result.page, !Contains(outside));
+    CHECK(result.data.at("room").at("triangles") == Value(2));
+    CHECK(result.data.at("cameras").is_null());
+    const Value::List& up = result.data.at("up").as_list();
+    CHECK(up.at(0).as_double() == Approx(0).margin(1e-12));
+    CHECK(up.at(1).as_double() == Approx(-1));
+    CHECK(up.at(2).as_double() == Approx(0).margin(1e-12));
+    CHECK(result.report.at("bytes") == Value(result.page.size()));
+    CHECK(result.report.at("triangles") == Value(2));
+}
+
+TEST_CASE("the visitor begins where the first camera stood")
+{
+    const auto frames = std::make_shared<Frames>();
+    frames->frames.emplace_back().color.world_from_camera.translation = {1, 2, 3};
+    frames->frames.emplace_back().color.world_from_camera.translation = {4, 5, 6};
+    const Exported result = exported(Value::Map{{"up", "z"}}, {{"frames", frames}});
+    CHECK(result.data.at("cameras").at("position") == Value(Value::List{1.0, 2.0, 3.0}));
+    CHECK(result.data.at("cameras").at("forward") == Value(Value::List{0.0, 0.0, 1.0}));
+    CHECK(exported(Value::Map{{"up", "z"}}, {{"frames", frames}}).page == result.page);
+}
+
+TEST_CASE("the picture has at most 2048 texels a side unless told otherwise")
+{
+    CHECK(exported(Value::Map{{"up", "z"}}, {}, 2100).report.at("texture_px") == Value(2048));
+    CHECK(exported(Value::Map{{"up", "z"}, {"max_texture_px", 4}}).report.at("texture_px") == Value(4));
+    CHECK_THROWS_WITH(exported(Value::Map{{"path", "room.htm"}}), Contains("path \"room.htm\" does not end in .html"));
+}

@@ -122,7 +122,8 @@ expect(len(types) >= len(libraries) > 10, f"{len(types)} types of {len(libraries
 for entry in types:
     check_type(entry)
 check_reference([entry["type"] for entry in types])
-for pipeline in sorted((SOURCE / "pipelines").glob("**/*.yaml")):
+# preview.yaml has options for stages of the others, and none of its own.
+for pipeline in sorted(set((SOURCE / "pipelines").glob("**/*.yaml")) - {SOURCE / "pipelines/presets/preview.yaml"}):
     # A missing input is the user's to give (3); anything else is wrong with the file.
     status, out, errors = fresco("check", str(pipeline))
     expect(status in (0, 3), f"{pipeline.name}: check ended with {status}: {out}{errors}")

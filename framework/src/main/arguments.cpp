@@ -55,6 +55,7 @@ void PipelineArguments::add_to(CLI::App& command)
                 return text.find('=') == std::string::npos || text.front() == '=' ? "'" + text + "' is not NAME=VALUE"
                                                                                   : std::string();
             });
+    command.add_flag("--preview", preview, "Apply the file's 'preview': fewer frames, faces and texels, in under a minute");
 }
 
 PipelineRequest PipelineArguments::request() const
@@ -63,6 +64,7 @@ PipelineRequest PipelineArguments::request() const
     request.file = file;
     request.working_directory = std::filesystem::current_path();
     request.until = until;
+    request.preview = preview;
     for (const auto& text : sets)
     {
         const auto equals = text.find('=');
@@ -78,7 +80,10 @@ void PlaceArguments::add_store_to(CLI::App& command)
 
 void PlaceArguments::add_out_to(CLI::App& command)
 {
-    command.add_option("--out", out, "Folder for output files")->capture_default_str()->check(empty_path_problem);
+    command_ = &command;
+    command.add_option("--out", out, "Folder for output files; of a preview, out/preview")
+        ->default_str("out")
+        ->check(empty_path_problem);
 }
 
 void PlaceArguments::add_upstream_to(CLI::App& command)
@@ -91,9 +96,15 @@ void PipelineArguments::add_until_to(CLI::App& command)
     command.add_option("--until", until, "Only this stage and those it needs");
 }
 
+std::string PlaceArguments::out_name() const
+{
+    // A preview overwrites nothing of the full run.
+    return !out.empty() ? out : command_ != nullptr && command_->count("--preview") > 0 ? "out/preview" : "out";
+}
+
 std::filesystem::path PlaceArguments::out_folder() const
 {
-    return std::filesystem::absolute(out).lexically_normal();
+    return std::filesystem::absolute(out_name()).lexically_normal();
 }
 
 std::filesystem::path PlaceArguments::store_folder() const

@@ -148,7 +148,7 @@ int plan(const PlanArguments& arguments)
     const PipelineEstimate estimate = estimate_pipeline(loaded->result.pipeline, arguments.cores);
     const Plan made = make_plan(loaded->result.pipeline, arguments.places.store_folder(), arguments.places.out_folder(),
                                 arguments.pipeline.until, estimate.stages, arguments.places.upstream_folder());
-    arguments.json ? print_json(made, estimate.notes) : print_text(made, estimate.notes, arguments.places.out);
+    arguments.json ? print_json(made, estimate.notes) : print_text(made, estimate.notes, arguments.places.out_name());
     return 0;
 }
 

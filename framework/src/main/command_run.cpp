@@ -342,7 +342,8 @@ void add_run_command(CLI::App& app, const std::vector<std::string>& words, int& 
     auto* task =
         command->add_option("--task", arguments->task,
                             "Run only this task of the folder that stands in place of the pipeline ('fresco plan --tasks')");
-    for (const char* other : {"--set", "--out", "--store", "--until", "--jobs", "--keep-going", "--thumbnails", "--no-report"})
+    for (const char* other :
+         {"--set", "--preview", "--out", "--store", "--until", "--jobs", "--keep-going", "--thumbnails", "--no-report"})
         task->excludes(other);
     command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
 }

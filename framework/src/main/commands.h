@@ -36,6 +36,7 @@ struct PipelineArguments
     std::string file;
     std::vector<std::string> sets;
     std::string until;
+    bool preview = false;
 
     void add_to(CLI::App& command);
     void add_until_to(CLI::App& command);
@@ -45,13 +46,15 @@ struct PipelineArguments
 /// Where results go.
 struct PlaceArguments
 {
-    std::string out = "out";
+    std::string out;  ///< Empty: not given, see out_name.
     std::string store = default_store;
     std::string upstream;
 
     void add_store_to(CLI::App& command);
     void add_out_to(CLI::App& command);
     void add_upstream_to(CLI::App& command);
+    /// As the user would write it.
+    std::string out_name() const;
     std::filesystem::path out_folder() const;
     std::filesystem::path store_folder() const;
     /// Empty: none. Throws MissingInput if it is not a store.
@@ -60,6 +63,9 @@ struct PlaceArguments
     Store existing_store() const;
     /// Why a run could not keep or write its results there; empty where it could. Said before anything runs.
     std::string problem() const;
+
+  private:
+    const CLI::App* command_ = nullptr;  ///< With --out.
 };
 
 /// A checked pipeline with the catalog that it points into.

@@ -127,6 +127,8 @@ void load(const PipelineRequest& request, const Catalog& catalog, PipelineResult
 {
     PipelineDocument document = read_pipeline_document(result.pipeline.file, request.file.string(), request.texts, problems);
     result.pipeline.texts = document.texts;
+    if (request.preview)
+        apply_preview(document, request.file.string(), problems);
     Settings settings(request.sets, request.working_directory, problems);
     std::vector<MatrixAxis> matrix = read_matrix(document, problems);
     settings.set_vars(document, matrix);

@@ -125,6 +125,7 @@ struct PipelineRequest
     std::vector<std::pair<std::string, std::string>> sets;  ///< `--set NAME=VALUE`, `--set stage.option=VALUE`, in order.
     std::filesystem::path working_directory;                ///< Base of relative paths in `sets`.
     std::string until = {};                                 ///< `--until STAGE`: checked to be a stage's name; empty: not given.
+    bool preview = false;                                   ///< `--preview`: with the options that the file's `preview` sets.
     std::vector<PipelineText> texts = {};                   ///< Where not empty: read in place of the files on the disk.
     std::optional<SweepPart> part = {};                     ///< Combinations to load; all of them where not given.
 };

@@ -23,7 +23,9 @@ struct Layer
     YamlNode inputs;
     YamlNode matrix;
     YamlNode stages;
-    YamlNode base;  ///< Null: none.
+    YamlNode preview;  ///< Null: none.
+    YamlNode base;     ///< Null: none.
+    bool has_stages = false;
     bool complete = true;
 };
 
@@ -64,7 +66,8 @@ YamlNode section(const YamlNode& root, std::string_view key, ProblemList& proble
     YamlNode map = entry->value;
     for (const YamlNode::Entry& named : map.entries)
         if (!is_name(named.key))
-            problems.add(named.position(), "'" + named.key + "' cannot name a " + (key == "stages" ? "stage" : "var") +
+            problems.add(named.position(), "'" + named.key + "' cannot name a " +
+                                               (key == "stages" || key == "preview" ? "stage" : "var") +
                                                ": a name has letters, digits, '_' and '-' and begins with a letter or '_'");
     return map;
 }
@@ -114,7 +117,7 @@ Layer read_layer(const fs::path& file, const std::vector<PipelineText>& texts, c
         layer.complete = false;
         return layer;
     }
-    static const std::vector<std::string> keys{"version", "base", "inputs", "vars", "matrix", "stages"};
+    static const std::vector<std::string> keys{"version", "base", "inputs", "vars", "matrix", "stages", "preview"};
     for (const YamlNode::Entry& entry : root.entries)
         if (std::find(keys.begin(), keys.end(), entry.key) == keys.end())
             problems.add(entry.position(), "unknown key '" + entry.key + "'" + suggestion(entry.key, keys));
@@ -128,6 +131,10 @@ Layer read_layer(const fs::path& file, const std::vector<PipelineText>& texts, c
             layer.vars.entries.push_back(input);
     layer.matrix = section(root, "matrix", problems);
     layer.stages = section(root, "stages", problems);
+    const YamlNode::Entry* stages = root.find("stages");
+    layer.has_stages = stages && !stages->value.is_null() && !(stages->value.is_map() && layer.stages.entries.empty());
+    if (root.find("preview"))
+        layer.preview = section(root, "preview", problems);
     if (const YamlNode::Entry* base = root.find("base"))
     {
         const bool usable =
@@ -139,9 +146,6 @@ Layer read_layer(const fs::path& file, const std::vector<PipelineText>& texts, c
                          "'base' must be the path of a pipeline file, without vars, got " + base->value.summary());
         layer.complete = layer.complete && usable;
     }
-    else if (const YamlNode::Entry* stages = root.find("stages");
-             layer.complete && (!stages || stages->value.is_null() || (stages->value.is_map() && layer.stages.entries.empty())))
-        problems.add(root.position(), "missing stages: a pipeline needs 'stages: {name: {type: …}}'");
     return layer;
 }
 
@@ -230,6 +234,18 @@ void merge_matrix(YamlNode& below, YamlNode above, const YamlNode& vars_above, P
         merge_entry(below, std::move(entry), Level::axes, problems);
 }
 
+/// Brings a base's preview to a file above it. What the base's preview changes in a stage means nothing to another type.
+void merge_preview(YamlNode& below, Layer& layer, const YamlNode& stages_below, ProblemList& problems)
+{
+    for (const YamlNode::Entry& stage : layer.stages.entries)
+        if (const YamlNode::Entry* old = stages_below.find(stage.key); old && type_changes(old->value, stage.value))
+            below.erase(stage.key);
+    if (layer.preview.is_null())
+        return;
+    below.kind = YamlNode::Kind::map;
+    merge(below, std::move(layer.preview), Level::stages, problems);
+}
+
 /// The base's name as the user would write it from where the upper file's name counts from.
 std::string shown_beside(const std::string& shown, const std::string& base)
 {
@@ -240,6 +256,24 @@ bool same_file(const fs::path& a, const fs::path& b)
 {
     std::error_code failure;
     return a == b || (fs::equivalent(a, b, failure) && !failure);
+}
+
+/// A base may be shared by pipelines of which only some have a stage that its preview names.
+void check_preview(const YamlNode& preview, const YamlNode& stages, const std::shared_ptr<const YamlSource>& own,
+                   ProblemList& problems)
+{
+    std::vector<std::string> names;
+    for (const YamlNode::Entry& stage : stages.entries)
+        names.push_back(stage.key);
+    for (const YamlNode::Entry& entry : preview.entries)
+        if (!entry.value.is_map() && entry.value.is_valid())
+            problems.add(entry.position(),
+                         "the preview of '" + entry.key + "' must be a map {option: …}, got " + entry.value.summary());
+        else if (entry.value.find("type"))
+            problems.add(entry.value.find("type")->position(), "a preview cannot change the type of a stage");
+        else if (entry.source == own && !names.empty() && !stages.find(entry.key))
+            problems.add(entry.position(),
+                         "unknown stage '" + entry.key + "'" + (problems.takes_hints() ? suggestion(entry.key, names) : ""));
 }
 
 void check_stages(const YamlNode& stages, const YamlNode& vars, ProblemList& problems)
@@ -289,24 +323,43 @@ PipelineDocument read_pipeline_document(const fs::path& file, const std::string&
         name = fs::path(base.text).is_absolute() ? base.text : shown_beside(name, base.text);
         files.push_back(next);
     }
+    if (document.complete && std::ranges::none_of(layers, &Layer::has_stages))
+        problems.add(layers.front().stages.position(), "missing stages: a pipeline needs 'stages: {name: {type: …}}'");
+    const std::shared_ptr<const YamlSource> own = layers.front().stages.source;
     document.vars = std::move(layers.back().vars);
     document.matrix = std::move(layers.back().matrix);
     document.stages = std::move(layers.back().stages);
+    document.preview = std::move(layers.back().preview);
     document.vars.kind = document.matrix.kind = document.stages.kind = YamlNode::Kind::map;
     layers.pop_back();
     while (!layers.empty())
     {
         merge_matrix(document.matrix, std::move(layers.back().matrix), layers.back().vars, problems);
         merge_vars(document.vars, std::move(layers.back().vars));
+        merge_preview(document.preview, layers.back(), document.stages, problems);
         if (layers.back().stages.is_map())
             merge(document.stages, std::move(layers.back().stages), Level::stages, problems);
         layers.pop_back();
     }
+    if (document.complete)
+        check_preview(document.preview, document.stages, own, problems);
     check_stages(document.stages, document.vars, problems);
     for (YamlNode::Entry& stage : document.stages.entries)
         if (!stage.value.is_map())
             stage.value.kind = YamlNode::Kind::invalid;
     return document;
+}
+
+void apply_preview(PipelineDocument& document, const std::string& shown, ProblemList& problems)
+{
+    if (document.preview.is_null() && document.complete)
+        problems.add({"--preview", 0, 0},
+                     fmt::format("{} has no 'preview': {{STAGE: {{OPTION: VALUE}}}}, the options that make it fast; "
+                                 "'base: …/presets/preview.yaml' has some",
+                                 shown));
+    for (YamlNode::Entry& entry : document.preview.entries)
+        if (YamlNode::Entry* stage = document.stages.find(entry.key); stage && stage->value.is_map() && entry.value.is_map())
+            merge(stage->value, std::move(entry.value), Level::stage, problems);
 }
 
 }  // namespace fresco::host

@@ -18,6 +18,7 @@ struct PipelineDocument
     std::set<std::string> inputs;  ///< Vars under `inputs`: folders whose place does not count.
     YamlNode matrix;               ///< A map: var -> the values it takes; empty: none.
     YamlNode stages;               ///< A map: name -> a map, or an invalid node where that is reported already.
+    YamlNode preview;              ///< A map: stage -> its options in a preview; null: none.
     std::vector<PipelineText> texts;
     bool complete = true;  ///< False: a file was not read to its end, so that things may seem to be missing.
 };
@@ -29,5 +30,8 @@ struct PipelineDocument
 /// var that the upper file sets is not an axis of the base any more. A file that `texts` has is not read from the disk.
 PipelineDocument read_pipeline_document(const std::filesystem::path& file, const std::string& shown,
                                         const std::vector<PipelineText>& texts, ProblemList& problems);
+
+/// Merges the document's preview into its stages, as those of a file above it. A document without one is a problem.
+void apply_preview(PipelineDocument& document, const std::string& shown, ProblemList& problems);
 
 }  // namespace fresco::host

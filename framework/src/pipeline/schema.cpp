@@ -136,32 +136,37 @@ class SchemaWriter
             definitions.set(kind == "stage" ? "stage" : "kind." + kind, kind_schema(kind, true));
         }
         definitions.set("stage_over_base", Map{{"anyOf", List{Map{{"type", "null"}}, kind_schema("stage", false)}}});
-        return Map{
-            {"$schema", "https://json-schema.org/draft/2020-12/schema"},
-            {"title", "fresco pipeline"},
-            {"type", "object"},
-            {"required", List{"version"}},
-            {"properties", Map{{"version", Map{{"const", 1}}},
-                               {"base", Map{{"type", "string"}, {"description", "A pipeline file that this one builds on"}}},
-                               {"vars", Map{{"type", "object"},
-                                            {"description", "Values for ${name}, changed by --set NAME=VALUE"},
-                                            {"propertyNames", Map{{"pattern", name_pattern}}}}},
-                               {"inputs", Map{{"type", "object"},
-                                              {"description", "Folders by name, as vars: wherever they are, results of what lies "
-                                                              "below are the same"},
-                                              {"propertyNames", Map{{"pattern", name_pattern}}},
-                                              {"additionalProperties", Map{{"type", List{"string", "null"}}}}}},
-                               {"matrix", Map{{"type", "object"},
-                                              {"description", "Runs every combination: var -> the values that it takes, a list "
-                                                              "or a map of named ones"},
-                                              {"propertyNames", Map{{"pattern", name_pattern}}},
-                                              {"additionalProperties", axis_schema()}}},
-                               {"stages", Map{{"type", "object"}, {"propertyNames", Map{{"pattern", name_pattern}}}}}}},
-            {"additionalProperties", false},
-            {"if", Map{{"required", List{"base"}}}},
-            {"then", stages_of("stage_over_base")},
-            {"else", Map{{"required", List{"stages"}}, {"properties", stages_of("stage").at("properties")}}},
-            {"$defs", std::move(definitions)}};
+        return Map{{"$schema", "https://json-schema.org/draft/2020-12/schema"},
+                   {"title", "fresco pipeline"},
+                   {"type", "object"},
+                   {"required", List{"version"}},
+                   {"properties",
+                    Map{{"version", Map{{"const", 1}}},
+                        {"base", Map{{"type", "string"}, {"description", "A pipeline file that this one builds on"}}},
+                        {"vars", Map{{"type", "object"},
+                                     {"description", "Values for ${name}, changed by --set NAME=VALUE"},
+                                     {"propertyNames", Map{{"pattern", name_pattern}}}}},
+                        {"inputs", Map{{"type", "object"},
+                                       {"description", "Folders by name, as vars: wherever they are, results of what lies "
+                                                       "below are the same"},
+                                       {"propertyNames", Map{{"pattern", name_pattern}}},
+                                       {"additionalProperties", Map{{"type", List{"string", "null"}}}}}},
+                        {"matrix", Map{{"type", "object"},
+                                       {"description", "Runs every combination: var -> the values that it takes, a list "
+                                                       "or a map of named ones"},
+                                       {"propertyNames", Map{{"pattern", name_pattern}}},
+                                       {"additionalProperties", axis_schema()}}},
+                        {"stages", Map{{"type", "object"}, {"propertyNames", Map{{"pattern", name_pattern}}}}},
+                        {"preview",
+                         Map{{"type", "object"},
+                             {"description", "Options of stages for --preview: stage -> {option: value}"},
+                             {"propertyNames", Map{{"pattern", name_pattern}}},
+                             {"additionalProperties", Map{{"anyOf", List{Map{{"type", "object"}}, Map{{"type", "null"}}}}}}}}}},
+                   {"additionalProperties", false},
+                   {"if", Map{{"required", List{"base"}}}},
+                   {"then", stages_of("stage_over_base")},
+                   {"else", Map{{"required", List{"stages"}}, {"properties", stages_of("stage").at("properties")}}},
+                   {"$defs", std::move(definitions)}};
     }
 
   private:

@@ -57,7 +57,7 @@ TaskTable plan_tasks(const PipelineRequest& request, const Pipeline& pipeline, c
             estimates[node.stage->name] = statistics.corrected(cost_name(*node.stage), remaining_cost(node, estimates));
     }
     TaskTable table = make_task_table(pipeline, runs, estimates, settings);
-    table.pipeline = {pipeline.file, pipeline.texts, request.sets, request.working_directory, request.until};
+    table.pipeline = {pipeline.file, pipeline.texts, request.sets, request.working_directory, request.until, request.preview};
     const auto devices = settled_devices(pipeline);
     table.pipeline.sets.insert(table.pipeline.sets.end(), devices.begin(), devices.end());
     for (const PipelineStage& stage : pipeline.stages)

@@ -85,11 +85,9 @@ Value pipeline_value(const FrozenPipeline& pipeline)
     List sets;
     for (const auto& [name, value] : pipeline.sets)
         sets.push_back(Map{{"name", name}, {"value", value}});
-    return Map{{"file", pipeline.file.string()},
-               {"working_directory", pipeline.working_directory.string()},
-               {"until", pipeline.until},
-               {"files", std::move(files)},
-               {"sets", std::move(sets)}};
+    return Map{{"file", pipeline.file.string()}, {"working_directory", pipeline.working_directory.string()},
+               {"until", pipeline.until},        {"preview", pipeline.preview},
+               {"files", std::move(files)},      {"sets", std::move(sets)}};
 }
 
 Value head_value(const TaskTable& table)
@@ -219,11 +217,12 @@ class Place
 
 FrozenPipeline read_pipeline(const Place& place, const fs::path& folder)
 {
-    place.has_only({"file", "working_directory", "until", "files", "sets"});
+    place.has_only({"file", "working_directory", "until", "preview", "files", "sets"});
     FrozenPipeline pipeline;
     pipeline.file = place["file"].text();
     pipeline.working_directory = place["working_directory"].text();
     pipeline.until = place["until"].text();
+    pipeline.preview = place["preview"].flag();
     for (const Place& file : place["files"].list())
     {
         file.has_only({"file", "copy", "hash"});

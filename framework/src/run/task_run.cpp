@@ -56,6 +56,7 @@ PipelineRequest task_request(const TaskTable& head, const Task& task)
     request.file = head.pipeline.file;
     request.sets = head.pipeline.sets;
     request.working_directory = head.pipeline.working_directory;
+    request.preview = head.pipeline.preview;
     request.texts = head.pipeline.texts;
     SweepPart& part = request.part.emplace();
     part.stage_axes = head.stage_axes;

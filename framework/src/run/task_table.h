@@ -18,6 +18,7 @@
 ///   tasks.json        the head, written last:
 ///     {"version": 1, "fresco": "0.1.0",
 ///      "pipeline": {"file": "/home/me/many.yaml", "working_directory": "/home/me", "until": "",
+///                   "preview": false,
 ///                   "files": [{"file": "/home/me/many.yaml", "copy": "pipeline/0-many.yaml", "hash": "…"}],
 ///                   "sets": [{"name": "texture.device", "value": "cuda"}]},
 ///      "plugins": {"mesh.decimate": {"library": "/usr/lib/fresco/mesh_decimate.so", "hash": "…"}},
@@ -69,6 +70,7 @@ struct FrozenPipeline
     std::vector<std::pair<std::string, std::string>> sets;  ///< `--set`, and what `auto` devices stand for.
     std::filesystem::path working_directory;
     std::string until;
+    bool preview = false;
 };
 
 struct FrozenPlugin

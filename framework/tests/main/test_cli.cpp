@@ -113,6 +113,35 @@ TEST_CASE("Exit codes")
     CHECK(place.run({"run", "room.yaml", "--store", "notastore"}).code == 2);
 }
 
+TEST_CASE("A preview has its own options and its own folder")
+{
+    Workplace place;
+    place.write("room.yaml", std::string(simple) + "preview: {add: {plus: 2}}\n");
+    place.write("bare.yaml", simple);
+    REQUIRE(place.run({"run", "room.yaml"}).code == 0);
+    const std::string full = place.read("out/x.txt");
+    CHECK(contains(reason(planned(place, {"--preview"}), "add"), "run: option plus was 1"));
+    CHECK(contains(place.run({"plan", "room.yaml", "--preview", "--until", "source"}).out, "nothing to do"));
+    REQUIRE(place.run({"run", "room.yaml", "--preview"}).code == 0);
+    CHECK(place.read("out/x.txt") == full);
+    CHECK(place.read("out/preview/x.txt") != full);
+    CHECK(contains(place.run({"plan", "room.yaml"}).out, "nothing to do"));
+    CHECK(place.run({"plan", "room.yaml", "--preview", "--out", "small"}).out.ends_with("copies 1 file of text to small\n"));
+    place.write("out/preview/x.txt", "changed");
+    CHECK(place.run({"plan", "room.yaml", "--preview"}).out.ends_with("copies 1 file of text to out/preview\n"));
+
+    REQUIRE(place.run({"plan", "room.yaml", "--preview", "--set", "start=7", "--tasks", "--folder", "tasks"}).code == 0);
+    REQUIRE(place.run({"run", "--task", "0", "tasks"}).code == 0);
+    CHECK(contains(place.run({"plan", "room.yaml", "--preview", "--set", "start=7"}).out, "nothing to do"));
+
+    for (const char* command : {"run", "plan", "check"})
+    {
+        const Finished refused = place.run({command, "bare.yaml", "--preview"});
+        CHECK(refused.code == 2);
+        CHECK(contains(refused.err, "--preview: error: bare.yaml has no 'preview'"));
+    }
+}
+
 TEST_CASE("What the command line names must be there, and the nearest name is given")
 {
     Workplace place;

@@ -381,3 +381,78 @@ stages:
     CHECK_THAT(lines(missing).at(0), Catch::StartsWith("p.yaml:2:7: error: no such pipeline file '"));
     CHECK(missing.exit_code() == 3);
 }
+
+namespace
+{
+PipelineResult preview_of(const Room& folder, const std::string& text, const Catalog& catalog,
+                          const std::vector<std::pair<std::string, std::string>>& sets = {})
+{
+    folder.write("p.yaml", text);
+    return load_pipeline({.file = "p.yaml", .sets = sets, .working_directory = folder.path(), .preview = true}, catalog);
+}
+}  // namespace
+
+TEST_CASE("A preview changes options of the pipeline and of its bases, and --set goes before it", "[pipeline]")
+{
+    const Room folder;
+    const Catalog catalog = hand_made_catalog();
+    folder.write("small.yaml", R"(version: 1
+preview:
+  mesh: {max_faces: 10}
+  frames: {min_sharpness: 1}
+  uvmaps: {heights_px: [16]}
+  video: {seconds: 1}
+  glb: {path: small.glb}
+)");
+    folder.write("room.yaml", room + "base: small.yaml\npreview: {texture: {max_steps: 7}}\n");
+    const std::string text = R"(version: 1
+base: room.yaml
+vars: {height: 99}
+stages:
+  mesh:   {max_faces: 300}
+  frames: {type: mesh.pass, input: scan.mesh}
+  uvmaps: {input: {frames: scan}}
+  texture: {input: {frames: scan}}
+  glb:
+preview:
+  mesh:   {method: edge}
+  uvmaps: {heights_px: ["${height}"]}
+  texture: {epochs: 1}
+)";
+    const PipelineResult small = preview_of(folder, text, catalog);
+    REQUIRE(lines(small) == std::vector<std::string>{});
+    CHECK(options_of(small, "mesh") == R"({"max_faces":10,"keep_borders":true,"method":"edge"})");
+    // Another type: the base's options are dropped, those of its preview too. A stage that is not there has none.
+    CHECK(options_of(small, "frames") == R"({"title":"","size":1.0})");
+    CHECK(names_of(small) == std::vector<std::string>{"scan", "frames", "mesh", "uvmaps", "texture"});
+    CHECK_THAT(options_of(small, "uvmaps"), Catch::StartsWith(R"({"heights_px":[99],)"));
+    CHECK_THAT(options_of(small, "texture"), Catch::Contains(R"("epochs":1)") && Catch::Contains(R"("max_steps":7)"));
+
+    const PipelineResult set = preview_of(folder, text, catalog, {{"mesh.max_faces", "40"}});
+    CHECK(options_of(set, "mesh") == R"({"max_faces":40,"keep_borders":true,"method":"edge"})");
+    const PipelineResult full = check(folder, text, catalog);
+    CHECK(options_of(full, "mesh") == R"({"max_faces":300,"keep_borders":true,"method":"quadric"})");
+    CHECK_THAT(options_of(full, "uvmaps"), Catch::StartsWith(R"({"heights_px":[256,432],)"));
+}
+
+TEST_CASE("A preview that a pipeline lacks, or that does not fit it, is refused", "[pipeline]")
+{
+    const Room folder;
+    const Catalog catalog = hand_made_catalog();
+    const auto problems = [&](const std::string& text) { return lines(preview_of(folder, text, catalog)); };
+    CHECK(problems(room) == std::vector<std::string>{"--preview: error: p.yaml has no 'preview': {STAGE: {OPTION: VALUE}}, the "
+                                                     "options that make it fast; 'base: …/presets/preview.yaml' has some"});
+    CHECK(lines(check(folder, room, catalog)).empty());
+
+    const auto bad = problems(room + "preview:\n  mesh: {type: mesh.pass}\n  mehs: {max_faces: 9}\n  frames: 3\n  uvmaps: "
+                                     "{height: 3}\n  1a: {}\n");
+    REQUIRE(bad.size() == 6);
+    CHECK(bad[0] == "p.yaml:14:10: error: a preview cannot change the type of a stage");
+    CHECK(bad[1] == "p.yaml:15:3: error: unknown stage 'mehs' (did you mean 'mesh'?)");
+    CHECK_THAT(bad[2], Catch::StartsWith("p.yaml:16:3: error: the preview of 'frames' must be a map {option: …}, got 3"));
+    CHECK_THAT(bad[3], Catch::StartsWith("p.yaml:17:12: error: ") && Catch::Contains("'height'"));
+    CHECK_THAT(bad[4], Catch::StartsWith("p.yaml:18:3: error: '1a' cannot name a stage"));
+    const auto none = lines(check(folder, "version: 1\npreview: {mesh: {max_faces: 9}}\n", catalog));
+    REQUIRE(none.size() == 1);
+    CHECK_THAT(none[0], Catch::StartsWith("p.yaml:1:1: error: missing stages"));
+}

@@ -106,6 +106,8 @@ stages:
     for (const char* matrix : {"[a]", "{a: []}", "{a: {}}", "{a: 1}", "{a: [1, 1]}", "{1a: [1]}"})
         CHECK_FALSE(check.accepts(yaml(std::string("version: 1\nmatrix: ") + matrix + "\nstages: {s: {type: mesh.two}}\n")));
 
+    CHECK(check.accepts(yaml("version: 1\nstages: {a: {type: mesh.two}}\npreview: {a: {size: 1}}\n")));
+    CHECK_FALSE(check.accepts(yaml("version: 1\nstages: {a: {type: mesh.two}}\npreview: {a: 1}\n")));
     // Over a base a stage may leave its type to the base, or be removed.
     CHECK(check.accepts(yaml("version: 1\nbase: b.yaml\nstages: {a: {max_faces: 5}, b: }\n")));
     CHECK_FALSE(check.accepts(yaml("version: 1\nbase: b.yaml\nstages: {a: {type: mesh.decimate, max_faces: 1}}\n")));

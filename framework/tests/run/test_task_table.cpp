@@ -291,7 +291,8 @@ TEST_CASE("a table is read back as it was written, one chunk at a time", "[tasks
 {
     const Loaded loaded(painting(3, 4));
     TaskTable table = make_task_table(loaded.pipeline(), loaded.all(), loaded.each(1), {0, 2});
-    table.pipeline = {loaded.pipeline().file, loaded.pipeline().texts, {{"paint.device", "cuda"}}, loaded.folder.path(), ""};
+    table.pipeline = {
+        loaded.pipeline().file, loaded.pipeline().texts, {{"paint.device", "cuda"}}, loaded.folder.path(), "", true};
     table.plugins["paint"] = {"/plugins/paint.so", "00"};
     table.store = "/store";
     table.out = "/out";

@@ -70,7 +70,7 @@ Raster8 bake(const Texture& texture, const Mesh& mesh, const BakeOptions& option
         fill_unseen(mesh, charts, faces, seen, rgb, progress);
     progress.progress(3, steps, "steps");
 
-    Raster8 image = to_bytes(rgb);
+    Raster8 image = to_bytes(rgb, progress);
     rgb = {};
     if (options.unseen == Unseen::color)
         for (std::size_t texel = 0; texel < seen.size(); ++texel)

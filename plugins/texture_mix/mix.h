@@ -14,4 +14,4 @@ fresco::RasterF recolored(const fresco::RasterF& photo, const fresco::RasterF& p
 /// photo + color (colors - photo) + strokes (painted - colors), clamped to [0,1]: a Laplacian pyramid of two bands, each with a
 /// share of the painting. Equal to `photo` where both shares are 0 and to `painted` where both are 1. The pictures have one size.
 fresco::RasterF mix(const fresco::RasterF& photo, const fresco::RasterF& colors, const fresco::RasterF& painted, double color,
-                    double strokes);
+                    double strokes, const fresco::Progress& progress);

@@ -17,19 +17,26 @@ constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
 /// one half at f h = 0.32.
 constexpr double spacings_per_wavelength = 1 / 0.32;
 
-/// The shares of the directions +x, -x, +y, -y, +z, -z; they sum to 1 and change smoothly with the normal.
-std::array<float, 6> direction_shares(Vec3f normal)
+/// Of the directions +x, -x, +y, -y, +z, -z: the three that a normal leans to, and their shares, its squared length in all. They
+/// change smoothly with the normal.
+struct Directions
 {
-    const auto share = [](float n) { return n > 0 ? n * n : 0.0F; };
-    return {share(normal.x), share(-normal.x), share(normal.y), share(-normal.y), share(normal.z), share(-normal.z)};
+    std::array<std::size_t, 3> of;
+    std::array<float, 3> share;
+};
+
+Directions directions(Vec3f normal)
+{
+    return {{normal.x > 0 ? 0U : 1U, normal.y > 0 ? 2U : 3U, normal.z > 0 ? 4U : 5U},
+            {normal.x * normal.x, normal.y * normal.y, normal.z * normal.z}};
 }
 }  // namespace
 
 SurfaceAverage::SurfaceAverage(Vec3f low, Vec3f high, double wavelength_m)
-    : low_(vec_cast<double>(low)), spacing_(wavelength_m / spacings_per_wavelength)
+    : low_(low), spacing_(wavelength_m / spacings_per_wavelength)
 {
     constexpr double most_cells = 1e8;
-    const Vec3d extent = vec_cast<double>(high) - low_;
+    const Vec3d extent = vec_cast<double>(high) - vec_cast<double>(low);
     double count = 1;
     for (std::size_t axis = 0; axis < 3; ++axis)
     {
@@ -44,70 +51,95 @@ SurfaceAverage::SurfaceAverage(Vec3f low, Vec3f high, double wavelength_m)
     node_of_.assign(cells_[0] * cells_[1] * cells_[2], none);
 }
 
-template <class Use>
-void SurfaceAverage::around(Vec3f point, Use use) const
+inline SurfaceAverage::Place SurfaceAverage::place(Vec3f point) const
 {
-    const Vec3d at = (vec_cast<double>(point) - low_) * (1 / spacing_);
+    const Vec3f at = (point - low_) * static_cast<float>(1 / spacing_);
     const std::array along{at.x, at.y, at.z};
-    std::array<std::size_t, 3> first{};
-    std::array<float, 3> share{};
+    Place result;
     for (std::size_t axis = 0; axis < 3; ++axis)
     {
-        const double cell = std::clamp(std::floor(along[axis]), 0.0, static_cast<double>(cells_[axis] - 2));
-        first[axis] = static_cast<std::size_t>(cell);
-        share[axis] = static_cast<float>(along[axis] - cell);
+        const int cell = std::clamp(static_cast<int>(along[axis]), 0, static_cast<int>(cells_[axis]) - 2);
+        result.cell[axis] = static_cast<std::uint32_t>(cell);
+        result.share[axis] = along[axis] - static_cast<float>(cell);
     }
+    return result;
+}
+
+std::array<std::size_t, 8> SurfaceAverage::corners(const std::array<std::uint32_t, 3>& cell) const
+{
+    std::array<std::size_t, 8> result;
     for (std::size_t corner = 0; corner < 8; ++corner)
     {
-        float weight = 1;
-        std::size_t cell = 0;
+        result[corner] = 0;
         for (std::size_t axis = 3; axis-- > 0;)
-        {
-            const std::size_t step = corner >> axis & 1U;
-            weight *= step == 1 ? share[axis] : 1 - share[axis];
-            cell = cell * cells_[axis] + first[axis] + step;
-        }
-        use(cell, weight);
+            result[corner] = result[corner] * cells_[axis] + cell[axis] + (corner >> axis & 1U);
     }
+    return result;
+}
+
+inline std::array<float, 8> SurfaceAverage::weights(const std::array<float, 3>& share)
+{
+    const float x = share[0];
+    const float far_far = share[1] * share[2];
+    const float far_near = share[1] - far_far;
+    const float near_far = share[2] - far_far;
+    const float near_near = 1 - share[1] - near_far;
+    return {near_near * (1 - x), near_near * x, far_near * (1 - x), far_near * x,
+            near_far * (1 - x),  near_far * x,  far_far * (1 - x),  far_far * x};
 }
 
 void SurfaceAverage::add(Vec3f point, Vec3f normal, Vec3f color)
 {
-    const auto shares = direction_shares(normal);
-    around(point,
-           [&](std::size_t cell, float weight)
-           {
-               if (node_of_[cell] == none)
-               {
-                   node_of_[cell] = static_cast<std::uint32_t>(nodes_.size());
-                   nodes_.emplace_back();
-               }
-               Node& node = nodes_[node_of_[cell]];
-               for (std::size_t d = 0; d < shares.size(); ++d)
-               {
-                   const float w = weight * shares[d];
-                   node[d][0] += w * color.x;
-                   node[d][1] += w * color.y;
-                   node[d][2] += w * color.z;
-                   node[d][3] += w;
-               }
-           });
+    const Directions to = directions(normal);
+    const Sum sample{color.x, color.y, color.z, 1};
+    const Place at = place(point);
+    const auto cells = corners(at.cell);
+    const auto weight = weights(at.share);
+    for (std::size_t corner = 0; corner < 8; ++corner)
+    {
+        std::uint32_t& number = node_of_[cells[corner]];
+        if (number == none)
+        {
+            number = static_cast<std::uint32_t>(nodes_.size());
+            nodes_.emplace_back();
+        }
+        for (std::size_t i = 0; i < 3; ++i)
+        {
+            Sum& sum = nodes_[number][to.of[i]];
+            sum += weight[corner] * to.share[i] * sample;
+        }
+    }
 }
 
-Vec3f SurfaceAverage::at(Vec3f point, Vec3f normal, Vec3f otherwise) const
+SurfaceAverage::Lookup::Lookup(const SurfaceAverage& average) : average_(average)
 {
-    const auto shares = direction_shares(normal);
+    cell_.fill(none);
+}
+
+Vec3f SurfaceAverage::Lookup::at(Vec3f point, Vec3f normal, Vec3f otherwise)
+{
+    static const Node empty{};
+    const Place place = average_.place(point);
+    if (place.cell != cell_)
+    {
+        cell_ = place.cell;
+        const auto cells = average_.corners(cell_);
+        for (std::size_t corner = 0; corner < 8; ++corner)
+        {
+            const std::uint32_t number = average_.node_of_[cells[corner]];
+            nodes_[corner] = number == none ? &empty : &average_.nodes_[number];
+        }
+    }
+    const Directions to = directions(normal);
+    const auto weight = weights(place.share);
     Sum sum{};
-    around(point,
-           [&](std::size_t cell, float weight)
-           {
-               if (node_of_[cell] == none)
-                   return;
-               const Node& node = nodes_[node_of_[cell]];
-               for (std::size_t d = 0; d < shares.size(); ++d)
-                   for (std::size_t i = 0; i < sum.size(); ++i)
-                       sum[i] += weight * shares[d] * node[d][i];
-           });
+    for (std::size_t i = 0; i < 3; ++i)
+    {
+        Sum around{};
+        for (std::size_t corner = 0; corner < 8; ++corner)
+            around += weight[corner] * (*nodes_[corner])[to.of[i]];
+        sum += to.share[i] * around;
+    }
     constexpr float least_weight = 1e-6F;
-    return sum[3] > least_weight ? Vec3f{sum[0], sum[1], sum[2]} * (1 / sum[3]) : otherwise;
+    return sum[3] > least_weight * dot(normal, normal) ? Vec3f{sum[0], sum[1], sum[2]} * (1 / sum[3]) : otherwise;
 }

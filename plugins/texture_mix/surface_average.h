@@ -21,25 +21,47 @@ class SurfaceAverage
     /// `normal`: unit length.
     void add(fresco::Vec3f point, fresco::Vec3f normal, fresco::Vec3f color);
 
-    /// The mean around a point; `otherwise` if no sample is near. Continuous in point and normal as long as samples are near.
-    /// Thread-safe once all samples are added.
-    fresco::Vec3f at(fresco::Vec3f point, fresco::Vec3f normal, fresco::Vec3f otherwise) const;
-
     /// Meters between the nodes of the grid.
     double spacing_m() const { return spacing_; }
 
+    /// Looks up means, sooner where the next point is in the same cell of the grid. One for each thread, once all samples are
+    /// added; the average must outlive it.
+    class Lookup;
+
   private:
     /// Red, green, blue and weight, summed.
-    using Sum = std::array<float, 4>;
+    typedef float Sum __attribute__((vector_size(16)));
     using Node = std::array<Sum, 6>;
 
-    /// Calls `use(cell, weight)` for the eight nodes around a point. \pre the point is within the bounds.
-    template <class Use>
-    void around(fresco::Vec3f point, Use use) const;
+    /// Where a point within the bounds is: its cell's first node, and how far on it is to the second, along each axis.
+    struct Place
+    {
+        std::array<std::uint32_t, 3> cell;
+        std::array<float, 3> share;
+    };
+    Place place(fresco::Vec3f point) const;
+    /// Of the eight nodes around a cell, x changing first: their places in node_of_.
+    std::array<std::size_t, 8> corners(const std::array<std::uint32_t, 3>& cell) const;
+    static std::array<float, 8> weights(const std::array<float, 3>& share);
 
-    fresco::Vec3d low_;
+    fresco::Vec3f low_;
     double spacing_ = 0;
     std::array<std::size_t, 3> cells_{};
     std::vector<std::uint32_t> node_of_;  ///< Per cell: its place in nodes_, or none.
     std::vector<Node> nodes_;             ///< Only those near samples.
+};
+
+class SurfaceAverage::Lookup
+{
+  public:
+    explicit Lookup(const SurfaceAverage& average);
+
+    /// The mean around a point; `otherwise` if no sample is near. Continuous in point and normal as long as samples are near.
+    /// `normal`: of any length.
+    fresco::Vec3f at(fresco::Vec3f point, fresco::Vec3f normal, fresco::Vec3f otherwise);
+
+  private:
+    const SurfaceAverage& average_;
+    std::array<std::uint32_t, 3> cell_;
+    std::array<const Node*, 8> nodes_{};
 };

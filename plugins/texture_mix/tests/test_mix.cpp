@@ -1,4 +1,5 @@
 #include "mix.h"
+#include "surface_average.h"
 #include "two_chart_wall.h"
 
 #include <fresco/testing.h>
@@ -8,6 +9,8 @@
 
 #include <cmath>
 #include <numbers>
+#include <random>
+#include <vector>
 
 using namespace fresco;
 using namespace fresco::texturing;
@@ -42,7 +45,43 @@ RasterF painted_by(Function value)
 RasterF mixed(const RasterF& photo, const RasterF& painting, double color, double strokes, int threads = 2)
 {
     const testing::TestRun run(threads);
-    return mix(photo, recolored(photo, painting, two_chart_wall(), wall_faces(), 0.3, run), painting, color, strokes);
+    return mix(photo, recolored(photo, painting, two_chart_wall(), wall_faces(), 0.3, run), painting, color, strokes, run);
+}
+
+/// 1 m², all normals differ, its border between texels.
+Mesh hill()
+{
+    constexpr std::uint32_t side = 9;
+    Mesh mesh;
+    std::vector<Vec2f> texcoords;
+    for (std::uint32_t y = 0; y < side; ++y)
+        for (std::uint32_t x = 0; x < side; ++x)
+        {
+            const Vec2f at{static_cast<float>(x) / (side - 1), static_cast<float>(y) / (side - 1)};
+            mesh.positions.push_back({at.x, at.y, 0.2F * std::sin(5 * at.x) * std::cos(4 * at.y)});
+            texcoords.push_back({0.0523F + 0.9F * at.x, 0.0517F + 0.9F * at.y});
+        }
+    for (std::uint32_t y = 0; y + 1 < side; ++y)
+        for (std::uint32_t x = 0; x + 1 < side; ++x)
+        {
+            const std::uint32_t v = y * side + x;
+            mesh.triangles.push_back({v, v + 1, v + side});
+            mesh.triangles.push_back({v + 1, v + side + 1, v + side});
+        }
+    for (const Triangle& triangle : mesh.triangles)
+        for (const std::uint32_t corner : triangle)
+            mesh.texcoords.push_back(texcoords[corner]);
+    return mesh;
+}
+
+RasterF noise(unsigned seed)
+{
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<float> unit(0, 1);
+    RasterF rgb(wall_px, wall_px, 3);
+    for (float& value : rgb.values)
+        value = unit(random);
+    return rgb;
 }
 
 double long_wave(Vec3f at)
@@ -96,6 +135,48 @@ TEST_CASE("mix: colors and strokes come apart")
     const RasterF colors = mixed(photo, painting, 1, 0);
     CHECK(share_of(colors, short_wave) < 0.05);
     CHECK(share_of(colors, long_wave) > 0.85);
+}
+
+TEST_CASE("mix: the mean along rows is that of each texel by itself")
+{
+    const Mesh mesh = hill();
+    const TexelFaces faces = find_texel_faces(mesh, find_charts(mesh), wall_px, testing::TestRun());
+    const RasterF photo = noise(1);
+    const RasterF painting = noise(2);
+    const auto normals = vertex_normals(mesh);
+    const auto normal = [&](std::size_t texel)
+    {
+        const auto weights = texel_weights(mesh, faces, texel);
+        Vec3f sum;
+        for (std::size_t i = 0; i < 3; ++i)
+            sum += normals[mesh.triangles[faces.face[texel]][i]] * static_cast<float>(weights[i]);
+        return normalized(sum);
+    };
+    const auto difference = [&](std::size_t texel)
+    {
+        return Vec3f{painting.values[3 * texel] - photo.values[3 * texel],
+                     painting.values[3 * texel + 1] - photo.values[3 * texel + 1],
+                     painting.values[3 * texel + 2] - photo.values[3 * texel + 2]};
+    };
+    // So small a split that every texel is a sample.
+    constexpr double split_m = 0.15;
+    const auto [lowest, highest] = std::ranges::minmax(mesh.positions, {}, &Vec3f::z);
+    SurfaceAverage average({0, 0, lowest.z}, {1, 1, highest.z}, split_m);
+    for (std::size_t texel = 0; texel < faces.face.size(); ++texel)
+        if (faces.inside[texel])
+            average.add(texel_position(mesh, faces, texel), normal(texel), difference(texel));
+
+    const RasterF colors = recolored(photo, painting, mesh, faces, split_m, testing::TestRun());
+    double largest = 0;
+    for (std::size_t texel = 0; texel < faces.face.size(); ++texel)
+    {
+        Vec3f expected{photo.values[3 * texel], photo.values[3 * texel + 1], photo.values[3 * texel + 2]};
+        if (faces.covered(texel))
+            expected += SurfaceAverage::Lookup(average).at(texel_position(mesh, faces, texel), normal(texel), {});
+        for (std::size_t c = 0; c < 3; ++c)
+            largest = std::max(largest, std::abs(double{colors.values[3 * texel + c]} - double{(&expected.x)[c]}));
+    }
+    CHECK(largest < 1e-4);
 }
 
 TEST_CASE("mix: nothing shows where the atlas is cut")

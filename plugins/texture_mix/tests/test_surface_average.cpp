@@ -77,7 +77,7 @@ double response(double wavelength)
     for (float x = 0.25F; x < 0.75F; x += 0.001F)
     {
         const double sine = std::sin(2 * std::numbers::pi * x / wavelength);
-        product += sine * average.at({x, 0.5F, 0.5F}, {0, 0, 1}, {}).x;
+        product += sine * SurfaceAverage::Lookup(average).at({x, 0.5F, 0.5F}, {0, 0, 1}, {}).x;
         square += sine * sine;
     }
     return product / square;
@@ -98,7 +98,7 @@ TEST_CASE("surface average: equals the weighted mean over all samples")
             sum += vec_cast<double>(s.color) * w;
             total += w;
         }
-        const Vec3f found = average.at(at.point, at.normal, {-1, -1, -1});
+        const Vec3f found = SurfaceAverage::Lookup(average).at(at.point, at.normal, {-1, -1, -1});
         if (total > 1e-3)
             CHECK(length(vec_cast<double>(found) - sum * (1 / total)) < 1e-4);
     }
@@ -119,15 +119,15 @@ TEST_CASE("surface average: the sides of a thin board do not mix")
         average.add({x, 0.5F, 0.50F}, {0, 0, 1}, {1, 0, 0});
         average.add({x, 0.5F, 0.49F}, {0, 0, -1}, {0, 1, 0});
     }
-    CHECK(length(average.at({0.5F, 0.5F, 0.5F}, {0, 0, 1}, {}) - Vec3f{1, 0, 0}) < 1e-5F);
-    CHECK(length(average.at({0.5F, 0.5F, 0.49F}, {0, 0, -1}, {}) - Vec3f{0, 1, 0}) < 1e-5F);
+    CHECK(length(SurfaceAverage::Lookup(average).at({0.5F, 0.5F, 0.5F}, {0, 0, 1}, {}) - Vec3f{1, 0, 0}) < 1e-5F);
+    CHECK(length(SurfaceAverage::Lookup(average).at({0.5F, 0.5F, 0.49F}, {0, 0, -1}, {}) - Vec3f{0, 1, 0}) < 1e-5F);
 }
 
 TEST_CASE("surface average: far from all samples the caller decides, and an endless grid is refused")
 {
     SurfaceAverage average({0, 0, 0}, {1, 1, 1}, 0.05);
     average.add({0.1F, 0.1F, 0.1F}, {0, 0, 1}, {1, 1, 1});
-    CHECK(average.at({0.9F, 0.9F, 0.9F}, {0, 0, 1}, {0.25F, 0.5F, 0.75F}) == Vec3f{0.25F, 0.5F, 0.75F});
+    CHECK(SurfaceAverage::Lookup(average).at({0.9F, 0.9F, 0.9F}, {0, 0, 1}, {0.25F, 0.5F, 0.75F}) == Vec3f{0.25F, 0.5F, 0.75F});
     CHECK_THROWS_WITH(SurfaceAverage({0, 0, 0}, {1000, 1000, 10}, 0.01),
                       Catch::Contains("too large for means over 1 cm") && Catch::Contains("increase split_cm"));
 }

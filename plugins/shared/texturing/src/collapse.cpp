@@ -119,11 +119,16 @@ RasterF collapse(const Texture& texture, const Progress& progress)
     return result;
 }
 
-Raster8 to_bytes(const RasterF& rgb)
+Raster8 to_bytes(const RasterF& rgb, const Progress& progress)
 {
     Raster8 bytes(rgb.width, rgb.height, rgb.channels);
-    std::ranges::transform(rgb.values, bytes.values.begin(),
-                           [](float v) { return static_cast<std::uint8_t>(std::clamp(v, 0.0F, 1.0F) * 255.0F + 0.5F); });
+    constexpr std::size_t values_per_block = std::size_t{1} << 18U;
+    parallel_for(rgb.values.size(), values_per_block, progress.threads(),
+                 [&](std::size_t begin, std::size_t end)
+                 {
+                     for (std::size_t i = begin; i < end; ++i)
+                         bytes.values[i] = static_cast<std::uint8_t>(std::clamp(rgb.values[i], 0.0F, 1.0F) * 255.0F + 0.5F);
+                 });
     return bytes;
 }
 

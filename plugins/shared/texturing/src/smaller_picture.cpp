@@ -104,22 +104,27 @@ Raster8 reduced(const Raster8& source, const std::vector<std::uint32_t>& chart_o
 
 }  // namespace
 
-std::vector<Raster8> smaller_pictures(const Mesh& mesh, std::span<const Raster8> pictures, int max_px, const Progress& progress)
+std::vector<Raster8> smaller_pictures(const Mesh& mesh, const Charts& charts, const TexelFaces& faces,
+                                      std::span<const Raster8> pictures, int max_px, const Progress& progress)
 {
-    if (max_px == 0 || pictures.empty() || pictures.front().width <= max_px)
+    if (max_px == 0 || faces.size <= max_px)
         return {pictures.begin(), pictures.end()};
-    const Charts charts = find_charts(mesh);
-    const auto chart_of = own_charts(find_texel_faces(mesh, charts, pictures.front().width, progress), charts);
-    const TexelFaces faces = find_texel_faces(mesh, charts, max_px, progress);
+    const auto chart_of = own_charts(faces, charts);
+    const TexelFaces smaller = find_texel_faces(mesh, charts, max_px, progress);
     std::vector<Raster8> results;
     for (const Raster8& picture : pictures)
-        results.push_back(reduced(picture, chart_of, charts, faces, progress));
+        results.push_back(reduced(picture, chart_of, charts, smaller, progress));
     return results;
 }
 
 Raster8 smaller_picture(const TexturedMesh& textured, int max_px, const Progress& progress)
 {
-    return std::move(smaller_pictures(textured.mesh, {&textured.image.pixels, 1}, max_px, progress).front());
+    const Raster8& picture = textured.image.pixels;
+    if (max_px == 0 || picture.width <= max_px)
+        return picture;
+    const Charts charts = find_charts(textured.mesh);
+    const TexelFaces faces = find_texel_faces(textured.mesh, charts, picture.width, progress);
+    return std::move(smaller_pictures(textured.mesh, charts, faces, {&picture, 1}, max_px, progress).front());
 }
 
 }  // namespace fresco::texturing

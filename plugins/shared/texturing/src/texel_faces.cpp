@@ -1,5 +1,7 @@
 #include <fresco/texturing/texel_faces.h>
 
+#include <fresco/parallel.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -66,12 +68,15 @@ Box bounding_box(const Corners& c, int size)
     return {texel(x0), texel(x1), texel(y0), texel(y1)};
 }
 
-void draw_face(const Mesh& mesh, std::uint32_t face, TexelFaces& result)
+/// Only in the rows `first_row` to `last_row`.
+void draw_face(const Mesh& mesh, std::uint32_t face, int first_row, int last_row, TexelFaces& result)
 {
     const Corners corners = texel_corners(mesh, face, result.size);
-    const TriangleTest test(corners);
     const Box box = bounding_box(corners, result.size);
-    for (int y = box.y0; y <= box.y1; ++y)
+    if (box.y1 < first_row || box.y0 > last_row)
+        return;
+    const TriangleTest test(corners);
+    for (int y = std::max(box.y0, first_row); y <= std::min(box.y1, last_row); ++y)
         for (int x = box.x0; x <= box.x1; ++x)
         {
             const std::size_t texel =
@@ -116,12 +121,18 @@ TexelFaces find_texel_faces(const Mesh& mesh, const Charts& charts, int size, co
     const std::size_t texels = static_cast<std::size_t>(size) * static_cast<std::size_t>(size);
     result.face.assign(texels, TexelFaces::none);
     result.inside.assign(texels, 0);
-    for (std::uint32_t face = 0; face < mesh.triangles.size(); ++face)
-    {
-        if (face % 1024 == 0)
-            progress.check_canceled();
-        draw_face(mesh, face, result);
-    }
+    // Few bands: each goes through all faces.
+    const auto rows_per_band = std::max<std::size_t>(static_cast<std::size_t>(size) / 16, 32);
+    parallel_for(static_cast<std::size_t>(size), rows_per_band, progress.threads(),
+                 [&](std::size_t begin, std::size_t end)
+                 {
+                     for (std::uint32_t face = 0; face < mesh.triangles.size(); ++face)
+                     {
+                         if (face % 1024 == 0)
+                             progress.check_canceled();
+                         draw_face(mesh, face, static_cast<int>(begin), static_cast<int>(end) - 1, result);
+                     }
+                 });
     adopt_small_charts(charts, result);
     return result;
 }

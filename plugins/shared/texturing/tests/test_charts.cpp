@@ -62,6 +62,16 @@ TEST_CASE("a texel belongs to the face that holds its center, or to one that tou
     CHECK(texel_position(mesh, faces, 85).y == Approx((8.8 - 8.5) / 5));
 }
 
+TEST_CASE("texels have the same faces for any number of threads")
+{
+    const Mesh mesh = two_chart_wall();
+    const Charts charts = find_charts(mesh);
+    const TexelFaces alone = find_texel_faces(mesh, charts, 200, testing::TestRun(1));
+    const TexelFaces together = find_texel_faces(mesh, charts, 200, testing::TestRun(4));
+    CHECK(alone.face == together.face);
+    CHECK(alone.inside == together.inside);
+}
+
 TEST_CASE("a chart smaller than a texel owns the texels it touches")
 {
     Mesh mesh;

@@ -16,6 +16,6 @@ void check_texture(const Texture& texture);
 RasterF collapse(const Texture& texture, const Progress& progress);
 
 /// Displayed RGB in steps of 1/255; what lies outside [0,1] is clamped.
-Raster8 to_bytes(const RasterF& rgb);
+Raster8 to_bytes(const RasterF& rgb, const Progress& progress);
 
 }  // namespace fresco::texturing

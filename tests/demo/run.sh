@@ -45,3 +45,24 @@ for name, weaker in (("painting", {"coherence": 0.75}), ("optimized", {"strokes"
             failed.append(f"{name}: {figure} {value:.3f}")
 sys.exit("demo: " + ", ".join(failed) if failed else 0)
 CHECK
+
+# A preview leaves the full run's results alone, and is a smaller room.
+sum=$(sha256sum <"$work/out/demo.glb")
+begin=$(date +%s%N)
+(cd "$work" && "$fresco" run "$source/tests/demo/strength.yaml" --preview --store store --cores 2 --no-report)
+echo "five strengths of the preview: $((($(date +%s%N) - begin) / 1000000)) ms"
+[ "$sum" = "$(sha256sum <"$work/out/demo.glb")" ] || fail "the preview changed demo.glb"
+python3 - "$work/out/preview" <<'CHECK'
+import json, pathlib, sys
+
+folders = sorted(pathlib.Path(sys.argv[1]).glob("share=*"), key=lambda folder: float(folder.name[6:]))
+figures = [json.loads((folder / "painting.json").read_text())["figures"] for folder in folders]
+assert len(figures) == 5 and (folders[0] / "demo.glb").stat().st_size > 0
+failed = []
+for name in ("off_palette", "edges"):
+    found = [figure[name]["mean"] for figure in figures]
+    print(f"{name} by strength: {found}")
+    if found != sorted(found, reverse=True):
+        failed.append(f"{name} does not fall with the strength")
+sys.exit("demo: " + ", ".join(failed) if failed else 0)
+CHECK

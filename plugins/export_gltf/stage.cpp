@@ -84,9 +84,9 @@ class ExportGltf final : public Stage
         {
             const auto again = run.scratch_folder() / ("picture" + picture.extension());
             write_file(again, model.image);
-            picture.check(again, image.picture);
+            picture.check(again, image.picture(exported.textured()));
         }
-        tell(run, written.size(), model, image.picture.width, errors);
+        tell(run, written.size(), model, exported.has_picture() ? image.picture(exported.textured()).width : 0, errors);
         Files result;
         result.names = {path->path};
         files = std::move(result);

@@ -30,14 +30,15 @@ class ExportTexture final : public Stage
     {
         check_textured_mesh(*mesh, "the mesh on port 'mesh'");
         const auto file = files.folder().path / path->path;
-        const auto [picture, bytes] = encoding.encoded(*mesh, file.extension().string(), run);
+        const auto image = encoding.encoded(*mesh, file.extension().string(), run);
+        const Raster8& picture = image.picture(*mesh);
         std::filesystem::create_directories(file.parent_path());
-        write_file(file, bytes);
+        write_file(file, image.bytes);
         encoding.check(file, picture);
 
-        run.message(valid_line(path->path, bytes.size(), fmt::format("{0} x {0} texels", picture.width)));
+        run.message(valid_line(path->path, image.bytes.size(), fmt::format("{0} x {0} texels", picture.width)));
         run.report("texture_px", picture.width);
-        run.report("bytes", bytes.size());
+        run.report("bytes", image.bytes.size());
         Files result;
         result.names = {path->path};
         files = std::move(result);

@@ -17,7 +17,7 @@
 namespace image_opencv
 {
 
-inline constexpr std::int64_t max_pixels = 200'000'000;
+inline constexpr std::int64_t max_pixels = 300'000'000;
 
 enum class PictureFormat
 {

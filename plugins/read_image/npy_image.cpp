@@ -10,7 +10,7 @@ namespace read_image
 namespace
 {
 
-constexpr std::size_t max_pixels = 200'000'000;
+constexpr std::size_t max_pixels = 300'000'000;
 
 std::string text_of(const std::vector<std::size_t>& shape)
 {

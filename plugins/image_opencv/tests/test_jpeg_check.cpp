@@ -54,10 +54,10 @@ TEST_CASE("JPEG check: stuffing, restart markers and fill bytes do not end the d
     CHECK(check_jpeg(file, "a.jpg", Walk::whole).width == 16);
 }
 
-TEST_CASE("JPEG check: more than 200 megapixels are refused by the header alone")
+TEST_CASE("JPEG check: more than 300 megapixels are refused by the header alone")
 {
     CHECK_NOTHROW(check_jpeg(file_of(Jpeg{.blocks = {{0}}, .width = 20'000, .height = 10'000}), "a.jpg", Walk::size));
-    refused_jpeg(file_of(Jpeg{.blocks = {{0}}, .width = 65'000, .height = 65'000}), "at most 200 megapixels", Walk::size);
+    refused_jpeg(file_of(Jpeg{.blocks = {{0}}, .width = 65'000, .height = 65'000}), "at most 300 megapixels", Walk::size);
 }
 
 TEST_CASE("JPEG check: kinds that would be read wrongly are refused")

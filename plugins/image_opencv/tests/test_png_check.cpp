@@ -74,11 +74,11 @@ TEST_CASE("PNG check: every flipped bit is found")
         }
 }
 
-TEST_CASE("PNG check: more than 200 megapixels are refused by the header alone")
+TEST_CASE("PNG check: more than 300 megapixels are refused by the header alone")
 {
     CHECK_NOTHROW(check_png(file_of(Png{.width = 20'000, .height = 10'000}), "a.png", Walk::size));
-    refused_png(file_of(Png{.width = 20'000, .height = 10'001}), "20000 x 10001 pixels; at most 200 megapixels", Walk::size);
-    refused_png(file_of(Png{.width = 0xFFFFFFFF, .height = 0xFFFFFFFF}), "at most 200 megapixels", Walk::size);
+    refused_png(file_of(Png{.width = 20'000, .height = 15'001}), "20000 x 15001 pixels; at most 300 megapixels", Walk::size);
+    refused_png(file_of(Png{.width = 0xFFFFFFFF, .height = 0xFFFFFFFF}), "at most 300 megapixels", Walk::size);
     refused_png(file_of(Png{.width = 0, .height = 5}), "0 x 5 pixels", Walk::size);
     refused_png(file_of(Png{.width = 5, .height = 0}), "5 x 0 pixels", Walk::size);
 }

@@ -21,7 +21,7 @@ struct ImageHeader
 };
 
 /// Reads and writes picture files: the contract behind `image.opencv`. Thread-safe. Every reader checks the header first
-/// (limit: 200 megapixels) and refuses a picture that is cut short; errors name the file.
+/// (limit: 300 megapixels) and refuses a picture that is cut short; errors name the file.
 class ImageIo : public Component
 {
   public:

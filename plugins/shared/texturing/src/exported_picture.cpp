@@ -6,6 +6,7 @@
 #include <fresco/texturing/exported_file.h>
 #include <fresco/texturing/smaller_picture.h>
 
+#include <algorithm>
 #include <array>
 #include <span>
 
@@ -30,8 +31,7 @@ bool holds(const NpyArray& array, const Raster8& picture)
     const auto shape = shape_of(picture);
     if (array.shape != std::vector<std::size_t>(shape.begin(), shape.end()))
         return false;
-    const auto values = array.as<std::uint8_t>();
-    return std::vector<std::uint8_t>(values.begin(), values.end()) == picture.values;
+    return std::ranges::equal(array.as<std::uint8_t>(), picture.values);
 }
 
 /// `jpeg_quality`: for .jpg and .jpeg.
@@ -66,8 +66,10 @@ PictureEncoding::PictureEncoding(Configurable* owner, int max_texture_px)
 
 PictureEncoding::Encoded PictureEncoding::encoded(const TexturedMesh& textured, std::string_view extension, RunContext& run) const
 {
-    Encoded result{smaller_picture(textured, *max_texture_px_, run), {}};
-    result.bytes = encoded_picture(result.picture, extension, *jpeg_quality_, *images_);
+    Encoded result;
+    if (*max_texture_px_ != 0 && *max_texture_px_ < textured.image.pixels.width)
+        result.smaller = smaller_picture(textured, *max_texture_px_, run);
+    result.bytes = encoded_picture(result.picture(textured), extension, *jpeg_quality_, *images_);
     run.check_canceled();
     return result;
 }
@@ -103,12 +105,13 @@ std::string PictureOptions::write(const TexturedMesh& textured, const std::files
                                   RunContext& run) const
 {
     const std::string name = std::filesystem::path(mesh_path).replace_extension(extension()).generic_string();
-    const auto [picture, bytes] = encoded(textured, extension(), run);
-    write_file(folder / name, bytes);
+    const Encoded image = encoded(textured, extension(), run);
+    const Raster8& picture = image.picture(textured);
+    write_file(folder / name, image.bytes);
     check(folder / name, picture);
-    run.message(valid_line(name, bytes.size(), fmt::format("{0} x {0} texels", picture.width)));
+    run.message(valid_line(name, image.bytes.size(), fmt::format("{0} x {0} texels", picture.width)));
     run.report("texture_px", picture.width);
-    run.report("picture_bytes", bytes.size());
+    run.report("picture_bytes", image.bytes.size());
     return name;
 }
 

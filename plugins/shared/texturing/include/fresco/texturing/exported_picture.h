@@ -28,8 +28,10 @@ class PictureEncoding
 
     struct Encoded
     {
-        Raster8 picture;
+        Raster8 smaller;  ///< Empty where the picture keeps its size: large ones are not copied.
         std::vector<std::byte> bytes;
+
+        const Raster8& picture(const TexturedMesh& textured) const { return smaller.empty() ? textured.image.pixels : smaller; }
     };
     /// The picture, made smaller where that is asked for, as `extension` says: ".png", ".jpg" or ".jpeg", ".npy" (uint8 H x W
     /// x 3). Throws Error for any other; Canceled.

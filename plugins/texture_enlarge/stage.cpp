@@ -1,0 +1,88 @@
+#include "enlarge.h"
+
+#include <fresco/source_map.h>
+#include <fresco/stage.h>
+#include <fresco/texture.h>
+
+#include <cmath>
+#include <fmt/format.h>
+#include <utility>
+
+using namespace fresco;
+
+namespace
+{
+
+constexpr double fewest_pixels_per_texel = 0.5;
+
+class TextureEnlarge final : public Stage
+{
+    Input<SourceMap> source{this, "source", "Where in the picture each texel of a painted texture comes from"};
+    Input<Image> style{this, "style", "The picture that it was painted after, or a larger copy of it"};
+    Input<Mesh> mesh{this, "mesh", "The mesh with the atlas that was painted"};
+    Output<TexturedMesh> textured_mesh{this, "textured_mesh", "The mesh with its 8-bit picture"};
+    Option<int> size_px{this, "size_px", 8192, range(16, 16384), "Texels per side"};
+
+    Cost cost() const override
+    {
+        return {.seconds = {.fixed = 1, .per_texel = 2e-7},
+                .parallel_share = 0.9,
+                .memory_mb = {.fixed = 100, .per_face = 3e-4, .per_texel = 8.5e-6},
+                .disk_mb = {.per_face = 4.8e-5, .per_texel = 3e-6},
+                .texels = {.squares_of = "size_px"}};
+    }
+
+    void check() const
+    {
+        check_mesh(*mesh, "the mesh on port 'mesh'");
+        if (mesh->texcoords.empty())
+            throw Error("the mesh on port 'mesh' has no texcoords: wire the atlas.* stage that was painted");
+        check_atlas(source->atlas, *mesh, "the source map on port 'source'");
+        const Raster8& picture = style->pixels;
+        if (picture.channels != 3)
+            throw Error(fmt::format("the style picture has {} channels; expected RGB", picture.channels));
+        const double stretch = double{1} * picture.width * source->picture_height / picture.height / source->picture_width;
+        if (std::abs(stretch - 1) > 0.02)
+            throw Error(fmt::format("the style picture has {}x{} pixels, the one that was painted after {}x{}: wire the same "
+                                    "picture, or a copy of another size",
+                                    picture.width, picture.height, source->picture_width, source->picture_height));
+        check_size();
+    }
+
+    void check_size() const
+    {
+        if (*size_px < source->size_px())
+            throw Error(fmt::format("size_px {} is less than the source map's {}: for a smaller texture use texture.bake, and "
+                                    "max_texture_px where it is exported",
+                                    *size_px, source->size_px()));
+        const int width = style->pixels.width;
+        const double pixels = enlarge::pixels_per_texel(*source, width, *size_px);
+        if (pixels >= fewest_pixels_per_texel)
+            return;
+        const double most_px = *size_px * pixels / fewest_pixels_per_texel;
+        const std::string smaller =
+            most_px >= source->size_px() ? fmt::format("set size_px to {} at most, or ", static_cast<int>(most_px)) : "";
+        throw Error(
+            fmt::format("at size_px {} a texel would be {:.2g} pixels of the style picture, which holds no more detail: "
+                        "{}wire a copy of the picture at least {:.0f} pixels wide (it has {}), or use a smaller stroke_cm",
+                        *size_px, pixels, smaller, std::ceil(width * fewest_pixels_per_texel / pixels), width));
+    }
+
+    void run(RunContext& run) override
+    {
+        check();
+        enlarge::Enlarged enlarged = enlarge::enlarged(*source, style->pixels, *mesh, *size_px, run);
+        run.report("pixels_per_texel", enlarge::pixels_per_texel(*source, style->pixels.width, *size_px));
+        run.report("painted_share", enlarged.painted_share);
+        TexturedMesh result;
+        result.image = Image(std::move(enlarged.picture));
+        result.mesh = *mesh;
+        result.mesh_folder = mesh.folder();
+        textured_mesh = std::move(result);
+    }
+};
+
+}  // namespace
+
+FRESCO_STAGE("texture.enlarge", TextureEnlarge,
+             "Copies the picture's full detail to a painted surface, up to 16384 texels a side")

@@ -1,7 +1,7 @@
-#include "closest_triangle.h"
 #include "recording_layouts.h"
 #include "shared_data.h"
 #include "surface_figures.h"
+#include <fresco/geometry/closest_triangle.h>
 
 #include <fresco/component.h>
 #include <fresco/mesh.h>
@@ -43,12 +43,12 @@ struct Distance
 
 Distance distance(const Mesh& mesh, const Mesh& reference, double range_m)
 {
-    std::vector<bench::Corners3> triangles;
+    std::vector<fresco::geometry::Corners3> triangles;
     for (const fresco::Triangle& t : reference.triangles)
         triangles.push_back({fresco::vec_cast<double>(reference.positions[t[0]]),
                              fresco::vec_cast<double>(reference.positions[t[1]]),
                              fresco::vec_cast<double>(reference.positions[t[2]])});
-    const bench::ClosestTriangle closest(std::move(triangles));
+    const fresco::geometry::ClosestTriangle closest(std::move(triangles));
     constexpr std::size_t samples = 50'000;
     double sum = 0;
     std::size_t count = 0;

@@ -1,7 +1,6 @@
 #include "surface_figures.h"
 
-#include "closest_triangle.h"
-
+#include <fresco/geometry/closest_triangle.h>
 #include <fresco/geometry/topology.h>
 #include <fresco/parallel.h>
 #include <fresco/random.h>
@@ -17,6 +16,8 @@ namespace
 
 using fresco::Mesh;
 using fresco::Vec3d;
+using fresco::geometry::ClosestTriangle;
+using fresco::geometry::Corners3;
 
 constexpr std::size_t points_per_piece = 1024;
 

@@ -1,15 +1,13 @@
-#include "closest_triangle.h"
+#include <fresco/geometry/closest_triangle.h>
 
 #include <algorithm>
 #include <limits>
 #include <numeric>
 
-namespace bench
+namespace fresco::geometry
 {
 namespace
 {
-
-using fresco::Vec3d;
 
 constexpr std::size_t leaf_size = 4;
 
@@ -128,11 +126,13 @@ void ClosestTriangle::search(std::size_t node, Vec3d point, Closest& best) const
             search(child[i], point, best);
 }
 
-Closest ClosestTriangle::find(Vec3d point) const
+Closest ClosestTriangle::find(Vec3d point, double within) const
 {
-    Closest best{0, {}, std::numeric_limits<double>::infinity()};
+    Closest best{0, {}, within};
     search(0, point, best);
+    if (!(best.distance < within))
+        best.distance = std::numeric_limits<double>::infinity();
     return best;
 }
 
-}  // namespace bench
+}  // namespace fresco::geometry

@@ -48,6 +48,6 @@ class TriangleFan
 /// parse_ply with a choice: the store's own files keep faces that name a vertex twice, so that face numbers stay what they were.
 /// `materials`: empty, or null if the caller wants none.
 Mesh parse_ply_faces(std::span<const std::byte> bytes, std::string_view source, const MeshLimits& limits, MeshReadReport* report,
-                     DegenerateFaces degenerate, MeshMaterials* materials = nullptr);
+                     DegenerateFaces degenerate, MeshMaterials* materials = nullptr, PlyIntegers* integers = nullptr);
 
 }  // namespace fresco::detail

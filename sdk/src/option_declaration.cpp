@@ -27,7 +27,8 @@ constexpr std::array kind_names{KindName{"bool", OptionKind::boolean},
                                 KindName{"input_files", OptionKind::input_files},
                                 KindName{"command_line", OptionKind::command_line},
                                 KindName{"input_ports", OptionKind::input_ports},
-                                KindName{"output_ports", OptionKind::output_ports}};
+                                KindName{"output_ports", OptionKind::output_ports},
+                                KindName{"texture_rules", OptionKind::texture_rules}};
 
 std::string text_at(const Value& map, std::string_view key)
 {
@@ -107,6 +108,7 @@ OptionDeclaration OptionDeclaration::from(const Value& description)
     if (const Value* rule = description.find("auto"))
         option.auto_rule = AutoRule{rule->at("option").as_string(), rule->at("if_empty"), rule->at("if_set")};
     option.for_form = text_at(description, "for_form");
+    option.parts_of = text_at(description, "parts_of");
     option.help = text_at(description, "help");
     return option;
 }
@@ -146,6 +148,8 @@ Value OptionDeclaration::describe() const
             "auto", Value::Map{{"option", auto_rule->option}, {"if_empty", auto_rule->if_empty}, {"if_set", auto_rule->if_set}});
     if (!for_form.empty())
         description.set("for_form", for_form);
+    if (!parts_of.empty())
+        description.set("parts_of", parts_of);
     description.set("help", help);
     return description;
 }
@@ -183,6 +187,8 @@ std::string OptionDeclaration::accepted() const
     case OptionKind::input_ports:
     case OptionKind::output_ports:
         return "a map {port: artifact} or {port: {artifact: …, as: …}}";
+    case OptionKind::texture_rules:
+        return "a map with a rule for each part: keep, a texture, or {texture: …, strength: 0 to 1}";
     }
     return {};
 }

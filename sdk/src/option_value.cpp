@@ -1,4 +1,5 @@
 #include <fresco/option_declaration.h>
+#include <fresco/texture_rules.h>
 #include <fresco/wording.h>
 
 #include <algorithm>
@@ -72,6 +73,8 @@ class ValueChecker
         case OptionKind::input_ports:
         case OptionKind::output_ports:
             return ports(value);
+        case OptionKind::texture_rules:
+            return rules(value);
         }
         return {};
     }
@@ -235,6 +238,54 @@ class ValueChecker
             result.set("as", entry);
         }
         return result;
+    }
+
+    Value rules(const Value& value)
+    {
+        if (!value.is_map())
+            return wrong_kind();
+        if (value.as_map().empty())
+            return refuse("no part has a rule");
+        Value::Map accepted;
+        for (const auto& [part, written] : value.as_map())
+        {
+            place_ = {part};
+            if (std::ranges::find(accepted, part, &Value::Entry::first) != accepted.end())
+                refuse("'" + part + "' has two rules", "one rule for each part");
+            accepted.emplace_back(part, rule(part, written));
+        }
+        // Their order means nothing.
+        std::ranges::sort(accepted, {}, &Value::Entry::first);
+        return accepted;
+    }
+
+    Value rule(const std::string& part, const Value& written)
+    {
+        const std::string expected = "keep, the name of a texture, or {texture: …, strength: …}";
+        const Value* inner = written.find("texture");
+        const Value& texture = inner != nullptr ? *inner : written;
+        if (!texture.is_string())
+            return refuse("the rule for '" + part + "' names no texture", expected);
+        if (inner != nullptr)
+            place_ = {part, "texture"};
+        const std::string& name = texture.as_string();
+        if (!is_name(name))
+            return refuse("'" + name + "' cannot name a texture: a name is made of letters, digits, '_' and '-'", "");
+        double strength = 1;
+        for (const auto& [key, entry] : inner != nullptr ? written.as_map() : Value::Map{})
+        {
+            place_ = {part, key};
+            if (key == "texture")
+                continue;
+            if (key != "strength")
+                return refuse("the rule for '" + part + "' has no '" + key + "'" + suggestion(key, {"texture", "strength"}), "");
+            if (!entry.is_number() || !(entry.as_double() >= 0 && entry.as_double() <= 1))
+                return refuse("", "a number from 0 to 1 for 'strength' of '" + part + "'");
+            strength = entry.as_double();
+            if (name == kept_texture && strength != 1)
+                return refuse("'" + part + "' is kept, which has no strength", "");
+        }
+        return Value::Map{{"texture", name}, {"strength", strength}};
     }
 
     Value wrong_kind() { return refuse(""); }

@@ -2,6 +2,8 @@
 #include "ply_cursor.h"
 #include "ply_header.h"
 
+#include <fresco/wording.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -44,7 +46,9 @@ struct Layout
     const PlyProperty* indices = nullptr;
     const PlyProperty* texcoord = nullptr;
     const PlyProperty* chart = nullptr;
-    const PlyProperty* picture = nullptr;  ///< The face property `texnumber`, if the caller wants it.
+    const PlyProperty* picture = nullptr;         ///< The face property `texnumber`, if the caller wants it.
+    const PlyProperty* vertex_integer = nullptr;  ///< What PlyIntegers names.
+    const PlyProperty* face_integer = nullptr;
     bool has_colors = false;
     bool has_vertex_texcoords = false;
 };
@@ -53,6 +57,20 @@ class LayoutReader
 {
   public:
     LayoutReader(const PlyHeader& header, std::string_view source) : header_(header), source_(source) {}
+
+    void find_integers(Layout& layout, const std::string& name) const
+    {
+        layout.vertex_integer = integer(*layout.vertex, name);
+        layout.face_integer = integer(*layout.face, name);
+        if (layout.vertex_integer != nullptr || layout.face_integer != nullptr)
+            return;
+        std::vector<std::string> there;
+        for (const PlyElement* element : {layout.vertex, layout.face})
+            for (const auto& property : element->properties)
+                if (!property.is_list && is_integer(property.type))
+                    there.push_back(property.name);
+        fail("neither vertices nor faces have an integer property " + in_quotes(name) + suggestion(name, there));
+    }
 
     Layout read()
     {
@@ -72,6 +90,14 @@ class LayoutReader
             if (element.name == name)
                 return element;
         fail("missing element " + in_quotes(name) + "; export the scan as a triangle mesh");
+    }
+
+    static const PlyProperty* integer(const PlyElement& element, std::string_view name)
+    {
+        for (const auto& property : element.properties)
+            if (property.name == name && !property.is_list && is_integer(property.type))
+                return &property;
+        return nullptr;
     }
 
     static std::optional<std::size_t> find(const PlyElement& element, std::string_view name)
@@ -159,9 +185,9 @@ class BodyReader
 {
   public:
     BodyReader(Cursor cursor, const PlyHeader& header, const Layout& layout, std::size_t max_triangles, TriangleFan fan,
-               MeshMaterials* materials)
+               MeshMaterials* materials, PlyIntegers* integers)
         : cursor_(std::move(cursor)), header_(header), layout_(layout), max_triangles_(max_triangles), fan_(fan),
-          materials_(materials)
+          materials_(materials), integers_(integers)
     {
     }
 
@@ -207,7 +233,9 @@ class BodyReader
             for (std::size_t p = 0; p < properties.size(); ++p)
             {
                 const VertexSlot slot = layout_.slots[p];
-                if (slot == slot_none)
+                if (slot == slot_none && &properties[p] == layout_.vertex_integer)
+                    integers_->of_vertex.push_back(cursor_.integer(properties[p].type));
+                else if (slot == slot_none)
                     cursor_.skip(properties[p]);
                 else
                 {
@@ -252,6 +280,8 @@ class BodyReader
                     chart = read_chart();
                 else if (&property == layout_.picture)
                     picture_ = read_picture();
+                else if (&property == layout_.face_integer)
+                    integer_ = cursor_.integer(property.type);
                 else
                     cursor_.skip(property);
             }
@@ -324,6 +354,8 @@ class BodyReader
                            mesh_.charts.push_back(chart);
                        if (layout_.picture != nullptr && materials_ != nullptr)
                            materials_->of_face.push_back(picture_);
+                       if (layout_.face_integer != nullptr)
+                           integers_->of_face.push_back(integer_);
                    });
         if (mesh_.triangles.size() > max_triangles_)
             cursor_.fail(fmt::format("more than {} triangles, the limit", max_triangles_));
@@ -348,6 +380,8 @@ class BodyReader
     std::vector<Vec2f> corner_texcoords_;
     MeshMaterials* materials_;
     std::uint32_t picture_ = MeshMaterials::none;
+    PlyIntegers* integers_;
+    std::int64_t integer_ = 0;
 };
 
 void check_limits(const Layout& layout, const MeshLimits& limits, std::string_view source)
@@ -367,16 +401,19 @@ void check_limits(const Layout& layout, const MeshLimits& limits, std::string_vi
 }  // namespace
 
 Mesh detail::parse_ply_faces(std::span<const std::byte> bytes, std::string_view source, const MeshLimits& limits,
-                             MeshReadReport* report, DegenerateFaces degenerate, MeshMaterials* materials)
+                             MeshReadReport* report, DegenerateFaces degenerate, MeshMaterials* materials, PlyIntegers* integers)
 {
     const PlyHeader header = parse_ply_header(bytes, source);
-    const Layout layout = LayoutReader(header, source).read();
+    LayoutReader reader(header, source);
+    Layout layout = reader.read();
+    if (integers != nullptr)
+        reader.find_integers(layout, integers->property);
     check_limits(layout, limits, source);
 
     MeshReadReport counted;
     const TriangleFan fan(counted, degenerate);
     const auto read = [&](auto cursor)
-    { return BodyReader(std::move(cursor), header, layout, limits.max_faces, fan, materials).read(); };
+    { return BodyReader(std::move(cursor), header, layout, limits.max_faces, fan, materials, integers).read(); };
     constexpr bool machine_is_little = std::endian::native == std::endian::little;
     Mesh mesh;
     if (header.format == PlyFormat::ascii)
@@ -407,6 +444,14 @@ Mesh parse_ply(std::span<const std::byte> bytes, std::string_view source, const 
 {
     materials = {};
     return detail::parse_ply_faces(bytes, source, limits, report, detail::DegenerateFaces::drop, &materials);
+}
+
+Mesh parse_ply(std::span<const std::byte> bytes, std::string_view source, const MeshLimits& limits, MeshReadReport* report,
+               PlyIntegers& integers)
+{
+    integers.of_vertex.clear();
+    integers.of_face.clear();
+    return detail::parse_ply_faces(bytes, source, limits, report, detail::DegenerateFaces::drop, nullptr, &integers);
 }
 
 }  // namespace fresco

@@ -44,8 +44,9 @@ void InputPort::wrong_type() const
     throw Error("input \"" + name_ + "\" takes " + type_.name + ", got another type");
 }
 
-OutputPort::OutputPort(Configurable* owner, std::string name, const ArtifactType& type, bool is_optional, std::string help)
-    : name_(std::move(name)), type_(type), optional_(is_optional), help_(std::move(help))
+OutputPort::OutputPort(Configurable* owner, std::string name, const ArtifactType& type, bool is_optional, std::string help,
+                       std::vector<std::string> parts)
+    : name_(std::move(name)), type_(type), optional_(is_optional), help_(std::move(help)), parts_(std::move(parts))
 {
     owner->outputs_.push_back(this);
 }
@@ -53,7 +54,10 @@ OutputPort::~OutputPort() = default;
 
 Value OutputPort::describe() const
 {
-    return described(name_, type_, optional_, help_);
+    Value description = described(name_, type_, optional_, help_);
+    if (!parts_.empty())
+        description.set("parts", Value::List(parts_.begin(), parts_.end()));
+    return description;
 }
 
 void OutputPort::no_value() const

@@ -47,6 +47,7 @@ const char* const free_slot = R"("kind": "component", "component_kind": "loss")"
 const char* const line = R"("kind": "command_line")";
 const char* const files = R"("kind": "input_files")";
 const char* const ports = R"("kind": "input_ports")";
+const char* const rules = R"("kind": "texture_rules", "required": true, "parts_of": "regions")";
 const char* const slots = R"("kind": "components", "component_kind": "loss", "default": {})";
 
 const Case cases[] = {
@@ -125,6 +126,22 @@ const Case cases[] = {
      "b: sa: port 'b' has no 'sa' (did you mean 'as'?)\n"
      "c: port 'c': expected an artifact such as mesh, or {artifact: …, as: …}"},
     {ports, R"(["mesh"])", "", "; a map {port: artifact} or {port: {artifact: …, as: …}}"},
+    {rules, R"({"walls": "waves", "floor": "keep", "*": {"texture": "night", "strength": 0.7}})",
+     R"({"*": {"texture": "night", "strength": 0.7}, "floor": {"texture": "keep", "strength": 1.0},
+         "walls": {"texture": "waves", "strength": 1.0}})"},
+    {rules, R"({"a": {"texture": "waves"}, "b": {"strength": 1, "texture": "keep"}})",
+     R"({"a": {"texture": "waves", "strength": 1.0}, "b": {"texture": "keep", "strength": 1.0}})"},
+    {rules, "{}", "", "no part has a rule; a map with a rule for each part: keep, a texture, or {texture: …, strength: 0 to 1}"},
+    {rules, R"("keep")", "", "; a map with a rule for each part: keep, a texture, or {texture: …, strength: 0 to 1}"},
+    {rules, R"({"a": {"textur": "waves"}, "b": {"texture": "waves", "strenght": 1}, "c": {"texture": "waves", "strength": 1.5}})",
+     "",
+     "a: the rule for 'a' names no texture; keep, the name of a texture, or {texture: …, strength: …}\n"
+     "b: strenght: the rule for 'b' has no 'strenght' (did you mean 'strength'?)\n"
+     "c: strength: ; a number from 0 to 1 for 'strength' of 'c'"},
+    {rules, R"({"a": {"texture": "keep", "strength": 0.5}, "b": "my waves", "c": 3})", "",
+     "a: strength: 'a' is kept, which has no strength\n"
+     "b: 'my waves' cannot name a texture: a name is made of letters, digits, '_' and '-'\n"
+     "c: the rule for 'c' names no texture; keep, the name of a texture, or {texture: …, strength: …}"},
 };
 
 }  // namespace
@@ -144,6 +161,13 @@ TEST_CASE("A value fits its declaration, or every problem with it is reported, w
         if (checked.problems.empty() && !checked.value.is_null())
             CHECK(check_value(option, checked.value).value == checked.value);
     }
+}
+
+TEST_CASE("A part has one rule")
+{
+    const OptionDeclaration option{.name = "it", .kind = OptionKind::texture_rules};
+    const CheckedValue checked = check_value(option, Value::Map{{"floor", "keep"}, {"floor", "waves"}});
+    CHECK(text_of(checked.problems) == "floor: 'floor' has two rules; one rule for each part");
 }
 
 TEST_CASE("A declaration is read back as it was written")

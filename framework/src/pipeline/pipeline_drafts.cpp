@@ -133,6 +133,8 @@ std::size_t StageDrafts::shape_of(std::size_t stage, StageDraft draft)
     std::string identity = fmt::format("{} {} {} ", stage, fmt::ptr(draft.type.description), draft.files_failed);
     for (const Wire& wire : draft.wires)
         identity += wire.port + " ";
+    for (const StageDraft::PartUse& use : draft.part_uses)
+        identity += to_json(use.part) + " ";
     const auto [known, fresh] = known_shapes_.try_emplace(identity + wired_text(draft), shapes_.size());
     if (fresh)
     {

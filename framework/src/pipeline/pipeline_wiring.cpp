@@ -71,6 +71,8 @@ void Wiring::wire_all()
 {
     for (StageDraft& stage : stages_)
         wire(stage);
+    for (const StageDraft& stage : stages_)
+        check_parts(stage);
     // Only now it is known which stages would close a cycle.
     for (const auto& [stage, at] : unwired_)
         report_unwired(*stage, at);
@@ -233,6 +235,21 @@ void Wiring::wire_stage(StageDraft& stage, const Ports& inputs, const YamlNode& 
     const std::string named = all ? "{" + join(ways, ", ") + "}" : join(ways, " or ");
     problems_.add(node.position(), stage.title() + ": '" + node.text + "' is ambiguous: name the port" +
                                        (inputs.size() == 1 ? ": " : "s: ") + named);
+}
+
+void Wiring::check_parts(const StageDraft& stage)
+{
+    for (const StageDraft::PartUse& use : stage.part_uses)
+    {
+        const auto wire = std::ranges::find(stage.wires, use.port, &Wire::port);
+        if (wire == stage.wires.end() || wire->from_stage.empty())
+            continue;
+        const StageDraft& from = stages_[index_.at(wire->from_stage)];
+        const std::vector<std::string>& parts = from.type.declaration->output(wire->from_port)->parts;
+        if (!parts.empty() && std::ranges::find(parts, use.part) == parts.end())
+            problems_.add(use.position, stage.title() + ": option '" + use.option + "': " + from.title() + " makes no '" +
+                                            use.part + "'" + suggestion(use.part, parts));
+    }
 }
 
 bool Wiring::needs(const StageDraft& stage, const StageDraft& wanted) const

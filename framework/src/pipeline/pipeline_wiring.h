@@ -21,7 +21,16 @@ struct StageDraft
     std::shared_ptr<const TypeDescription> own_type;
     Value options;
     OptionUses uses;
-    std::vector<Wire> wires;    ///< In the declared order of the ports.
+    std::vector<Wire> wires;  ///< In the declared order of the ports.
+    /// A part that an option has a rule for, and the input that is to have it.
+    struct PartUse
+    {
+        std::string part;
+        std::string option;
+        std::string port;
+        Position position;
+    };
+    std::vector<PartUse> part_uses;
     bool files_failed = false;  ///< A file among its inputs could not be wired.
     /// The stages whose names its inputs hold, with where: for the graph, whatever else is wrong.
     std::vector<std::pair<std::size_t, Position>> sources;
@@ -56,6 +65,7 @@ class Wiring
     void wire_one(StageDraft& stage, const YamlNode& node);
     void wire_ports(StageDraft& stage, const YamlNode& map);
     void wire_stage(StageDraft& stage, const Ports& inputs, const YamlNode& node);
+    void check_parts(const StageDraft& stage);
     void report_unwired(const StageDraft& stage, const Position& at);
     /// Follows words that are stages' names although no port is known to take them, for the cycle check.
     void follow_blindly(StageDraft& stage, const YamlNode& node);

@@ -82,6 +82,17 @@ Value accepted_schema(const OptionDeclaration& option)
                                                                                        {"as", Map{{"type", "string"}}}}},
                                                                     {"required", List{"artifact"}},
                                                                     {"additionalProperties", false}}}}}}};
+    case OptionKind::texture_rules:
+    {
+        const Value strength = or_var(Map{{"type", "number"}, {"minimum", 0}, {"maximum", 1}});
+        const Value rule =
+            Map{{"anyOf", List{Map{{"type", "string"}},
+                               Map{{"type", "object"},
+                                   {"properties", Map{{"texture", Map{{"type", "string"}}}, {"strength", strength}}},
+                                   {"required", List{"texture"}},
+                                   {"additionalProperties", false}}}}};
+        return or_var(Map{{"type", "object"}, {"additionalProperties", rule}, {"minProperties", 1}});
+    }
     case OptionKind::component:
     {
         List ways{reference("kind." + option.component_kind), reference("var")};

@@ -38,7 +38,7 @@ std::vector<PortDeclaration> read_ports(const Value& declaration, std::string_vi
             const Value* version = description.find("version");
             ports.push_back({description.at("name").as_string(), description.at("artifact").as_string(),
                              version ? static_cast<int>(version->as_int()) : 1, flag_at(description, "optional", false),
-                             text_at(description, "help")});
+                             text_at(description, "help"), texts_at(description, "parts")});
         }
     return ports;
 }

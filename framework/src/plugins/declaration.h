@@ -19,6 +19,7 @@ struct PortDeclaration
     int version = 1;
     bool is_optional = false;
     std::string help;
+    std::vector<std::string> parts;  ///< Of an output: the names of the artifact's parts, where they are always the same.
 
     /// "frames", or "frames (version 2)" where the version is not 1.
     std::string artifact_text() const;

@@ -48,6 +48,14 @@ struct MeshMaterials
         has_texcoords;  ///< F, if only some faces have texcoords, those of the others being (0, 0); else empty.
 };
 
+/// The integers of one property of a PLY file.
+struct PlyIntegers
+{
+    std::string property;                 ///< Its name, to be set by the caller.
+    std::vector<std::int64_t> of_vertex;  ///< V, or empty: vertices do not have it.
+    std::vector<std::int64_t> of_face;    ///< F, or empty.
+};
+
 /// Strict PLY reader: ASCII, binary of both byte orders, float and double coordinates, any integer index and count type, vertex
 /// colors (uchar red/green/blue), corner texcoords (face list `texcoord`) or vertex ones (s,t / u,v / texture_u,texture_v), face
 /// `chart`; unknown elements and properties are skipped. Throws Error naming `source`, the line (header, ASCII) or byte offset
@@ -58,6 +66,10 @@ Mesh parse_ply(std::span<const std::byte> bytes, std::string_view source, const 
 /// With what the file says about pictures.
 Mesh parse_ply(std::span<const std::byte> bytes, std::string_view source, const MeshLimits& limits, MeshReadReport* report,
                MeshMaterials& materials);
+
+/// With the integers of a property. Throws Error, too, if neither vertices nor faces have it, naming those that they have.
+Mesh parse_ply(std::span<const std::byte> bytes, std::string_view source, const MeshLimits& limits, MeshReadReport* report,
+               PlyIntegers& integers);
 
 /// Strict Wavefront OBJ reader: v (with optional color), vt, vn, f with all index forms (negative too); groups, materials and
 /// smoothing are skipped. Errors as above, by line. A file that does not end in a newline is taken as cut and refused.

@@ -29,7 +29,8 @@ enum class OptionKind
     input_files,   ///< A list of files; a map name as written -> absolute path once it is checked.
     command_line,  ///< A program and its words, which name files and ports of the same stage in braces.
     input_ports,   ///< A map of ports; name -> {artifact, version, as} once it is checked, `as` empty where there is one form.
-    output_ports
+    output_ports,
+    texture_rules  ///< What to do with each part of a surface (fresco/texture_rules.h).
 };
 
 /// `auto` of a components option: `if_empty` where the owner's option `option` is empty, else `if_set` with "${option}" replaced.
@@ -67,6 +68,7 @@ struct OptionDeclaration
     std::string for_form{};  ///< Of a component: left out by default unless a port of the stage has this exchange form.
     /// Of ports: what a port may be, by name. Not described: whoever checks knows more of them than the plugin.
     std::map<std::string, PortArtifact> artifacts{};
+    std::string parts_of{};  ///< Of texture rules: the input whose parts they are for.
     std::string help{};
 
     /// What describe() gave. Throws Error naming the option where it is something else.

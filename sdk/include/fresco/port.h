@@ -8,6 +8,7 @@
 #include <set>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace fresco
 {
@@ -96,6 +97,8 @@ class OutputPort
     bool is_optional() const { return optional_; }
     /// Optional, and the stage gave no value: there is nothing to save.
     bool is_left_out() const { return optional_ && value() == nullptr; }
+    /// The names of the parts that the artifact always has; empty where they depend on what is read.
+    const std::vector<std::string>& parts() const { return parts_; }
     Value describe() const;
     /// Before `run`: where the artifact goes.
     void set_folder(ArtifactFolder folder)
@@ -112,7 +115,8 @@ class OutputPort
     virtual std::shared_ptr<const Artifact> load(const ArtifactFolder& folder) const = 0;
 
   protected:
-    OutputPort(Configurable* owner, std::string name, const ArtifactType& type, bool is_optional, std::string help);
+    OutputPort(Configurable* owner, std::string name, const ArtifactType& type, bool is_optional, std::string help,
+               std::vector<std::string> parts = {});
     [[noreturn]] void no_value() const;
     ArtifactFolder folder_;
 
@@ -121,7 +125,14 @@ class OutputPort
     const ArtifactType& type_;
     bool optional_;
     std::string help_;
+    std::vector<std::string> parts_;
     std::set<std::string> references_;
+};
+
+/// Argument of an output whose artifact always has the same named parts: rules for others are refused before a run.
+struct Parts
+{
+    std::vector<std::string> names;
 };
 
 /// An output: assign it once in `run`. An artifact that streams writes into folder() while the stage runs. An optional one may be
@@ -133,6 +144,10 @@ class Output final : public OutputPort
   public:
     Output(Configurable* owner, std::string name, std::string help)
         : OutputPort(owner, std::move(name), RegisteredArtifact<T>::type, false, std::move(help))
+    {
+    }
+    Output(Configurable* owner, std::string name, Parts parts, std::string help)
+        : OutputPort(owner, std::move(name), RegisteredArtifact<T>::type, false, std::move(help), std::move(parts.names))
     {
     }
     Output(Configurable* owner, std::string name, Optional, std::string help)

@@ -80,14 +80,17 @@ void build_shell(Scene& scene, Furniture& f, const Palette& palette)
 
     const float l = scene.size.x, w = scene.size.y, h = scene.size.z;
     f.stand_at(0, 0, 0);
+    f.begin(Part::walls);
     f.box({l / 2, w - 0.01f, 0.05f}, {l, 0.02f, 0.10f}, palette.skirting);
     f.box({0.01f, w / 2, 0.05f}, {0.02f, w, 0.10f}, palette.skirting);
     f.box({l - 0.01f, w / 2, 0.05f}, {0.02f, w, 0.10f}, palette.skirting);
     f.box({0.5f * l + 0.6f, 0.01f, 0.05f}, {l - 1.2f, 0.02f, 0.10f}, palette.skirting);
+    f.begin(Part::ceiling);
     const int beams = std::max(2, static_cast<int>(std::lround(l / 1.3f)));
     for (int i = 0; i < beams; ++i)
         f.box({l * (static_cast<float>(i) + 0.5f) / static_cast<float>(beams), w / 2, h - 0.07f}, {0.15f, w, 0.14f},
               palette.beam);
+    f.begin(Part::furniture);
 }
 
 void add_window(const Scene& scene, Furniture& f, const Palette& palette)
@@ -96,11 +99,13 @@ void add_window(const Scene& scene, Furniture& f, const Palette& palette)
     const auto glass = f.material({Pattern::sky, {1, 1, 1}, {1, 1, 1}, 1, 0, 7.0f});
     // Local y points from the wall into the room.
     f.stand_at(scene.size.x, 0.5f * scene.size.y, pi / 2);
+    f.begin(Part::walls);
     auto& pane = f.box({0, 0.015f, 0.5f * (z0 + z1)}, {width, 0.03f, z1 - z0}, palette.skirting);
     pane.materials[3] = glass;
     for (const float side : {-1.0f, 1.0f})
         f.box({side * (width / 2 + 0.03f), 0.035f, 0.5f * (z0 + z1)}, {0.06f, 0.07f, z1 - z0 + 0.12f}, palette.skirting);
     f.box({0, 0.035f, z1 + 0.03f}, {width + 0.12f, 0.07f, 0.06f}, palette.skirting);
+    f.begin(Part::furniture);
     f.box({0, 0.09f, z0 - 0.03f}, {width + 0.2f, 0.18f, 0.05f}, palette.skirting);
     f.curtains(width + 0.2f, 0.06f, z1 + 0.12f, palette.curtain);
     f.radiator(width * 0.9f);
@@ -110,11 +115,13 @@ void add_door(const Scene& scene, Furniture& f, const Palette& palette)
 {
     f.stand_at(0.62f, 0, 0);
     const float height = std::min(2.02f, scene.size.z - 0.12f);
+    f.begin(Part::walls);
     f.box({0, 0.02f, height / 2}, {0.86f, 0.04f, height},
           f.material({Pattern::panels, palette.colors.door[0], palette.colors.door[1], 0.66f}));
     for (const float side : {-1.0f, 1.0f})
         f.box({side * 0.47f, 0.03f, height / 2}, {0.09f, 0.06f, height}, palette.skirting);
     f.box({0, 0.03f, height + 0.045f}, {1.03f, 0.06f, 0.09f}, palette.skirting);
+    f.begin(Part::furniture);
 }
 
 void add_dining_group(const Scene& scene, Furniture& f, const Palette& palette, float x, float y)
@@ -122,7 +129,9 @@ void add_dining_group(const Scene& scene, Furniture& f, const Palette& palette, 
     const auto pile = f.material({Pattern::rug, palette.colors.rug[0], palette.colors.rug[1]});
     const auto fringe = f.material({Pattern::fabric, {0.62f, 0.55f, 0.42f}, {0.86f, 0.80f, 0.66f}, 0.02f});
     f.stand_at(x, y, 0.06f);
-    f.box({0, 0, 0.008f}, {2.3f, 1.6f, 0.016f}, fringe).materials[5] = pile;
+    Solid& rug = f.box({0, 0, 0.008f}, {2.3f, 1.6f, 0.016f}, fringe);
+    rug.materials[5] = pile;
+    rug.part = Part::floor;
     f.stand_at(x, y, 0.10f);
     f.table(palette.oak);
     f.still_life();
@@ -143,7 +152,7 @@ void add_bay(const Scene& scene, Furniture& f, const Palette& palette, float x)
     const float w = scene.size.y;
     const auto pile = f.material({Pattern::rug, palette.colors.rug[1], palette.colors.rug[0]});
     f.stand_at(x, 0.48f * w, -0.1f);
-    f.box({0, 0, 0.008f}, {1.7f, 1.2f, 0.016f}, pile);
+    f.box({0, 0, 0.008f}, {1.7f, 1.2f, 0.016f}, pile).part = Part::floor;
     f.stand_at(x - 0.5f, 0.48f * w, -pi / 2 + 0.5f);
     f.armchair(palette.cloth, palette.cushion);
     f.stand_at(x + 0.45f, 0.42f * w, 0.3f);

@@ -39,6 +39,7 @@ Solid& Furniture::box(Vec3f center, Vec3f edges, std::uint16_t material, float y
     const auto frame = turned(yaw_);
     Solid solid;
     solid.shape = Shape::box;
+    solid.part = part_;
     solid.center = origin_ + frame[0] * center.x + frame[1] * center.y + frame[2] * center.z;
     solid.axes = turned(yaw_ + yaw);
     solid.size = edges * 0.5f;
@@ -250,6 +251,7 @@ void Furniture::picture(float width, float height, float z, Vec3f sky, Vec3f hil
     const auto canvas = material({Pattern::painting, sky, hills});
     const auto frame = material({Pattern::wood, dark_wood, light_wood});
     auto& solid = box({0, 0.025f, z}, {width, 0.05f, height}, frame);
+    solid.part = Part::walls;
     solid.materials[2] = solid.materials[3] = canvas;
 }
 

@@ -20,6 +20,8 @@ class Furniture
     void stand_at(float x, float y, float yaw, float z = 0);
     /// Box by its center and edges.
     Solid& box(Vec3f center, Vec3f edges, std::uint16_t material, float yaw = 0);
+    /// What the boxes from here on are part of.
+    void begin(Part part) { part_ = part; }
     /// Round body between z0 and z1.
     Solid& round(float x, float y, float z0, float z1, float bottom_radius, float top_radius, std::uint16_t material);
     Solid& ball(Vec3f center, Vec3f radii, std::uint16_t material);
@@ -49,6 +51,7 @@ class Furniture
     std::uint32_t drawn_ = 0;
     Vec3f origin_;
     float yaw_ = 0;
+    Part part_ = Part::furniture;
 };
 
 }  // namespace room

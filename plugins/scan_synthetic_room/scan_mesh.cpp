@@ -34,7 +34,8 @@ std::uint32_t root_of(std::vector<std::uint32_t>& parent, std::uint32_t v)
     return v;
 }
 
-void drop_crumbs(std::vector<fresco::Triangle>& triangles, std::size_t vertex_count)
+/// Whether each triangle is part of a larger piece.
+std::vector<std::uint8_t> without_crumbs(const std::vector<fresco::Triangle>& triangles, std::size_t vertex_count)
 {
     std::vector<std::uint32_t> parent(vertex_count);
     std::iota(parent.begin(), parent.end(), 0U);
@@ -44,7 +45,11 @@ void drop_crumbs(std::vector<fresco::Triangle>& triangles, std::size_t vertex_co
     std::vector<std::size_t> faces(vertex_count);
     for (const auto& t : triangles)
         ++faces[root_of(parent, t[0])];
-    std::erase_if(triangles, [&](const fresco::Triangle& t) { return faces[root_of(parent, t[0])] < crumb_faces; });
+    std::vector<std::uint8_t> result;
+    result.reserve(triangles.size());
+    for (const auto& t : triangles)
+        result.push_back(faces[root_of(parent, t[0])] < crumb_faces ? 0 : 1);
+    return result;
 }
 
 }  // namespace
@@ -89,13 +94,25 @@ void SeenVertices::add_view(const fresco::Raster<float>& exact_depth, const fres
     }
 }
 
-fresco::Mesh seen_part(const fresco::Mesh& mesh, const SeenVertices& seen)
+fresco::Mesh seen_part(const fresco::Mesh& mesh, const SeenVertices& seen, std::vector<Part>& parts)
 {
+    std::vector<fresco::Triangle> found;
+    std::vector<Part> found_parts;
+    for (std::size_t f = 0; f < mesh.triangles.size(); ++f)
+        if (const auto& t = mesh.triangles[f]; seen.seen(t[0]) || seen.seen(t[1]) || seen.seen(t[2]))
+        {
+            found.push_back(t);
+            found_parts.push_back(parts[f]);
+        }
+    const auto is_kept = without_crumbs(found, mesh.positions.size());
     std::vector<fresco::Triangle> kept;
-    for (const auto& t : mesh.triangles)
-        if (seen.seen(t[0]) || seen.seen(t[1]) || seen.seen(t[2]))
-            kept.push_back(t);
-    drop_crumbs(kept, mesh.positions.size());
+    parts.clear();
+    for (std::size_t f = 0; f < found.size(); ++f)
+        if (is_kept[f])
+        {
+            kept.push_back(found[f]);
+            parts.push_back(found_parts[f]);
+        }
     if (kept.empty())
         throw fresco::Error("the depth camera saw no surface: set a larger frames_count or larger depth pictures");
 
@@ -114,6 +131,25 @@ fresco::Mesh seen_part(const fresco::Mesh& mesh, const SeenVertices& seen)
         }
     part.triangles = std::move(kept);
     return part;
+}
+
+std::vector<Part> parts_of_faces(const SurfaceNet& net, const Scene& scene)
+{
+    std::vector<Part> of_vertex;
+    for (std::size_t i = 0; i < net.positions.size(); ++i)
+    {
+        const auto& solid = scene.solids[static_cast<std::size_t>(net.solids[i])];
+        constexpr int bottom = 4;
+        const int face = solid.hollow ? nearest_face(solid, net.positions[i]) : 0;
+        of_vertex.push_back(!solid.hollow    ? solid.part
+                            : face == bottom ? Part::floor
+                            : face > bottom  ? Part::ceiling
+                                             : Part::walls);
+    }
+    std::vector<Part> result;
+    for (const auto& t : net.triangles)
+        result.push_back(of_vertex[t[1]] == of_vertex[t[2]] ? of_vertex[t[1]] : of_vertex[t[0]]);
+    return result;
 }
 
 }  // namespace room

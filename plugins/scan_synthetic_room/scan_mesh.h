@@ -32,6 +32,10 @@ class SeenVertices
 };
 
 /// What a scan has of the mesh: faces with a seen vertex, without crumbs of fewer than 40 faces. Throws Error if nothing is left.
-fresco::Mesh seen_part(const fresco::Mesh& mesh, const SeenVertices& seen);
+/// `parts` are those of the mesh's faces, and of what is left afterward.
+fresco::Mesh seen_part(const fresco::Mesh& mesh, const SeenVertices& seen, std::vector<Part>& parts);
+
+/// F: what each face shows, exactly: what two of its corners are part of, or the first.
+std::vector<Part> parts_of_faces(const SurfaceNet& net, const Scene& scene);
 
 }  // namespace room

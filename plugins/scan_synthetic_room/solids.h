@@ -22,10 +22,20 @@ enum class Shape : std::uint8_t
     ellipsoid  ///< size = radii; one face
 };
 
+/// What a body is part of: a rug of the floor, a beam of the ceiling, a door or picture of the walls.
+enum class Part : std::uint8_t
+{
+    floor,
+    ceiling,
+    walls,
+    furniture
+};
+
 struct Solid
 {
     Shape shape = Shape::box;
-    bool hollow = false;  ///< The room itself: a box seen from inside.
+    bool hollow = false;  ///< The room itself: a box seen from inside. Its faces are the floor, the ceiling and the walls.
+    Part part = Part::furniture;
     Vec3f center;
     std::array<Vec3f, 3> axes{Vec3f{1, 0, 0}, Vec3f{0, 1, 0}, Vec3f{0, 0, 1}};  ///< World directions of the local axes, unit.
     Vec3f size;

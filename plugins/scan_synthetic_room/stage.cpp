@@ -8,6 +8,7 @@
 #include <fresco/frames.h>
 #include <fresco/image_io.h>
 #include <fresco/parallel.h>
+#include <fresco/regions/regions.h>
 #include <fresco/stage.h>
 
 #include <fmt/format.h>
@@ -16,6 +17,8 @@ namespace
 {
 
 constexpr int jpeg_quality = 95;
+/// In the order of room::Part.
+const std::vector<std::string> part_names{"floor", "ceiling", "walls", "furniture"};
 
 class ScanSyntheticRoom final : public fresco::Stage
 {
@@ -36,6 +39,8 @@ class ScanSyntheticRoom final : public fresco::Stage
 
     fresco::Output<fresco::Frames> frames{this, "frames", "Views of a color and a depth camera"};
     fresco::Output<fresco::Mesh> mesh{this, "mesh", "The room as scanned"};
+    fresco::Output<fresco::Regions> regions{this, "regions", fresco::Parts{part_names},
+                                            "What each face of the mesh shows, exactly; furniture: all else"};
 
     void run(fresco::RunContext& run) override
     {
@@ -50,12 +55,19 @@ class ScanSyntheticRoom final : public fresco::Stage
         room::SeenVertices seen(net.positions);
 
         frames = record(caster, light, random, seen, run);
-        auto scanned = *keep_unseen ? std::move(whole) : room::seen_part(whole, seen);
+        auto parts = room::parts_of_faces(net, scene);
+        auto scanned = *keep_unseen ? std::move(whole) : room::seen_part(whole, seen, parts);
         run.report("frames", *frames_count);
         run.report("solids", scene.solids.size());
         run.report("faces", scanned.triangles.size());
         run.report("unseen_share", 1 - static_cast<double>(scanned.triangles.size()) / static_cast<double>(net.triangles.size()));
         run.message(fmt::format("{} frames, {} faces", *frames_count, scanned.triangles.size()));
+        fresco::Regions labels;
+        labels.atlas = atlas_id(scanned);
+        labels.names = part_names;
+        for (const room::Part part : parts)
+            labels.label_of_face.push_back(static_cast<std::uint16_t>(part));
+        regions = std::move(labels);
         mesh = std::move(scanned);
     }
 

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <fresco/math.h>
+
+#include <cmath>
+#include <cstdint>
+#include <optional>
+#include <unordered_map>
+#include <vector>
+
+/// Heights of roughly level surfaces, the mean in each square of cell_m; several where storeys lie above each other.
+class HeightGrid
+{
+  public:
+    static constexpr double cell_m = 0.1;
+
+    void add(fresco::Vec3d point, double weight)
+    {
+        std::vector<Level>& cell = cells_[key(index(point.x), index(point.y))];
+        for (Level& level : cell)
+            if (std::abs(level.height() - point.z) < storey_m)
+            {
+                level.sum += point.z * weight;
+                level.weight += weight;
+                return;
+            }
+        if (weight > 0)
+            cell.push_back({point.z * weight, weight});
+    }
+
+    /// The height in the nearest cell that has one, at most `cells` away from the point's; of equally near ones, the height that
+    /// is nearest to the point's.
+    std::optional<double> near(fresco::Vec3d point, int cells) const
+    {
+        const std::int64_t x = index(point.x);
+        const std::int64_t y = index(point.y);
+        std::optional<double> result;
+        int nearest = 2 * cells * cells + 1;
+        for (int dy = -cells; dy <= cells; ++dy)
+            for (int dx = -cells; dx <= cells; ++dx)
+            {
+                const int distance = dx * dx + dy * dy;
+                if (distance > nearest)
+                    continue;
+                const auto found = cells_.find(key(x + dx, y + dy));
+                if (found == cells_.end())
+                    continue;
+                for (const Level& level : found->second)
+                    if (distance < nearest || std::abs(level.height() - point.z) < std::abs(*result - point.z))
+                    {
+                        nearest = distance;
+                        result = level.height();
+                    }
+            }
+        return result;
+    }
+
+  private:
+    static constexpr double storey_m = 1.5;
+
+    struct Level
+    {
+        double sum = 0;
+        double weight = 0;
+        double height() const { return sum / weight; }
+    };
+
+    static std::int64_t index(double meters) { return std::llround(std::floor(meters / cell_m)); }
+    static std::uint64_t key(std::int64_t x, std::int64_t y)
+    {
+        return (static_cast<std::uint64_t>(x) << 32U) ^ (static_cast<std::uint64_t>(y) & 0xffffffffU);
+    }
+
+    std::unordered_map<std::uint64_t, std::vector<Level>> cells_;
+};

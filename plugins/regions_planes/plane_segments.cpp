@@ -1,0 +1,178 @@
+#include "plane_segments.h"
+
+#include <fresco/numerics/solve_symmetric.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+using namespace fresco;
+using geometry::none;
+
+namespace
+{
+
+/// Sums over the faces of a plane from which the plane that fits best follows.
+class PlaneFit
+{
+  public:
+    void add(Vec3d point, Vec3d normal, double area)
+    {
+        ++count_;
+        area_ += area;
+        normal_ += normal * area;
+        point_ += point * area;
+        const std::array<double, 3> p{point.x, point.y, point.z};
+        for (std::size_t i = 0; i < 3; ++i)
+            for (std::size_t j = 0; j < 3; ++j)
+                square_[3 * i + j] += area * p[i] * p[j];
+    }
+
+    double area() const { return area_; }
+    Vec3d middle() const { return point_ * (1 / area_); }
+
+    /// The direction of least spread, by inverse iteration from the mean normal: the plane of least squared distance. A few faces
+    /// of a noisy scan are as thick as they are wide, so theirs is the mean normal.
+    Vec3d normal() const
+    {
+        constexpr std::size_t few = 200;
+        const Vec3d mean = normalized(normal_);
+        if (count_ < few)
+            return mean;
+        const Vec3d at = middle();
+        const std::array<double, 3> m{at.x, at.y, at.z};
+        std::array<double, 9> spread{};
+        double trace = 0;
+        for (std::size_t i = 0; i < 3; ++i)
+        {
+            for (std::size_t j = 0; j < 3; ++j)
+                spread[3 * i + j] = square_[3 * i + j] / area_ - m[i] * m[j];
+            trace += spread[4 * i];
+        }
+        if (!(trace > 0))
+            return mean;
+        // A little on the diagonal keeps it definite where the piece is exactly plane.
+        constexpr double regular = 1e-6;
+        constexpr int rounds = 6;
+        for (std::size_t i = 0; i < 3; ++i)
+            spread[4 * i] += regular * trace;
+        Vec3d direction = mean;
+        for (int round = 0; round < rounds; ++round)
+        {
+            std::array<double, 9> matrix = spread;
+            std::array<double, 3> right{direction.x, direction.y, direction.z};
+            numerics::solve_symmetric(matrix, right);
+            direction = normalized(Vec3d{right[0], right[1], right[2]});
+        }
+        return dot(direction, mean) < 0 ? -direction : direction;
+    }
+
+  private:
+    std::size_t count_ = 0;
+    double area_ = 0;
+    Vec3d normal_;
+    Vec3d point_;
+    std::array<double, 9> square_{};
+};
+
+class Grower
+{
+  public:
+    Grower(const geometry::Surface& surface, const std::vector<Vec3d>& normals, const PlaneLimits& limits)
+        : surface_(surface), normals_(normals), limits_(limits),
+          least_cosine_(std::cos(limits.angle_deg * std::numbers::pi / 180)), taken_(normals.size(), 0)
+    {
+    }
+
+    std::vector<PlaneSegment> grow(const Progress& progress)
+    {
+        std::vector<PlaneSegment> result;
+        std::size_t grown = 0;
+        for (const std::uint32_t seed : flattest_first())
+            if (!taken_[seed])
+            {
+                constexpr std::size_t seeds_between_checks = 4096;
+                if (++grown % seeds_between_checks == 0)
+                    progress.check_canceled();
+                if (PlaneSegment segment = grow_from(seed); segment.area >= limits_.least_area_m2)
+                    result.push_back(std::move(segment));
+            }
+        return result;
+    }
+
+  private:
+    std::vector<std::uint32_t> flattest_first() const
+    {
+        std::vector<std::pair<int, std::uint32_t>> order;
+        for (std::uint32_t f = 0; f < normals_.size(); ++f)
+        {
+            if (!(dot(normals_[f], normals_[f]) > 0))
+                continue;
+            double agreement = 1;
+            for (const std::uint32_t g : surface_.neighbors[f])
+                agreement = std::min(agreement, g == none ? 0.9 : dot(normals_[f], normals_[g]));
+            // In steps, so that seeds of one flat piece are in the order of the faces.
+            constexpr double steps = 1e4;
+            order.emplace_back(static_cast<int>(std::lround(steps * (1 - agreement))), f);
+        }
+        std::ranges::sort(order);
+        std::vector<std::uint32_t> seeds(order.size());
+        std::ranges::transform(order, seeds.begin(), &std::pair<int, std::uint32_t>::second);
+        return seeds;
+    }
+
+    PlaneSegment grow_from(std::uint32_t seed)
+    {
+        PlaneSegment segment;
+        PlaneFit fit;
+        const auto take = [&](std::uint32_t f)
+        {
+            taken_[f] = 1;
+            segment.faces.push_back(f);
+            fit.add(face_middle(surface_.mesh, f), normals_[f], std::max(surface_.areas[f], 1e-12));
+        };
+        take(seed);
+        segment.normal = normals_[seed];
+        segment.middle = fit.middle();
+        std::size_t fit_again = 16;
+        for (std::size_t next = 0; next < segment.faces.size(); ++next)
+        {
+            if (segment.faces.size() >= fit_again)
+            {
+                segment.normal = fit.normal();
+                segment.middle = fit.middle();
+                fit_again = 2 * segment.faces.size();
+            }
+            for (const std::uint32_t g : surface_.neighbors[segment.faces[next]])
+                if (g != none && !taken_[g] && dot(normals_[g], segment.normal) > least_cosine_ &&
+                    std::abs(segment.distance(face_middle(surface_.mesh, g))) < limits_.distance_m)
+                    take(g);
+        }
+        segment.normal = fit.normal();
+        segment.middle = fit.middle();
+        segment.area = fit.area();
+        return segment;
+    }
+
+    const geometry::Surface& surface_;
+    const std::vector<Vec3d>& normals_;
+    const PlaneLimits& limits_;
+    double least_cosine_;
+    std::vector<std::uint8_t> taken_;
+};
+
+}  // namespace
+
+Vec3d face_middle(const Mesh& mesh, std::size_t face)
+{
+    const auto& [a, b, c] = mesh.triangles[face];
+    return (vec_cast<double>(mesh.positions[a]) + vec_cast<double>(mesh.positions[b]) + vec_cast<double>(mesh.positions[c])) *
+           (1.0 / 3);
+}
+
+std::vector<PlaneSegment> plane_segments(const geometry::Surface& surface, const std::vector<Vec3d>& normals,
+                                         const PlaneLimits& limits, const Progress& progress)
+{
+    return Grower(surface, normals, limits).grow(progress);
+}

@@ -1,0 +1,369 @@
+#include "room_parts.h"
+
+#include "height_grid.h"
+#include "small_islands.h"
+#include "wall_columns.h"
+
+#include <fresco/parallel.h>
+#include <fresco/texturing/charts.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <optional>
+
+using namespace fresco;
+
+namespace
+{
+
+double cosine_of(double degrees)
+{
+    return std::cos(degrees * std::numbers::pi / 180);
+}
+
+// Floors. The lowest level surface of at least this share of the largest one is the floor.
+constexpr double level_deg = 15;
+constexpr double level_height_m = 0.12;
+constexpr double least_floor_m2 = 0.3;
+constexpr double least_floor_share = 0.15;
+// Other levels in one piece: a storey, or a raised part of the floor that is larger than any bed.
+constexpr double storey_height_m = 1.8;
+constexpr double least_storey_m2 = 2;
+constexpr double step_height_m = 0.6;
+constexpr double least_step_m2 = 5;
+// Ceilings: nobody stands under lower ones. They may slant as roofs do.
+constexpr double headroom_m = 1.8;
+constexpr double slant_deg = 65;
+constexpr double least_ceiling_m2 = 0.3;
+constexpr double beam_m = 0.2;
+constexpr int beam_cells = 4;
+// Walls.
+constexpr double upright_deg = 20;
+constexpr double least_wall_m2 = 0.25;
+constexpr double least_wall_height_m = 0.5;
+constexpr double eye_height_m = 1.5;
+constexpr double least_wall_width_m = 0.8;
+constexpr double below_ceiling_m = 0.3;
+constexpr double most_overtopped = 0.5;
+constexpr double beside_wall_m = 0.3;
+constexpr double same_plane_deg = 12;
+/// A face belongs to a plane that it is close to if it faces roughly the same way: rounded edges do, tables at a wall do not.
+constexpr double roughly_cosine = 0.5;
+
+class RoomFinder
+{
+  public:
+    RoomFinder(const geometry::Surface& surface, const std::vector<Vec3d>& normals, const std::vector<PlaneSegment>& segments,
+               double thickness_m)
+        : surface_(surface), normals_(normals), segments_(segments), thickness_m_(thickness_m)
+    {
+        parts_.of_face.assign(surface.mesh.triangles.size(), RoomPart::furniture);
+    }
+
+    RoomParts find(const Progress& progress)
+    {
+        find_floors();
+        find_ceilings();
+        progress.check_canceled();
+        find_walls();
+        progress.check_canceled();
+        take_what_is_close(progress);
+        absorb_small_islands(surface_, parts_.of_face);
+        return std::move(parts_);
+    }
+
+  private:
+    void mark(const PlaneSegment& segment, RoomPart part)
+    {
+        for (const std::uint32_t f : segment.faces)
+            parts_.of_face[f] = part;
+    }
+
+    void find_floors()
+    {
+        std::vector<const PlaneSegment*> level;
+        for (const PlaneSegment& segment : segments_)
+            if (segment.normal.z > cosine_of(level_deg))
+                level.push_back(&segment);
+        std::ranges::stable_sort(level, {}, [](const PlaneSegment* s) { return s->middle.z; });
+        const auto area_above = [&](std::size_t i)
+        {
+            double area = 0;
+            for (std::size_t j = i; j < level.size() && level[j]->middle.z <= level[i]->middle.z + level_height_m; ++j)
+                area += level[j]->area;
+            return area;
+        };
+        double largest = 0;
+        for (std::size_t i = 0; i < level.size(); ++i)
+            largest = std::max(largest, area_above(i));
+        for (std::size_t i = 0; i < level.size(); ++i)
+            if (area_above(i) >= std::max(least_floor_m2, least_floor_share * largest))
+            {
+                add_floor(level, level[i]->middle.z);
+                break;
+            }
+        if (parts_.floor_heights_m.empty())
+            return;
+        for (const PlaneSegment* segment : level)
+        {
+            const double height = segment->middle.z - parts_.floor_heights_m.back();
+            if ((height > storey_height_m && segment->area >= least_storey_m2) ||
+                (height > level_height_m && height < step_height_m && segment->area >= least_step_m2))
+                add_floor(level, segment->middle.z);
+        }
+    }
+
+    void add_floor(const std::vector<const PlaneSegment*>& level, double lowest)
+    {
+        HeightGrid grid;
+        double sum = 0;
+        double area = 0;
+        for (const PlaneSegment* segment : level)
+            if (segment->middle.z >= lowest && segment->middle.z <= lowest + level_height_m)
+            {
+                mark(*segment, RoomPart::floor);
+                add_heights(*segment, grid);
+                sum += segment->middle.z * segment->area;
+                area += segment->area;
+            }
+        floors_.push_back(std::move(grid));
+        parts_.floor_heights_m.push_back(sum / area);
+    }
+
+    void add_heights(const PlaneSegment& segment, HeightGrid& grid) const
+    {
+        for (const std::uint32_t f : segment.faces)
+            grid.add(face_middle(surface_.mesh, f), surface_.areas[f]);
+    }
+
+    /// Of the highest floor that is clearly below; the lowest where none is.
+    std::optional<double> floor_below(double height) const
+    {
+        std::optional<double> result;
+        for (const double floor : parts_.floor_heights_m)
+            if (!result || floor < height)
+                result = floor;
+        return result;
+    }
+
+    void find_ceilings()
+    {
+        std::vector<std::pair<double, const PlaneSegment*>> below;
+        for (const PlaneSegment& segment : segments_)
+            if (segment.normal.z < -cosine_of(slant_deg))
+                below.emplace_back(highest_face(segment), &segment);
+        std::ranges::stable_sort(below, std::greater<>(), &std::pair<double, const PlaneSegment*>::first);
+        for (const auto& [highest, segment] : below)
+            if (const auto floor = floor_below(highest - headroom_m);
+                segment->area >= least_ceiling_m2 && floor && highest > *floor + headroom_m && !is_under_ceiling(*segment))
+                add_ceiling(*segment);
+        // What beams and shelves cut off from it, then the undersides of the beams.
+        std::vector<const PlaneSegment*> large;
+        for (const auto& [highest, segment] : below)
+            if (is_ceiling(*segment))
+                large.push_back(segment);
+        const auto in_plane_of = [&](const PlaneSegment& piece)
+        {
+            return std::ranges::any_of(large,
+                                       [&](const PlaneSegment* ceiling)
+                                       {
+                                           return dot(ceiling->normal, piece.normal) > cosine_of(same_plane_deg) &&
+                                                  std::abs(ceiling->distance(piece.middle)) < thickness_m_;
+                                       });
+        };
+        for (const auto& [highest, segment] : below)
+            if (!is_ceiling(*segment) && in_plane_of(*segment))
+                add_ceiling(*segment);
+        const HeightGrid whole = ceiling_;
+        for (const auto& [highest, segment] : below)
+            if (const auto height = whole.near(segment->middle, beam_cells);
+                !is_ceiling(*segment) && height && std::abs(segment->middle.z - *height) < beam_m)
+                add_ceiling(*segment);
+    }
+
+    bool is_ceiling(const PlaneSegment& segment) const { return parts_.of_face[segment.faces.front()] == RoomPart::ceiling; }
+
+    double highest_face(const PlaneSegment& segment) const
+    {
+        double highest = segment.middle.z;
+        for (const std::uint32_t f : segment.faces)
+            highest = std::max(highest, face_middle(surface_.mesh, f).z);
+        return highest;
+    }
+
+    /// Most of it has a ceiling above that belongs to the same storey: it is the underside of a shelf.
+    bool is_under_ceiling(const PlaneSegment& segment) const
+    {
+        double under = 0;
+        for (const std::uint32_t f : segment.faces)
+        {
+            const Vec3d at = face_middle(surface_.mesh, f);
+            const auto height = ceiling_.near(at, 1);
+            under += height && *height > at.z + beam_m && *height < at.z + headroom_m ? surface_.areas[f] : 0;
+        }
+        return under > segment.area / 2;
+    }
+
+    void add_ceiling(const PlaneSegment& segment)
+    {
+        mark(segment, RoomPart::ceiling);
+        add_heights(segment, ceiling_);
+        auto& heights = parts_.ceiling_heights_m;
+        if (heights.empty())
+            heights = {segment.middle.z, segment.middle.z};
+        heights = {std::min(heights[0], segment.middle.z), std::max(heights[1], segment.middle.z)};
+    }
+
+    void find_walls()
+    {
+        const double upright = std::sin(upright_deg * std::numbers::pi / 180);
+        for (const PlaneSegment& segment : segments_)
+            if (std::abs(segment.normal.z) < upright)
+                upright_.push_back(wall_columns(surface_, segment));
+        for (const WallColumns& columns : upright_)
+            if (is_wall(columns))
+                walls_.push_back(&columns);
+        parts_.wall_planes = walls_.size();
+        const std::size_t found = walls_.size();
+        for (const WallColumns& columns : upright_)
+            if (std::any_of(walls_.begin(), walls_.begin() + static_cast<std::ptrdiff_t>(found),
+                            [&](const WallColumns* wall)
+                            { return wall->segment != columns.segment && continues(*wall, columns); }))
+                walls_.push_back(&columns);
+        for (const WallColumns* wall : walls_)
+            mark(*wall->segment, RoomPart::walls);
+    }
+
+    bool is_wall(const WallColumns& wall) const
+    {
+        if (wall.segment->area < least_wall_m2 || wall.high - wall.low < least_wall_height_m)
+            return false;
+        const auto floor = floor_below(wall.low + storey_height_m / 2);
+        const bool is_tall = wall.width() >= least_wall_width_m && (!floor || wall.high > *floor + eye_height_m);
+        // Under a ceiling a wall reaches it; where none was scanned, the wall may not have been up to its top either.
+        return reaches_ceiling(wall).value_or(is_tall) && overtopped_share(wall, upright_) < most_overtopped;
+    }
+
+    /// Nothing where no ceiling is near most of it.
+    std::optional<bool> reaches_ceiling(const WallColumns& wall) const
+    {
+        constexpr double least_share = 0.3;
+        std::size_t columns = 0;
+        std::size_t reaching = 0;
+        std::size_t under = 0;
+        for (const WallColumns::Column& column : wall.columns)
+        {
+            if (!(column.area > 0))
+                continue;
+            ++columns;
+            if (const auto ceiling = ceiling_.near({column.middle.x, column.middle.y, column.top}, beam_cells);
+                ceiling && *ceiling > wall.low)
+            {
+                ++under;
+                reaching += column.top > *ceiling - below_ceiling_m ? 1 : 0;
+            }
+        }
+        if (2 * under < columns)
+            return std::nullopt;
+        return static_cast<double>(reaching) >= least_share * static_cast<double>(columns);
+    }
+
+    /// A piece of a wall's plane beside or within it, which furniture or holes have cut off.
+    bool continues(const WallColumns& wall, const WallColumns& piece) const
+    {
+        const Vec3d middle = piece.segment->middle;
+        if (dot(wall.segment->normal, piece.segment->normal) < cosine_of(same_plane_deg) ||
+            std::abs(wall.segment->distance(middle)) > thickness_m_)
+            return false;
+        return is_beside(wall, middle);
+    }
+
+    static bool is_beside(const WallColumns& wall, Vec3d point)
+    {
+        const double u = dot(wall.along, point) - wall.first;
+        return u > -beside_wall_m && u < wall.width() + beside_wall_m;
+    }
+
+    void take_what_is_close(const Progress& progress)
+    {
+        constexpr std::size_t faces_per_piece = 1U << 14;
+        parallel_for(parts_.of_face.size(), faces_per_piece, progress.threads(),
+                     [&](std::size_t begin, std::size_t end)
+                     {
+                         progress.check_canceled();
+                         for (std::size_t f = begin; f < end; ++f)
+                             if (parts_.of_face[f] == RoomPart::furniture)
+                                 parts_.of_face[f] = part_close_to(face_middle(surface_.mesh, f), normals_[f]);
+                     });
+    }
+
+    RoomPart part_close_to(Vec3d point, Vec3d normal) const
+    {
+        constexpr int cells = 2;
+        const auto is_at = [&](const HeightGrid& grid)
+        {
+            const auto height = grid.near(point, cells);
+            return height && std::abs(point.z - *height) < thickness_m_;
+        };
+        // Of several, the one that it faces like the most: this parts the rounded edges of a scan in the middle.
+        double best = roughly_cosine;
+        RoomPart part = RoomPart::furniture;
+        const auto offer = [&](RoomPart offered, double cosine)
+        {
+            if (cosine > best)
+            {
+                best = cosine;
+                part = offered;
+            }
+        };
+        for (const WallColumns* wall : walls_)
+            if (std::abs(wall->segment->distance(point)) < thickness_m_ && point.z < wall->high + beside_wall_m &&
+                is_beside(*wall, point))
+                offer(RoomPart::walls, dot(wall->segment->normal, normal));
+        if (normal.z > best && std::ranges::any_of(floors_, is_at))
+            offer(RoomPart::floor, normal.z);
+        if (-normal.z > best && is_at(ceiling_))
+            offer(RoomPart::ceiling, -normal.z);
+        if (part != RoomPart::furniture)
+            return part;
+        if (const auto height = ceiling_.near(point, beam_cells); height && std::abs(point.z - *height) < beam_m)
+            return RoomPart::ceiling;
+        return RoomPart::furniture;
+    }
+
+    const geometry::Surface& surface_;
+    const std::vector<Vec3d>& normals_;
+    const std::vector<PlaneSegment>& segments_;
+    double thickness_m_;
+    RoomParts parts_;
+    std::vector<HeightGrid> floors_;
+    HeightGrid ceiling_;
+    std::vector<WallColumns> upright_;
+    std::vector<const WallColumns*> walls_;
+};
+
+/// One vertex for each position, so that the surface is not cut along the atlas's seams.
+Mesh welded(const Mesh& mesh)
+{
+    const auto first = texturing::welded_vertices(mesh);
+    Mesh result;
+    result.positions = mesh.positions;
+    result.triangles = mesh.triangles;
+    for (Triangle& triangle : result.triangles)
+        for (std::uint32_t& corner : triangle)
+            corner = first[corner];
+    return result;
+}
+
+}  // namespace
+
+RoomParts find_room_parts(const Mesh& upright, double thickness_m, const Progress& progress)
+{
+    const Mesh mesh = welded(upright);
+    const geometry::Surface surface(mesh);
+    const std::vector<Vec3d> normals = geometry::smoothed_normals(surface, progress);
+    const std::vector<PlaneSegment> segments = plane_segments(surface, normals, {}, progress);
+    return RoomFinder(surface, normals, segments, thickness_m).find(progress);
+}

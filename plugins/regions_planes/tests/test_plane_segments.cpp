@@ -1,0 +1,101 @@
+#include "plane_segments.h"
+#include "rooms.h"
+
+#include <catch2/catch.hpp>
+
+#include <numbers>
+#include <numeric>
+
+using namespace fresco;
+
+namespace
+{
+
+std::vector<PlaneSegment> segments_of(const Mesh& mesh, const PlaneLimits& limits = {})
+{
+    const geometry::Surface surface(mesh);
+    return plane_segments(surface, geometry::smoothed_normals(surface, Progress{}), limits, Progress{});
+}
+
+/// The plane of least squares through the middles of all faces: of many directions the one of least spread.
+Vec3d flattest_direction(const Mesh& mesh)
+{
+    Vec3d mean;
+    for (std::size_t f = 0; f < mesh.triangles.size(); ++f)
+        mean += face_middle(mesh, f) * (1.0 / static_cast<double>(mesh.triangles.size()));
+    Vec3d best;
+    double least = 1e30;
+    constexpr double step = std::numbers::pi / 720;
+    for (double polar = 0; polar < 0.2; polar += step)
+        for (double around = 0; around < 2 * std::numbers::pi; around += 4 * step)
+        {
+            const Vec3d n{std::sin(polar) * std::cos(around), std::sin(polar) * std::sin(around), std::cos(polar)};
+            double sum = 0;
+            for (std::size_t f = 0; f < mesh.triangles.size(); ++f)
+            {
+                const double d = dot(n, face_middle(mesh, f) - mean);
+                sum += d * d;
+            }
+            if (sum < least)
+            {
+                least = sum;
+                best = n;
+            }
+        }
+    return best;
+}
+
+}  // namespace
+
+TEST_CASE("plane segments: a noisy plane is one piece, fitted by least squares")
+{
+    KnownRoom room;
+    room.noise_m = 0.005;
+    room.sheet(RoomPart::floor, {0, 0, 1}, {3, 0, 0.2F}, {0, 2, 0.1F});
+    const auto segments = segments_of(room.mesh);
+    REQUIRE(!segments.empty());
+    const auto& largest = *std::ranges::max_element(segments, {}, &PlaneSegment::area);
+    CHECK(static_cast<double>(largest.faces.size()) > 0.97 * static_cast<double>(room.parts.size()));
+    CHECK(dot(largest.normal, flattest_direction(room.mesh)) > std::cos(0.01));
+    CHECK(largest.distance({1.5, 1, 1.15}) == Approx(0).margin(0.003));
+}
+
+TEST_CASE("plane segments: every face is in one piece at most, and near its plane")
+{
+    KnownRoom room;
+    room.noise_m = 0.003;
+    room.shell({3, 3, 2.5F});
+    room.block({1, 1, 0}, {0.5F, 0.5F, 0.5F});
+    const geometry::Surface surface(room.mesh);
+    const PlaneLimits limits;
+    const auto segments = segments_of(room.mesh, limits);
+    CHECK(segments.size() >= 10);
+    std::vector<int> uses(room.parts.size());
+    for (const PlaneSegment& segment : segments)
+    {
+        CHECK(length(segment.normal) == Approx(1));
+        CHECK(segment.area >= limits.least_area_m2);
+        for (const std::uint32_t f : segment.faces)
+        {
+            ++uses[f];
+            CHECK(std::abs(segment.distance(face_middle(room.mesh, f))) < 2 * limits.distance_m);
+        }
+        CHECK(std::accumulate(segment.faces.begin(), segment.faces.end(), 0.0,
+                              [&](double sum, std::uint32_t f) { return sum + surface.areas[f]; }) == Approx(segment.area));
+    }
+    CHECK(*std::ranges::max_element(uses) == 1);
+    CHECK(static_cast<double>(std::ranges::count(uses, 1)) > 0.95 * static_cast<double>(uses.size()));
+}
+
+TEST_CASE("plane segments: a step of 10 cm parts two planes, faces without area are in none")
+{
+    KnownRoom room;
+    room.sheet(RoomPart::floor, {}, {1, 0, 0}, {0, 1, 0});
+    room.sheet(RoomPart::floor, {1, 0, 0}, {0, 1, 0}, {0, 0, 0.1F});
+    room.sheet(RoomPart::floor, {1, 0, 0.1F}, {1, 0, 0}, {0, 1, 0});
+    room.mesh.triangles.push_back({0, 1, 1});
+    const auto segments = segments_of(room.mesh);
+    CHECK(std::ranges::count_if(segments, [](const PlaneSegment& s) { return s.normal.z > 0.99 && s.area > 0.9; }) == 2);
+    for (const PlaneSegment& segment : segments)
+        CHECK(std::ranges::find(segment.faces, room.mesh.triangles.size() - 1) == segment.faces.end());
+}

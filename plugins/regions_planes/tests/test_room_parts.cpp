@@ -1,0 +1,237 @@
+#include "rooms.h"
+
+#include "height_grid.h"
+#include "small_islands.h"
+#include "wall_columns.h"
+
+#include <catch2/catch.hpp>
+
+#include <array>
+#include <map>
+
+using namespace fresco;
+
+namespace
+{
+
+constexpr double thickness_m = 0.06;
+
+RoomParts found(const KnownRoom& room)
+{
+    return find_room_parts(room.mesh, thickness_m, Progress{});
+}
+
+/// 5 x 4 x 2.5 m with a table, a cupboard before a wall, a counter along another, and a rug, picture and door that are thinner
+/// than 6 cm.
+KnownRoom furnished(double noise_m = 0, bool with_ceiling = true)
+{
+    KnownRoom room;
+    room.noise_m = noise_m;
+    room.shell({5, 4, 2.5F}, with_ceiling);
+    room.table(1.8F, 1.5F);
+    room.block({0.3F, 3.4F, 0}, {1.2F, 0.6F, 1.9F});
+    room.block({4.4F, 0.5F, 0}, {0.6F, 2.5F, 0.9F});
+    room.block({1.0F, 0.3F, 0}, {2.2F, 1.0F, 0.015F}, RoomPart::floor);
+    room.block({2.0F, 3.96F, 1.2F}, {0.9F, 0.04F, 0.6F}, RoomPart::walls);
+    room.block({3.5F, 3.97F, 0}, {0.9F, 0.03F, 2.0F}, RoomPart::walls);
+    return room;
+}
+
+}  // namespace
+
+TEST_CASE("room parts: floor, ceiling and walls of a furnished room, with and without noise")
+{
+    for (const double noise_m : {0.0, 0.004})
+    {
+        const KnownRoom room = furnished(noise_m);
+        const RoomParts parts = found(room);
+        CHECK(room.least_iou(parts.of_face) > 0.95);
+        REQUIRE(parts.floor_heights_m.size() == 1);
+        CHECK(parts.floor_heights_m[0] == Approx(0).margin(0.02));
+        REQUIRE(parts.ceiling_heights_m.size() == 2);
+        CHECK(parts.ceiling_heights_m[0] == Approx(2.5).margin(0.01));
+    }
+}
+
+TEST_CASE("room parts: without a ceiling walls are what is tall and has nothing taller behind it")
+{
+    const KnownRoom room = furnished(0.004, false);
+    const RoomParts parts = found(room);
+    CHECK(parts.ceiling_heights_m.empty());
+    CHECK(room.iou(parts.of_face, RoomPart::floor) > 0.95);
+    CHECK(room.iou(parts.of_face, RoomPart::walls) > 0.95);
+    CHECK(room.iou(parts.of_face, RoomPart::furniture) > 0.9);
+}
+
+TEST_CASE("room parts: holes change nothing around them")
+{
+    KnownRoom room = furnished(0.004);
+    std::vector<Triangle> triangles;
+    std::vector<RoomPart> parts;
+    for (std::size_t f = 0; f < room.parts.size(); ++f)
+    {
+        // Balls of 30 cm, one in each cubic meter.
+        const Vec3d at = face_middle(room.mesh, f);
+        const auto part = [](double v) { return v - std::floor(v) - 0.5; };
+        if (length(Vec3d{part(at.x), part(at.y), part(at.z)}) < 0.3)
+            continue;
+        triangles.push_back(room.mesh.triangles[f]);
+        parts.push_back(room.parts[f]);
+    }
+    room.mesh.triangles = triangles;
+    room.parts = parts;
+    CHECK(room.least_iou(found(room).of_face) > 0.93);
+}
+
+TEST_CASE("room parts: a slanted ceiling is one, down to its knee walls")
+{
+    KnownRoom room;
+    const Vec3f along{0, 4, 0};
+    room.sheet(RoomPart::floor, {}, {5, 0, 0}, along);
+    room.sheet(RoomPart::walls, {}, along, {0, 0, 0.9F});
+    room.sheet(RoomPart::walls, {5, 0, 0}, {0, 0, 0.9F}, along);
+    room.sheet(RoomPart::ceiling, {0, 0, 0.9F}, along, {2.5F, 0, 2});
+    room.sheet(RoomPart::ceiling, {5, 0, 0.9F}, {-2.5F, 0, 2}, along);
+    const RoomParts parts = found(room);
+    CHECK(room.iou(parts.of_face, RoomPart::floor) > 0.97);
+    CHECK(room.iou(parts.of_face, RoomPart::ceiling) > 0.97);
+    CHECK(room.iou(parts.of_face, RoomPart::walls) > 0.95);
+}
+
+TEST_CASE("room parts: two storeys and a raised floor are floors, a bed is not")
+{
+    KnownRoom room;
+    room.shell({6, 5, 2.4F});
+    room.sheet(RoomPart::floor, {3.4F, 0, 0.3F}, {2.6F, 0, 0}, {0, 5, 0});
+    room.sheet(RoomPart::furniture, {3.4F, 5, 0}, {0, -5, 0}, {0, 0, 0.3F});
+    room.block({0.5F, 0.5F, 0}, {2, 1.6F, 0.5F});
+    const std::size_t lower = room.parts.size();
+    KnownRoom upper;
+    upper.shell({6, 5, 2.4F});
+    for (Vec3f& p : upper.mesh.positions)
+        p.z += 2.7F;
+    const auto first = static_cast<std::uint32_t>(room.mesh.positions.size());
+    room.mesh.positions.insert(room.mesh.positions.end(), upper.mesh.positions.begin(), upper.mesh.positions.end());
+    for (const auto& [a, b, c] : upper.mesh.triangles)
+        room.mesh.triangles.push_back({a + first, b + first, c + first});
+    room.parts.insert(room.parts.end(), upper.parts.begin(), upper.parts.end());
+    const RoomParts parts = found(room);
+    REQUIRE(parts.floor_heights_m.size() == 3);
+    CHECK(parts.floor_heights_m[1] == Approx(0.3).margin(0.01));
+    CHECK(parts.floor_heights_m[2] == Approx(2.7).margin(0.01));
+    CHECK(room.iou(parts.of_face, RoomPart::floor) > 0.95);
+    CHECK(room.iou(parts.of_face, RoomPart::ceiling) > 0.97);
+    std::map<RoomPart, int> bed;
+    for (std::size_t f = 0; f < lower; ++f)
+        if (const Vec3d at = face_middle(room.mesh, f);
+            at.z > 0.45 && at.z < 0.55 && at.x > 0.6 && at.x < 2.4 && at.y > 0.6 && at.y < 2)
+            ++bed[parts.of_face[f]];
+    CHECK(bed.size() == 1);
+    CHECK(bed.begin()->first == RoomPart::furniture);
+}
+
+TEST_CASE("room parts: equal for any number of threads, and for a mesh cut along seams")
+{
+    struct Threads final : Progress
+    {
+        explicit Threads(int count) : count_(count) {}
+        int threads() const override { return count_; }
+        int count_;
+    };
+    const KnownRoom room = furnished(0.004);
+    const RoomParts one = find_room_parts(room.mesh, thickness_m, Threads(1));
+    CHECK(one.of_face == find_room_parts(room.mesh, thickness_m, Threads(5)).of_face);
+    Mesh cut;
+    for (const Triangle& triangle : room.mesh.triangles)
+    {
+        const auto first = static_cast<std::uint32_t>(cut.positions.size());
+        for (const std::uint32_t corner : triangle)
+            cut.positions.push_back(room.mesh.positions[corner]);
+        cut.triangles.push_back({first, first + 1, first + 2});
+    }
+    CHECK(one.of_face == find_room_parts(cut, thickness_m, Threads(2)).of_face);
+}
+
+TEST_CASE("room parts: the share of a piece that rises lower than what is behind it")
+{
+    KnownRoom room;
+    // A wall of 4 m that faces -y, and three pieces before it: 1 m wide and lower, 1 m wide and as high, 1 m wide and far away.
+    room.sheet(RoomPart::walls, {0, 3, 0}, {4, 0, 0}, {0, 0, 2.5F});
+    room.sheet(RoomPart::furniture, {0, 2.5F, 0}, {1, 0, 0}, {0, 0, 1.9F});
+    room.sheet(RoomPart::furniture, {1.5F, 2.5F, 0}, {1, 0, 0}, {0, 0, 2.5F});
+    room.sheet(RoomPart::furniture, {3, 1.5F, 0}, {1, 0, 0}, {0, 0, 1.9F});
+    const geometry::Surface surface(room.mesh);
+    const auto segments = plane_segments(surface, surface.normals, {}, Progress{});
+    REQUIRE(segments.size() == 4);
+    std::vector<WallColumns> all;
+    for (const PlaneSegment& segment : segments)
+        all.push_back(wall_columns(surface, segment));
+    std::map<double, double> share_at;
+    for (const WallColumns& columns : all)
+        share_at[std::round(10 * (columns.segment->middle.x + columns.segment->middle.y)) / 10] = overtopped_share(columns, all);
+    CHECK(share_at.at(5.0) == 0);
+    CHECK(share_at.at(3.0) == 1);
+    CHECK(share_at.at(4.5) == 0);
+    for (const WallColumns& columns : all)
+        CHECK(columns.width() == Approx(columns.segment->area / (columns.high - columns.low + 0.05)).margin(0.2));
+}
+
+TEST_CASE("height grid: the nearest cell, and of equally near ones the nearest height")
+{
+    Random random(5);
+    std::vector<Vec3d> points;
+    HeightGrid grid;
+    for (int i = 0; i < 90; ++i)
+    {
+        points.push_back({random.uniform() * 3 - 1.5, random.uniform() * 3 - 1.5, random.uniform() + (i % 2 == 0 ? 2.7 : 0)});
+        grid.add(points.back(), 2);
+    }
+    const auto cell = [](double meters) { return static_cast<int>(std::floor(meters / HeightGrid::cell_m)); };
+    std::map<std::array<int, 3>, std::pair<double, int>> cells;
+    for (const Vec3d& p : points)
+    {
+        auto& [sum, count] = cells[{cell(p.x), cell(p.y), p.z > 2 ? 1 : 0}];
+        sum += p.z;
+        ++count;
+    }
+    constexpr int reach = 2;
+    for (int i = 0; i < 500; ++i)
+    {
+        const Vec3d at{random.uniform() * 4 - 2, random.uniform() * 4 - 2, random.uniform() * 4};
+        std::pair<int, double> best{100, 0};
+        double height = 0;
+        for (const auto& [key, value] : cells)
+        {
+            const int dx = key[0] - cell(at.x), dy = key[1] - cell(at.y);
+            const double mean = value.first / value.second;
+            const std::pair<int, double> rank{dx * dx + dy * dy, std::abs(mean - at.z)};
+            if (std::abs(dx) <= reach && std::abs(dy) <= reach && rank < best)
+            {
+                best = rank;
+                height = mean;
+            }
+        }
+        const auto near = grid.near(at, reach);
+        REQUIRE(near.has_value() == (best.first < 100));
+        if (near)
+            CHECK(*near == Approx(height));
+    }
+}
+
+TEST_CASE("small islands take the part around them, large ones stay")
+{
+    KnownRoom room;
+    room.sheet(RoomPart::walls, {}, {3, 0, 0}, {0, 0, 3});
+    const geometry::Surface surface(room.mesh);
+    const auto with_island = [&](double radius)
+    {
+        std::vector<RoomPart> parts(room.parts.size(), RoomPart::walls);
+        for (std::size_t f = 0; f < parts.size(); ++f)
+            if (length(face_middle(room.mesh, f) - Vec3d{1.5, 0, 1.5}) < radius)
+                parts[f] = RoomPart::furniture;
+        absorb_small_islands(surface, parts);
+        return std::ranges::count(parts, RoomPart::furniture);
+    };
+    CHECK(with_island(0.07) == 0);
+    CHECK(with_island(0.3) > 100);
+}

@@ -1,0 +1,137 @@
+#include "labeled_surface.h"
+
+#include "class_names.h"
+
+#include <fresco/error.h>
+#include <fresco/mesh_io.h>
+#include <fresco/value.h>
+
+#include <algorithm>
+#include <fmt/format.h>
+#include <map>
+#include <optional>
+#include <span>
+
+using namespace fresco;
+
+namespace
+{
+
+/// Numbers names by their first use.
+class Names
+{
+  public:
+    std::uint32_t label(const std::string& name)
+    {
+        const auto [known, fresh] = label_of_.try_emplace(name, static_cast<std::uint32_t>(names_.size()));
+        if (fresh)
+            names_.push_back(name);
+        return known->second;
+    }
+    std::vector<std::string> take() { return std::move(names_); }
+
+  private:
+    std::map<std::string, std::uint32_t> label_of_;
+    std::vector<std::string> names_;
+};
+
+std::vector<std::uint32_t> voted(const Mesh& mesh, const std::vector<std::uint32_t>& of_vertex)
+{
+    std::vector<std::uint32_t> result;
+    result.reserve(mesh.triangles.size());
+    for (const auto& [a, b, c] : mesh.triangles)
+        result.push_back(of_vertex[b] == of_vertex[c] ? of_vertex[b] : of_vertex[a]);
+    return result;
+}
+
+std::uint32_t label_of(std::int64_t number, Naming naming, Names& names)
+{
+    if (naming == Naming::numbers)
+        return number < 0 ? no_label : names.label(std::to_string(number));
+    const auto name = nyu40_name(number);
+    return name ? names.label(std::string(*name)) : no_label;
+}
+
+std::vector<std::uint32_t> labels_of(const std::vector<std::int64_t>& numbers, Naming naming, Names& names)
+{
+    std::vector<std::uint32_t> result;
+    result.reserve(numbers.size());
+    for (const std::int64_t number : numbers)
+        result.push_back(label_of(number, naming, names));
+    return result;
+}
+
+}  // namespace
+
+LabeledSurface surface_from_ply(std::span<const std::byte> bytes, const std::string& source, const std::string& property,
+                                Naming naming, const Mesh* moved)
+{
+    PlyIntegers integers{.property = property, .of_vertex = {}, .of_face = {}};
+    LabeledSurface result;
+    result.mesh = parse_ply(bytes, source, {}, nullptr, integers);
+    Names names;
+    if (!integers.of_face.empty())
+        result.label_of_face = labels_of(integers.of_face, naming, names);
+    else
+        result.label_of_face = voted(result.mesh, labels_of(integers.of_vertex, naming, names));
+    result.names = names.take();
+    if (result.names.empty())
+        throw Error(fmt::format("{}: the property '{}' labels nothing{}", source, property,
+                                naming == Naming::nyu40 ? "; for labels other than NYU40's, set naming: numbers" : ""));
+    if (moved == nullptr)
+        return result;
+    if (moved->positions.size() != result.mesh.positions.size())
+        throw Error(fmt::format("{} has {} vertices, the mesh on port 'labeled' {}: these are labels of another mesh", source,
+                                result.mesh.positions.size(), moved->positions.size()));
+    result.mesh.positions = moved->positions;
+    return result;
+}
+
+LabeledSurface surface_from_segments(const std::string& groups, const std::string& groups_source, const std::string& segments,
+                                     const std::string& segments_source, const Mesh& mesh)
+{
+    const Value root = parse_json(groups, groups_source);
+    Names names;
+    std::map<std::int64_t, std::uint32_t> label_of_segment;
+    for (const Value& group : root.at("segGroups").as_list())
+    {
+        const std::uint32_t label = names.label(group.at("label").as_string());
+        for (const Value& segment : group.at("segments").as_list())
+            label_of_segment[segment.as_int()] = label;
+    }
+    const Value indices = parse_json(segments, segments_source);
+    const Value::List& of_vertex = indices.at("segIndices").as_list();
+    if (of_vertex.size() != mesh.positions.size())
+        throw Error(
+            fmt::format("{} has the segments of {} vertices, the mesh on port 'labeled' has {}: these are labels of another "
+                        "mesh",
+                        segments_source, of_vertex.size(), mesh.positions.size()));
+    std::vector<std::uint32_t> labels;
+    labels.reserve(of_vertex.size());
+    for (const Value& segment : of_vertex)
+    {
+        const auto found = label_of_segment.find(segment.as_int());
+        labels.push_back(found == label_of_segment.end() ? no_label : found->second);
+    }
+    LabeledSurface result{mesh, names.take(), voted(mesh, labels)};
+    if (std::ranges::all_of(result.label_of_face, [](std::uint32_t label) { return label == no_label; }))
+        throw Error(groups_source + " names none of the segments of " + segments_source + ": they belong to different scans");
+    return result;
+}
+
+LabeledSurface surface_from_materials(const Model& model)
+{
+    Names names;
+    LabeledSurface result;
+    result.mesh = model.mesh;
+    result.label_of_face.reserve(model.material_of_face.size());
+    for (const std::uint32_t material : model.material_of_face)
+    {
+        const std::string& name = model.materials[material].name;
+        result.label_of_face.push_back(name.empty() ? no_label : names.label(name));
+    }
+    result.names = names.take();
+    if (result.names.empty())
+        throw Error("no material of the model on port 'model' has a name: name them in the program that made it");
+    return result;
+}

@@ -1,0 +1,150 @@
+#include "compose.h"
+#include <fresco/regions/regions.h>
+
+#include <fresco/mesh.h>
+#include <fresco/stage.h>
+#include <fresco/texture.h>
+#include <fresco/texture_rules.h>
+#include <fresco/texturing/charts.h>
+#include <fresco/texturing/collapse.h>
+#include <fresco/texturing/surface_fill.h>
+#include <fresco/wording.h>
+
+#include <algorithm>
+#include <fmt/format.h>
+#include <map>
+
+using namespace fresco;
+using namespace fresco::texturing;
+
+namespace
+{
+
+class TextureRegions final : public Stage
+{
+    Input<Texture> photo{this, "photo", "The photographic texture, for regions to keep and to mix with"};
+    Input<Mesh> mesh{this, "mesh", "The mesh whose texcoords all textures were made for"};
+    Input<Regions> regions{this, "regions", "The regions of that mesh"};
+    Output<Texture> texture{this, "texture", "Each region from its texture"};
+    TextureRules rules{this, "regions", "regions",
+                       "For each region keep (the photo), a texture, or {texture: NAME, strength: 0.7}; '*': all other regions. "
+                       "Each NAME is an input"};
+
+    Cost cost() const override
+    {
+        return {.seconds = {.fixed = 0.1, .per_face = 4e-7, .per_texel = 4e-7},
+                .parallel_share = 0.2,
+                .memory_mb = {.fixed = 50, .per_face = 1.5e-4, .per_texel = 8e-5},
+                .disk_mb = {.per_texel = 1.3e-5}};
+    }
+
+    void check() const
+    {
+        check_mesh(*mesh, "the mesh on port 'mesh'");
+        if (mesh->texcoords.empty())
+            throw Error("the mesh on port 'mesh' has no texcoords: wire the atlas.* stage that the textures were made with");
+        check_regions(*regions, *mesh, "the regions on port 'regions'", "the mesh on port 'mesh'");
+        check_input(*photo, "photo");
+        for (const auto& [name, input] : rules.textures())
+            check_input(**input, name);
+        for (const auto& [name, rule] : *rules)
+            if (name != other_parts && std::ranges::find(regions->names, name) == regions->names.end())
+                throw Error("option \"regions\": there is no region '" + name + "'" + suggestion(name, regions->names));
+    }
+
+    void check_input(const Texture& input, const std::string& port) const
+    {
+        check_texture(input);
+        check_atlas(input.atlas, *mesh, "the texture on port '" + port + "'");
+        if (input.size_px() != photo->size_px())
+            throw Error(fmt::format("the texture on port 'photo' has {} texels a side, the one on port '{}' {}; make both with "
+                                    "the same size_px",
+                                    photo->size_px(), port, input.size_px()));
+    }
+
+    void run(RunContext& run) override
+    {
+        check();
+        const Charts charts = find_charts(*mesh);
+        const TexelFaces faces = find_texel_faces(*mesh, charts, photo->size_px(), run);
+        // As texture.bake would fill them, so that what is next to a kept region cannot flow into it.
+        const auto filled = [&](const Texture& source)
+        {
+            KnownPicture picture{collapse(source, run), source.seen};
+            fill_unseen(*mesh, charts, faces, source.seen.values, picture.rgb, run);
+            for (std::size_t texel = 0; texel < faces.face.size(); ++texel)
+                if (faces.covered(texel))
+                    picture.is_known.values[texel] = 1;
+            return picture;
+        };
+        const double steps = static_cast<double>(rules.textures().size()) + 2;
+        double done = 0;
+        const KnownPicture from = filled(*photo);
+        run.progress(++done, steps, "textures");
+        std::map<std::string, KnownPicture> painted;
+        for (const auto& [name, input] : rules.textures())
+        {
+            painted.emplace(name, filled(**input));
+            run.progress(++done, steps, "textures");
+        }
+        const auto region_of_texel = regions_of_texels(faces, regions->label_of_face);
+        KnownPicture picture = composed(from, region_of_texel, rules_by_label(painted));
+        report(region_of_texel, from, picture, run);
+
+        Texture result;
+        result.atlas = atlas_id(*mesh);
+        result.layers.push_back(std::move(picture.rgb));
+        result.seen = std::move(picture.is_known);
+        texture = std::move(result);
+        run.progress(steps, steps, "textures");
+    }
+
+    /// The rule of a region; nullptr where it has none and is kept.
+    const TextureRule* rule_of(const std::string& region) const
+    {
+        auto found = (*rules).find(region);
+        if (found == (*rules).end())
+            found = (*rules).find(std::string(other_parts));
+        return found == (*rules).end() ? nullptr : &found->second;
+    }
+
+    std::vector<RegionRule> rules_by_label(const std::map<std::string, KnownPicture>& painted) const
+    {
+        std::vector<RegionRule> result(regions->names.size());
+        for (std::size_t label = 0; label < result.size(); ++label)
+            if (const TextureRule* rule = rule_of(regions->names[label]); rule != nullptr && !rule->keeps())
+                result[label] = {&painted.at(rule->texture), static_cast<float>(rule->strength)};
+        return result;
+    }
+
+    void report(const std::vector<std::uint32_t>& region_of_texel, const KnownPicture& from, const KnownPicture& to,
+                RunContext& run) const
+    {
+        std::vector<std::size_t> texels(regions->names.size());
+        std::vector<std::size_t> changed(texels.size());
+        for (std::size_t texel = 0; texel < region_of_texel.size(); ++texel)
+            if (const std::uint32_t label = region_of_texel[texel]; label != no_region)
+            {
+                const auto at = [&](const KnownPicture& picture)
+                { return picture.rgb.values.begin() + static_cast<std::ptrdiff_t>(3 * texel); };
+                ++texels[label];
+                changed[label] += std::equal(at(from), at(from) + 3, at(to)) ? 0 : 1;
+            }
+        Value::Map figures;
+        for (std::size_t label = 0; label < texels.size(); ++label)
+        {
+            const TextureRule* rule = rule_of(regions->names[label]);
+            figures.emplace_back(regions->names[label],
+                                 Value::Map{{"texture", rule != nullptr ? rule->texture : std::string(kept_texture)},
+                                            {"texels", texels[label]},
+                                            {"changed_texels", changed[label]}});
+            if (texels[label] == 0 && (*rules).contains(regions->names[label]))
+                run.warning("the mesh has no '" + regions->names[label] + "': its rule changes nothing");
+        }
+        run.report("regions", std::move(figures));
+    }
+};
+
+}  // namespace
+
+FRESCO_STAGE("texture.regions", TextureRegions, "Puts textures together by regions: some painted, some kept as photographed")

@@ -1,15 +1,11 @@
 #include "mesh_builder.h"
 #include "ply_cursor.h"
-#include "ply_header.h"
-
-#include <fresco/wording.h>
+#include "ply_layout.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <fmt/format.h>
-#include <initializer_list>
-#include <optional>
 #include <utility>
 
 namespace fresco
@@ -19,172 +15,11 @@ namespace
 
 using namespace detail;
 
-// Where a vertex property goes; the rest is skipped.
-enum VertexSlot : std::size_t
-{
-    slot_x,
-    slot_y,
-    slot_z,
-    slot_red,
-    slot_green,
-    slot_blue,
-    slot_u,
-    slot_v,
-    slot_count,
-    slot_none = slot_count
-};
-
-constexpr std::array<std::pair<std::string_view, std::string_view>, 4> texcoord_names{
-    {{"s", "t"}, {"u", "v"}, {"texture_u", "texture_v"}, {"texture_s", "texture_t"}}};
-
-/// What the header says about the two elements a mesh is made of.
-struct Layout
-{
-    const PlyElement* vertex = nullptr;
-    const PlyElement* face = nullptr;
-    std::vector<VertexSlot> slots;  ///< One per vertex property.
-    const PlyProperty* indices = nullptr;
-    const PlyProperty* texcoord = nullptr;
-    const PlyProperty* chart = nullptr;
-    const PlyProperty* picture = nullptr;         ///< The face property `texnumber`, if the caller wants it.
-    const PlyProperty* vertex_integer = nullptr;  ///< What PlyIntegers names.
-    const PlyProperty* face_integer = nullptr;
-    bool has_colors = false;
-    bool has_vertex_texcoords = false;
-};
-
-class LayoutReader
-{
-  public:
-    LayoutReader(const PlyHeader& header, std::string_view source) : header_(header), source_(source) {}
-
-    void find_integers(Layout& layout, const std::string& name) const
-    {
-        layout.vertex_integer = integer(*layout.vertex, name);
-        layout.face_integer = integer(*layout.face, name);
-        if (layout.vertex_integer != nullptr || layout.face_integer != nullptr)
-            return;
-        std::vector<std::string> there;
-        for (const PlyElement* element : {layout.vertex, layout.face})
-            for (const auto& property : element->properties)
-                if (!property.is_list && is_integer(property.type))
-                    there.push_back(property.name);
-        fail("neither vertices nor faces have an integer property " + in_quotes(name) + suggestion(name, there));
-    }
-
-    Layout read()
-    {
-        layout_.vertex = &element("vertex");
-        layout_.face = &element("face");
-        vertex();
-        face();
-        return std::move(layout_);
-    }
-
-  private:
-    [[noreturn]] void fail(const std::string& what) const { throw Error(std::string(source_) + ": header: " + what); }
-
-    const PlyElement& element(std::string_view name) const
-    {
-        for (const auto& element : header_.elements)
-            if (element.name == name)
-                return element;
-        fail("missing element " + in_quotes(name) + "; export the scan as a triangle mesh");
-    }
-
-    static const PlyProperty* integer(const PlyElement& element, std::string_view name)
-    {
-        for (const auto& property : element.properties)
-            if (property.name == name && !property.is_list && is_integer(property.type))
-                return &property;
-        return nullptr;
-    }
-
-    static std::optional<std::size_t> find(const PlyElement& element, std::string_view name)
-    {
-        for (std::size_t i = 0; i < element.properties.size(); ++i)
-            if (element.properties[i].name == name)
-                return i;
-        return std::nullopt;
-    }
-
-    void vertex()
-    {
-        const PlyElement& vertex = *layout_.vertex;
-        layout_.slots.assign(vertex.properties.size(), slot_none);
-        const bool positions = take(slot_x, {"x", "y", "z"}, "float or double", [](PlyType t) { return !is_integer(t); });
-        if (!positions)
-            fail("element 'vertex' has no properties x, y, z");
-        layout_.has_colors = take(slot_red, {"red", "green", "blue"}, "uchar", [](PlyType t) { return t == PlyType::uint8; });
-        for (const auto& [u, v] : texcoord_names)
-            layout_.has_vertex_texcoords =
-                layout_.has_vertex_texcoords || take(slot_u, {u, v}, "float or double", [](PlyType t) { return !is_integer(t); });
-    }
-
-    /// Gives the named properties to the slots from `first` on: all of them or none.
-    template <class F>
-    bool take(VertexSlot first, std::initializer_list<std::string_view> names, std::string_view expected, F&& accepts)
-    {
-        std::size_t found = 0;
-        for (const auto name : names)
-            found += find(*layout_.vertex, name).has_value() ? 1 : 0;
-        if (found == 0)
-            return false;
-        std::size_t slot = first;
-        for (const auto name : names)
-        {
-            const auto at = find(*layout_.vertex, name);
-            if (!at)
-                fail("the vertex property " + in_quotes(name) + " is missing, though others of its group are there");
-            const PlyProperty& property = layout_.vertex->properties[*at];
-            if (property.is_list || !accepts(property.type))
-                fail("the vertex property " + in_quotes(name) + " must be of type " + std::string(expected));
-            layout_.slots[*at] = static_cast<VertexSlot>(slot++);
-        }
-        return true;
-    }
-
-    void face()
-    {
-        for (const auto& property : layout_.face->properties)
-        {
-            if (is_index_list(*layout_.face, property))
-            {
-                if (layout_.indices != nullptr)
-                    fail("element 'face' has both vertex_indices and vertex_index");
-                if (!is_integer(property.type))
-                    fail("the face property " + in_quotes(property.name) + " must be a list of an integer type");
-                layout_.indices = &property;
-            }
-            else if (property.name == "texcoord")
-            {
-                if (!property.is_list || is_integer(property.type))
-                    fail("the face property 'texcoord' must be a list of float or double");
-                layout_.texcoord = &property;
-            }
-            else if (property.name == "chart")
-            {
-                if (property.is_list || !is_integer(property.type))
-                    fail("the face property 'chart' must be of an integer type");
-                layout_.chart = &property;
-            }
-            else if (property.name == "texnumber" && !property.is_list && is_integer(property.type))
-                layout_.picture = &property;
-        }
-        if (layout_.indices == nullptr)
-            fail("element 'face' has no list vertex_indices");
-    }
-
-    const PlyHeader& header_;
-    std::string_view source_;
-    Layout layout_;
-};
-
 template <class Cursor>
 class BodyReader
 {
   public:
-    BodyReader(Cursor cursor, const PlyHeader& header, const Layout& layout, std::size_t max_triangles, TriangleFan fan,
+    BodyReader(Cursor cursor, const PlyHeader& header, const PlyLayout& layout, std::size_t max_triangles, TriangleFan fan,
                MeshMaterials* materials, PlyIntegers* integers)
         : cursor_(std::move(cursor)), header_(header), layout_(layout), max_triangles_(max_triangles), fan_(fan),
           materials_(materials), integers_(integers)
@@ -233,7 +68,8 @@ class BodyReader
             for (std::size_t p = 0; p < properties.size(); ++p)
             {
                 const VertexSlot slot = layout_.slots[p];
-                if (slot == slot_none && &properties[p] == layout_.vertex_integer)
+                const bool is_wanted = &properties[p] == layout_.vertex_integer;
+                if (slot == slot_none && is_wanted)
                     integers_->of_vertex.push_back(cursor_.integer(properties[p].type));
                 else if (slot == slot_none)
                     cursor_.skip(properties[p]);
@@ -244,6 +80,8 @@ class BodyReader
                         finite(values[slot], "the coordinate");
                     else if (slot >= slot_u)
                         finite(values[slot], "the texture coordinate");
+                    else if (is_wanted)
+                        integers_->of_vertex.push_back(static_cast<std::int64_t>(values[slot]));
                 }
             }
             cursor_.end_row();
@@ -284,6 +122,10 @@ class BodyReader
                     integer_ = cursor_.integer(property.type);
                 else
                     cursor_.skip(property);
+                if (&property == layout_.face_integer && &property == layout_.chart)
+                    integer_ = chart;
+                else if (&property == layout_.face_integer && &property == layout_.picture)
+                    integer_ = picture_ == MeshMaterials::none ? -1 : std::int64_t{picture_};
             }
             cursor_.end_row();
             add_face(chart);
@@ -371,7 +213,7 @@ class BodyReader
 
     Cursor cursor_;
     const PlyHeader& header_;
-    const Layout& layout_;
+    const PlyLayout& layout_;
     std::size_t max_triangles_;
     TriangleFan fan_;
     Mesh mesh_;
@@ -384,7 +226,7 @@ class BodyReader
     std::int64_t integer_ = 0;
 };
 
-void check_limits(const Layout& layout, const MeshLimits& limits, std::string_view source)
+void check_limits(const PlyLayout& layout, const MeshLimits& limits, std::string_view source)
 {
     const std::string begin = std::string(source) + ":";
     if (layout.vertex->count > std::min<std::size_t>(limits.max_vertices, UINT32_MAX))
@@ -404,10 +246,7 @@ Mesh detail::parse_ply_faces(std::span<const std::byte> bytes, std::string_view 
                              MeshReadReport* report, DegenerateFaces degenerate, MeshMaterials* materials, PlyIntegers* integers)
 {
     const PlyHeader header = parse_ply_header(bytes, source);
-    LayoutReader reader(header, source);
-    Layout layout = reader.read();
-    if (integers != nullptr)
-        reader.find_integers(layout, integers->property);
+    const PlyLayout layout = ply_layout(header, source, integers != nullptr ? &integers->property : nullptr);
     check_limits(layout, limits, source);
 
     MeshReadReport counted;

@@ -30,6 +30,10 @@ void read(Bytes bytes, const Parse& parse)
 void read_ply(Bytes bytes)
 {
     read(bytes, [](auto&&... arguments) { return parse_ply(std::forward<decltype(arguments)>(arguments)...); });
+    PlyIntegers integers{.property = "chart", .of_vertex = {}, .of_face = {}};
+    const Mesh mesh = parse_ply(bytes, source, MeshLimits{}, nullptr, integers);
+    require(integers.of_face.empty() || integers.of_face.size() == mesh.triangles.size(), "an integer per face");
+    require(integers.of_vertex.empty() || integers.of_vertex.size() == mesh.positions.size(), "an integer per vertex");
 }
 
 void read_obj(Bytes bytes)
@@ -38,7 +42,7 @@ void read_obj(Bytes bytes)
 }
 
 const Registered registered{
-    {"ply", "sdk/src/(ply|ply_header|mesh_text)\\.cpp|sdk/src/(ply_cursor|mesh_text|mesh_builder)\\.h", read_ply},
+    {"ply", "sdk/src/(ply|ply_header|ply_layout|mesh_text)\\.cpp|sdk/src/(ply_cursor|mesh_text|mesh_builder)\\.h", read_ply},
     {"obj", "sdk/src/obj\\.cpp", read_obj}};
 
 }  // namespace

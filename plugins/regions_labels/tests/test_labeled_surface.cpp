@@ -57,6 +57,8 @@ TEST_CASE("labels of a PLY: vertices vote for their faces, by NYU40's names or n
     CHECK(name_of(faces, 0) == "3");
     CHECK(name_of(faces, 1) == "5");
     CHECK(name_of(read(ply("", "52")), 0) == "chair");
+    // A property that means something to a mesh, too.
+    CHECK(read(ply("", "52"), Naming::numbers, nullptr, "red").names == std::vector<std::string>{"9"});
 }
 
 TEST_CASE("labels of a PLY: another property, floats, nothing labeled and another mesh are refused")

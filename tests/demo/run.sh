@@ -60,7 +60,7 @@ figures = [json.loads((folder / "painting.json").read_text())["figures"] for fol
 assert len(figures) == 5 and (folders[0] / "demo.glb").stat().st_size > 0
 failed = []
 for name in ("off_palette", "edges"):
-    found = [figure[name]["mean"] for figure in figures]
+    found = [round(figure[name]["mean"], 3) for figure in figures]
     print(f"{name} by strength: {found}")
     if found != sorted(found, reverse=True):
         failed.append(f"{name} does not fall with the strength")

@@ -69,10 +69,13 @@ function stepFrom(plan, [east, north], [de, dn]) {
 
 /// The widest place of the plan, [east, north], and the direction of the longest view from there, in radians; null: there is none.
 function widestPlace(plan) {
+    const { columns, rows } = plan;
+    const ends = distancesTo(plan.grounds.map((far, cell) => far > 0.3 || cell % columns === 0 || cell % columns === columns - 1 || cell < columns || cell >= columns * (rows - 1)), columns, rows);
     let best = -1, most = 0;
-    for (let cell = 0; cell < plan.walls.length; ++cell)
-        if (plan.walls[cell] > most && plan.walls[cell] < Infinity && plan.grounds[cell] < 0.3)
-            [best, most] = [cell, plan.walls[cell]];
+    ends.forEach((end, cell) => {
+        if (Math.min(end, plan.walls[cell]) > most)
+            [best, most] = [cell, Math.min(end, plan.walls[cell])];
+    });
     if (best < 0)
         return null;
     const place = [best % plan.columns, Math.floor(best / plan.columns)].map((at, axis) => plan.low[axis] + (at + 0.5) * cell_m);
@@ -107,15 +110,18 @@ function walkingControls(canvas, walker) {
     const pointers = new Map();
     const held = new Set();
     const ways = { KeyW: [1, 0], ArrowUp: [1, 0], KeyS: [-1, 0], ArrowDown: [-1, 0], KeyA: [0, -1], KeyD: [0, 1], ArrowLeft: [0, 0, -1], ArrowRight: [0, 0, 1], KeyQ: [0, 0, -1], KeyE: [0, 0, 1] };
-    let last = null;
+    let last = null;  // When it last moved; null: no key is held.
+    const move = seconds => {
+        const [ahead, aside, around] = [0, 1, 2].map(part => Array.from(held, key => ways[key][part] ?? 0).reduce((a, b) => a + b, 0));
+        if (ahead || aside)
+            walker.walk(1.6 * seconds * ahead, 1.6 * seconds * aside);
+        if (around)
+            walker.turn(-450 * seconds * around, 0);
+    };
     const go = time => {
-        const seconds = last === null ? 0 : Math.min(0.1, (time - last) / 1000);
+        if (last !== null)
+            move(Math.min(0.1, Math.max(0, time - last) / 1000));
         last = held.size && walker.enabled() ? time : null;
-        const sum = [0, 1, 2].map(part => Array.from(held, key => ways[key][part] ?? 0).reduce((a, b) => a + b, 0));
-        if (seconds && (sum[0] || sum[1]))
-            walker.walk(1.6 * seconds * sum[0], 1.6 * seconds * sum[1]);
-        if (seconds && sum[2])
-            walker.turn(-450 * seconds * sum[2], 0);
         if (last !== null)
             requestAnimationFrame(go);
     };
@@ -123,9 +129,14 @@ function walkingControls(canvas, walker) {
         if (!walker.enabled() || !ways[event.code] || event.ctrlKey || event.altKey || event.metaKey)
             return;
         event.preventDefault();
+        if (held.has(event.code))
+            return;
         held.add(event.code);
-        if (last === null && held.size === 1 && !event.repeat)
-            requestAnimationFrame(time => { last = time; go(time); });
+        move(0.03);  // A tap may be over before the next frame.
+        if (last === null) {
+            last = performance.now();
+            requestAnimationFrame(go);
+        }
     });
     canvas.addEventListener("keyup", event => held.delete(event.code));
     canvas.addEventListener("blur", () => held.clear());

@@ -40,7 +40,7 @@ async function hold(browser, code, most_ms) {
     await browser.send("Input.dispatchKeyEvent", { type: "keyDown", key: code, code });
     let before = await position(browser);
     for (const end = Date.now() + most_ms; Date.now() < end;) {
-        await new Promise(done => setTimeout(done, 300));
+        await browser.evaluate("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => requestAnimationFrame(done))))");
         const now = await position(browser);
         if (distance(before, now) < 1e-6)
             break;

@@ -1,9 +1,13 @@
 #include <catch2/catch.hpp>
 
 #include "hand_made_catalog.h"
+#include "schema_check.h"
+
+#include "pipeline/schema.h"
 
 using namespace fresco::host;
 using namespace fresco::host::testing;
+using fresco::Value;
 
 namespace
 {
@@ -92,6 +96,22 @@ TEST_CASE("Rules for what there is not are refused before a run, with their plac
     CHECK(problem_with_rules(
               "m: {type: texture.regions, input: {photo: photo, regions: files, dark: night}, regions: {flor: dark}}")
               .empty());
+}
+
+TEST_CASE("The editor schema knows rules", "[schema]")
+{
+    const Value schema = pipeline_schema(with_rules());
+    const SchemaCheck check(schema);
+    const auto accepts = [&](const Value& rules)
+    {
+        return check.accepts(Value::Map{
+            {"version", 1}, {"stages", Value::Map{{"m", Value::Map{{"type", "texture.regions"}, {"regions", rules}}}}}});
+    };
+    CHECK(accepts(Value::Map{{"floor", "keep"}, {"*", Value::Map{{"texture", "dark"}, {"strength", 0.5}}}}));
+    CHECK(!accepts(Value::Map{}));
+    CHECK(!accepts("keep"));
+    CHECK(!accepts(Value::Map{{"floor", Value::Map{{"texture", "dark"}, {"strength", 1.5}}}}));
+    CHECK(!accepts(Value::Map{{"floor", Value::Map{{"strength", 0.5}}}}));
 }
 
 TEST_CASE("Rules are checked for every combination", "[pipeline]")

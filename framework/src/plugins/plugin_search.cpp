@@ -65,6 +65,7 @@ class DescriptorCache
             if (folder_.empty())
                 return std::nullopt;
             const Entry entry = entry_of(library);
+            keys_[library] = entry.key;
             if (!fs::exists(entry.file))
                 return std::nullopt;
             const Value value = read_record(entry.file);
@@ -94,9 +95,9 @@ class DescriptorCache
                 for (const auto& file : probe.description.at("own_libraries").as_list())
                     own.emplace_back(file.as_string(), hashes_.hash(file.as_string()));
             // It may have been replaced while it was asked.
-            if (file_hash(probe.library) != hashes_.hash(probe.library))
-                return;
             const Entry entry = entry_of(probe.library);
+            if (entry.key != keys_[probe.library] || file_hash(probe.library) != hashes_.hash(probe.library))
+                return;
             write_record(entry.file, Value::Map{{"key", entry.key},
                                                 {"description", probe.description},
                                                 {"refusal", probe.refusal},
@@ -142,6 +143,7 @@ class DescriptorCache
     fs::path folder_;
     FileHashes hashes_;
     std::map<fs::path, std::string> names_;
+    std::map<fs::path, std::string> keys_;  ///< As they were before the libraries were asked.
     std::string sdk_hash_;
 };
 

@@ -3,7 +3,9 @@
 #include "plugins/plugin_library.h"
 #include "plugins/plugin_search.h"
 
+#include <chrono>
 #include <sys/stat.h>
+#include <thread>
 
 using namespace fresco::host;
 
@@ -130,6 +132,27 @@ TEST_CASE("A plugin that hangs is given up after five seconds, and remembered")
     const Finished second = place.run({"stages", "--all"});
     CHECK(second.seconds < 2);
     CHECK(contains(second.out, "did not return within 5 s"));
+}
+
+TEST_CASE("What is said of a library that is replaced meanwhile, as by a build, is not remembered")
+{
+    Workplace place({}, true);
+    const fs::path plugins = place.root() / "plugins";
+    fs::create_directories(plugins);
+    place.environment["FRESCO_PLUGIN_PATH"] = plugins.string();
+    const fs::path test_plugins = FRESCO_TEST_PLUGINS;
+    fs::copy_file(test_plugins / "bad/loops/bad_loops.so", plugins / "one.so");
+    fs::copy_file(test_plugins / "good/test_stages.so", plugins / "next");
+    std::thread build(
+        [&]
+        {
+            std::this_thread::sleep_for(std::chrono::seconds(2));
+            fs::rename(plugins / "next", plugins / "one.so");
+        });
+    const Finished meanwhile = place.run({"stages", "--all"});
+    build.join();
+    CHECK(contains(meanwhile.out, "did not return within 5 s"));
+    CHECK(contains(place.run({"stages"}).out, "test.source"));
 }
 
 TEST_CASE("Of a type that two libraries have, neither is used")

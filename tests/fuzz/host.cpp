@@ -8,6 +8,7 @@
 #include "pipeline/pipeline.h"
 #include "pipeline/pipeline_ports.h"
 #include "store/stage_record.h"
+#include "store/statistics.h"
 #include "store/store.h"
 
 #include <fresco/checked_file.h>
@@ -85,7 +86,7 @@ void write_sealed(const std::filesystem::path& file, std::string_view text)
     file_with(std::as_bytes(std::span(sealed)), file.string());
 }
 
-/// A record of the store, as that of a key, of a result and of a stage.
+/// A record of the store, as that of a key, of a result, of a stage and of a stage's cost.
 void read_stored(Bytes bytes)
 {
     static const Store store(file_with({}, "format").parent_path() / "store");
@@ -93,6 +94,7 @@ void read_stored(Bytes bytes)
     static const std::string object = object_id(key, {});
     static const std::filesystem::path pipeline = "/p.yaml";
     static const std::filesystem::path index = store.root() / "index.json";
+    static const std::filesystem::path costs = store.root() / "stats.jsonl";
     static const bool made = []
     {
         make_folder(store.object(object) / "out");
@@ -102,13 +104,14 @@ void read_stored(Bytes bytes)
     }();
     (void)made;
     for (const auto& file :
-         {store.key_file(key), store.manifest_file(object), pipeline_folder(store, pipeline) / "s.json", index})
+         {store.key_file(key), store.manifest_file(object), pipeline_folder(store, pipeline) / "s.json", index, costs})
         write_sealed(file, text_of(bytes));
     const auto result = store.lookup(key);
     const auto damage = store.verify(object, 1);
     const auto record = read_stage_record(store, pipeline, "s");
     used_results(store);
     FileHashes(index).save();
+    Statistics(store).corrected("t", {1, 1, 1});
     if (record)
     {
         write_stage_record(store, pipeline, *record);
@@ -137,7 +140,8 @@ void read_checked_files(Bytes bytes)
 
 const Registered registered{
     {"pipeline", "framework/src/pipeline/(yaml_.*|pipeline_.*|pipeline)\\.cpp", read_pipeline},
-    {"stored", "framework/src/store/stage_record\\.cpp|framework/src/base/(durable_file|chunk_hash|file_stamp)\\.cpp",
+    {"stored",
+     "framework/src/store/(stage_record|statistics)\\.cpp|framework/src/base/(durable_file|chunk_hash|file_stamp)\\.cpp",
      read_stored},
     {"checked", "sdk/src/(checked_file|kept_pieces)\\.cpp|plugins/texture_synthesize/checkpoint\\.cpp", read_checked_files}};
 

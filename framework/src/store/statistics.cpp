@@ -17,14 +17,20 @@ Journal journal_of(const Store& store)
     return Journal(store.root() / "stats.jsonl");
 }
 
+bool is_figures(const Value* value)
+{
+    return value != nullptr && value->is_list() && value->as_list().size() == 3 &&
+           std::ranges::all_of(value->as_list(), [](const Value& figure) { return figure.is_number(); });
+}
+
 std::map<std::string, std::vector<Value>> last_runs(const Store& store)
 {
     std::map<std::string, std::vector<Value>> runs;
     for (Value& run : journal_of(store).read())
     {
         const Value* type = run.find("type");
-        if (type == nullptr)
-            continue;  // Of another journal.
+        if (type == nullptr || !type->is_string() || !is_figures(run.find("measured")) || !is_figures(run.find("estimated")))
+            continue;  // Of another journal, or written by another version of fresco.
         auto& of_type = runs[type->as_string()];
         of_type.push_back(std::move(run));
         if (of_type.size() > kept_runs)

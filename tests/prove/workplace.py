@@ -3,6 +3,7 @@ import argparse
 import json
 import os
 import pathlib
+import random
 import shutil
 import signal
 import subprocess
@@ -11,16 +12,22 @@ import time
 
 
 def arguments(description, *more):
-    """FRESCO TEST_PLUGINS and `more` paths, [--long] [--seed N]; the plugins' folder is the build's tests/plugins."""
+    """FRESCO TEST_PLUGINS and `more` paths, [--long [--cases N]] [--seed N]; the plugins' folder is the build's tests/plugins."""
     parser = argparse.ArgumentParser(description=description)
     for name in ("fresco", "plugins", *more):
         parser.add_argument(name, type=pathlib.Path)
     parser.add_argument("--long", action="store_true", help="every case")
+    parser.add_argument("--cases", type=int, metavar="N", help="with --long: N of them, chosen at random; not of proofs that count in rounds")
     parser.add_argument("--seed", type=int, help="of the random choices; default: 1, with --long another each time")
     given = parser.parse_args()
     if given.seed is None:
         given.seed = int(time.time()) if given.long else 1
     return given
+
+
+def some_of(given, cases):
+    """All of a long form's cases, or as many as --cases says."""
+    return random.Random(given.seed).sample(cases, min(given.cases, len(cases))) if given.cases else cases
 
 
 class Budget:

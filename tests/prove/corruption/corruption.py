@@ -17,7 +17,7 @@ import sys
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
-from workplace import Budget, Workplace, arguments
+from workplace import Budget, Workplace, arguments, some_of
 
 PIPELINE = """version: 1
 vars: {plus: 1}
@@ -159,7 +159,7 @@ def main():
         random.shuffle(kinds)
         flipped, cut, swapped = flips(site, kinds), cuts(site, kinds, given.long), swaps(site)
         if given.long:
-            cases = itertools.chain(itertools.islice(flipped, 1000), cut, swapped)
+            cases = some_of(given, [*itertools.islice(flipped, 1000), *cut, *swapped])
         else:
             cases = itertools.chain.from_iterable(zip(flipped, cut, swapped))
         problems, counts = [], collections.Counter()

@@ -6,7 +6,7 @@ import random
 
 import shimmed
 from shimmed import Fault, Shimmed
-from workplace import arguments
+from workplace import arguments, some_of
 
 SHORT_CASES = 40
 FIRST_CASES, SAMPLED_CASES = 200, 500
@@ -78,7 +78,7 @@ def main():
     cases = sample(counts, SHORT_CASES)
     if given.long:
         first = [("first run", number, on) for number in range(1, FIRST_CASES + 1) for on in (False, True)]
-        cases = first + sample(counts, 2 * SAMPLED_CASES)
+        cases = some_of(given, first + sample(counts, 2 * SAMPLED_CASES))
     faults = shimmed.try_all(given, prepare, cases, attempt)
     shimmed.finish(faults, f"{len(cases)} cases of memory running out, of {sum(counts.values())} allocations in {len(counts)} commands")
 

@@ -16,7 +16,7 @@ import subprocess
 import recording
 import shimmed
 from shimmed import Fault, Shimmed
-from workplace import arguments
+from workplace import arguments, some_of
 
 SHORT_RANDOM_CASES = 25
 SHORT_STRIDE = 12
@@ -220,7 +220,7 @@ def main():
         prepare(place)
         states, faults = check_all(place, 1 if given.long else SHORT_STRIDE)
         count = len(place.cases)
-    shares = [each / count for each in range(count)]
+    shares = some_of(given, [each / count for each in range(count)])
     faults += shimmed.try_all(given, prepare, shares, attempt)
     shimmed.finish(faults, f"{states} states of the disk after a power cut checked, {len(shares)} of them by the program")
 

@@ -38,7 +38,7 @@ class Shimmed(Workplace):
         self.outside.write_text("3\n")
         # What a run changes, and what is put back for the next one.
         self.state = self.root / "state"
-        self.store, self.out = self.state / "store", self.state / "out"
+        self.store, self.out, self.lender = self.state / "store", self.state / "out", self.state / "lender"
         self.state.mkdir()
 
     def use_cache(self, folder):
@@ -76,9 +76,9 @@ class Shimmed(Workplace):
         return {str(file.relative_to(self.out)): file.read_bytes() for file in sorted(self.out.rglob("*"))
                 if file.is_file() and file.name not in REPORTS and not file.name.startswith(TEMPORARY)}
 
-    def objects(self):
+    def objects(self, store=None):
         """Results that have a manifest."""
-        return {file.parent.name for file in (self.store / "objects").glob("*/manifest.json")}
+        return {file.parent.name for file in ((store or self.store) / "objects").glob("*/manifest.json")}
 
     def calls(self, command):
         """How many calls of each role and kind the program makes: {(role, kind): count}."""

@@ -57,11 +57,11 @@ class ExportPage final : public Stage
 
         const std::size_t bytes = std::filesystem::file_size(file);
         const std::size_t triangles = textured_mesh->mesh.triangles.size();
-        const std::string side = std::to_string(image.picture.width);
+        const std::string side = std::to_string(image.picture(*textured_mesh).width);
         run.message(path->path + ": " + file_size(bytes) + ", " + grouped(triangles) + " triangles, picture of " + side + " x " +
                     side + " in " + file_size(image.bytes.size()));
         run.report("triangles", triangles);
-        run.report("texture_px", image.picture.width);
+        run.report("texture_px", image.picture(*textured_mesh).width);
         run.report("picture_bytes", image.bytes.size());
         run.report("bytes", bytes);
         Files result;

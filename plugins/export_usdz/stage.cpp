@@ -64,13 +64,13 @@ class ExportUsdz final : public Stage
 
         check(file, welded, image, run);
         const std::size_t size = std::filesystem::file_size(file);
-        const std::string side = std::to_string(image.picture.width);
+        const std::string side = std::to_string(image.picture(*textured_mesh).width);
         run.message(valid_line(path->path, size,
                                grouped(welded.indices.size() / 3) + " triangles, picture of " + side + " x " + side + " in " +
                                    file_size(bytes.size())));
         run.report("triangles", welded.indices.size() / 3);
         run.report("vertices", welded.positions.size());
-        run.report("texture_px", image.picture.width);
+        run.report("texture_px", image.picture(*textured_mesh).width);
         run.report("picture_bytes", bytes.size());
         run.report("bytes", size);
         Files result;
@@ -89,7 +89,7 @@ class ExportUsdz final : public Stage
         check_usda(entries[0].data, welded);
         const auto again = run.scratch_folder() / ("picture" + picture.extension());
         write_file(again, found);
-        picture.check(again, image.picture);
+        picture.check(again, image.picture(*textured_mesh));
     }
 };
 }  // namespace

@@ -31,7 +31,15 @@ void read_ply(Bytes bytes)
 {
     read(bytes, [](auto&&... arguments) { return parse_ply(std::forward<decltype(arguments)>(arguments)...); });
     PlyIntegers integers{.property = "chart", .of_vertex = {}, .of_face = {}};
-    const Mesh mesh = parse_ply(bytes, source, MeshLimits{}, nullptr, integers);
+    Mesh mesh;
+    try
+    {
+        mesh = parse_ply(bytes, source, MeshLimits{}, nullptr, integers);
+    }
+    catch (const Error&)
+    {
+        return;  // Most files have no such property.
+    }
     require(integers.of_face.empty() || integers.of_face.size() == mesh.triangles.size(), "an integer per face");
     require(integers.of_vertex.empty() || integers.of_vertex.size() == mesh.positions.size(), "an integer per vertex");
 }

@@ -70,7 +70,8 @@ std::vector<std::string> covering_views(const Mesh& mesh, const Frames& frames, 
                        {{"mesh", std::make_shared<Mesh>(mesh)}, {"frames", std::make_shared<Frames>(frames)}}, out.path(), run,
                        {{"images", std::make_shared<testing::RawImages>()}});
     std::vector<std::string> names;
-    for (const Frame& frame : Frames::load({out.path() / "frames", {}})->frames)
+    const auto chosen = Frames::load({out.path() / "frames", {}});
+    for (const Frame& frame : chosen->frames)
         names.push_back(frame.name);
     return names;
 }

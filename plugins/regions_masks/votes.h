@@ -11,8 +11,8 @@
 /// Whether a pixel of a mask is in its region: its channels are bright in the mean.
 bool is_in_mask(const fresco::Raster8& mask, int x, int y);
 
-/// The faces whose front a camera sees, each pixel center's: width x height, Hit::none where there is none. Equal for any number
-/// of threads.
+/// The face whose front a camera sees at the center of each pixel: width x height, Hit::none where it sees none. The same for
+/// any number of threads.
 std::vector<std::uint32_t> faces_in_sight(const fresco::raycast::Scene& scene, const fresco::Camera& camera,
                                           const fresco::Progress& progress);
 

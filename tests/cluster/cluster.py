@@ -340,7 +340,9 @@ def random_kills(place, slurm, long):
             submit()
         else:
             if what == "slurmd":
-                slurm.wait(lambda: "RUNNING" in slurm.queue().values() or not slurm.queue(), 60, "a running job")
+                # Jobs are listed as running before their stages begin, and for some seconds after their node was lost.
+                begun = folder.starts()
+                slurm.wait(lambda: folder.starts() > begun or not slurm.queue(), 120, "a stage that begins")
                 time.sleep(random.random())
                 in_flight += sum(state == "RUNNING" for state in slurm.queue().values()) * STAGES_OF_PICTURE
             slurm.kill(what)

@@ -128,9 +128,11 @@ bool output_is_lost()
     return true;
 }
 
-/// Else what cannot be opened, such as a plugin, would pass for missing.
-void check_descriptors()
+/// Else what cannot be opened, such as a plugin, would pass for missing. The host's own children say it of the file.
+void check_descriptors(std::string_view command)
 {
+    if (command.starts_with("internal-"))
+        return;
     constexpr int needed = 16;
     if (const int free = fresco::host::free_descriptors(); free < needed)
         throw fresco::Error("only " + std::to_string(std::max(free, 0)) + " more files may be open; fresco needs " +
@@ -139,7 +141,7 @@ void check_descriptors()
 
 int run_command_line(int argc, char** argv)
 {
-    check_descriptors();
+    check_descriptors(argc > 1 ? argv[1] : "");
     CLI::App app("fresco paints scanned rooms: a pipeline of stages turns posed RGB-D frames, a mesh and a picture into a "
                  "painted, textured mesh.",
                  "fresco");

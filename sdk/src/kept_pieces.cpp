@@ -1,9 +1,11 @@
 #include <fresco/kept_pieces.h>
 
 #include <fresco/checked_file.h>
+#include <fresco/copy_file.h>
 #include <fresco/error.h>
 #include <fresco/hash.h>
 
+#include <array>
 #include <fmt/format.h>
 #include <system_error>
 #include <utility>
@@ -62,8 +64,8 @@ void KeptPieces::link(const std::vector<std::string>& files, const fs::path& to)
         fs::remove(to / name, error);
         fs::create_hard_link(folder() / name, to / name, error);
         if (error && error != std::errc::no_such_file_or_directory && error != std::errc::no_space_on_device)
-            fs::copy_file(folder() / name, to / name, error);
-        if (error)
+            copy_files(std::array{FileCopy{folder() / name, to / name}});
+        else if (error)
             throw Error((to / name).string() + ": cannot be written: " + error.message());
     }
 }

@@ -1,11 +1,13 @@
 #include "store/store_copy.h"
 #include "base/fault.h"
 #include "store/publish.h"
+#include <fresco/copy_file.h>
 #include <fresco/error.h>
 #include <fresco/parallel.h>
 
 #include <algorithm>
 #include <thread>
+#include <vector>
 
 namespace fresco::host
 {
@@ -16,6 +18,8 @@ namespace
 /// Throws Error where a file cannot be read or written.
 void copy_files_of(const fs::path& from, const fs::path& to, const std::function<void()>& wait)
 {
+    constexpr std::size_t at_once = 8;  // A descriptor each.
+    std::vector<FileCopy> copies;
     for (const auto& entry : fs::recursive_directory_iterator(from))
     {
         wait();
@@ -24,10 +28,16 @@ void copy_files_of(const fs::path& from, const fs::path& to, const std::function
         if (entry.is_directory())
             fs::create_directories(place, error);
         else if (entry.path().parent_path() != from)
-            fs::copy_file(entry.path(), place, error);
+            copies.push_back({entry.path(), place});
         if (error)
-            throw Error(place.string() + ": cannot be copied from " + entry.path().string() + ": " + error.message());
+            throw Error(place.string() + ": cannot be created: " + error.message());
+        if (copies.size() == at_once)
+        {
+            copy_files(copies);
+            copies.clear();
+        }
     }
+    copy_files(copies);
 }
 
 void take_lock(FileLock& lock, const fs::path& file, const std::function<void()>& wait)

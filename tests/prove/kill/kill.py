@@ -105,11 +105,11 @@ def main():
 
     site, landed, in_optimizer, at_points = Site("killed"), 0, 0, set()
 
-    def finish(site=site):
+    def finish(site=site, wanted=expected):
         """Runs to the end and compares. Call it whenever a run came through."""
         status, _ = site.run()
         assert status == 0
-        assert site.files() == expected, f"other bytes after {landed} kills: {site.files()} instead of {expected}"
+        assert site.files() == wanted, f"other bytes after {landed} kills: {site.files()} instead of {wanted}"
 
     # Inside the optimizer, each kill a few steps after the one before: the run must go on from its newest checkpoint.
     reached = 0
@@ -156,7 +156,7 @@ def main():
         status, _ = borrower.run(fault=point)
         assert status != 0, f"the run came through: {point} was not reached"
         landed += 1
-    finish(borrower)
+    finish(borrower, {name: contents for name, contents in expected.items() if not name.startswith("preview/")})  # The optimizer does not run.
     subprocess.run([FRESCO, "store", "verify", "--store", str(reference.store)], check=True, stdout=subprocess.DEVNULL, env=ENVIRONMENT)
 
     if LONG:

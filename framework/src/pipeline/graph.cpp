@@ -30,15 +30,6 @@ std::vector<std::size_t> predecessors(const Graph& graph, std::size_t start)
         boost::visitor(boost::make_bfs_visitor(boost::record_predecessors(before.data(), boost::on_tree_edge()))));
     return before;
 }
-
-std::vector<std::size_t> reached(const std::vector<std::size_t>& before)
-{
-    std::vector<std::size_t> nodes;
-    for (std::size_t node = 0; node < before.size(); ++node)
-        if (before[node] != none)
-            nodes.push_back(node);
-    return nodes;
-}
 }  // namespace
 
 struct StageGraph::Graph
@@ -82,14 +73,12 @@ std::vector<std::size_t> StageGraph::needed_by(std::size_t node) const
 
 std::vector<std::size_t> StageGraph::ancestors(std::size_t node) const
 {
-    return reached(predecessors(boost::make_reverse_graph(graph_->list), node));
-}
-
-std::vector<std::size_t> StageGraph::descendants(std::size_t node) const
-{
-    std::vector<std::size_t> result = reached(predecessors(graph_->list, node));
-    std::erase(result, node);
-    return result;
+    const std::vector<std::size_t> before = predecessors(boost::make_reverse_graph(graph_->list), node);
+    std::vector<std::size_t> nodes;
+    for (std::size_t other = 0; other < before.size(); ++other)
+        if (before[other] != none)
+            nodes.push_back(other);
+    return nodes;
 }
 
 std::vector<std::vector<std::size_t>> StageGraph::cycles() const
@@ -128,25 +117,30 @@ std::vector<std::vector<std::size_t>> StageGraph::cycles() const
     return result;
 }
 
-std::vector<std::size_t> StageGraph::order() const
+std::vector<std::size_t> StageGraph::order(const std::vector<std::size_t>& early) const
 {
+    std::vector<bool> is_late(size(), true);
+    for (const std::size_t node : early)
+        for (const std::size_t needed : ancestors(node))
+            is_late[needed] = false;
+    using Place = std::pair<bool, std::size_t>;
     std::vector<std::size_t> missing(size());
-    std::priority_queue<std::size_t, std::vector<std::size_t>, std::greater<>> ready;
+    std::priority_queue<Place, std::vector<Place>, std::greater<>> ready;
     for (std::size_t node = 0; node < size(); ++node)
     {
         missing[node] = boost::in_degree(node, graph_->list);
         if (missing[node] == 0)
-            ready.push(node);
+            ready.emplace(is_late[node], node);
     }
     std::vector<std::size_t> result;
     while (!ready.empty())
     {
-        const std::size_t node = ready.top();
+        const std::size_t node = ready.top().second;
         ready.pop();
         result.push_back(node);
         for (const std::size_t next : needed_by(node))
             if (--missing[next] == 0)
-                ready.push(next);
+                ready.emplace(is_late[next], next);
     }
     return result;
 }

@@ -96,7 +96,8 @@ struct PipelineText
     std::string text;
 };
 
-/// A checked pipeline: stages in a topological order that keeps the file's order where it can. With a matrix, the stages of all
+/// A checked pipeline: stages in a topological order that keeps the file's order where it can, but for those that come early
+/// because rules of others depend on what they make. With a matrix, the stages of all
 /// combinations; one that does not depend on an axis is there once for all the axis's values.
 struct Pipeline
 {

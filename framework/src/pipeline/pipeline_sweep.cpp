@@ -5,6 +5,20 @@
 
 namespace fresco::host
 {
+namespace
+{
+/// Stages that make parts for which others have rules: they run early, since only then is it known whether the rules fit.
+std::vector<std::size_t> makers_of_ruled_parts(const std::vector<StageDraft>& stages)
+{
+    std::vector<std::size_t> makers;
+    for (const StageDraft& stage : stages)
+        for (const StageDraft::PartUse& use : stage.part_uses)
+            if (const auto wire = std::ranges::find(stage.wires, use.port, &Wire::port); wire != stage.wires.end())
+                if (const auto maker = std::ranges::find(stages, wire->from_stage, &StageDraft::name); maker != stages.end())
+                    makers.push_back(static_cast<std::size_t>(maker - stages.begin()));
+    return makers;
+}
+}  // namespace
 
 void SweepBuilder::add(const Choices& choices)
 {
@@ -47,7 +61,7 @@ const SweepBuilder::Structure& SweepBuilder::structure_of(const Cell& cell)
         stages.push_back(drafts_.shape(shape));
     ProblemList problems;
     Wiring(stages, problems).wire_all();
-    structure.order = check_graph(stages, problems).order();
+    structure.order = check_graph(stages, problems).order(makers_of_ruled_parts(stages));
     structure.problems = problems.sorted();
     for (StageDraft& stage : stages)
     {

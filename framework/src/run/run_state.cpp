@@ -5,6 +5,9 @@
 #include "run/exports.h"
 #include "run/result_key.h"
 #include <fresco/error.h>
+#include <fresco/files_io.h>
+#include <fresco/texture_rules.h>
+#include <fresco/wording.h>
 
 #include <algorithm>
 #include <iterator>
@@ -66,6 +69,23 @@ void look_at_checkpoint(StageNode& node, const Store& store)
     }
     if (!node.begins_again.empty())
         node.done_share = 0;
+}
+
+/// Of a file that cannot be read none: whoever reads it all says so.
+std::vector<std::string> names_of_parts(const std::filesystem::path& file)
+{
+    std::vector<std::string> names;
+    try
+    {
+        const Value root = parse_json(read_text_file(file), file.string());
+        for (const Value& name : root.at("names").as_list())
+            names.push_back(name.as_string());
+    }
+    catch (const Error&)
+    {
+        names.clear();
+    }
+    return names;
 }
 
 }  // namespace
@@ -187,6 +207,30 @@ void RunState::resolve(StageNode& node)
     node.elsewhere = node.elsewhere && !node.present;
 }
 
+/// What is wrong with rules for the parts of an artifact that is there; empty: nothing.
+std::string RunState::wrong_rules(const StageNode& node) const
+{
+    const PipelineStage& stage = *node.stage;
+    for (const Value& option : stage.type->declaration.at("options").as_list())
+    {
+        const Value* port = option.find("parts_of");
+        const auto wire = std::ranges::find(stage.wires, port == nullptr ? "" : port->as_string(), &Wire::port);
+        if (wire == stage.wires.end())
+            continue;
+        const auto maker = std::ranges::find(node.producers, wire->from_stage,
+                                             [&](std::size_t producer) { return nodes_[producer].stage->name; });
+        if (maker == node.producers.end() || !nodes_[*maker].present)
+            continue;
+        const std::vector<std::string> parts =
+            names_of_parts(store_.object(nodes_[*maker].result->object) / wire->from_port / (wire->artifact + ".json"));
+        const std::string& name = option.at("name").as_string();
+        for (const auto& [part, rule] : stage.options->at(name).as_map())
+            if (!parts.empty() && part != other_parts && std::ranges::find(parts, part) == parts.end())
+                return "option '" + name + "': stage " + wire->from_stage + " made no '" + part + "'" + suggestion(part, parts);
+    }
+    return "";
+}
+
 void RunState::set_state(StageNode& node)
 {
     if (!node.selected)
@@ -198,12 +242,18 @@ void RunState::set_state(StageNode& node)
     try
     {
         resolve(node);
+        if (!node.present)
+            node.error = wrong_rules(node);
+        node.error_code = worker_failed;
     }
     catch (const MissingInput& error)
     {
-        node.state = StageState::failed;
         node.error = error.what();
-        node.error_code = 3;
+        node.error_code = worker_missing_input;
+    }
+    if (!node.error.empty())
+    {
+        node.state = StageState::failed;
         return;
     }
     const bool broken =
@@ -221,10 +271,10 @@ void RunState::show(std::size_t place)
 {
     const StageNode& node = nodes_[place];
     View& view = views_[place];
-    const View before = std::exchange(
-        view, {node.result ? node.result->object : "", node.present,
-               node.state == StageState::failed || node.state == StageState::blocked,
-               node.selected && node.may_run && !node.present && !node.elsewhere && node.state != StageState::not_needed});
+    const View before = std::exchange(view, {node.result ? node.result->object : "", node.present,
+                                             node.state == StageState::failed || node.state == StageState::blocked,
+                                             node.selected && node.may_run && !node.present && !node.elsewhere &&
+                                                 node.state != StageState::not_needed && node.state != StageState::failed});
     if (view.result != before.result || view.present != before.present || view.broken != before.broken)
         to_look_at_.insert(node.consumers.begin(), node.consumers.end());
     if (view.reads != before.reads)

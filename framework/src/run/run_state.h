@@ -111,6 +111,7 @@ class RunState
     void settle();
     void look_at(std::size_t place);
     void ask_for(std::size_t place);
+    std::string wrong_rules(const StageNode& node) const;
     void set_state(StageNode& node);
     void show(std::size_t place);
     bool inputs_are_present(const StageNode& node) const;

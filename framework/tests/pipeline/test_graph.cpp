@@ -18,13 +18,12 @@ TEST_CASE("The order keeps the file's where it can", "[graph]")
     graph.add_edge(2, 4);
     graph.add_edge(2, 4);
     CHECK(graph.order() == Nodes{1, 3, 0, 2, 4});
+    CHECK(graph.order({4}) == Nodes{3, 0, 2, 4, 1});
     CHECK(graph.cycles().empty());
     CHECK(graph.needs(4) == Nodes{0, 2});
     CHECK(graph.needed_by(3) == Nodes{0, 2});
     CHECK(graph.ancestors(4) == Nodes{0, 2, 3, 4});
-    CHECK(graph.descendants(3) == Nodes{0, 2, 4});
     CHECK(graph.ancestors(1) == Nodes{1});
-    CHECK(graph.descendants(4).empty());
     CHECK_THROWS_AS(graph.add_edge(0, 5), std::out_of_range);
 }
 
@@ -79,8 +78,8 @@ TEST_CASE("Order and reach agree with an obvious twin on random graphs", "[graph
             for (std::size_t j = 0; j < count; ++j)
                 if (i != j)
                 {
-                    const Nodes below = graph.descendants(i);
-                    CHECK((std::find(below.begin(), below.end(), j) != below.end()) == reach[i][j]);
+                    const Nodes above = graph.ancestors(j);
+                    CHECK((std::find(above.begin(), above.end(), i) != above.end()) == reach[i][j]);
                 }
         }
         const auto cycles = graph.cycles();
@@ -88,7 +87,7 @@ TEST_CASE("Order and reach agree with an obvious twin on random graphs", "[graph
         for (const Nodes& cycle : cycles)
             for (std::size_t i = 0; i < cycle.size(); ++i)
                 CHECK(edges[cycle[i]][cycle[(i + 1) % cycle.size()]]);
-        const Nodes order = graph.order();
+        const Nodes order = round % 2 == 0 ? graph.order() : graph.order({random() % count});
         CHECK((order.size() == count) == !cyclic);
         for (std::size_t a = 0; a < order.size(); ++a)
             for (std::size_t b = a; b < order.size(); ++b)

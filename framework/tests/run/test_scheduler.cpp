@@ -95,6 +95,42 @@ TEST_CASE("Each stage of a diamond runs once, all ends are reached, branches run
     }
 }
 
+TEST_CASE("Rules for parts that a stage turns out not to make are refused before anything else runs")
+{
+    Workplace place;
+    place.write("room.yaml", R"(version: 1
+vars: {name: flor}
+stages:
+  dark:  {type: test.paint, log: log}
+  rules: {type: test.rules, input: {parts: parts, dark: dark}, rules: {"*": dark, floor: dark}, log: log}
+  sum:   {type: test.sink, input: rules, path: rules.txt, log: log}
+  first: {type: test.source, log: log}
+  parts: {type: test.parts, name: "${name}", log: log}
+  other: {type: test.sink, input: first, path: other.txt, log: log}
+)");
+    const std::string wrong =
+        "room.yaml:5:3: error: stage rules (test.rules): option 'rules': stage parts made no 'floor' (did you "
+        "mean 'flor'?)";
+    const Finished first = place.run({"run", "room.yaml", "--cores", "1", "--json-log"});
+    INFO(first.err);
+    CHECK(first.code == 1);
+    CHECK(place.log() == std::vector<std::string>{"parts", "source", "sink other.txt"});
+    auto state = states(first);
+    CHECK(state["dark"] == "not needed");
+    CHECK(state["rules"] == "failed");
+    CHECK(state["sum"] == "not run");
+
+    place.clear_log();
+    CHECK_THAT(place.run({"plan", "room.yaml"}).out, Catch::Contains("made no 'floor'"));
+    const Finished second = place.run({"run", "room.yaml"});
+    CHECK(second.code == 1);
+    CHECK_THAT(second.err, Catch::Contains(wrong));
+    CHECK(place.log().empty());
+
+    CHECK(place.run({"run", "room.yaml", "--set", "name=floor", "--cores", "1"}).code == 0);
+    CHECK(place.log() == std::vector<std::string>{"parts", "paint", "rules", "sink rules.txt"});
+}
+
 TEST_CASE("Equal files with other files beside them are other inputs")
 {
     Workplace place;

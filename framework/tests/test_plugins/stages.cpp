@@ -7,6 +7,7 @@
 #include <fresco/kept_pieces.h>
 #include <fresco/reader.h>
 #include <fresco/stage.h>
+#include <fresco/texture_rules.h>
 
 #include <chrono>
 #include <csignal>
@@ -330,6 +331,66 @@ class Unmeasured final : public LoggedStage
     }
 };
 FRESCO_STAGE("test.unmeasured", Unmeasured, "Reports NaN as a figure")
+
+/// Named parts of anything.
+struct TestParts : fresco::Artifact
+{
+    static constexpr std::string_view artifact_name = "test_parts";
+    static constexpr int artifact_version = 1;
+    std::vector<std::string> names;
+
+    void save(const fresco::ArtifactFolder& folder) const override
+    {
+        const fresco::Value::List list(names.begin(), names.end());
+        fresco::write_file(folder.path / "test_parts.json", fresco::to_json(fresco::Value::Map{{"names", list}}));
+    }
+    static std::shared_ptr<TestParts> load(const fresco::ArtifactFolder&) { return std::make_shared<TestParts>(); }
+};
+
+class MakeParts final : public LoggedStage
+{
+    Output<TestParts> parts{this, "parts", "The parts"};
+    Option<std::string> name{this, "name", "floor", "What the only part is called"};
+
+    void run(RunContext&) override
+    {
+        log("parts");
+        TestParts made;
+        made.names = {*name};
+        parts = std::move(made);
+    }
+};
+FRESCO_STAGE("test.parts", MakeParts, "One named part")
+
+class Paint final : public LoggedStage
+{
+    Input<Table> table{this, "table", fresco::optional, "Anything"};
+    Output<fresco::Texture> texture{this, "texture", "A black texture"};
+
+    void run(RunContext&) override
+    {
+        log("paint");
+        fresco::Texture made;
+        made.layers.emplace_back(16, 16, 3);
+        made.seen = fresco::Raster8(16, 16);
+        texture = std::move(made);
+    }
+};
+FRESCO_STAGE("test.paint", Paint, "A texture")
+
+class PaintParts final : public LoggedStage
+{
+    Input<TestParts> parts{this, "parts", "The parts"};
+    Output<Table> table{this, "table", "The number of rules"};
+    fresco::TextureRules rules{this, "rules", "parts", "A texture for each part"};
+
+    void run(RunContext&) override
+    {
+        log("rules");
+        table = number(static_cast<double>((*rules).size()));
+    }
+};
+FRESCO_STAGE("test.rules", PaintParts, "Rules for parts")
 
 class FactorScaler final : public Scaler
 {

@@ -112,18 +112,20 @@ function groundOf(room, { values, corners }, upwards) {
     return { axes, triangles, ends };
 }
 
-/// What most of the vertices lie in: crumbs far off would make the room a spot in the middle.
-function coreOf(room, values) {
+/// The value below which a share of the numbers lies.
+const quantile = (numbers, share) => numbers.sort((a, b) => a - b)[Math.floor(share * (numbers.length - 1))];
+
+/// Some of the vertices, and the middle of most: without the crumbs far off, which would push the room aside.
+function sampleOf(room, values) {
     const step = Math.max(1, Math.floor(room.vertices / 20000));
-    const ends = [0, 1, 2].map(axis => {
-        const sample = [];
-        for (let i = 0; i < room.vertices; i += step)
-            sample.push(values[6 * i + axis] / 65535);
-        sample.sort((a, b) => a - b);
-        return [0.02, 0.98].map(share => room.low[axis] + room.extent[axis] * sample[Math.floor(share * (sample.length - 1))]);
-    });
-    const [low, high] = [0, 1].map(end => vector(ends.map(axis => axis[end])));
-    return { middle: low.clone().add(high).multiplyScalar(0.5), reach: high.distanceTo(low) };
+    const points = [];
+    for (let i = 0; i < room.vertices; i += step)
+        points.push(vector([0, 1, 2].map(axis => room.low[axis] + room.extent[axis] * values[6 * i + axis] / 65535)));
+    const middle = vector(["x", "y", "z"].map(axis => {
+        const along = points.map(point => point[axis]);
+        return (quantile(along, 0.02) + quantile(along, 0.98)) / 2;
+    }));
+    return { points, middle };
 }
 
 const hints = {
@@ -161,7 +163,7 @@ async function showRoom(place, room, { mixture, cameras, up } = {}) {
     };
 
     // Backs of faces are not drawn: from above and outside one looks in, from behind where the cameras were.
-    const core = coreOf(room, packed.values);
+    const sample = sampleOf(room, packed.values);
     const orbit = () => {
         const from = direction => vector(direction).addScaledVector(upwards, -vector(direction).dot(upwards));
         let side = from((cameras?.looking ?? [0, 0, 0]).map(part => -part));
@@ -169,9 +171,14 @@ async function showRoom(place, room, { mixture, cameras, up } = {}) {
             side = from([0.6, 0.35, 0.72]);
         side.normalize().addScaledVector(upwards, 0.9).normalize();
         begin("orbit");
-        const wide = Math.tan(camera.fov * Math.PI / 360) * Math.min(1, camera.aspect);  // Of half the view, at a meter.
-        camera.position.copy(core.middle).addScaledVector(side, 0.55 * core.reach / wide);
-        controls.target.copy(core.middle);
+        const right = upwards.clone().cross(side).normalize(), top = side.clone().cross(right);
+        const high = Math.tan(camera.fov * Math.PI / 360), wide = high * camera.aspect;  // Of half the view, at a meter.
+        const distances = sample.points.map(point => {
+            const from_middle = point.clone().sub(sample.middle);
+            return from_middle.dot(side) + Math.max(Math.abs(from_middle.dot(right)) / wide, Math.abs(from_middle.dot(top)) / high);
+        });
+        camera.position.copy(sample.middle).addScaledVector(side, 1.05 * quantile(distances, 0.98));
+        controls.target.copy(sample.middle);
         controls.update();
         draw();
     };

@@ -6,7 +6,7 @@ const reach_m = 0.22;  // What the eye keeps from walls.
 /// A view of the room from above as a grid: walls at the height of the eye, and what there is to stand above. `triangles(visit)` calls
 /// visit(a, b, c) with points [east, north, up], which are others at the next call; `low`, `high`: the box to look at, [east, north].
 function planOf(triangles, low, high, eye) {
-    const [columns, rows] = [0, 1].map(axis => Math.max(1, Math.ceil((high[axis] - low[axis]) / cell_m)));
+    const [columns, rows] = [0, 1].map(axis => 1 + Math.floor((high[axis] - low[axis]) / cell_m));
     const wall = new Uint8Array(columns * rows), ground = new Uint8Array(columns * rows);
     const mark = (grid, east, north) => {
         const [column, row] = [Math.floor((east - low[0]) / cell_m), Math.floor((north - low[1]) / cell_m)];
@@ -47,10 +47,12 @@ function distancesTo(marked, columns, rows) {
     return found;
 }
 
+const cellAt = (plan, east, north) => [Math.floor((east - plan.low[0]) / cell_m), Math.floor((north - plan.low[1]) / cell_m)];
+
 /// How good a place is to stand on: at least 0 where one may, and the larger the farther from walls and from the end of what was scanned.
 /// Cameras may have stood outside of what they saw: the way back to it leads up.
 function roomAt(plan, east, north) {
-    const [column, row] = [Math.floor((east - plan.low[0]) / cell_m), Math.floor((north - plan.low[1]) / cell_m)];
+    const [column, row] = cellAt(plan, east, north);
     const beyond = Math.hypot(Math.max(0, -column, column - plan.columns + 1), Math.max(0, -row, row - plan.rows + 1));
     const cell = row * plan.columns + column;
     return beyond ? -100 - beyond : Math.max(-100, Math.min(plan.walls[cell] - reach_m, 0.6 - plan.grounds[cell]));
@@ -67,7 +69,7 @@ function stepFrom(plan, [east, north], [de, dn]) {
     return [east, north];
 }
 
-/// The widest place of the plan, [east, north], and the direction of the longest view from there, in radians; null: there is none.
+/// The widest place of the plan, [east, north], and the direction of the longest view of walls from there, in radians; null: there is none.
 function widestPlace(plan) {
     const { columns, rows } = plan;
     const ends = distancesTo(plan.grounds.map((far, cell) => far > 0.3 || cell % columns === 0 || cell % columns === columns - 1 || cell < columns || cell >= columns * (rows - 1)), columns, rows);
@@ -79,13 +81,18 @@ function widestPlace(plan) {
     if (best < 0)
         return null;
     const place = [best % plan.columns, Math.floor(best / plan.columns)].map((at, axis) => plan.low[axis] + (at + 0.5) * cell_m);
-    const view = angle => {
-        for (let far = cell_m; ; far += cell_m)
-            if (!(roomAt(plan, place[0] + far * Math.cos(angle), place[1] + far * Math.sin(angle)) > -reach_m))
+    const to_wall = Array.from({ length: 32 }, (_, i) => {
+        for (let far = cell_m; ; far += cell_m) {
+            const [column, row] = cellAt(plan, place[0] + far * Math.cos(i * Math.PI / 16), place[1] + far * Math.sin(i * Math.PI / 16));
+            if (column < 0 || row < 0 || column >= columns || row >= rows)
+                return 0;  // Nothing was scanned there.
+            if (plan.walls[row * columns + column] < cell_m)
                 return far;
-    };
-    const angles = Array.from({ length: 32 }, (_, i) => i * Math.PI / 16);
-    return { place, angle: angles.reduce((a, b) => view(b) > view(a) ? b : a) };
+        }
+    });
+    // A crumb behind a gap is no view: what is beside the direction counts, too.
+    const views = to_wall.map((far, i) => [-2, -1, 0, 1, 2].reduce((sum, aside) => sum + Math.min(far, to_wall.at((i + aside) % 32)), 0));
+    return { place, angle: views.indexOf(Math.max(...views)) * Math.PI / 16 };
 }
 
 /// The height that most of the surface has which faces up, of the lower half of the room. `triangles` as for planOf; `low`, `high`: heights.

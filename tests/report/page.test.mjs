@@ -118,10 +118,14 @@ assert(walked([-1, 1.5], [-0.04, 0], 50)[0] > -1.1, "farther out from outside");
 assert(walked([-1, 1.5], [0.04, 0], 100)[0] > 0, "stuck outside");
 const { place, angle } = page.widestPlace(plan);
 assert(Math.abs(place[0] - 2) < 0.7 && Math.abs(place[1] - 1.5) < 0.2, `the widest place: ${place}`);
-assert(Math.abs(Math.sin(angle)) < 0.5, "the longest view is along the room");
+assert(Math.abs(Math.sin(angle)) < 0.6, `the first view is ${angle}, across the room`);
 // Where a wall was not scanned, the end of the floor counts as one.
 const open = page.planOf(visit => faces.filter(face => face.some(([, north]) => north > 0)).forEach(face => visit(...face)), [0, 0], [4, 3], 1.6);
 assert(Math.abs(page.widestPlace(open).place[1] - 1.5) < 0.3, "the widest place is at the open side");
+// Nor does one look out there, although that view is the longest.
+const half = page.planOf(visit => faces.filter(face => face.some(([east]) => east < 4)).forEach(face => visit(...face)), [0, 0], [4, 3], 1.6);
+const ahead = page.widestPlace(half).angle;
+assert(Math.cos(ahead) < 0.85, `the first view is ${ahead}, out of the room`);
 const none = page.planOf(() => {}, [0, 0], [1, 1], 1.6);
 assert.equal(page.widestPlace(none), null);
 assert(page.roomAt(none, 0.5, 0.5) < 0);

@@ -1,5 +1,6 @@
 #include "base/text_layout.h"
 #include "main/commands.h"
+#include "pipeline/problems.h"
 #include "pipeline/yaml_text.h"
 
 #include "plugins/plugin_search.h"
@@ -144,8 +145,8 @@ std::unique_ptr<LoadedPipeline> load_and_report(const PipelineRequest& request)
     auto loaded = std::make_unique<LoadedPipeline>();
     loaded->catalog = load_catalog();
     loaded->result = load_pipeline(request, loaded->catalog);
-    for (const auto& problem : loaded->result.problems)
-        print_message(to_string(problem));
+    for (const std::string& line : told(loaded->result.problems))
+        print_message(line);
     return loaded;
 }
 

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <fmt/format.h>
+#include <map>
 #include <tuple>
+#include <utility>
 
 namespace fresco::host
 {
@@ -30,6 +32,41 @@ std::vector<Problem> ProblemList::sorted() const
     { return a.text == b.text && a.position.file == b.position.file && place(a) == place(b); };
     result.erase(std::unique(result.begin(), result.end(), same), result.end());
     return result;
+}
+
+namespace
+{
+/// A text without what is quoted in it, and without numbers.
+std::string kind_of(const std::string& text)
+{
+    std::string kind;
+    bool quoted = false;
+    char before = ' ';
+    for (const char c : text)
+    {
+        const bool apostrophe = !quoted && before >= 'a' && before <= 'z';
+        if (c == '\'' && !apostrophe)
+            quoted = !quoted;
+        else if (!quoted && !(c >= '0' && c <= '9'))
+            kind += c;
+        before = c;
+    }
+    return kind;
+}
+}  // namespace
+
+std::vector<std::string> told(const std::vector<Problem>& problems)
+{
+    constexpr std::size_t most_alike = 10;
+    std::map<std::string, std::size_t> counts;
+    std::vector<std::string> lines;
+    for (const Problem& problem : problems)
+        if (++counts[kind_of(problem.text)] <= most_alike)
+            lines.push_back(to_string(problem));
+    for (const Problem& problem : problems)
+        if (const std::size_t count = std::exchange(counts[kind_of(problem.text)], 0); count > most_alike)
+            lines.push_back(fmt::format("… and {} more like this: {}", count - most_alike, to_string(problem)));
+    return lines;
 }
 
 std::string to_string(const Problem& problem)

@@ -28,4 +28,8 @@ class ProblemList
     std::vector<std::string> files_;
 };
 
+/// A line per problem, as to_string gives it. One mistake in a long axis is a problem of each of its values: of those that differ
+/// only in numbers and quoted names, the first few and a count.
+std::vector<std::string> told(const std::vector<Problem>& problems);
+
 }  // namespace fresco::host

@@ -148,8 +148,8 @@ void write_text(const TypeDescription& type, const TypeDeclaration& declaration,
 
 void write_problems(const std::vector<Problem>& problems, std::ostream& out)
 {
-    for (const Problem& problem : problems)
-        out << to_string(problem) << '\n';
+    for (const std::string& line : told(problems))
+        out << line << '\n';
 }
 
 Value problems_as_value(const std::vector<Problem>& problems)

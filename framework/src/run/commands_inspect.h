@@ -13,7 +13,7 @@
 namespace fresco::host
 {
 
-/// One line per problem.
+/// A line per problem; of many that are alike the first few, and how many more there are.
 void write_problems(const std::vector<Problem>& problems, std::ostream& out);
 /// The same as a list of maps: file, line, column, kind (invalid, missing_input, plugin), text.
 Value problems_as_value(const std::vector<Problem>& problems);

@@ -1,5 +1,7 @@
 #include "program.h"
 
+#include <algorithm>
+
 namespace
 {
 
@@ -29,6 +31,26 @@ std::string reason(const fresco::Value& plan, const std::string& stage)
 }
 
 }  // namespace
+
+TEST_CASE("A mistake in a long axis is told by its first values; other problems are not lost among them")
+{
+    Workplace place;
+    std::string values;
+    for (int i = 0; i < 3000; ++i)
+        values += (i > 0 ? ", " : "") + std::string("'value ") + std::to_string(i) + "'";
+    place.write("room.yaml", "version: 1\nvars: {start: }\nmatrix: {start: [" + values + R"(]}
+stages:
+  source: {type: test.source, value: "${start}"}
+  text:   {type: test.sink, input: source, pth: x.txt}
+)");
+    const Finished checked = place.run({"check", "room.yaml"});
+    INFO(checked.err);
+    CHECK(checked.code == 2);
+    CHECK(std::ranges::count(checked.err, '\n') <= 13);
+    CHECK(contains(checked.err, "'value 9'"));
+    CHECK(contains(checked.err, "… and 2990 more like this: room.yaml:"));
+    CHECK(contains(checked.err, "'pth'"));
+}
 
 TEST_CASE("plan says what would run and why")
 {

@@ -176,7 +176,9 @@ class SchemaWriter
                    {"additionalProperties", false},
                    {"if", Map{{"required", List{"base"}}}},
                    {"then", stages_of("stage_over_base")},
-                   {"else", Map{{"required", List{"stages"}}, {"properties", stages_of("stage").at("properties")}}},
+                   // A file that only others build on may set no more than previews.
+                   {"else", Map{{"anyOf", List{Map{{"required", List{"stages"}}}, Map{{"required", List{"preview"}}}}},
+                                {"properties", stages_of("stage").at("properties")}}},
                    {"$defs", std::move(definitions)}};
     }
 

@@ -108,6 +108,7 @@ stages:
 
     CHECK(check.accepts(yaml("version: 1\nstages: {a: {type: mesh.two}}\npreview: {a: {size: 1}}\n")));
     CHECK_FALSE(check.accepts(yaml("version: 1\nstages: {a: {type: mesh.two}}\npreview: {a: 1}\n")));
+    CHECK(check.accepts(yaml("version: 1\npreview: {a: {size: 1}}\n")));
     // Over a base a stage may leave its type to the base, or be removed.
     CHECK(check.accepts(yaml("version: 1\nbase: b.yaml\nstages: {a: {max_faces: 5}, b: }\n")));
     CHECK_FALSE(check.accepts(yaml("version: 1\nbase: b.yaml\nstages: {a: {type: mesh.decimate, max_faces: 1}}\n")));

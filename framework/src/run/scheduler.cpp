@@ -1,5 +1,6 @@
 #include "run/run_outcomes.h"
 #include "run/running_stage.h"
+#include "run/stage_choice.h"
 #include "run/stage_costs.h"
 #include "run/stage_failure.h"
 #include "run/stage_standings.h"
@@ -105,43 +106,20 @@ class Scheduler
     {
         if (stopping() || request_.only_stored)
             return false;
-        int free = request_.cores;
-        double memory_mb = 0;
+        Room room{request_.cores, request_.memory_mb};
         for (const auto& running : running_)
-        {
-            free -= running.threads();
-            memory_mb += costs_.expected(running.node()).memory_mb;
-        }
-        const std::vector<bool> may_begin = turns_.take(state_.nodes());
-        std::vector<StageNode*> chosen;
-        for (const std::size_t place : state_.ready())
-        {
-            if (static_cast<int>(chosen.size()) >= free)
-                break;
-            StageNode& node = state_.nodes()[place];
-            if (!may_begin[place])
-                continue;
-            const double more_mb = costs_.expected(node).memory_mb;
-            const bool fits = request_.memory_mb <= 0 || memory_mb + more_mb <= request_.memory_mb;
-            if (!fits && !(running_.empty() && chosen.empty()))
-                continue;
-            memory_mb += more_mb;
-            chosen.push_back(&node);
-        }
-        int left = static_cast<int>(chosen.size());
-        for (StageNode* node : chosen)
+            room.take(running.threads(), costs_.expected(running.node()).memory_mb);
+        const std::vector<Start> starts = choose_starts(state_, turns_.take(state_.nodes()), costs_, room);
+        for (const auto& [node, threads] : starts)
         {
             // Beyond that a process could not be started, or not be spoken to; one that ends gives its own back. A stage
             // that has said nothing yet has its log still to open.
             constexpr int descriptors_of_start = 20;
             if (!running_.empty() && free_descriptors() < descriptors_of_start + static_cast<int>(running_.size()))
                 break;
-            const int threads = std::max(1, free / left);
             start(*node, threads);
-            free -= threads;
-            --left;
         }
-        return !chosen.empty();
+        return !starts.empty();
     }
 
     void start(StageNode& node, int threads)

@@ -6,6 +6,8 @@
 namespace fresco::cover
 {
 
+using numerics::SeenCell;
+
 std::vector<SeenCell> seen_cells(const UvMap& map, int cells_px, double sharpness, const WorthRules& rules)
 {
     const double most = 1 + rules.angle_weight + rules.sharpness_weight;

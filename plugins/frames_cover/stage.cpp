@@ -1,9 +1,10 @@
-#include "cover.h"
+#include "seen_cells.h"
 
 #include <fresco/frames.h>
 #include <fresco/image_io.h>
 #include <fresco/images/sharpness_option.h>
 #include <fresco/mesh.h>
+#include <fresco/numerics/greedy_cover.h>
 #include <fresco/parallel.h>
 #include <fresco/raycast/ray_finder.h>
 #include <fresco/stage.h>
@@ -49,7 +50,7 @@ class FramesCover final : public Stage
     SharpnessOption sharpness{this};
     Slot<ImageIo> images{this, "images", "image.opencv", optional, "Reads pictures that are not NPY; none: all are NPY"};
 
-    using SeenByFrame = std::vector<std::vector<cover::SeenCell>>;
+    using SeenByFrame = std::vector<std::vector<numerics::SeenCell>>;
 
     Cost cost() const override
     {
@@ -66,13 +67,13 @@ class FramesCover final : public Stage
         sharpness.check();
         const auto seen = look(relative_sharpness(run), run);
         const auto side = static_cast<std::size_t>(*cells_px);
-        const auto order = cover::greedy_order(seen, side * side, run);
+        const auto order = numerics::greedy_order(seen, side * side, run);
         if (order.empty())
             throw Error(fmt::format(
                 "none of the {} frames sees the front of the mesh on min_seen_share of its picture: check with scan.inspect that "
                 "mesh and poses share one world frame and that faces are counter-clockwise from outside",
                 seen.size()));
-        const std::size_t picks = cover::picks_needed(order, *target_coverage, most_frames());
+        const std::size_t picks = numerics::picks_needed(order, *target_coverage, most_frames());
         std::vector<std::size_t> kept(picks);
         for (std::size_t i = 0; i < picks; ++i)
             kept[i] = order[i].frame;
@@ -122,16 +123,17 @@ class FramesCover final : public Stage
             const auto& maps = mapper.make(frame.color, heights, progress, load_mask(frame));
             const auto& [map, counts] = maps.front();
             const bool sees = static_cast<double>(counts.valid) >= *min_seen_share * static_cast<double>(map.valid.values.size());
-            seen.push_back(sees ? cover::seen_cells(map, *cells_px, sharp[seen.size()], rules) : std::vector<cover::SeenCell>{});
+            seen.push_back(sees ? cover::seen_cells(map, *cells_px, sharp[seen.size()], rules)
+                                : std::vector<numerics::SeenCell>{});
             progress.progress(static_cast<double>(seen.size()), static_cast<double>(sharp.size()), "frames");
         }
         return seen;
     }
 
-    void report(const SeenByFrame& seen, const std::vector<cover::Pick>& order, std::size_t picks, RunContext& run) const
+    void report(const SeenByFrame& seen, const std::vector<numerics::Pick>& order, std::size_t picks, RunContext& run) const
     {
         const auto side = static_cast<std::size_t>(*cells_px);
-        const auto add = [](std::int64_t sum, const cover::Pick& pick) { return sum + pick.new_cells; };
+        const auto add = [](std::int64_t sum, const numerics::Pick& pick) { return sum + pick.new_cells; };
         const std::int64_t all = std::accumulate(order.begin(), order.end(), std::int64_t{0}, add);
         const auto share = [&](std::int64_t cells) { return static_cast<double>(cells) / static_cast<double>(all); };
         const auto first = [&](std::size_t count)
@@ -140,7 +142,7 @@ class FramesCover final : public Stage
                 order.begin(), order.begin() + static_cast<std::ptrdiff_t>(std::min(count, order.size())), std::int64_t{0}, add));
         };
         const auto spread = [&](std::size_t count)
-        { return share(cover::cells_seen(seen, cover::evenly_spread(count, seen.size()), side * side)); };
+        { return share(numerics::cells_seen(seen, numerics::evenly_spread(count, seen.size()), side * side)); };
 
         run.report("frames", seen.size());
         run.report("kept", picks);

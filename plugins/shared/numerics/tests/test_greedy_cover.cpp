@@ -1,5 +1,4 @@
-#include "cover.h"
-
+#include <fresco/numerics/greedy_cover.h>
 #include <fresco/random.h>
 
 #include <catch2/catch.hpp>
@@ -9,18 +8,10 @@
 #include <numeric>
 
 using namespace fresco;
-using namespace fresco::cover;
+using namespace fresco::numerics;
 
 namespace
 {
-
-std::vector<SeenCell> cells(std::initializer_list<std::pair<int, int>> list)
-{
-    std::vector<SeenCell> seen;
-    for (const auto& [cell, worth] : list)
-        seen.emplace_back(static_cast<std::uint32_t>(cell), static_cast<std::uint32_t>(worth));
-    return seen;
-}
 
 std::vector<SeenCell> range_of(int begin, int end, int worth)
 {
@@ -63,41 +54,9 @@ std::vector<Pick> plain_greedy(const std::vector<std::vector<SeenCell>>& frames,
     }
 }
 
-/// One row of pixels, of which those with a cosine >= 0 are valid.
-UvMap row_of(const std::vector<std::array<float, 3>>& pixels)
-{
-    const int width = static_cast<int>(pixels.size());
-    UvMap map{RasterF(width, 1, 2), RasterF(width, 1), RasterF(width, 1), Raster8(width, 1)};
-    for (int x = 0; x < width; ++x)
-    {
-        const auto& [u, v, cosine] = pixels[static_cast<std::size_t>(x)];
-        if (cosine < 0)
-            continue;
-        map.uv.at(x, 0, 0) = u;
-        map.uv.at(x, 0, 1) = v;
-        map.cosine.at(x, 0) = cosine;
-        map.valid.at(x, 0) = 1;
-    }
-    return map;
-}
-
 }  // namespace
 
-TEST_CASE("pixels fall into cells, of which each keeps its best pixel", "[frames.cover]")
-{
-    // 4 x 4 cells. Two pixels in cell (1, 0), the upper right corner, and one that is not valid.
-    const auto map = row_of({{0.30F, 0.1F, 0.2F}, {1, 1, 1}, {0.45F, 0.2F, 0.6F}, {0.9F, 0.1F, -1}});
-    const auto seen = seen_cells(map, 4, 1, {.angle_weight = 1, .sharpness_weight = 0});
-    // (1 + 0.6) / 2 and (1 + 1) / 2 of 254, plus 1.
-    CHECK(seen == cells({{1, 204}, {15, 255}}));
-    // Half as sharp as can be: (1 + 0.5 + 2 * 0.6) / 4.
-    CHECK(seen_cells(map, 4, 0.5, {.angle_weight = 2, .sharpness_weight = 1}).front() == SeenCell(1, 172));
-    CHECK(seen_cells(map, 4, 0, {.angle_weight = 0, .sharpness_weight = 0}) == cells({{1, 255}, {15, 255}}));
-    CHECK(seen_cells(row_of({{0, 0, -1}}), 4, 1, {}).empty());
-    CHECK(seen_cells(row_of({{1, 1, 0}}), 4096, 0, {}).front().cell() == SeenCell::most_cells - 1);
-}
-
-TEST_CASE("the frame that adds most is picked, then what adds most to it", "[frames.cover]")
+TEST_CASE("the frame that adds most is picked, then what adds most to it")
 {
     // The second adds 40 to the first's 60 cells, the third only 35; the fourth sees nothing new, but ten cells better.
     const std::vector<std::vector<SeenCell>> frames{
@@ -113,14 +72,14 @@ TEST_CASE("the frame that adds most is picked, then what adds most to it", "[fra
     CHECK(greedy_order({{}, {}}, 4, Progress{}).empty());
 }
 
-TEST_CASE("of equal frames the first is picked", "[frames.cover]")
+TEST_CASE("of equal frames the first is picked")
 {
     const std::vector<std::vector<SeenCell>> frames{range_of(0, 5, 9), range_of(10, 20, 9), range_of(10, 20, 9),
                                                     range_of(20, 30, 9)};
     CHECK(greedy_order(frames, 32, Progress{}) == std::vector<Pick>{{1, 10}, {3, 10}, {0, 5}});
 }
 
-TEST_CASE("looking at few frames again picks as looking at all of them does", "[frames.cover]")
+TEST_CASE("looking at few frames again picks as looking at all of them does")
 {
     for (std::uint64_t seed = 0; seed < 20; ++seed)
     {
@@ -139,7 +98,7 @@ TEST_CASE("looking at few frames again picks as looking at all of them does", "[
     }
 }
 
-TEST_CASE("the first picks reach 63 % of the best choice of as many frames, and mostly all of it", "[frames.cover]")
+TEST_CASE("the first picks reach 63 % of the best choice of as many frames, and mostly all of it")
 {
     const auto worth = [](const std::vector<std::vector<SeenCell>>& frames, std::uint32_t chosen)
     {
@@ -173,7 +132,7 @@ TEST_CASE("the first picks reach 63 % of the best choice of as many frames, and 
     CHECK(sum_of_shares > 9.8);
 }
 
-TEST_CASE("evenly spread numbers lie in the middle of equal stretches", "[frames.cover]")
+TEST_CASE("evenly spread numbers lie in the middle of equal stretches")
 {
     CHECK(evenly_spread(3, 9) == std::vector<std::size_t>{1, 4, 7});
     CHECK(evenly_spread(4, 4) == std::vector<std::size_t>{0, 1, 2, 3});

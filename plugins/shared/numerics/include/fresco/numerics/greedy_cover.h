@@ -1,7 +1,5 @@
 #pragma once
 
-#include "seen_cells.h"
-
 #include <fresco/progress.h>
 
 #include <cstddef>
@@ -9,8 +7,28 @@
 #include <span>
 #include <vector>
 
-namespace fresco::cover
+/// \file Which frames to choose so that few of them see everything well.
+
+namespace fresco::numerics
 {
+
+/// A cell of a surface that a frame sees, and how well, in four bytes: a frame sees tens of thousands of them.
+class SeenCell
+{
+  public:
+    static constexpr std::uint32_t most_cells = 1U << 24U;
+    static constexpr std::uint32_t best_worth = 255;
+
+    /// \pre cell < most_cells, worth <= best_worth
+    SeenCell(std::uint32_t cell, std::uint32_t worth) : packed_(cell << 8U | worth) {}
+
+    std::uint32_t cell() const { return packed_ >> 8U; }
+    std::uint32_t worth() const { return packed_ & 255U; }
+    friend bool operator==(const SeenCell&, const SeenCell&) = default;
+
+  private:
+    std::uint32_t packed_;
+};
 
 struct Pick
 {
@@ -38,4 +56,4 @@ std::vector<std::size_t> evenly_spread(std::size_t count, std::size_t of);
 /// How many picks from the front see `target` (0..1) of all cells that any frame sees; at most `most`.
 std::size_t picks_needed(const std::vector<Pick>& order, double target, std::size_t most);
 
-}  // namespace fresco::cover
+}  // namespace fresco::numerics

@@ -1,9 +1,9 @@
-#include "cover.h"
+#include <fresco/numerics/greedy_cover.h>
 
 #include <algorithm>
 #include <queue>
 
-namespace fresco::cover
+namespace fresco::numerics
 {
 namespace
 {
@@ -95,4 +95,4 @@ std::size_t picks_needed(const std::vector<Pick>& order, double target, std::siz
     return picks;
 }
 
-}  // namespace fresco::cover
+}  // namespace fresco::numerics

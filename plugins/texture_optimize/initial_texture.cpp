@@ -1,6 +1,7 @@
 #include "initial_texture.h"
 
 #include "noise_picture.h"
+#include "shown_texture.h"
 #include "splat.h"
 
 #include <fresco/error.h>
@@ -10,7 +11,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 
 namespace fresco::optimize
 {
@@ -107,20 +107,6 @@ bool has_any(const Raster8& mask)
     return std::any_of(mask.values.begin(), mask.values.end(), [](auto v) { return v != 0; });
 }
 
-/// The sum of the layers, as it is displayed.
-RasterF displayed(const Texture& texture)
-{
-    RasterF sum = texture.layers.front();
-    for (std::size_t i = 1; i < texture.layers.size(); ++i)
-    {
-        const RasterF layer = resized(texture.layers[i], sum.width, sum.height);
-        std::transform(sum.values.begin(), sum.values.end(), layer.values.begin(), sum.values.begin(), std::plus<>());
-    }
-    for (float& value : sum.values)
-        value = std::clamp(value, 0.0F, 1.0F);
-    return sum;
-}
-
 /// The colors of the covered texels at another size; `covered` becomes where they are then.
 RasterF resampled(const RasterF& picture, Raster8& covered, int size_px)
 {
@@ -153,7 +139,7 @@ void InitialRules::check() const
 {
     if (start == nullptr)
         return;
-    if (init != "frames")
+    if (init != "frames" && !start_is_shown)
         throw Error("port 'start' is wired, but init is " + init + ": set init: frames, or remove the wire");
     if (start->values != "display")
         throw Error("the texture on port 'start' holds \"" + start->values +

@@ -25,9 +25,10 @@ struct InitialRules
     int size_px = 0;
     std::uint64_t seed = 0;          ///< Of the noise.
     const Texture* start = nullptr;  ///< With "frames": taken instead of gathering. Of the same atlas as the maps.
+    bool start_is_shown = false;     ///< By frames without pictures: then it may be there with any `init`.
 
     /// Throws Error if the start texture does not hold displayed, finite colors, if nothing of it was seen, and if it is given
-    /// with another `init`.
+    /// with another `init` and no frame shows it.
     void check() const;
 };
 

@@ -54,7 +54,7 @@ class Loop
   public:
     Loop(const LoopInputs& inputs, const LoopComponents& components, const LoopOptions& options, RunContext& run)
         : components_(components), options_(options), run_(run),
-          source_(inputs.maps, inputs.frames, components.images, options.heights_px), start_(inputs.start),
+          source_(inputs.maps, inputs.frames, components.images, options.heights_px, inputs.start), start_(inputs.start),
           space_(options.values, !options.clamp_layers),
           split_(split_views(used_views(source_, options.train_share, run), options.held_out_count)),
           schedule_(split_.trained, options.seed, options.schedule), checkpoints_(run.checkpoint_folder()),
@@ -67,6 +67,8 @@ class Loop
     Texture operator()()
     {
         initial_rules().check();
+        if (options_.levels.by_depth && options_.levels.depth != LevelRules::Depth::mesh)
+            source_.check_measured_depth();
         components_.texture.allocate(options_.size_px);
         // Else every level's picture and gradient would cross between processor and device, which would wait for each other.
         texture_there_ = !options_.device.is_cpu() && components_.rule.runs_on(options_.device) &&
@@ -92,7 +94,7 @@ class Loop
     }
 
   private:
-    InitialRules initial_rules() const { return {options_.init, options_.size_px, options_.seed, start_}; }
+    InitialRules initial_rules() const { return {options_.init, options_.size_px, options_.seed, start_, source_.shows_start()}; }
     std::vector<TextureParameter>& parameters() { return components_.texture.parameters(); }
 
     void prepare_components()

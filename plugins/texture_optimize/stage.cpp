@@ -36,7 +36,8 @@ class TextureOptimize final : public Stage
     Input<Frames> frames{this, "frames", "The frames that the uv maps were made for, with their color pictures"};
     Input<Image> style{this, "style", "Style picture"};
     Input<Texture> start{this, "start", optional,
-                         "With init: frames, the texture to recolor and start from; not wired: colors of the pictures"};
+                         "With init: frames, the texture to recolor and start from (not wired: colors of the pictures); and what "
+                         "frames without pictures show"};
     Output<Texture> texture{this, "texture", "The optimized texture, layer by layer"};
 
     Option<int> size_px{this, "size_px", 0, range(0, 16384),

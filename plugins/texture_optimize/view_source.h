@@ -1,10 +1,13 @@
 #pragma once
 
+#include "shown_texture.h"
+
 #include <fresco/frames.h>
 #include <fresco/image_io.h>
 #include <fresco/uv_maps.h>
 
 #include <cstddef>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -15,9 +18,10 @@ namespace fresco::optimize
 class ViewSource
 {
   public:
-    /// `heights_px`: which heights to use, empty = all. `images` may be null where every picture is NPY. Throws Error naming what
-    /// is missing: a height, or the frame of a view.
-    ViewSource(const UvMaps& maps, const Frames& frames, const ImageIo* images, const std::vector<int>& heights_px);
+    /// `heights_px`: which heights to use, empty = all. `images` may be null where every picture is NPY. `start`: what frames
+    /// without a picture show; null: none. Throws Error naming what is missing: a height, the frame of a view, its picture.
+    ViewSource(const UvMaps& maps, const Frames& frames, const ImageIo* images, const std::vector<int>& heights_px,
+               const Texture* start = nullptr);
 
     std::size_t view_count() const { return maps_.views.size(); }
     std::size_t level_count() const { return levels_.size(); }
@@ -32,15 +36,20 @@ class ViewSource
     /// What the depth camera measured of the pixels of `map`, as sensor_depth says. Throws Error if the frame has no depth
     /// picture.
     RasterF measured_depth(std::size_t view, const UvMap& map, float unmeasured) const;
-    /// The camera picture as recorded, RGB.
+    /// The camera picture as recorded, RGB; of a frame without one, what the start texture shows it at the largest height.
     Raster8 camera(std::size_t view) const;
+    /// Whether some frame has no picture.
+    bool shows_start() const { return start_ != nullptr; }
+    /// Throws Error naming the first view whose frame has no depth picture.
+    void check_measured_depth() const;
 
   private:
     const UvMaps& maps_;
     const Frames& frames_;
     const ImageIo* images_;
-    std::vector<std::size_t> levels_;    ///< Into maps_.heights_px.
-    std::vector<std::size_t> frame_of_;  ///< Per view: into frames_.frames.
+    std::vector<std::size_t> levels_;      ///< Into maps_.heights_px.
+    std::vector<std::size_t> frame_of_;    ///< Per view: into frames_.frames.
+    std::unique_ptr<ShownTexture> start_;  ///< Null where every frame has a picture.
 };
 
 }  // namespace fresco::optimize

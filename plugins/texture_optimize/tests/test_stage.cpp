@@ -89,6 +89,48 @@ TEST_CASE("a start texture that is wired is what the texture begins as, recolore
     CHECK(HalfNetwork::all_encoded == encoded);
 }
 
+TEST_CASE("frames without a picture show the start texture, whatever the texture begins as")
+{
+    // The wall's painting, which the other views' pictures show.
+    Studio studio;
+    const auto start = std::make_shared<Texture>();
+    RasterF& layer = start->layers.emplace_back(64, 64, 3);
+    for (int y = 0; y < 64; ++y)
+        for (int x = 0; x < 64; ++x)
+        {
+            const Vec3f color = painting((x + 0.5) / 64, 1 - (y + 0.5) / 64);
+            layer.at(x, y, 0) = color.x;
+            layer.at(x, y, 1) = color.y;
+            layer.at(x, y, 2) = color.z;
+        }
+    start->seen = Raster8(64, 64, 1, 1);
+    const auto options = [](const char* init) {
+        return Studio::options(camera_loss, {{"epochs", 16}, {"init", init}, {"gradient_scaling", "none"}});
+    };
+    for (const std::size_t view : {0, 5})
+        studio.wall.frames.frames[view].color_picture = {};
+    for (const char* init : {"zeros", "frames"})
+    {
+        CAPTURE(init);
+        testing::TestRun run;
+        const auto texture = Texture::load({studio.paint(run, options(init), start), {}});
+        // What only the last view sees, which has no picture.
+        const auto found = looked_up(*texture, 0.95, 0.3);
+        const Vec3f wanted = painting(0.95, 0.3);
+        CHECK(found[0] == Approx(wanted.x).margin(0.03));
+        CHECK(found[1] == Approx(wanted.y).margin(0.03));
+        CHECK(found[2] == Approx(wanted.z).margin(0.03));
+    }
+    // Before the losses are prepared, which takes long.
+    testing::TestRun run;
+    const int encoded = HalfNetwork::all_encoded;
+    CHECK_THROWS_WITH(studio.paint(run, options("frames")),
+                      Catch::Contains("frame walk/frame-0 has no color picture") && Catch::Contains("wire 'start'"));
+    CHECK_THROWS_WITH(studio.paint(run, Studio::options(mean_losses, {{"depth_levels", true}, {"level_depth", "sensor"}}), start),
+                      Catch::Contains("frame walk/frame-0 has no depth picture: set level_depth: mesh"));
+    CHECK(HalfNetwork::all_encoded == encoded);
+}
+
 TEST_CASE("the texture's bytes do not depend on threads, levels together, and do on the seed")
 {
     // Large enough for several pieces in every loop, and for torch to split its own reductions among the threads.

@@ -1,0 +1,214 @@
+#include "free_space.h"
+
+#include <fresco/error.h>
+#include <fresco/mesh.h>
+#include <fresco/parallel.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fmt/format.h>
+#include <numbers>
+
+namespace fresco::virtual_views
+{
+namespace
+{
+
+constexpr std::size_t feelers = 64;
+constexpr double most_backs = 0.25;
+
+struct Box
+{
+    Vec3d least;
+    Vec3d most;
+
+    void add(Vec3d p)
+    {
+        least = {std::min(least.x, p.x), std::min(least.y, p.y), std::min(least.z, p.z)};
+        most = {std::max(most.x, p.x), std::max(most.y, p.y), std::max(most.z, p.z)};
+    }
+};
+
+/// Whether straight ways lead from `from` to each of `to`: at most packet_size.
+std::vector<std::uint8_t> ways(const raycast::Scene& scene, Vec3d from, std::span<const Vec3d> to)
+{
+    std::vector<Vec3d> toward(to.size());
+    std::vector<raycast::Hit> hits(to.size());
+    std::ranges::transform(to, toward.begin(), [&](Vec3d p) { return p - from; });
+    scene.cast(from, toward, hits);
+    std::vector<std::uint8_t> free(to.size());
+    std::ranges::transform(hits, free.begin(), [](const raycast::Hit& hit) { return !hit.found() || hit.distance > 1 ? 1 : 0; });
+    return free;
+}
+
+/// 1 for the voxels that ways lead to, from center to center.
+std::vector<std::uint8_t> reached(const raycast::Scene& scene, const VoxelGrid& grid, std::span<const Vec3d> eyes,
+                                  const Progress& progress)
+{
+    std::vector<std::uint8_t> known(grid.count());
+    std::vector<std::size_t> next;
+    const auto go = [&](Vec3d from, const std::vector<std::size_t>& to)
+    {
+        std::vector<std::size_t> unknown;
+        std::ranges::copy_if(to, std::back_inserter(unknown), [&](std::size_t voxel) { return known[voxel] == 0; });
+        for (std::size_t begin = 0; begin < unknown.size(); begin += raycast::Scene::packet_size)
+        {
+            const std::size_t end = std::min(unknown.size(), begin + raycast::Scene::packet_size);
+            std::vector<Vec3d> centers;
+            for (std::size_t i = begin; i < end; ++i)
+                centers.push_back(grid.center(unknown[i]));
+            const auto free = ways(scene, from, centers);
+            for (std::size_t i = begin; i < end; ++i)
+                if (free[i - begin] != 0)
+                {
+                    known[unknown[i]] = 1;
+                    next.push_back(unknown[i]);
+                }
+        }
+    };
+    for (const Vec3d eye : eyes)
+        go(eye, grid.around(eye));
+    while (!next.empty())
+    {
+        if (next.size() % 1024 == 0)
+            progress.check_canceled();
+        const std::size_t voxel = next.back();
+        next.pop_back();
+        go(grid.center(voxel), grid.beside(voxel));
+    }
+    return known;
+}
+
+bool can_stand(const raycast::Scene& scene, Vec3d at, double clearance_m, std::span<const Vec3d> feel)
+{
+    std::array<raycast::Hit, feelers> hits;
+    for (std::size_t begin = 0; begin < feelers; begin += raycast::Scene::packet_size)
+        scene.cast(at, feel.subspan(begin, raycast::Scene::packet_size),
+                   std::span(hits).subspan(begin, raycast::Scene::packet_size));
+    const auto met = std::ranges::count_if(hits, &raycast::Hit::found);
+    const auto backs = std::ranges::count_if(hits, [](const raycast::Hit& hit) { return hit.found() && !hit.front; });
+    const bool clear =
+        std::ranges::all_of(hits, [&](const raycast::Hit& hit) { return !hit.found() || hit.distance >= clearance_m; });
+    return clear && met > 0 && static_cast<double>(backs) <= most_backs * static_cast<double>(met);
+}
+
+}  // namespace
+
+VoxelGrid::VoxelGrid(const Mesh& mesh, std::span<const Vec3d> eyes, const FreeSpaceRules& rules) : voxel_m_(rules.voxel_m)
+{
+    const Vec3d first = vec_cast<double>(mesh.positions.at(mesh.triangles.at(0)[0]));
+    Box box{first, first};
+    for (const Triangle& triangle : mesh.triangles)
+        for (const std::uint32_t corner : triangle)
+            box.add(vec_cast<double>(mesh.positions[corner]));
+    for (const Vec3d eye : eyes)
+        box.add(eye);
+    const Vec3d size = box.most - box.least;
+    for (const auto& [name, value] : {std::pair("voxel_m", rules.voxel_m), std::pair("clearance_m", 2 * rules.clearance_m)})
+        if (value > std::max({size.x, size.y, size.z}))
+            throw Error(fmt::format("option \"{}\" ({:g} m) is larger than the room, which measures {:.2f} x {:.2f} x {:.2f} m "
+                                    "with its cameras; lower it, or check that the mesh is in meters",
+                                    name, name[0] == 'v' ? rules.voxel_m : rules.clearance_m, size.x, size.y, size.z));
+    const auto voxels = [&](double along) { return std::max(1.0, std::ceil(along / voxel_m_)); };
+    if (const double all = voxels(size.x) * voxels(size.y) * voxels(size.z); all > most_voxels)
+        throw Error(
+            fmt::format("option \"voxel_m\" ({:g} m) divides the room, which measures {:.2f} x {:.2f} x {:.2f} m with its "
+                        "cameras, into {:.0f} voxels; at most {:.0f}; raise it, or check that the mesh is in meters",
+                        voxel_m_, size.x, size.y, size.z, all, most_voxels));
+    counts_ = {static_cast<std::size_t>(voxels(size.x)), static_cast<std::size_t>(voxels(size.y)),
+               static_cast<std::size_t>(voxels(size.z))};
+    const Vec3d spare{voxels(size.x) * voxel_m_ - size.x, voxels(size.y) * voxel_m_ - size.y, voxels(size.z) * voxel_m_ - size.z};
+    least_ = box.least - spare * 0.5;
+}
+
+std::array<std::size_t, 3> VoxelGrid::place(std::size_t voxel) const
+{
+    return {voxel % counts_[0], voxel / counts_[0] % counts_[1], voxel / (counts_[0] * counts_[1])};
+}
+
+std::size_t VoxelGrid::number(const std::array<std::size_t, 3>& place) const
+{
+    return (place[2] * counts_[1] + place[1]) * counts_[0] + place[0];
+}
+
+Vec3d VoxelGrid::center(std::size_t voxel) const
+{
+    const auto at = place(voxel);
+    const auto along = [&](std::size_t steps) { return (static_cast<double>(steps) + 0.5) * voxel_m_; };
+    return least_ + Vec3d{along(at[0]), along(at[1]), along(at[2])};
+}
+
+std::vector<std::size_t> VoxelGrid::around(Vec3d point) const
+{
+    const Vec3d from = (point - least_) * (1 / voxel_m_);
+    const std::array<double, 3> at{from.x, from.y, from.z};
+    std::array<std::size_t, 3> first{};
+    std::array<std::size_t, 3> end{};
+    for (std::size_t axis = 0; axis < 3; ++axis)
+    {
+        const double most = static_cast<double>(counts_[axis]) - 1;
+        first[axis] = static_cast<std::size_t>(std::clamp(std::floor(at[axis]) - 1, 0.0, most));
+        end[axis] = static_cast<std::size_t>(std::clamp(std::floor(at[axis]) + 1, 0.0, most)) + 1;
+    }
+    std::vector<std::size_t> result;
+    for (std::size_t z = first[2]; z < end[2]; ++z)
+        for (std::size_t y = first[1]; y < end[1]; ++y)
+            for (std::size_t x = first[0]; x < end[0]; ++x)
+                result.push_back(number({x, y, z}));
+    return result;
+}
+
+std::vector<std::size_t> VoxelGrid::beside(std::size_t voxel) const
+{
+    std::vector<std::size_t> result;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+    {
+        const auto at = place(voxel);
+        auto before = at;
+        auto after = at;
+        --before[axis];
+        ++after[axis];
+        if (at[axis] > 0)
+            result.push_back(number(before));
+        if (after[axis] < counts_[axis])
+            result.push_back(number(after));
+    }
+    return result;
+}
+
+std::vector<Vec3d> free_space(const raycast::Scene& scene, const VoxelGrid& grid, std::span<const Vec3d> eyes, double clearance_m,
+                              const Progress& progress)
+{
+    auto free = reached(scene, grid, eyes, progress);
+    const auto feel = directions(feelers);
+    parallel_for(free.size(), 1024, progress.threads(),
+                 [&](std::size_t begin, std::size_t end)
+                 {
+                     progress.check_canceled();
+                     for (std::size_t voxel = begin; voxel < end; ++voxel)
+                         if (free[voxel] != 0 && !can_stand(scene, grid.center(voxel), clearance_m, feel))
+                             free[voxel] = 0;
+                 });
+    std::vector<Vec3d> centers;
+    for (std::size_t voxel = 0; voxel < free.size(); ++voxel)
+        if (free[voxel] != 0)
+            centers.push_back(grid.center(voxel));
+    return centers;
+}
+
+std::vector<Vec3d> directions(std::size_t count)
+{
+    const double turn = std::numbers::pi * (3 - std::sqrt(5.0));
+    std::vector<Vec3d> result;
+    for (std::size_t i = 0; i < count; ++i)
+    {
+        const double z = 1 - (2 * static_cast<double>(i) + 1) / static_cast<double>(count);
+        const double radius = std::sqrt(1 - z * z);
+        const double angle = turn * static_cast<double>(i);
+        result.push_back({radius * std::cos(angle), radius * std::sin(angle), z});
+    }
+    return result;
+}
+
+}  // namespace fresco::virtual_views

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <fresco/math.h>
+#include <fresco/progress.h>
+#include <fresco/raycast/scene.h>
+
+#include <array>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace fresco::virtual_views
+{
+
+struct FreeSpaceRules
+{
+    double voxel_m;      ///< Side of the voxels whose centers are tried.
+    double clearance_m;  ///< From every surface.
+};
+
+/// What holds the mesh and the eyes, divided into voxels.
+class VoxelGrid
+{
+  public:
+    static constexpr double most_voxels = 4e6;
+
+    /// Throws Error naming the option where voxel_m or clearance_m is larger than the room, or the voxels are too many.
+    VoxelGrid(const Mesh& mesh, std::span<const Vec3d> eyes, const FreeSpaceRules& rules);
+
+    std::size_t count() const { return counts_[0] * counts_[1] * counts_[2]; }
+    Vec3d center(std::size_t voxel) const;
+    /// The voxels at most one step along each axis from the one that holds the point, itself included.
+    std::vector<std::size_t> around(Vec3d point) const;
+    /// The voxels that share a side with it.
+    std::vector<std::size_t> beside(std::size_t voxel) const;
+
+  private:
+    std::array<std::size_t, 3> place(std::size_t voxel) const;
+    std::size_t number(const std::array<std::size_t, 3>& place) const;
+
+    Vec3d least_;
+    double voxel_m_;
+    std::array<std::size_t, 3> counts_{};
+};
+
+/// Centers of the voxels in which a camera may stand, in the grid's order: those that a straight way without a surface between
+/// centers leads to from a recorded eye, that have no surface within clearance_m along 64 directions, and that see the backs of
+/// faces along at most a quarter of the directions that end on a face; others lie behind walls or inside furniture.
+/// Throws Canceled.
+std::vector<Vec3d> free_space(const raycast::Scene& scene, const VoxelGrid& grid, std::span<const Vec3d> eyes, double clearance_m,
+                              const Progress& progress);
+
+/// Unit vectors, evenly spread over the sphere (a Fibonacci lattice).
+std::vector<Vec3d> directions(std::size_t count);
+
+}  // namespace fresco::virtual_views

@@ -1,0 +1,170 @@
+#include "free_space.h"
+#include "view_plan.h"
+
+#include <fresco/cameras_up.h>
+#include <fresco/frames.h>
+#include <fresco/geometry/upright.h>
+#include <fresco/mesh.h>
+#include <fresco/stage.h>
+#include <fresco/uv_mapping/uv_mapping_stage.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <string>
+#include <vector>
+
+using namespace fresco;
+using namespace fresco::virtual_views;
+
+namespace
+{
+
+constexpr const char* virtual_sequence = "virtual";
+
+std::string percent(double share)
+{
+    const auto hundredths = std::lround(std::floor(share * 10'000));
+    return fmt::format("{}.{:02} %", hundredths / 100, hundredths % 100);
+}
+
+class FramesVirtual final : public Stage
+{
+    Input<Mesh> mesh{this, "mesh", "The room, with texcoords, as an atlas.* stage makes it"};
+    Input<Frames> frames{this, "frames", "The recorded frames; their color cameras and masks are used"};
+    Output<Frames> result{this, "frames", "The recorded frames, then the virtual ones, which have no pictures"};
+    Option<bool> only_virtual{this, "only_virtual", false, "Leave out the recorded frames"};
+    Option<double> target_coverage{
+        this, "target_coverage", 1, range(0.01, 1),
+        "Stop when this share is painted of the surface that free space reaches and recorded frames do not paint"};
+    Option<int> max_frames{this, "max_frames", 0, range(0, 100'000),
+                           "Maximum number of virtual frames; 0: as many as the target needs"};
+    Option<double> voxel_m{this, "voxel_m", 0.2, range(0.01, 100),
+                           "Side of the voxels in whose centers virtual cameras may stand"};
+    Option<double> clearance_m{this, "clearance_m", 0.5, range(0.06, 100), "Distance that virtual cameras keep from surfaces"};
+    Option<int> cells_px{this, "cells_px", 1024, range(16, 4096), "Cells along a side of the grid over the texture"};
+    Option<int> gap_px{this, "gap_px", 4, range(0, 64),
+                       "Texels that paint spreads beyond what views see, by the texture's coarse layers; 0: not at all"};
+    Option<double> angle_weight{this, "angle_weight", 1, range(0, 100),
+                                "Value of seeing a cell straight on, added to 1 for seeing it at all"};
+    Option<double> distance_weight{this, "distance_weight", 1, range(0, 100),
+                                   "Value of seeing a cell from the recorded frames' median distance"};
+
+    Cost cost() const override
+    {
+        return {.seconds = {.fixed = 3, .per_frame = 0.05, .per_face = 3e-6},
+                .parallel_share = 0.8,
+                .memory_mb = {.fixed = 200, .per_face = 4e-4}};
+    }
+
+    void run(RunContext& run) override
+    {
+        check_uv_mapping_inputs(*mesh, *frames);
+        std::vector<Vec3d> eyes;
+        for (const Frame& frame : frames->frames)
+        {
+            if (frame.sequence == virtual_sequence)
+                throw Error(fmt::format("port 'frames' already has a virtual frame ({}/{}): wire the recorded frames",
+                                        frame.sequence, frame.name));
+            eyes.push_back(frame.color.world_from_camera.translation);
+        }
+        const VoxelGrid grid(*mesh, eyes, {.voxel_m = *voxel_m, .clearance_m = *clearance_m});
+
+        const raycast::Scene scene(*mesh);
+        const auto places = free_space(scene, grid, eyes, *clearance_m, run);
+        if (places.empty())
+            throw Error(fmt::format(
+                "no free space: a virtual camera stands at the center of a voxel of {:g} m (voxel_m), {:g} m (clearance_m) from "
+                "all surfaces, with a free way to one of the {} recorded cameras, and there is no such place; lower "
+                "both, or check with scan.inspect that mesh and poses share one world frame",
+                *voxel_m, *clearance_m, eyes.size()));
+        const auto points = surface_points(*mesh, *cells_px, run);
+        Coverage coverage(scene, points, *cells_px, gap_cells());
+        const double distance_m = add_frames(coverage, *frames, run);
+        if (distance_m == 0)
+            throw Error(
+                fmt::format("none of the {} frames sees the front of the mesh: check with scan.inspect that mesh and poses "
+                            "share one world frame and that faces are counter-clockwise from outside",
+                            eyes.size()));
+        auto wanted = coverage.unpainted();
+        const std::size_t unrecorded = wanted.size();
+        auto witness = witnesses(scene, points, places, wanted, run);
+        for (std::size_t i = 0; i < wanted.size(); ++i)
+            if (witness[i] == nobody)
+                wanted[i] = nobody;
+        std::erase(wanted, nobody);
+        std::erase(witness, nobody);
+        const auto plan = plan_views(coverage, places, wanted, witness, rules(distance_m, wanted.size()), run);
+        report({.points = points.size(), .unrecorded = unrecorded, .wanted = wanted.size(), .places = places.size()}, plan, run);
+        result = listed(plan);
+    }
+
+    int gap_cells() const { return mesh->texture_px > 0 ? *gap_px * *cells_px / mesh->texture_px : 0; }
+
+    PlanRules rules(double distance_m, std::size_t wanted) const
+    {
+        std::vector<RigidTransform> poses;
+        for (const Frame& frame : frames->frames)
+            poses.push_back(frame.color.world_from_camera);
+        const Vec3d up = geometry::find_up(*mesh, cameras_up(poses)).direction;
+        return {.intrinsics = frames->frames.front().color.intrinsics,
+                .upright = upright_of(*frames, up),
+                .distance_m = distance_m,
+                .angle_weight = *angle_weight,
+                .distance_weight = *distance_weight,
+                .most_unpainted = static_cast<std::size_t>((1 - *target_coverage) * static_cast<double>(wanted)),
+                .most_views = *max_frames == 0 ? std::numeric_limits<std::size_t>::max() : static_cast<std::size_t>(*max_frames)};
+    }
+
+    Frames listed(const ViewPlan& plan) const
+    {
+        Frames all;
+        if (!*only_virtual)
+            all.frames = frames->frames;
+        for (std::size_t i = 0; i < plan.cameras.size(); ++i)
+        {
+            Frame frame;
+            frame.sequence = virtual_sequence;
+            frame.name = fmt::format("view-{:06}", i);
+            frame.number = static_cast<long>(i);
+            frame.color = plan.cameras[i];
+            frame.depth = frame.color;
+            all.frames.push_back(frame);
+        }
+        return all;
+    }
+
+    struct Counts
+    {
+        std::size_t points;
+        std::size_t unrecorded;  ///< Points that no recorded frame sees; …
+        std::size_t wanted;      ///< … those of them that free space reaches.
+        std::size_t places;
+    };
+
+    void report(const Counts& counts, const ViewPlan& plan, RunContext& run) const
+    {
+        const std::size_t recorded = counts.points - counts.unrecorded;
+        const std::size_t reached = recorded + counts.wanted;
+        const auto share = [](std::size_t part, std::size_t whole)
+        { return static_cast<double>(part) / static_cast<double>(whole); };
+        const double recorded_share = share(recorded, reached);
+        const double all_share = share(reached - plan.unpainted.size(), reached);
+        run.report("recorded_frames", frames->frames.size());
+        run.report("virtual_frames", plan.cameras.size());
+        run.report("free_voxels", counts.places);
+        run.report("cells", counts.points);
+        run.report("reachable_share", share(reached, counts.points));
+        run.report("coverage_recorded", recorded_share);
+        run.report("coverage", all_share);
+        run.message(fmt::format("{} recorded frames paint {} of the surface that free space reaches; with {} virtual ones {}",
+                                frames->frames.size(), percent(recorded_share), plan.cameras.size(), percent(all_share)));
+        if (*only_virtual && plan.cameras.empty())
+            run.warning("the recorded frames paint all that free space reaches: there are no virtual frames");
+    }
+};
+
+}  // namespace
+
+FRESCO_STAGE("frames.virtual", FramesVirtual, "Adds cameras, planned from the mesh, that see the surface nobody recorded")
+FRESCO_LIBRARY("Embree", raycast::embree_version())

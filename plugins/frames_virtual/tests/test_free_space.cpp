@@ -1,0 +1,146 @@
+#include "free_space.h"
+#include "rooms.h"
+
+#include <fresco/error.h>
+#include <fresco/testing.h>
+
+#include <catch2/catch.hpp>
+
+#include <set>
+
+using namespace fresco;
+using namespace fresco::virtual_views;
+using namespace rooms;
+
+namespace
+{
+
+/// Voxel by voxel, until a whole pass over all of them reaches none more; every ray against every triangle.
+std::vector<Vec3d> slow_free_space(const Mesh& mesh, const VoxelGrid& grid, const std::vector<Vec3d>& eyes, double clearance_m)
+{
+    const auto open = [&](Vec3d from, Vec3d to)
+    {
+        const auto hit = slow_cast(mesh, from, to - from);
+        return !hit.found() || hit.distance > 1;
+    };
+    std::set<std::size_t> reached;
+    for (const Vec3d eye : eyes)
+        for (const std::size_t voxel : grid.around(eye))
+            if (open(eye, grid.center(voxel)))
+                reached.insert(voxel);
+    for (std::size_t before = 0; before != reached.size();)
+    {
+        before = reached.size();
+        for (std::size_t voxel = 0; voxel < grid.count(); ++voxel)
+            for (const std::size_t from : grid.beside(voxel))
+                if (reached.contains(from) && open(grid.center(from), grid.center(voxel)))
+                    reached.insert(voxel);
+    }
+    std::vector<Vec3d> result;
+    for (const std::size_t voxel : reached)
+    {
+        int backs = 0;
+        int met = 0;
+        bool near = false;
+        for (const Vec3d direction : directions(64))
+        {
+            const auto hit = slow_cast(mesh, grid.center(voxel), direction);
+            met += hit.found() ? 1 : 0;
+            backs += hit.found() && !hit.front ? 1 : 0;
+            near = near || (hit.found() && hit.distance < clearance_m);
+        }
+        if (!near && met > 0 && 4 * backs <= met)
+            result.push_back(grid.center(voxel));
+    }
+    return result;
+}
+
+}  // namespace
+
+TEST_CASE("free space is what ways lead to, as every triangle tried in turn says", "[frames.virtual]")
+{
+    const Mesh mesh = room_with_cupboard();
+    const raycast::Scene scene(mesh);
+    const std::vector<Vec3d> eyes{{1, 1.5, 1.4}};
+    for (const double clearance_m : {0.1, 0.3})
+    {
+        const VoxelGrid grid(mesh, eyes, {.voxel_m = 0.31, .clearance_m = clearance_m});
+        const auto places = free_space(scene, grid, eyes, clearance_m, testing::TestRun(2));
+        CHECK(places == slow_free_space(mesh, grid, eyes, clearance_m));
+        CHECK(places == free_space(scene, grid, eyes, clearance_m, testing::TestRun(1)));
+        bool behind_cupboard = false;
+        for (const Vec3d place : places)
+        {
+            // Not in the walled-off space, not inside the cupboard, nowhere near a wall.
+            CHECK(place.x < 4 - 0.9 * clearance_m);
+            CHECK_FALSE((place.x > 2.7 && place.x < 3.2 && place.y > 0.9 && place.y < 2.1 && place.z < 1.8));
+            behind_cupboard = behind_cupboard || (place.x > 3.2 && place.y > 1 && place.y < 2 && place.z < 1.7);
+        }
+        // The gap there is 0.8 m wide, and voxels of 0.31 m leave no center in the middle 0.2 m of it.
+        CHECK(behind_cupboard == (clearance_m < 0.3));
+    }
+    // The eye alone decides which side of the wall counts: the space behind it shows only backs of faces, and one front.
+    const std::vector<Vec3d> outside{{4.5, 1.5, 1.2}};
+    const VoxelGrid grid(mesh, outside, {.voxel_m = 0.31, .clearance_m = 0.1});
+    CHECK(free_space(scene, grid, outside, 0.1, testing::TestRun(1)) == slow_free_space(mesh, grid, outside, 0.1));
+}
+
+TEST_CASE("a hole in a wall opens no space behind it", "[frames.virtual]")
+{
+    // The floor is missing: ways lead below it, where the other walls show their backs.
+    Mesh mesh = room_with_cupboard();
+    mesh.triangles.erase(mesh.triangles.begin(), mesh.triangles.begin() + 2);
+    mesh.texcoords.erase(mesh.texcoords.begin(), mesh.texcoords.begin() + 6);
+    const raycast::Scene scene(mesh);
+    const std::vector<Vec3d> eyes{{1, 1.5, 1.4}};
+    const VoxelGrid grid(mesh, eyes, {.voxel_m = 0.31, .clearance_m = 0.1});
+    const auto places = free_space(scene, grid, eyes, 0.1, testing::TestRun(2));
+    CHECK(places == slow_free_space(mesh, grid, eyes, 0.1));
+    CHECK(places.size() > 100);
+    for (const Vec3d place : places)
+        CHECK(place.x < 4);
+}
+
+TEST_CASE("sizes that do not fit the room are refused by name", "[frames.virtual]")
+{
+    const Mesh mesh = room_with_cupboard();
+    const std::vector<Vec3d> eyes{{1, 1.5, 1.4}};
+    const auto divide = [&](double voxel_m, double clearance_m)
+    { return VoxelGrid(mesh, eyes, {.voxel_m = voxel_m, .clearance_m = clearance_m}).count(); };
+    CHECK(divide(5, 0.1) == 1);
+    CHECK(divide(1, 0.1) == 5 * 3 * 3);
+    CHECK_THROWS_WITH(divide(5.1, 0.1), Catch::Contains("option \"voxel_m\" (5.1 m) is larger than the room, which measures 5.00 "
+                                                        "x 3.00 x 2.50 m"));
+    CHECK_THROWS_WITH(divide(1, 2.6), Catch::Contains("option \"clearance_m\" (2.6 m) is larger than the room"));
+    CHECK_THROWS_WITH(divide(0.001, 0.1), Catch::Contains("option \"voxel_m\" (0.001 m) divides") && Catch::Contains("raise it"));
+}
+
+TEST_CASE("voxels know their place", "[frames.virtual]")
+{
+    const Mesh mesh = room_with_cupboard();
+    const VoxelGrid grid(mesh, {}, {.voxel_m = 1, .clearance_m = 0.1});
+    CHECK(grid.center(0) == Vec3d{0.5, 0.5, 0.25});
+    CHECK(grid.center(44) == Vec3d{4.5, 2.5, 2.25});
+    CHECK(grid.beside(0) == std::vector<std::size_t>{1, 5, 15});
+    CHECK(grid.beside(16 + 5) == std::vector<std::size_t>{20, 22, 16, 26, 6, 36});
+    CHECK(grid.around({0.2, 0.2, 0}) == std::vector<std::size_t>{0, 1, 5, 6, 15, 16, 20, 21});
+    CHECK(grid.around({2.5, 1.5, 1.2}).size() == 27);
+}
+
+TEST_CASE("directions are spread evenly", "[frames.virtual]")
+{
+    const auto all = directions(75);
+    Vec3d sum;
+    for (const Vec3d a : all)
+    {
+        CHECK(length(a) == Approx(1));
+        sum += a;
+        double nearest = 2;
+        for (const Vec3d b : all)
+            if (!(a == b))
+                nearest = std::min(nearest, length(a - b));
+        CHECK(nearest > 0.25);
+        CHECK(nearest < 0.5);
+    }
+    CHECK(length(sum) < 0.5);
+}

@@ -1,0 +1,232 @@
+#include "free_space.h"
+#include "rooms.h"
+#include "view_plan.h"
+
+#include <fresco/npy.h>
+#include <fresco/testing.h>
+
+#include <catch2/catch.hpp>
+
+#include <numeric>
+
+using namespace fresco;
+using namespace fresco::virtual_views;
+using namespace rooms;
+
+namespace
+{
+
+std::vector<std::uint32_t> first_numbers(std::size_t count)
+{
+    std::vector<std::uint32_t> numbers(count);
+    std::iota(numbers.begin(), numbers.end(), 0U);
+    return numbers;
+}
+
+Vec3d middle_of(const SurfacePoint& point)
+{
+    return vec_cast<double>(point.position);
+}
+
+struct World
+{
+    Mesh mesh = room_with_cupboard();
+    raycast::Scene scene{mesh};
+    int cells_px = 128;
+    std::vector<SurfacePoint> points = surface_points(mesh, cells_px, testing::TestRun(1));
+    Frames frames{};
+    std::vector<Vec3d> eyes{frame_before_cupboard().color.world_from_camera.translation};
+    std::vector<Vec3d> places =
+        free_space(scene, VoxelGrid(mesh, eyes, {.voxel_m = 0.4, .clearance_m = 0.2}), eyes, 0.2, testing::TestRun(1));
+
+    World() { frames.frames.push_back(frame_before_cupboard()); }
+};
+
+}  // namespace
+
+TEST_CASE("points lie on the faces that hold their cells", "[frames.virtual]")
+{
+    const World world;
+    // 6.4 cells a meter. The room has 59 m² of surface, the cupboard 7.32, the wall behind the wall 7.5.
+    CHECK(static_cast<double>(world.points.size()) == Approx(40.96 * (59 + 7.32 + 7.5)).epsilon(0.05));
+    for (const SurfacePoint& point : world.points)
+    {
+        const auto c = raycast::corners(world.mesh, point.face);
+        const Vec3d normal = normalized(cross(c[1] - c[0], c[2] - c[0]));
+        CHECK(std::abs(dot(middle_of(point) - c[0], normal)) < 1e-5);
+        CHECK(dot(vec_cast<double>(point.normal), normal) > 0.999);
+        CHECK(point.chart == point.face / 2);
+    }
+}
+
+TEST_CASE("what an eye sees is what every triangle tried in turn leaves visible", "[frames.virtual]")
+{
+    const World world;
+    const auto all = first_numbers(world.points.size());
+    for (const Vec3d eye : {Vec3d{1, 1.5, 1.4}, {3.6, 1.5, 0.4}, {2.95, 1.5, 2.2}, {4.5, 1, 1}})
+    {
+        std::vector<std::uint32_t> slow;
+        for (const std::uint32_t i : all)
+            if (slow_sees(world.mesh, eye, middle_of(world.points[i]), world.points[i].face))
+                slow.push_back(i);
+        const auto fast = visible_points(world.scene, world.points, eye, all);
+        CHECK(fast == slow);
+        CHECK(slow.size() > 100);
+        CHECK(slow.size() < all.size());
+    }
+}
+
+TEST_CASE("a camera paints what lies in its picture and is not masked, and the gap around it", "[frames.virtual]")
+{
+    const testing::TemporaryFolder folder;
+    World world;
+    Frame& frame = world.frames.frames.front();
+    std::vector<std::uint8_t> mask(64 * 48, 255);
+    std::fill_n(mask.begin(), 64 * 24, std::uint8_t{0});
+    const std::vector<std::size_t> shape{48, 64};
+    write_npy(folder.path() / "mask.npy", shape, std::span<const std::uint8_t>(mask));
+    const auto painted_by_frame = [&](int gap, int threads)
+    {
+        Coverage coverage(world.scene, world.points, world.cells_px, gap);
+        testing::TestRun run(threads);
+        // The cupboard is 1.7 m away, the far corners 3.7 m.
+        const double distance_m = add_frames(coverage, world.frames, run);
+        CHECK(distance_m > 1.7);
+        CHECK(distance_m < 3.7);
+        std::vector<std::uint8_t> painted(world.points.size());
+        for (std::uint32_t i = 0; i < painted.size(); ++i)
+            painted[i] = coverage.painted(i) ? 1 : 0;
+        CHECK(static_cast<std::size_t>(std::ranges::count(painted, 0)) == coverage.unpainted().size());
+        return painted;
+    };
+    for (const bool masked : {false, true})
+    {
+        if (masked)
+            frame.mask = {folder.path() / "mask.npy", ""};
+        const auto none = painted_by_frame(0, 1);
+        CHECK(none == painted_by_frame(0, 3));
+        std::vector<std::uint8_t> slow(world.points.size());
+        for (std::uint32_t i = 0; i < slow.size(); ++i)
+        {
+            const Vec3d at = frame.color.project(middle_of(world.points[i]));
+            if (at.z > 0 && at.x >= 0 && at.x < 64 && at.y >= (masked ? 24 : 0) && at.y < 48 &&
+                slow_sees(world.mesh, world.eyes[0], middle_of(world.points[i]), world.points[i].face))
+                slow[i] = 1;
+        }
+        CHECK(none == slow);
+        const auto wide = painted_by_frame(2, 2);
+        for (std::uint32_t i = 0; i < slow.size(); ++i)
+        {
+            bool near = false;
+            for (std::uint32_t j = 0; j < slow.size() && !near; ++j)
+            {
+                const int across = static_cast<int>(world.points[i].cell % 128) - static_cast<int>(world.points[j].cell % 128);
+                const int down = static_cast<int>(world.points[i].cell / 128) - static_cast<int>(world.points[j].cell / 128);
+                near = slow[j] != 0 && std::max(std::abs(across), std::abs(down)) <= 2 &&
+                       world.points[i].chart == world.points[j].chart;
+            }
+            CHECK((wide[i] != 0) == near);
+        }
+    }
+}
+
+TEST_CASE("a witness is found for exactly the points that some place sees", "[frames.virtual]")
+{
+    const World world;
+    const auto all = first_numbers(world.points.size());
+    const auto found = witnesses(world.scene, world.points, world.places, all, testing::TestRun(2));
+    CHECK(found == witnesses(world.scene, world.points, world.places, all, testing::TestRun(1)));
+    std::size_t unseen = 0;
+    for (const std::uint32_t i : all)
+    {
+        const SurfacePoint& point = world.points[i];
+        const auto sees = [&](Vec3d place) { return slow_sees(world.mesh, place, middle_of(point), point.face); };
+        if (found[i] != nobody)
+            CHECK(sees(world.places[found[i]]));
+        else
+            CHECK(std::ranges::none_of(world.places, sees));
+        unseen += found[i] == nobody ? 1 : 0;
+    }
+    // The cupboard's floor, the room's below it, and the wall behind the wall, nothing else.
+    CHECK(static_cast<double>(unseen) == Approx(40.96 * (0.6 + 0.6 + 7.5)).epsilon(0.1));
+}
+
+TEST_CASE("planned cameras paint all that is wanted, or as much as asked for", "[frames.virtual]")
+{
+    const World world;
+    struct Outcome
+    {
+        ViewPlan plan;
+        std::size_t wanted;
+        bool all_painted;
+    };
+    const auto planned = [&](int gap, int threads, double share_left, std::size_t most_views)
+    {
+        Coverage coverage(world.scene, world.points, world.cells_px, gap);
+        testing::TestRun run(threads);
+        const double distance_m = add_frames(coverage, world.frames, run);
+        auto wanted = coverage.unpainted();
+        auto witness = witnesses(world.scene, world.points, world.places, wanted, run);
+        for (std::size_t i = 0; i < wanted.size(); ++i)
+            if (witness[i] == nobody)
+                wanted[i] = nobody;
+        std::erase(wanted, nobody);
+        std::erase(witness, nobody);
+        const PlanRules rules{.intrinsics = world.frames.frames[0].color.intrinsics,
+                              .upright = {{0, 0, 1}, 0},
+                              .distance_m = distance_m,
+                              .angle_weight = 1,
+                              .distance_weight = 1,
+                              .most_unpainted = static_cast<std::size_t>(share_left * static_cast<double>(wanted.size())),
+                              .most_views = most_views};
+        const auto plan = plan_views(coverage, world.places, wanted, witness, rules, run);
+        const bool all = std::ranges::all_of(wanted, [&](std::uint32_t point) { return coverage.painted(point); });
+        CHECK(plan.unpainted.size() <= wanted.size());
+        return Outcome{plan, wanted.size(), all};
+    };
+    const auto whole = planned(0, 1, 0, 1000);
+    CHECK(whole.all_painted);
+    CHECK(whole.plan.unpainted.empty());
+    // The room takes at least as many as it has sides.
+    CHECK(whole.plan.cameras.size() >= 6);
+    CHECK(whole.plan.cameras.size() < 60);
+    for (const Camera& camera : whole.plan.cameras)
+        CHECK(std::ranges::count(world.places, camera.world_from_camera.translation) == 1);
+    CHECK(planned(0, 3, 0, 1000).plan.cameras == whole.plan.cameras);
+
+    const auto spread = planned(1, 2, 0, 1000);
+    CHECK(spread.all_painted);
+    CHECK(spread.plan.cameras.size() <= whole.plan.cameras.size());
+
+    const auto half = planned(0, 2, 0.5, 1000);
+    CHECK(2 * half.plan.unpainted.size() <= half.wanted);
+    CHECK(half.plan.cameras.size() < whole.plan.cameras.size());
+    CHECK(half.plan.cameras.back() == whole.plan.cameras[half.plan.cameras.size() - 1]);
+    CHECK(planned(0, 2, 0, 3).plan.cameras.size() == 3);
+}
+
+TEST_CASE("cameras stand upright as the recorded ones do", "[frames.virtual]")
+{
+    const Intrinsics intrinsics{64, 48, 50, 50, 32, 24};
+    const auto check = [&](int turns, Vec3d up_in_camera)
+    {
+        for (const Vec3d forward : {Vec3d{1, 0, 0}, Vec3d{0.6, 0, -0.8}, Vec3d{0, 0, 1}})
+        {
+            const Camera camera = level_camera(intrinsics, {1, 2, 3}, forward, {{0, 0, 1}, turns});
+            CHECK(camera.world_from_camera.rotation_error() < 1e-9);
+            CHECK(length(camera.world_from_camera.direction({0, 0, 1}) - forward) < 1e-9);
+            CHECK(camera.world_from_camera.translation == Vec3d{1, 2, 3});
+            if (forward.z < 1)
+                CHECK(dot(camera.world_from_camera.direction(up_in_camera), {0, 0, 1}) ==
+                      Approx(std::hypot(forward.x, forward.y)));
+            Frames frames;
+            frames.frames.emplace_back().color = camera;
+            if (forward.z < 1)
+                CHECK(upright_of(frames, {0, 0, 1}).quarter_turns == turns);
+        }
+    };
+    check(0, {0, -1, 0});
+    check(1, {-1, 0, 0});
+    check(2, {0, 1, 0});
+    check(3, {1, 0, 0});
+}

@@ -1,0 +1,221 @@
+#include "view_plan.h"
+
+#include "free_space.h"
+
+#include <fresco/numerics/greedy_cover.h>
+#include <fresco/parallel.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <numbers>
+#include <numeric>
+#include <utility>
+
+namespace fresco::virtual_views
+{
+namespace
+{
+
+using numerics::SeenCell;
+using Numbers = std::vector<std::uint32_t>;
+
+/// What one round looks at: so many points, from as many places as the rays allow.
+constexpr std::size_t most_points = 16'384;
+constexpr std::size_t most_rays = 4'000'000;
+constexpr std::size_t least_places = 64;
+/// A round keeps the cameras that paint so much of what it looks at: the next one knows better what the rest needs.
+constexpr double share_of_a_round = 0.8;
+/// So few points are left to no other round.
+constexpr std::size_t few_points = 256;
+
+/// Some of `all`, evenly spread.
+Numbers some_of(const Numbers& all, std::size_t most)
+{
+    if (all.size() <= most)
+        return all;
+    Numbers result;
+    for (const std::size_t i : numerics::evenly_spread(most, all.size()))
+        result.push_back(all[i]);
+    return result;
+}
+
+void sort_unique(Numbers& numbers)
+{
+    std::ranges::sort(numbers);
+    numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
+}
+
+/// So many that every ray has one within about half the smaller angle of view.
+std::size_t direction_count(const Intrinsics& intrinsics)
+{
+    const double half =
+        std::min(std::atan(intrinsics.width / (2 * intrinsics.fx)), std::atan(intrinsics.height / (2 * intrinsics.fy)));
+    return static_cast<std::size_t>(std::clamp(4 * std::numbers::pi / (half * half), 32.0, 1024.0));
+}
+
+/// No picture shows more than this cosine away from where its camera looks.
+double least_cosine(const Intrinsics& intrinsics)
+{
+    double least = 1;
+    for (const int x : {0, intrinsics.width})
+        for (const int y : {0, intrinsics.height})
+            least = std::min(least, 1 / length(Camera{intrinsics, {}}.ray(x, y)));
+    return least;
+}
+
+class Planner
+{
+  public:
+    Planner(Coverage& coverage, std::span<const Vec3d> places, const PlanRules& rules, Progress& progress)
+        : coverage_(coverage), points_(coverage.points()), places_(places), rules_(rules), progress_(progress),
+          looks_(directions(direction_count(rules.intrinsics))), least_cosine_(least_cosine(rules.intrinsics)),
+          witness_of_(points_.size(), nobody)
+    {
+    }
+
+    ViewPlan operator()(Numbers wanted, const Numbers& witness)
+    {
+        for (std::size_t i = 0; i < wanted.size(); ++i)
+            witness_of_[wanted[i]] = witness[i];
+        const auto all = static_cast<double>(wanted.size());
+        ViewPlan plan{{}, std::move(wanted)};
+        const auto done = [&]
+        { return plan.unpainted.size() <= rules_.most_unpainted || plan.cameras.size() == rules_.most_views; };
+        while (!done())
+            for (const Camera& camera : round(some_of(plan.unpainted, most_points)))
+            {
+                if (done())
+                    break;
+                if (coverage_.add(camera, {}, progress_).empty())
+                    continue;
+                plan.cameras.push_back(camera);
+                std::erase_if(plan.unpainted, [&](std::uint32_t point) { return coverage_.painted(point); });
+                progress_.progress(all - static_cast<double>(plan.unpainted.size()), all, "cells");
+            }
+        return plan;
+    }
+
+  private:
+    /// Cameras that see most of the points.
+    std::vector<Camera> round(const Numbers& looked_at) const
+    {
+        const Numbers stands = stands_for(looked_at);
+        std::vector<std::vector<SeenCell>> views(stands.size() * looks_.size());
+        parallel_for(stands.size(), 1, progress_.threads(),
+                     [&](std::size_t begin, std::size_t end)
+                     {
+                         progress_.check_canceled();
+                         for (std::size_t i = begin; i < end; ++i)
+                             look_around(places_[stands[i]], looked_at, &views[i * looks_.size()]);
+                     });
+        const auto order = numerics::greedy_order(views, looked_at.size(), progress_);
+        const double share = looked_at.size() <= few_points ? 1 : share_of_a_round;
+        const std::size_t picks = numerics::picks_needed(order, share, order.size());
+        std::vector<Camera> cameras;
+        for (std::size_t i = 0; i < picks; ++i)
+            cameras.push_back(camera_at(places_[stands[order[i].frame / looks_.size()]], order[i].frame % looks_.size()));
+        return cameras;
+    }
+
+    /// Half of them witnesses of the points, half of them any.
+    Numbers stands_for(const Numbers& looked_at) const
+    {
+        const std::size_t most = std::max(least_places, most_rays / looked_at.size());
+        Numbers seeing;
+        std::ranges::transform(looked_at, std::back_inserter(seeing), [&](std::uint32_t point) { return witness_of_[point]; });
+        sort_unique(seeing);
+        Numbers any(places_.size());
+        std::iota(any.begin(), any.end(), 0U);
+        Numbers stands = some_of(seeing, most / 2);
+        const Numbers more = some_of(any, most / 2);
+        stands.insert(stands.end(), more.begin(), more.end());
+        sort_unique(stands);
+        return stands;
+    }
+
+    Camera camera_at(Vec3d eye, std::size_t look) const
+    {
+        return level_camera(rules_.intrinsics, eye, looks_[look], rules_.upright);
+    }
+
+    /// What each direction shows from one place; cells are numbers into `looked_at`.
+    void look_around(Vec3d eye, const Numbers& looked_at, std::vector<SeenCell>* views) const
+    {
+        std::vector<Camera> cameras;
+        for (std::size_t i = 0; i < looks_.size(); ++i)
+            cameras.push_back(camera_at(eye, i));
+        // Both ascend.
+        std::uint32_t cell = 0;
+        for (const std::uint32_t point : visible_points(coverage_.scene(), points_, eye, looked_at))
+        {
+            while (looked_at[cell] != point)
+                ++cell;
+            const std::uint32_t worth = worth_of(points_[point], eye);
+            const Vec3d toward = normalized(vec_cast<double>(points_[point].position) - eye);
+            for (std::size_t i = 0; i < looks_.size(); ++i)
+                if (dot(looks_[i], toward) >= least_cosine_ && in_picture(cameras[i], {}, points_[point].position))
+                    views[i].emplace_back(cell, worth);
+        }
+    }
+
+    /// 1 … SeenCell::best_worth
+    std::uint32_t worth_of(const SurfacePoint& point, Vec3d eye) const
+    {
+        const Vec3d toward = eye - vec_cast<double>(point.position);
+        const double distance = length(toward);
+        const double cosine = dot(vec_cast<double>(point.normal), toward) / distance;
+        const double nearness = std::min(distance / rules_.distance_m, rules_.distance_m / distance);
+        const double worth = (1 + rules_.angle_weight * cosine + rules_.distance_weight * nearness) /
+                             (1 + rules_.angle_weight + rules_.distance_weight);
+        return static_cast<std::uint32_t>(std::lround(1 + worth * (SeenCell::best_worth - 1)));
+    }
+
+    Coverage& coverage_;
+    std::span<const SurfacePoint> points_;
+    std::span<const Vec3d> places_;
+    const PlanRules& rules_;
+    Progress& progress_;
+    std::vector<Vec3d> looks_;
+    double least_cosine_;
+    Numbers witness_of_;  ///< Per point.
+};
+
+}  // namespace
+
+Upright upright_of(const Frames& frames, Vec3d up)
+{
+    double along_x = 0;
+    double along_y = 0;
+    for (const Frame& frame : frames.frames)
+    {
+        const Vec3d in_camera = transposed(frame.color.world_from_camera.rotation) * up;
+        along_x += in_camera.x;
+        along_y += in_camera.y;
+    }
+    if (std::abs(along_y) >= std::abs(along_x))
+        return {up, along_y <= 0 ? 0 : 2};
+    return {up, along_x <= 0 ? 1 : 3};
+}
+
+Camera level_camera(const Intrinsics& intrinsics, Vec3d eye, Vec3d forward, const Upright& upright)
+{
+    Vec3d right = cross(forward, upright.up);
+    if (length(right) < 1e-6)
+        right = cross(forward, std::abs(forward.x) < 0.5 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0});
+    right = normalized(right);
+    Vec3d down = cross(forward, right);
+    for (int turn = 0; turn < upright.quarter_turns; ++turn)
+        right = std::exchange(down, -right);
+    Camera camera{intrinsics, {}};
+    camera.world_from_camera = {{{right.x, down.x, forward.x, right.y, down.y, forward.y, right.z, down.z, forward.z}}, eye};
+    return camera;
+}
+
+ViewPlan plan_views(Coverage& coverage, std::span<const Vec3d> places, std::vector<std::uint32_t> wanted,
+                    const std::vector<std::uint32_t>& witness, const PlanRules& rules, Progress& progress)
+{
+    return Planner(coverage, places, rules, progress)(std::move(wanted), witness);
+}
+
+}  // namespace fresco::virtual_views

@@ -41,7 +41,8 @@ constexpr Wanted seams_wanted{-infinity, 1.25};
 constexpr Wanted picture_used_wanted{0.4, infinity};
 constexpr Wanted largest_share_wanted{-infinity, 0.05};
 constexpr double stroke_tolerance = 0.15;
-constexpr Wanted size_by_distance_wanted{-0.1, 0.1};
+constexpr double most_size_by_distance = 0.1;
+constexpr double least_independent_places = 100;
 
 class EvaluatePainting final : public Stage
 {
@@ -231,10 +232,29 @@ class EvaluatePainting final : public Stage
                 fmt::format("the surface has only {} flat places as wide as five strokes of {} cm on one chart: the size of "
                             "strokes is not measured",
                             size.swatches, digits(*stroke_cm)));
-        if (uvmaps.has_value())
-            result.emplace_back("swatches_captured", size.captured);
-        if (std::isfinite(size.by_distance))
-            found.push_back({"size_by_distance", size.by_distance, std::nullopt, size_by_distance_wanted});
+        if (std::isfinite(size.by_distance.correlation))
+            measure_size_by_distance(size.by_distance, found, result, run);
+    }
+
+    /// Chance alone can take the correlation to twice its standard error: only beyond that is a larger one known to be too large.
+    static void measure_size_by_distance(const SizeByDistance& measured, std::vector<Figure>& found, Value::Map& result,
+                                         RunContext& run)
+    {
+        result.emplace_back("swatches_captured", measured.places);
+        result.emplace_back("size_by_distance", measured.correlation);
+        result.emplace_back("size_by_distance_error", measured.standard_error);
+        result.emplace_back("independent_places", measured.independent_places());
+        const std::string text =
+            fmt::format("size_by_distance {} with a standard error of {} ({:.0f} independent places)",
+                        digits(measured.correlation), digits(measured.standard_error), measured.independent_places());
+        const double high = most_size_by_distance + 2 * measured.standard_error;
+        const bool too_few = measured.independent_places() < least_independent_places;
+        run.message(text + (too_few ? fmt::format(": small correlations are not told from chance below {:g}; measure narrower "
+                                                  "strokes or a larger room",
+                                                  least_independent_places)
+                                    : ""));
+        if (!too_few || std::abs(measured.correlation) > high)
+            found.push_back({"size_by_distance", measured.correlation, std::nullopt, {-high, high}});
     }
 
     void run(RunContext& run) override

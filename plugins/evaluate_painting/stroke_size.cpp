@@ -1,7 +1,6 @@
 #include "stroke_size.h"
 
 #include <fresco/error.h>
-#include <fresco/evaluation/statistics.h>
 #include <fresco/images/stroke_width.h>
 #include <fresco/parallel.h>
 
@@ -34,6 +33,20 @@ using Line = std::array<std::complex<double>, swatch_side>;
 /// Energy by frequency, a bin per 1 / bins_per_cycle of a cycle along a swatch's side.
 using Spectrum = std::array<double, spectrum_bins>;
 
+/// exp(-i pi k / half) at half + k, for half = 1, 2, 4 …
+const Line& turns()
+{
+    static const Line values = []
+    {
+        Line table{};
+        for (std::size_t half = 1; half < swatch_side; half *= 2)
+            for (std::size_t k = 0; k < half; ++k)
+                table[half + k] = std::polar(1.0, -std::numbers::pi * static_cast<double>(k) / static_cast<double>(half));
+        return table;
+    }();
+    return values;
+}
+
 /// Discrete Fourier transform, in place: radix 2, by decimation in time.
 void transform(Line& line)
 {
@@ -48,15 +61,12 @@ void transform(Line& line)
     }
     for (std::size_t half = 1; half < swatch_side; half *= 2)
         for (std::size_t k = 0; k < half; ++k)
-        {
-            const auto turn = std::polar(1.0, -std::numbers::pi * static_cast<double>(k) / static_cast<double>(half));
             for (std::size_t i = k; i < swatch_side; i += 2 * half)
             {
-                const std::complex<double> odd = line[i + half] * turn;
+                const std::complex<double> odd = line[i + half] * turns()[half + k];
                 line[i + half] = line[i] - odd;
                 line[i] += odd;
             }
-        }
 }
 
 /// L* less its mean and slopes, faded out toward the border.
@@ -199,36 +209,37 @@ RasterF capture_distances(const UvMaps& uvmaps, int cells_px, const Progress& pr
 StrokeSize stroke_size(const TexturedMesh& painting, const Raster8& style, double stroke_cm, const UvMaps* uvmaps,
                        const Progress& progress)
 {
-    const double picture_width = half_width(picture_swatches(style, strokes_per_side * stroke_width_px(style, progress)));
+    const std::vector<Swatch> in_picture = picture_swatches(style, strokes_per_side * stroke_width_px(style, progress));
+    const std::vector<Spectrum> picture_spectra = spectra_of(in_picture);
+    const double picture_width = half_width(sum_of(picture_spectra));
     if (std::isnan(picture_width))
         throw Error(fmt::format("the picture on port 'style' is {} x {}: smaller than {:g} of its strokes, or of one color, so "
                                 "that there is no size to compare with; use a larger one",
                                 style.width, style.height, strokes_per_side));
-    const std::vector<Swatch> swatches =
-        surface_swatches(painting.mesh, painting.image.pixels, strokes_per_side * stroke_cm / 100, progress);
+    const double side_m = strokes_per_side * stroke_cm / 100;
+    const std::vector<Swatch> swatches = surface_swatches(painting.mesh, painting.image.pixels, side_m, progress);
     const std::vector<Spectrum> spectra = spectra_of(swatches);
-    StrokeSize result{not_measured, not_measured, swatches.size(), 0};
+    StrokeSize result{not_measured, {}, swatches.size()};
     if (swatches.size() < least_swatches)
         return result;
     result.stroke_cm = stroke_cm * half_width(sum_of(spectra)) / picture_width;
     if (uvmaps == nullptr)
         return result;
 
+    std::vector<ColoredSize> picture_sizes;
+    for (std::size_t i = 0; i < in_picture.size(); ++i)
+        if (const double size = half_width(picture_spectra[i]); !std::isnan(size))
+            picture_sizes.push_back({in_picture[i].color, std::log(size)});
     const RasterF distances = capture_distances(*uvmaps, distance_cells, progress);
-    std::vector<double> sizes;
-    std::vector<double> captured;
+    std::vector<PlacedSize> sizes;
     for (std::size_t i = 0; i < swatches.size(); ++i)
     {
         const auto cell = [](float at) { return std::min(static_cast<int>(at * distance_cells), distance_cells - 1); };
         const float distance = distances.at(cell(swatches[i].texcoord.x), cell(swatches[i].texcoord.y));
         const double size = half_width(spectra[i]);
-        if (distance <= 0 || std::isnan(size))
-            continue;
-        sizes.push_back(std::log(size));
-        captured.push_back(double{distance});
+        if (distance > 0 && !std::isnan(size))
+            sizes.push_back({swatches[i].point, double{distance}, {swatches[i].color, std::log(size)}});
     }
-    result.captured = sizes.size();
-    if (sizes.size() >= least_swatches)
-        result.by_distance = evaluation::pearson(sizes, captured);
+    result.by_distance = size_by_distance(sizes, picture_sizes, side_m);
     return result;
 }

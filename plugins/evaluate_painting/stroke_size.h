@@ -1,10 +1,11 @@
 #pragma once
 
+#include "size_by_distance.h"
 #include "swatches.h"
 
 #include <fresco/image.h>
-#include <fresco/mesh.h>
 #include <fresco/progress.h>
+#include <fresco/texture.h>
 #include <fresco/uv_maps.h>
 
 #include <cstddef>
@@ -14,10 +15,8 @@
 struct StrokeSize
 {
     double stroke_cm = 0;  ///< Of all swatches together; NaN for fewer than four.
-    /// Pearson's correlation of each swatch's size (its logarithm) with the distance it was captured from; NaN without uv maps.
-    double by_distance = 0;
+    SizeByDistance by_distance;
     std::size_t swatches = 0;
-    std::size_t captured = 0;  ///< Those that a camera saw.
 };
 
 /// Compares a painting with its picture, as far as both are seen in squares five strokes wide, `stroke_cm` being the width that

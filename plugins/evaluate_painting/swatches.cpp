@@ -23,6 +23,12 @@ constexpr double unevenness = 0.05;    // Of the side.
 constexpr double fitted_share = 0.75;  // Of the texels around that must be the chart's.
 constexpr std::size_t rows_per_piece = 64;
 
+Vec3f lab_at(const Raster8& rgb, std::size_t pixel)
+{
+    const auto value = [&](std::size_t c) { return static_cast<float>(rgb.values[3 * pixel + c]) / 255; };
+    return lab_from_rgb({value(0), value(1), value(2)});
+}
+
 RasterF light_of(const Raster8& rgb, const Progress& progress)
 {
     RasterF light(rgb.width, rgb.height);
@@ -31,10 +37,7 @@ RasterF light_of(const Raster8& rgb, const Progress& progress)
                  {
                      const auto width = static_cast<std::size_t>(rgb.width);
                      for (std::size_t i = begin * width; i < end * width; ++i)
-                     {
-                         const auto value = [&](std::size_t c) { return static_cast<float>(rgb.values[3 * i + c]) / 255; };
-                         light.values[i] = lab_from_rgb({value(0), value(1), value(2)}).x;
-                     }
+                         light.values[i] = lab_at(rgb, i).x;
                  });
     return light;
 }
@@ -82,11 +85,27 @@ RasterF cut(const RasterF& light, Vec2d middle, const Axes& steps)
     return result;
 }
 
+/// L*a*b*, the mean of single pixels all over the square that `cut` takes.
+Vec3f mean_color(const Raster8& rgb, Vec2d middle, const Axes& steps)
+{
+    constexpr int points = 8;  // Along a side.
+    Vec3f sum;
+    for (int j = 0; j < points; ++j)
+        for (int i = 0; i < points; ++i)
+        {
+            const auto samples = [](int at) { return ((at + 0.5) / points - 0.5) * Swatch::samples; };
+            const Vec2d p = middle + steps.right * samples(i) + steps.down * samples(j);
+            const auto pixel = [](double at, int size) { return static_cast<std::size_t>(std::clamp(at, 0.0, size - 1.0)); };
+            sum += lab_at(rgb, pixel(p.y, rgb.height) * static_cast<std::size_t>(rgb.width) + pixel(p.x, rgb.width));
+        }
+    return sum * (1.0F / (points * points));
+}
+
 class SurfaceCutter
 {
   public:
     SurfaceCutter(const Mesh& mesh, const Raster8& picture, double side_m, const Progress& progress)
-        : mesh_(mesh), side_m_(side_m), charts_(texturing::find_charts(mesh)),
+        : mesh_(mesh), picture_(picture), side_m_(side_m), charts_(texturing::find_charts(mesh)),
           faces_(texturing::find_texel_faces(mesh, charts_, picture.width, progress)), light_(light_of(picture, progress))
     {
         double area = 0;
@@ -234,12 +253,15 @@ class SurfaceCutter
                     return std::nullopt;
             }
         return Swatch{cut(light_, middle, *steps),
-                      {static_cast<float>(middle.x / faces_.size), static_cast<float>(1 - middle.y / faces_.size)}};
+                      mean_color(picture_, middle, *steps),
+                      {static_cast<float>(middle.x / faces_.size), static_cast<float>(1 - middle.y / faces_.size)},
+                      texturing::texel_position(mesh_, faces_, texel)};
     }
 
     using TexelFaces = texturing::TexelFaces;
 
     const Mesh& mesh_;
+    const Raster8& picture_;
     double side_m_;
     double texel_m_ = 0;
     texturing::Charts charts_;
@@ -266,7 +288,8 @@ std::vector<Swatch> picture_swatches(const Raster8& rgb, double side_px)
     {
         const double x = side_px / 2 + random.uniform() * (rgb.width - side_px);
         const double y = side_px / 2 + random.uniform() * (rgb.height - side_px);
-        result.push_back({cut(light, {x, y}, {{step, 0}, {0, step}}), {}});
+        const Axes steps{{step, 0}, {0, step}};
+        result.push_back({cut(light, {x, y}, steps), mean_color(rgb, {x, y}, steps), {}, {}});
     }
     return result;
 }

@@ -14,7 +14,9 @@ struct Swatch
     static constexpr int samples = 64;  ///< Along a side.
 
     fresco::RasterF light;   ///< L*, each sample the mean of its own area.
+    fresco::Vec3f color;     ///< L*a*b*, the mean of points all over it.
     fresco::Vec2f texcoord;  ///< Of its middle on the surface.
+    fresco::Vec3f point;     ///< The same in meters.
 };
 
 /// At most this many swatches are cut.

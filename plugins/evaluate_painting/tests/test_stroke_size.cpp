@@ -1,8 +1,11 @@
 #include "pictures.h"
+#include "stored_png.h"
 #include "stroke_size.h"
 #include "two_chart_wall.h"
 
 #include <fresco/error.h>
+#include <fresco/files.h>
+#include <fresco/files_io.h>
 #include <fresco/images/stroke_width.h>
 #include <fresco/testing.h>
 #include <fresco/texturing/charts.h>
@@ -10,6 +13,7 @@
 
 #include <catch2/catch.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <numbers>
@@ -117,7 +121,7 @@ TEST_CASE("stripes have the width that they were drawn with, on any chart and at
         const StrokeSize size = stroke_size(wall, stripes(), stroke_cm, nullptr, progress);
         CHECK(size.swatches > 100);
         CHECK(size.stroke_cm == Approx(stroke_cm).epsilon(0.04));
-        CHECK(std::isnan(size.by_distance));
+        CHECK(std::isnan(size.by_distance.correlation));
         if (stroke_cm != 6)
             continue;
         // Another size than was asked for is found out.
@@ -159,11 +163,50 @@ TEST_CASE("strokes that grow with the distance from the cameras are told from eq
     CHECK(distances.at(2, 20) == Approx(1.03).margin(0.05));
     CHECK(distances.at(63, 63) == 0);
     const StrokeSize equal = stroke_size(striped(512, [](Vec3f) { return 4; }), stripes(), 4, &*maps, progress);
-    CHECK(equal.captured > 100);
-    CHECK(std::abs(equal.by_distance) < 0.1);
+    CHECK(equal.by_distance.places > 100);
+    CHECK(std::abs(equal.by_distance.correlation) < 0.1);
     const StrokeSize grown =
         stroke_size(striped(512, [&](Vec3f p) { return p.x < 1 ? 3.4 : 4.6; }), stripes(), 4, &*maps, progress);
-    CHECK(grown.by_distance > 0.7);
+    CHECK(grown.by_distance.correlation > 0.7);
+    CHECK(grown.by_distance.correlation > 3 * grown.by_distance.standard_error);
+}
+
+TEST_CASE("the stage judges growth by its standard error, and no growth only where there are enough places")
+{
+    const testing::TemporaryFolder folder;
+    const auto maps = seen_from(folder.path(), [](Vec3f p) { return 1 + p.x; });
+    const auto judged = [&](double narrow_cm, double broad_cm, testing::TestRun& run)
+    {
+        testing::TemporaryFolder out;
+        const auto wall = [&](Vec3f p) { return p.x < 1 ? narrow_cm : broad_cm; };
+        testing::run_stage(FRESCO_PLUGIN_FILE, "evaluate.painting", Value::Map{{"stroke_cm", (narrow_cm + broad_cm) / 2}},
+                           {{"textured_mesh", std::make_shared<TexturedMesh>(striped(512, wall))},
+                            {"style", std::make_shared<Image>(stripes())},
+                            {"uvmaps", maps}},
+                           out.path(), run, {{"images", std::make_shared<stored_png::Codec>()}});
+        const auto files = Files::load({out.path() / "figures", out.path()});
+        return parse_json(read_text_file(files->loaded_from / files->names[0]));
+    };
+    testing::TestRun run;
+    const Value grown = judged(2.2, 2.8, run);
+    const Value of_few = judged(5.2, 6.8, run);
+    CHECK(of_few.at("independent_places").as_double() < 100);
+    CHECK_FALSE(of_few.at("figures").at("size_by_distance").at("reached").as_bool());
+    const Value& figure = grown.at("figures").at("size_by_distance");
+    const double error = grown.at("size_by_distance_error").as_double();
+    CHECK(error < 0.1);
+    CHECK(figure.at("at_most").as_double() == Approx(0.1 + 2 * error));
+    CHECK(figure.at("at_least").as_double() == Approx(-0.1 - 2 * error));
+    CHECK_FALSE(figure.at("reached").as_bool());
+    CHECK(grown.at("independent_places").as_double() == Approx(1 + 1 / (error * error)));
+    CHECK(judged(2.5, 2.5, run).at("figures").at("size_by_distance").at("reached").as_bool());
+    const Value wide = judged(13, 13, run);
+    CHECK(wide.at("figures").find("size_by_distance") == nullptr);
+    CHECK(std::isfinite(wide.at("size_by_distance").as_double()));
+    CHECK(wide.at("independent_places").as_double() < 100);
+    CHECK(run.messages.end() !=
+          std::ranges::find_if(run.messages, [](const std::string& line)
+                               { return line.find("small correlations are not told from chance below 100") != line.npos; }));
 }
 
 TEST_CASE("sizes that cannot be measured are not")

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <utility>
 #include <vector>
 
@@ -115,9 +116,10 @@ class Difference
         return average;
     }
 
-    /// Adds the mean to the texels of one row of `result`.
-    void add_mean(std::size_t row, SurfaceAverage::Lookup& mean, RasterF& result) const
+    /// The mean at the texels of one row, S x 3; 0 outside the faces.
+    void mean_of_row(std::size_t row, SurfaceAverage::Lookup& mean, std::vector<float>& result) const
     {
+        std::ranges::fill(result, 0.0F);
         const auto size = static_cast<std::size_t>(faces_.size);
         const std::size_t end = (row + 1) * size;
         for (std::size_t texel = row * size; texel < end;)
@@ -127,7 +129,7 @@ class Difference
             while (texel < end && faces_.face[texel] == face)
                 ++texel;
             if (face != TexelFaces::none)
-                add_mean(first, texel, mean, result);
+                mean_of(first, texel, mean, &result[3 * (first - row * size)]);
         }
     }
 
@@ -137,8 +139,8 @@ class Difference
         Vec3f point, normal;
     };
 
-    /// Of the texels first … end - 1, all of one row and one face.
-    void add_mean(std::size_t first, std::size_t end, SurfaceAverage::Lookup& mean, RasterF& result) const
+    /// At the texels first … end - 1, all of one row and one face.
+    void mean_of(std::size_t first, std::size_t end, SurfaceAverage::Lookup& mean, float* result) const
     {
         const FaceRow row(mesh_, faces_, first);
         const Triangle& corners = mesh_.triangles[faces_.face[first]];
@@ -152,17 +154,17 @@ class Difference
             }
             return sum;
         };
-        const auto add = [&](std::size_t texel, const Place& at)
+        const auto look_up = [&](std::size_t texel, const Place& at)
         {
             const Vec3f color = mean.at(at.point, at.normal, difference(texel));
-            result.values[3 * texel] += color.x;
-            result.values[3 * texel + 1] += color.y;
-            result.values[3 * texel + 2] += color.z;
+            *result++ = color.x;
+            *result++ = color.y;
+            *result++ = color.z;
         };
         if (!row.holds(end - first))
         {
             for (std::size_t texel = first; texel < end; ++texel)
-                add(texel, weighted(row.at(texel - first)));
+                look_up(texel, weighted(row.at(texel - first)));
             return;
         }
         const Place begin = weighted(row.at(0));
@@ -170,7 +172,7 @@ class Difference
         for (std::size_t texel = first; texel < end; ++texel)
         {
             const auto on = static_cast<float>(texel - first);
-            add(texel, {begin.point + step.point * on, begin.normal + step.normal * on});
+            look_up(texel, {begin.point + step.point * on, begin.normal + step.normal * on});
         }
     }
 
@@ -225,46 +227,105 @@ class Difference
     std::vector<Vec3f> normals_;
 };
 
+void to_steps(const float* values, std::size_t count, std::uint8_t* steps)
+{
+    for (std::size_t i = 0; i < count; ++i)
+        steps[i] = static_cast<std::uint8_t>(static_cast<int>(std::clamp(values[i], 0.0F, 1.0F) * 255.0F + 0.5F));
+}
+
+/// Sums of the distances of a row.
+struct Distances
+{
+    double photo = 0;
+    double painted = 0;
+};
+
+class RowMixer
+{
+  public:
+    RowMixer(const RasterF& photo, const RasterF& painted, const TexelFaces& faces, MixShares shares, Mix& result)
+        : photo_(photo), painted_(painted), faces_(faces), color_(static_cast<float>(shares.color)),
+          strokes_(static_cast<float>(shares.strokes)), is_photo_(shares.color == 0 && shares.strokes == 0),
+          is_painted_(shares.color == 1 && shares.strokes == 1), result_(result)
+    {
+    }
+
+    /// `colors`: the mean on the way in, and of the photo with the mean on the way out.
+    Distances mix(std::size_t row, std::vector<float>& colors) const
+    {
+        const std::size_t count = colors.size();
+        const std::size_t first = row * count;
+        const float* const photo = &photo_.values[first];
+        const float* const painted = &painted_.values[first];
+        float* const tones = colors.data();
+        float* const mixed = &result_.rgb.values[first];
+        for (std::size_t i = 0; i < count; ++i)
+            tones[i] += photo[i];
+        if (is_photo_ || is_painted_)
+            std::copy_n(is_photo_ ? photo : painted, count, mixed);
+        else
+            for (std::size_t i = 0; i < count; ++i)
+                mixed[i] = std::clamp(photo[i] + color_ * (tones[i] - photo[i]) + strokes_ * (painted[i] - tones[i]), 0.0F, 1.0F);
+        to_steps(photo, count, &result_.photo.values[first]);
+        to_steps(tones, count, &result_.colors.values[first]);
+        to_steps(painted, count, &result_.painted.values[first]);
+        Distances sum;
+        for (std::size_t i = 0; i < count; i += 3)
+        {
+            const float inside = faces_.inside[(first + i) / 3];
+            const auto apart = [&](const float* other)
+            {
+                return inside * (std::abs(mixed[i] - other[i]) + std::abs(mixed[i + 1] - other[i + 1]) +
+                                 std::abs(mixed[i + 2] - other[i + 2]));
+            };
+            sum.photo += double{apart(photo)};
+            sum.painted += double{apart(painted)};
+        }
+        return sum;
+    }
+
+  private:
+    const RasterF& photo_;
+    const RasterF& painted_;
+    const TexelFaces& faces_;
+    float color_;
+    float strokes_;
+    bool is_photo_;
+    bool is_painted_;
+    Mix& result_;
+};
+
 }  // namespace
 
-RasterF recolored(const RasterF& photo, const RasterF& painted, const Mesh& mesh, const TexelFaces& faces, double split_m,
-                  const Progress& progress)
+Mix mix(const RasterF& photo, const RasterF& painted, const Mesh& mesh, const TexelFaces& faces, double split_m, MixShares shares,
+        const Progress& progress)
 {
     const Difference difference(photo, painted, mesh, faces);
     const SurfaceAverage average = difference.averaged(split_m, progress);
-    RasterF result = photo;
+    const auto size = static_cast<std::size_t>(faces.size);
+    const auto steps = [&] { return Raster8(faces.size, faces.size, 3); };
+    Mix result{RasterF(faces.size, faces.size, 3), steps(), steps(), steps()};
+    const RowMixer mixer(photo, painted, faces, shares, result);
+    std::vector<Distances> sums(size);
     constexpr std::size_t rows_per_block = 16;
-    parallel_for(static_cast<std::size_t>(faces.size), rows_per_block, progress.threads(),
+    parallel_for(size, rows_per_block, progress.threads(),
                  [&](std::size_t begin, std::size_t end)
                  {
                      progress.check_canceled();
-                     SurfaceAverage::Lookup mean(average);
+                     SurfaceAverage::Lookup lookup(average);
+                     std::vector<float> colors(3 * size);
                      for (std::size_t row = begin; row < end; ++row)
-                         difference.add_mean(row, mean, result);
-                 });
-    return result;
-}
-
-RasterF mix(const RasterF& photo, const RasterF& colors, const RasterF& painted, double color, double strokes,
-            const Progress& progress)
-{
-    if (color == 0 && strokes == 0)
-        return photo;
-    if (color == 1 && strokes == 1)
-        return painted;
-    const auto c = static_cast<float>(color);
-    const auto s = static_cast<float>(strokes);
-    RasterF result = photo;
-    constexpr std::size_t values_per_block = std::size_t{1} << 18U;
-    parallel_for(result.values.size(), values_per_block, progress.threads(),
-                 [&](std::size_t begin, std::size_t end)
-                 {
-                     for (std::size_t i = begin; i < end; ++i)
                      {
-                         const float tone = colors.values[i];
-                         result.values[i] = std::clamp(
-                             result.values[i] + c * (tone - result.values[i]) + s * (painted.values[i] - tone), 0.0F, 1.0F);
+                         difference.mean_of_row(row, lookup, colors);
+                         sums[row] = mixer.mix(row, colors);
                      }
                  });
+    const auto texels = std::count(faces.inside.begin(), faces.inside.end(), std::uint8_t{1});
+    const double scale = texels == 0 ? 0 : 255 / (3.0 * static_cast<double>(texels));
+    for (const Distances& sum : sums)
+    {
+        result.from_photo += scale * sum.photo;
+        result.from_painted += scale * sum.painted;
+    }
     return result;
 }

@@ -5,13 +5,28 @@
 #include <fresco/progress.h>
 #include <fresco/texturing/texel_faces.h>
 
-/// The photo in the painting's colors, without its strokes: photo + mean(painted - photo), by the mean of SurfaceAverage over
-/// waves longer than `split_m`. Pictures are S x S x 3, of texels outside `faces` the photo's; values may leave [0,1]. The mesh
-/// must have passed check_mesh and have texcoords. Equal for any number of threads. Throws Error, Canceled.
-fresco::RasterF recolored(const fresco::RasterF& photo, const fresco::RasterF& painted, const fresco::Mesh& mesh,
-                          const fresco::texturing::TexelFaces& faces, double split_m, const fresco::Progress& progress);
+/// Shares of the painting, 0 to 1.
+struct MixShares
+{
+    double color = 1;
+    double strokes = 1;
+};
 
-/// photo + color (colors - photo) + strokes (painted - colors), clamped to [0,1]: a Laplacian pyramid of two bands, each with a
-/// share of the painting. Equal to `photo` where both shares are 0 and to `painted` where both are 1. The pictures have one size.
-fresco::RasterF mix(const fresco::RasterF& photo, const fresco::RasterF& colors, const fresco::RasterF& painted, double color,
-                    double strokes, const fresco::Progress& progress);
+struct Mix
+{
+    fresco::RasterF rgb;    ///< In [0,1].
+    fresco::Raster8 photo;  ///< The inputs in steps of 1/255, and the photo in the painting's colors, without its strokes.
+    fresco::Raster8 colors;
+    fresco::Raster8 painted;
+    /// Mean difference of the channels over the charts' own texels, in steps of 1/255.
+    double from_photo = 0;
+    double from_painted = 0;
+};
+
+/// photo + color (colors - photo) + strokes (painted - colors), clamped to [0,1], with colors = photo + mean(painted - photo) by
+/// the mean of SurfaceAverage over waves longer than `split_m`: a Laplacian pyramid of two bands, each with a share of the
+/// painting. Equal to `photo` where both shares are 0 and to `painted` where both are 1. Pictures are S x S x 3; outside `faces`
+/// the mean is 0. The mesh must have passed check_mesh and have texcoords. Equal for any number of threads. Throws Error,
+/// Canceled.
+Mix mix(const fresco::RasterF& photo, const fresco::RasterF& painted, const fresco::Mesh& mesh,
+        const fresco::texturing::TexelFaces& faces, double split_m, MixShares shares, const fresco::Progress& progress);

@@ -1,5 +1,4 @@
 #include <fresco/mesh.h>
-#include <fresco/parallel.h>
 #include <fresco/stage.h>
 #include <fresco/texture.h>
 #include <fresco/texturing/charts.h>
@@ -12,37 +11,15 @@
 #include "mix.h"
 #include "mixture.h"
 
-#include <algorithm>
 #include <array>
-#include <cmath>
 #include <fmt/format.h>
-#include <numeric>
 #include <utility>
-#include <vector>
 
 using namespace fresco;
 using namespace fresco::texturing;
 
 namespace
 {
-
-/// Mean difference of the channels over the charts' own texels, in steps of 1/255.
-double distance(const RasterF& a, const RasterF& b, const TexelFaces& faces, const Progress& progress)
-{
-    const auto size = static_cast<std::size_t>(faces.size);
-    std::vector<double> row_sums(size);
-    constexpr std::size_t rows_per_block = 16;
-    parallel_for(size, rows_per_block, progress.threads(),
-                 [&](std::size_t begin, std::size_t end)
-                 {
-                     for (std::size_t texel = begin * size; texel < end * size; ++texel)
-                         if (faces.inside[texel])
-                             for (std::size_t i = 3 * texel; i < 3 * texel + 3; ++i)
-                                 row_sums[texel / size] += std::abs(double{a.values[i]} - double{b.values[i]});
-                 });
-    const auto texels = std::count(faces.inside.begin(), faces.inside.end(), std::uint8_t{1});
-    return texels == 0 ? 0 : 255 * std::accumulate(row_sums.begin(), row_sums.end(), 0.0) / (3.0 * static_cast<double>(texels));
-}
 
 class TextureMix final : public Stage
 {
@@ -95,22 +72,22 @@ class TextureMix final : public Stage
         const RasterF from = filled(*photo, charts, faces, run);
         const RasterF to = filled(*painted, charts, faces, run);
         run.progress(1, 3, "steps");
+        Mix mixed = mix(from, to, *mesh, faces, *split_cm / 100, {*color, *strokes}, run);
+        run.report("from_photo", mixed.from_photo);
+        run.report("from_painted", mixed.from_painted);
         Texture result;
         result.atlas = atlas_id(*mesh);
-        const RasterF colors = recolored(from, to, *mesh, faces, *split_cm / 100, run);
-        result.layers.push_back(mix(from, colors, to, *color, *strokes, run));
+        result.layers.push_back(std::move(mixed.rgb));
         result.seen = Raster8(faces.size, faces.size);
         for (std::size_t texel = 0; texel < faces.face.size(); ++texel)
             result.seen.values[texel] = faces.covered(texel) ? 1 : 0;
-        run.report("from_photo", distance(result.layers.front(), from, faces, run));
-        run.report("from_painted", distance(result.layers.front(), to, faces, run));
         run.progress(2, 3, "steps");
         Mixture small;
         small.atlas = atlas_id(*mesh);
         small.color = *color;
         small.strokes = *strokes;
         constexpr int page_px = 1024;
-        const std::array full{to_bytes(from, run), to_bytes(colors, run), to_bytes(to, run)};
+        const std::array full{std::move(mixed.photo), std::move(mixed.colors), std::move(mixed.painted)};
         auto pictures = smaller_pictures(*mesh, charts, faces, full, page_px, run);
         if (faces.size <= page_px)  // Smaller ones have their gutters filled already.
             for (Raster8& picture : pictures)

@@ -45,7 +45,7 @@ RasterF painted_by(Function value)
 RasterF mixed(const RasterF& photo, const RasterF& painting, double color, double strokes, int threads = 2)
 {
     const testing::TestRun run(threads);
-    return mix(photo, recolored(photo, painting, two_chart_wall(), wall_faces(), 0.3, run), painting, color, strokes, run);
+    return mix(photo, painting, two_chart_wall(), wall_faces(), 0.3, {color, strokes}, run).rgb;
 }
 
 /// 1 m², all normals differ, its border between texels.
@@ -118,11 +118,29 @@ TEST_CASE("mix: both ends are the textures themselves, and equal shares a straig
     const RasterF painting = painted_by([](Vec3f at) { return 0.4 + short_wave(at); });
     CHECK(mixed(photo, painting, 0, 0).values == photo.values);
     CHECK(mixed(photo, painting, 1, 1).values == painting.values);
-    const RasterF half = mixed(photo, painting, 0.5, 0.5);
+    const Mix middle = mix(photo, painting, two_chart_wall(), wall_faces(), 0.3, {0.5, 0.5}, testing::TestRun());
+    const RasterF& half = middle.rgb;
     double largest = 0;
     for (std::size_t i = 0; i < half.values.size(); ++i)
         largest = std::max(largest, std::abs(half.values[i] - (double{photo.values[i]} + double{painting.values[i]}) / 2));
     CHECK(largest < 1e-6);
+    const TexelFaces faces = wall_faces();
+    std::size_t rounded = 0;
+    double sum = 0;
+    double count = 0;
+    for (std::size_t i = 0; i < half.values.size(); ++i)
+    {
+        rounded += middle.photo.values[i] == std::lround(255 * photo.values[i]) &&
+                   middle.painted.values[i] == std::lround(255 * painting.values[i]);
+        if (faces.inside[i / 3])
+        {
+            sum += std::abs(255 * (double{photo.values[i]} - double{painting.values[i]}) / 2);
+            ++count;
+        }
+    }
+    CHECK(rounded == half.values.size());
+    CHECK(middle.from_photo == Approx(sum / count));
+    CHECK(middle.from_painted == Approx(sum / count));
 }
 
 TEST_CASE("mix: colors and strokes come apart")
@@ -166,17 +184,23 @@ TEST_CASE("mix: the mean along rows is that of each texel by itself")
         if (faces.inside[texel])
             average.add(texel_position(mesh, faces, texel), normal(texel), difference(texel));
 
-    const RasterF colors = recolored(photo, painting, mesh, faces, split_m, testing::TestRun());
+    const Mix mixed = mix(photo, painting, mesh, faces, split_m, {1, 0}, testing::TestRun());
     double largest = 0;
+    double steps = 0;
     for (std::size_t texel = 0; texel < faces.face.size(); ++texel)
     {
         Vec3f expected{photo.values[3 * texel], photo.values[3 * texel + 1], photo.values[3 * texel + 2]};
         if (faces.covered(texel))
             expected += SurfaceAverage::Lookup(average).at(texel_position(mesh, faces, texel), normal(texel), {});
         for (std::size_t c = 0; c < 3; ++c)
-            largest = std::max(largest, std::abs(double{colors.values[3 * texel + c]} - double{(&expected.x)[c]}));
+        {
+            const double value = std::clamp(double{(&expected.x)[c]}, 0.0, 1.0);
+            largest = std::max(largest, std::abs(double{mixed.rgb.values[3 * texel + c]} - value));
+            steps = std::max(steps, std::abs(mixed.colors.values[3 * texel + c] - 255 * value));
+        }
     }
     CHECK(largest < 1e-4);
+    CHECK(steps < 0.51);
 }
 
 TEST_CASE("mix: nothing shows where the atlas is cut")
@@ -206,5 +230,5 @@ TEST_CASE("mix: the same for any number of threads, and canceled on demand")
     CHECK(mixed(photo, painting, 0.3, 0.8, 1).values == mixed(photo, painting, 0.3, 0.8, 4).values);
     testing::TestRun run;
     run.cancel_after(1);
-    CHECK_THROWS_AS(recolored(photo, painting, two_chart_wall(), wall_faces(), 0.3, run), Canceled);
+    CHECK_THROWS_AS(mix(photo, painting, two_chart_wall(), wall_faces(), 0.3, {}, run), Canceled);
 }

@@ -40,6 +40,13 @@ std::vector<Tap> taps(int size, int layer_size)
 
 void add_row(const RasterF& layer, const std::vector<Tap>& taps, int y, std::vector<float>& row)
 {
+    if (layer.width == static_cast<int>(taps.size()))
+    {
+        const float* const from = &layer.values[static_cast<std::size_t>(y) * row.size()];
+        for (std::size_t i = 0; i < row.size(); ++i)
+            row[i] += from[i];
+        return;
+    }
     const Tap& vertical = taps[static_cast<std::size_t>(y)];
     for (std::size_t x = 0; x < taps.size(); ++x)
         for (int c = 0; c < 3; ++c)
@@ -91,9 +98,9 @@ RasterF collapse(const Texture& texture, const Progress& progress)
         layer_taps.push_back(taps(size, layer.width));
 
     RasterF result(size, size, 3);
-    const auto sum_row = [&](int y)
+    const auto sum_row = [&](int y, std::vector<float>& row)
     {
-        std::vector<float> row(static_cast<std::size_t>(size) * 3, 0.0F);
+        row.assign(static_cast<std::size_t>(size) * 3, 0.0F);
         for (std::size_t i = 0; i < texture.layers.size(); ++i)
             add_row(texture.layers[i], layer_taps[i], y, row);
         if (texture.values == "network")
@@ -113,8 +120,9 @@ RasterF collapse(const Texture& texture, const Progress& progress)
                  [&](std::size_t begin, std::size_t end)
                  {
                      progress.check_canceled();
+                     std::vector<float> row;
                      for (std::size_t y = begin; y < end; ++y)
-                         sum_row(static_cast<int>(y));
+                         sum_row(static_cast<int>(y), row);
                  });
     return result;
 }

@@ -36,7 +36,20 @@ double to_linear(std::uint8_t step)
 std::uint8_t from_linear(double light)
 {
     static const auto borders = lights<255>(0.5);
-    return static_cast<std::uint8_t>(std::ranges::upper_bound(borders, light) - borders.begin());
+    // How many borders are below each of evenly spaced lights: at most a few more are to be passed.
+    constexpr std::size_t starts_count = 1024;
+    static const auto starts = []
+    {
+        std::array<std::uint8_t, starts_count + 1> result;
+        for (std::size_t i = 0; i < result.size(); ++i)
+            result[i] = static_cast<std::uint8_t>(std::ranges::upper_bound(borders, static_cast<double>(i) / starts_count) -
+                                                  borders.begin());
+        return result;
+    }();
+    std::size_t step = starts[static_cast<std::size_t>(std::clamp(light, 0.0, 1.0) * starts_count)];
+    while (step < borders.size() && borders[step] <= light)
+        ++step;
+    return static_cast<std::uint8_t>(step);
 }
 
 double displayed(double light)

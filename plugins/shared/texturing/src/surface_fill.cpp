@@ -126,19 +126,21 @@ std::size_t fill_unseen(const Mesh& mesh, const Charts& charts, const TexelFaces
                         RasterF& rgb, const Progress& progress)
 {
     std::size_t seen_count = 0;
+    std::size_t covered_count = 0;
     for (std::size_t texel = 0; texel < seen.size(); ++texel)
+    {
         seen_count += is_seen(faces, seen, texel);
+        covered_count += faces.covered(texel);
+    }
     if (seen_count == 0)
         throw Error(
             "no frame saw any texel of the mesh's charts, so there is nothing to fill from: check that texture and mesh come "
             "from the same atlas, or set unseen: color");
 
+    if (seen_count == covered_count)
+        return 0;
     std::vector<TexelGraph> levels;
     levels.push_back(texel_graph(charts, faces, seen, rgb.values));
-    const std::size_t filled =
-        static_cast<std::size_t>(std::count(levels[0].fixed.begin(), levels[0].fixed.end(), std::uint8_t{0}));
-    if (filled == 0)
-        return 0;
     while (levels.size() <= orphan_level || (levels.back().count() > enough_nodes && levels.back().size > 1))
     {
         progress.check_canceled();
@@ -166,7 +168,7 @@ std::size_t fill_unseen(const Mesh& mesh, const Charts& charts, const TexelFaces
             rgb.values[at + 1] = finest.color[node].y;
             rgb.values[at + 2] = finest.color[node].z;
         }
-    return filled;
+    return covered_count - seen_count;
 }
 
 }  // namespace fresco::texturing

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 namespace fresco::texturing
 {
@@ -32,9 +33,52 @@ class TriangleTest
     {
         if (cross(corners_[1] - corners_[0], corners_[2] - corners_[0]) < 0)
             std::swap(corners_[1], corners_[2]);
+        for (std::size_t i = 0; i < 3; ++i)
+        {
+            const Vec2d side = corners_[(i + 1) % 3] - corners_[i];
+            rises_[i] = side.y;
+            slopes_[i] = side.x / side.y;
+            reaches_[i] = 0.5 * (std::abs(slopes_[i]) + 1);
+        }
     }
 
     bool holds(Vec2d center) const { return inside_by(center, 0); }
+
+    /// The texels of a row that can touch the triangle, and those of them whose centers it holds for sure: the others are still
+    /// to be tested.
+    struct Span
+    {
+        double first, last;            ///< Texels, with a margin for rounding.
+        double first_held, last_held;  ///< Empty where first_held > last_held.
+    };
+    Span span(double center_y) const
+    {
+        constexpr double infinity = std::numeric_limits<double>::infinity();
+        constexpr double margin = 1e-3;
+        constexpr double steep = 1e-5;  // Of shorter sides, rounding could take more than the margin.
+        Span result{-infinity, infinity, -infinity, infinity};
+        for (std::size_t i = 0; i < 3; ++i)
+        {
+            if (std::abs(rises_[i]) < steep)
+            {
+                result.last_held = -infinity;
+                continue;
+            }
+            // Where the test of a center at (x + 0.5, center_y) changes sign.
+            const double held = corners_[i].x + slopes_[i] * (center_y - corners_[i].y) - 0.5;
+            if (rises_[i] > 0)
+            {
+                result.last = std::min(result.last, held + reaches_[i] + margin);
+                result.last_held = std::min(result.last_held, held - margin);
+            }
+            else
+            {
+                result.first = std::max(result.first, held - reaches_[i] - margin);
+                result.first_held = std::max(result.first_held, held + margin);
+            }
+        }
+        return result;
+    }
 
     /// The square around `center` and the triangle share a point. Separating axes are the square's (the caller's bounding box)
     /// and the triangle's sides.
@@ -53,6 +97,9 @@ class TriangleTest
     }
 
     Corners corners_;
+    std::array<double, 3> rises_;    ///< Of the sides, down the rows.
+    std::array<double, 3> slopes_;   ///< How far right a side runs per row.
+    std::array<double, 3> reaches_;  ///< How far from a side a center can be whose square touches it, along its row.
 };
 
 struct Box
@@ -77,21 +124,26 @@ void draw_face(const Mesh& mesh, std::uint32_t face, int first_row, int last_row
         return;
     const TriangleTest test(corners);
     for (int y = std::max(box.y0, first_row); y <= std::min(box.y1, last_row); ++y)
-        for (int x = box.x0; x <= box.x1; ++x)
+    {
+        const TriangleTest::Span span = test.span(y + 0.5);
+        const int first = static_cast<int>(std::ceil(std::clamp<double>(span.first, box.x0, box.x1 + 1)));
+        const int last = static_cast<int>(std::floor(std::clamp<double>(span.last, box.x0 - 1, box.x1)));
+        for (int x = first; x <= last; ++x)
         {
             const std::size_t texel =
                 static_cast<std::size_t>(y) * static_cast<std::size_t>(result.size) + static_cast<std::size_t>(x);
             const Vec2d center{x + 0.5, y + 0.5};
-            if (result.inside[texel] || !test.touches(center))
+            if (result.inside[texel])
                 continue;
-            if (test.holds(center))
+            if ((x >= span.first_held && x <= span.last_held) || test.holds(center))
             {
                 result.face[texel] = face;
                 result.inside[texel] = 1;
             }
-            else if (!result.covered(texel))
+            else if (!result.covered(texel) && test.touches(center))
                 result.face[texel] = face;
         }
+    }
 }
 
 /// A chart too small to hold any texel center owns the texels it touches.
@@ -101,6 +153,8 @@ void adopt_small_charts(const Charts& charts, TexelFaces& result)
     for (std::size_t texel = 0; texel < result.face.size(); ++texel)
         if (result.inside[texel])
             has_center[charts.of_face[result.face[texel]]] = 1;
+    if (std::ranges::find(has_center, 0) == has_center.end())
+        return;
     for (std::size_t texel = 0; texel < result.face.size(); ++texel)
         if (result.covered(texel) && !has_center[charts.of_face[result.face[texel]]])
             result.inside[texel] = 1;

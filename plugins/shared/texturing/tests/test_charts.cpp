@@ -1,11 +1,15 @@
 #include "two_chart_wall.h"
 
+#include <fresco/random.h>
 #include <fresco/testing.h>
 #include <fresco/texturing/seam_links.h>
 
 #include <catch2/catch.hpp>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
 
 using namespace fresco;
 using namespace fresco::texturing;
@@ -60,6 +64,81 @@ TEST_CASE("a texel belongs to the face that holds its center, or to one that tou
         }
     CHECK(texel_position(mesh, faces, 85).x == Approx((5.5 - 1.2) / 5));  // texel (5, 8)
     CHECK(texel_position(mesh, faces, 85).y == Approx((8.8 - 8.5) / 5));
+}
+
+TEST_CASE("faces of any shape own the texels that testing every texel gives them")
+{
+    constexpr int size = 90;
+    Random random(3);
+    Mesh mesh;
+    mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    const auto draw = [&] { return Vec2f{static_cast<float>(random.uniform()), static_cast<float>(random.uniform())}; };
+    for (int i = 0; i < 400; ++i)
+    {
+        // Large and small ones, slivers, sides along the rows or nearly so, corners on the texels' borders, no area at all.
+        const float reach = i % 3 == 0 ? 0.4F : 0.03F;
+        Vec2f a = draw();
+        if (i % 7 == 0)
+            a = {std::round(a.x * size) / size, (std::round(a.y * size) + 0.5F * static_cast<float>(i % 2)) / size};
+        Vec2f b = a + draw() * reach;
+        Vec2f c = a - draw() * reach;
+        if (i % 4 == 1)
+            b.y = a.y + (i % 8 == 1 ? 0 : 1e-7F);
+        if (i % 5 == 2)
+            c = a + (b - a) * 0.7F;
+        if (i % 5 == 3)
+            c = c + (b - c) * 0.999F;
+        mesh.triangles.push_back({0, 1, 2});
+        for (const Vec2f uv : {a, b, c})
+            mesh.texcoords.push_back({std::clamp(uv.x, 0.0F, 1.0F), std::clamp(uv.y, 0.0F, 1.0F)});
+    }
+    Charts charts;
+    charts.count = 1;
+    charts.of_face.assign(mesh.triangles.size(), 0);
+    const TexelFaces found = find_texel_faces(mesh, charts, size, testing::TestRun(2));
+
+    std::size_t different = 0;
+    for (int y = 0; y < size; ++y)
+        for (int x = 0; x < size; ++x)
+        {
+            std::uint32_t holding = TexelFaces::none;
+            std::uint32_t touching = TexelFaces::none;
+            for (std::uint32_t face = 0; face < mesh.triangles.size(); ++face)
+            {
+                std::array<Vec2d, 3> corners;
+                for (std::size_t i = 0; i < 3; ++i)
+                {
+                    const Vec2f uv = mesh.texcoords[3 * face + i];
+                    corners[i] = {double{uv.x} * size, (1 - double{uv.y}) * size};
+                }
+                if (cross(corners[1] - corners[0], corners[2] - corners[0]) < 0)
+                    std::swap(corners[1], corners[2]);
+                const auto is_near = [&](double half_side)
+                {
+                    const auto [left, right] = std::minmax({corners[0].x, corners[1].x, corners[2].x});
+                    const auto [top, bottom] = std::minmax({corners[0].y, corners[1].y, corners[2].y});
+                    const auto texel = [](double at) { return std::clamp(std::floor(at), 0.0, size - 1.0); };
+                    if (x < texel(left) || x > texel(right) || y < texel(top) || y > texel(bottom))
+                        return false;
+                    for (std::size_t i = 0; i < 3; ++i)
+                    {
+                        const Vec2d side = corners[(i + 1) % 3] - corners[i];
+                        const Vec2d to = Vec2d{x + 0.5, y + 0.5} - corners[i];
+                        if (cross(side, to) + half_side * (std::abs(side.x) + std::abs(side.y)) < 0)
+                            return false;
+                    }
+                    return true;
+                };
+                if (holding == TexelFaces::none && is_near(0))
+                    holding = face;
+                if (touching == TexelFaces::none && is_near(0.5))
+                    touching = face;
+            }
+            const auto texel = static_cast<std::size_t>(y * size + x);
+            different += found.face[texel] != (holding != TexelFaces::none ? holding : touching);
+            different += (found.inside[texel] != 0) != (holding != TexelFaces::none);
+        }
+    CHECK(different == 0);
 }
 
 TEST_CASE("texels have the same faces for any number of threads")

@@ -64,6 +64,15 @@ TEST_CASE("sRGB's curve: known values, and every step comes back")
         CHECK(from_linear(to_linear(static_cast<std::uint8_t>(step))) == step);
     CHECK(from_linear(-1) == 0);
     CHECK(from_linear(2) == 255);
+    int last = 0;
+    for (int i = 0; i <= 100'000; ++i)
+    {
+        const double light = i / 100'000.0;
+        const int step = from_linear(light);
+        REQUIRE(step >= last);
+        REQUIRE(std::abs(255 * displayed(light) - step) < 0.5 + 1e-3);
+        last = step;
+    }
 }
 
 TEST_CASE("a smaller picture averages light, not steps")

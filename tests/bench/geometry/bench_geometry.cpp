@@ -1,4 +1,4 @@
-// Decimation, atlases and uv maps: time, memory and quality of every implementation on the same meshes.
+// Decimation, atlases, uv maps and mixtures: time, memory and quality of every implementation on the same meshes.
 #include "command_line.h"
 #include "report.h"
 #include "tables.h"
@@ -21,13 +21,13 @@ struct Options
     std::string json;
     double edge_m = 0.03;
     bool room = true;
-    std::vector<std::string> only{"decimation", "atlas", "uv-maps", "packed-uv-maps"};
+    std::vector<std::string> only{"decimation", "atlas", "uv-maps", "packed-uv-maps", "mix"};
     bench::GeometrySettings settings;
 };
 
 std::optional<int> read_options(int argc, char** argv, Options& options)
 {
-    CLI::App app{"Times decimation, atlases and uv maps on a generated room and measures their quality"};
+    CLI::App app{"Times decimation, atlases, uv maps and mixtures on a generated room and measures their quality"};
     auto& settings = options.settings;
     settings.threads = static_cast<int>(std::max(std::thread::hardware_concurrency(), 1U));
     app.add_option("--mesh", options.meshes, "PLY or OBJ meshes to run over in addition to the room")->check(CLI::ExistingFile);
@@ -45,7 +45,7 @@ std::optional<int> read_options(int argc, char** argv, Options& options)
         ->check(CLI::Range(1, 100))
         ->capture_default_str();
     app.add_option("--only", options.only, "Tables to print")
-        ->check(CLI::IsMember({"decimation", "atlas", "uv-maps", "packed-uv-maps"}))
+        ->check(CLI::IsMember({"decimation", "atlas", "uv-maps", "packed-uv-maps", "mix"}))
         ->delimiter(',');
     app.add_flag("!--no-room", options.room, "Leave the generated room out");
     app.add_option("--size-px", settings.size_px, "Texture that atlases are made for")
@@ -92,6 +92,8 @@ void run(const Options& options)
     }
     if (wanted("packed-uv-maps"))
         report.add(bench::packed_uv_map_table(inputs, settings));
+    if (wanted("mix"))
+        report.add(bench::mix_table(inputs, settings));
     if (!options.json.empty())
         report.write(options.json);
 }

@@ -57,7 +57,8 @@ GeometryInput synthetic_room(double edge_m, int views, fresco::Progress& progres
         if (i % every == 0 && input.cameras.size() < static_cast<std::size_t>(views))
             input.cameras.push_back({recorder.color, path[i] * recorder.color_from_depth.inverse()});
     }
-    input.mesh = room::seen_part(whole, seen);
+    auto parts = room::parts_of_faces(net, scene);
+    input.mesh = room::seen_part(whole, seen, parts);
     return input;
 }
 

@@ -37,6 +37,9 @@ Table uv_map_twin_table(const std::vector<GeometryInput>& inputs, const Geometry
 /// Uv maps of an atlas on each input, decimated as above, held as bytes in several ways.
 Table packed_uv_map_table(const std::vector<GeometryInput>& inputs, const GeometrySettings& settings);
 
+/// Two textures mixed on an atlas of each input, decimated as above: texture.mix against every texel by itself.
+Table mix_table(const std::vector<GeometryInput>& inputs, const GeometrySettings& settings);
+
 /// The implementation that a run uses: what the atlas is laid on.
 fresco::Mesh simplified(const fresco::Mesh& mesh, const GeometrySettings& settings);
 

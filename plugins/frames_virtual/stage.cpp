@@ -35,7 +35,7 @@ class FramesVirtual final : public Stage
     Output<Frames> result{this, "frames", "The recorded frames, then the virtual ones, which have no pictures"};
     Option<bool> only_virtual{this, "only_virtual", false, "Leave out the recorded frames"};
     Option<double> target_coverage{
-        this, "target_coverage", 1, range(0.01, 1),
+        this, "target_coverage", 0.9, range(0.01, 1),
         "Stop when this share is painted of the surface that free space reaches and recorded frames do not paint"};
     Option<int> max_frames{this, "max_frames", 0, range(0, 100'000),
                            "Maximum number of virtual frames; 0: as many as the target needs"};

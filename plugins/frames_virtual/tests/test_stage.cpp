@@ -32,7 +32,7 @@ Frames one_frame()
 Frames planned(const Mesh& mesh, const Frames& frames, Value::Map options, testing::TestRun& run)
 {
     const testing::TemporaryFolder out;
-    Value given = Value::Map{{"cells_px", 128}, {"voxel_m", 0.4}, {"clearance_m", 0.2}, {"gap_px", 0}};
+    Value given = Value::Map{{"cells_px", 128}, {"voxel_m", 0.4}, {"clearance_m", 0.2}, {"gap_px", 0}, {"target_coverage", 1}};
     for (auto& [name, value] : options)
         given.set(name, value);
     testing::run_stage(FRESCO_PLUGIN_FILE, "frames.virtual", given,

@@ -82,17 +82,24 @@ class Planner
         ViewPlan plan{{}, std::move(wanted)};
         const auto done = [&]
         { return plan.unpainted.size() <= rules_.most_unpainted || plan.cameras.size() == rules_.most_views; };
+        const auto take = [&](const Camera& camera)
+        {
+            if (done() || coverage_.add(camera, {}, progress_).empty())
+                return;
+            plan.cameras.push_back(camera);
+            std::erase_if(plan.unpainted, [&](std::uint32_t point) { return coverage_.painted(point); });
+            progress_.progress(all - static_cast<double>(plan.unpainted.size()), all, "cells");
+        };
         while (!done())
+        {
+            const std::size_t before = plan.cameras.size();
             for (const Camera& camera : round(some_of(plan.unpainted, most_points)))
-            {
-                if (done())
-                    break;
-                if (coverage_.add(camera, {}, progress_).empty())
-                    continue;
-                plan.cameras.push_back(camera);
-                std::erase_if(plan.unpainted, [&](std::uint32_t point) { return coverage_.painted(point); });
-                progress_.progress(all - static_cast<double>(plan.unpainted.size()), all, "cells");
-            }
+                take(camera);
+            if (plan.cameras.size() == before)  // What is left lies between the directions: the angle of view is small.
+                take(aimed_at(plan.unpainted.front()));
+            if (plan.cameras.size() == before)  // Nor does the principal point lie in the picture.
+                break;
+        }
         return plan;
     }
 
@@ -137,6 +144,12 @@ class Planner
     Camera camera_at(Vec3d eye, std::size_t look) const
     {
         return level_camera(rules_.intrinsics, eye, looks_[look], rules_.upright);
+    }
+
+    Camera aimed_at(std::uint32_t point) const
+    {
+        const Vec3d eye = places_[witness_of_[point]];
+        return level_camera(rules_.intrinsics, eye, normalized(vec_cast<double>(points_[point].position) - eye), rules_.upright);
     }
 
     /// What each direction shows from one place; cells are numbers into `looked_at`.

@@ -205,6 +205,30 @@ TEST_CASE("planned cameras paint all that is wanted, or as much as asked for", "
     CHECK(planned(0, 2, 0, 3).plan.cameras.size() == 3);
 }
 
+TEST_CASE("a telephoto lens is aimed at what lies between the directions", "[frames.virtual]")
+{
+    const World world;
+    Coverage coverage(world.scene, world.points, world.cells_px, 0);
+    testing::TestRun run(2);
+    std::vector<std::uint32_t> wanted;
+    for (const std::uint32_t point :
+         visible_points(world.scene, world.points, world.places[0], first_numbers(world.points.size())))
+        if (point % 100 == 0)
+            wanted.push_back(point);
+    CHECK(wanted.size() > 5);
+    const PlanRules rules{.intrinsics = {64, 48, 3000, 3000, 32, 24},
+                          .upright = {{0, 0, 1}, 0},
+                          .distance_m = 1,
+                          .angle_weight = 1,
+                          .distance_weight = 1,
+                          .most_unpainted = 0,
+                          .most_views = 1000};
+    const std::span<const Vec3d> one_place(world.places.data(), 1);
+    const auto plan = plan_views(coverage, one_place, wanted, std::vector<std::uint32_t>(wanted.size()), rules, run);
+    CHECK(plan.unpainted.empty());
+    CHECK(plan.cameras.size() <= wanted.size());
+}
+
 TEST_CASE("cameras stand upright as the recorded ones do", "[frames.virtual]")
 {
     const Intrinsics intrinsics{64, 48, 50, 50, 32, 24};

@@ -295,7 +295,7 @@ TEST_CASE("A folder of FRESCO_PLUGIN_PATH without plugins is named where a type 
     const std::string nowhere = (place.root() / "nowhere").string();
     const std::string empty = (place.root() / "empty").string();
     fs::create_directory(empty);
-    CHECK(contains(place.run({"check", "room.yaml"}).err, "unknown type 'paint.walls' (there are: test.add, "));
+    CHECK(contains(place.run({"check", "room.yaml"}).err, "unknown type 'paint.walls'; 'fresco stages' lists all types"));
     for (const auto& [folder, reason] :
          {std::pair(nowhere, "FRESCO_PLUGIN_PATH names this folder: No such file or directory"),
           std::pair(empty, "FRESCO_PLUGIN_PATH names this folder, which holds no plugin (NAME.so)")})

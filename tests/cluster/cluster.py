@@ -324,8 +324,14 @@ def random_kills(place, slurm, long):
         process.kill()
         process.communicate()
 
+    def submitted():
+        ended = folder.call("submit", "slurm", *words(), code=None)
+        expect(ended.code == 0 or "another submission of this folder is running" in ended.err, f"fresco submit ended with {ended}")
+        return ended.code == 0
+
     def submit():
-        folder.call("submit", "slurm", *words())
+        # What a killed submission has started goes on, and holds the folder until it ends.
+        slurm.wait(submitted, 60, "a submission")
 
     killed_submission()
     counts["submitter"] += 1

@@ -32,6 +32,7 @@ TEST_CASE("Bad JSON is refused with the byte")
     CHECK_THROWS_WITH(fresco::parse_json(std::string(100, '[') + std::string(100, ']')), Contains("64 levels"));
     CHECK_THROWS_AS(fresco::parse_json(""), fresco::Error);
     CHECK_THROWS_AS(fresco::parse_json("1 2"), fresco::Error);
+    CHECK_THROWS_WITH(fresco::parse_json(std::string_view("{}\0}", 4), "f.json"), Contains("byte 3"));
     CHECK_THROWS_AS(fresco::to_json(Value(std::numeric_limits<double>::quiet_NaN())), fresco::Error);
 }
 

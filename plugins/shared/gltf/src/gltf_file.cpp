@@ -330,7 +330,8 @@ std::string written_glb(const tinygltf::Model& model)
 GltfFile load_gltf(std::span<const std::byte> file, const ReadBuffer& read_beside)
 {
     const Chunks chunks = chunks_of(file);
-    const Value document = parse_json(chunks.json, "JSON");
+    // Some exporters fill the JSON chunk up with NULs, not with spaces.
+    const Value document = parse_json(chunks.json.substr(0, chunks.json.find_last_not_of('\0') + 1), "JSON");
     check_version(document);
     check_extensions(document);
     for (const auto& [key, value] : document.as_map())

@@ -19,6 +19,10 @@
 
 #include "plugins/texture_synthesize/checkpoint.h"
 
+#include <bit>
+#include <fmt/format.h>
+#include <sstream>
+
 namespace fresco::fuzz
 {
 namespace
@@ -78,45 +82,89 @@ void read_pipeline(Bytes bytes)
     }
 }
 
-/// With the checksum that a record ends with: else nothing behind it would be reached.
-void write_sealed(const std::filesystem::path& file, std::string_view text)
+/// With the checksum that a record ends with: else nothing behind it would be reached. A line that is not a map stays as it is.
+std::string sealed(std::string_view line)
 {
-    const std::string map(text.substr(0, text.rfind('}')));
-    const std::string sealed = map + ",\"checksum\":\"" + content_hash(map) + "\"}\n";
-    file_with(std::as_bytes(std::span(sealed)), file.string());
+    if (!line.starts_with('{'))
+        return std::string(line) + '\n';
+    const std::string map(line.substr(0, line.rfind('}')));
+    return map + ",\"checksum\":\"" + content_hash(map) + "\"}\n";
 }
 
-/// A record of the store, as that of a key, of a result, of a stage and of a stage's cost.
+/// Inputs cannot know the path or the stamp of an existing file: "HERE" and "STAMP" stand for them.
+std::string filled_in(std::string text, const std::filesystem::path& here)
+{
+    const FileStamp stamp = stamp_of(here).value();
+    const auto replace = [&](std::string_view word, const std::string& by)
+    {
+        for (std::size_t at = text.find(word); at != std::string::npos; at = text.find(word, at + by.size()))
+            text.replace(at, word.size(), by);
+    };
+    replace("\"HERE\"", to_json(Value(here.string())));
+    replace("\"STAMP\"", fmt::format("[{},{},{},{},{}]", stamp.size, stamp.mtime_ns, stamp.ctime_ns, stamp.inode, stamp.device));
+    return text;
+}
+
+/// Records that are written and journals that are tidied read the same as before.
+void write_again(const Store& store, const std::filesystem::path& pipeline, const std::optional<StageRecord>& record,
+                 const std::filesystem::path& index, const std::filesystem::path& here)
+{
+    FileHashes hashes(index);
+    const std::string hash = hashes.hash(here);
+    hashes.save();
+    FileHashes(index).tidy();
+    require(FileHashes(index).hash(here) == hash, "tidied, the same hashes");
+    record_cost(store, "t", {1, 1, 1}, {1, 1, 1});
+    const auto figures = [&] { return std::bit_cast<std::uint64_t>(Statistics(store).corrected("t", {1, 1, 1}).seconds); };
+    const auto untidy = figures();
+    tidy_costs(store);
+    require(Statistics(store).knows("t") && figures() == untidy, "tidied, the same costs");
+    if (!record)
+        return;
+    StageRecord changed = *record;
+    changed.key += "'";
+    write_stage_record(store, pipeline, changed);
+    const auto again = read_stage_record(store, pipeline, "s");
+    require(again && again->key == changed.key && again->object == record->object &&
+                to_json(again->key_document) == to_json(record->key_document),
+            "written and read, the same record");
+}
+
+/// The first line as the record of a key, of a result and of a stage; all lines as the journals of hashes and of costs.
 void read_stored(Bytes bytes)
 {
     static const Store store(file_with({}, "format").parent_path() / "store");
     static const std::string key = "k";
     static const std::string object = object_id(key, {});
     static const std::filesystem::path pipeline = "/p.yaml";
-    static const std::filesystem::path index = store.root() / "index.json";
-    static const std::filesystem::path costs = store.root() / "stats.jsonl";
+    static const std::filesystem::path records = pipeline_folder(store, pipeline);
+    static const std::filesystem::path here = store.object(object) / "out/a.json";
     static const bool made = []
     {
-        make_folder(store.object(object) / "out");
-        file_with(std::as_bytes(std::span("{}", 2)), (store.object(object) / "out/a.json").string());
-        make_folder(pipeline_folder(store, pipeline));
+        make_folder(here.parent_path());
+        file_with(std::as_bytes(std::span("{}", 2)), here.string());
+        std::filesystem::create_symlink(here, here.parent_path() / "link");
+        make_folder(records);
+        file_with({}, (records / "s.log").string());
+        std::filesystem::create_symlink("nowhere", records / "gone.json");
         return true;
     }();
     (void)made;
-    for (const auto& file :
-         {store.key_file(key), store.manifest_file(object), pipeline_folder(store, pipeline) / "s.json", index, costs})
-        write_sealed(file, text_of(bytes));
+    std::istringstream lines(filled_in(std::string(text_of(bytes)), here));
+    std::string journal;
+    for (std::string line; std::getline(lines, line);)
+        journal += sealed(line);
+    const std::string record_text = journal.substr(0, journal.find('\n') + 1);
+    for (const auto& file : {store.key_file(key), store.manifest_file(object), records / "s.json"})
+        file_with(std::as_bytes(std::span(record_text)), file.string());
+    const auto index = store.root() / "index.json";
+    for (const auto& file : {index, store.root() / "stats.jsonl"})
+        file_with(std::as_bytes(std::span(journal)), file.string());
     const auto result = store.lookup(key);
     const auto damage = store.verify(object, 1);
     const auto record = read_stage_record(store, pipeline, "s");
     used_results(store);
-    FileHashes(index).save();
-    Statistics(store).corrected("t", {1, 1, 1});
-    if (record)
-    {
-        write_stage_record(store, pipeline, *record);
-        require(read_stage_record(store, pipeline, "s")->key == record->key, "written and read, the same record");
-    }
+    write_again(store, pipeline, record, index, here);
     if (!result && !record)
     {
         const Value manifest = store.manifest(object);

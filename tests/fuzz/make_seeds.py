@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """make_seeds.py: writes the binary files of corpus/ that are not what a fuzzer found: one or two good ones per format."""
+import base64
 import collections
 import io
 import json
@@ -92,10 +93,49 @@ def glb():
         "accessors": [accessor(0, 5126, 4, "VEC3", min=[0, 0, 0], max=[1, 1, 0]), accessor(1, 5121, 4, "VEC4", normalized=True),
                       accessor(2, 5123, 4, "VEC2", normalized=True), accessor(3, 5123, 6, "SCALAR")],
         "bufferViews": views, "buffers": [{"byteLength": len(binary)}]}
-    text = json.dumps(document, separators=(",", ":")).encode()
-    text += b" " * (-len(text) % 4)
-    chunks = struct.pack("<II", len(text), 0x4E4F534A) + text + struct.pack("<II", len(binary), 0x004E4942) + binary
+    return glb_of(json.dumps(document, separators=(",", ":")).encode(), b" ", struct.pack("<II", len(binary), 0x004E4942) + binary)
+
+
+def glb_of(text, padding, more=b""):
+    text += padding * (-len(text) % 4)
+    chunks = struct.pack("<II", len(text), 0x4E4F534A) + text + more
     return b"glTF" + struct.pack("<II", 2, 12 + len(chunks)) + chunks
+
+
+def gltf(binary=b"", **changes):
+    """A triangle; `binary` follows its positions in the buffer."""
+    data = floats(0, 0, 0, 1, 0, 0, 0, 1, 0) + binary
+    uri = "data:application/octet-stream;base64," + base64.b64encode(data).decode()
+    document = {"asset": {"version": "2.0"}, "nodes": [{"mesh": 0}],
+                "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "material": 0}]}],
+                "materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}], "textures": [{"source": 0}],
+                "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": kind} for kind in ("VEC3", "VEC2")],
+                "bufferViews": [{"buffer": 0, "byteLength": len(data)}], "buffers": [{"byteLength": len(data), "uri": uri}],
+                "images": [{"uri": "data:image/png;base64,iVBORw0KGgo="}]}
+    return json.dumps({**document, **changes}, separators=(",", ":")).encode()
+
+
+def gltf_of_integers():
+    """Attributes and indices of each integer type; a triangle that is a line; a skin and a morph target."""
+    def accessor(offset, component, count, form):
+        return {"bufferView": 0, "byteOffset": offset, "componentType": component, "count": count, "type": form, "normalized": count == 3}
+
+    attributes = {"POSITION": 0, "TEXCOORD_0": 1, "COLOR_0": 2}
+    primitive = {"attributes": attributes, "indices": 3, "targets": [{"POSITION": 0}]}
+    accessors = [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}, accessor(36, 5122, 3, "VEC2"),
+                 accessor(48, 5120, 3, "VEC4"), accessor(60, 5125, 6, "SCALAR")]
+    binary = struct.pack("<6h12b6I", *range(18), 0, 1, 2, 0, 1, 1)
+    return gltf(binary, nodes=[{"mesh": 0, "skin": 0}], meshes=[{"primitives": [primitive]}], accessors=accessors)
+
+
+def gltf_of_files():
+    """A buffer and two pictures in one file beside it, whose name is escaped; a repeated picture."""
+    materials = [{"pbrMetallicRoughness": {"baseColorTexture": {"index": i}}} for i in range(3)]
+    primitives = [{"attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "material": i} for i in range(3)]
+    return gltf(buffers=[{"byteLength": 24, "uri": "beside.bin"}], bufferViews=[{"buffer": 0, "byteLength": 24}],
+                accessors=[{"bufferView": 0, "componentType": 5121, "count": 3, "type": kind} for kind in ("VEC3", "VEC2")],
+                images=[{"uri": "beside.bin"}, {"uri": "beside%2Ebin"}], samplers=[{"wrapS": 10497}], materials=materials,
+                textures=[{"source": 0, "sampler": 0}, {"source": 1}, {"source": 0}], meshes=[{"primitives": primitives}])
 
 
 def safetensors():
@@ -185,10 +225,58 @@ def state(legacy):
     return stream.getvalue()
 
 
-def legacy_pickle():
-    system = collections.OrderedDict(protocol_version=1001, little_endian=True)
-    parts = [pickle.dumps(part, 2) for part in (0x1950A86A20F9469CFC6C, 1001, dict(system))]
-    return b"".join(parts) + state(True) + pickle.dumps(["0"], 2) + struct.pack("<q", 6) + floats(1, 2, 3, 4, 5, 6)
+def legacy_pickle(root, keys=("0",), data=struct.pack("<q", 6) + floats(1, 2, 3, 4, 5, 6), **system):
+    system = {"protocol_version": 1001, "little_endian": True, **system}
+    parts = [pickle.dumps(part, 2) for part in (0x1950A86A20F9469CFC6C, 1001, system)]
+    return b"".join(parts) + root + pickle.dumps(list(keys), 2) + data
+
+
+def text(word):
+    return b"X" + struct.pack("<I", len(word)) + word
+
+
+def storage(kind=b"ctorch\nFloatStorage\n", count=6, view=b"N"):
+    return b"(" + text(b"storage") + kind + text(b"0") + text(b"cpu") + bytes((75, count)) + view + b"tQ"
+
+
+def tensor(block=storage(), offset=0, shape=b"K\2K\3\x86", strides=b"K\3K\1\x86"):
+    return b"ctorch._utils\n_rebuild_tensor\n(" + block + bytes((75, offset)) + shape + strides + b"tR"
+
+
+def entries(value, name=text(b"a")):
+    return b"\x80\2}" + name + value + b"s."
+
+
+ordered, parameter = b"ccollections\nOrderedDict\n", b"ctorch.nn.parameter\nParameter\n"
+
+
+def pickle_of_python_2():
+    """An OrderedDict of pairs; parameters that are given their tensor, by calls and by their state."""
+    called = b"ctorch._utils\n_rebuild_parameter\n" + tensor() + b"\x85R"
+    given = parameter + tensor() + b"\x85\x81"
+    built = parameter + b")\x81" + tensor() + b"\x88\x86b"
+    pairs = b"".join(b"]U\1" + name + b"a" + value + b"a" for name, value in ((b"a", called), (b"b", given), (b"c", built)))
+    return b"\x80\2" + ordered + b"](" + pairs + b"e\x85R."
+
+
+def pickle_of_protocol_4():
+    """Names on the stack; numbers with a fraction, in the attributes of an OrderedDict."""
+    names = b"\x8c\x0bcollections\x8c\x0bOrderedDict\x93"
+    contents = names + b")R\x94" + text(b"a") + tensor() + b"s}" + text(b"version") + b"G" + struct.pack(">d", 0.5) + b"sb."
+    return b"\x80\4\x95" + struct.pack("<Q", len(contents)) + contents
+
+
+def bad_pickles():
+    call = b"ctorch._utils\n_rebuild_parameter\n"
+    values = (storage(ordered), storage(view=b"K\1"), tensor(ordered + b")R"), storage() + storage(count=5), call + b"N\x85R",
+              b"ctorch\nFloatStorage\n)R", ordered + b"N\x85R", ordered + b"]Na\x85R", tensor(shape=b"N"), tensor(shape=b"N\x85"),
+              tensor(strides=b"K\1\x85"), tensor(shape=b"K\7K\3\x86"), tensor(offset=1), tensor(strides=b"K\1K\2\x86"),
+              ordered + b")\x81", parameter + b"N\x85\x81", b"NNb", b"N" + 65 * b"\x85", 65 * b"(")
+    good = entries(tensor())
+    return [legacy_pickle(entries(value)) for value in values] + [
+        legacy_pickle(b"\x80\2N.", (), b""), legacy_pickle(entries(b"N"), (), b""), legacy_pickle(entries(tensor(), text(b"\n"))),
+        legacy_pickle(good, little_endian=False), legacy_pickle(good, keys=("1",)), legacy_pickle(good, data=b""),
+        legacy_pickle(good, data=struct.pack("<q", 5)), legacy_pickle(good, (), b""), legacy_pickle(good, (), b"0")]
 
 
 def torch_zip():
@@ -284,6 +372,20 @@ for kind in ("<u2", "<u4", "<i4", "<i8"):
 write("npy", "good_number.npy", npy("<f8", (), struct.pack("<d", 1)))
 write("npy", "bad_extents.npy", npy("<f8", (1 << 62, 1 << 62), b""))
 write("gltf", "good_room.glb", glb())
+write("gltf", "good_integers.gltf", gltf_of_integers())
+write("gltf", "good_files.gltf", gltf_of_files())
+write("gltf", "good_picture.gltf", gltf())
+write("gltf", "good_padded.glb", glb_of(gltf(), b"\0"))
+transform = {"index": 0, "extensions": {"KHR_texture_transform": {"offset": [1]}}}
+for name, changes in (
+        ("compressed", {"extensionsRequired": ["KHR_draco_mesh_compression"]}),
+        ("picture_form", {"extensionsRequired": ["EXT_texture_webp"]}),
+        ("quaternion", {"nodes": [{"mesh": 0, "rotation": [0, 0, 0, 3]}]}), ("matrix", {"nodes": [{"mesh": 0, "matrix": 16 * [1]}]}),
+        ("no_picture", {"images": [{"uri": "data:image/png;base64,AAAA"}]}), ("gone", {"images": [{"uri": "gone.png"}]}),
+        ("wrap", {"textures": [{"source": 0, "sampler": 0}], "samplers": [{"wrapS": 1}]}),
+        ("transform", {"materials": [{"pbrMetallicRoughness": {"baseColorTexture": transform}}]}),
+        ("infinite", {"nodes": [{"mesh": 0, "scale": [1e300, 1, 1]}]}), ("views", {"bufferViews": [{"buffer": 0, "byteLength": 37}]})):
+    write("gltf", f"bad_{name}.gltf", gltf(**changes))
 write("safetensors", "good_types.safetensors", safetensors())
 write("safetensors", "good_vgg19.safetensors", safetensors_of_vgg19())
 empty = {"dtype": "F16", "shape": [0], "data_offsets": [3584, 3584]}
@@ -296,7 +398,10 @@ for number, (prefix, metadata, more) in enumerate((
     write("safetensors", f"good_names_{number}.safetensors", vgg19(prefix, metadata, more))
 write("safetensors", "good_shape.safetensors", vgg19("features.0", {}, shape=(3, 64, 3, 3)))
 write("safetensors", "bad_tar.safetensors", bytes(257) + b"ustar" + bytes(250))
-write("torch_pickle", "good_legacy.pth", legacy_pickle())
+for name, root in (("legacy", state(True)), ("python_2", pickle_of_python_2()), ("protocol_4", pickle_of_protocol_4())):
+    write("torch_pickle", f"good_{name}.pth", legacy_pickle(root))
+for number, contents in enumerate(bad_pickles()):
+    write("torch_pickle", f"bad_{number:02}.pth", contents)
 write("torch_zip", "good_zip.pth", torch_zip())
 write("sens", "good_zlib.sens", sens(True))
 write("sens", "good_raw.sens", sens(False))

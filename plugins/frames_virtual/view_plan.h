@@ -38,7 +38,7 @@ struct ViewPlan
 /// rounds: the candidates look in all directions, at some of the points, and those that paint most of these are kept; then all
 /// points are looked at, and what is left over is the next round's. A witness of some point looked at is always among the
 /// places, and a round that paints nothing aims a camera at a point, so each ends with fewer points. Adds the cameras to
-/// `coverage`. Throws Canceled. \param witness  of each wanted point: the number of its place
+/// `coverage`. `witness`: of each wanted point, the number of its place. Throws Canceled.
 ViewPlan plan_views(Coverage& coverage, std::span<const Vec3d> places, std::vector<std::uint32_t> wanted,
                     const std::vector<std::uint32_t>& witness, const PlanRules& rules, Progress& progress);
 

@@ -226,7 +226,7 @@ Value parse_json(std::string_view text, std::string_view source)
     if (!nlohmann::json::sax_parse(text.begin(), text.end(), &reader))
         throw Error(fmt::format("{}: not valid JSON{}: {}", source,
                                 reader.offset ? fmt::format(" at byte {}", *reader.offset) : "", reader.problem));
-    // nlohmann-json takes it for the end of the text.
+    // nlohmann-json takes a NUL for the end of the text.
     if (const std::size_t nul = text.find('\0'); nul != std::string_view::npos)
         throw Error(fmt::format("{}: not valid JSON at byte {}: a NUL character", source, nul + 1));
     return std::move(reader.root);

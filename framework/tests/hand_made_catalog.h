@@ -101,7 +101,7 @@ inline Catalog hand_made_catalog()
                            .texels = {.squares_of = "size_px"},
                            .steps = {.times = {"epochs"}, .at_most = "max_steps"}}));
     catalog.add(described("export.gltf", "stage", R"json({
-        "options": [{"name": "path", "kind": "output_name", "default": "room.glb", "help": "Name of the file"}],
+        "options": [{"name": "path", "kind": "output_name", "default": "room.glb", "extensions": [".glb"], "help": "Name of the file"}],
         "inputs": [{"name": "texture", "artifact": "texture", "version": 1, "help": "The texture"}],
         "outputs": [{"name": "files", "artifact": "files", "version": 1, "help": "What was written"}]})json",
                           {.seconds = {.fixed = 1}, .memory_mb = {.per_texel = 1e-6}, .disk_mb = {.fixed = 5}}));

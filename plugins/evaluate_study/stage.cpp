@@ -48,7 +48,7 @@ class EvaluateStudy final : public Stage
     Option<InputFolder> results{this, "results", InputFolder{}, folder_with({"*.json"}), "Folder of the participants' results"};
     Option<InputFile> key{this, "key", InputFile{}, extensions({".json"}),
                           "Key of the earlier study that the results come from; replaces its pictures"};
-    Option<OutputName> path{this, "path", OutputName{"study.html"}, "Name of the page, below --out; ends in .html"};
+    Option<OutputName> path{this, "path", OutputName{"study.html"}, extensions({".html"}), "Name of the page, below --out"};
     Slot<ImageIo> images{this, "images", "image.opencv", "Reads and encodes the pictures"};
 
     Cost cost() const override

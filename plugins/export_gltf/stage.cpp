@@ -22,7 +22,7 @@ class ExportGltf final : public Stage
 {
     ExportedMesh exported{this};
     Output<Files> files{this, "files", "One .glb file"};
-    Option<OutputName> path{this, "path", OutputName{"room.glb"}, "Output path below --out; ends in .glb"};
+    Option<OutputName> path{this, "path", OutputName{"room.glb"}, extensions({".glb"}), "Output path below --out"};
     Option<std::string> material{
         this, "material", "unlit", one_of({"unlit", "pbr"}),
         "unlit: as painted (KHR_materials_unlit); pbr: lit, rough, smooth normals; always pbr without colors"};

@@ -22,7 +22,8 @@ class ExportObj final : public Stage
 {
     ExportedMesh exported{this};
     Output<Files> files{this, "files", "An .obj file, and a .mtl and the picture of the same name beside it"};
-    Option<OutputName> path{this, "path", OutputName{"room.obj"}, "Output path below --out; ends in .obj, without spaces"};
+    Option<OutputName> path{this, "path", OutputName{"room.obj"}, extensions({".obj"}),
+                            "Output path below --out, without spaces"};
     geometry::UprightOption up{this};
     PictureOptions picture{this};
 
@@ -36,7 +37,7 @@ class ExportObj final : public Stage
     void run(RunContext& run) override
     {
         exported.check();
-        check_path_for_names(path->path, ".obj");
+        check_path_for_names(path->path);
         const auto folder = files.folder().path;
         const auto file = folder / path->path;
         std::filesystem::create_directories(file.parent_path());

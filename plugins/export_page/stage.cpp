@@ -21,7 +21,7 @@ class ExportPage final : public Stage
 {
     Input<TexturedMesh> textured_mesh{this, "textured_mesh", "The mesh with its picture, as texture.bake makes it"};
     Output<Files> files{this, "files", "One .html file"};
-    Option<OutputName> path{this, "path", OutputName{"room.html"}, "Output path below --out; ends in .html"};
+    Option<OutputName> path{this, "path", OutputName{"room.html"}, extensions({".html"}), "Output path below --out"};
     PictureEncoding picture{this, 2048};
     geometry::UprightOption up{this};
 

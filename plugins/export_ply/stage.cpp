@@ -23,7 +23,8 @@ class ExportPly final : public Stage
 {
     ExportedMesh exported{this};
     Output<Files> files{this, "files", "A .ply file, and the picture of the same name beside it"};
-    Option<OutputName> path{this, "path", OutputName{"room.ply"}, "Output path below --out; ends in .ply, without spaces"};
+    Option<OutputName> path{this, "path", OutputName{"room.ply"}, extensions({".ply"}),
+                            "Output path below --out, without spaces"};
     Option<std::string> texcoords{
         this, "texcoords", "vertex", one_of({"vertex", "face", "none"}),
         "vertex: s and t, split along seams, as Blender reads them; face: six numbers per face, as MeshLab reads them"};
@@ -55,7 +56,7 @@ class ExportPly final : public Stage
     void run(RunContext& run) override
     {
         exported.check();
-        check_path_for_names(path->path, ".ply");
+        check_path_for_names(path->path);
         const auto folder = files.folder().path;
         std::filesystem::create_directories((folder / path->path).parent_path());
         Files result;

@@ -16,7 +16,8 @@ class ExportTexture final : public Stage
 {
     Input<TexturedMesh> mesh{this, "mesh", "The mesh with its picture, as texture.bake makes it"};
     Output<Files> files{this, "files", "The picture"};
-    Option<OutputName> path{this, "path", OutputName{"room.png"}, "Output path below --out; ends in .png, .jpg, .jpeg or .npy"};
+    Option<OutputName> path{this, "path", OutputName{"room.png"}, extensions({".png", ".jpg", ".jpeg", ".npy"}),
+                            "Output path below --out; ends in .png, .jpg, .jpeg or .npy"};
     PictureEncoding encoding{this};
 
     Cost cost() const override

@@ -23,7 +23,7 @@ class ExportUsdz final : public Stage
 {
     Input<TexturedMesh> textured_mesh{this, "textured_mesh", "The mesh with its picture, as texture.bake makes it"};
     Output<Files> files{this, "files", "One .usdz file"};
-    Option<OutputName> path{this, "path", OutputName{"room.usdz"}, "Output path below --out; ends in .usdz"};
+    Option<OutputName> path{this, "path", OutputName{"room.usdz"}, extensions({".usdz"}), "Output path below --out"};
     Option<std::string> material{this, "material", "unlit", one_of({"unlit", "pbr"}),
                                  "unlit: as painted (emitted); pbr: lit, rough, smooth normals"};
     PictureOptions picture{this};

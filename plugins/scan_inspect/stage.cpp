@@ -29,7 +29,7 @@ class ScanInspect final : public Stage
     Output<Files> pictures{this, "pictures", "A PNG that overlays mesh and frames, and the measurements as JSON"};
     Option<int> frames_count{this, "frames_count", 12, range(1, 10'000), "Number of frames to inspect, evenly spread"};
     Option<int> pictures_count{this, "pictures_count", 4, range(1, 64), "Number of inspected frames to draw"};
-    Option<OutputName> path{this, "path", OutputName{"inspect.png"},
+    Option<OutputName> path{this, "path", OutputName{"inspect.png"}, extensions({".png"}),
                             "File of the picture, below --out; the JSON file lies beside it"};
     Option<bool> fail{this, "fail", false, "End with an error if a mistake is certain"};
     Slot<ImageIo> images{this, "images", "image.opencv", "Reads and writes pictures"};
@@ -47,9 +47,6 @@ class ScanInspect final : public Stage
         check_mesh(*mesh, "the mesh on port 'mesh'");
         std::filesystem::path json = path->path;
         json.replace_extension(".json");
-        if (json == path->path)
-            throw Error("option \"path\": '" + path->path +
-                        "' is the name of the JSON file beside the picture; use a name that ends in .png");
         const auto chosen = choose(static_cast<std::size_t>(*frames_count));
         const raycast::Scene scene(*mesh);
         std::vector<inspect::View> views;

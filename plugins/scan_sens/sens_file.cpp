@@ -1,8 +1,8 @@
 #include "sens_file.h"
 
 #include <fresco/error.h>
+#include <fresco/file_access.h>
 #include <fresco/recordings/byte_cursor.h>
-#include <fresco/retry.h>
 
 #include <cmath>
 #include <fcntl.h>

@@ -1,7 +1,7 @@
 #include "checkpoint.h"
 
-#include <fresco/checked_file.h>
 #include <fresco/error.h>
+#include <fresco/files_io.h>
 
 #include <cstring>
 

@@ -1,10 +1,9 @@
-#include <fresco/copy_file.h>
 #include <fresco/error.h>
+#include <fresco/file_access.h>
 #include <fresco/files_io.h>
-#include <fresco/process.h>
-#include <fresco/retry.h>
-#include <fresco/write_pieces.h>
+#include <fresco/hash.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <fcntl.h>
@@ -24,6 +23,18 @@ namespace fresco
 namespace
 {
 
+constexpr std::size_t checksum_digits = 32;
+
+std::span<const std::byte> bytes_of(std::string_view text)
+{
+    return std::as_bytes(std::span(text.data(), text.size()));
+}
+
+std::string text_of(const std::vector<std::byte>& bytes)
+{
+    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
 std::string cause()
 {
     return std::generic_category().message(errno);
@@ -31,8 +42,7 @@ std::string cause()
 
 std::vector<std::byte> read_all(const std::filesystem::path& file, std::size_t limit_bytes)
 {
-    // Opening a FIFO would wait for its writer.
-    const FileDescriptor input(uninterrupted([&] { return ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK); }));
+    const FileDescriptor input = open_file(file, O_RDONLY);
     struct stat status
     {
     };
@@ -90,13 +100,15 @@ class Draft
   public:
     explicit Draft(const std::filesystem::path& file)
         : file_(file), folder_(file.has_parent_path() ? file.parent_path() : "."),
-          output_(uninterrupted([&] { return ::open(folder_.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0666); }))
+          opened_folder_(open_file(folder_, O_PATH | O_DIRECTORY))
     {
+        if (!opened_folder_.valid())
+            fail();
+        output_ = open_here(".", O_TMPFILE | O_WRONLY);
         if (output_.valid())
             return;
-        name_ = folder_ / temporary_name();
-        output_ =
-            FileDescriptor(uninterrupted([&] { return ::open(name_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666); }));
+        name_ = temporary_name();
+        output_ = open_here(name_.c_str(), O_WRONLY | O_CREAT | O_EXCL);
         if (output_.valid())
             return;
         name_.clear();
@@ -107,7 +119,7 @@ class Draft
     ~Draft()
     {
         if (!name_.empty())
-            ::unlink(name_.c_str());
+            ::unlinkat(opened_folder_.get(), name_.c_str(), 0);
     }
 
     int descriptor() const { return output_.get(); }
@@ -136,36 +148,46 @@ class Draft
         if (name_.empty())
         {
             // A link never replaces a file, so it gets a name first.
-            const auto named = folder_ / temporary_name();
+            const std::string named = temporary_name();
             const std::string unnamed = fmt::format("/proc/self/fd/{}", output_.get());
-            if (::linkat(AT_FDCWD, unnamed.c_str(), AT_FDCWD, named.c_str(), AT_SYMLINK_FOLLOW) != 0)
+            if (::linkat(AT_FDCWD, unnamed.c_str(), opened_folder_.get(), named.c_str(), AT_SYMLINK_FOLLOW) != 0)
                 fail();
             name_ = named;
         }
-        if (::rename(name_.c_str(), file_.c_str()) != 0)
+        if (::renameat(opened_folder_.get(), name_.c_str(), opened_folder_.get(), file_.filename().c_str()) != 0)
+        {
+            const int cause_before = errno;
+            PathEntry(file_).check_kind(false);
+            errno = cause_before;
             fail();
+        }
         name_.clear();
     }
     void make_name_durable() const
     {
-        const FileDescriptor folder(uninterrupted([&] { return ::open(folder_.c_str(), O_RDONLY | O_CLOEXEC); }));
+        const FileDescriptor folder = open_here(".", O_RDONLY | O_DIRECTORY);
         if (!folder.valid() || uninterrupted([&] { return ::fsync(folder.get()); }) != 0)
             fail();
     }
 
   private:
     [[noreturn]] void fail() const { throw Error(file_.string() + ": cannot be written: " + cause()); }
+    FileDescriptor open_here(const char* name, int flags) const
+    {
+        return FileDescriptor(uninterrupted([&] { return ::openat(opened_folder_.get(), name, flags | O_CLOEXEC, 0666); }));
+    }
 
     std::filesystem::path file_;
     std::filesystem::path folder_;
+    FileDescriptor opened_folder_;
     FileDescriptor output_;
-    std::filesystem::path name_;
+    std::string name_;
 };
 
 /// Writes to `output`, which becomes `to`.
 void fill_from(const std::filesystem::path& from, int output, const std::filesystem::path& to)
 {
-    const FileDescriptor input(uninterrupted([&] { return ::open(from.c_str(), O_RDONLY | O_CLOEXEC); }));
+    const FileDescriptor input = open_file(from, O_RDONLY);
     if (!input.valid())
         throw Error(from.string() + ": cannot be opened: " + cause());
     // File systems that share blocks between files take no time and no space for it.
@@ -204,8 +226,7 @@ std::vector<std::byte> read_file(const std::filesystem::path& file, std::size_t 
 
 std::string read_text_file(const std::filesystem::path& file, std::size_t limit_bytes)
 {
-    const auto bytes = read_all(file, limit_bytes);
-    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+    return text_of(read_all(file, limit_bytes));
 }
 
 void write_file(const std::filesystem::path& file, std::span<const std::byte> bytes)
@@ -217,20 +238,20 @@ void write_file(const std::filesystem::path& file, std::span<const std::byte> by
 
 void write_file(const std::filesystem::path& file, std::string_view text)
 {
-    write_file(file, std::as_bytes(std::span(text.data(), text.size())));
+    write_file(file, bytes_of(text));
 }
 
 void write_durable_file(const std::filesystem::path& file, std::span<const std::byte> bytes)
 {
-    write_pieces(file, std::span(&bytes, 1));
+    write_durable_file(file, std::span(&bytes, 1));
 }
 
 void write_durable_file(const std::filesystem::path& file, std::string_view text)
 {
-    write_durable_file(file, std::as_bytes(std::span(text.data(), text.size())));
+    write_durable_file(file, bytes_of(text));
 }
 
-void write_pieces(const std::filesystem::path& file, std::span<const std::span<const std::byte>> pieces)
+void write_durable_file(const std::filesystem::path& file, std::span<const std::span<const std::byte>> pieces)
 {
     Draft draft(file);
     for (const auto bytes : pieces)
@@ -238,6 +259,35 @@ void write_pieces(const std::filesystem::path& file, std::span<const std::span<c
     draft.make_durable();
     draft.put_in_place();
     draft.make_name_durable();
+}
+
+void write_checked(const std::filesystem::path& file, std::span<const std::byte> bytes)
+{
+    const std::string checksum = content_hash(bytes);
+    const std::array pieces{bytes, bytes_of(checksum)};
+    write_durable_file(file, pieces);
+}
+
+void write_checked(const std::filesystem::path& file, std::string_view text)
+{
+    write_checked(file, bytes_of(text));
+}
+
+std::vector<std::byte> read_checked(const std::filesystem::path& file)
+{
+    std::vector<std::byte> bytes = read_file(file);
+    const std::size_t size = bytes.size() - std::min(bytes.size(), checksum_digits);
+    const std::span all(bytes);
+    const std::string checksum = content_hash(all.first(size));
+    if (!std::ranges::equal(all.subspan(size), bytes_of(checksum)))
+        throw Error(file.string() + ": is damaged: its bytes do not fit its checksum");
+    bytes.resize(size);
+    return bytes;
+}
+
+std::string read_checked_text(const std::filesystem::path& file)
+{
+    return text_of(read_checked(file));
 }
 
 void copy_files(std::span<const FileCopy> copies, const std::function<void()>& written)

@@ -1,8 +1,8 @@
 #include <fresco/kept_pieces.h>
 
-#include <fresco/checked_file.h>
-#include <fresco/copy_file.h>
 #include <fresco/error.h>
+#include <fresco/file_access.h>
+#include <fresco/files_io.h>
 #include <fresco/hash.h>
 
 #include <array>
@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 
 KeptPieces::KeptPieces(RunContext& run) : run_(run), checkpoint_(run.checkpoint_folder())
 {
-    fs::create_directories(folder());
+    make_folder(folder());
 }
 
 fs::path KeptPieces::note_of(std::size_t piece) const
@@ -27,7 +27,7 @@ fs::path KeptPieces::note_of(std::size_t piece) const
 std::optional<Value> KeptPieces::find(std::size_t piece) const
 {
     const fs::path file = note_of(piece);
-    if (!fs::exists(file))
+    if (!path_status(file))
         return std::nullopt;
     try
     {

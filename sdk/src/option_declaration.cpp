@@ -175,7 +175,7 @@ std::string OptionDeclaration::accepted() const
     case OptionKind::input_folder:
         return "the path of an existing folder" + contents_text(*this);
     case OptionKind::output_name:
-        return "a relative path below --out without '..'";
+        return "a relative path below --out without '..'" + (extensions.empty() ? "" : ", ending in " + join(extensions, " or "));
     case OptionKind::component:
         return "{type: …} of kind '" + component_kind + "'" + (optional ? ", or none" : "");
     case OptionKind::components:

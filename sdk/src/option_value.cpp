@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <fmt/format.h>
 #include <string_view>
 
 namespace fresco
@@ -13,7 +14,10 @@ namespace
 {
 
 /// What is wrong with a path below --out that is not empty; empty if nothing is.
-std::string output_name_problem(const std::string& text)
+/// File systems have no longer names.
+constexpr std::size_t most_name_bytes = 255;
+
+std::string output_name_problem(const std::string& text, const std::vector<std::string>& extensions)
 {
     const std::filesystem::path path(text);
     const auto has_part = [&](const char* part) { return std::ranges::find(path, std::filesystem::path(part)) != path.end(); };
@@ -24,7 +28,16 @@ std::string output_name_problem(const std::string& text)
         return refused;
     if (has_part("."))
         return refused + ": leave out the '.'";
-    return text.back() == '/' ? refused + ": it names a folder" : "";
+    if (text.back() == '/')
+        return refused + ": it names a folder";
+    if (std::ranges::any_of(path, [](const auto& part) { return part.native().size() > most_name_bytes; }))
+        return refused + fmt::format(": a name has at most {} bytes", most_name_bytes);
+    const std::string name = path.filename();
+    if (std::ranges::find(extensions, name) != extensions.end())
+        return refused + ": there is no name before the extension";
+    const bool fits = extensions.empty() ||
+                      std::ranges::any_of(extensions, [&](const std::string& extension) { return name.ends_with(extension); });
+    return fits ? "" : refused;
 }
 
 Value as_value(const std::string& text)
@@ -116,7 +129,7 @@ class ValueChecker
         if (option_.kind == OptionKind::output_name && given.empty() && option_.default_value != Value(""))
             return refuse("'' is not accepted");
         if (option_.kind == OptionKind::output_name && !given.empty())
-            if (const std::string problem = output_name_problem(given); !problem.empty())
+            if (const std::string problem = output_name_problem(given, option_.extensions); !problem.empty())
                 return refuse(problem);
         return value;
     }

@@ -1,6 +1,5 @@
 #include <fresco/error.h>
 #include <fresco/process.h>
-#include <fresco/retry.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -139,23 +138,6 @@ std::pair<FileDescriptor, FileDescriptor> made_pipe()
 }
 
 }  // namespace
-
-FileDescriptor& FileDescriptor::operator=(FileDescriptor&& other) noexcept
-{
-    if (this != &other)
-    {
-        reset();
-        fd_ = std::exchange(other.fd_, -1);
-    }
-    return *this;
-}
-
-void FileDescriptor::reset()
-{
-    if (fd_ >= 0)
-        ::close(fd_);
-    fd_ = -1;
-}
 
 std::string find_program(const std::string& name)
 {

@@ -1,20 +1,85 @@
-#include <fresco/checked_file.h>
-#include <fresco/copy_file.h>
 #include <fresco/error.h>
+#include <fresco/file_access.h>
 #include <fresco/files_io.h>
 #include <fresco/hash.h>
 #include <fresco/testing.h>
 
-#include <catch2/catch.hpp>
-
 #include <atomic>
+#include <catch2/catch.hpp>
 #include <csignal>
+#include <cstddef>
+#include <fcntl.h>
 #include <fstream>
+#include <functional>
+#include <linux/filter.h>
+#include <linux/seccomp.h>
+#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <sys/syscall.h>
+#include <sys/wait.h>
 #include <thread>
+#include <unistd.h>
 
+using namespace fresco;
 using Catch::Matchers::Contains;
+using fresco::testing::TemporaryFolder;
+namespace fs = std::filesystem;
+
+namespace
+{
+
+void write_plainly(const fs::path& file, const std::string& text)
+{
+    std::ofstream(file) << text;
+}
+
+/// A guarded folder `own` beside somebody else's files in `home`.
+struct Neighbors
+{
+    TemporaryFolder folder;
+    fs::path own = folder.path() / "own";
+    fs::path home = folder.path() / "home";
+
+    Neighbors()
+    {
+        fs::create_directories(own / "sub");
+        fs::create_directories(home / "sub");
+        write_plainly(home / "thesis", "mine");
+        write_plainly(home / "sub" / "thesis", "mine");
+        forbid_links_below(own, "choose another");
+    }
+    void check_home() const
+    {
+        std::size_t count = 0;
+        for (const auto& entry : fs::recursive_directory_iterator(home))
+            count += entry.is_regular_file() ? 1 : 0;
+        CHECK(count == 2);
+        CHECK(read_text_file(home / "thesis") == "mine");
+        CHECK(read_text_file(home / "sub" / "thesis") == "mine");
+    }
+};
+
+/// In a process in which openat2 does not exist, as on Linux 5.4 and in containers that forbid it. Its exit code.
+int without_openat2(const std::function<int()>& act)
+{
+    const pid_t child = fork();
+    if (child == 0)
+    {
+        sock_filter steps[] = {BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, nr)),
+                               BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_openat2, 0, 1),
+                               BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ERRNO | ENOSYS),
+                               BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW)};
+        const sock_fprog program{4, steps};
+        prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
+        _exit(prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program) == 0 ? act() : 100);
+    }
+    int status = 0;
+    waitpid(child, &status, 0);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+}  // namespace
 
 TEST_CASE("A FIFO or a folder in a file's place is refused, not waited for")
 {
@@ -184,4 +249,134 @@ TEST_CASE("Missing and special files are named")
     CHECK_THROWS_WITH(fresco::read_file(folder.path()), Contains("regular file"));
     fresco::write_file(folder.path() / "big", std::string(100, 'x'));
     CHECK_THROWS_WITH(fresco::read_file(folder.path() / "big", 99), Contains("100 bytes"));
+}
+
+TEST_CASE("Below a guarded folder no link is followed by whatever opens, makes, lists or removes")
+{
+    const Neighbors place;
+    SECTION("a link in place of a folder")
+    {
+        fs::create_directory_symlink(place.home, place.own / "link");
+        const fs::path through = place.own / "link" / "thesis";
+        const auto refusal = Contains("own/link: is a symbolic link in place of a folder: remove it, or choose another");
+        CHECK_THROWS_WITH(open_file(through, O_RDONLY), refusal);
+        CHECK_THROWS_WITH(open_file(through, O_WRONLY | O_TRUNC), refusal);
+        CHECK_THROWS_WITH(read_file(through), refusal);
+        CHECK_THROWS_WITH(write_file(through, "other"), refusal);
+        CHECK_THROWS_WITH(write_checked(through, "other"), refusal);
+        CHECK_THROWS_WITH(make_folder(place.own / "link" / "new"), refusal);
+        CHECK_THROWS_WITH(make_folder(place.own / "link"), refusal);
+        CHECK_THROWS_WITH(entries_of(place.own / "link"), refusal);
+        CHECK_THROWS_WITH(entries_of(place.own / "link" / "sub"), refusal);
+        CHECK_THROWS_WITH(remove_path(through), refusal);
+        CHECK_THROWS_WITH(rename_path(place.own / "sub", through), refusal);
+        CHECK_THROWS_WITH(make_link("x", through), refusal);
+        CHECK_THROWS_WITH(sync_folder(place.own / "link"), refusal);
+        CHECK(!path_status(through));
+        CHECK(!is_folder(place.own / "link"));
+        // The link itself goes, not what it leads to.
+        CHECK(remove_path(place.own / "link"));
+    }
+    SECTION("a link in place of a file")
+    {
+        const fs::path link = place.own / "link";
+        fs::create_symlink(place.home / "thesis", link);
+        const auto refusal = Contains("own/link: is a symbolic link in place of a file: remove it, or choose another");
+        CHECK_THROWS_WITH(open_file(link, O_WRONLY | O_TRUNC), refusal);
+        CHECK_THROWS_WITH(open_file(link, O_RDWR | O_CREAT | O_APPEND), refusal);
+        CHECK_THROWS_WITH(read_file(link), refusal);
+        CHECK(!is_file(link));
+        // A whole file takes the link's place.
+        write_file(link, "other");
+        CHECK(read_text_file(link) == "other");
+    }
+    SECTION("a link to nothing makes no file elsewhere")
+    {
+        fs::create_symlink(place.home / "new", place.own / "link");
+        CHECK_THROWS_WITH(open_file(place.own / "link", O_RDWR | O_CREAT), Contains("symbolic link"));
+    }
+    SECTION("a hard link")
+    {
+        fs::create_hard_link(place.home / "thesis", place.own / "hard");
+        CHECK_THROWS_WITH(open_file(place.own / "hard", O_WRONLY | O_TRUNC),
+                          Contains("own/hard: has a second name, a hard link"));
+        CHECK(read_text_file(place.own / "hard") == "mine");
+    }
+    SECTION("other things in place of a file are named, and not waited for")
+    {
+        REQUIRE(mkfifo((place.own / "fifo").c_str(), 0600) == 0);
+        for (const int flags : {O_RDONLY, O_WRONLY, O_RDWR | O_CREAT})
+        {
+            CHECK_THROWS_WITH(open_file(place.own / "fifo", flags), Contains("fifo: is a FIFO in place of a file: remove it"));
+            CHECK_THROWS_WITH(open_file(place.own / "sub", flags), Contains("sub: is a folder in place of a file: remove it"));
+        }
+        CHECK_THROWS_WITH(make_folder(place.own / "fifo" / "x"), Contains("fifo: is a FIFO in place of a folder: remove it"));
+        CHECK_THROWS_WITH(write_file(place.own / "sub", "x"), Contains("sub"));
+    }
+    SECTION("a way out")
+    {
+        CHECK_THROWS_WITH(write_file(place.own / ".." / "home" / "thesis", "other"), Contains("leads out of its folder by '..'"));
+    }
+    SECTION("a tree is removed, and not what its links lead to")
+    {
+        fs::create_directories(place.own / "tree" / "deep");
+        fs::create_directory_symlink(place.home, place.own / "tree" / "deep" / "link");
+        fs::create_symlink(place.home / "thesis", place.own / "tree" / "file");
+        CHECK(remove_path(place.own / "tree"));
+        CHECK(!fs::exists(fs::symlink_status(place.own / "tree")));
+        CHECK(remove_path(place.own / "tree"));
+    }
+    place.check_home();
+}
+
+TEST_CASE("Links to a guarded folder are the user's, and followed")
+{
+    const Neighbors place;
+    const fs::path link = place.folder.path() / "link";
+    fs::create_directory_symlink(place.home, link);
+    forbid_links_below(link / "store", "choose another");
+    make_folder(link / "store" / "keys");
+    write_file(link / "store" / "keys" / "a", "text");
+    CHECK(read_text_file(place.home / "store" / "keys" / "a") == "text");
+    CHECK(entries_of(link / "store") == std::vector<fs::path>{link / "store" / "keys"});
+    // By its other name, too.
+    fs::create_directory_symlink(place.own, place.home / "store" / "logs");
+    CHECK_THROWS_WITH(write_file(place.home / "store" / "logs" / "a", "text"), Contains("store/logs: is a symbolic link"));
+    CHECK_THROWS_WITH(write_file(link / "store" / "logs" / "a", "text"), Contains("store/logs: is a symbolic link"));
+}
+
+TEST_CASE("Elsewhere links are followed as usual")
+{
+    const Neighbors place;
+    fs::create_directory_symlink(place.home, place.folder.path() / "link");
+    CHECK(read_text_file(place.folder.path() / "link" / "thesis") == "mine");
+    make_folder(place.folder.path() / "link" / "new");
+    CHECK(fs::is_directory(place.home / "new"));
+    CHECK(is_folder(place.folder.path() / "link"));
+}
+
+TEST_CASE("Without openat2 the folders are opened step by step, and the same is refused")
+{
+    const Neighbors place;
+    fs::create_directory_symlink(place.home, place.own / "link");
+    const int code = without_openat2(
+        [&]
+        {
+            write_file(place.own / "sub" / "file", "text");
+            if (read_text_file(place.own / "sub" / "file") != "text")
+                return 1;
+            try
+            {
+                write_file(place.own / "link" / "thesis", "other");
+                return 2;
+            }
+            catch (const Error& error)
+            {
+                return std::string(error.what()).find("own/link: is a symbolic link in place of a folder") == std::string::npos
+                           ? 3
+                           : 0;
+            }
+        });
+    CHECK(code == 0);
+    place.check_home();
 }

@@ -41,6 +41,7 @@ const char* const reals = R"("kind": "numbers")";
 const char* const file = R"("kind": "input_file")";
 const char* const folder = R"("kind": "input_folder")";
 const char* const output = R"("kind": "output_name", "default": "a.png")";
+const char* const picture = R"("kind": "output_name", "default": "a.png", "extensions": [".png", ".jpg"])";
 const char* const no_output = R"("kind": "output_name", "default": "")";
 const char* const slot = R"("kind": "component", "component_kind": "loss", "default": {"type": "loss.gram"})";
 const char* const free_slot = R"("kind": "component", "component_kind": "loss")";
@@ -91,6 +92,11 @@ const Case cases[] = {
     {output, R"("./a")", "", "'./a' is not accepted: leave out the '.'; a relative path below --out without '..'"},
     {output, R"("a\\b")", "",
      "'a\\b' is not accepted: its folders are parted by '/', not by '\\'; a relative path below --out without '..'"},
+    {picture, R"("a/b.jpg")", R"("a/b.jpg")"},
+    {picture, R"("a.gif")", "", "'a.gif' is not accepted; a relative path below --out without '..', ending in .png or .jpg"},
+    {picture, R"("a/.png")", "",
+     "'a/.png' is not accepted: there is no name before the extension; a relative path below --out without '..', "
+     "ending in .png or .jpg"},
     {output, R"("a/")", "", "'a/' is not accepted: it names a folder; a relative path below --out without '..'"},
     {output, R"("")", "", "'' is not accepted; a relative path below --out without '..'"},
     {output, "5", "", "; a relative path below --out without '..'"},
@@ -199,7 +205,8 @@ TEST_CASE("An option takes what its declaration accepts, and says by its name wh
     const auto set = [&](const char* name, Value value) { owner.configure(Value::Map{{name, std::move(value)}}, factory); };
     set("path", "b/c.png");
     CHECK(owner.path->path == "b/c.png");
-    for (const char* path : {"a\\b", "./x", "../x", "/x", "x/", ""})
+    for (const std::string& path : {std::string("a\\b"), std::string("./x"), std::string("../x"), std::string("/x"),
+                                    std::string("x/"), std::string(256, 'a'), std::string()})
         CHECK_THROWS_WITH(set("path", path), Catch::Contains("option \"path\": '" + std::string(path) + "' is not accepted"));
     CHECK(owner.path->path == "b/c.png");
     CHECK_THROWS_WITH(set("list", Value::List{1, "a"}),

@@ -3,16 +3,16 @@
 #include "framework/tests/hand_made_catalog.h"
 
 #include "base/chunk_hash.h"
-#include "base/durable_file.h"
 #include "base/file_stamp.h"
+#include "base/records.h"
 #include "pipeline/pipeline.h"
 #include "pipeline/pipeline_ports.h"
 #include "store/stage_record.h"
 #include "store/statistics.h"
 #include "store/store.h"
 
-#include <fresco/checked_file.h>
 #include <fresco/error.h>
+#include <fresco/files_io.h>
 #include <fresco/hash.h>
 #include <fresco/kept_pieces.h>
 #include <fresco/testing.h>

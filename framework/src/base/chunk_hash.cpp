@@ -1,8 +1,8 @@
 #include "base/chunk_hash.h"
 #include "base/process.h"
 #include <fresco/error.h>
+#include <fresco/file_access.h>
 #include <fresco/hash.h>
-#include <fresco/retry.h>
 
 #include <cerrno>
 #include <cstring>
@@ -19,7 +19,7 @@ namespace
 /// Calls `piece(index, hash)` for each piece until it returns false; gives the bytes read. Throws Error if reading fails.
 std::uint64_t for_each_chunk(const std::filesystem::path& file, const std::function<bool(std::size_t, std::string)>& piece)
 {
-    const FileDescriptor fd(uninterrupted([&] { return open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK); }));
+    const FileDescriptor fd = open_file(file, O_RDONLY | O_NOFOLLOW);
     if (!fd.valid())
         throw Error(file.string() + ": cannot be opened: " + std::strerror(errno));
     struct stat status

@@ -1,6 +1,6 @@
 #include "base/file_contents.h"
+#include <fresco/file_access.h>
 #include <fresco/process.h>
-#include <fresco/retry.h>
 #include <fresco/wording.h>
 
 #include <algorithm>

@@ -1,14 +1,13 @@
 #include "base/file_lock.h"
 #include "base/process_identity.h"
 #include <fresco/error.h>
-#include <fresco/retry.h>
+#include <fresco/file_access.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <cstring>
 #include <fcntl.h>
-#include <fstream>
 #include <poll.h>
 #include <string>
 #include <sys/stat.h>
@@ -28,7 +27,7 @@ std::string lock_problem(const std::filesystem::path& file)
     FileDescriptor descriptors[2];
     for (FileDescriptor& fd : descriptors)
     {
-        fd = FileDescriptor(uninterrupted([&] { return ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666); }));
+        fd = open_file(file, O_RDWR | O_CREAT);
         if (!fd.valid())
             return std::string("cannot be opened as a lock: ") + std::strerror(errno);
     }
@@ -55,7 +54,7 @@ FileLock::FileLock(std::filesystem::path file) : file_(std::move(file))
 
 void FileLock::open()
 {
-    fd_ = FileDescriptor(uninterrupted([&] { return ::open(file_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666); }));
+    fd_ = open_file(file_, O_RDWR | O_CREAT);
     if (!fd_.valid())
         throw Error(file_.string() + ": cannot be opened as a lock: " + std::strerror(errno));
 }
@@ -76,9 +75,8 @@ bool FileLock::try_lock(int kind)
             fail();
         }
         struct stat locked = {};
-        struct stat named = {};
-        if (fstat(fd_.get(), &locked) == 0 && stat(file_.c_str(), &named) == 0 && locked.st_ino == named.st_ino &&
-            locked.st_dev == named.st_dev)
+        const auto named = path_status(file_);
+        if (fstat(fd_.get(), &locked) == 0 && named && locked.st_ino == named->st_ino && locked.st_dev == named->st_dev)
             return true;
         open();
     }
@@ -92,17 +90,23 @@ void FileLock::wait_shared()
 
 void FileLock::sign() const
 {
-    // Closed at once: what lies in a network file system is then seen by others.
-    std::ofstream(file_) << holder_text() << '\n';
+    // Opened for this and closed at once: others then see it on a network file system.
+    const FileDescriptor fd = open_file(file_, O_WRONLY | O_TRUNC);
+    const std::string line = holder_text() + '\n';
+    if (fd.valid())
+        (void)!uninterrupted([&] { return write(fd.get(), line.data(), line.size()); });
 }
 
 std::string FileLock::holder_of(const std::filesystem::path& file)
 {
-    std::string line;
-    std::ifstream stream(file);
-    std::getline(stream, line);
     constexpr std::size_t longest = 400;
-    const bool fits = line.starts_with(holder_begin) && line.size() < longest &&
+    char text[longest];
+    const FileDescriptor fd = is_file(file) ? open_file(file, O_RDONLY) : FileDescriptor();
+    const ssize_t count = fd.valid() ? uninterrupted([&] { return read(fd.get(), text, longest); }) : -1;
+    std::string line(text, static_cast<std::size_t>(std::max<ssize_t>(count, 0)));
+    const std::size_t end = line.find('\n');
+    line.resize(std::min(end, line.size()));
+    const bool fits = end != std::string::npos && line.starts_with(holder_begin) &&
                       std::ranges::all_of(line, [](char c) { return c >= ' ' && c <= '~'; });
     return fits ? line : "";
 }

@@ -1,6 +1,6 @@
 #include "base/file_stamp.h"
 #include "base/glob.h"
-#include "base/journal.h"
+#include "base/records.h"
 #include <fresco/error.h>
 #include <fresco/hash.h>
 #include <fresco/input_roots.h>

@@ -1,6 +1,6 @@
 #include "base/process.h"
 #include <fresco/error.h>
-#include <fresco/retry.h>
+#include <fresco/file_access.h>
 
 #include <cerrno>
 #include <cstring>
@@ -31,6 +31,13 @@ Child start_child(const std::vector<std::string>& arguments, const EnvironmentCh
     start.arguments.insert(start.arguments.end(), arguments.begin(), arguments.end());
     Process started = start_process(start);
     return {started.pid, std::move(channel), std::move(started.output)};
+}
+
+mode_t current_mask()
+{
+    const mode_t mask = umask(0);
+    umask(mask);
+    return mask;
 }
 
 bool send_all(int socket, std::string_view text)

@@ -23,6 +23,9 @@ struct Child
 Child start_child(const std::vector<std::string>& arguments, const EnvironmentChanges& environment = {},
                   double data_limit_mb = 0);
 
+/// The permissions that new files of this process lack (umask).
+mode_t current_mask();
+
 /// Writes everything to a socket; never raises SIGPIPE. False if that fails; errno says why: EPIPE if the other side is gone.
 bool send_all(int socket, std::string_view text);
 

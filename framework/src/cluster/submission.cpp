@@ -1,5 +1,5 @@
 #include "cluster/submission.h"
-#include "base/durable_file.h"
+#include "base/records.h"
 #include "store/store.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
@@ -42,7 +42,7 @@ std::vector<ArrayElement> elements_in(const fs::path& file)
 std::map<std::string, std::string> jobs_in(const fs::path& file)
 {
     std::map<std::string, std::string> jobs;
-    if (!fs::exists(file))
+    if (!is_file(file))
         return jobs;
     std::istringstream text(read_text_file(file));
     for (std::string array, id; text >> array >> id;)
@@ -59,7 +59,7 @@ bool contains_any(const std::string& text, std::initializer_list<const char*> pa
 
 bool Submission::is_at(const fs::path& folder)
 {
-    return fs::exists(settings_file(folder));
+    return is_file(settings_file(folder));
 }
 
 void Submission::configure(const fs::path& folder, const SlurmSettings& settings)
@@ -87,7 +87,7 @@ void Submission::read_waves()
 {
     waves_.clear();
     for (const fs::path& entry : entries_of(folder_ / "slurm"))
-        if (fs::exists(entry / "wave.json"))
+        if (is_file(entry / "wave.json"))
             waves_.push_back(read_wave(entry));
     std::sort(waves_.begin(), waves_.end(), [](const auto& a, const auto& b) { return a.number < b.number; });
 }
@@ -145,8 +145,8 @@ void Submission::write(const Wave& wave, std::size_t round)
         write_file(folder / (array.name + ".sbatch"), array_script(settings_, wave, array));
         write_file(folder / (array.name + ".list"), array_list(array));
         for (const ArrayElement& element : array.elements)
-            fs::create_symlink(fs::path("../../logs") / (element.name + ".log"),
-                               folder / (array.name + "." + std::to_string(element.index) + ".log"));
+            make_link(fs::path("../../logs") / (element.name + ".log"),
+                      folder / (array.name + "." + std::to_string(element.index) + ".log"));
         arrays.push_back(Value::Map{{"name", array.name}, {"minutes", array.minutes}, {"memory_mb", array.memory_mb}});
     }
     if (wave.continued)
@@ -169,7 +169,7 @@ std::string task_name(const TaskTable& table, const Task& task)
 TaskLog last_log(const fs::path& folder, const std::string& task_name)
 {
     TaskLog log{folder / "logs" / (task_name + ".log"), "", ""};
-    if (!fs::exists(log.file))
+    if (!is_file(log.file))
         return log;
     const std::string text = read_text_file(log.file);
     const std::string head = "== task ";

@@ -1,5 +1,5 @@
 #include "cluster/task_status.h"
-#include "base/durable_file.h"
+#include "base/records.h"
 #include "base/unit_text.h"
 #include <fresco/error.h>
 
@@ -50,7 +50,7 @@ void write_task_end(const fs::path& folder, std::size_t task, const RunSummary& 
 
 std::optional<TaskEnd> read_task_end(const fs::path& folder, std::size_t task)
 {
-    if (!fs::exists(end_file(folder, task)))
+    if (!is_file(end_file(folder, task)))
         return std::nullopt;
     const Value record = read_record(end_file(folder, task));
     TaskEnd end{static_cast<int>(record.at("exit_code").as_int()), {}};

@@ -4,8 +4,8 @@
 #include "base/unit_text.h"
 #include "display/progress_rate.h"
 #include "display/run_view.h"
+#include <fresco/file_access.h>
 #include <fresco/files_io.h>
-#include <fresco/retry.h>
 
 #include <algorithm>
 #include <cerrno>

@@ -5,6 +5,7 @@
 #include "display/display.h"
 #include "main/commands.h"
 #include "main/run_end.h"
+#include "main/task_commands.h"
 
 #include "base/machine.h"
 #include "pipeline/pipeline_ports.h"
@@ -218,7 +219,7 @@ bool set_limits(const RunArguments& arguments, RunRequest& request)
 int run_task(const RunArguments& arguments)
 {
     constexpr int exit_plugin = 4;
-    const auto folder = std::filesystem::absolute(arguments.pipeline.file).lexically_normal();
+    const auto folder = guarded_task_folder(arguments.pipeline.file);
     const TaskTable head = read_task_head(folder);
     const Task task = read_task(folder, head, *arguments.task);
     const auto loaded = load_and_report(task_request(head, task));

@@ -27,7 +27,7 @@ struct FolderArguments
     bool json = false;
     std::vector<std::string> words;
 
-    fs::path path() const { return fs::absolute(folder).lexically_normal(); }
+    fs::path path() const { return guarded_task_folder(folder); }
     void add_to(CLI::App& command)
     {
         command.add_option("folder", folder, "Folder of tasks, as `fresco submit` writes it")->required();

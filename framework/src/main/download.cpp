@@ -2,7 +2,7 @@
 
 #include "base/process.h"
 #include <fresco/error.h>
-#include <fresco/retry.h>
+#include <fresco/file_access.h>
 #include <fresco/weights/sha256.h>
 
 #include <array>
@@ -119,7 +119,8 @@ class Part
 {
   public:
     explicit Part(fs::path path)
-        : path_(std::move(path)), file_(uninterrupted([&] { return open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666); }))
+        : path_(std::move(path)),
+          file_(uninterrupted([&] { return open(path_.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0666); }))
     {
         if (!file_.valid())
             throw Error(path_.string() + ": cannot be written: " + cause());

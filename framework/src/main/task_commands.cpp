@@ -1,5 +1,6 @@
 #include "main/task_commands.h"
 #include "base/text_layout.h"
+#include <fresco/file_access.h>
 
 namespace fresco::host
 {
@@ -21,9 +22,16 @@ void TableArguments::add_to(CLI::App& command, const std::string& file_help)
     command.get_option("pipeline")->description(file_help);
 }
 
+fs::path guarded_task_folder(const fs::path& folder)
+{
+    const fs::path whole = fs::absolute(folder).lexically_normal();
+    forbid_links_below(whole, "choose another folder");
+    return whole;
+}
+
 fs::path TableArguments::folder_path() const
 {
-    return fs::absolute(folder).lexically_normal();
+    return guarded_task_folder(folder);
 }
 
 std::string TableArguments::set_option() const

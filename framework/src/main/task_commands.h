@@ -30,6 +30,8 @@ struct TableArguments
     std::vector<CLI::Option*> options_;
 };
 
+/// The absolute path of a task folder as the user names it, below which no link is followed any more.
+std::filesystem::path guarded_task_folder(const std::filesystem::path& folder);
 /// Writes the folder of tasks; the exit code. Prints what is wrong with the pipeline or the places.
 int write_tasks(const TableArguments& arguments);
 /// The pipeline as it was when the folder's tasks were made. Prints every problem to standard error.

@@ -166,7 +166,7 @@ Value OptionChecker::check_plain(const OptionDeclaration& option, const YamlNode
     else if (option.kind == OptionKind::input_folder)
         check_input_path(node, true, owner, problems_);
     else if (option.kind == OptionKind::output_name)
-        uses.output_names.push_back({option.name, value.as_string(), node.position()});
+        uses.output_names.push_back({option.name, value.as_string(), !option.extensions.empty(), node.position()});
     return value;
 }
 

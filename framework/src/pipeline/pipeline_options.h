@@ -20,6 +20,7 @@ struct OptionUses
     {
         std::string option;
         std::string path;
+        bool is_file;  ///< Not the folder of several.
         Position position;
     };
     std::vector<OutputUse> output_names;

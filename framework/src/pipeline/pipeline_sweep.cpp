@@ -77,7 +77,7 @@ std::vector<Problem> SweepBuilder::colliding_outputs(const Cell& cell) const
     OutputOwners owners;
     for (std::size_t i = 0; i < cell.stages.size(); ++i)
         for (const OptionUses::OutputUse& use : drafts_.stage(cell.stages[i]).output_names)
-            if (const auto collision = owners.claim(use.path, document_.stages.entries[i].key, use.option))
+            if (const auto collision = owners.claim(use.path, document_.stages.entries[i].key, use.is_file, use.option))
                 problems.add(use.position, *collision);
     return problems.sorted();
 }

@@ -1,6 +1,6 @@
 #include "base/process.h"
 #include "plugins/plugin_library.h"
-#include <fresco/retry.h>
+#include <fresco/file_access.h>
 
 #include <cerrno>
 #include <cstring>

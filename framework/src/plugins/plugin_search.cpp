@@ -1,7 +1,7 @@
 #include "plugins/own_libraries.h"
 
-#include "base/durable_file.h"
 #include "base/file_stamp.h"
+#include "base/records.h"
 #include "plugins/plugin_library.h"
 #include "plugins/plugin_probe.h"
 #include "plugins/plugin_search.h"
@@ -49,9 +49,15 @@ class DescriptorCache
   public:
     DescriptorCache() : folder_(descriptor_cache_folder()), hashes_(folder_.empty() ? fs::path() : folder_ / "stamps.json")
     {
-        std::error_code error;
-        if (!folder_.empty())
-            fs::create_directories(folder_, error);
+        try
+        {
+            make_folder(folder_);
+            forbid_links_below(folder_, "set another cache folder with XDG_CACHE_HOME");
+        }
+        catch (const Error&)
+        {
+            folder_.clear();
+        }
         sdk_hash_ = hashes_.hash(sdk_library());
     }
 

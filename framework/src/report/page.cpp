@@ -118,11 +118,14 @@ bool is_current(const Page& page)
 
 void write_data(const Page& page)
 {
-    std::error_code error;
-    fs::create_directories(page.json.parent_path(), error);
-    if (error)
-        throw Error(page.json.parent_path().string() + ": cannot make the folder: " + error.message() +
-                    "; give another one with --out");
+    try
+    {
+        make_folder(page.json.parent_path());
+    }
+    catch (const Error& error)
+    {
+        throw Error(std::string(error.what()) + "; choose another with --out");
+    }
     write_durable_file(page.json, json_lines(page.data));
 }
 

@@ -1,7 +1,7 @@
 #include "run/exports.h"
-#include "base/durable_file.h"
 #include "base/fault.h"
 #include "base/machine.h"
+#include "base/records.h"
 #include <fresco/error.h>
 #include <fresco/files.h>
 
@@ -67,7 +67,7 @@ void Exporter::copy(const PipelineStage& stage, const std::string& object, const
             if (copies.size() >= at_once)
                 place(found, copies);
             const fs::path to = place_of(stage, name);
-            const auto collision = owners_.claim(fs::path(stage.place) / name, stage.name);
+            const auto collision = owners_.claim(fs::path(stage.place) / name, stage.name, true);
             const fs::path from = folder / name;
             const bool same = is_there(to, from);
             // Two exports of one texture may well agree on its picture.
@@ -79,7 +79,7 @@ void Exporter::copy(const PipelineStage& stage, const std::string& object, const
                 if (auto damage = verified ? std::nullopt : store_.verify(object, 1, output))
                     throw DamagedObject{std::move(*damage)};
                 verified = true;
-                if (std::error_code error; fs::is_directory(to, error))
+                if (is_folder(to))
                     throw Error(to.string() + ": is a folder where the stage's file goes; move it away");
                 make_out_folder(to.parent_path());
                 copies.push_back({from, to});

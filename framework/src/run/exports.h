@@ -4,7 +4,7 @@
 #include "pipeline/output_owners.h"
 #include "pipeline/pipeline.h"
 #include "store/store.h"
-#include <fresco/copy_file.h>
+#include <fresco/files_io.h>
 
 #include <filesystem>
 #include <functional>

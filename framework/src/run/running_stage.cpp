@@ -1,5 +1,6 @@
 #include "run/running_stage.h"
 #include "base/unit_text.h"
+#include "run/stage_standings.h"
 
 #include "base/machine.h"
 #include "worker/scratch_folder.h"
@@ -40,13 +41,14 @@ std::vector<std::pair<std::string, std::string>> library_environment(int threads
 
 }  // namespace
 
-WorkerRequest make_worker_request(const StageNode& node, const RunState& state, const Store& store,
-                                  const fs::path& preview_folder, int threads, FileHashes& hashes)
+WorkerRequest make_worker_request(const StageNode& node, const RunState& state, const Store& store, const fs::path& out,
+                                  int threads, FileHashes& hashes)
 {
     const PipelineStage& stage = *node.stage;
     WorkerRequest request;
     request.store = store.root();
-    request.preview_folder = preview_folder;
+    request.out = out;
+    request.preview_folder = preview_folder(out, stage);
     request.stage = stage.name;
     request.type = stage.type->type;
     request.options = *stage.options;
@@ -85,7 +87,7 @@ WorkerRequest make_worker_request(const StageNode& node, const RunState& state, 
 RunningStage::RunningStage(StageNode& node, const WorkerRequest& request, const Store& store, const StageLimits& limits,
                            ProgressDisplay& display)
     : node_(&node), store_(&store), limits_(limits), display_(&display), threads_(request.threads),
-      request_folder_(store.make_temporary()), resumes_(fs::exists(store.checkpoint(request.key))),
+      request_folder_(store.make_temporary()), resumes_(is_folder(store.checkpoint(request.key))),
       log_(store.log_file(request.key))
 {
     for (const WorkerInput& input : request.inputs)
@@ -157,8 +159,15 @@ void RunningStage::take_event(const std::string& line)
     {
         start_ = std::chrono::steady_clock::now();
         runs_ = true;
-        log_.begin(resumes_);
         display_->stage_begins(stage, threads_);
+        try
+        {
+            log_.begin(resumes_);
+        }
+        catch (const Error& error)
+        {
+            display_->stage_says(stage, std::string("no log is written: ") + error.what(), true);
+        }
     }
     else if (name == "waiting")
         display_->stage_waits(stage, event.at("holder").as_string());

@@ -20,7 +20,7 @@ namespace fresco::host
 
 /// The request for a stage whose producers' results are all there.
 WorkerRequest make_worker_request(const StageNode& node, const RunState& state, const Store& store,
-                                  const std::filesystem::path& preview_folder, int threads, FileHashes& hashes);
+                                  const std::filesystem::path& out, int threads, FileHashes& hashes);
 
 /// A stage at work in its process.
 class RunningStage

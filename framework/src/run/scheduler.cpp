@@ -126,8 +126,7 @@ class Scheduler
     {
         try
         {
-            const WorkerRequest request =
-                make_worker_request(node, state_, store_, preview_folder(request_.out, *node.stage), threads, hashes_);
+            const WorkerRequest request = make_worker_request(node, state_, store_, request_.out, threads, hashes_);
             const auto limits = request_.limits.find(node.stage->name);
             running_.emplace_back(node, request, store_, limits == request_.limits.end() ? StageLimits{} : limits->second,
                                   display_);
@@ -413,6 +412,7 @@ const StageOutcome* RunSummary::outcome_of(const std::string& stage) const
 RunSummary run_pipeline(const RunRequest& request, ProgressDisplay& display)
 {
     set_input_roots(request.pipeline->inputs);
+    forbid_links_below(request.out, another_out);
     Scheduler scheduler(request, display);
     return scheduler.run();
 }

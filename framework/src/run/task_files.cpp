@@ -1,5 +1,5 @@
-#include "base/durable_file.h"
 #include "base/machine.h"
+#include "base/records.h"
 #include "run/task_table.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
@@ -314,7 +314,7 @@ Value to_value(const TaskTable& table)
 
 void write_task_table(const TaskTable& table, const fs::path& folder)
 {
-    if (fs::exists(head_file(folder)))
+    if (path_status(head_file(folder)))
         throw Error(folder.string() + ": already holds tasks: choose another folder, or remove it");
     make_folder(folder / "pipeline");
     make_folder(folder / "tasks");
@@ -333,7 +333,7 @@ void write_task_table(const TaskTable& table, const fs::path& folder)
 TaskTable read_task_head(const fs::path& folder)
 {
     const fs::path file = head_file(folder);
-    if (!fs::exists(file))
+    if (!path_status(file))
         throw MissingInput(folder.string() + ": holds no tasks: 'fresco plan FILE --tasks --folder " + folder.string() +
                            "' makes them");
     const Value value = parse_json(read_text_file(file, size_limit), file.string());

@@ -1,7 +1,7 @@
 #include "store/presence.h"
 #include "base/process_identity.h"
 #include <fresco/error.h>
-#include <fresco/retry.h>
+#include <fresco/file_access.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -30,7 +30,8 @@ constexpr std::int64_t ended_ns = 600'000'000'000;
 /// By the file server's clock, as it is now; nothing if the file is gone.
 std::optional<std::int64_t> last_beat(const fs::path& file)
 {
-    const FileDescriptor fd(uninterrupted([&] { return open(file.c_str(), O_RDONLY | O_CLOEXEC); }));
+    // Opened, not only looked at: network file systems are up to date then.
+    const FileDescriptor fd = is_file(file) ? open_file(file, O_RDONLY) : FileDescriptor();
     struct stat status
     {
     };
@@ -42,7 +43,7 @@ std::optional<std::int64_t> last_beat(const fs::path& file)
 bool can_be_locked(const fs::path& file)
 {
     // Shared: those who try at once do not take each other for the owner.
-    return stamp_of(file) && FileLock(file).try_shared();
+    return is_file(file) && FileLock(file).try_shared();
 }
 
 /// The processes of other machines that beat lately and whose locks this machine gets. Empty where one is locked against this
@@ -57,7 +58,9 @@ std::map<fs::path, std::int64_t> unlocked_strangers(const Store& store, const fs
         const auto process = process_named_by(file.filename().string());
         if (file == own || (process && process->is_on_this_machine() && process->is_running()))
             continue;
-        if (!process || process->is_on_this_machine())
+        if (!process)
+            continue;
+        if (process->is_on_this_machine())
         {
             remove_quietly(file);
             continue;
@@ -143,7 +146,7 @@ void Presence::beat()
         return;
     next_beat_ = Clock::now() + beat_period;
     // By the file server's clock.
-    utimensat(AT_FDCWD, file_.c_str(), nullptr, 0);
+    futimens(lock_.descriptor(), nullptr);
 }
 
 std::string present_processes(const Store& store)
@@ -162,10 +165,8 @@ std::vector<fs::path> abandoned_temporaries(const Store& store)
     for (const fs::path& path : entries_of(store.root() / "tmp"))
     {
         const auto process = process_named_by(path.filename().string());
-        const bool used =
-            process && (process->is_on_this_machine() ? process->is_running()
-                                                      : stamp_of(store.root() / "runs" / process->text()).has_value());
-        if (!used)
+        if (process &&
+            !(process->is_on_this_machine() ? process->is_running() : is_file(store.root() / "runs" / process->text())))
             abandoned.push_back(path);
     }
     return abandoned;

@@ -1,11 +1,12 @@
 #include "store/publish.h"
-#include "base/durable_file.h"
 #include "base/fault.h"
+#include "base/process.h"
+#include "base/records.h"
 #include "base/utf8.h"
 #include <fresco/error.h>
+#include <fresco/file_access.h>
 #include <fresco/files_io.h>
 #include <fresco/hash.h>
-#include <fresco/retry.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -31,6 +32,8 @@ Tree list_tree(const fs::path& root, const std::vector<std::string>& outputs)
     Tree tree;
     for (const auto& output : outputs)
     {
+        if (!is_folder(root / output))
+            throw Error(output + ": the stage put something else in place of its output's folder");
         tree.folders.push_back(root / output);
         for (const auto& entry : fs::recursive_directory_iterator(root / output))
         {
@@ -56,15 +59,23 @@ void sync_tree(const fs::path& root, const Tree& tree)
     constexpr std::size_t many = 64;
     if (tree.files.size() > many)
     {
-        const FileDescriptor fd(uninterrupted([&] { return open(root.c_str(), O_RDONLY | O_CLOEXEC); }));
+        const FileDescriptor fd = open_file(root, O_RDONLY | O_DIRECTORY);
         if (!fd.valid() || uninterrupted([&] { return syncfs(fd.get()); }) != 0)
             throw Error(root.string() + ": cannot be written to the disk: " + std::strerror(errno));
         return;
     }
     for (const auto& file : tree.files)
-        sync_path(root / file);
+        sync_file(root / file);
     for (const auto& folder : tree.folders)
-        sync_path(folder);
+        sync_folder(folder);
+}
+
+/// Gives a temporary folder the permissions that the process gives to new ones.
+void open_to_others(const fs::path& folder)
+{
+    const FileDescriptor fd = open_file(folder, O_RDONLY | O_DIRECTORY);
+    if (!fd.valid() || fchmod(fd.get(), 0777 & ~current_mask()) != 0)
+        throw Error(folder.string() + ": its permissions cannot be set: " + std::strerror(errno));
 }
 
 /// With what those objects refer to themselves.
@@ -106,13 +117,12 @@ void put_in_place(const Store& store, const fs::path& folder, const Tree& tree, 
         remove_quietly(folder);
         return;
     }
-    if (fs::exists(store.object(result.object)))
+    if (path_status(store.object(result.object)))
         store.discard(result.object);
-    std::error_code error;
-    fs::rename(folder, store.object(result.object), error);
-    if (error)
-        throw Error(store.object(result.object).string() + ": cannot be put in place: " + error.message());
-    sync_path(store.root() / "objects");
+    open_to_others(folder);
+    if (!rename_path(folder, store.object(result.object)))
+        throw Error(store.object(result.object).string() + ": cannot be put in place: " + std::strerror(errno));
+    sync_folder(store.root() / "objects");
     fault_point("publish.renamed");
     // Before the manifest: a key that leads to nothing is harmless, a result that no key leads to would be made twice.
     store.remember(key, result);

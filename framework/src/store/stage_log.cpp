@@ -1,6 +1,7 @@
 #include "store/stage_log.h"
 #include "store/stage_record.h"
-#include <fresco/retry.h>
+#include <fresco/error.h>
+#include <fresco/file_access.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -42,8 +43,7 @@ std::string whole_text(int fd, std::size_t size)
 
 void StageLog::begin(bool resumes)
 {
-    const int flags = O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC | (resumes ? 0 : O_TRUNC);
-    fd_ = FileDescriptor(uninterrupted([&] { return open(file_.c_str(), flags, 0666); }));
+    fd_ = open_file(file_, O_RDWR | O_CREAT | O_APPEND | (resumes ? 0 : O_TRUNC));
     struct stat status
     {
     };
@@ -110,24 +110,30 @@ void StageLog::write(std::string_view text)
 
 void link_stage_log(const Store& store, const fs::path& pipeline, const std::string& stage, const std::string& key)
 {
-    std::error_code error;
-    const fs::path folder = pipeline_folder(store, pipeline);
-    fs::create_directories(folder, error);
-    const fs::path link = folder / (stage + ".log");
-    const fs::path target = fs::path("../..") / store.log_file(key).lexically_relative(store.root());
-    if (fs::read_symlink(link, error) == target)
-        return;
-    fs::remove(link, error);
-    fs::create_symlink(target, link, error);
+    try
+    {
+        const fs::path folder = pipeline_folder(store, pipeline);
+        make_folder(folder);
+        const fs::path link = folder / (stage + ".log");
+        const fs::path target = fs::path("../..") / store.log_file(key).lexically_relative(store.root());
+        if (std::error_code error; fs::read_symlink(link, error) != target)
+            make_link(target, link);
+    }
+    catch (const Error&)
+    {
+        return;  // Whatever is wrong there, the stage's record meets it too, and says so.
+    }
 }
 
 std::map<std::string, fs::path> stage_logs(const Store& store, const fs::path& pipeline)
 {
     std::map<std::string, fs::path> logs;
+    const fs::path folder = pipeline_folder(store, pipeline);
     std::error_code error;
-    for (const auto& entry : fs::directory_iterator(pipeline_folder(store, pipeline), error))
-        if (entry.path().extension() == ".log")
-            logs[entry.path().stem().string()] = entry.path();
+    for (const fs::path& link : is_folder(folder) ? entries_of(folder) : std::vector<fs::path>())
+        // The name says which log of the store it is; the link itself is for people.
+        if (const std::string key = fs::read_symlink(link, error).stem(); link.extension() == ".log" && is_stored_name(key))
+            logs[link.stem().string()] = store.log_file(key);
     return logs;
 }
 

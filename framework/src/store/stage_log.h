@@ -18,7 +18,7 @@ class StageLog
   public:
     explicit StageLog(std::filesystem::path file) : file_(std::move(file)) {}
 
-    /// Call when the stage starts. Truncates the file unless the stage resumes.
+    /// Call when the stage starts. Truncates the file unless the stage resumes. Throws Error if something else is in its place.
     void begin(bool resumes);
     /// Adds a line as a terminal would finally show it, without the parts overwritten after a carriage return.
     void add(std::string_view line);

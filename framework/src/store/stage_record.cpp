@@ -1,5 +1,5 @@
 #include "store/stage_record.h"
-#include "base/durable_file.h"
+#include "base/records.h"
 #include <fresco/error.h>
 #include <fresco/hash.h>
 
@@ -77,11 +77,12 @@ void write_stage_record(const Store& store, const fs::path& pipeline, const Stag
 
 void remove_old_records(const Store& store, const fs::path& pipeline, const std::set<std::string>& stages)
 {
-    std::error_code error;
-    for (const auto& entry : fs::directory_iterator(pipeline_folder(store, pipeline), error))
-        if ((entry.path().extension() == ".json" || entry.path().extension() == ".log") &&
-            !stages.contains(entry.path().stem().string()))
-            fs::remove(entry.path(), error);
+    const fs::path folder = pipeline_folder(store, pipeline);
+    if (!is_folder(folder))
+        return;
+    for (const fs::path& file : entries_of(folder))
+        if ((file.extension() == ".json" || file.extension() == ".log") && !stages.contains(file.stem().string()))
+            remove_quietly(file);
 }
 
 UsedResults used_results(const Store& store)

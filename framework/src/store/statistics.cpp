@@ -1,5 +1,5 @@
 #include "store/statistics.h"
-#include "base/journal.h"
+#include "base/records.h"
 #include <fresco/error.h>
 
 #include <algorithm>

@@ -1,7 +1,6 @@
 #include "store/store.h"
-#include "base/durable_file.h"
 #include "base/process_identity.h"
-#include <fresco/checked_file.h>
+#include "base/records.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/hash.h>
@@ -10,10 +9,10 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <fstream>
 #include <functional>
 #include <random>
 #include <sys/stat.h>
@@ -24,6 +23,7 @@ namespace fs = std::filesystem;
 namespace
 {
 
+constexpr const char* another_store = "choose another store with --store";
 constexpr std::string_view store_format = "fresco store 2\n";
 /// The first format's file had no checksum.
 constexpr std::string_view first_format = "fresco store 1\n";
@@ -46,7 +46,7 @@ std::string gpu_text(const Value& gpus)
 void check_format(const fs::path& root)
 {
     const fs::path file = root / "format";
-    if (!stamp_of(file))
+    if (!path_status(file))
         return write_checked(file, store_format);
     const std::string text = read_text_file(file);
     if (text == first_format)
@@ -58,7 +58,7 @@ void check_format(const fs::path& root)
     }
     catch (const Error&)
     {
-        if (!stamp_of(root / "objects") || !stamp_of(root / "keys"))
+        if (!is_folder(root / "objects") || !is_folder(root / "keys"))
             throw Error(file.string() + ": is not the file of a store: choose another folder with --store");
         // Damaged. All else in the store is checked by itself.
         return write_checked(file, store_format);
@@ -71,7 +71,7 @@ void check_format(const fs::path& root)
 
 bool Store::is_at(const fs::path& folder)
 {
-    return stamp_of(folder / "format").has_value();
+    return path_status(folder / "format").has_value();
 }
 
 Store::Store(fs::path root) : root_(std::move(root))
@@ -82,8 +82,9 @@ Store::Store(fs::path root) : root_(std::move(root))
     }
     catch (const Error& error)
     {
-        throw Error(std::string(error.what()) + "; choose another store with --store");
+        throw Error(std::string(error.what()) + "; " + another_store);
     }
+    forbid_links_below(fs::absolute(root_), another_store);
     check_format(root_);
     for (const char* folder : {"objects", "keys", "stages", "checkpoints", "logs", "locks", "runs", "tmp"})
         make_folder(root_ / folder);
@@ -96,24 +97,32 @@ fs::path Store::make_temporary(std::string prefix) const
     for (std::random_device random;;)
     {
         const fs::path folder = root_ / "tmp" / fmt::format("{}.{:08x}{:08x}", prefix, random(), random());
-        if (mkdir(folder.c_str(), 0777) == 0)
+        const PathEntry entry(folder);
+        // Nobody else's business before it is published: another user could swap a file for a link while a plugin writes it.
+        if (entry.valid() && mkdirat(entry.folder(), entry.name(), 0700) == 0)
             return folder;
-        if (errno != EEXIST)
+        if (!entry.valid() || errno != EEXIST)
             throw Error((root_ / "tmp").string() + ": cannot make a folder: " + std::strerror(errno));
     }
 }
 
 void Store::remove_temporaries(const std::string& prefix) const
 {
-    std::error_code error;
-    for (const fs::directory_entry& entry : fs::directory_iterator(root_ / "tmp", error))
-        if (entry.path().filename().string().starts_with(prefix))
-            remove_quietly(entry.path());
+    try
+    {
+        for (const fs::path& path : entries_of(root_ / "tmp"))
+            if (path.filename().string().starts_with(prefix))
+                remove_quietly(path);
+    }
+    catch (const Error&)
+    {
+        return;  // The next run removes them.
+    }
 }
 
 bool Store::present(std::string_view object) const
 {
-    return stamp_of(manifest_file(object)).has_value();
+    return is_file(manifest_file(object));
 }
 
 bool Store::present(const StoredResult& result) const
@@ -130,7 +139,7 @@ fs::path Store::checkpoint_file(std::string_view key, std::string_view extension
 std::string Store::checkpoint_refusal(std::string_view key, const Value& place) const
 {
     const fs::path file = checkpoint_file(key, ".dependencies");
-    if (!stamp_of(file))
+    if (!path_status(file))
         return "";
     const Value made = read_record(file).at("place");
     if (!(made.at("features") == place.at("features")))
@@ -144,10 +153,15 @@ std::string Store::checkpoint_refusal(std::string_view key, const Value& place) 
 
 double Store::checkpoint_share(std::string_view key) const
 {
-    double share = 0;
-    std::ifstream(checkpoint_file(key, ".share")) >> share;
-    // An estimate of no time at all would count as unknown.
-    return std::clamp(share, 0.0, 0.99);
+    try
+    {
+        // An estimate of no time at all would count as unknown.
+        return std::clamp(std::strtod(read_text_file(checkpoint_file(key, ".share"), 100).c_str(), nullptr), 0.0, 0.99);
+    }
+    catch (const Error&)
+    {
+        return 0;
+    }
 }
 
 void Store::remove_checkpoint(std::string_view key) const
@@ -158,12 +172,10 @@ void Store::remove_checkpoint(std::string_view key) const
 
 void Store::drop_checkpoint(std::string_view key) const
 {
-    std::error_code error;
-    fs::remove_all(checkpoint(key), error);
-    if (error)
-        throw Error(checkpoint(key).string() + ": is outdated and cannot be removed: " + error.message());
+    if (!remove_path(checkpoint(key)))
+        throw Error(checkpoint(key).string() + ": is outdated and cannot be removed: " + std::strerror(errno));
     remove_checkpoint(key);
-    sync_path(root_ / "checkpoints");
+    sync_folder(root_ / "checkpoints");
 }
 
 std::string object_id(const std::string& key, const std::vector<Dependency>& dependencies)
@@ -214,7 +226,7 @@ std::optional<Damage> Store::verify(const std::string& object, int threads, cons
     }
     const fs::path folder = this->object(object);
     // An output that its stage left out has neither.
-    if (!below.empty() && files.empty() && stamp_of(folder / below))
+    if (!below.empty() && files.empty() && path_status(folder / below))
         return Damage{object, (folder / below).string() + ": is not among the files of the result"};
     std::vector<std::optional<std::string>> damage(files.size());
     parallel_for(files.size(), 1, threads,
@@ -231,41 +243,38 @@ std::optional<Damage> Store::verify(const std::string& object, int threads, cons
 
 void Store::discard(std::string_view object) const
 {
-    std::error_code error;
     if (present(object))
     {
-        fs::remove(manifest_file(object), error);
-        if (error)
-            throw Error(manifest_file(object).string() + ": cannot be removed: " + error.message());
-        sync_path(this->object(object));
+        if (!remove_path(manifest_file(object)))
+            throw Error(manifest_file(object).string() + ": cannot be removed: " + std::strerror(errno));
+        sync_folder(this->object(object));
     }
     const fs::path aside = make_temporary();
-    fs::rename(this->object(object), aside / "object", error);
+    rename_path(this->object(object), aside / "object");
     remove_quietly(aside);
 }
 
 void remove_quietly(const fs::path& path)
 {
-    std::error_code error;
-    fs::remove_all(path, error);
+    try
+    {
+        remove_path(path);
+    }
+    catch (const Error&)
+    {
+        return;
+    }
 }
 
-std::vector<fs::path> entries_of(const fs::path& folder)
+bool is_stored_name(std::string_view name)
 {
-    std::vector<fs::path> entries;
-    std::error_code error;
-    fs::directory_iterator entry(folder, error);
-    for (; !error && entry != fs::directory_iterator(); entry.increment(error))
-        entries.push_back(entry->path());
-    if (error && error != std::errc::no_such_file_or_directory)
-        throw Error(folder.string() + ": cannot be listed: " + error.message());
-    std::sort(entries.begin(), entries.end());
-    return entries;
+    constexpr std::size_t digits = 32;
+    return name.size() == digits && name.find_first_not_of("0123456789abcdef") == std::string_view::npos;
 }
 
 void rethrow_if_there(const fs::path& file)
 {
-    if (stamp_of(file))
+    if (path_status(file))
         throw;
 }
 

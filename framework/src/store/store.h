@@ -3,6 +3,7 @@
 #include "base/chunk_hash.h"
 #include "base/file_lock.h"
 #include "base/file_stamp.h"
+#include <fresco/file_access.h>
 #include <fresco/input_roots.h>
 #include <fresco/value.h>
 
@@ -56,6 +57,7 @@ inline constexpr const char* default_store = ".fresco";
 ///   logs/<key>.log       what the stage printed when it last ran; beside the records, <stage>.log is a link to it
 ///   runs/<process>       of every process at work in the store, see Presence
 ///   locks/, tmp/, files.jsonl (content hashes by stamp), stats.jsonl (measured costs): see Journal
+/// No link below the folder is followed, and only names that a store makes are ever removed: see fresco/file_access.h.
 /// Safe for several processes at once; objects never change once they have a manifest. All that is read back is checked against
 /// checksums and against the name it is read by.
 class Store
@@ -87,7 +89,8 @@ class Store
     /// Of FileHashes.
     std::filesystem::path file_index() const { return root_ / "files.jsonl"; }
     std::filesystem::path lock_file(std::string_view key) const { return root_ / "locks" / key; }
-    /// A new empty folder below tmp/, whose name begins with `prefix` and a dot; without one, with this process's identity.
+    /// A new empty folder below tmp/, only for this user, whose name begins with `prefix` and a dot; without one, with this
+    /// process's identity.
     std::filesystem::path make_temporary(std::string prefix = {}) const;
     /// Removes every temporary folder whose name begins with `prefix`, and what is in it.
     void remove_temporaries(const std::string& prefix) const;
@@ -127,10 +130,11 @@ std::string object_id(const std::string& key, const std::vector<Dependency>& dep
 /// How the names of all objects of this key begin.
 std::string object_prefix(std::string_view key);
 
-/// Removes a folder or file; what cannot be removed stays.
+/// As remove_path; what cannot be removed stays.
 void remove_quietly(const std::filesystem::path& path);
-/// What is directly in a folder, sorted; nothing if it is not there. Throws Error if it cannot be listed.
-std::vector<std::filesystem::path> entries_of(const std::filesystem::path& folder);
+/// Whether a name can be a key or an object: 32 hexadecimal digits. Everything else in their folders is somebody else's, and
+/// stays.
+bool is_stored_name(std::string_view name);
 
 /// In a handler: throws again what hinders from reading a file that is there. Neither is it damaged, nor may it count as gone.
 void rethrow_if_there(const std::filesystem::path& file);

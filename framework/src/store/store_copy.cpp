@@ -1,8 +1,8 @@
 #include "store/store_copy.h"
 #include "base/fault.h"
 #include "store/publish.h"
-#include <fresco/copy_file.h>
 #include <fresco/error.h>
+#include <fresco/files_io.h>
 #include <fresco/parallel.h>
 
 #include <algorithm>
@@ -24,13 +24,10 @@ void copy_files_of(const fs::path& from, const fs::path& to, const std::function
     {
         wait();
         const fs::path place = to / entry.path().lexically_relative(from);
-        std::error_code error;
         if (entry.is_directory())
-            fs::create_directories(place, error);
+            make_folder(place);
         else if (entry.path().parent_path() != from)
             copies.push_back({entry.path(), place});
-        if (error)
-            throw Error(place.string() + ": cannot be created: " + error.message());
         if (copies.size() == at_once)
         {
             copy_files(copies);

@@ -1,4 +1,4 @@
-#include "base/durable_file.h"
+#include "base/records.h"
 #include "store/store.h"
 #include <fresco/error.h>
 
@@ -190,9 +190,8 @@ bool Store::restore(const std::string& key) const
         if (!objects_)
         {
             objects_.emplace();
-            std::error_code error;
-            for (const auto& entry : fs::directory_iterator(root_ / "objects", error))
-                objects_->insert(entry.path().filename().string());
+            for (const fs::path& path : entries_of(root_ / "objects"))
+                objects_->insert(path.filename().string());
         }
     }
     std::vector<StoredResult> results;

@@ -63,9 +63,9 @@ int remove_checkpoints(const Store& store, double keep_days, bool dry_run)
     int removed = 0;
     for (const auto& path : entries_of(store.root() / "checkpoints"))
     {
-        if (!fs::is_directory(path))
-            continue;
         const std::string key = path.filename().string();
+        if (!is_stored_name(key))
+            continue;
         const auto result = store.lookup(key);
         if (!(result && store.present(*result)) && age_days(path) < keep_days)
             continue;
@@ -83,7 +83,7 @@ void remove_logs(const Store& store, const std::set<std::string>& kept_keys, con
     for (const auto& path : entries_of(store.root() / "logs"))
     {
         const std::string key = path.stem().string();
-        if (!kept_keys.contains(key) && (removed_keys.contains(key) || age_days(path) >= keep_days))
+        if (is_stored_name(key) && !kept_keys.contains(key) && (removed_keys.contains(key) || age_days(path) >= keep_days))
             remove_quietly(path);
     }
 }
@@ -108,18 +108,21 @@ void remove_leftovers(const Store& store)
     {
         const std::string prefix = object_prefix(file.stem().string());
         const auto object = objects.lower_bound(prefix);
+        if (!is_stored_name(file.stem().native()))
+            continue;
         if (object == objects.end() || !object->starts_with(prefix))
             remove_quietly(file);
     }
     for (const auto& file : entries_of(store.root() / "locks"))
-        if (file.filename() != "store" && FileLock(file).try_exclusive())
+        if (is_stored_name(file.filename().native()) && FileLock(file).try_exclusive())
             remove_quietly(file);
     std::vector<fs::path> folders{store.root(), store.root() / "keys", store.root() / "checkpoints"};
     for (const auto& folder : entries_of(store.root() / "stages"))
         folders.push_back(folder);
     for (const auto& folder : folders)
         for (const auto& file : entries_of(folder))
-            if (file.filename().string().starts_with(temporary_file_prefix))
+            if (const std::string name = file.filename();
+                name.starts_with(temporary_file_prefix) && is_stored_name(name.substr(temporary_file_prefix.size())))
                 remove_quietly(file);
 }
 

@@ -1,9 +1,11 @@
 #include "worker/metric_curves.h"
 
+#include <fresco/file_access.h>
+#include <fresco/files_io.h>
 #include <fresco/hash.h>
 
 #include <algorithm>
-#include <fstream>
+#include <sstream>
 
 namespace fresco::host
 {
@@ -71,8 +73,10 @@ std::string MetricCurves::line(double done, const Value& metrics)
 
 void MetricCurves::load(const std::filesystem::path& file)
 {
-    std::ifstream stream(file);
-    for (std::string text; std::getline(stream, text);)
+    std::istringstream lines;
+    if (is_file(file))
+        lines.str(read_text_file(file));
+    for (std::string text; std::getline(lines, text);)
     {
         const std::string point = text.substr(std::min(text.size(), checksum_digits));
         if (!text.starts_with(content_hash(point)))

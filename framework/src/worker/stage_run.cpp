@@ -28,13 +28,6 @@ namespace fs = std::filesystem;
 namespace
 {
 
-mode_t current_mask()
-{
-    const mode_t mask = umask(0);
-    umask(mask);
-    return mask;
-}
-
 std::vector<fs::path> paths_of(const std::vector<Dependency>& files)
 {
     std::vector<fs::path> paths;
@@ -57,6 +50,7 @@ class StageRun
 
     void run()
     {
+        forbid_links_below(request_.out, another_out);
         lock_key();
         if (const auto stored = store_.lookup(request_.key, nullptr, input_files_); stored && store_.present(*stored))
         {
@@ -197,7 +191,7 @@ class StageRun
         Publication publication;
         for (OutputPort* output : stage.outputs())
         {
-            fs::create_directories(folder_ / output->name());
+            make_folder(folder_ / output->name());
             output->set_folder({folder_ / output->name(), store_.root()});
         }
         fault_point("stage.started");
@@ -208,7 +202,7 @@ class StageRun
         {
             if (output->is_left_out())
             {
-                fs::remove_all(folder_ / output->name());
+                remove_path(folder_ / output->name());
                 continue;
             }
             output->save();

@@ -25,10 +25,14 @@ struct WorkerInput
     Value reader;
 };
 
+/// How an error ends about something below `--out`.
+inline constexpr const char* another_out = "choose another folder with --out";
+
 /// All that a process of its own needs to run one stage.
 struct WorkerRequest
 {
     std::filesystem::path store;
+    std::filesystem::path out;  ///< Of the run. Links below it are not followed.
     std::filesystem::path preview_folder;
     std::string stage;
     std::string type;

@@ -1,13 +1,17 @@
 #include "worker/worker_context.h"
 #include "worker/scratch_folder.h"
 
-#include "base/durable_file.h"
+#include "base/records.h"
 #include "base/utf8.h"
 #include <fresco/error.h>
+#include <fresco/file_access.h>
+#include <fresco/files_io.h>
 
 #include <cmath>
-#include <fstream>
+#include <fcntl.h>
+#include <fmt/format.h>
 #include <stdexcept>
+#include <unistd.h>
 
 namespace fresco::host
 {
@@ -30,6 +34,21 @@ Value finite_or_null(Value value)
         for (auto& [name, entry] : value.as_map())
             entry = finite_or_null(std::move(entry));
     return value;
+}
+
+/// In nanoseconds; 0 if it does not exist.
+std::int64_t modified(const fs::path& path)
+{
+    const auto status = path_status(path);
+    return status ? std::int64_t{status->st_mtim.tv_sec} * 1'000'000'000 + status->st_mtim.tv_nsec : 0;
+}
+
+/// A full disk does not end the stage.
+void add_line(const fs::path& file, const std::string& line)
+{
+    const FileDescriptor fd = open_file(file, O_WRONLY | O_CREAT | O_APPEND);
+    if (fd.valid())
+        (void)!uninterrupted([&] { return write(fd.get(), line.data(), line.size()); });
 }
 
 }  // namespace
@@ -74,7 +93,7 @@ void WorkerContext::keep_curves(double done, std::string_view unit)
     curve_unit_ = unit;
     metrics_changed_ = false;
     if (curves_.add(done, metrics_) && checkpointing_)
-        std::ofstream(store_.checkpoint_file(key_, ".curves"), std::ios::app) << MetricCurves::line(done, metrics_);
+        add_line(store_.checkpoint_file(key_, ".curves"), MetricCurves::line(done, metrics_));
 }
 
 void WorkerContext::check_canceled() const
@@ -191,13 +210,12 @@ fs::path WorkerContext::checkpoint_folder()
     const fs::path folder = store_.checkpoint(key_);
     if (!checkpointing_)
     {
-        if (fs::exists(folder))
+        if (path_status(folder))
             drop_unfit_checkpoint();
         record_dependencies();
         make_folder(folder);
         checkpointing_ = true;
-        std::error_code error;
-        checkpoint_time_ = fs::last_write_time(folder, error);
+        checkpoint_time_ = modified(folder);
         curves_.load(store_.checkpoint_file(key_, ".curves"));
     }
     return folder;
@@ -247,12 +265,18 @@ std::vector<Dependency> WorkerContext::settled_dependencies()
 /// Where the checkpoint changed since the last time, it holds about the work done by now.
 void WorkerContext::keep_checkpoint_share()
 {
-    std::error_code error;
-    const auto time = fs::last_write_time(store_.checkpoint(key_), error);
-    if (!checkpointing_ || error || time == checkpoint_time_)
+    const auto time = modified(store_.checkpoint(key_));
+    if (!checkpointing_ || time == 0 || time == checkpoint_time_)
         return;
     checkpoint_time_ = time;
-    std::ofstream(store_.checkpoint_file(key_, ".share")) << done_share_ << '\n';
+    try
+    {
+        write_file(store_.checkpoint_file(key_, ".share"), fmt::format("{}\n", done_share_));
+    }
+    catch (const Error&)
+    {
+        return;  // Only an estimate.
+    }
 }
 
 }  // namespace fresco::host

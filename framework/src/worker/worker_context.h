@@ -65,8 +65,8 @@ class WorkerContext final : public RunContext
     std::mutex mutex_;
     std::filesystem::path scratch_;
     bool checkpointing_ = false;
-    std::filesystem::file_time_type checkpoint_time_;
-    double done_share_ = 0;  ///< By the last progress.
+    std::int64_t checkpoint_time_ = 0;  ///< When its folder changed last.
+    double done_share_ = 0;             ///< By the last progress.
     std::vector<std::filesystem::path> input_files_;
     Value place_;
     std::map<std::pair<std::filesystem::path, bool>, Dependency>

@@ -43,6 +43,7 @@ Value to_value(const WorkerRequest& request)
     for (const auto& file : request.files)
         files.push_back(to_value(file));
     return Value::Map{{"store", request.store.string()},
+                      {"out", request.out.string()},
                       {"preview_folder", request.preview_folder.string()},
                       {"stage", request.stage},
                       {"type", request.type},
@@ -62,6 +63,7 @@ WorkerRequest worker_request_from(const Value& value)
 {
     WorkerRequest request;
     request.store = value.at("store").as_string();
+    request.out = value.at("out").as_string();
     request.preview_folder = value.at("preview_folder").as_string();
     request.stage = value.at("stage").as_string();
     request.type = value.at("type").as_string();

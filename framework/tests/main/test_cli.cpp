@@ -293,13 +293,17 @@ TEST_CASE("gc keeps what the last runs used, removes the rest and leftovers, and
     const auto objects = [&]
     { return std::distance(fs::directory_iterator(place.file(".fresco/objects")), fs::directory_iterator()); };
     REQUIRE(objects() == 5);
-    fs::create_directories(place.file(".fresco/tmp/run.old"));
+    // Of a process that has ended, and of somebody else.
+    fs::create_directories(place.file(".fresco/tmp/0123456789ab-4711-1.0123456789abcdef"));
+    fs::create_directories(place.file(".fresco/tmp/thesis"));
     fs::create_directories(place.file(".fresco/objects/0123456789abcdef0123456789abcdef/half"));
 
     CHECK(place.run({"store", "gc", "--dry-run", "--keep-days", "0"}).code == 0);
     CHECK(objects() == 6);
     CHECK(place.run({"store", "gc"}).code == 0);
     CHECK(objects() == 5);
+    CHECK(fs::exists(place.file(".fresco/tmp/thesis")));
+    CHECK(fs::remove(place.file(".fresco/tmp/thesis")));
     CHECK(fs::is_empty(place.file(".fresco/tmp")));
     CHECK(place.run({"store", "gc", "--keep-days", "0"}).code == 0);
     CHECK(objects() == 3);

@@ -191,6 +191,14 @@ TEST_CASE("Two stages do not write one file", "[pipeline]")
         two,
         Contains("p.yaml:4:3: error: the stages t and a would both write room.glb below --out: give one of them another path"));
     CHECK_THAT(two, Contains("stage 'b' (export.gltf): option 'path': 'x/../room.glb' is not accepted"));
+    const std::string below = problem_of(
+        "t: {type: texture.optimize, preview: a}",
+        "  a: {type: export.gltf, input: t, path: a/b.glb}\n  b: {type: export.gltf, input: t, path: a/b.glb/c.glb}\n");
+    CHECK_THAT(below,
+               Contains("p.yaml:5:42: error: the stage a would write the file a/b.glb below --out, and the stage b would write "
+                        "a/b.glb/c.glb"));
+    // Several may write into one folder.
+    CHECK(below.find("stage t would") == std::string::npos);
 }
 
 TEST_CASE("What is missing, and which plugin fails, leads to its own exit code", "[pipeline]")

@@ -1,7 +1,7 @@
 #include "program.h"
 
-#include "base/durable_file.h"
 #include "base/file_lock.h"
+#include "base/records.h"
 
 #include <algorithm>
 

@@ -40,10 +40,10 @@ extern "C" int syncfs(int fd) noexcept
     return static_cast<int>(syscall(SYS_syncfs, fd));
 }
 
-extern "C" int rename(const char* from, const char* to) noexcept
+extern "C" int renameat(int from_folder, const char* from, int to_folder, const char* to) noexcept
 {
-    note("name", to);
-    return renameat(AT_FDCWD, from, AT_FDCWD, to);
+    note("name", to_folder == AT_FDCWD ? fs::path(to) : path_of(to_folder) / to);
+    return static_cast<int>(syscall(SYS_renameat, from_folder, from, to_folder, to));
 }
 
 TEST_CASE("What is published is on the disk before a record names it")

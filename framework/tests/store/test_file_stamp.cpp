@@ -1,7 +1,7 @@
 #include "store_samples.h"
 
 #include "base/file_stamp.h"
-#include "base/journal.h"
+#include "base/records.h"
 #include <fresco/error.h>
 #include <fresco/hash.h>
 

@@ -1,6 +1,6 @@
 #include "store_samples.h"
 
-#include "base/journal.h"
+#include "base/records.h"
 #include "store/statistics.h"
 #include <fresco/error.h>
 

@@ -130,12 +130,13 @@ TEST_CASE("Temporary folders are left to processes of other machines")
             names.insert(path.filename().string());
         return names;
     };
-    const std::set<std::string> own{ended.text() + ".02", "other.04"};
+    const std::set<std::string> own{ended.text() + ".02"};
     const fs::path file = sign_as_stranger(store);
     fs::last_write_time(file, fs::last_write_time(file) - std::chrono::minutes(5));
     CHECK(abandoned() == own);
     tidy_store(store, 0, false);
-    CHECK(names_in(store.root() / "tmp").size() == 2);
+    // What no process of fresco's can have made is somebody else's.
+    CHECK(names_in(store.root() / "tmp").size() == 3);
     fs::remove(file);
     CHECK(abandoned() == std::set<std::string>{stranger + ".01"});
 }

@@ -1,4 +1,4 @@
-#include "base/durable_file.h"
+#include "base/records.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/testing.h>

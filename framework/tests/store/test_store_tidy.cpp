@@ -2,12 +2,14 @@
 
 #include "store/stage_record.h"
 #include "store/store_tidy.h"
-#include <fresco/checked_file.h>
 #include <fresco/error.h>
+#include <fresco/files_io.h>
+#include <fresco/hash.h>
 
 #include <sys/stat.h>
 
 using namespace fresco::host;
+using fresco::content_hash;
 using fresco::testing::TemporaryFolder;
 
 TEST_CASE("A store of another format is refused with both and with what to do")
@@ -105,14 +107,17 @@ TEST_CASE("Tidying up keeps what is in use, and leaves nothing that serves nobod
     const fs::path pipeline = folder.path() / "room.yaml";
     write(pipeline, "version: 1");
     write(folder.path() / "gone.yaml", "version: 1");
-    const auto used = publish_text(store, "used", "[1]");
-    const auto unused = publish_text(store, "unused", "[2]");
-    write_stage_record(store, pipeline, {"s", "used", used.object, {}});
-    write_stage_record(store, folder.path() / "gone.yaml", {"s", "unused", unused.object, {}});
+    const std::string used_key = content_hash("used");
+    const std::string unused_key = content_hash("unused");
+    const auto used = publish_text(store, used_key, "[1]");
+    const auto unused = publish_text(store, unused_key, "[2]");
+    write_stage_record(store, pipeline, {"s", used_key, used.object, {}});
+    write_stage_record(store, folder.path() / "gone.yaml", {"s", unused_key, unused.object, {}});
     fs::remove(folder.path() / "gone.yaml");
-    for (const char* key : {"used", "unused", "store"})
+    for (const std::string& key : {used_key, unused_key, std::string("store"), std::string("thesis")})
         FileLock(store.lock_file(key)).try_exclusive();
-    write(store.root() / "keys" / ".fresco-0123", "left by a killed writer");
+    write(store.root() / "keys" / (".fresco-" + unused_key), "left by a killed writer");
+    write(store.root() / "keys" / ".fresco-thesis", "somebody else's");
     const fs::path stages = store.root() / "stages";
     const auto records = [&] { return std::distance(fs::directory_iterator(stages), {}); };
     REQUIRE(records() == 2);
@@ -122,8 +127,8 @@ TEST_CASE("Tidying up keeps what is in use, and leaves nothing that serves nobod
         CHECK(tidy_store(store, 0, true).removed.size() == 1);
         CHECK(tidy_store(store, 0, false).removed.size() == 1);
         CHECK(names_in(store.root() / "objects") == std::vector<std::string>{used.object});
-        CHECK(names_in(store.root() / "keys") == std::vector<std::string>{"used.json"});
-        CHECK(names_in(store.root() / "locks") == std::vector<std::string>{"store"});
+        CHECK(names_in(store.root() / "keys") == std::vector<std::string>{".fresco-thesis", used_key + ".json"});
+        CHECK(names_in(store.root() / "locks") == std::vector<std::string>{"store", "thesis"});
         CHECK(records() == 1);
     }
     SECTION("a damaged record may have named any result of its stage")
@@ -148,18 +153,18 @@ TEST_CASE("What cannot be removed or listed is an error, and nothing else is rem
     const TemporaryFolder folder;
     const Store store(folder.path() / "store");
     const StoredResult result = publish_text(store, "key", "text");
-    SECTION("a manifest that stays")
+    SECTION("a folder in place of a manifest is damage")
     {
         fs::remove(store.manifest_file(result.object));
         fs::create_directories(store.manifest_file(result.object) / "in the way");
-        CHECK_THROWS_WITH(store.discard(result.object), Catch::Contains("manifest.json: cannot be removed"));
-        CHECK(fs::exists(store.object(result.object) / "out/a.json"));
+        CHECK(!store.present(result));
+        CHECK(store.present(publish_text(store, "key", "text")));
     }
     SECTION("the records of what is in use")
     {
         fs::remove(store.root() / "stages");
         write(store.root() / "stages", "no folder");
-        CHECK_THROWS_WITH(tidy_store(store, 0, false), Catch::Contains("stages: cannot be listed"));
+        CHECK_THROWS_WITH(tidy_store(store, 0, false), Catch::Contains("stages: is a file in place of a folder: remove it"));
         CHECK(store.present(result));
     }
 }

@@ -1,7 +1,6 @@
 // Small stages for the tests of the host: tables with one number, and everything that can go wrong.
 #include "scaler.h"
 
-#include <fresco/checked_file.h>
 #include <fresco/files.h>
 #include <fresco/files_io.h>
 #include <fresco/kept_pieces.h>

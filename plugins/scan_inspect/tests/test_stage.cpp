@@ -94,7 +94,7 @@ TEST_CASE("frames need neither depth nor pictures, but there must be some", "[sc
     CHECK_THROWS_WITH(inspection_of(std::make_shared<Mesh>(), room->frames, room->images, Value::Map{}, out.path(), run),
                       Contains("the mesh on port 'mesh'"));
     CHECK_THROWS_WITH(inspection_of(room->mesh, room->frames, room->images, Value::Map{{"path", "a.json"}}, out.path(), run),
-                      Contains("ends in .png"));
+                      Contains("ending in .png"));
     testing::TestRun stopped;
     stopped.cancel_after(30);
     CHECK_THROWS_AS(inspection_of(room->mesh, room->frames, room->images, Value::Map{}, out.path(), stopped), Canceled);

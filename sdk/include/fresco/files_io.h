@@ -2,11 +2,21 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+/// Whole files, read and written. Every write replaces the file in one step or leaves the old one: it goes to a nameless file in
+/// the same folder (under a random name if the file system has no such files), which is then renamed. Of several writers of one
+/// file one is last. Which writer:
+///   write_file          what a stage makes: the host flushes it to the disk once, before it publishes the result
+///   write_durable_file  everything else: on the disk when it returns
+///   write_checked       checkpoints: durable, with a checksum that read_checked compares
+///   copy_files          many durable copies with one flush
+/// All throw Error naming the file and the cause, such as a full disk, and leave nothing behind. Below a folder in which links
+/// are forbidden (file_access.h), a link in place of a folder is an error, and one in place of the file is replaced.
 namespace fresco
 {
 
@@ -14,18 +24,31 @@ namespace fresco
 std::vector<std::byte> read_file(const std::filesystem::path& file, std::size_t limit_bytes = std::size_t{1} << 33U);
 std::string read_text_file(const std::filesystem::path& file, std::size_t limit_bytes = std::size_t{1} << 26U);
 
-/// How the names of files begin that are on their way to another name, as long as they have one. The rest of such a name is
-/// random.
+/// How the names of files begin that are on their way to another name, as long as they have one. The rest is 32 hexadecimal
+/// digits.
 inline constexpr std::string_view temporary_file_prefix = ".fresco-";
 
-/// Writes `file` whole or not at all: to a nameless file in the same folder (under a random name if the file system has no such
-/// files), then renamed. Of several writers of one file one is last. Throws Error naming the file and the cause, such as a full
-/// disk, and leaves nothing behind. Survives a crash of the program but not of the machine: the host flushes a stage's results to
-/// the disk once, before it publishes them.
 void write_file(const std::filesystem::path& file, std::span<const std::byte> bytes);
 void write_file(const std::filesystem::path& file, std::string_view text);
-/// The same, and flushes file and folder to the disk: for files outside a stage's results.
+
 void write_durable_file(const std::filesystem::path& file, std::span<const std::byte> bytes);
 void write_durable_file(const std::filesystem::path& file, std::string_view text);
+/// Of pieces, one after the other: large data need not be joined in memory first.
+void write_durable_file(const std::filesystem::path& file, std::span<const std::span<const std::byte>> pieces);
+
+void write_checked(const std::filesystem::path& file, std::span<const std::byte> bytes);
+void write_checked(const std::filesystem::path& file, std::string_view text);
+/// The bytes that write_checked wrote. Throws MissingInput if there is no such file, Error naming it if it is damaged.
+std::vector<std::byte> read_checked(const std::filesystem::path& file);
+std::string read_checked_text(const std::filesystem::path& file);
+
+struct FileCopy
+{
+    std::filesystem::path from;
+    std::filesystem::path to;
+};
+/// None of the copies appears under its name before the data of all are on the disk; `written` is called then. Opens a descriptor
+/// per file. Throws what `written` throws, too.
+void copy_files(std::span<const FileCopy> copies, const std::function<void()>& written = {});
 
 }  // namespace fresco

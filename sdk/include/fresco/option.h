@@ -75,9 +75,9 @@ inline OneOf one_of(std::initializer_list<const char*> words)
     return {{words.begin(), words.end()}};
 }
 
-/// Extensions of the files that an InputFile may be, lower case, with the dot: ".png". fresco check opens the file, too: one of a
-/// format that it knows must begin as that format does (.png .jpg .jpeg .npy .ply .obj .glb .gltf .json .sens .safetensors .pth
-/// .pt), and must not be empty or cut short.
+/// Extensions of the file that an OutputName names or an InputFile may be, lower case, with the dot: ".png". fresco check opens
+/// the file, too: one of a format that it knows must begin as that format does (.png .jpg .jpeg .npy .ply .obj .glb .gltf .json
+/// .sens .safetensors .pth .pt), and must not be empty or cut short.
 struct Extensions
 {
     std::vector<std::string> extensions;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <fresco/file_access.h>
+
 #include <cstddef>
 #include <string>
 #include <sys/types.h>
@@ -8,26 +10,6 @@
 
 namespace fresco
 {
-
-/// Owns a file descriptor; -1 = none.
-class FileDescriptor
-{
-  public:
-    FileDescriptor() = default;
-    explicit FileDescriptor(int fd) : fd_(fd) {}
-    ~FileDescriptor() { reset(); }
-    FileDescriptor(FileDescriptor&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
-    FileDescriptor& operator=(FileDescriptor&& other) noexcept;
-    FileDescriptor(const FileDescriptor&) = delete;
-    FileDescriptor& operator=(const FileDescriptor&) = delete;
-
-    int get() const { return fd_; }
-    bool valid() const { return fd_ >= 0; }
-    void reset();
-
-  private:
-    int fd_ = -1;
-};
 
 /// What is set on top of an environment: names and values.
 using EnvironmentChanges = std::vector<std::pair<std::string, std::string>>;

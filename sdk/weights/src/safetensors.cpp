@@ -2,8 +2,8 @@
 #include <fresco/weights/write_safetensors.h>
 
 #include <fresco/error.h>
+#include <fresco/files_io.h>
 #include <fresco/value.h>
-#include <fresco/write_pieces.h>
 
 #include <algorithm>
 #include <array>
@@ -278,7 +278,7 @@ std::vector<std::byte> to_safetensors(std::span<const TensorView> tensors, const
 void write_safetensors(const std::filesystem::path& file, std::span<const TensorView> tensors,
                        const std::map<std::string, std::string>& metadata)
 {
-    write_pieces(file, pieces(tensors, metadata).all());
+    write_durable_file(file, pieces(tensors, metadata).all());
 }
 
 }  // namespace fresco::weights

@@ -1,11 +1,11 @@
 /* Loaded before the C library (LD_PRELOAD): where KILL_AT_RENAME is "before NAME" or "after NAME", the process that gives a file the
  * name NAME kills its parent and itself with SIGKILL just then. */
-#define _POSIX_C_SOURCE 200809L
-#include <fcntl.h>
+#define _DEFAULT_SOURCE
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/syscall.h>
 #include <unistd.h>
 
 static void kill_at(const char* moment, const char* path)
@@ -20,10 +20,10 @@ static void kill_at(const char* moment, const char* path)
     kill(getpid(), SIGKILL);
 }
 
-int rename(const char* from, const char* to)
+int renameat(int from_folder, const char* from, int to_folder, const char* to)
 {
     kill_at("before", to);
-    const int result = renameat(AT_FDCWD, from, AT_FDCWD, to);
+    const int result = (int)syscall(SYS_renameat, from_folder, from, to_folder, to);
     kill_at("after", to);
     return result;
 }

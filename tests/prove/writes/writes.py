@@ -14,6 +14,9 @@ import subprocess
 import sys
 import tempfile
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from workplace import skip
+
 WRITING = ("creat", "mkdir", "mkdirat", "rename", "renameat", "renameat2", "unlink", "unlinkat", "rmdir", "link", "linkat", "symlink",
            "symlinkat", "mknod", "mknodat", "chmod", "fchmod", "fchmodat", "chown", "fchown", "lchown", "fchownat",
            "utime", "utimes", "utimensat", "futimesat", "truncate", "ftruncate", "setxattr", "lsetxattr", "fsetxattr", "bind", "connect")
@@ -36,14 +39,6 @@ RESUMED = re.compile(r"^(\d+) +<\.\.\. \w+ resumed>(.*)$")
 # What precedes a path: the folder it is relative to, as strace -y shows it, or nothing; or a descriptor in place of a path.
 PATHS = re.compile(r'(?:(AT_FDCWD|\d+)<((?:[^<>\\]|\\.)*)>, )?"((?:[^"\\]|\\.)*)"')
 DESCRIPTOR = re.compile(r"^\d+<((?:[^<>\\]|\\.)*)>")
-
-
-def skip(text):
-    print(f"SKIPPED {text}")
-    if log := os.environ.get("FRESCO_SKIP_LOG"):
-        with open(log, "a") as file:
-            file.write(text + "\n")
-    sys.exit(0)
 
 
 def whole_lines(trace):

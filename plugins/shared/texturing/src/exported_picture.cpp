@@ -49,11 +49,10 @@ std::vector<std::byte> encoded_picture(const Raster8& picture, std::string_view 
 
 }  // namespace
 
-void check_path_for_names(const std::string& path, std::string_view extension)
+void check_path_for_names(const std::string& path)
 {
-    if (!path.ends_with(extension) || path.find_first_of(" \t\r\n") != std::string::npos)
-        throw Error("path \"" + path + "\" must end in " + std::string(extension) +
-                    " and contain no spaces, where readers split names");
+    if (path.find_first_of(" \t\r\n") != std::string::npos)
+        throw Error("path \"" + path + "\" must contain no spaces, where readers split names");
 }
 
 PictureEncoding::PictureEncoding(Configurable* owner, int max_texture_px)

@@ -15,8 +15,8 @@
 namespace fresco::texturing
 {
 
-/// Throws Error unless a path below --out ends in `extension` and holds no spaces, at which readers of text headers split names.
-void check_path_for_names(const std::string& path, std::string_view extension);
+/// Throws Error if a path below --out contains spaces, at which readers of text headers split names.
+void check_path_for_names(const std::string& path);
 
 /// The options of an export that encodes the picture of a textured mesh: declared in the stage as
 /// `PictureEncoding encoding{this};`.

@@ -1,22 +1,28 @@
-#include "base/journal.h"
-#include "base/durable_file.h"
+#include "base/records.h"
 #include "base/file_lock.h"
 #include <fresco/error.h>
+#include <fresco/file_access.h>
 #include <fresco/files_io.h>
-#include <fresco/retry.h>
+#include <fresco/hash.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <fcntl.h>
-#include <string>
 #include <sys/stat.h>
 #include <thread>
 #include <unistd.h>
 
 namespace fresco::host
 {
+namespace fs = std::filesystem;
 namespace
 {
+
+constexpr std::string_view checksum_begin = ",\"checksum\":\"";
+constexpr std::string_view checksum_end = "\"}\n";
+constexpr std::size_t checksum_digits = 32;
+constexpr std::size_t size_limit = std::size_t{1} << 30U;
 
 /// Whether the next line would go on with one that was cut.
 bool ends_within_line(int fd)
@@ -31,13 +37,45 @@ bool ends_within_line(int fd)
 
 }  // namespace
 
+std::string checked_line(const Value& map)
+{
+    std::string text = to_json(map);
+    text.pop_back();
+    const std::string checksum = content_hash(text);
+    return text.append(checksum_begin).append(checksum).append(checksum_end);
+}
+
+std::optional<Value> map_of(std::string_view checked_line)
+{
+    constexpr std::size_t added = checksum_begin.size() + checksum_digits + checksum_end.size();
+    const std::size_t size = checked_line.size() - std::min(checked_line.size(), added);
+    const std::string_view map = checked_line.substr(0, size);
+    if (checked_line.substr(size) != std::string(checksum_begin) + content_hash(map) + std::string(checksum_end))
+        return std::nullopt;
+    return parse_json(checked_line, "record");
+}
+
+void write_record(const fs::path& file, const Value& map)
+{
+    write_durable_file(file, checked_line(map));
+}
+
+Value read_record(const fs::path& file)
+{
+    const std::string text = read_text_file(file, size_limit);
+    std::optional<Value> map = map_of(text);
+    if (!map)
+        throw Error(file.string() + ": is damaged: it does not fit its own checksum");
+    return std::move(*map);
+}
+
 std::vector<Value> Journal::read() const
 {
     std::vector<Value> maps;
     std::string text;
     try
     {
-        text = read_text_file(file_, std::size_t{1} << 30U);
+        text = read_text_file(file_, size_limit);
     }
     catch (const Error&)
     {
@@ -64,7 +102,7 @@ void Journal::add(const Value& map) const
         std::this_thread::sleep_for(std::chrono::milliseconds(20));
     }
     // Opened once it is locked: only then does a network file system know where it ends.
-    const FileDescriptor fd(uninterrupted([&] { return open(file_.c_str(), O_RDWR | O_APPEND | O_CLOEXEC); }));
+    const FileDescriptor fd = open_file(file_, O_RDWR | O_APPEND);
     std::string text = checked_line(map);
     if (fd.valid() && ends_within_line(fd.get()))
         text.insert(0, 1, '\n');

@@ -1,0 +1,182 @@
+#!/usr/bin/env python3
+"""Plants something else in place of every path that fresco uses in a store, the cache, the output folder and a folder of cluster tasks:
+links to a file and to a folder elsewhere, a link to nothing, a link to itself, a hard link, a folder, a FIFO, a socket. The paths are
+those of a traced run, so a new one is covered. Then it runs. Nothing outside may change; the run ends within 20 s, with exit code 0 or
+with an error that names a path of fresco's to remove; once the planted thing is removed, the next run is right.
+
+With --long every path with every kind; otherwise 20 s of them, chosen at random. Skipped without strace, or where the system does not
+allow tracing."""
+import collections
+import os
+import pathlib
+import random
+import re
+import shutil
+import socket
+import subprocess
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from corruption import PIPELINE, Site, expected
+from workplace import Budget, Workplace, arguments, skip, some_of
+
+# A path in a call, and the folder that it is relative to, as strace -y shows it.
+PATHS = re.compile(r'(?:(?:AT_FDCWD|\d+)<((?:[^<>\\]|\\.)*)>, )?"((?:[^"\\]|\\.)*)"')
+# Names that nobody can know before.
+RANDOM = re.compile(r"\.fresco-[0-9a-f]{32}|/tmp/.|/runs/.")
+
+
+class Victim:
+    """Files of somebody else."""
+
+    def __init__(self, root):
+        self.root = root
+        (root / "sub").mkdir(parents=True)
+        for name in ("thesis.txt", "sub/step", "sub/manifest.json", "sub/piece_0.json", "sub/0"):
+            (root / name).write_text("mine\n")
+        self.before = self.state()
+
+    def state(self):
+        return {str(path): (path.stat().st_mode, path.read_text() if path.is_file() else sorted(os.listdir(path)))
+                for path in [self.root, *self.root.rglob("*")]}
+
+
+def plant(kind, path, victim):
+    if path.is_dir() and not path.is_symlink():
+        shutil.rmtree(path)
+    elif path.is_symlink() or path.exists():
+        path.unlink()
+    path.parent.mkdir(parents=True, exist_ok=True)
+    if kind == "hard link":
+        os.link(victim.root / "thesis.txt", path)
+    elif kind == "folder":
+        path.mkdir()
+        (path / "mine.txt").write_text("mine")
+    elif kind == "FIFO":
+        os.mkfifo(path)
+    elif kind == "socket":
+        here = os.getcwd()
+        os.chdir(path.parent)  # Its name must be short.
+        with socket.socket(socket.AF_UNIX) as made:
+            made.bind(path.name)
+        os.chdir(here)
+    else:
+        target = {"link to a file": victim.root / "thesis.txt", "link to a folder": victim.root / "sub", "link to nothing": victim.root / "new",
+                  "link to itself": path}[kind]
+        path.symlink_to(target)
+
+
+KINDS = ("link to a file", "link to a folder", "link to nothing", "link to itself", "hard link", "folder", "FIFO", "socket")
+
+
+def remove(path):
+    if path.is_dir() and not path.is_symlink():
+        shutil.rmtree(path)
+    elif path.is_symlink() or path.exists():
+        path.unlink()
+
+
+class Garden:
+    def __init__(self, place):
+        self.place, self.site = place, Site(place)
+        self.victim = Victim(place.root / "victim")
+        self.roots = [place.work / ".fresco", place.root / "cache", place.work / "out", place.work / "tasks"]
+
+    def put_back(self):
+        self.site.put_back()
+        for folder in self.roots[2:]:
+            shutil.rmtree(folder, ignore_errors=True)
+
+    def commands(self):
+        """Every command that writes, in turn: a run that resumes, one that tidies, tasks for a cluster, and one of them."""
+        yield "run", "room.yaml", "--cores", "4"
+        yield "run", "room.yaml", "--cores", "4", "--set", "plus=2"
+        yield "store", "gc"
+        yield "export", "snakemake", "room.yaml", "--folder", "tasks", "--set", "plus=3"
+        yield "run", "--task", "0", "tasks"
+
+    def paths(self):
+        """Those that the commands use."""
+        self.put_back()
+        found = set(self.roots)
+        for number, words in enumerate(self.commands()):
+            record = self.place.root / f"trace-{number}"
+            done = subprocess.run(["strace", "-f", "--seccomp-bpf", "-y", "-s", "4096", "-o", record, "-e", "trace=file,openat2", "-e", "signal=none",
+                                   str(self.place.root / "bin/fresco"), *words], cwd=self.place.work, env=self.place.environment,
+                                  stdin=subprocess.DEVNULL, capture_output=True, text=True)
+            if "PTRACE" in done.stderr or "Operation not permitted" in done.stderr:
+                skip(f"planted: strace cannot trace here: {done.stderr.strip()}")
+            if done.returncode != 0:
+                sys.exit(f"{' '.join(words)} ended with {done.returncode}: {done.stderr}")
+            for line in record.read_text(errors="replace").splitlines():
+                for folder, name in PATHS.findall(line):
+                    path = pathlib.Path(os.path.normpath(os.path.join(folder or self.place.work, name)))
+                    if any(root in path.parents for root in self.roots) and not RANDOM.search("/" + str(path.relative_to(self.place.root))):
+                        found.add(path)
+        return sorted(found)
+
+    def run_all(self):
+        """The first command that does not end with 0; nothing if all do."""
+        for words in self.commands():
+            ended = self.place.end(self.place.start(*words), patience=30)
+            if ended.code != 0:
+                return words, ended
+        return None
+
+    def try_one(self, kind, path):
+        """What is wrong, if anything; and whether the planted thing stopped a command."""
+        what = f"{kind} at {path.relative_to(self.place.root)}"
+        self.put_back()
+        plant(kind, path, self.victim)
+        stopped = self.run_all()
+        problems = []
+        if self.victim.state() != self.victim.before:
+            shutil.rmtree(self.victim.root)
+            self.victim = Victim(self.victim.root)
+            problems.append(f"{what}: files elsewhere changed")
+        if stopped:
+            words, ended = stopped
+            text = ended.text
+            if ended.code not in (1, 2) or ended.seconds > 20 or "report it" in text or "terminate" in text:
+                problems.append(f"{what}: '{' '.join(words)}' ended after {ended.seconds:.0f} s with {ended}")
+            elif (str(path.relative_to(self.place.root)) not in text and "already holds tasks" not in text) or not re.search("remove it|move it away|already holds tasks", text):
+                problems.append(f"{what}: the error does not say what to remove: {ended}")
+            remove(path)
+            shutil.rmtree(self.place.work / "tasks", ignore_errors=True)  # An export does not go on with one that was stopped.
+            if again := self.run_all():
+                problems.append(f"{what}: removed, and '{' '.join(again[0])}' still ended with {again[1]}")
+        shutil.rmtree(self.place.work / "out", ignore_errors=True)
+        ended = self.place.call("run", "room.yaml", "--no-report")
+        for name, text in expected(1).items():
+            if ended.code != 0 or (self.place.work / "out" / name).read_text() != text:
+                problems.append(f"{what}: afterward {name} is not right: {ended}")
+                break
+        return problems, bool(stopped)
+
+
+def main():
+    given = arguments(__doc__)
+    random.seed(given.seed)
+    if not shutil.which("strace"):
+        skip("planted: strace is not installed")
+    with Workplace(given.fresco, [given.plugins / "good/test_stages.so"]) as place:
+        garden = Garden(place)
+        paths = garden.paths()
+        if len(paths) < 40:
+            sys.exit(f"only {len(paths)} paths were seen: this test looks in the wrong place")
+        cases = [(kind, path) for path in paths for kind in KINDS if path not in garden.roots]
+        random.shuffle(cases)
+        problems, counts, stops = [], collections.Counter(), 0
+        budget = Budget(given.long, len(cases), 20, 10)
+        for _, (kind, path) in zip(budget, some_of(given, cases) if given.long else cases):
+            found, stopped = garden.try_one(kind, path)
+            problems += found
+            stops += stopped
+            counts[kind] += 1
+        print("\n".join(f"  {count:5} {kind}" for kind, count in sorted(counts.items())))
+        print("\n".join(problems))
+        print(f"seed {given.seed}: {sum(counts.values())} things planted at {len(paths)} paths, {stops} named by an error: {len(problems)} problems")
+        sys.exit(bool(problems))
+
+
+main()

@@ -1,6 +1,7 @@
 #include "checkpoint.h"
 
 #include <fresco/error.h>
+#include <fresco/file_access.h>
 #include <fresco/hash.h>
 #include <fresco/torch/lazy_tensor.h>
 #include <fresco/torch/tensor.h>
@@ -147,7 +148,7 @@ void Checkpoint::write(const std::filesystem::path& file) const
 
 std::optional<Checkpoint> Checkpoint::read(const std::filesystem::path& file)
 {
-    if (!std::filesystem::exists(file))
+    if (!path_status(file))
         return std::nullopt;
     auto contents = read_safetensors(file);
     Checkpoint result;

@@ -1,6 +1,7 @@
 #include "checkpoint.h"
 
 #include <fresco/error.h>
+#include <fresco/file_access.h>
 #include <fresco/files_io.h>
 
 #include <cstring>
@@ -48,7 +49,7 @@ void write_checkpoint(const std::filesystem::path& file, const Checkpoint& check
 
 std::optional<Checkpoint> read_checkpoint(const std::filesystem::path& file)
 {
-    if (!std::filesystem::exists(file))
+    if (!path_status(file))
         return std::nullopt;
     const std::vector<std::byte> bytes = read_checked(file);
     const Error damaged(file.string() + ": damaged");

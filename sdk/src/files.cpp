@@ -1,6 +1,7 @@
 #include "artifact_files.h"
 
 #include <fresco/error.h>
+#include <fresco/file_access.h>
 #include <fresco/files.h>
 #include <fresco/files_io.h>
 #include <fresco/preview.h>
@@ -21,7 +22,7 @@ void check_name(const std::string& name, const fs::path& folder)
     const fs::path path = name;
     if (name.empty() || path.is_absolute() || std::ranges::find(path, fs::path("..")) != path.end())
         throw Error(folder.string() + ": \"" + name + "\" is not a relative file name without \"..\"");
-    if (!fs::is_regular_file(folder / path))
+    if (!is_file(folder / path))
         throw Error((folder / path).string() + ": is listed but was not written");
 }
 

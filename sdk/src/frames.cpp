@@ -2,6 +2,7 @@
 #include "reference.h"
 
 #include <fresco/error.h>
+#include <fresco/file_access.h>
 #include <fresco/files_io.h>
 #include <fresco/frames.h>
 #include <fresco/hash.h>
@@ -111,7 +112,7 @@ std::optional<std::string> really_below(const fs::path& path, const fs::path& ba
 void settle_picture(PictureFile& picture, const ArtifactFolder& folder, const std::string& where, RunContext& run)
 {
     picture.path = picture.path.lexically_normal();
-    if (!fs::is_regular_file(picture.path))
+    if (!is_file(picture.path))
         throw Error(where + ": no such picture: " + picture.path.string());
     if (const auto own = really_below(picture.path, folder.path))
         picture.path = folder.path / *own;

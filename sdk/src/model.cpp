@@ -1,6 +1,7 @@
 #include "artifact_files.h"
 
 #include <fresco/error.h>
+#include <fresco/file_access.h>
 #include <fresco/files_io.h>
 #include <fresco/model.h>
 #include <fresco/npy.h>
@@ -67,7 +68,7 @@ void check_picture(const std::string& name, const fs::path& folder)
 {
     if (name.empty() || name == ".." || name.find('/') != std::string::npos)
         throw Error(folder.string() + ": \"" + name + "\" is not a file name");
-    if (!fs::is_regular_file(folder / name))
+    if (!is_file(folder / name))
         throw Error((folder / name).string() + ": this picture of the model was not written");
 }
 

@@ -51,8 +51,8 @@ class DescriptorCache
     {
         try
         {
+            forbid_links_below(user_cache_folder(), "set another cache folder with XDG_CACHE_HOME");
             make_folder(folder_);
-            forbid_links_below(folder_, "set another cache folder with XDG_CACHE_HOME");
         }
         catch (const Error&)
         {
@@ -72,7 +72,7 @@ class DescriptorCache
                 return std::nullopt;
             const Entry entry = entry_of(library);
             keys_[library] = entry.key;
-            if (!fs::exists(entry.file))
+            if (!is_file(entry.file))
                 return std::nullopt;
             const Value value = read_record(entry.file);
             if (value.at("key").as_string() != entry.key)

@@ -1,6 +1,7 @@
 // Small stages for the tests of the host: tables with one number, and everything that can go wrong.
 #include "scaler.h"
 
+#include <fresco/file_access.h>
 #include <fresco/files.h>
 #include <fresco/files_io.h>
 #include <fresco/kept_pieces.h>
@@ -164,7 +165,7 @@ class Slow final : public LoggedStage
         }
         catch (const fresco::Error& error)
         {
-            if (std::filesystem::exists(checkpoint))
+            if (fresco::path_status(checkpoint))
                 run.warning(error.what());
         }
         log("slow from " + std::to_string(step));

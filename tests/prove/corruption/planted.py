@@ -80,26 +80,26 @@ class Garden:
     def __init__(self, place):
         self.place, self.site = place, Site(place)
         self.victim = Victim(place.root / "victim")
-        self.roots = [place.work / ".fresco", place.root / "cache", place.work / "out", place.work / "tasks"]
+        self.roots = [place.work / ".fresco", place.root / "cache/fresco", place.work / "out", place.work / "tasks"]
 
     def put_back(self):
         self.site.put_back()
         for folder in self.roots[2:]:
             shutil.rmtree(folder, ignore_errors=True)
 
-    def commands(self):
+    def commands(self, plus):
         """Every command that writes, in turn: a run that resumes, one that tidies, tasks for a cluster, and one of them."""
         yield "run", "room.yaml", "--cores", "4"
         yield "run", "room.yaml", "--cores", "4", "--set", "plus=2"
         yield "store", "gc"
-        yield "export", "snakemake", "room.yaml", "--folder", "tasks", "--set", "plus=3"
+        yield "export", "snakemake", "room.yaml", "--folder", "tasks", "--set", f"plus={plus}"
         yield "run", "--task", "0", "tasks"
 
     def paths(self):
         """Those that the commands use."""
         self.put_back()
         found = set(self.roots)
-        for number, words in enumerate(self.commands()):
+        for number, words in enumerate(self.commands(3)):
             record = self.place.root / f"trace-{number}"
             done = subprocess.run(["strace", "-f", "--seccomp-bpf", "-y", "-s", "4096", "-o", record, "-e", "trace=file,openat2", "-e", "signal=none",
                                    str(self.place.root / "bin/fresco"), *words], cwd=self.place.work, env=self.place.environment,
@@ -115,9 +115,9 @@ class Garden:
                         found.add(path)
         return sorted(found)
 
-    def run_all(self):
+    def run_all(self, plus):
         """The first command that does not end with 0; nothing if all do."""
-        for words in self.commands():
+        for words in self.commands(plus):
             ended = self.place.end(self.place.start(*words), patience=30)
             if ended.code != 0:
                 return words, ended
@@ -128,12 +128,8 @@ class Garden:
         what = f"{kind} at {path.relative_to(self.place.root)}"
         self.put_back()
         plant(kind, path, self.victim)
-        stopped = self.run_all()
+        stopped = self.run_all(3)
         problems = []
-        if self.victim.state() != self.victim.before:
-            shutil.rmtree(self.victim.root)
-            self.victim = Victim(self.victim.root)
-            problems.append(f"{what}: files elsewhere changed")
         if stopped:
             words, ended = stopped
             text = ended.text
@@ -143,10 +139,14 @@ class Garden:
                 problems.append(f"{what}: the error does not say what to remove: {ended}")
             remove(path)
             shutil.rmtree(self.place.work / "tasks", ignore_errors=True)  # An export does not go on with one that was stopped.
-            if again := self.run_all():
+            if again := self.run_all(4):
                 problems.append(f"{what}: removed, and '{' '.join(again[0])}' still ended with {again[1]}")
         shutil.rmtree(self.place.work / "out", ignore_errors=True)
         ended = self.place.call("run", "room.yaml", "--no-report")
+        if self.victim.state() != self.victim.before:
+            shutil.rmtree(self.victim.root)
+            self.victim = Victim(self.victim.root)
+            problems.append(f"{what}: files elsewhere changed")
         for name, text in expected(1).items():
             if ended.code != 0 or (self.place.work / "out" / name).read_text() != text:
                 problems.append(f"{what}: afterward {name} is not right: {ended}")

@@ -1,10 +1,9 @@
-#include "search.h"
+#include "explain_depths.h"
 
-#include "hypotheses.h"
-#include "move.h"
-#include "verdict.h"
-
+#include <fresco/numerics/rotations.h>
+#include <fresco/numerics/solve_symmetric.h>
 #include <fresco/parallel.h>
+#include <fresco/raycast/surface.h>
 
 #include <algorithm>
 #include <array>
@@ -14,6 +13,218 @@
 
 namespace fresco::inspect
 {
+namespace
+{
+
+constexpr std::array readings{Reading::transposed, Reading::scalar_first, Reading::scalar_last, Reading::inverted_scalar_first,
+                              Reading::inverted_scalar_last};
+constexpr std::array usual_units{1.0, 0.001, 1000.0, 0.01, 100.0};
+constexpr std::array sizes{0.5, 2.0, 0.25, 1.0 / 3, 2.0 / 3, 1.5, 3.0, 4.0};
+constexpr double widest_scale = 2000;
+
+template <class Set>
+std::vector<Assumption> around(const Assumption& assumed, double reach, double step, const Set& set)
+{
+    std::vector<Assumption> variants;
+    const auto steps = static_cast<int>(std::lround(reach / step));
+    for (int i = -steps; i <= steps; ++i)
+        if (i != 0)
+            set(variants.emplace_back(assumed), i * step);
+    return variants;
+}
+
+Hypothesis conventions()
+{
+    const auto& turns = axis_rotations();
+    Hypothesis all{.variants = {}, .any_depth_scale = true};
+    for (const double scale : usual_units)
+        for (const Reading reading : {Reading::as_recorded, Reading::inverted})
+            for (const Mat3& camera : turns)
+                all.variants.push_back({.reading = reading, .pose_scale = scale, .camera_turn = camera});
+    // The plain ones first: they win if others are as good.
+    std::ranges::stable_partition(all.variants, [&](const Assumption& variant) { return variant.camera_turn == turns[1]; });
+    std::ranges::stable_partition(all.variants, [&](const Assumption& variant) { return variant.camera_turn == turns[0]; });
+    return all;
+}
+
+/// Turned by right angles, or mirrored.
+Hypothesis worlds(bool mirrored)
+{
+    const auto& turns = axis_rotations();
+    Mat3 mirror;
+    mirror(0, 0) = -1;
+    Hypothesis all{.variants = {}, .any_depth_scale = true};
+    for (const Mat3& turn : turns)
+        if (mirrored || !(turn == turns.front()))
+            for (const Reading reading : {Reading::as_recorded, Reading::inverted})
+                for (const Mat3& camera : {turns[0], turns[1]})
+                    all.variants.push_back(
+                        {.reading = reading, .camera_turn = camera, .world_turn = mirrored ? turn * mirror : turn});
+    return all;
+}
+
+Hypothesis rotations()
+{
+    Hypothesis all;
+    const auto& turns = axis_rotations();
+    for (const Mat3& camera : {turns[0], turns[1]})
+        for (const Reading reading : readings)
+            all.variants.push_back({.reading = reading, .camera_turn = camera});
+    return all;
+}
+
+Hypothesis any_unit(double reach)
+{
+    Hypothesis all{.variants = {}, .any_depth_scale = true};
+    const auto& turns = axis_rotations();
+    const double step = std::clamp(0.05 / reach, 0.01, 0.04);
+    for (const Mat3& camera : {turns[0], turns[1]})
+        for (const Assumption& variant : around({.camera_turn = camera}, std::log(widest_scale), step,
+                                                [](Assumption&a, double offset) { a.pose_scale = std::exp(offset); }))
+            all.variants.push_back(variant);
+    return all;
+}
+
+Hypothesis lags(const Assumption& assumed, double reach, double step)
+{
+    return {.variants = around(assumed, reach, step, [](Assumption& a, double offset) { a.lag_frames = offset; })};
+}
+
+bool has_tracks(const std::vector<DepthView>& views)
+{
+    return std::ranges::any_of(views, [](const DepthView& view) { return view.track.poses.size() > 1; });
+}
+
+/// Likely mistakes of a recording that partly agrees, the most likely first, each on top of `assumed`: another depth unit, the
+/// color camera's intrinsics, pictures that are upside down, distances along rays, intrinsics of another size, focal lengths,
+/// poses of other times, another unit of the poses.
+std::vector<Hypothesis> small_hypotheses(const Assumption& assumed, const std::vector<DepthView>& views)
+{
+    std::vector<Hypothesis> table;
+    const auto add = [&](const auto& set)
+    {
+        set(table.emplace_back(Hypothesis{.variants = {assumed}}).variants.front());
+        if (table.back().variants.front() == assumed)
+            table.pop_back();
+    };
+    table.push_back({.variants = {assumed}, .any_depth_scale = true});
+    if (!std::ranges::all_of(views, one_camera))
+        add([](Assumption& a) { a.by_color_camera = true; });
+    add([](Assumption& a) { a.upside_down = true; });
+    add([](Assumption& a) { a.along_ray = true; });
+    if (assumed.size_scale == 1)
+    {
+        auto& variants = table.emplace_back().variants;
+        for (const double size : sizes)
+            variants.emplace_back(assumed).size_scale = size;
+    }
+    if (assumed.focal_scale == 1)
+        table.push_back({.variants = around(assumed, focal_reach, 0.03,
+                                            [](Assumption& a, double offset) { a.focal_scale = std::exp(offset); })});
+    if (assumed.lag_frames == 0 && has_tracks(views))
+        table.push_back(lags(assumed, lag_reach, 0.25));
+    if (assumed.pose_scale == 1)
+        table.push_back(
+            {.variants = around(assumed, 0.7, 0.02, [](Assumption& a, double offset) { a.pose_scale = std::exp(offset); })});
+    return table;
+}
+
+/// Mistakes that displace everything: axes, inverted poses, units, a turned or mirrored mesh, quaternions, transposed rotations.
+/// `reach`: how many times farther cameras are from the origin than from the surface; large ones need finer steps of scale.
+std::vector<Hypothesis> large_hypotheses(double reach)
+{
+    return {conventions(), worlds(false), worlds(true), rotations(), any_unit(reach)};
+}
+
+}  // namespace
+
+std::vector<Hypothesis> common_hypotheses(const std::vector<DepthView>& views)
+{
+    const auto& turns = axis_rotations();
+    std::vector<Hypothesis> table(2);  // Conventions and mirrored meshes.
+    for (const double scale : usual_units)
+        for (const Reading reading : {Reading::as_recorded, Reading::inverted})
+            for (const Mat3& camera : {turns[0], turns[1]})
+                table[0].variants.push_back({.reading = reading, .pose_scale = scale, .camera_turn = camera});
+    for (const int axis : {0, 1, 2})
+        table[1].variants.emplace_back().world_turn(axis, axis) = -1;
+    table.push_back(rotations());
+    if (has_tracks(views))
+        table.push_back(lags({}, 2, 0.5));
+    return table;
+}
+
+namespace
+{
+
+struct Pair
+{
+    Vec3d point;
+    Vec3d normal;
+    double offset = 0;  ///< Of the face from the point, along the normal.
+    double depth = 0;
+};
+
+std::vector<Pair> pairs_of(const raycast::Scene& scene, const std::vector<DepthView>& views, const Assumption& assumption,
+                           std::size_t stride)
+{
+    std::vector<Pair> pairs;
+    for (const DepthView& view : views)
+        cast_samples(scene, view, assumption, stride,
+                     [&](const WorldRay& ray, const raycast::Hit& hit)
+                     {
+                         if (!hit.found())
+                             return;
+                         const auto corners = raycast::corners(scene.mesh(), hit.triangle);
+                         const Vec3d normal = normalized(cross(corners[1] - corners[0], corners[2] - corners[0]));
+                         const double depth = ray.depth * assumption.depth_scale;
+                         pairs.push_back({ray.origin + ray.direction * depth, normal,
+                                          dot(normal, ray.direction) * (hit.distance - depth), depth});
+                     });
+    return pairs;
+}
+
+}  // namespace
+
+RigidTransform best_move(const raycast::Scene& scene, const std::vector<DepthView>& views, const Assumption& assumption,
+                         std::size_t stride)
+{
+    Assumption moved = assumption;
+    for (const double reach : {0.2, 0.2, 0.15, 0.15, 0.1, 0.1, 0.06, 0.06, 0.04, 0.04})
+    {
+        const std::vector<Pair> pairs = pairs_of(scene, views, moved, stride);
+        Vec3d center;
+        for (const Pair& pair : pairs)
+            center += pair.point * (1.0 / static_cast<double>(pairs.size()));
+        // Normal equations of the twist: rotation about the center, then shift.
+        std::array<double, 36> matrix{};
+        std::array<double, 6> x{};
+        for (const Pair& pair : pairs)
+        {
+            const double share = pair.offset / (pair.depth * reach);
+            if (std::abs(share) >= 1)
+                continue;
+            const Vec3d turn = cross(pair.point - center, pair.normal);
+            const double weight = (1 - share * share) * (1 - share * share) / (pair.depth * pair.depth);
+            const std::array row{turn.x, turn.y, turn.z, pair.normal.x, pair.normal.y, pair.normal.z};
+            for (std::size_t i = 0; i < 6; ++i)
+            {
+                for (std::size_t j = 0; j < 6; ++j)
+                    matrix[6 * i + j] += weight * row[i] * row[j];
+                x[i] += weight * row[i] * pair.offset;
+            }
+        }
+        // What no measurement holds stays where it is.
+        for (std::size_t i = 0; i < 6; ++i)
+            matrix[7 * i] = matrix[7 * i] * (1 + 1e-6) + 1e-9;
+        numerics::solve_symmetric(matrix, x);
+        const Mat3 turn = numerics::rotation_by({x[0], x[1], x[2]});
+        const Vec3d shift{x[3], x[4], x[5]};
+        moved.move = RigidTransform{turn, center + shift - turn * center} * moved.move;
+    }
+    return moved.move;
+}
+
 namespace
 {
 
@@ -46,6 +257,13 @@ double score(const Agreement& sum)
     const double weight = sum.agreeing + sum.in_front + 0.5 * sum.behind + doubt * sum.samples;
     return weight > 0 ? sum.agreeing / weight : 0;
 }
+
+/// An assumption and how the frames agree with the mesh under it.
+struct Judged
+{
+    Assumption assumption;
+    std::vector<Agreement> frames;
+};
 
 struct Candidate
 {
@@ -100,7 +318,11 @@ class Search
     }
 
   private:
-    Judged full(const Assumption& assumption) const { return judge(scene_, views_, assumption); }
+    /// Judged by all samples.
+    Judged full(const Assumption& assumption) const
+    {
+        return {assumption, agreement(depth_ratios(scene_, views_, assumption, 1), assumption.depth_scale)};
+    }
 
     Judged step(const Judged& from, bool first) const
     {
@@ -289,14 +511,9 @@ class Search
 
 }  // namespace
 
-Judged judge(const raycast::Scene& scene, const std::vector<DepthView>& views, const Assumption& assumption)
+Assumption explain_depths(const raycast::Scene& scene, const std::vector<DepthView>& views, const Progress& progress)
 {
-    return {assumption, agreement(depth_ratios(scene, views, assumption, 1), assumption.depth_scale)};
-}
-
-Judged explain_depths(const raycast::Scene& scene, const std::vector<DepthView>& views, const Progress& progress)
-{
-    return Search(scene, views, progress).run();
+    return Search(scene, views, progress).run().assumption;
 }
 
 }  // namespace fresco::inspect

@@ -1,16 +1,21 @@
-#include "seam_pairs.h"
+#include "texture_figures.h"
 
 #include <fresco/error.h>
+#include <fresco/images/lab.h>
+#include <fresco/parallel.h>
 #include <fresco/random.h>
 #include <fresco/texturing/charts.h>
+#include <fresco/texturing/collapse.h>
 #include <fresco/texturing/texel_faces.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <numbers>
 #include <optional>
+#include <span>
 #include <utility>
 
 using namespace fresco;
@@ -18,6 +23,7 @@ using namespace fresco::texturing;
 
 namespace
 {
+
 constexpr int inside_count = 200'000;
 constexpr double crease_cosine = 0.86602540378443865;  // 30 degrees
 constexpr double near_texels = 2.5;  // A point one texel away lies in a texel whose center may be almost another one away.
@@ -246,10 +252,223 @@ class PairFinder
     double area_ = 0;
     double step_m_ = 0;  ///< Side of a texel.
 };
+
 }  // namespace
 
 SeamPairs find_seam_pairs(const Mesh& mesh, int size_px, const Progress& progress)
 {
     const PairFinder finder(mesh, size_px, progress);
     return {2 * finder.step_m(), finder.across(), finder.inside()};
+}
+
+namespace
+{
+
+constexpr std::size_t pairs_per_piece = 8192;
+
+/// The four texels of a bilinear lookup, clamped at the borders.
+struct Footprint
+{
+    int x0, x1, y0, y1;
+    float share_x, share_y;
+
+    Footprint(Vec2f uv, int size)
+    {
+        const auto split = [size](float along, int& low, int& high, float& share)
+        {
+            const double at = std::clamp(double{along} * size - 0.5, 0.0, size - 1.0);
+            low = static_cast<int>(at);
+            high = std::min(low + 1, size - 1);
+            share = static_cast<float>(at - low);
+        };
+        split(uv.x, x0, x1, share_x);
+        split(1 - uv.y, y0, y1, share_y);
+    }
+
+    template <class T>
+    float value(const Raster<T>& raster, int channel) const
+    {
+        const auto mean = [&](int y)
+        {
+            return static_cast<float>(raster.at(x0, y, channel)) * (1 - share_x) +
+                   static_cast<float>(raster.at(x1, y, channel)) * share_x;
+        };
+        return mean(y0) * (1 - share_y) + mean(y1) * share_y;
+    }
+};
+
+/// The sum of differences over pairs that have one, and their number.
+struct Sum
+{
+    double differences = 0;
+    std::size_t count = 0;
+};
+
+/// `color_at`: a place's L*a*b*, nothing where it is not known.
+template <class ColorAt>
+Sum sum_of(std::span<const TexcoordPair> pairs, const ColorAt& color_at, const Progress& progress)
+{
+    std::vector<Sum> pieces((pairs.size() + pairs_per_piece - 1) / pairs_per_piece);
+    parallel_for(pairs.size(), pairs_per_piece, progress.threads(),
+                 [&](std::size_t begin, std::size_t end)
+                 {
+                     progress.check_canceled();
+                     Sum& sum = pieces[begin / pairs_per_piece];
+                     for (const TexcoordPair& pair : pairs.subspan(begin, end - begin))
+                     {
+                         const std::optional<Vec3f> a = color_at(pair.first);
+                         const std::optional<Vec3f> b = color_at(pair.second);
+                         if (!a || !b)
+                             continue;
+                         sum.differences += double{length(*a - *b)};
+                         ++sum.count;
+                     }
+                 });
+    Sum all;
+    for (const Sum& piece : pieces)
+    {
+        all.differences += piece.differences;
+        all.count += piece.count;
+    }
+    return all;
+}
+
+template <class ColorAt>
+SeamFigures figures_of(const SeamPairs& pairs, const ColorAt& color_at, const Progress& progress)
+{
+    const Sum across = sum_of(std::span(pairs.across), color_at, progress);
+    const Sum inside = sum_of(std::span(pairs.inside), color_at, progress);
+    const auto mean = [](const Sum& sum)
+    { return sum.count > 0 ? sum.differences / static_cast<double>(sum.count) : std::numeric_limits<double>::quiet_NaN(); };
+    return {mean(across), mean(inside), across.count, inside.count};
+}
+
+}  // namespace
+
+double SeamFigures::ratio() const
+{
+    return inside > 0 ? across / inside : std::numeric_limits<double>::quiet_NaN();
+}
+
+SeamFigures seam_figures(const SeamPairs& pairs, const Raster8& picture, const Progress& progress)
+{
+    const auto color_at = [&](Vec2f uv) -> std::optional<Vec3f>
+    {
+        const Footprint at(uv, picture.width);
+        return lab_from_rgb(Vec3f{at.value(picture, 0), at.value(picture, 1), at.value(picture, 2)} * (1 / 255.0F));
+    };
+    return figures_of(pairs, color_at, progress);
+}
+
+SeamFigures seam_figures(const SeamPairs& pairs, const Texture& texture, const Progress& progress)
+{
+    texturing::check_texture(texture);
+    const RasterF picture = texturing::collapse(texture, progress);
+    const auto color_at = [&](Vec2f uv) -> std::optional<Vec3f>
+    {
+        const Footprint at(uv, picture.width);
+        for (const int y : {at.y0, at.y1})
+            for (const int x : {at.x0, at.x1})
+                if (texture.seen.at(x, y) == 0)
+                    return std::nullopt;
+        return lab_from_rgb({at.value(picture, 0), at.value(picture, 1), at.value(picture, 2)});
+    };
+    return figures_of(pairs, color_at, progress);
+}
+
+namespace
+{
+
+constexpr int most_cells = 8192;
+constexpr int bins_per_window = 32;
+constexpr double window_area = 0.01;
+
+/// The picture cut into squares, the last of a row or column perhaps cut short.
+class Squares
+{
+  public:
+    Squares(const SourceMap& source, double side_x, double side_y)
+        : side_x_(side_x), side_y_(side_y), columns_(count(source.picture_width, side_x)),
+          rows_(count(source.picture_height, side_y)), texels_(columns_ * rows_)
+    {
+    }
+
+    void add(Vec2f at) { ++texels_[square(double{at.y}, side_y_, rows_) * columns_ + square(double{at.x}, side_x_, columns_)]; }
+
+    double used_share() const
+    {
+        const auto used = std::ranges::count_if(texels_, [](std::uint32_t count) { return count > 0; });
+        return static_cast<double>(used) / static_cast<double>(texels_.size());
+    }
+
+    /// The most texels in any window of `side` x `side` squares within the picture.
+    std::uint64_t fullest_window(std::size_t side) const
+    {
+        const std::size_t width = std::min(side, columns_);
+        const std::size_t height = std::min(side, rows_);
+        const std::vector<std::uint64_t> sums = sums_above_left();
+        const auto sum = [&](std::size_t x, std::size_t y) { return sums[y * (columns_ + 1) + x]; };
+        std::uint64_t most = 0;
+        for (std::size_t y = 0; y + height <= rows_; ++y)
+            for (std::size_t x = 0; x + width <= columns_; ++x)
+                most = std::max(most, sum(x + width, y + height) - sum(x, y + height) - sum(x + width, y) + sum(x, y));
+        return most;
+    }
+
+  private:
+    static std::size_t count(int length, double side)
+    {
+        // A whole number of squares must not get another one by rounding.
+        return static_cast<std::size_t>(std::max(1.0, std::ceil(length / side - 1e-6)));
+    }
+    static std::size_t square(double at, double side, std::size_t count)
+    {
+        return std::min(static_cast<std::size_t>(std::max(0.0, at / side)), count - 1);
+    }
+    std::vector<std::uint64_t> sums_above_left() const
+    {
+        std::vector<std::uint64_t> sums((columns_ + 1) * (rows_ + 1));
+        for (std::size_t y = 0; y < rows_; ++y)
+        {
+            std::uint64_t row = 0;
+            for (std::size_t x = 0; x < columns_; ++x)
+            {
+                row += texels_[y * columns_ + x];
+                sums[(y + 1) * (columns_ + 1) + x + 1] = sums[y * (columns_ + 1) + x + 1] + row;
+            }
+        }
+        return sums;
+    }
+
+    double side_x_;
+    double side_y_;
+    std::size_t columns_;
+    std::size_t rows_;
+    std::vector<std::uint32_t> texels_;
+};
+
+}  // namespace
+
+SourceUse source_use(const SourceMap& source)
+{
+    const double width = source.picture_width;
+    const double height = source.picture_height;
+    const double cell = source.pixels_per_texel;
+    const double bin = std::sqrt(window_area * width * height) / bins_per_window;
+    Squares cells(source, std::max(cell, width / most_cells), std::max(cell, height / most_cells));
+    Squares bins(source, bin, bin);
+    SourceUse use;
+    for (int y = 0; y < source.size_px(); ++y)
+        for (int x = 0; x < source.size_px(); ++x)
+            if (const auto place = source.place(x, y))
+            {
+                cells.add(place->at);
+                bins.add(place->at);
+                ++use.texels;
+            }
+    if (use.texels == 0)
+        throw Error("the map on port 'source' has no texel from the picture: wire the map that belongs to the painted texture");
+    use.picture_used = cells.used_share();
+    use.largest_share = static_cast<double>(bins.fullest_window(bins_per_window)) / static_cast<double>(use.texels);
+    return use;
 }

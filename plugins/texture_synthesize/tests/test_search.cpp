@@ -1,4 +1,4 @@
-#include "nearest_keys.h"
+#include "search.h"
 
 #include <fresco/processor.h>
 #include <fresco/random.h>

@@ -1,8 +1,9 @@
-#include "picture_level.h"
 #include "samples.h"
+#include "style_picture.h"
 
 #include <fresco/error.h>
 #include <fresco/images/lab.h>
+#include <fresco/images/stroke_width.h>
 
 #include <catch2/catch.hpp>
 
@@ -20,7 +21,7 @@ double squared_distance(const float* a, const float* b, std::size_t count)
 }
 
 /// A key's values, read from the picture.
-std::vector<float> values_of(const PictureLevel& level, std::size_t key)
+std::vector<float> values_of(const StylePicture& level, std::size_t key)
 {
     const Vec2f at = level.key(key);
     const int half = level.side() / 2;
@@ -46,16 +47,16 @@ TEST_CASE("a picture without contrast, or smaller than a patch, is refused by na
     };
     for (const Case& c : {Case{64, 64, 1, 11, "a single color"}, Case{64, 64, 0.5, 31, "a single color"},
                           Case{64, 64, 0.1, 11, "a single color"}})
-        CHECK_THROWS_WITH(PictureLevel(Raster8(c.width, c.height, 3, 90), c.scale, c.side, run), Catch::Contains(c.text));
+        CHECK_THROWS_WITH(StylePicture(Raster8(c.width, c.height, 3, 90), c.scale, c.side, run), Catch::Contains(c.text));
     for (const Case& c : {Case{10, 64, 1, 11, "10x64"}, Case{64, 10, 1, 11, "64x10"}, Case{64, 64, 0.15, 11, "64x64"}})
-        CHECK_THROWS_WITH(PictureLevel(brush_picture(c.width, c.height, 1), c.scale, c.side, run),
+        CHECK_THROWS_WITH(StylePicture(brush_picture(c.width, c.height, 1), c.scale, c.side, run),
                           Catch::Contains(c.text) && Catch::Contains("smaller than one patch of 11"));
 }
 
 TEST_CASE("a picture of just one patch, or whose keys are all alike, has contrast enough")
 {
     testing::TestRun run;
-    const PictureLevel single(brush_picture(11, 11, 1), 1, 11, run);
+    const StylePicture single(brush_picture(11, 11, 1), 1, 11, run);
     CHECK(single.key_count() == 1);
     CHECK(single.key(0) == Vec2f{5, 5});
     Raster8 checkers(40, 40, 3);
@@ -63,7 +64,7 @@ TEST_CASE("a picture of just one patch, or whose keys are all alike, has contras
         for (int x = 0; x < 40; ++x)
             for (int c = 0; c < 3; ++c)
                 checkers.at(x, y, c) = (x + y) % 2 == 0 ? 40 : 220;
-    const PictureLevel level(checkers, 1, 5, run);
+    const StylePicture level(checkers, 1, 5, run);
     for (const float v : level.key_features())
         CHECK(std::isfinite(v));
 }
@@ -81,10 +82,10 @@ TEST_CASE("keys are a regular grid of whole patches, at most twelve thousand")
                           Case{50, 40, 2, 7}, Case{400, 700, 1, 3}})
     {
         CAPTURE(c.width, c.height, c.scale, c.side);
-        const PictureLevel level(brush_picture(c.width, c.height, 1), c.scale, c.side, run);
+        const StylePicture level(brush_picture(c.width, c.height, 1), c.scale, c.side, run);
         CHECK(level.lab().width == static_cast<int>(std::lround(c.width * c.scale)));
         CHECK(level.lab().height == static_cast<int>(std::lround(c.height * c.scale)));
-        CHECK(level.key_count() <= PictureLevel::most_keys);
+        CHECK(level.key_count() <= StylePicture::most_keys);
         CHECK(level.key_features().size() == level.key_count() * level.feature_count());
         const auto half = static_cast<float>(c.side / 2);
         std::size_t outside = 0;
@@ -117,7 +118,7 @@ TEST_CASE("the key near a position is the nearest")
     for (const int width : {40, 230, 320})
     {
         CAPTURE(width);
-        const PictureLevel level(brush_picture(width, 240, 1), 1, 5, run);
+        const StylePicture level(brush_picture(width, 240, 1), 1, 5, run);
         double worst = 0;
         for (int i = 0; i < 300; ++i)
         {
@@ -138,9 +139,9 @@ TEST_CASE("components keep distances: all of them exactly, the first ones never 
     for (const int side : {3, 5, 7})
     {
         CAPTURE(side);
-        const PictureLevel level(brush_picture(60, 50, 3), 1, side, run);
+        const StylePicture level(brush_picture(60, 50, 3), 1, side, run);
         const std::size_t size = level.feature_count();
-        CHECK(size == std::min<std::size_t>(level.values_per_patch(), PictureLevel::most_features));
+        CHECK(size == std::min<std::size_t>(level.values_per_patch(), StylePicture::most_features));
         double longest = 0;
         double kept = 0;
         double all = 0;
@@ -170,7 +171,7 @@ TEST_CASE("several rows are projected as one by one, and colors are bilinear")
 {
     testing::TestRun run;
     const Raster8 picture = brush_picture(40, 30, 3);
-    const PictureLevel level(picture, 1, 5, run);
+    const StylePicture level(picture, 1, 5, run);
     const std::size_t size = level.feature_count();
     std::vector<float> rows;
     for (std::size_t k = 0; k < 40; ++k)
@@ -197,4 +198,98 @@ TEST_CASE("several rows are projected as one by one, and colors are bilinear")
     CHECK(level.color({-5, 90}) == level.color({0, 29}));
     CHECK(level.inside({-5, 90}) == Vec2f{2, 27});
     CHECK(level.inside({20.5F, 13.25F}) == Vec2f{20.5F, 13.25F});
+}
+
+namespace
+{
+
+/// Stripes, each `width_px` wide: as soft as a sine, or hard-edged.
+Raster8 stripes(int width, int height, double width_px, double degrees, bool is_hard = false)
+{
+    Raster8 picture(width, height, 3);
+    const double angle = degrees * std::numbers::pi / 180;
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+        {
+            const double wave = std::sin(std::numbers::pi * (x * std::cos(angle) + y * std::sin(angle)) / width_px);
+            const double value = 128 + 80 * (is_hard ? std::copysign(1.0, wave) : wave);
+            for (int c = 0; c < 3; ++c)
+                picture.at(x, y, c) = static_cast<std::uint8_t>(std::lround(value));
+        }
+    return picture;
+}
+
+/// Each pixel four times.
+Raster8 doubled(const Raster8& picture)
+{
+    Raster8 result(2 * picture.width, 2 * picture.height, 3);
+    for (int y = 0; y < result.height; ++y)
+        for (int x = 0; x < result.width; ++x)
+            for (int c = 0; c < 3; ++c)
+                result.at(x, y, c) = picture.at(x / 2, y / 2, c);
+    return result;
+}
+
+Raster8 noise_picture(int size)
+{
+    Random random(9);
+    Raster8 picture(size, size, 3);
+    for (std::uint8_t& v : picture.values)
+        v = static_cast<std::uint8_t>(random.below(256));
+    return picture;
+}
+
+}  // namespace
+
+TEST_CASE("the stroke width of stripes is theirs, at any angle and size")
+{
+    testing::TestRun run;
+    for (const double width : {4.0, 7.0, 10.0})
+        for (const double degrees : {0.0, 20.0, 45.0, 90.0, 133.0})
+        {
+            CAPTURE(width, degrees);
+            const Raster8 picture = stripes(180, 170, width, degrees);
+            const double measured = stroke_width_px(picture, run);
+            CHECK(measured == Approx(width).epsilon(0.15));
+            CHECK(stroke_width_px(stripes(180, 170, width, degrees, true), run) == Approx(0.75 * width).epsilon(0.15));
+            if (degrees == 20)
+                CHECK(stroke_width_px(resized(picture, 360, 340), run) == Approx(2 * measured).epsilon(0.15));
+        }
+    // Measured at a smaller size.
+    CHECK(stroke_width_px(stripes(1100, 240, 12, 30), run) == Approx(12).epsilon(0.15));
+}
+
+TEST_CASE("strokes count by their width, not their length")
+{
+    testing::TestRun run;
+    for (const double width : {4.0, 6.0, 9.0})
+    {
+        CAPTURE(width);
+        const Raster8 picture = brush_picture(160, 140, 4, width);
+        const double measured = stroke_width_px(picture, run);
+        CHECK(measured > 0.6 * width);
+        CHECK(measured < 1.6 * width);
+        CHECK(stroke_width_px(doubled(picture), run) == Approx(2 * measured).epsilon(0.15));
+    }
+}
+
+TEST_CASE("noise has the narrowest strokes, and any picture some")
+{
+    testing::TestRun run;
+    CHECK(stroke_width_px(noise_picture(200), run) <= 3);
+    CHECK(stroke_width_px(doubled(noise_picture(100)), run) <= 5);
+    for (const int size : {1, 2, 5, 30, 200})
+        for (const std::uint8_t value : {std::uint8_t{0}, std::uint8_t{77}, std::uint8_t{255}})
+        {
+            const double width = stroke_width_px(Raster8(size, size, 3, value), run);
+            CHECK(std::isfinite(width));
+            CHECK(width >= 2);
+        }
+    CHECK(std::isfinite(stroke_width_px(brush_picture(400, 3, 1), run)));
+    testing::TestRun single(1);
+    testing::TestRun five(5);
+    const Raster8 picture = brush_picture(150, 120, 2);
+    CHECK(stroke_width_px(picture, single) == stroke_width_px(picture, five));
+    five.cancel_after(2);
+    CHECK_THROWS_AS(stroke_width_px(picture, five), Canceled);
 }

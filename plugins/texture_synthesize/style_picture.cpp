@@ -1,4 +1,4 @@
-#include "picture_level.h"
+#include "style_picture.h"
 
 #include <fresco/error.h>
 #include <fresco/images/filters.h>
@@ -6,12 +6,11 @@
 #include <fresco/matrix_multiply.h>
 
 #include <Eigen/Eigenvalues>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
-#include <fmt/format.h>
 #include <numbers>
-#include <string>
 
 namespace fresco::synthesize
 {
@@ -57,7 +56,7 @@ bool has_contrast(const RasterF& lab)
 
 }  // namespace
 
-PictureLevel::PictureLevel(const Raster8& rgb, double scale, int side, const Progress& progress, double stroke_px)
+StylePicture::StylePicture(const Raster8& rgb, double scale, int side, const Progress& progress, double stroke_px)
     : scale_(scale), side_(side), border_(stroke_px > 0 ? static_cast<int>(std::ceil(side / 2 * std::numbers::sqrt2)) : side / 2)
 {
     if (is_of_one_color(rgb))
@@ -83,7 +82,7 @@ PictureLevel::PictureLevel(const Raster8& rgb, double scale, int side, const Pro
     make_basis(progress);
 }
 
-void PictureLevel::make_basis(const Progress& progress)
+void StylePicture::make_basis(const Progress& progress)
 {
     const std::size_t count = key_count();
     const std::size_t values = values_per_patch();
@@ -137,7 +136,7 @@ void PictureLevel::make_basis(const Progress& progress)
     project(patches.data(), count, key_features_.data());
 }
 
-Vec2f PictureLevel::key(std::size_t number) const
+Vec2f StylePicture::key(std::size_t number) const
 {
     const std::size_t column = number % static_cast<std::size_t>(columns_);
     const std::size_t row = number / static_cast<std::size_t>(columns_);
@@ -145,7 +144,7 @@ Vec2f PictureLevel::key(std::size_t number) const
             static_cast<float>(border_ + std::lround(static_cast<double>(row) * key_step_))};
 }
 
-std::size_t PictureLevel::key_near(Vec2f at) const
+std::size_t StylePicture::key_near(Vec2f at) const
 {
     // Keys are at whole pixels, so that the next one may be nearer than the step says.
     const auto index = [this](float along, int count)
@@ -161,12 +160,12 @@ std::size_t PictureLevel::key_near(Vec2f at) const
     return index(at.y, rows_) * static_cast<std::size_t>(columns_) + index(at.x, columns_);
 }
 
-int PictureLevel::key_reach() const
+int StylePicture::key_reach() const
 {
     return static_cast<int>(std::ceil(key_step_ / 2));
 }
 
-void PictureLevel::project(const float* patches, std::size_t rows, float* features) const
+void StylePicture::project(const float* patches, std::size_t rows, float* features) const
 {
     const std::size_t values = values_per_patch();
     std::vector<float> centered(patches, patches + rows * values);
@@ -178,14 +177,14 @@ void PictureLevel::project(const float* patches, std::size_t rows, float* featur
                       {basis_.data(), values, features_, static_cast<std::ptrdiff_t>(features_), 1}, features, 1);
 }
 
-Vec2f PictureLevel::inside(Vec2f at) const
+Vec2f StylePicture::inside(Vec2f at) const
 {
     const auto half = static_cast<float>(border_);
     return {std::clamp(at.x, half, static_cast<float>(lab_.width - 1) - half),
             std::clamp(at.y, half, static_cast<float>(lab_.height - 1) - half)};
 }
 
-void PictureLevel::find_directions(double stroke_px)
+void StylePicture::find_directions(double stroke_px)
 {
     const Gradient slope = sobel(blurred(channel(lab_, 0), 1));
     RasterF products(lab_.width, lab_.height, 3);
@@ -204,7 +203,7 @@ void PictureLevel::find_directions(double stroke_px)
             directions_.values[2 * i + c] = means.values[3 * i + c] / std::max(means.values[3 * i + 2], 1e-6F);
 }
 
-PictureLevel::Direction PictureLevel::direction(Vec2f at) const
+StylePicture::Direction StylePicture::direction(Vec2f at) const
 {
     const int x = std::clamp(static_cast<int>(std::lround(at.x)), 0, directions_.width - 1);
     const int y = std::clamp(static_cast<int>(std::lround(at.y)), 0, directions_.height - 1);
@@ -213,7 +212,7 @@ PictureLevel::Direction PictureLevel::direction(Vec2f at) const
     return {{std::cos(angle), std::sin(angle)}, std::min(std::hypot(twice[0], twice[1]), 1.0F)};
 }
 
-float PictureLevel::misalignment(Vec2f at, Vec2f turn) const
+float StylePicture::misalignment(Vec2f at, Vec2f turn) const
 {
     const int x = std::clamp(static_cast<int>(std::lround(at.x)), 0, directions_.width - 1);
     const int y = std::clamp(static_cast<int>(std::lround(at.y)), 0, directions_.height - 1);
@@ -222,7 +221,7 @@ float PictureLevel::misalignment(Vec2f at, Vec2f turn) const
     return (std::hypot(twice[0], twice[1]) - in_line) / 2;
 }
 
-void PictureLevel::turned_patch(Vec2f at, Vec2f turn, float* values) const
+void StylePicture::turned_patch(Vec2f at, Vec2f turn, float* values) const
 {
     const auto half = static_cast<float>(side_ / 2);
     const auto right = static_cast<float>(lab_.width - 1);
@@ -245,7 +244,7 @@ void PictureLevel::turned_patch(Vec2f at, Vec2f turn, float* values) const
         }
 }
 
-Vec3f PictureLevel::color(Vec2f at) const
+Vec3f StylePicture::color(Vec2f at) const
 {
     const float x = std::clamp(at.x, 0.0F, static_cast<float>(lab_.width - 1));
     const float y = std::clamp(at.y, 0.0F, static_cast<float>(lab_.height - 1));

@@ -7,28 +7,32 @@
 #include <cstddef>
 #include <vector>
 
+/// \file The style picture at the size of one level, with the patches (keys) that a search may find in it, their principal
+/// components and the directions of its strokes. search() compares patches of the surface with it.
+
 namespace fresco::synthesize
 {
 
 /// The style picture at one size, and the patches of it that are looked for. Positions are in its pixels, with pixel centers at
 /// whole numbers.
-/// A vector turned as the x axis is by `turn`, of unit length.
+/// `v`, rotated by the rotation that takes the x axis to `turn` (unit length).
 inline Vec2f turned(Vec2f v, Vec2f turn)
 {
     return {v.x * turn.x - v.y * turn.y, v.x * turn.y + v.y * turn.x};
 }
 
-class PictureLevel
+/// Positions are in pixels of this size, with pixel centers at whole numbers. Immutable, so thread-safe.
+class StylePicture
 {
   public:
     static constexpr std::size_t most_keys = 12000;
     static constexpr std::size_t most_features = 48;
 
     /// `scale`: this picture's pixels along a pixel of `rgb`. `side`: of a patch, odd. Keys are patches on a regular grid, every
-    /// second pixel or as many as most_keys allows. `stroke_px`: turns every key so that strokes, which are this wide in this
-    /// picture, run along its x axis; 0: keys are not turned. Throws Error for a picture smaller than a patch, or without any
+    /// second pixel or as many as most_keys allows. `stroke_px`: width of strokes in this picture; turns every key so that
+    /// strokes run along its x axis; 0: keys are not turned. Throws Error for a picture smaller than a patch, or without
     /// contrast.
-    PictureLevel(const Raster8& rgb, double scale, int side, const Progress& progress, double stroke_px = 0);
+    StylePicture(const Raster8& rgb, double scale, int side, const Progress& progress, double stroke_px = 0);
 
     double scale() const { return scale_; }
     int side() const { return side_; }
@@ -39,21 +43,21 @@ class PictureLevel
     Vec2f key(std::size_t number) const;
     /// The key nearest to a position.
     std::size_t key_near(Vec2f at) const;
-    /// Half of the way from one key to the next, in whole pixels.
+    /// Half the distance between keys, in whole pixels.
     int key_reach() const;
 
     bool is_directed() const { return !directions_.empty(); }
-    /// The direction of the strokes at a place, of either sign, and how clear it is. \pre is_directed()
+    /// The direction of the strokes at a place, without a sign, and how clear it is. \pre is_directed()
     struct Direction
     {
         Vec2f along;          ///< Unit length, x >= 0.
         float coherence = 0;  ///< 0..1
     };
     Direction direction(Vec2f at) const;
-    /// How far strokes at a place are out of line with `turn`: 0, or up to 1 where they are clearly across. \pre is_directed()
+    /// How far strokes at a place deviate from `turn`: from 0 to 1, if they are clearly across. \pre is_directed()
     float misalignment(Vec2f at, Vec2f turn) const;
 
-    /// Principal components of the keys: what a patch's values (L*a*b*, side² x 3) come to, `rows` patches one after another.
+    /// Projects `rows` patches (L*a*b*, side² x 3 values each, one after another) to the principal components of the keys.
     std::size_t feature_count() const { return features_; }
     void project(const float* patches, std::size_t rows, float* features) const;
     /// K x feature_count().

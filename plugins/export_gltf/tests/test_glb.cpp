@@ -1,6 +1,6 @@
 #include "check_glb.h"
 #include "exported_glb.h"
-#include "quantized_mesh.h"
+#include "glb.h"
 
 #include <fresco/random.h>
 

@@ -1,4 +1,4 @@
-#include "convert.h"
+#include "opencv_codec.h"
 
 #include <catch2/catch.hpp>
 

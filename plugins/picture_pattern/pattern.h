@@ -1,10 +1,15 @@
 #pragma once
 
 #include <fresco/math.h>
+#include <fresco/progress.h>
+#include <fresco/raster.h>
 
 #include <cstdint>
 #include <string_view>
 #include <vector>
+
+/// \file Generates pictures that look painted, so that the demo and the tests need no data: a motif gives colors and directions,
+/// and a brush or a mosaic paints it. The stage combines them.
 
 namespace pattern
 {
@@ -25,7 +30,7 @@ struct Palette
 /// "night", "meadow", "ember" or "sea". Throws std::invalid_argument for another name.
 Palette palette_named(std::string_view name);
 
-/// What is painted: a color and a direction of the brush at each place. Places are x to the right and y down, 0..1.
+/// A subject to paint: a color and a direction of the brush at each place. Places are x to the right and y down, 0..1.
 class Motif
 {
   public:
@@ -73,5 +78,26 @@ class RollingWaves final : public Motif
     Palette palette_;
     std::uint32_t seed_;
 };
+
+struct BrushOptions
+{
+    int size_px;
+    float stroke_share;   ///< Width of the broadest brush as a share of the picture.
+    float stroke_length;  ///< Length of a stroke in widths.
+    std::uint32_t seed;
+};
+
+/// Paints a motif with layers of bristled strokes that follow its direction, broad ones first, and lights the paint from the
+/// upper left. After Litwinowicz, "Processing images and video for an impressionist effect" (SIGGRAPH 1997) and Hertzmann,
+/// "Painterly rendering with curved brush strokes of multiple sizes" (SIGGRAPH 1998). Square RGB. Single-threaded. Throws
+/// Canceled.
+fresco::Raster<std::uint8_t> paint(const Motif& motif, const BrushOptions& options, fresco::Progress& progress);
+
+/// Lays a motif in small square stones along its direction, with grout between them and a light from the upper left. After
+/// Hausner, "Simulating decorative mosaics" (SIGGRAPH 2001), with jittered places in place of his relaxation.
+/// \param stones  stones across the picture
+/// Square RGB; the same for any thread count. Throws Canceled.
+fresco::Raster<std::uint8_t> lay_mosaic(const Motif& motif, int size_px, int stones, std::uint32_t seed,
+                                        fresco::Progress& progress);
 
 }  // namespace pattern

@@ -1,5 +1,4 @@
-#include "read_usdz.h"
-#include "zip.h"
+#include "usdz.h"
 
 #include <fresco/error.h>
 #include <fresco/files_io.h>

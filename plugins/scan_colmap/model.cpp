@@ -1,7 +1,8 @@
-#include "model_views.h"
+#include "model.h"
 
 #include <fresco/error.h>
 #include <fresco/files_io.h>
+#include <fresco/recordings/recording_files.h>
 
 #include <fmt/format.h>
 

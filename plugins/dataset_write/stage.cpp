@@ -1,6 +1,5 @@
 #include "loader_text.h"
 #include "stylemesh_layout.h"
-#include "transforms.h"
 #include "view_writer.h"
 
 #include <fresco/dataset/dataset_files.h>
@@ -25,6 +24,8 @@ using namespace fresco;
 
 namespace
 {
+
+constexpr const char* loader_name = "fresco_dataset.py";
 constexpr const char* writer = "fresco " FRESCO_VERSION;
 constexpr const char* stylemesh_manifest = "manifest.json";
 
@@ -143,7 +144,7 @@ class DatasetWrite final : public Stage
             write(dataset::style_name, npy);
         }
         write(dataset::mesh_name, to_ply(*mesh));
-        write_text(loader_name, loader_text());
+        write_text(loader_name, loader_text);
         const ViewOptions options{.uv = manifest.uv, .pictures = *pictures};
         const auto written =
             write_views(folder, frame_of.size(), run,

@@ -1,8 +1,5 @@
 #include "stylemesh_layout.h"
 
-#include "pictures.h"
-#include "view_writer.h"
-
 #include <fresco/dataset/dataset_files.h>
 #include <fresco/error.h>
 #include <fresco/npy.h>

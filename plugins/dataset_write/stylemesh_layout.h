@@ -1,6 +1,6 @@
 #pragma once
 
-#include "written_files.h"
+#include "view_writer.h"
 
 #include <fresco/frames.h>
 #include <fresco/image_io.h>
@@ -12,19 +12,21 @@
 #include <string>
 #include <vector>
 
+/// \file The second layout of the stage, chosen by `layout: stylemesh`.
+
 /// The folders that the released training code of StyleMesh (CVPR 2022) reads for a scene of ScanNet; README.md lists them.
 class StylemeshLayout
 {
   public:
-    /// `frame_of`: the frame of each view. Throws Error unless all views have the same color intrinsics, for which the layout
-    /// has one file, and unless the scene's name has two parts ("scene0000_00"). Keeps references.
+    /// `frame_of`: the frame of each view. Throws Error if color intrinsics differ between views, because the layout has one file
+    /// for them, and if the scene's name does not have two parts ("scene0000_00"). Keeps references.
     StylemeshLayout(std::string scene, const fresco::UvMaps& maps, const fresco::Frames& frames,
                     const std::vector<std::size_t>& frame_of);
 
-    /// The recorder's number of each view where these are unique and not negative, and else its position: files are named so.
+    /// The number in a view's file names: the recorder's if these are unique and not negative, else its position.
     long number(std::size_t view) const { return numbers_[view]; }
 
-    /// Picture, pose, depth (the sensor's where every frame has it, and else the mesh's), cosine, and one uv map per height.
+    /// Picture, pose, depth (the sensor's if every frame has it, else the mesh's), cosine, and one uv map per height.
     WrittenFiles write_view(const std::filesystem::path& folder, std::size_t view, const fresco::ImageIo& images) const;
     /// Intrinsics and the mesh; not thread-safe with itself.
     WrittenFiles write_scene(const std::filesystem::path& folder, const fresco::Mesh& mesh) const;

@@ -1,18 +1,153 @@
 #include "view_writer.h"
 
-#include "pictures.h"
-#include "transforms.h"
-
 #include <fresco/dataset/dataset_files.h>
 #include <fresco/error.h>
+#include <fresco/files_io.h>
+#include <fresco/hash.h>
 #include <fresco/images/sharpness.h>
 #include <fresco/uv_mapping/view_frames.h>
 
 #include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
 #include <set>
 #include <utility>
 
 using namespace fresco;
+
+std::vector<std::string> WrittenFiles::names() const
+{
+    std::vector<std::string> result;
+    for (const auto& [name, stamp] : files)
+        result.push_back(name);
+    return result;
+}
+
+Value to_value(const WrittenFiles& written)
+{
+    return Value::Map{{"sharpness", written.sharpness}, {"files", dataset::stamps_value(written.files)}};
+}
+
+WrittenFiles written_files_from(const Value& value)
+{
+    WrittenFiles written;
+    written.sharpness = value.at("sharpness").as_double();
+    for (const Value& file : value.at("files").as_list())
+        written.files[file.at("name").as_string()] = {static_cast<std::uint64_t>(file.at("bytes").as_int()),
+                                                      file.at("hash").as_string()};
+    return written;
+}
+
+namespace
+{
+
+constexpr float millimeters = 1000;
+constexpr float no_depth_from = 65534.5F;  // 65535 means none in many readers
+
+std::string lower_extension(const std::filesystem::path& file)
+{
+    std::string text = file.extension().string();
+    std::ranges::transform(text, text.begin(),
+                           [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+    return text;
+}
+/// 8-bit RGB, which every reader of a dataset expects: a PNG's header has both at fixed places.
+bool is_plain_png(const std::vector<std::byte>& bytes)
+{
+    constexpr std::size_t bits_at = 24, kind_at = 25;
+    return bytes.size() > kind_at && bytes[bits_at] == std::byte{8} && bytes[kind_at] == std::byte{2};
+}
+
+}  // namespace
+
+EncodedPicture encoded_color(const Frame& frame, const Raster8& picture, const ImageIo& images)
+{
+    const std::string extension = lower_extension(frame.color_picture.path);
+    const bool is_jpeg = extension == ".jpg" || extension == ".jpeg";
+    if (!is_jpeg && extension != ".png")
+        return {".png", images.encode_png(picture)};
+    auto bytes = read_file(frame.color_picture.path);
+    if (!frame.color_picture.hash.empty() && content_hash(bytes) != frame.color_picture.hash)
+        throw Error(frame.color_picture.path.string() + ": the file changed while it was read; run again");
+    if (!is_jpeg && !is_plain_png(bytes))
+        return {".png", images.encode_png(picture)};
+    return {is_jpeg ? ".jpg" : ".png", std::move(bytes)};
+}
+
+std::vector<std::byte> encoded_depth(const RasterF& depth, const ImageIo& images)
+{
+    Raster16 steps(depth.width, depth.height);
+    std::ranges::transform(depth.values, steps.values.begin(),
+                           [](float meters)
+                           {
+                               const float step = std::round(meters * millimeters);
+                               return step < no_depth_from ? static_cast<std::uint16_t>(step) : std::uint16_t{0};
+                           });
+    return images.encode_png(steps);
+}
+
+namespace
+{
+
+std::string six_digits(std::size_t number)
+{
+    char text[24];
+    std::snprintf(text, sizeof text, "%06zu", number);
+    return text;
+}
+
+/// Four rows of world_from_camera for a camera whose y points up and whose z points backward.
+Value opengl_pose(const RigidTransform& world_from_camera)
+{
+    const Mat3& r = world_from_camera.rotation;
+    const Vec3d t = world_from_camera.translation;
+    const double translation[] = {t.x, t.y, t.z};
+    Value::List rows;
+    for (int row = 0; row < 3; ++row)
+        // 0 - x, not -x: no "-0.0" in the text.
+        rows.emplace_back(Value::List{r(row, 0), 0 - r(row, 1), 0 - r(row, 2), translation[row]});
+    rows.emplace_back(Value::List{0.0, 0.0, 0.0, 1.0});
+    return rows;
+}
+
+Value frame_of(const dataset::Manifest& manifest, std::size_t view)
+{
+    const Camera& camera = manifest.views[view].color;
+    const Intrinsics& k = camera.intrinsics;
+    const std::string jpeg = image_name(view, ".jpg");
+    return Value::Map{{"file_path", manifest.files.contains(jpeg) ? jpeg : image_name(view, ".png")},
+                      {"depth_file_path", depth_image_name(view)},
+                      {"w", k.width},
+                      {"h", k.height},
+                      {"fl_x", k.fx},
+                      {"fl_y", k.fy},
+                      {"cx", k.cx},
+                      {"cy", k.cy},
+                      {"transform_matrix", opengl_pose(camera.world_from_camera)}};
+}
+
+}  // namespace
+
+std::string image_name(std::size_t view, const std::string& extension)
+{
+    return "images/" + six_digits(view) + extension;
+}
+
+std::string depth_image_name(std::size_t view)
+{
+    return "depth/" + six_digits(view) + ".png";
+}
+
+std::string transforms_text(const dataset::Manifest& manifest)
+{
+    Value::List frames;
+    for (std::size_t view = 0; view < manifest.views.size(); ++view)
+        frames.push_back(frame_of(manifest, view));
+    const Value root = Value::Map{{"camera_model", "PINHOLE"}, {"depth_unit_scale_factor", 0.001}, {"frames", std::move(frames)}};
+    return to_json(root, 1) + "\n";
+}
 
 namespace
 {

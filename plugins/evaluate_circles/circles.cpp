@@ -1,13 +1,183 @@
 #include "circles.h"
 
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+#include <opencv2/photo.hpp>
+
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numbers>
+#include <numeric>
 #include <utility>
 
 using namespace fresco;
 
 namespace
 {
+
+constexpr double max_defect_px = 2;
+constexpr float denoising_strength = 100;
+
+cv::Mat view_of(const Raster8& picture)
+{
+    // OpenCV has no read-only view: the matrix is not written to.
+    return {picture.height, picture.width, picture.channels == 3 ? CV_8UC3 : CV_8UC1,
+            const_cast<std::uint8_t*>(picture.values.data())};
+}
+
+Raster8 raster_of(const cv::Mat& mask)
+{
+    Raster8 result(mask.cols, mask.rows);
+    cv::Mat target(mask.rows, mask.cols, CV_8UC1, result.values.data());
+    mask.copyTo(target);
+    return result;
+}
+
+bool is_red(const std::uint8_t* rgb)
+{
+    const int most = std::max({rgb[0], rgb[1], rgb[2]});
+    const int span = most - std::min({rgb[0], rgb[1], rgb[2]});
+    // Saturation span / most and value most / 255, both >= 0.6.
+    if (most < 153 || span * 5 < most * 3 || rgb[0] != most)
+        return false;
+    const double hue = static_cast<double>(rgb[1] - rgb[2]) / span / 6;  // of a full turn, negative toward blue
+    if (hue > 0.08 || hue < 0.88 - 1)
+        return false;
+    return 0.299 * rgb[0] + 0.587 * rgb[1] + 0.114 * rgb[2] > 0.15 * 255;
+}
+
+cv::Mat released_mask(const cv::Mat& rgb)
+{
+    cv::Mat hsv;
+    cv::cvtColor(rgb, hsv, cv::COLOR_RGB2HSV);
+    cv::Mat low;
+    cv::inRange(hsv, cv::Scalar(0, 153, 153), cv::Scalar(15, 255, 255), low);
+    cv::Mat high;
+    cv::inRange(hsv, cv::Scalar(160, 102, 102), cv::Scalar(179, 255, 255), high);
+    cv::Mat gray;
+    cv::cvtColor(rgb, gray, cv::COLOR_RGB2GRAY);
+    cv::Mat filtered;
+    gray.copyTo(filtered, low | high);
+    cv::threshold(filtered, filtered, 0, 255, cv::THRESH_BINARY | cv::THRESH_OTSU);
+    return filtered;
+}
+
+/// Nothing where the contour is too ragged to have a hull of ordered points.
+std::optional<double> largest_defect(const std::vector<cv::Point>& contour)
+{
+    std::vector<int> hull;
+    cv::convexHull(contour, hull);
+    if (hull.size() < 3)
+        return 0;
+    std::vector<cv::Vec4i> defects;
+    try
+    {
+        cv::convexityDefects(contour, hull, defects);
+    }
+    catch (const cv::Exception&)
+    {
+        return std::nullopt;
+    }
+    int largest = 0;
+    for (const cv::Vec4i& defect : defects)
+        largest = std::max(largest, defect[3]);
+    return largest / 256.0;  // OpenCV's fixed point
+}
+
+std::optional<Ellipse> fitted(const std::vector<cv::Point>& contour, double added_px)
+{
+    if (contour.size() < 5)
+        return std::nullopt;
+    const cv::RotatedRect box = cv::fitEllipse(contour);
+    const double half_width = double{box.size.width} / 2;
+    const double half_height = double{box.size.height} / 2;
+    if (!std::isfinite(half_width * half_height * double{box.center.x} * double{box.center.y}) || half_width <= 0 ||
+        half_height <= 0)
+        return std::nullopt;
+    const double angle = double{box.angle} * std::numbers::pi / 180;
+    const double c = std::cos(angle);
+    const double s = std::sin(angle);
+    return Ellipse{{double{box.center.x} + 0.5, double{box.center.y} + 0.5},
+                   Vec2d{c, s} * (half_width + added_px),
+                   Vec2d{-s, c} * (half_height + added_px)};
+}
+
+bool in_range(const Ellipse& ellipse, Protocol protocol)
+{
+    if (protocol == Protocol::paper)
+        return ellipse.radius_px() >= 10 && ellipse.radius_px() <= 1000 && ellipse.stretch() <= 10;
+    const double area = 4 * length(ellipse.half_axis_1) * length(ellipse.half_axis_2);
+    return area > 10 && area < 10'000 && ellipse.stretch() < 10;
+}
+
+}  // namespace
+
+double Ellipse::stretch() const
+{
+    const double a = length(half_axis_1);
+    const double b = length(half_axis_2);
+    return std::max(a / b, b / a);
+}
+
+ContourCounts& ContourCounts::operator+=(const ContourCounts& other)
+{
+    contours += other.contours;
+    not_convex += other.not_convex;
+    no_ellipse += other.no_ellipse;
+    out_of_range += other.out_of_range;
+    return *this;
+}
+
+Raster8 red_mask(const Raster8& rgb, Protocol protocol)
+{
+    if (protocol == Protocol::released)
+        return raster_of(released_mask(view_of(rgb)));
+    Raster8 mask(rgb.width, rgb.height);
+    for (std::size_t i = 0; i < mask.values.size(); ++i)
+        mask.values[i] = is_red(&rgb.values[i * 3]) ? 255 : 0;
+    return mask;
+}
+
+std::vector<Ellipse> find_ellipses(const Raster8& rgb, Protocol protocol, ContourCounts& counts)
+{
+    const Raster8 mask = red_mask(rgb, protocol);
+    cv::Mat clean;
+    cv::fastNlMeansDenoising(view_of(mask), clean, denoising_strength);
+    const bool otsu = protocol == Protocol::released;
+    cv::threshold(clean, clean, 127, 255, cv::THRESH_BINARY | (otsu ? cv::THRESH_OTSU : 0));
+
+    std::vector<std::vector<cv::Point>> contours;
+    cv::findContours(clean, contours, otsu ? cv::RETR_TREE : cv::RETR_EXTERNAL, cv::CHAIN_APPROX_NONE);
+    std::vector<Ellipse> found;
+    for (const auto& contour : contours)
+    {
+        ++counts.contours;
+        const auto defect = largest_defect(contour);
+        if (!defect || *defect > max_defect_px)
+        {
+            ++counts.not_convex;
+            continue;
+        }
+        const auto ellipse = fitted(contour, protocol == Protocol::paper ? 0.5 : 0);
+        if (!ellipse)
+            ++counts.no_ellipse;
+        else if (!in_range(*ellipse, protocol))
+            ++counts.out_of_range;
+        else
+            found.push_back(*ellipse);
+    }
+    return found;
+}
+
+const char* opencv_version()
+{
+    return CV_VERSION;
+}
+
+namespace
+{
+
 /// Where the camera sees the surface at pixel coordinates.
 class Surface
 {
@@ -97,6 +267,7 @@ std::optional<Circle> circle_of_released(const Ellipse& ellipse, const Surface& 
         return std::nullopt;
     return Circle{ellipse, *depth, world_of(length(*horizontal - *center), length(*vertical - *center))};
 }
+
 }  // namespace
 
 std::vector<Circle> circles_on_surface(const std::vector<Ellipse>& ellipses, const Camera& camera, const DepthAt& depth_at,
@@ -109,4 +280,140 @@ std::vector<Circle> circles_on_surface(const std::vector<Ellipse>& ellipses, con
                 protocol == Protocol::paper ? circle_of_paper(ellipse, surface) : circle_of_released(ellipse, surface))
             circles.push_back(*circle);
     return circles;
+}
+
+namespace
+{
+
+/// The columns that the statistics are taken of.
+struct Columns
+{
+    std::vector<double> depth_2d;
+    std::vector<double> radius_px;
+    std::vector<double> depth_3d;
+    std::vector<double> radius_m;
+    std::vector<double> stretch;
+
+    void add(const std::vector<Circle>& circles)
+    {
+        for (const Circle& circle : circles)
+        {
+            depth_2d.push_back(circle.depth);
+            radius_px.push_back(circle.ellipse.radius_px());
+            if (!circle.world)
+                continue;
+            depth_3d.push_back(circle.depth);
+            radius_m.push_back(circle.world->radius_m);
+            stretch.push_back(circle.world->stretch);
+        }
+    }
+
+    CircleStatistics statistics() const
+    {
+        return {evaluation::pearson(depth_2d, radius_px), evaluation::pearson(depth_3d, radius_m), evaluation::mean(stretch)};
+    }
+};
+
+/// A mean of those values that are defined.
+class WeightedMean
+{
+  public:
+    void add(double value, double weight)
+    {
+        if (!std::isfinite(value))
+            return;
+        sum_ += value * weight;
+        weights_ += weight;
+    }
+    double value() const { return weights_ > 0 ? sum_ / weights_ : std::numeric_limits<double>::quiet_NaN(); }
+
+  private:
+    double sum_ = 0;
+    double weights_ = 0;
+};
+
+}  // namespace
+
+CircleStatistics circle_statistics(const std::vector<std::vector<Circle>>& pictures, std::span<const std::size_t> drawn,
+                                   Protocol protocol)
+{
+    if (protocol == Protocol::paper)
+    {
+        Columns all;
+        for (const std::size_t i : drawn)
+            all.add(pictures[i]);
+        return all.statistics();
+    }
+    WeightedMean corr_2d;
+    WeightedMean corr_3d;
+    WeightedMean stretch;
+    for (const std::size_t i : drawn)
+    {
+        Columns picture;
+        picture.add(pictures[i]);
+        const CircleStatistics own = picture.statistics();
+        const auto weight = static_cast<double>(pictures[i].size());
+        corr_2d.add(own.corr_2d, weight);
+        corr_3d.add(own.corr_3d, weight);
+        stretch.add(own.stretch, weight);
+    }
+    return {corr_2d.value(), corr_3d.value(), stretch.value()};
+}
+
+CircleFigures circle_figures(const std::vector<std::vector<Circle>>& pictures, Protocol protocol,
+                             const evaluation::Bootstrap& bootstrap)
+{
+    CircleFigures figures;
+    for (const auto& picture : pictures)
+        for (const Circle& circle : picture)
+        {
+            ++figures.circles;
+            figures.circles_3d += circle.world ? 1 : 0;
+        }
+    std::vector<std::size_t> all(pictures.size());
+    std::iota(all.begin(), all.end(), std::size_t{0});
+    figures.value = circle_statistics(pictures, all, protocol);
+    const auto interval = [&](double CircleStatistics::*member)
+    {
+        const auto drawn_statistic = [&](std::span<const std::size_t> drawn)
+        { return circle_statistics(pictures, drawn, protocol).*member; };
+        return evaluation::bootstrap_interval(pictures.size(), drawn_statistic, bootstrap);
+    };
+    figures.corr_2d = interval(&CircleStatistics::corr_2d);
+    figures.corr_3d = interval(&CircleStatistics::corr_3d);
+    figures.stretch = interval(&CircleStatistics::stretch);
+    return figures;
+}
+
+namespace
+{
+
+constexpr int fraction_bits = 4;
+
+/// Pixel coordinates as OpenCV's drawing takes them: centers at whole numbers, in sixteenths.
+cv::Point drawn_at(Vec2d p)
+{
+    const double scale = 1 << fraction_bits;
+    return {static_cast<int>(std::lround((p.x - 0.5) * scale)), static_cast<int>(std::lround((p.y - 0.5) * scale))};
+}
+
+}  // namespace
+
+Raster8 overlay(const Raster8& rgb, const std::vector<Circle>& circles)
+{
+    Raster8 result = rgb;
+    cv::Mat picture(result.height, result.width, CV_8UC3, result.values.data());
+    for (const Circle& circle : circles)
+    {
+        const Ellipse& e = circle.ellipse;
+        const cv::Scalar color = circle.world ? cv::Scalar(0, 200, 0) : cv::Scalar(0, 0, 255);
+        const double scale = 1 << fraction_bits;
+        const cv::Size half(static_cast<int>(std::lround(length(e.half_axis_1) * scale)),
+                            static_cast<int>(std::lround(length(e.half_axis_2) * scale)));
+        const double angle = std::atan2(e.half_axis_1.y, e.half_axis_1.x) * 180 / std::numbers::pi;
+        cv::ellipse(picture, drawn_at(e.center), half, angle, 0, 360, color, 2, cv::LINE_AA, fraction_bits);
+        for (const Vec2d axis : {e.half_axis_1, e.half_axis_2})
+            cv::line(picture, drawn_at(e.center - axis), drawn_at(e.center + axis), color, 1, cv::LINE_AA, fraction_bits);
+    }
+    return result;
 }

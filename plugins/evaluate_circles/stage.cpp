@@ -1,5 +1,4 @@
-#include "circle_figures.h"
-#include "overlay.h"
+#include "circles.h"
 
 #include <fresco/evaluation/figures_file.h>
 #include <fresco/evaluation/options.h>

@@ -1,13 +1,11 @@
 #include "figure_table.h"
-#include "judged_view.h"
-#include "seams.h"
-#include "source_use.h"
 #include "stroke_size.h"
+#include "texture_figures.h"
+#include "view_figures.h"
 
 #include <fresco/evaluation/figures_file.h>
 #include <fresco/evaluation/posed_pictures.h>
 #include <fresco/evaluation/statistics.h>
-#include <fresco/files_io.h>
 #include <fresco/image_io.h>
 #include <fresco/parallel.h>
 #include <fresco/source_map.h>

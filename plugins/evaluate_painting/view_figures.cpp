@@ -1,19 +1,167 @@
 #include "view_figures.h"
 
 #include <fresco/error.h>
+#include <fresco/evaluation/statistics.h>
 #include <fresco/images/filters.h>
 #include <fresco/images/lab.h>
 
-#include <algorithm>
-#include <cmath>
 #include <fmt/format.h>
-#include <limits>
-#include <string>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
 
 using namespace fresco;
 
 namespace
 {
+
+constexpr float cell_side = 2;
+constexpr float reach = 10;
+constexpr int reach_cells = 6;  // For colors that are half a cell off.
+// Cells of L* in 0..100, a* and b* of any displayed color, and a rim that is_near may look into.
+constexpr int least_l = -reach_cells;
+constexpr int count_l = 51 + 2 * reach_cells;
+constexpr int least_ab = -64 - reach_cells;
+constexpr int count_ab = 129 + 2 * reach_cells;
+
+struct LabCell
+{
+    int l, a, b;
+};
+
+LabCell cell_of(Vec3f lab)
+{
+    // Halves go to the even cell, as NumPy rounds them.
+    const auto rounded = [](float v, int least, int most)
+    { return std::clamp(static_cast<int>(std::nearbyint(v / cell_side)), least, most); };
+    return {rounded(lab.x, 0, 50), rounded(lab.y, -64, 64), rounded(lab.z, -64, 64)};
+}
+
+std::size_t index_of(LabCell c)
+{
+    return (static_cast<std::size_t>(c.l - least_l) * count_ab + static_cast<std::size_t>(c.a - least_ab)) * count_ab +
+           static_cast<std::size_t>(c.b - least_ab);
+}
+
+/// Steps between cells that may be within reach, the shortest first.
+const std::vector<LabCell>& steps()
+{
+    static const std::vector<LabCell> result = []
+    {
+        std::vector<LabCell> all;
+        for (int l = -reach_cells; l <= reach_cells; ++l)
+            for (int a = -reach_cells; a <= reach_cells; ++a)
+                for (int b = -reach_cells; b <= reach_cells; ++b)
+                    // A color may be half a cell off along each axis.
+                    if (std::sqrt(static_cast<float>(l * l + a * a + b * b)) * cell_side <= reach + 1.7321F * cell_side / 2)
+                        all.push_back({l, a, b});
+        std::ranges::stable_sort(all, {}, [](const LabCell& c) { return c.l * c.l + c.a * c.a + c.b * c.b; });
+        return all;
+    }();
+    return result;
+}
+
+}  // namespace
+
+Palette::Palette(const RasterF& lab) : cells_(std::size_t{count_l} * count_ab * count_ab)
+{
+    for (std::size_t i = 0; i + 2 < lab.values.size(); i += 3)
+        cells_[index_of(cell_of({lab.values[i], lab.values[i + 1], lab.values[i + 2]}))] = 1;
+}
+
+bool Palette::is_near(Vec3f color) const
+{
+    const LabCell own = cell_of(color);
+    for (const LabCell& step : steps())
+    {
+        const LabCell c{own.l + step.l, own.a + step.a, own.b + step.b};
+        if (cells_[index_of(c)] == 0)
+            continue;
+        const Vec3f away = color - Vec3f{static_cast<float>(c.l), static_cast<float>(c.a), static_cast<float>(c.b)} * cell_side;
+        if (dot(away, away) <= reach * reach)
+            return true;
+    }
+    return false;
+}
+
+namespace
+{
+
+constexpr int height_px = 256;
+constexpr double sigma_px = 3;
+constexpr int edge_erosion_px = 7;
+constexpr std::size_t least_pixels = 1000;
+
+/// L* and how much of each pixel is covered, 0..1.
+struct Lightness
+{
+    RasterF value;
+    RasterF weight;
+};
+
+/// A picture at another size: RGB is averaged over covered pixels only.
+Lightness lightness(const Raster8& picture, const Raster8& covered, int width)
+{
+    RasterF weighted(picture.width, picture.height, 4);
+    const auto channels = static_cast<std::size_t>(picture.channels);
+    for (std::size_t i = 0; i < covered.values.size(); ++i)
+        if (covered.values[i] != 0)
+        {
+            for (std::size_t c = 0; c < 3; ++c)
+                weighted.values[4 * i + c] = static_cast<float>(picture.values[i * channels + c]) / 255;
+            weighted.values[4 * i + 3] = 1;
+        }
+    weighted = resized(weighted, width, height_px);
+    Lightness result{RasterF(width, height_px), channel(weighted, 3)};
+    for (std::size_t i = 0; i < result.value.values.size(); ++i)
+        if (const float weight = result.weight.values[i]; weight > 0)
+            result.value.values[i] =
+                lab_from_rgb(Vec3f{weighted.values[4 * i], weighted.values[4 * i + 1], weighted.values[4 * i + 2]} * (1 / weight))
+                    .x;
+    return result;
+}
+
+/// Gradients after a blur in which pixels count by `weight`.
+Gradient gradient(RasterF value, const RasterF& weight, const RasterF& blurred_weight)
+{
+    for (std::size_t i = 0; i < value.values.size(); ++i)
+        value.values[i] *= weight.values[i];
+    value = blurred(value, sigma_px);
+    for (std::size_t i = 0; i < value.values.size(); ++i)
+        value.values[i] = blurred_weight.values[i] > 0 ? value.values[i] / blurred_weight.values[i] : 0;
+    return sobel(value);
+}
+
+}  // namespace
+
+double edge_correlation(const Raster8& view, const Raster8& covered, const Raster8& camera)
+{
+    const int width = std::max(1, static_cast<int>(std::lround(static_cast<double>(view.width) * height_px / view.height)));
+    const Lightness seen = lightness(view, covered, width);
+    const Lightness recorded = lightness(camera, Raster8(camera.width, camera.height, 1, 1), width);
+    const RasterF blurred_weight = blurred(seen.weight, sigma_px);
+    const Gradient a = gradient(seen.value, seen.weight, blurred_weight);
+    const Gradient b = gradient(recorded.value, seen.weight, blurred_weight);
+
+    Raster8 mask(width, height_px);
+    std::ranges::transform(seen.weight.values, mask.values.begin(),
+                           [](float weight) { return weight > 0.5F ? std::uint8_t{1} : std::uint8_t{0}; });
+    mask = eroded(mask, edge_erosion_px);
+    std::vector<double> of_view;
+    std::vector<double> of_camera;
+    for (std::size_t i = 0; i < mask.values.size(); ++i)
+        if (mask.values[i] != 0)
+        {
+            of_view.insert(of_view.end(), {double{a.x.values[i]}, double{a.y.values[i]}});
+            of_camera.insert(of_camera.end(), {double{b.x.values[i]}, double{b.y.values[i]}});
+        }
+    return of_view.size() < 2 * least_pixels ? std::numeric_limits<double>::quiet_NaN() : evaluation::pearson(of_view, of_camera);
+}
+
+namespace
+{
+
 constexpr int style_side_px = 256;
 constexpr int longest_style = 16;  // Times the shorter side.
 constexpr int margin_px = 8;
@@ -85,6 +233,7 @@ double coherence(const RasterF& blurred_l, const Raster8& mask)
     }
     return ratio(directed, all);
 }
+
 }  // namespace
 
 Raster8 on_white(const Raster8& picture)
@@ -124,6 +273,10 @@ JudgedPixels judged_pixels(const Raster8& covered)
     return result;
 }
 
+namespace
+{
+
+/// `lab`: H x W x 3, `mask`: H x W. All are 0 without variation; chroma_noise is infinite if only a* and b* vary.
 Appearance appearance(const RasterF& lab, const Raster8& mask)
 {
     const RasterF fine = blurred(lab, 1);
@@ -146,6 +299,8 @@ Appearance appearance(const RasterF& lab, const Raster8& mask)
     }
     return {coherence(blurred_l, mask), std::sqrt(ratio(chroma, luma)), std::sqrt(ratio(band, count))};
 }
+
+}  // namespace
 
 StylePicture::StylePicture(const Raster8& picture) : StylePicture(style_lab(picture)) {}
 
@@ -172,4 +327,69 @@ ViewFigures view_figures(const Raster8& view, const JudgedPixels& pixels, const 
     return {static_cast<double>(off) / static_cast<double>(pixels.count), relative(look.coherence, style.look.coherence),
             relative(look.chroma_noise, style.has_chroma() ? style.look.chroma_noise : 0),
             relative(look.strokes, style.look.strokes)};
+}
+
+namespace
+{
+
+struct ViewFigure
+{
+    const char* name;
+    double (*of)(const JudgedView&);
+    Wanted wanted;
+};
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr std::array view_figures_wanted{
+    ViewFigure{"off_palette", [](const JudgedView& view) { return view.figures.off_palette; }, {-infinity, 0.005}},
+    ViewFigure{"coherence", [](const JudgedView& view) { return view.figures.coherence; }, {0.8, 1.2}},
+    ViewFigure{"chroma_noise", [](const JudgedView& view) { return view.figures.chroma_noise; }, {0.6, 1.6}},
+    ViewFigure{"strokes", [](const JudgedView& view) { return view.figures.strokes; }, {0.65, infinity}},
+    ViewFigure{"edges", [](const JudgedView& view) { return view.edges; }, {0.5, infinity}}};
+
+}  // namespace
+
+JudgedView judged_view(const std::string& name, const Raster8& view, const StylePicture* style,
+                       const std::function<Raster8()>& camera)
+{
+    const Raster8 covered = covered_pixels(view);
+    const JudgedPixels pixels = judged_pixels(covered);
+    JudgedView judged;
+    judged.name = name;
+    judged.skipped = pixels.count < JudgedView::least_pixels;
+    if (!judged.skipped && style != nullptr)
+        judged.figures = view_figures(view, pixels, *style);
+    if (!judged.skipped && camera)
+        judged.edges = edge_correlation(view, covered, camera());
+    return judged;
+}
+
+std::vector<Figure> figures_over(const std::vector<JudgedView>& views)
+{
+    std::vector<std::string> names(views.size());
+    std::ranges::transform(views, names.begin(), &JudgedView::name);
+    std::vector<Figure> found;
+    for (const ViewFigure& figure : view_figures_wanted)
+    {
+        std::vector<double> values(views.size());
+        std::ranges::transform(views, values.begin(), figure.of);
+        if (auto over = over_views(figure.name, figure.wanted, values, names))
+            found.push_back(std::move(*over));
+    }
+    return found;
+}
+
+Value views_value(const std::vector<JudgedView>& views)
+{
+    Value::List list;
+    for (const JudgedView& view : views)
+    {
+        Value::Map entry{{"view", view.name}};
+        if (view.skipped)
+            entry.emplace_back("skipped", true);
+        for (const ViewFigure& figure : view_figures_wanted)
+            if (const double value = figure.of(view); std::isfinite(value))
+                entry.emplace_back(figure.name, value);
+        list.push_back(std::move(entry));
+    }
+    return list;
 }

@@ -1,15 +1,441 @@
 #include "pair_figures.h"
 
-#include "measure.h"
+#include <fresco/parallel.h>
+#include <fresco/raycast/surface.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <limits>
+#include <map>
+#include <optional>
+#include <utility>
 
 using namespace fresco;
+using raycast::Hit;
 
+ViewSurface view_surface(const raycast::Scene& scene, const Camera& camera, const Progress& progress)
+{
+    const int width = camera.intrinsics.width;
+    const int height = camera.intrinsics.height;
+    ViewSurface view{camera, RasterF(width, height), Raster8(width, height),
+                     Raster<std::uint32_t>(width, height, 1, std::uint32_t{Hit::none})};
+    parallel_for(static_cast<std::size_t>(height), 8, progress.threads(),
+                 [&](std::size_t begin, std::size_t end)
+                 {
+                     progress.check_canceled();
+                     std::vector<Hit> hits((end - begin) * static_cast<std::size_t>(width));
+                     scene.cast_rows(camera, static_cast<int>(begin), static_cast<int>(end), hits);
+                     const std::size_t first = begin * static_cast<std::size_t>(width);
+                     for (std::size_t i = 0; i < hits.size(); ++i)
+                         if (raycast::sight(hits[i]) == raycast::Sight::surface)
+                         {
+                             view.depth.values[first + i] = static_cast<float>(hits[i].distance);
+                             view.triangles.values[first + i] = hits[i].triangle;
+                         }
+                 });
+    find_inner_pixels(view);
+    return view;
+}
+
+void find_inner_pixels(ViewSurface& view)
+{
+    const int width = view.depth.width;
+    const int height = view.depth.height;
+    const auto all_seen = [&](int x, int y)
+    {
+        for (int ny = std::max(0, y - 1); ny <= std::min(height - 1, y + 1); ++ny)
+            for (int nx = std::max(0, x - 1); nx <= std::min(width - 1, x + 1); ++nx)
+                if (view.depth.at(nx, ny) <= 0)
+                    return false;
+        return true;
+    };
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+            view.inner.at(x, y) = all_seen(x, y) ? 1 : 0;
+}
+
+namespace
+{
+
+constexpr double snap_px = 1e-6;  // rounding of a projection; equal poses shall meet their own pixels
+
+/// The index of a pixel coordinate: pixel centers at whole numbers.
+double index_of(double coordinate)
+{
+    const double index = coordinate - 0.5;
+    const double nearest = std::round(index);
+    return std::abs(index - nearest) < snap_px ? nearest : index;
+}
+
+/// For an index within [0, size - 1].
+void split(double index, int& first, int& second, double& share)
+{
+    first = static_cast<int>(index);
+    share = index - first;
+    second = share > 0 ? first + 1 : first;
+}
+
+Lookup lookup_at(double x, double y)
+{
+    Lookup lookup;
+    split(x, lookup.x0, lookup.x1, lookup.share_x);
+    split(y, lookup.y0, lookup.y1, lookup.share_y);
+    return lookup;
+}
+
+template <class Accept>
+bool all_pixels(const Lookup& lookup, const Accept& accept)
+{
+    return accept(lookup.x0, lookup.y0) && accept(lookup.x1, lookup.y0) && accept(lookup.x0, lookup.y1) &&
+           accept(lookup.x1, lookup.y1);
+}
+
+std::optional<Lookup> match_of_paper(const ViewSurface& target, Vec3d seen)
+{
+    const int width = target.depth.width;
+    const int height = target.depth.height;
+    const double x = index_of(seen.x);
+    const double y = index_of(seen.y);
+    if (!(x >= 0 && x <= width - 1 && y >= 0 && y <= height - 1))
+        return std::nullopt;
+    const Lookup lookup = lookup_at(x, y);
+    const double tolerance = 0.02 * seen.z + 0.01;
+    const auto agrees = [&](int px, int py)
+    { return target.inner.at(px, py) != 0 && std::abs(seen.z - double{target.depth.at(px, py)}) <= tolerance; };
+    if (!all_pixels(lookup, agrees))
+        return std::nullopt;
+    return lookup;
+}
+
+std::optional<Lookup> match_of_released(const ViewSurface& target, Vec3d seen)
+{
+    const int width = target.depth.width;
+    const int height = target.depth.height;
+    const double x = index_of(seen.x);
+    const double y = index_of(seen.y);
+    if (!(x >= 0 && x < width - 1 && y >= 0 && y < height - 1))
+        return std::nullopt;
+    const auto displaced = [](double index, int size) { return index * (size - 1) / size; };
+    const auto depth_near = [&](double px, double py)
+    {
+        return double{target.depth.at(static_cast<int>(std::lround(displaced(px, width))),
+                                      static_cast<int>(std::lround(displaced(py, height))))};
+    };
+    double nearest = 1e30;
+    for (const auto& [dx, dy] : std::array<std::array<int, 2>, 4>{{{0, 0}, {1, 0}, {0, 1}, {1, 1}}})
+        nearest = std::min(nearest, std::abs(seen.z - depth_near(std::floor(x) + dx, std::floor(y) + dy)));
+    const Lookup lookup = lookup_at(displaced(x, width), displaced(y, height));
+    if (nearest > 0.1 || !all_pixels(lookup, [&](int px, int py) { return target.depth.at(px, py) > 0; }))
+        return std::nullopt;
+    return lookup;
+}
+
+}  // namespace
+
+std::vector<Match> covisible(const ViewSurface& source, const ViewSurface& target, Protocol protocol)
+{
+    std::vector<Match> matches;
+    for (int y = 0; y < source.depth.height; ++y)
+        for (int x = 0; x < source.depth.width; ++x)
+        {
+            if (protocol == Protocol::paper ? source.inner.at(x, y) == 0 : source.depth.at(x, y) <= 0)
+                continue;
+            const Vec3d seen = target.camera.project(source.point(x, y));
+            if (seen.z <= 0)
+                continue;
+            const auto lookup = protocol == Protocol::paper ? match_of_paper(target, seen) : match_of_released(target, seen);
+            if (lookup)
+                matches.push_back({x, y, *lookup});
+        }
+    return matches;
+}
+
+namespace
+{
+
+constexpr double undefined = std::numeric_limits<double>::quiet_NaN();
+
+double value_at(const Raster8& picture, const Lookup& at, int channel)
+{
+    const double top = picture.at(at.x0, at.y0, channel) * (1 - at.share_x) + picture.at(at.x1, at.y0, channel) * at.share_x;
+    const double bottom = picture.at(at.x0, at.y1, channel) * (1 - at.share_x) + picture.at(at.x1, at.y1, channel) * at.share_x;
+    return top * (1 - at.share_y) + bottom * at.share_y;
+}
+
+/// The mean of a measure of differences on the scale 0..255.
+class DifferenceMean
+{
+  public:
+    explicit DifferenceMean(Protocol protocol) : squared_(protocol == Protocol::released) {}
+    void add(double difference)
+    {
+        sum_ += squared_ ? difference * difference : std::abs(difference) / 255;
+        ++count_;
+    }
+    double value() const { return count_ == 0 ? undefined : sum_ / static_cast<double>(count_); }
+
+  private:
+    bool squared_;
+    double sum_ = 0;
+    std::size_t count_ = 0;
+};
+
+double gray(const Raster8& picture, int x, int y)
+{
+    return 0.299 * picture.at(x, y, 0) + 0.587 * picture.at(x, y, 1) + 0.114 * picture.at(x, y, 2);
+}
+
+}  // namespace
+
+double reprojection_difference(const Raster8& source, const Raster8& target, const std::vector<Match>& matches, Protocol protocol)
+{
+    DifferenceMean mean(protocol);
+    for (const Match& match : matches)
+        for (int c = 0; c < 3; ++c)
+            mean.add(source.at(match.x, match.y, c) - value_at(target, match.target, c));
+    return mean.value();
+}
+
+double forward_difference(const Raster8& source, const std::vector<Match>& matches, Protocol protocol)
+{
+    DifferenceMean mean(protocol);
+    for (const Match& match : matches)
+        for (int c = 0; c < 3; ++c)
+        {
+            const int here = source.at(match.x, match.y, c);
+            if (match.x + 1 < source.width)
+                mean.add(source.at(match.x + 1, match.y, c) - here);
+            if (match.y + 1 < source.height)
+                mean.add(source.at(match.x, match.y + 1, c) - here);
+        }
+    return mean.value();
+}
+
+double sharpness(const Raster8& source, const std::vector<Match>& matches)
+{
+    double sum = 0;
+    double squares = 0;
+    std::size_t count = 0;
+    for (const Match& match : matches)
+    {
+        const int x = match.x;
+        const int y = match.y;
+        if (x < 1 || y < 1 || x + 1 >= source.width || y + 1 >= source.height)
+            continue;
+        const double laplacian = gray(source, x - 1, y) + gray(source, x + 1, y) + gray(source, x, y - 1) +
+                                 gray(source, x, y + 1) - 4 * gray(source, x, y);
+        sum += laplacian;
+        squares += laplacian * laplacian;
+        ++count;
+    }
+    if (count == 0)
+        return undefined;
+    const double mean = sum / static_cast<double>(count);
+    return squares / static_cast<double>(count) - mean * mean;
+}
+
+namespace
+{
+
+double level_of(double texels)
+{
+    return texels > 1 ? std::log2(texels) : 0;
+}
+
+/// Where a camera's ray to the point meets the triangle's plane.
+raycast::Hit hit_at(const Mesh& mesh, std::uint32_t triangle, Vec3d point, const Camera& camera)
+{
+    raycast::Hit hit{triangle, true, 0, {1.0 / 3, 1.0 / 3, 1.0 / 3}};  // A triangle without area: any of its points.
+    const Vec3d origin = camera.world_from_camera.translation;
+    raycast::meet_plane(raycast::corners(mesh, triangle), origin, point - origin, hit.distance, hit.weights);
+    return hit;
+}
+
+void draw(const ViewSurface& view, const Camera& other, const Raster8& wanted, const SurfacePaint& paint,
+          const Progress& progress, Raster8& picture)
+{
+    const auto draw_rows = [&](std::size_t begin, std::size_t end)
+    {
+        progress.check_canceled();
+        for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y)
+            for (int x = 0; x < wanted.width; ++x)
+            {
+                if (wanted.at(x, y) == 0)
+                    continue;
+                const Vec3d color = paint.color(view.triangles.at(x, y), view.point(x, y), view.camera, other);
+                for (int c = 0; c < 3; ++c)
+                    // Rounded as the judged pictures are, so that their rounding is part of the floor.
+                    picture.at(x, y, c) = static_cast<std::uint8_t>(std::clamp((c == 0   ? color.x
+                                                                                : c == 1 ? color.y
+                                                                                         : color.z) +
+                                                                                   0.5,
+                                                                               0.0, 255.0));
+            }
+    };
+    parallel_for(static_cast<std::size_t>(wanted.height), 8, progress.threads(), draw_rows);
+}
+
+/// A picture projected from its camera onto the mesh, for pictures without a texture.
+class ProjectedPaint final : public SurfacePaint
+{
+  public:
+    /// `picture` has the camera's size; the mesh must outlive this.
+    ProjectedPaint(const Mesh& mesh, const Camera& camera, const Raster8& picture);
+    Vec3d color(std::uint32_t triangle, Vec3d point, const Camera& a, const Camera& b) const override;
+
+  private:
+    double pixels_per_pixel(std::uint32_t triangle, Vec3d point, const Camera& other) const;
+
+    const Mesh& mesh_;
+    Camera camera_;
+    raycast::MipMaps picture_;
+};
+
+/// Two cameras' pictures of a low-passed surface, RGB; drawn only where the matches need it, black elsewhere. The difference
+/// between them is the resampling floor. Equal for any progress.threads(). Throws Canceled.
+struct FloorPictures
+{
+    Raster8 source;
+    Raster8 target;
+};
+
+}  // namespace
+
+TexturePaint::TexturePaint(const TexturedMesh& textured, const raycast::Lights& lights)
+    : mesh_(textured.mesh), picture_(textured.image.pixels, true), lighting_(textured.mesh, lights)
+{
+}
+
+Vec3d TexturePaint::color(std::uint32_t triangle, Vec3d point, const Camera& a, const Camera& b) const
+{
+    const raycast::Hit hit = hit_at(mesh_, triangle, point, a);
+    const Vec2d uv = raycast::texcoord(mesh_, hit);
+    const auto texels = [&](const Camera& camera)
+    {
+        const Vec3d seen = camera.project(point);
+        return raycast::texels_per_pixel(mesh_, triangle, uv, camera, seen.x, seen.y, picture_.width(), picture_.height());
+    };
+    return picture_.sample(uv, level_of(std::max(texels(a), texels(b)))) * lighting_.at(hit);
+}
+
+ProjectedPaint::ProjectedPaint(const Mesh& mesh, const Camera& camera, const Raster8& picture)
+    : mesh_(mesh), camera_(camera), picture_(picture, true)
+{
+}
+
+double ProjectedPaint::pixels_per_pixel(std::uint32_t triangle, Vec3d point, const Camera& other) const
+{
+    const Vec3d here = camera_.project(point);
+    const Vec3d seen = other.project(point);
+    const auto plane = raycast::corners(mesh_, triangle);
+    const auto pixels_to = [&](double x, double y)
+    {
+        double distance = 0;
+        std::array<double, 3> weights{};
+        const Vec3d direction = other.ray(x, y);
+        const Vec3d origin = other.world_from_camera.translation;
+        if (!raycast::meet_plane(plane, origin, direction, distance, weights) || distance <= 0)
+            return 0.0;
+        const Vec3d there = camera_.project(origin + direction * distance);
+        return there.z > 0 ? length(Vec2d{there.x - here.x, there.y - here.y}) : 0.0;
+    };
+    return std::max(pixels_to(seen.x + 1, seen.y), pixels_to(seen.x, seen.y + 1));
+}
+
+Vec3d ProjectedPaint::color(std::uint32_t triangle, Vec3d point, const Camera& a, const Camera& b) const
+{
+    const Vec3d here = camera_.project(point);
+    const double pixels = std::max(pixels_per_pixel(triangle, point, a), pixels_per_pixel(triangle, point, b));
+    return picture_.sample({here.x / picture_.width(), 1 - here.y / picture_.height()}, level_of(pixels));
+}
+
+namespace
+{
+
+FloorPictures floor_pictures(const ViewSurface& source, const ViewSurface& target, const std::vector<Match>& matches,
+                             const SurfacePaint& paint, const Progress& progress)
+{
+    Raster8 wanted_source(source.depth.width, source.depth.height);
+    Raster8 wanted_target(target.depth.width, target.depth.height);
+    for (const Match& match : matches)
+    {
+        wanted_source.at(match.x, match.y) = 1;
+        for (const int y : {match.target.y0, match.target.y1})
+            for (const int x : {match.target.x0, match.target.x1})
+                wanted_target.at(x, y) = 1;
+    }
+    FloorPictures pictures{Raster8(wanted_source.width, wanted_source.height, 3),
+                           Raster8(wanted_target.width, wanted_target.height, 3)};
+    draw(source, target.camera, wanted_source, paint, progress, pictures.source);
+    draw(target, source.camera, wanted_target, paint, progress, pictures.target);
+    return pictures;
+}
+
+std::vector<FramePair> by_number(const std::vector<FramePlace>& frames, long gap)
+{
+    std::map<std::pair<std::string, long>, std::size_t> places;
+    for (std::size_t i = 0; i < frames.size(); ++i)
+        places.emplace(std::pair(frames[i].sequence, frames[i].number), i);
+    std::vector<FramePair> pairs;
+    for (std::size_t i = 0; i < frames.size(); ++i)
+        if (const auto target = places.find({frames[i].sequence, frames[i].number + gap}); target != places.end())
+            pairs.push_back({i, target->second});
+    return pairs;
+}
+
+std::vector<FramePair> by_position(const std::vector<FramePlace>& frames, std::size_t gap)
+{
+    std::map<std::string, std::vector<std::size_t>> sequences;
+    std::vector<std::size_t> position(frames.size());
+    for (std::size_t i = 0; i < frames.size(); ++i)
+    {
+        auto& sequence = sequences[frames[i].sequence];
+        position[i] = sequence.size();
+        sequence.push_back(i);
+    }
+    std::vector<FramePair> pairs;
+    for (std::size_t i = 0; i < frames.size(); ++i)
+    {
+        const auto& sequence = sequences[frames[i].sequence];
+        if (position[i] >= gap)
+            pairs.push_back({i, sequence[position[i] - gap]});
+        else if (position[i] + gap < sequence.size())
+            pairs.push_back({i, sequence[position[i] + gap]});
+    }
+    return pairs;
+}
+
+}  // namespace
+
+std::vector<FramePair> frame_pairs(const std::vector<FramePlace>& frames, long gap, Protocol protocol)
+{
+    return protocol == Protocol::paper ? by_number(frames, gap) : by_position(frames, static_cast<std::size_t>(gap));
+}
+
+long smallest_gap(const std::vector<FramePlace>& frames)
+{
+    std::map<std::string, std::map<long, bool>> numbers;
+    for (const FramePlace& frame : frames)
+        numbers[frame.sequence][frame.number] = true;
+    long smallest = 0;
+    for (const auto& [sequence, list] : numbers)
+        for (auto next = list.begin(); next != list.end();)
+            if (const long number = (next++)->first; next != list.end() && (smallest == 0 || next->first - number < smallest))
+                smallest = next->first - number;
+    return smallest;
+}
+
+namespace
+{
+
+/// Pictures with less detail are flat: neighboring pixels differ by less than half a step of 8 bits on average.
 double least_detail(Protocol protocol)
 {
     return protocol == Protocol::paper ? 0.5 / 255 : 0.5 * 0.5;
 }
+
+}  // namespace
 
 PairFigures judge_pair(const FramePair& pair, const JudgedView& source, const JudgedView& target, const Mesh& mesh,
                        const SurfacePaint* paint, const JudgeOptions& options, const Progress& progress)

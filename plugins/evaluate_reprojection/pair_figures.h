@@ -1,15 +1,143 @@
 #pragma once
 
-#include "floor.h"
-#include "frame_pairs.h"
-
+#include <fresco/camera.h>
+#include <fresco/evaluation/protocol.h>
 #include <fresco/evaluation/statistics.h>
+#include <fresco/image.h>
+#include <fresco/progress.h>
+#include <fresco/raycast/mip_maps.h>
+#include <fresco/raycast/scene.h>
+#include <fresco/raycast/view_renderer.h>
+#include <fresco/texture.h>
 #include <fresco/value.h>
 
-#include <memory>
+#include <cstddef>
+#include <cstdint>
+#include <string>
 #include <vector>
 
-/// A picture and what of the mesh it shows.
+/// \file Measures how well two pictures of a recording agree on the surface that both show. frame_pairs() chooses the pairs;
+/// judge_pair() finds the co-visible pixels of a pair and compares its difference with that of a perfect rendering (the
+/// resampling floor); summary() averages over pairs. The stage does this for a short and a long gap; the steps are declared for
+/// tests.
+
+using fresco::evaluation::Protocol;
+
+/// The part of a mesh that a camera sees at its pixel centers.
+struct ViewSurface
+{
+    fresco::Camera camera;
+    fresco::RasterF depth;                    ///< H x W, meters along the optical axis; 0 = no face seen from its front.
+    fresco::Raster8 inner;                    ///< H x W, 1 if the pixel and its neighbors within the picture have depth.
+    fresco::Raster<std::uint32_t> triangles;  ///< H x W; Hit::none where depth is 0.
+
+    /// World point at a pixel center. \pre depth.at(x, y) > 0
+    fresco::Vec3d point(int x, int y) const
+    {
+        return camera.world_from_camera.translation + camera.ray(x + 0.5, y + 0.5) * double{depth.at(x, y)};
+    }
+};
+
+/// Casts the camera's rays by the rules of uvmaps.raycast. Equal for any progress.threads(). Throws Canceled.
+ViewSurface view_surface(const fresco::raycast::Scene& scene, const fresco::Camera& camera, const fresco::Progress& progress);
+
+/// Fills `inner` from `depth`.
+void find_inner_pixels(ViewSurface& view);
+
+/// A bilinear lookup: at most four pixels and the shares of the second column and row.
+struct Lookup
+{
+    int x0 = 0;
+    int y0 = 0;
+    int x1 = 0;  ///< x0 or x0 + 1
+    int y1 = 0;
+    double share_x = 0;  ///< [0, 1)
+    double share_y = 0;
+};
+
+/// A pixel of the source picture and the place of the same surface point in the target picture.
+struct Match
+{
+    int x = 0;
+    int y = 0;
+    Lookup target;
+};
+
+/// The source's pixels whose surface point both cameras see, row by row.
+/// `paper`: the point lies between the target's pixel centers, and at every target pixel that contributes to the bilinear value
+/// |z - depth| <= 2 % of z + 1 cm. Pixels beside one without surface are left out in both pictures: renders are antialiased
+/// there. `released`: pixel indices are moved by index / size (the script scales them by W but looks them up by W - 1, and so for
+/// H); a depth within 0.1 m at one of the four pixels is enough, and all that contribute must have one.
+std::vector<Match> covisible(const ViewSurface& source, const ViewSurface& target, Protocol protocol);
+
+/// The printed figure of a pair of RGB pictures: the mean over matches and channels of |source - target| on the scale 0..1
+/// (paper), or of its square on the scale 0..255 (released). NaN without matches.
+double reprojection_difference(const fresco::Raster8& source, const fresco::Raster8& target, const std::vector<Match>& matches,
+                               Protocol protocol);
+
+/// The same measure of the source picture against itself moved by one pixel: the mean over matches, channels and the two forward
+/// differences (to the right, downwards) that exist. 0 for a picture without detail. NaN without matches.
+double forward_difference(const fresco::Raster8& source, const std::vector<Match>& matches, Protocol protocol);
+
+/// Variance of the 4-neighbor Laplacian of the gray picture (0.299 R + 0.587 G + 0.114 B, 0..255) over the matches that are not
+/// at the picture's border. NaN without matches.
+double sharpness(const fresco::Raster8& source, const std::vector<Match>& matches);
+
+/// A mesh's colors, looked up so coarsely that none of two cameras undersamples them.
+class SurfacePaint
+{
+  public:
+    virtual ~SurfacePaint() = default;
+
+    /// RGB in 0..255 at a point of a triangle's plane, the same for (a, b) as for (b, a). Thread-safe.
+    virtual fresco::Vec3d color(std::uint32_t triangle, fresco::Vec3d point, const fresco::Camera& a,
+                                const fresco::Camera& b) const = 0;
+
+  protected:
+    SurfacePaint() = default;
+    SurfacePaint(const SurfacePaint&) = default;
+    SurfacePaint& operator=(const SurfacePaint&) = default;
+};
+
+/// The picture of a textured mesh.
+class TexturePaint final : public SurfacePaint
+{
+  public:
+    /// The mesh must have texcoords and outlive this. `lights` as the judged pictures have them. Throws Error unless the picture
+    /// is RGB.
+    explicit TexturePaint(const fresco::TexturedMesh& textured, const fresco::raycast::Lights& lights = {});
+    fresco::Vec3d color(std::uint32_t triangle, fresco::Vec3d point, const fresco::Camera& a,
+                        const fresco::Camera& b) const override;
+
+  private:
+    const fresco::Mesh& mesh_;
+    fresco::raycast::MipMaps picture_;
+    fresco::raycast::Lighting lighting_;
+};
+
+/// The position of a frame in its recording.
+struct FramePlace
+{
+    std::string sequence;
+    long number = 0;  ///< The recorder's frame number.
+};
+
+struct FramePair
+{
+    std::size_t source = 0;
+    std::size_t target = 0;
+    friend bool operator==(const FramePair&, const FramePair&) = default;
+};
+
+/// Pairs within a sequence, in the order of their sources. `paper`: the target's recorded number is the source's plus `gap`, and
+/// sources without a target are left out. `released`: the target is `gap` list positions before the source, or else as many
+/// after it; otherwise the frame has no pair. Indices into `frames`. \pre gap > 0
+std::vector<FramePair> frame_pairs(const std::vector<FramePlace>& frames, long gap, Protocol protocol);
+
+/// The smallest difference of recorded numbers within a sequence; 0 if there is none.
+long smallest_gap(const std::vector<FramePlace>& frames);
+
+/// A picture and the surface that it shows.
 struct JudgedView
 {
     ViewSurface surface;
@@ -19,27 +147,24 @@ struct JudgedView
 struct JudgeOptions
 {
     Protocol protocol;
-    double min_covisible;  ///< Share of the source's pixels below which a pair is dropped.
+    double min_covisible;  ///< Pairs with a smaller share of the source's pixels are dropped.
 };
 
-/// What is measured of one pair. Where `dropped`, only `covisible` is.
+/// The figures of one pair. If `dropped`, only `covisible` is measured.
 struct PairFigures
 {
     FramePair pair;
     double covisible = 0;  ///< Share of the source's pixels, 0..1.
     bool dropped = false;
-    bool flat = false;     ///< The source has no detail over these pixels: the value says nothing, there is no headline.
+    bool flat = false;     ///< The source has no detail over these pixels: the value is meaningless, there is no headline.
     double value = 0;      ///< reprojection_difference
-    double floor = 0;      ///< The same of the floor_pictures.
+    double floor = 0;      ///< The same for the floor_pictures.
     double detail = 0;     ///< forward_difference
     double sharpness = 0;  ///< Variance of the Laplacian.
-    double headline = 0;   ///< (value - floor) / detail; NaN where flat.
+    double headline = 0;   ///< (value - floor) / detail; NaN if flat.
 };
 
-/// Pictures whose neighboring pixels differ by less than half a step of 8 bits, on average, are flat.
-double least_detail(Protocol protocol);
-
-/// Without a paint the floor is of the source's picture, projected. Throws Canceled.
+/// Measures a pair. Without a paint, the floor is that of the source's projected picture. Throws Canceled.
 PairFigures judge_pair(const FramePair& pair, const JudgedView& source, const JudgedView& target, const fresco::Mesh& mesh,
                        const SurfacePaint* paint, const JudgeOptions& options, const fresco::Progress& progress);
 
@@ -63,4 +188,5 @@ struct GapFigures
     Figure detail;
     Figure headline;
 };
+
 GapFigures summary(const std::vector<PairFigures>& pairs, const fresco::evaluation::Bootstrap& bootstrap);

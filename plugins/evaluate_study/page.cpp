@@ -2,14 +2,115 @@
 
 #include "page_parts.h"
 
+#include <fresco/error.h>
 #include <fresco/html.h>
+#include <fresco/parallel.h>
 #include <fresco/value.h>
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <string_view>
 #include <utility>
 
 namespace study
 {
+namespace
+{
+
+namespace fs = std::filesystem;
+using fresco::Error;
+using fresco::Raster8;
+
+constexpr std::array<std::string_view, 3> extensions{".png", ".jpg", ".jpeg"};
+
+MethodPictures by_stem(const std::string& method, const std::vector<fs::path>& files)
+{
+    MethodPictures result{method, {}};
+    for (const fs::path& file : files)
+        if (std::ranges::find(extensions, file.extension().string()) != extensions.end())
+            if (const auto [other, is_new] = result.files.emplace(file.stem().string(), file); !is_new)
+                throw Error(file.string() + " and " + other->second.string() + " share a name: keep one of them");
+    return result;
+}
+
+/// The data URIs of a group, by method.
+std::map<std::string, std::string> encoded(const Group& group, const ShownAs& shown, const fresco::ImageIo& images)
+{
+    std::map<std::string, Raster8> pictures;
+    for (const auto& [method, file] : group.files)
+        pictures.emplace(method, images.read_rgb(file));
+    const auto least = std::ranges::min_element(pictures, {}, [](const auto& entry) { return entry.second.height; });
+    const double aspect = static_cast<double>(least->second.width) / least->second.height;
+    for (const auto& [method, picture] : pictures)
+        if (std::abs(static_cast<double>(picture.width) / picture.height / aspect - 1) > 0.01)
+            throw Error(fmt::format("{} is {}x{} and {} is {}x{}: pictures that are compared must show the same view",
+                                    group.files.at(method).string(), picture.width, picture.height,
+                                    group.files.at(least->first).string(), least->second.width, least->second.height));
+    const double scale = std::min(1.0, static_cast<double>(shown.max_px) / std::max(least->second.width, least->second.height));
+    const int width = std::max(1, static_cast<int>(std::lround(least->second.width * scale)));
+    const int height = std::max(1, static_cast<int>(std::lround(least->second.height * scale)));
+    std::map<std::string, std::string> result;
+    for (const auto& [method, picture] : pictures)
+    {
+        const Raster8 small = fresco::resized(picture, width, height);
+        const auto bytes = shown.png ? images.encode_png(small) : images.encode_jpeg(small, shown.jpeg_quality);
+        result.emplace(method, fresco::data_uri(shown.png ? "image/png" : "image/jpeg", bytes));
+    }
+    return result;
+}
+
+}  // namespace
+
+MethodPictures pictures_of(const std::string& method, const fresco::Files& views)
+{
+    std::vector<fs::path> files;
+    for (const std::string& name : views.names)
+        files.push_back(views.loaded_from / name);
+    return by_stem(method, files);
+}
+
+std::vector<MethodPictures> pictures_below(const fs::path& folder, fresco::RunContext& run)
+{
+    run.reads_folder(folder);
+    std::vector<fs::path> subfolders;
+    for (const auto& entry : fs::directory_iterator(folder))
+        if (entry.is_directory() && !entry.path().filename().string().starts_with('.'))
+            subfolders.push_back(entry.path());
+    std::ranges::sort(subfolders);
+    std::vector<MethodPictures> methods;
+    for (const fs::path& subfolder : subfolders)
+    {
+        for (const std::string_view extension : extensions)
+            run.reads_folder(subfolder, "*" + std::string(extension));
+        std::vector<fs::path> files;
+        for (const auto& entry : fs::directory_iterator(subfolder))
+            if (entry.is_regular_file())
+                files.push_back(entry.path());
+        std::ranges::sort(files);
+        methods.push_back(by_stem(subfolder.filename().string(), files));
+    }
+    return methods;
+}
+
+std::vector<std::string> encoded_pictures(const Study& study, const std::vector<Group>& groups, const ShownAs& shown,
+                                          const fresco::ImageIo& images, fresco::Progress& progress)
+{
+    std::map<std::pair<std::string, std::string>, std::size_t> number_of;
+    for (std::size_t i = 0; i < study.pictures.size(); ++i)
+        number_of[{study.pictures[i].method, study.pictures[i].name}] = i;
+    std::vector<std::string> pictures(study.pictures.size());
+    fresco::parallel_for_each(groups.size(), "views", progress,
+                              [&](std::size_t i)
+                              {
+                                  for (auto& [method, uri] : encoded(groups[i], shown, images))
+                                      pictures[number_of.at({method, groups[i].name})] = std::move(uri);
+                              });
+    return pictures;
+}
+
 namespace
 {
 

@@ -1,7 +1,4 @@
-#include "answers.h"
-#include "figures.h"
 #include "page.h"
-#include "pictures.h"
 #include "results.h"
 
 #include <fresco/evaluation/options.h>

@@ -12,25 +12,28 @@
 #include <utility>
 #include <vector>
 
+/// \file The study itself: which pictures are compared, under which questions, and its key, which the owner keeps to evaluate the
+/// answers. The page and the results are made from it.
+
 namespace study
 {
 
-/// The pictures of one method, by name: what they show. Pictures of equal names are compared.
+/// The pictures of one method by name, usually that of the view. Pictures of equal names are compared.
 struct MethodPictures
 {
     std::string method;
     std::map<std::string, std::filesystem::path> files;
 };
 
-/// What two or more methods made of one view.
+/// The pictures of one view by two or more methods.
 struct Group
 {
     std::string name;
     std::map<std::string, std::filesystem::path> files;  ///< By method.
 };
 
-/// The names that two methods at least have, `most` of them at most, evenly spread in the order of the names. Throws Error naming
-/// both if there are fewer than two methods, two of one name, or no name in common.
+/// The names that at least two methods have; at most `most` of them, evenly spread in the order of the names. Throws Error for
+/// fewer than two methods, for two methods of one name (naming both), and if no name is common.
 std::vector<Group> compared_groups(const std::vector<MethodPictures>& methods, std::size_t most);
 
 struct Picture
@@ -40,11 +43,11 @@ struct Picture
     friend bool operator==(const Picture&, const Picture&) = default;
 };
 
-/// A rectangle that is drawn into both pictures of a view, where a question's answer may be seen; in shares of the picture.
+/// A rectangle drawn into both pictures of a view, where the answer to a question may be seen; in shares of the picture.
 struct Hint
 {
     std::string name;                     ///< The view's.
-    std::optional<std::size_t> question;  ///< None: with every question.
+    std::optional<std::size_t> question;  ///< nullopt: for every question.
     double left = 0;
     double top = 0;
     double width = 0;
@@ -52,37 +55,37 @@ struct Hint
     friend bool operator==(const Hint&, const Hint&) = default;
 };
 
-/// How a study is laid out.
+/// Options of a study.
 struct Design
 {
-    std::string ours;              ///< The method that each other one is compared with; empty: every two methods are compared.
-    bool mixes_questions = false;  ///< Questions in random order; else one after the other.
+    std::string ours;              ///< The method that all others are compared with; empty: all pairs of methods.
+    bool mixes_questions = false;  ///< Questions in random order; else in sequence.
     std::vector<Hint> hints;
 };
 
-/// What participants are asked, and what only the study's owner knows: who made which picture.
+/// The questions and pictures, and the secret of the study's owner: the method of each picture.
 struct Study
 {
-    std::string id;  ///< Hash of all the rest and of the pictures' files.
+    std::string id;  ///< Hash of all other members and of the pictures' files.
     std::vector<std::string> questions;
-    std::vector<Picture> pictures;  ///< By the number that the page calls them by; shuffled.
-    int pairs_count = 0;            ///< How many pairs each participant is shown, at most.
+    std::vector<Picture> pictures;  ///< Indexed by the page's numbers; shuffled.
+    int pairs_count = 0;            ///< Maximum number of pairs per participant.
     Design design;
 };
 
 /// The pairs of pictures of two methods, as numbers.
 struct Comparison
 {
-    std::string first;                                       ///< A method, …
-    std::string second;                                      ///< … and a later one in the alphabet.
+    std::string first;                                       ///< A method.
+    std::string second;                                      ///< A later one in alphabetical order.
     std::vector<std::pair<std::size_t, std::size_t>> pairs;  ///< The first's picture and the second's.
 };
 
-/// By methods, as the design wants them; only those with pairs.
+/// The comparisons of the design that have pairs.
 std::vector<Comparison> comparisons(const Study& study);
 
-/// A study of these groups. `shown` says how pictures are shown (size, format) and counts toward the study's id. Throws Error if
-/// `ours` is not one of the methods, or if a hint names a view or question that the study does not have.
+/// A study of these groups. `shown` describes how pictures are shown (size, format); the study's id depends on it. Throws Error
+/// if `ours` is not one of the methods, or if a hint names a view or question that the study does not have.
 Study make_study(const std::vector<Group>& groups, std::vector<std::string> questions, int pairs_count, Design design,
                  std::uint64_t seed, std::string_view shown);
 
@@ -90,7 +93,7 @@ Study make_study(const std::vector<Group>& groups, std::vector<std::string> ques
 /// Strict. Throws Error naming `source` and the entry.
 std::vector<Hint> hints_from(std::string_view text, std::string_view source);
 
-/// Texts separated by '|', without blanks around. Throws Error if one is empty.
+/// Texts separated by '|', without surrounding blanks. Throws Error if one is empty.
 std::vector<std::string> split_questions(std::string_view text);
 
 /// JSON text, from which key_from gives the study back. key_from throws Error naming `source` and the entry for anything else.

@@ -1,20 +1,236 @@
 #include "check_glb.h"
 
-#include "quantized_mesh.h"
-
 #include <fresco/error.h>
+#include <fresco/gltf/gltf_accessors.h>
+#include <fresco/gltf/gltf_file.h>
+#include <fresco/texturing/linear_light.h>
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
-#include <fmt/format.h>
-#include <limits>
-#include <string>
 
 using namespace fresco;
+using fresco::gltf::AccessorRows;
+using fresco::gltf::entry;
+using fresco::gltf::GltfFile;
 using fresco::texturing::WeldedMesh;
 
 namespace
 {
+
+constexpr double unit_tolerance = 0.02;  // of normals in 8 bits
+
+void expect(bool good, const std::string& what)
+{
+    if (!good)
+        throw Error(what);
+}
+
+bool contains(const std::vector<std::string>& names, const std::string& name)
+{
+    return std::ranges::find(names, name) != names.end();
+}
+
+template <class T>
+const T& element(const std::vector<T>& list, int at, const char* name)
+{
+    expect(at >= 0 && static_cast<std::size_t>(at) < list.size(), fmt::format("{}[{}] of {}", name, at, list.size()));
+    return list[static_cast<std::size_t>(at)];
+}
+
+/// The JSON of the file, whose chunks are as they have to be.
+Value checked_json(std::string_view file)
+{
+    const auto chunks = gltf::chunks_of(std::as_bytes(std::span(file)));
+    const std::size_t used = 28 + chunks.json.size() + chunks.binary.size();
+    expect(chunks.json.size() % 4 == 0 && chunks.binary.size() % 4 == 0 && used == file.size(),
+           "expected a JSON and a BIN chunk, multiples of 4 bytes, to the end of the file");
+    const Value document = parse_json(chunks.json, "JSON");
+    const auto& buffers = document.at("buffers").as_list();
+    expect(!buffers.empty() && buffers[0].at("byteLength").as_int() == static_cast<std::int64_t>(chunks.binary.size()),
+           "buffers[0]: byteLength: the BIN chunk has " + std::to_string(chunks.binary.size()));
+    return document;
+}
+
+/// The material, its picture and what is declared belong together.
+void check_look(const GltfFile& gltf, const tinygltf::Primitive& primitive)
+{
+    const auto& model = gltf.model;
+    const auto& material = element(model.materials, primitive.material, "materials");
+    const int texture = material.pbrMetallicRoughness.baseColorTexture.index;
+    expect(gltf.images.size() == (texture == -1 ? 0 : 1) &&
+               (texture == -1 || element(model.textures, texture, "textures").source == 0),
+           "materials: the picture is unused");
+    expect(material.extensions.contains(unlit_extension) == contains(model.extensionsUsed, unlit_extension),
+           "extensionsUsed: " + std::string(unlit_extension) + " and the material do not agree");
+    for (const std::string& name : model.extensionsRequired)
+        expect(contains(model.extensionsUsed, name), "extensionsRequired: " + name + " is not in extensionsUsed");
+}
+
+/// The rows of an accessor, aligned, and "min" and "max" as the values have them.
+AccessorRows rows_of(const tinygltf::Model& model, int accessor, std::size_t components)
+{
+    const AccessorRows rows = gltf::accessor_rows(model, accessor, components, components);
+    const auto& source = model.accessors[static_cast<std::size_t>(accessor)];
+    const auto& view = model.bufferViews[static_cast<std::size_t>(source.bufferView)];
+    const std::string place = entry("accessors", static_cast<std::size_t>(accessor));
+    expect(view.byteOffset % 4 == 0 && source.byteOffset % 4 == 0, place + "its bytes do not start at a multiple of 4");
+    expect(components == 1 || rows.stride % 4 == 0, place + "rows do not start at multiples of 4 bytes");
+    if (source.minValues.empty() && source.maxValues.empty())
+        return rows;
+    expect(source.minValues.size() == components && source.maxValues.size() == components,
+           place + "min and max: too few numbers");
+    for (std::size_t c = 0; c < components; ++c)
+    {
+        double low = rows.at(0, c);
+        double high = low;
+        for (std::size_t i = 1; i < rows.count; ++i)
+        {
+            low = std::min(low, rows.at(i, c));
+            high = std::max(high, rows.at(i, c));
+        }
+        expect(source.minValues[c] == low && source.maxValues[c] == high, place + "min and max differ from the values");
+    }
+    return rows;
+}
+
+class MeshReader
+{
+  public:
+    MeshReader(const tinygltf::Model& model, GlbModel& result) : model_(model), result_(result) {}
+
+    void read(const tinygltf::Primitive& primitive)
+    {
+        const auto has = [&](const char* name) { return primitive.attributes.contains(name); };
+        expect(primitive.mode == TINYGLTF_MODE_TRIANGLES, "primitives[0]: mode: expected triangles (4)");
+        expect(has("POSITION"), "primitives[0]: POSITION is missing");
+        read_positions(rows_of(model_, primitive.attributes.at("POSITION"), 3));
+        if (has("NORMAL"))
+            read_normals(rows_of(model_, primitive.attributes.at("NORMAL"), 3));
+        if (has("TEXCOORD_0"))
+            read_texcoords(rows_of(model_, primitive.attributes.at("TEXCOORD_0"), 2));
+        if (has("COLOR_0"))
+            read_colors(rows_of(model_, primitive.attributes.at("COLOR_0"), 4));
+        rows_of(model_, primitive.indices, 1);
+        result_.indices = gltf::triangle_indices(model_, primitive.indices, primitive.mode, result_.positions.size());
+    }
+
+  private:
+    /// The node that shows the mesh: the scene's, or its child.
+    const tinygltf::Node& node() const
+    {
+        const auto& scene = element(model_.scenes, model_.defaultScene, "scenes");
+        const tinygltf::Node* node = &element(model_.nodes, element(scene.nodes, 0, "nodes"), "nodes");
+        if (node->mesh == -1)
+            node = &element(model_.nodes, element(node->children, 0, "children"), "nodes");
+        expect(node->mesh == 0, "nodes: no node has the mesh");
+        return *node;
+    }
+
+    static double finite(const AccessorRows& rows, std::size_t row, std::size_t component)
+    {
+        const double value = rows.at(row, component);
+        expect(std::isfinite(value), fmt::format("vertex {} is not finite", row));
+        return value;
+    }
+
+    void read_positions(const AccessorRows& rows)
+    {
+        const auto vector = [](const std::vector<double>& numbers, double otherwise)
+        {
+            expect(numbers.empty() || numbers.size() == 3, "nodes: expected 3 numbers");
+            return numbers.empty() ? Vec3d{otherwise, otherwise, otherwise} : Vec3d{numbers[0], numbers[1], numbers[2]};
+        };
+        const Vec3d scale = vector(node().scale, 1);
+        const Vec3d origin = vector(node().translation, 0);
+        for (std::size_t i = 0; i < rows.count; ++i)
+            result_.positions.push_back(
+                Vec3d{finite(rows, i, 0) * scale.x, finite(rows, i, 1) * scale.y, finite(rows, i, 2) * scale.z} + origin);
+    }
+
+    void expect_one_each(const AccessorRows& rows, const std::string& name) const
+    {
+        expect(rows.count == result_.positions.size(), name + ": expected one for each position");
+    }
+
+    void read_normals(const AccessorRows& rows)
+    {
+        expect_one_each(rows, "NORMAL");
+        for (std::size_t i = 0; i < rows.count; ++i)
+        {
+            result_.normals.push_back({finite(rows, i, 0), finite(rows, i, 1), finite(rows, i, 2)});
+            expect(std::abs(length(result_.normals.back()) - 1) <= unit_tolerance,
+                   fmt::format("NORMAL: {} does not have unit length", i));
+        }
+    }
+
+    void read_texcoords(const AccessorRows& rows)
+    {
+        expect_one_each(rows, "TEXCOORD_0");
+        for (std::size_t i = 0; i < rows.count; ++i)
+            result_.texcoords.push_back({finite(rows, i, 0), finite(rows, i, 1)});
+    }
+
+    void read_colors(const AccessorRows& rows)
+    {
+        expect_one_each(rows, "COLOR_0");
+        expect(rows.normalized, "COLOR_0: expected normalized integers");
+        const auto color = [&](std::size_t row, std::size_t c) { return texturing::from_linear(rows.at(row, c)); };
+        for (std::size_t i = 0; i < rows.count; ++i)
+            result_.colors.push_back({color(i, 0), color(i, 1), color(i, 2)});
+    }
+
+    const tinygltf::Model& model_;
+    GlbModel& result_;
+};
+
+void read_picture(const GltfFile& gltf, GlbModel& model)
+{
+    const auto& image = gltf.images[0];
+    element(gltf.model.bufferViews, image.buffer_view, "bufferViews");
+    const auto bytes = std::as_bytes(gltf::view_bytes(gltf.model, static_cast<std::size_t>(image.buffer_view)));
+    expect(image.mime_type == "image/png" || image.mime_type == "image/jpeg",
+           "images[0]: mimeType: expected image/png or image/jpeg");
+    const std::string_view signature = image.mime_type == "image/png" ? "\x89PNG\r\n\x1a\n" : "\xFF\xD8\xFF";
+    expect(bytes.size() > signature.size() &&
+               std::ranges::equal(bytes.first(signature.size()), std::as_bytes(std::span(signature))),
+           "images[0]: the bytes are not " + image.mime_type);
+    model.image_type = image.mime_type;
+    model.image.assign(bytes.begin(), bytes.end());
+}
+
+}  // namespace
+
+GlbModel read_glb(std::string_view file, std::string_view source)
+{
+    try
+    {
+        const Value document = checked_json(file);
+        const std::string restored = restored_glb(file);
+        const std::string_view plain = restored.empty() ? file : restored;
+        const auto refuse = [](const std::string&, const std::string& place) -> std::vector<std::byte>
+        { throw Error(place + "uri: expected all data inside the GLB"); };
+        const GltfFile gltf = gltf::load_gltf(std::as_bytes(std::span(plain)), refuse);
+        const auto& primitive = element(element(gltf.model.meshes, 0, "meshes").primitives, 0, "primitives");
+        check_look(gltf, primitive);
+        GlbModel model;
+        const Value* extras = document.at("asset").find("extras");
+        model.origin = extras == nullptr ? Value(Value::Map{}) : *extras;
+        MeshReader(gltf.model, model).read(primitive);
+        if (!gltf.images.empty())
+            read_picture(gltf, model);
+        return model;
+    }
+    catch (const Error& error)
+    {
+        throw Error(std::string(source) + ": " + error.what());
+    }
+}
+
+namespace
+{
+
 void expect_written(bool good, const std::string& what)
 {
     if (!good)
@@ -39,6 +255,7 @@ void check_triangles(const std::vector<std::uint32_t>& found, const std::vector<
         expect_written(same(0) || (may_turn && (same(1) || same(2))), fmt::format("triangle {} differs", i / 3));
     }
 }
+
 }  // namespace
 
 GlbErrors check_glb(const GlbModel& model, const WeldedMesh& mesh, const std::vector<std::byte>& image, const GlbOptions& options)

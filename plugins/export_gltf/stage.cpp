@@ -2,16 +2,14 @@
 #include <fresco/files_io.h>
 #include <fresco/geometry/upright_option.h>
 #include <fresco/stage.h>
-#include <fresco/texture.h>
 #include <fresco/texturing/exported_file.h>
 #include <fresco/texturing/exported_mesh.h>
 #include <fresco/texturing/exported_picture.h>
 
 #include "check_glb.h"
-#include "meshopt_compression.h"
+#include "glb.h"
 
 #include <string>
-#include <vector>
 
 using namespace fresco;
 using namespace fresco::texturing;

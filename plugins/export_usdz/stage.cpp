@@ -7,9 +7,7 @@
 #include <fresco/texturing/exported_picture.h>
 #include <fresco/texturing/welded_mesh.h>
 
-#include "read_usdz.h"
-#include "usda.h"
-#include "zip.h"
+#include "usdz.h"
 
 #include <algorithm>
 #include <string>

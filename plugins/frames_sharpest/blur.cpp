@@ -4,10 +4,166 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
+#include <numbers>
 
 namespace fresco::sharpest
 {
+namespace
+{
+
+struct Step
+{
+    int x, y;
+};
+constexpr std::array<Step, directions_count> direction_steps{{{1, 0}, {0, 1}, {1, 1}, {-1, 1}}};
+
+/// At most 12 bits, so that the squares of a block fit in 32.
+Raster<std::int16_t> gray_of(const Raster8& rgb)
+{
+    Raster<std::int16_t> gray(rgb.width, rgb.height);
+    for (std::size_t i = 0; i < gray.values.size(); ++i)
+    {
+        const std::uint8_t* pixel = &rgb.values[3 * i];
+        gray.values[i] = static_cast<std::int16_t>((9798 * pixel[0] + 19235 * pixel[1] + 3735 * pixel[2] + (1 << 12)) >> 13);
+    }
+    return gray;
+}
+
+constexpr float levels_per_step = 4;
+
+/// Of the pixels of a block whose partner is in the picture.
+float mean_change(const Raster<std::int16_t>& gray, int left, int top, Step by)
+{
+    const int begin = std::max(left, -by.x);
+    const int end = std::min(left + block_px, gray.width - std::max(by.x, 0));
+    const int bottom = std::min(top + block_px, gray.height - by.y);
+    if (begin >= end || top >= bottom)
+        return 0;
+    std::int64_t sum = 0;
+    for (int y = top; y < bottom; ++y)
+    {
+        const std::int16_t* from = &gray.at(begin, y);
+        const std::int16_t* to = &gray.at(begin + by.x, y + by.y);
+        std::int32_t row = 0;
+        for (int x = 0; x < end - begin; ++x)
+        {
+            const std::int32_t difference = to[x] - from[x];
+            row += difference * difference;
+        }
+        sum += row;
+    }
+    const float count = static_cast<float>((end - begin) * (bottom - top));
+    return static_cast<float>(sum) / (count * levels_per_step * levels_per_step);
+}
+
+/// Height at which detail is measured; smaller pictures keep their size.
+constexpr int measured_height_px = 480;
+
+/// Pixels from one step to the next.
+double step_px(std::size_t direction)
+{
+    return direction < 2 ? 1 : std::numbers::sqrt2;
+}
+
+}  // namespace
+
+Detail detail_of(const Raster8& rgb)
+{
+    const bool is_large = rgb.height > measured_height_px;
+    const int width =
+        is_large ? static_cast<int>(std::lround(static_cast<double>(measured_height_px) * rgb.width / rgb.height)) : rgb.width;
+    const Raster<std::int16_t> gray = gray_of(is_large ? resized(rgb, width, measured_height_px) : rgb);
+    Detail detail{.columns = gray.width / block_px,
+                  .rows = gray.height / block_px,
+                  .width = gray.width,
+                  .height = gray.height,
+                  .blocks = {}};
+    for (int row = 0; row < detail.rows; ++row)
+        for (int column = 0; column < detail.columns; ++column)
+        {
+            BlockDetail& block = detail.blocks.emplace_back();
+            const int left = column * block_px;
+            const int top = row * block_px;
+            for (std::size_t d = 0; d < directions_count; ++d)
+                for (std::size_t k = 0; k < lags.size(); ++k)
+                    block.change[d][k] =
+                        mean_change(gray, left, top, {lags[k] * direction_steps[d].x, lags[k] * direction_steps[d].y});
+            std::int64_t sum = 0;
+            for (int y = top; y < top + block_px; ++y)
+                for (int x = left; x < left + block_px; ++x)
+                    sum += gray.at(x, y);
+            block.gray = static_cast<float>(sum) / (levels_per_step * block_px * block_px);
+        }
+    return detail;
+}
+
+namespace
+{
+
+/// How far depths of one surface may differ, which is sloped within a block and measured with errors.
+double tolerance_m(double depth_m)
+{
+    return 0.05 + 0.05 * depth_m;
+}
+
+}  // namespace
+
+SeenSurface::SeenSurface(const RasterF& depth, const Camera& depth_camera, const Camera& color, const Detail& blocks)
+    : color_(color.intrinsics.scaled_to(blocks.width, blocks.height)), camera_from_world_(color.world_from_camera),
+      columns_(blocks.columns), rows_(blocks.rows), points_(blocks.blocks.size())
+{
+    // About four samples a block.
+    const int step = std::max(1, depth.width / std::max(1, 2 * columns_));
+    for (int y = step / 2; y < depth.height; y += step)
+        for (int x = step / 2; x < depth.width; x += step)
+        {
+            const double z = static_cast<double>(depth.at(x, y));
+            if (!(z > 0))
+                continue;
+            const Vec3f world =
+                vec_cast<float>(depth_camera.world_from_camera.translation + depth_camera.ray(x + 0.5, y + 0.5) * z);
+            const Vec3d seen = camera_from_world_->point(world);
+            const Vec2d pixel = pixel_of(seen);
+            const auto block = block_at(pixel);
+            if (!(seen.z > 0) || !block)
+                continue;
+            Point& point = points_[*block];
+            if (point.depth_m == 0 || seen.z < static_cast<double>(point.depth_m))
+                point = {world, {static_cast<float>(pixel.x), static_cast<float>(pixel.y)}, static_cast<float>(seen.z)};
+        }
+}
+
+Vec2d SeenSurface::pixel_of(Vec3d in_camera) const
+{
+    return {color_.fx * in_camera.x / in_camera.z + color_.cx, color_.fy * in_camera.y / in_camera.z + color_.cy};
+}
+
+std::optional<std::size_t> SeenSurface::block_at(Vec2d pixel) const
+{
+    const double column = pixel.x / block_px;
+    const double row = pixel.y / block_px;
+    if (!(column >= 0 && row >= 0 && column < columns_ && row < rows_))
+        return std::nullopt;
+    return static_cast<std::size_t>(static_cast<int>(row) * columns_ + static_cast<int>(column));
+}
+
+std::optional<SeenSurface::Place> SeenSurface::place_of(Vec3f world) const
+{
+    if (points_.empty())
+        return std::nullopt;
+    const Vec3d seen = camera_from_world_->point(world);
+    if (!(seen.z > 0))
+        return std::nullopt;
+    const Vec2d pixel = pixel_of(seen);
+    const auto block = block_at(pixel);
+    if (!block)
+        return std::nullopt;
+    const auto there = static_cast<double>(points_[*block].depth_m);
+    if (there == 0 || std::abs(there - seen.z) > tolerance_m(seen.z))
+        return std::nullopt;
+    return Place{*block, {static_cast<float>(pixel.x), static_cast<float>(pixel.y)}};
+}
+
 namespace
 {
 

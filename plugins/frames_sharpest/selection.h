@@ -4,20 +4,22 @@
 #include <string>
 #include <vector>
 
-/// A frame as far as its choice is concerned.
+/// \file Chooses the sharpest frames of a recording, for the stage.
+
+/// The data of a frame for the choice.
 struct MeasuredFrame
 {
     std::string sequence;
     std::string name;
     double sharpness = 0;
-    bool is_needed = false;  ///< Passes however blurred it is.
+    bool is_needed = false;  ///< Passes regardless of its blur.
 };
 
 struct SelectionOptions
 {
     double min_sharpness;
-    int window_count;  ///< Of this many consecutive frames of a sequence the sharpest is kept; 1 keeps all.
-    int max_frames;    ///< Of more frames, the sharpest of each of this many equal stretches is kept; 0 = no limit.
+    int window_count;  ///< Keep the sharpest of this many consecutive frames of a sequence; 1 keeps all.
+    int max_frames;    ///< Of more frames, keep the sharpest in each of this many equal stretches; 0 = no limit.
 };
 
 struct Selection
@@ -28,7 +30,7 @@ struct Selection
     std::size_t beyond_limit = 0;   ///< Dropped: more than max_frames.
 };
 
-/// Chooses frames; equally sharp ones: the first. Windows are cut from the recorded frames, blurred ones included, so that the
-/// kept ones stay evenly spread. Throws Error if there are no frames, or if none passes: then it names the thresholds that one
-/// frame and half of the frames would pass.
+/// Chooses frames; the first of equally sharp ones. Windows are cut from the recorded frames, blurred ones included, so that the
+/// kept ones stay evenly spread. Throws Error if there are no frames, or if none passes; the latter names the thresholds that
+/// one frame and half of the frames would pass.
 Selection select_frames(const std::vector<MeasuredFrame>& frames, const SelectionOptions& options);

@@ -5,7 +5,6 @@
 #include <fresco/parallel.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <fmt/format.h>
 #include <numbers>

@@ -9,6 +9,8 @@
 #include <span>
 #include <vector>
 
+/// \file The places in a room where a virtual camera may stand. The stage plans its cameras there.
+
 namespace fresco::virtual_views
 {
 
@@ -18,13 +20,13 @@ struct FreeSpaceRules
     double clearance_m;  ///< From every surface.
 };
 
-/// What holds the mesh and the eyes, divided into voxels.
+/// The box around the mesh and the eyes, divided into voxels.
 class VoxelGrid
 {
   public:
     static constexpr double most_voxels = 4e6;
 
-    /// Throws Error naming the option where voxel_m or clearance_m is larger than the room, or the voxels are too many.
+    /// Throws Error naming the option if voxel_m or clearance_m is larger than the room, or if there are too many voxels.
     VoxelGrid(const Mesh& mesh, std::span<const Vec3d> eyes, const FreeSpaceRules& rules);
 
     std::size_t count() const { return counts_[0] * counts_[1] * counts_[2]; }
@@ -43,10 +45,9 @@ class VoxelGrid
     std::array<std::size_t, 3> counts_{};
 };
 
-/// Centers of the voxels in which a camera may stand, in the grid's order: those that a straight way without a surface between
-/// centers leads to from a recorded eye, that have no surface within clearance_m along 64 directions, and that see the backs of
-/// faces along at most a quarter of the directions that end on a face; others lie behind walls or inside furniture.
-/// Throws Canceled.
+/// Centers of the voxels in which a camera may stand, in the grid's order. Each is connected to a recorded eye by straight steps
+/// between centers that cross no surface, has no surface within clearance_m along 64 directions, and sees the backs of faces
+/// along at most a quarter of the directions that end on a face; others lie behind walls or inside furniture. Throws Canceled.
 std::vector<Vec3d> free_space(const raycast::Scene& scene, const VoxelGrid& grid, std::span<const Vec3d> eyes, double clearance_m,
                               const Progress& progress);
 

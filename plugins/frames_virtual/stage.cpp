@@ -8,7 +8,6 @@
 #include <fresco/stage.h>
 #include <fresco/uv_mapping/uv_mapping_stage.h>
 
-#include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
 #include <string>

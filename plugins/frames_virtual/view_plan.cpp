@@ -2,10 +2,14 @@
 
 #include "free_space.h"
 
+#include <fresco/mesh.h>
 #include <fresco/numerics/greedy_cover.h>
 #include <fresco/parallel.h>
+#include <fresco/texturing/texel_faces.h>
+#include <fresco/uv_mapping/sight.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 #include <numbers>
@@ -14,6 +18,212 @@
 
 namespace fresco::virtual_views
 {
+namespace
+{
+
+constexpr double tolerance_m = 1e-3;
+
+/// Casts rays to points in packets.
+class SightRays
+{
+  public:
+    SightRays(const raycast::Scene& scene, std::span<const SurfacePoint> points, Vec3d eye, std::vector<std::uint32_t>& seen)
+        : scene_(scene), points_(points), eye_(eye), seen_(seen)
+    {
+    }
+
+    void add(std::uint32_t number, Vec3d toward)
+    {
+        numbers_[count_] = number;
+        directions_[count_++] = toward;
+        if (count_ == numbers_.size())
+            look();
+    }
+
+    void look()
+    {
+        scene_.cast(eye_, std::span(directions_).first(count_), std::span(hits_).first(count_));
+        for (std::size_t i = 0; i < count_; ++i)
+        {
+            const raycast::Hit& hit = hits_[i];
+            const bool there = hit.found() && hit.front && (1 - hit.distance) * length(directions_[i]) <= tolerance_m;
+            if (there || hit.triangle == points_[numbers_[i]].face)
+                seen_.push_back(numbers_[i]);
+        }
+        count_ = 0;
+    }
+
+  private:
+    const raycast::Scene& scene_;
+    std::span<const SurfacePoint> points_;
+    Vec3d eye_;
+    std::vector<std::uint32_t>& seen_;
+    std::array<std::uint32_t, raycast::Scene::packet_size> numbers_{};
+    std::array<Vec3d, raycast::Scene::packet_size> directions_{};
+    std::array<raycast::Hit, raycast::Scene::packet_size> hits_{};
+    std::size_t count_ = 0;
+};
+
+}  // namespace
+
+std::vector<SurfacePoint> surface_points(const Mesh& mesh, int cells_px, const Progress& progress)
+{
+    const auto charts = texturing::find_charts(mesh);
+    const auto faces = texturing::find_texel_faces(mesh, charts, cells_px, progress);
+    const auto normals = face_normals(mesh);
+    std::vector<SurfacePoint> points;
+    for (std::size_t cell = 0; cell < faces.face.size(); ++cell)
+        if (faces.inside[cell] != 0)
+            points.push_back({texturing::texel_position(mesh, faces, cell), normals[faces.face[cell]], faces.face[cell],
+                              charts.of_face[faces.face[cell]], static_cast<std::uint32_t>(cell)});
+    return points;
+}
+
+std::vector<std::uint32_t> visible_points(const raycast::Scene& scene, std::span<const SurfacePoint> points, Vec3d eye,
+                                          std::span<const std::uint32_t> asked)
+{
+    std::vector<std::uint32_t> seen;
+    SightRays batch(scene, points, eye, seen);
+    for (const std::uint32_t number : asked)
+    {
+        const Vec3d toward = vec_cast<double>(points[number].position) - eye;
+        if (dot(vec_cast<double>(points[number].normal), toward) < 0 && length(toward) >= nearest_surface_m)
+            batch.add(number, toward);
+    }
+    batch.look();
+    return seen;
+}
+
+bool in_picture(const Camera& camera, const Raster8& mask, Vec3f position)
+{
+    const Vec3d at = camera.project(vec_cast<double>(position));
+    const Intrinsics& size = camera.intrinsics;
+    if (!(at.z > 0 && at.x >= 0 && at.y >= 0 && at.x < size.width && at.y < size.height))
+        return false;
+    return mask.empty() || mask.at(static_cast<int>(at.x), static_cast<int>(at.y)) != 0;
+}
+
+namespace
+{
+
+using Numbers = std::vector<std::uint32_t>;
+
+/// Points that are looked at together: neighbors in the texture, so that their rays stay together.
+constexpr std::size_t block = 4096;
+
+template <class Work>
+void in_blocks(std::size_t count, const Progress& progress, const Work& work)
+{
+    parallel_for(count, block, progress.threads(),
+                 [&](std::size_t begin, std::size_t end)
+                 {
+                     progress.check_canceled();
+                     work(begin, end);
+                 });
+}
+
+}  // namespace
+
+Coverage::Coverage(const raycast::Scene& scene, std::span<const SurfacePoint> points, int cells_px, int gap)
+    : scene_(scene), points_(points), cells_px_(cells_px), gap_(gap),
+      point_in_(static_cast<std::size_t>(cells_px) * static_cast<std::size_t>(cells_px), nobody), painted_(points.size())
+{
+    for (std::size_t i = 0; i < points.size(); ++i)
+        point_in_[points[i].cell] = static_cast<std::uint32_t>(i);
+}
+
+std::vector<std::uint32_t> Coverage::add(const Camera& camera, const Raster8& mask, const Progress& progress)
+{
+    std::vector<Numbers> found((points_.size() + block - 1) / block);
+    in_blocks(points_.size(), progress,
+              [&](std::size_t begin, std::size_t end)
+              {
+                  Numbers asked;
+                  for (std::size_t i = begin; i < end; ++i)
+                      if (painted_[i] == 0 && in_picture(camera, mask, points_[i].position))
+                          asked.push_back(static_cast<std::uint32_t>(i));
+                  found[begin / block] = visible_points(scene_, points_, camera.world_from_camera.translation, asked);
+              });
+    Numbers all;
+    for (const Numbers& part : found)
+        all.insert(all.end(), part.begin(), part.end());
+    for (const std::uint32_t point : all)
+        paint_around(point);
+    return all;
+}
+
+void Coverage::paint_around(std::uint32_t point)
+{
+    const auto [chart, cell] = std::pair(points_[point].chart, static_cast<int>(points_[point].cell));
+    const auto least = [&](int at) { return std::max(0, at - gap_); };
+    const auto most = [&](int at) { return std::min(cells_px_ - 1, at + gap_); };
+    for (int y = least(cell / cells_px_); y <= most(cell / cells_px_); ++y)
+        for (int x = least(cell % cells_px_); x <= most(cell % cells_px_); ++x)
+        {
+            const std::uint32_t near = point_in_[static_cast<std::size_t>(y * cells_px_ + x)];
+            if (near != nobody && points_[near].chart == chart)
+                painted_[near] = 1;
+        }
+}
+
+std::vector<std::uint32_t> Coverage::unpainted() const
+{
+    Numbers numbers;
+    for (std::size_t i = 0; i < painted_.size(); ++i)
+        if (painted_[i] == 0)
+            numbers.push_back(static_cast<std::uint32_t>(i));
+    return numbers;
+}
+
+double add_frames(Coverage& coverage, const Frames& frames, Progress& progress)
+{
+    std::vector<double> distances;
+    std::size_t done = 0;
+    for (const Frame& frame : frames.frames)
+    {
+        for (const std::uint32_t point : coverage.add(frame.color, load_mask(frame), progress))
+            distances.push_back(
+                length(vec_cast<double>(coverage.points()[point].position) - frame.color.world_from_camera.translation));
+        progress.progress(static_cast<double>(++done), static_cast<double>(frames.frames.size()), "frames");
+    }
+    if (distances.empty())
+        return 0;
+    const auto middle = distances.begin() + std::ssize(distances) / 2;
+    std::ranges::nth_element(distances, middle);
+    return *middle;
+}
+
+std::vector<std::uint32_t> witnesses(const raycast::Scene& scene, std::span<const SurfacePoint> points,
+                                     std::span<const Vec3d> places, std::span<const std::uint32_t> asked,
+                                     const Progress& progress)
+{
+    // Far apart one after the other, so that the first few see nearly everything.
+    std::size_t step = std::max<std::size_t>(1, places.size() * 5 / 8);
+    while (std::gcd(step, places.size()) > 1)
+        ++step;
+    Numbers witness(asked.size(), nobody);
+    in_blocks(asked.size(), progress,
+              [&](std::size_t begin, std::size_t end)
+              {
+                  const auto part = asked.subspan(begin, end - begin);
+                  Numbers open(part.begin(), part.end());
+                  for (std::size_t i = 0; i < places.size() && !open.empty(); ++i)
+                  {
+                      if (i % 64 == 0)
+                          progress.check_canceled();
+                      const std::size_t place = i * step % places.size();
+                      const Numbers seen = visible_points(scene, points, places[place], open);
+                      for (const std::uint32_t point : seen)
+                          witness[static_cast<std::size_t>(std::ranges::lower_bound(asked, point) - asked.begin())] =
+                              static_cast<std::uint32_t>(place);
+                      Numbers left;
+                      std::ranges::set_difference(open, seen, std::back_inserter(left));
+                      open = std::move(left);
+                  }
+              });
+    return witness;
+}
+
 namespace
 {
 

@@ -1,11 +1,85 @@
 #pragma once
 
-#include "coverage.h"
+#include <fresco/camera.h>
+#include <fresco/frames.h>
+#include <fresco/image.h>
+#include <fresco/progress.h>
+#include <fresco/raycast/scene.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+/// \file Plans the virtual cameras of the stage: points of the surface on a grid over the texture, the points that recorded and
+/// planned views paint (Coverage), and the greedy choice of cameras (plan_views). Cameras stand in the free space of
+/// free_space.h.
 
 namespace fresco::virtual_views
 {
 
-/// Which way pictures have up: as the recorded ones, so that strokes run alike in all views.
+/// The surface at one cell of the grid over the texture.
+struct SurfacePoint
+{
+    Vec3f position;
+    Vec3f normal;  ///< Of the face, unit length; zero if the face has no area, so that it is never seen.
+    std::uint32_t face = 0;
+    std::uint32_t chart = 0;
+    std::uint32_t cell = 0;  ///< Row by row.
+};
+
+/// The points of all cells of a cells_px x cells_px grid whose center lies in a chart, row by row. The mesh needs texcoords.
+std::vector<SurfacePoint> surface_points(const Mesh& mesh, int cells_px, const Progress& progress);
+
+/// The points among `asked` that the eye sees, in their order: they face it, are at least nearest_surface_m away, and are not
+/// occluded by a surface more than a millimeter before them. Thread-safe.
+std::vector<std::uint32_t> visible_points(const raycast::Scene& scene, std::span<const SurfacePoint> points, Vec3d eye,
+                                          std::span<const std::uint32_t> asked);
+
+/// Whether the point lies in a camera's picture, in a pixel that its mask does not ignore (see load_mask); it may be occluded.
+bool in_picture(const Camera& camera, const Raster8& mask, Vec3f position);
+
+/// The points that views paint: those that at least one view sees, and those around them in the same chart.
+class Coverage
+{
+  public:
+    /// \param gap  cells of the grid, along each axis, that paint spreads beyond the seen ones
+    Coverage(const raycast::Scene& scene, std::span<const SurfacePoint> points, int cells_px, int gap);
+
+    /// Adds a view, without the pixels that its mask ignores (see load_mask). Returns the numbers of the points that it sees and
+    /// that were unpainted, ascending. Throws Canceled.
+    std::vector<std::uint32_t> add(const Camera& camera, const Raster8& mask, const Progress& progress);
+
+    bool painted(std::uint32_t point) const { return painted_[point] != 0; }
+    /// Ascending.
+    std::vector<std::uint32_t> unpainted() const;
+
+    const raycast::Scene& scene() const { return scene_; }
+    std::span<const SurfacePoint> points() const { return points_; }
+
+  private:
+    void paint_around(std::uint32_t point);
+
+    const raycast::Scene& scene_;
+    std::span<const SurfacePoint> points_;
+    int cells_px_;
+    int gap_;
+    std::vector<std::uint32_t> point_in_;  ///< Per cell: its point or nobody.
+    std::vector<std::uint8_t> painted_;    ///< Per point.
+};
+
+inline constexpr std::uint32_t nobody = std::numeric_limits<std::uint32_t>::max();
+
+/// Adds the frames' color cameras. Returns the median distance at which points are seen first; 0 if none is. Throws Canceled.
+double add_frames(Coverage& coverage, const Frames& frames, Progress& progress);
+
+/// For each of the points `asked` (ascending): the number of a place that sees it, or nobody. Throws Canceled.
+std::vector<std::uint32_t> witnesses(const raycast::Scene& scene, std::span<const SurfacePoint> points,
+                                     std::span<const Vec3d> places, std::span<const std::uint32_t> asked,
+                                     const Progress& progress);
+
+/// The orientation of pictures: that of the recorded ones, so that strokes run alike in all views.
 struct Upright
 {
     Vec3d up;               ///< World, unit length.
@@ -30,15 +104,14 @@ struct PlanRules
 struct ViewPlan
 {
     std::vector<Camera> cameras;
-    std::vector<std::uint32_t> unpainted;  ///< What is left of the points wanted.
+    std::vector<std::uint32_t> unpainted;  ///< The remaining points of those wanted.
 };
 
-/// Cameras at some of the places that together paint the points `wanted`, up to most_unpainted; each of them is seen by the
-/// place that is its witness. A greedy choice, each time the camera that adds most to the sum of every point's best worth, in
-/// rounds: the candidates look in all directions, at some of the points, and those that paint most of these are kept; then all
-/// points are looked at, and what is left over is the next round's. A witness of some point looked at is always among the
-/// places, and a round that paints nothing aims a camera at a point, so each ends with fewer points. Adds the cameras to
-/// `coverage`. `witness`: of each wanted point, the number of its place. Throws Canceled.
+/// Chooses cameras at some of the places that together paint all points `wanted` but most_unpainted. Greedy: each camera is the
+/// one that adds most to the sum of every point's best value. Works in rounds: candidates look in all directions and are tried on
+/// a sample of the points; the best are kept and tried on all points; unpainted points go to the next round. Every round paints
+/// at least one point: the witness of a sampled point is always among the places, and a round that paints none aims a camera at a
+/// point. Adds the cameras to `coverage`. `witness`: of each wanted point, the number of its place. Throws Canceled.
 ViewPlan plan_views(Coverage& coverage, std::span<const Vec3d> places, std::vector<std::uint32_t> wanted,
                     const std::vector<std::uint32_t>& witness, const PlanRules& rules, Progress& progress);
 

@@ -1,4 +1,3 @@
-#include "convert.h"
 #include "opencv_codec.h"
 #include "picture_info.h"
 

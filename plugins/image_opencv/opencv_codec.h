@@ -3,15 +3,31 @@
 #include <fresco/image.h>
 
 #include <cstddef>
+#include <cstdint>
+#include <optional>
 #include <span>
 #include <string_view>
 #include <variant>
 #include <vector>
 
-/// \file The one place that includes OpenCV. Channels are in the order RGB outside of it. Thread-safe: nothing is shared.
+/// \file Decodes and encodes pictures, for the component. The only place that includes OpenCV; outside of it channels are in the
+/// order RGB. Thread-safe: no state is shared.
 
 namespace image_opencv
 {
+
+/// 8-bit RGB on white of a picture of 1 (gray), 3 (RGB) or 4 (RGBA, straight alpha) channels: v = (c a + white (1 - a)), computed
+/// on the stored sRGB values as browsers do and rounded once. 16 bits: 65535 becomes 255. `transparent_gray`: gray pixels of
+/// exactly this value are white.
+fresco::Raster8 to_rgb(const fresco::Raster8& picture, std::optional<std::uint16_t> transparent_gray = std::nullopt);
+fresco::Raster8 to_rgb(const fresco::Raster16& picture, std::optional<std::uint16_t> transparent_gray = std::nullopt);
+
+/// 8-bit RGBA of a picture of 4 channels, straight alpha. 16 bits: 65535 becomes 255, rounded.
+fresco::Raster8 to_rgba(const fresco::Raster8& picture);
+fresco::Raster8 to_rgba(const fresco::Raster16& picture);
+
+/// The picture as displayed, for an EXIF orientation of 1..8 (EXIF 2.32, section 4.6.4): 5 to 8 swap width and height.
+fresco::Raster8 oriented(fresco::Raster8 picture, int orientation);
 
 using DecodedPicture = std::variant<fresco::Raster8, fresco::Raster16>;
 

@@ -4,16 +4,13 @@
 #include <fresco/parallel.h>
 #include <fresco/stage.h>
 
-#include "components.h"
 #include "integration.h"
-#include "opened_blocks.h"
 #include "surface.h"
 #include "vertex_colors.h"
 
 #include <algorithm>
 #include <fmt/format.h>
 #include <functional>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>

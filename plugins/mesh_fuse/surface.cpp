@@ -1,22 +1,152 @@
 #include "surface.h"
 
-#include "cube_cases.h"
-
 #include <fresco/error.h>
+#include <fresco/geometry/topology.h>
+#include <fresco/numerics/disjoint_sets.h>
 #include <fresco/parallel.h>
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <fmt/format.h>
 #include <limits>
-#include <string>
 #include <utility>
 
 using namespace fresco;
 
 namespace fuse
 {
+namespace
+{
+
+constexpr int corner_count = 8;
+
+std::array<CubeEdge, 12> make_edges()
+{
+    std::array<CubeEdge, 12> edges{};
+    std::size_t count = 0;
+    for (int axis = 0; axis < 3; ++axis)
+        for (int corner = 0; corner < corner_count; ++corner)
+            if ((corner >> axis & 1) == 0)
+                edges[count++] = {corner, axis};
+    return edges;
+}
+
+int edge_between(int a, int b)
+{
+    const auto& edges = cube_edges();
+    const auto found = std::ranges::find_if(edges, [&](const CubeEdge& edge)
+                                            { return edge.corner == std::min(a, b) && (1 << edge.axis) == (a ^ b); });
+    return static_cast<int>(found - edges.begin());
+}
+
+/// The corners of the six faces, counter-clockwise seen from outside the cube.
+std::array<std::array<int, 4>, 6> make_faces()
+{
+    std::array<std::array<int, 4>, 6> faces{};
+    for (int axis = 0; axis < 3; ++axis)
+    {
+        const int u = 1 << (axis + 1) % 3, v = 1 << (axis + 2) % 3, far = 1 << axis;
+        faces[static_cast<std::size_t>(2 * axis)] = {0, v, u | v, u};
+        faces[static_cast<std::size_t>(2 * axis + 1)] = {far, far | u, far | u | v, far | v};
+    }
+    return faces;
+}
+
+/// Whether two edges of the cube have a face in common.
+bool share_face(int first, int second)
+{
+    const auto lies_in = [](const CubeEdge& edge, int axis, int side)
+    { return edge.axis != axis && (edge.corner >> axis & 1) == side; };
+    const auto &a = cube_edges()[static_cast<std::size_t>(first)], &b = cube_edges()[static_cast<std::size_t>(second)];
+    for (int axis = 0; axis < 3; ++axis)
+        for (int side = 0; side < 2; ++side)
+            if (lies_in(a, axis, side) && lies_in(b, axis, side))
+                return true;
+    return false;
+}
+
+/// Where the surface crosses the faces: for each edge that it meets, the next one around it.
+std::array<int, 12> follow_faces(int inside)
+{
+    std::array<int, 12> next{};
+    next.fill(-1);
+    const auto is_inside = [&](int corner) { return (inside >> corner & 1) != 0; };
+    for (const std::array<int, 4>& face : make_faces())
+        for (std::size_t i = 0; i < 4; ++i)
+        {
+            if (!is_inside(face[i]) || is_inside(face[(i + 3) % 4]))
+                continue;
+            std::size_t last = i;
+            while (is_inside(face[(last + 1) % 4]))
+                last = (last + 1) % 4;
+            // Around the corners inside from i to last, which the surface cuts off.
+            next[static_cast<std::size_t>(edge_between(face[(i + 3) % 4], face[i]))] =
+                edge_between(face[last], face[(last + 1) % 4]);
+        }
+    return next;
+}
+
+/// Adds a polygon as a fan, from a corner whose diagonals lie in no face of the cube: there is one in each case.
+void add_fan(const std::vector<int>& loop, CubeCase& result)
+{
+    const std::size_t count = loop.size();
+    const auto fits = [&](std::size_t first)
+    {
+        for (std::size_t i = 2; i + 1 < count; ++i)
+            if (share_face(loop[first], loop[(first + i) % count]))
+                return false;
+        return true;
+    };
+    std::size_t first = 0;
+    while (first + 1 < count && !fits(first))
+        ++first;
+    const auto edge = [&](std::size_t i) { return static_cast<std::uint8_t>(loop[(first + i) % count]); };
+    for (std::size_t i = 1; i + 1 < count; ++i)
+        result.triangles[static_cast<std::size_t>(result.count++)] = {edge(0), edge(i), edge(i + 1)};
+}
+
+CubeCase make_case(int inside)
+{
+    CubeCase result;
+    std::array<int, 12> next = follow_faces(inside);
+    for (int& start : next)
+    {
+        std::vector<int> loop;
+        for (int* at = &start; *at >= 0;)
+        {
+            const int edge = *at;
+            *at = -1;
+            loop.push_back(edge);
+            at = &next[static_cast<std::size_t>(edge)];
+        }
+        if (!loop.empty())
+            add_fan(loop, result);
+    }
+    return result;
+}
+
+}  // namespace
+
+const std::array<CubeEdge, 12>& cube_edges()
+{
+    static const std::array<CubeEdge, 12> edges = make_edges();
+    return edges;
+}
+
+const std::array<CubeCase, 256>& cube_cases()
+{
+    static const std::array<CubeCase, 256> cases = []
+    {
+        std::array<CubeCase, 256> all{};
+        for (int inside = 0; inside < 256; ++inside)
+            all[static_cast<std::size_t>(inside)] = make_case(inside);
+        return all;
+    }();
+    return cases;
+}
+
 namespace
 {
 
@@ -125,16 +255,16 @@ class Surface::Surrounding
     std::array<float, static_cast<std::size_t>(side) * side * side> distances_{};
 };
 
-Surface::Surface(const Volume& volume, const Progress& progress) : volume_(volume), parts_(volume.places().size())
+Surface::Surface(const Volume& volume, const Progress& progress) : volume_(volume), blocks_(volume.places().size())
 {
-    parallel_for(parts_.size(), grain, progress.threads(),
+    parallel_for(blocks_.size(), grain, progress.threads(),
                  [&](std::size_t begin, std::size_t end)
                  {
                      progress.check_canceled();
                      for (std::size_t i = begin; i < end; ++i)
                      {
                          const Surrounding around(volume_, i);
-                         Part& part = parts_[i];
+                         BlockSurface& part = blocks_[i];
                          for (int z = 0; z < block_side; ++z)
                              for (int y = 0; y < block_side; ++y)
                                  for (int x = 0; x < block_side; ++x)
@@ -150,7 +280,7 @@ Surface::Surface(const Volume& volume, const Progress& progress) : volume_(volum
                                  }
                      }
                  });
-    for (Part& part : parts_)
+    for (BlockSurface& part : blocks_)
     {
         part.first_vertex = vertex_count_;
         for (const std::uint64_t word : part.has_vertex)
@@ -161,10 +291,10 @@ Surface::Surface(const Volume& volume, const Progress& progress) : volume_(volum
 
 std::size_t Surface::bytes() const
 {
-    return parts_.size() * sizeof(Part) + vertex_count_ * sizeof(Vec3f) + face_count_ * sizeof(Triangle);
+    return blocks_.size() * sizeof(BlockSurface) + vertex_count_ * sizeof(Vec3f) + face_count_ * sizeof(Triangle);
 }
 
-std::size_t Surface::vertex(const Part& part, std::size_t edge) const
+std::size_t Surface::vertex(const BlockSurface& part, std::size_t edge) const
 {
     std::size_t number = part.first_vertex;
     for (std::size_t word = 0; word < edge / 64; ++word)
@@ -174,7 +304,7 @@ std::size_t Surface::vertex(const Part& part, std::size_t edge) const
 
 void Surface::write(std::size_t block, Mesh& mesh) const
 {
-    const Part& own = parts_[block];
+    const BlockSurface& own = blocks_[block];
     Surrounding around(volume_, block);
     const Vec3d origin = volume_.origin(block);
     std::size_t next_vertex = own.first_vertex;
@@ -205,7 +335,7 @@ void Surface::write(std::size_t block, Mesh& mesh) const
                 {
                     const CubeEdge& edge = cube_edges()[number];
                     const int ex = x + (edge.corner & 1), ey = y + (edge.corner >> 1 & 1), ez = z + (edge.corner >> 2 & 1);
-                    const Part& part = parts_[around.neighbor(ex / block_side, ey / block_side, ez / block_side)];
+                    const BlockSurface& part = blocks_[around.neighbor(ex / block_side, ey / block_side, ez / block_side)];
                     return static_cast<std::uint32_t>(
                         vertex(part, edge_number(edge.axis, ex % block_side, ey % block_side, ez % block_side)));
                 };
@@ -224,7 +354,7 @@ Mesh Surface::mesh(const Progress& progress) const
     Mesh mesh;
     mesh.positions.resize(vertex_count_);
     mesh.triangles.resize(face_count_);
-    parallel_for(parts_.size(), grain, progress.threads(),
+    parallel_for(blocks_.size(), grain, progress.threads(),
                  [&](std::size_t begin, std::size_t end)
                  {
                      progress.check_canceled();
@@ -232,6 +362,36 @@ Mesh Surface::mesh(const Progress& progress) const
                          write(i, mesh);
                  });
     return mesh;
+}
+
+std::size_t remove_small_components(double min_area_m2, Mesh& mesh)
+{
+    numerics::DisjointSets sets(mesh.positions.size());
+    for (const Triangle& t : mesh.triangles)
+    {
+        sets.join(t[0], t[1]);
+        sets.join(t[1], t[2]);
+    }
+    std::vector<double> areas(mesh.positions.size(), 0);
+    for (std::size_t face = 0; face < mesh.triangles.size(); ++face)
+        areas[sets.find(mesh.triangles[face][0])] += length(geometry::area_vector(mesh, face)) / 2;
+    const auto is_small = [&](std::uint32_t vertex) { return areas[sets.find(vertex)] < min_area_m2; };
+    const auto count =
+        static_cast<std::size_t>(std::ranges::count_if(areas, [&](double area) { return area > 0 && area < min_area_m2; }));
+
+    std::vector<std::uint32_t> number(mesh.positions.size(), geometry::none);
+    std::uint32_t kept = 0;
+    for (std::uint32_t vertex = 0; vertex < mesh.positions.size(); ++vertex)
+        if (!is_small(vertex))
+        {
+            mesh.positions[kept] = mesh.positions[vertex];
+            number[vertex] = kept++;
+        }
+    mesh.positions.resize(kept);
+    std::erase_if(mesh.triangles, [&](const Triangle& t) { return number[t[0]] == geometry::none; });
+    for (Triangle& t : mesh.triangles)
+        t = {number[t[0]], number[t[1]], number[t[2]]};
+    return count;
 }
 
 }  // namespace fuse

@@ -9,10 +9,12 @@
 #include <span>
 #include <vector>
 
+/// \file Colors the fused mesh by the color pictures. The stage streams its frames through VertexColors.
+
 namespace fuse
 {
 
-/// A depth picture, and what the color camera saw meanwhile.
+/// A depth picture and the color picture of the same moment.
 struct ColorView
 {
     fresco::Camera depth_camera;
@@ -21,8 +23,8 @@ struct ColorView
     fresco::Raster8 picture;  ///< RGB, of the color camera's size.
 };
 
-/// Averages what cameras see of a mesh's vertices. A vertex is seen where the depth picture shows it at its distance, and takes
-/// the color at which the color camera sees it; it counts by the cosine of the angle over the square of the distance.
+/// Averages the colors in which cameras see a mesh's vertices. A vertex counts as seen if the depth picture has its distance
+/// there; its color is that of the color picture. The weight is the cosine of the viewing angle over the square of the distance.
 class VertexColors
 {
   public:
@@ -30,7 +32,7 @@ class VertexColors
     VertexColors(const fresco::Mesh& mesh, double tolerance_m);
 
     void add(std::span<const ColorView> views, const fresco::Progress& progress);
-    /// One for each vertex; one that no camera saw takes those of its neighbors, else gray.
+    /// One per vertex. An unseen vertex gets the colors of its neighbors, otherwise gray.
     std::vector<fresco::Rgb8> colors() const;
 
   private:

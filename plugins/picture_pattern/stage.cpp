@@ -1,8 +1,7 @@
-#include "brush.h"
-#include "mosaic.h"
-#include "noise.h"
+#include "pattern.h"
 
 #include <fresco/image.h>
+#include <fresco/numerics/noise.h>
 #include <fresco/stage.h>
 
 namespace
@@ -22,7 +21,7 @@ class PicturePattern final : public fresco::Stage
 
     void run(fresco::RunContext& run) override
     {
-        const auto random = pattern::hash(static_cast<std::uint32_t>(*seed), 3u);
+        const auto random = fresco::noise::hash(static_cast<std::uint32_t>(*seed), 3u);
         const auto colors = pattern::palette_named(*palette);
         const auto size = static_cast<float>(*scale);
         if (*kind == "waves")

@@ -1,4 +1,4 @@
-#include "carried_labels.h"
+#include "labeled_surface.h"
 
 #include <fresco/files_io.h>
 #include <fresco/regions/regions.h>

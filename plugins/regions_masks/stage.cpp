@@ -1,5 +1,4 @@
-#include "mask_folder.h"
-#include "votes.h"
+#include "masks.h"
 
 #include <fresco/image_io.h>
 #include <fresco/regions/regions.h>

@@ -6,7 +6,10 @@
 #include <cstdint>
 #include <vector>
 
-/// A connected piece of the surface that is nearly plane.
+/// \file Divides a surface into nearly plane segments, and measures upright ones column by column. find_room_parts() chooses
+/// floor, ceiling and walls among them.
+
+/// A connected, nearly plane segment of the surface.
 struct PlaneSegment
 {
     std::vector<std::uint32_t> faces;  ///< In the order in which they were reached.
@@ -25,7 +28,7 @@ struct PlaneLimits
 };
 
 /// Grows planes over the surface: from the flattest faces outward, each plane fitted again (least squares) whenever it has
-/// doubled. Faces of smaller pieces are in none. `normals`: as geometry::smoothed_normals gives them. The same for any number of
+/// doubled. Faces of smaller segments are in none. `normals`: from geometry::smoothed_normals. The same for any number of
 /// threads. Throws Canceled. Rabbani, van den Heuvel and Vosselman, "Segmentation of point clouds using smoothness constraint"
 /// (2006), on faces instead of points.
 std::vector<PlaneSegment> plane_segments(const fresco::geometry::Surface& surface, const std::vector<fresco::Vec3d>& normals,
@@ -33,3 +36,34 @@ std::vector<PlaneSegment> plane_segments(const fresco::geometry::Surface& surfac
 
 /// The mean of a face's corners.
 fresco::Vec3d face_middle(const fresco::Mesh& mesh, std::size_t face);
+
+/// The area and height of an upright segment, in columns of column_m along it.
+struct WallColumns
+{
+    static constexpr double column_m = 0.1;
+
+    struct Column
+    {
+        double area = 0;
+        double top = 0;        ///< Height of its highest face.
+        fresco::Vec3d middle;  ///< Mean by area.
+    };
+
+    const PlaneSegment* segment = nullptr;
+    fresco::Vec3d along;  ///< Level, in the plane; unit length.
+    double first = 0;     ///< Start of the first column, along `along`.
+    std::vector<Column> columns;
+    double low = 0;   ///< Height of its lowest face.
+    double high = 0;  ///< Height of its highest face.
+
+    double width() const { return column_m * static_cast<double>(columns.size()); }
+    /// The number of the column at a point; may be out of range.
+    long column_at(fresco::Vec3d point) const;
+};
+
+/// The columns of a segment. z is up.
+WallColumns wall_columns(const fresco::geometry::Surface& surface, const PlaneSegment& segment);
+
+/// The share of the segment's area in columns with a higher segment behind them that faces the same way: nearly 1 for a cupboard
+/// in front of its wall, nearly 0 for a wall.
+double overtopped_share(const WallColumns& of, const std::vector<WallColumns>& all);

@@ -5,8 +5,6 @@
 #include <fresco/geometry/upright_option.h>
 #include <fresco/stage.h>
 
-#include <fmt/format.h>
-
 using namespace fresco;
 
 namespace

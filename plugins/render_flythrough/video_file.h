@@ -7,7 +7,9 @@
 #include <memory>
 #include <string>
 
-/// A video that is being written: H.264 or, where OpenCV's FFmpeg has no encoder for it, MPEG-4 in .mp4; VP9 or VP8 in .webm.
+/// \file Writes the stage's pictures as a video.
+
+/// A video that is being written: H.264 or, if OpenCV's FFmpeg has no encoder for it, MPEG-4 in .mp4; VP9 or VP8 in .webm.
 class VideoFile
 {
   public:
@@ -19,7 +21,7 @@ class VideoFile
 
     /// RGB of the video's size.
     void add(const fresco::Raster8& picture);
-    /// Ends the file and reads it back, because FFmpeg does not report a full disk. Throws Error unless all pictures are in it.
+    /// Ends the file and reads it back, because FFmpeg does not report a full disk. Throws Error if pictures are missing.
     void close();
     /// "avc1"
     const std::string& codec() const { return codec_; }

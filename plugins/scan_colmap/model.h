@@ -1,18 +1,51 @@
 #pragma once
 
-#include "camera_models.h"
-
+#include <fresco/camera.h>
 #include <fresco/math.h>
+#include <fresco/recordings/lens.h>
+#include <fresco/recordings/recorded_view.h>
+#include <fresco/run_context.h>
 
+#include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <map>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+/// \file Reads a reconstruction of COLMAP: finds its two files, parses them as text (model_text.cpp) or binary
+/// (model_binary.cpp), and turns them into recorded views. The stage does this in one go; the fuzzer calls the parsers.
+
 namespace colmap
 {
+
+/// A camera of a reconstruction.
+struct ModelCamera
+{
+    fresco::Intrinsics intrinsics;
+    fresco::recordings::Lens lens;
+    std::string source;  ///< Its place in the file, for errors.
+};
+
+/// A supported camera model of COLMAP, with the names of its parameters in order.
+struct CameraModel
+{
+    std::int32_t id;
+    std::string_view name;
+    std::vector<std::string_view> parameters;
+    bool is_fisheye = false;
+};
+
+/// Throws Error naming `place` and the supported models for any other model.
+const CameraModel& camera_model(std::string_view name, const std::string& place);
+const CameraModel& camera_model(std::int32_t id, const std::string& place);
+
+/// The camera of a model's parameters, in COLMAP's order. Throws Error naming `place` if the size is not 1 to 65536 pixels, or
+/// for a wrong number of parameters or one that is not finite.
+ModelCamera model_camera(const CameraModel& model, std::uint64_t width, std::uint64_t height,
+                         const std::vector<double>& parameters, std::string place);
 
 using Cameras = std::map<std::int64_t, ModelCamera>;  ///< By id.
 
@@ -22,17 +55,46 @@ struct ModelImage
     fresco::RigidTransform world_from_camera;
     std::int64_t camera = 0;  ///< Id.
     std::string name;         ///< Path below the folder of pictures.
-    std::string source;       ///< Where it stands, for errors.
+    std::string source;       ///< Its place in the file, for errors.
 };
 
-/// The contents of cameras.txt and images.txt. Comments are passed over, but the counts that COLMAP writes in them are checked.
-/// Throws Error "source:line: …", also for a file that is cut.
+/// Parse cameras.txt and images.txt. Skip comments, but check the counts that COLMAP writes in them. Throw Error "source:line:
+/// …", also for a truncated file.
 Cameras parse_cameras_text(std::string_view text, std::string_view source);
 std::vector<ModelImage> parse_images_text(std::string_view text, std::string_view source);
 
-/// The contents of cameras.bin and images.bin, little-endian. Nothing is allocated for counts that the file does not hold. Throws
-/// Error "source: byte offset: …", also for a file that is cut or has bytes after its end.
+/// Parse cameras.bin and images.bin, little-endian. Allocate no more than the file holds, whatever its counts say. Throw Error
+/// "source: byte offset: …", also for a truncated file and for bytes after its end.
 Cameras parse_cameras_binary(std::span<const std::byte> bytes, std::string_view source);
 std::vector<ModelImage> parse_images_binary(std::span<const std::byte> bytes, std::string_view source);
+
+/// The two files of a reconstruction.
+struct ModelFiles
+{
+    std::filesystem::path cameras;
+    std::filesystem::path images;
+};
+
+/// cameras.bin and images.bin, or else cameras.txt and images.txt, in the first of the usual folders below `path`.
+/// Throws MissingInput if none has them.
+ModelFiles find_model(const std::filesystem::path& path, fresco::RunContext& run);
+
+/// Throw like the parsers.
+Cameras read_cameras(const std::filesystem::path& file);
+std::vector<ModelImage> read_images(const std::filesystem::path& file);
+
+struct ViewOptions
+{
+    std::filesystem::path pictures;  ///< Folder of the pictures.
+    std::filesystem::path depth;     ///< Folder of depth pictures named like them, ending in .png; empty: none.
+    std::filesystem::path masks;  ///< Folder of masks: a picture's name with .png added, or in place of its ending; empty: none.
+    double unit_m;                ///< Meters per unit of the reconstruction.
+    double depth_unit_m;          ///< Meters per step of the depth pictures.
+};
+
+/// The views of the images, by name. Throws Error naming the image's place if its camera is not among `cameras`, or if there are
+/// no images.
+std::vector<fresco::recordings::RecordedView> model_views(const Cameras& cameras, const std::vector<ModelImage>& images,
+                                                          const std::filesystem::path& images_file, const ViewOptions& options);
 
 }  // namespace colmap

@@ -1,4 +1,4 @@
-#include "model_views.h"
+#include "model.h"
 
 #include <fresco/recordings/recording_stage.h>
 

@@ -1,7 +1,6 @@
 #pragma once
 
-#include "assumption.h"
-#include "edges.h"
+#include "agreement.h"
 #include "views.h"
 
 #include <fresco/progress.h>
@@ -11,25 +10,28 @@
 #include <utility>
 #include <vector>
 
+/// \file Decides whether the mesh, poses, cameras and pictures of a recording belong together and names the mistakes if not. The
+/// stage reports the findings and draws the recording with the mistakes corrected.
+
 namespace fresco::inspect
 {
 
-/// What is wrong, or worth a look.
+/// A mistake, or a reason to look closer.
 struct Finding
 {
-    std::string cause;     ///< A word for programs: "opengl_axes", …
-    std::string text;      ///< What is wrong and what to do, for people.
-    bool certain = false;  ///< Mesh and frames cannot both be right. Else it is a warning only.
+    std::string cause;     ///< Identifier for programs: "opengl_axes", …
+    std::string text;      ///< The mistake and its remedy, for people.
+    bool certain = false;  ///< Mesh and frames cannot both be right; otherwise only a warning.
 };
 
 /// How well mesh and recording agree under one set of assumptions.
 struct Fit
 {
-    double covered_share = 0;  ///< Of the measured depths: their rays meet the mesh.
-    double agreement = 0;      ///< Of these: Agreement::share.
-    double median_error = 1;   ///< Relative difference of these; 1 where the mesh is never met.
-    double in_front = 0;       ///< Of the covered depths: the mesh lies before what was measured, …
-    double behind = 0;         ///< … and behind it.
+    double covered_share = 0;  ///< Share of the measured depths whose rays meet the mesh.
+    double agreement = 0;      ///< Agreement::share of these.
+    double median_error = 1;   ///< Relative difference of these; 1 if no ray meets the mesh.
+    double in_front = 0;       ///< Share of the covered depths behind the mesh.
+    double behind = 0;         ///< Share of the covered depths in front of it.
     bool fits = false;         ///< See fits().
     double edge_response = 0;  ///< See edge_response().
 };
@@ -37,33 +39,31 @@ struct Fit
 struct Diagnosis
 {
     Fit recorded;
-    Fit explained;  ///< With all of the below taken into account.
+    Fit explained;  ///< With the assumptions below.
     std::vector<Finding> findings;
 
     Assumption assumption;
     CameraChange color_change;
-    bool color_by_depth_camera = false;  ///< Color pictures fit the depth camera, not their own.
+    bool color_by_depth_camera = false;  ///< Color pictures fit the depth camera, not the color camera.
     bool channels_exchanged = false;     ///< Red and blue.
 
-    std::size_t depths = 0;          ///< Samples compared.
-    std::size_t outline_points = 0;  ///< Compared with the color pictures' edges.
+    std::size_t depths = 0;          ///< Number of depth samples compared.
+    std::size_t outline_points = 0;  ///< Number of points compared with the color pictures' edges.
+    double front_share = 1;          ///< Share of the agreeing places that cameras see from the front.
     /// Whether anything is assumed that was not recorded.
     bool explains() const { return !(assumption == Assumption{}) || !(color_change == CameraChange{}) || color_by_depth_camera; }
-    double front_share = 1;  ///< Of the places that agree: cameras see the front of a face.
 };
 
-/// Judges whether mesh, poses, cameras and pictures belong together, and which mistakes explain it where they do not.
-///
-/// Depths are compared with the mesh where their rays meet it; mistakes are those of explain_depths(). The color camera is
-/// compared with the silhouettes of the depth pictures: neither mesh nor poses enter. Without depth, the mesh's own silhouettes
-/// stand in for both. Red and blue are compared with the colors of the mesh, if it has any. A mistake is found only if it
-/// explains the recording clearly better than what was recorded. The same for any number of threads. Throws Canceled.
+/// Compares depths with the mesh where their rays meet it and searches for mistakes by explain_depths(). The color camera is
+/// compared with the silhouettes of the depth pictures, without mesh and poses. Without depth, the mesh's own silhouettes replace
+/// both. Red and blue are compared with the colors of the mesh, if it has any. A mistake is reported only if it explains the
+/// recording clearly better than the recorded values. The same for any number of threads. Throws Canceled.
 Diagnosis diagnose(const raycast::Scene& scene, const std::vector<View>& views, const Progress& progress);
 
-/// A view's cameras (color, depth) as a diagnosis has them, at the sizes of View::color and of the depth picture.
+/// A view's cameras (color, depth) with the mistakes corrected, at the sizes of View::color and of the depth picture.
 std::pair<Camera, Camera> explained_cameras(const Diagnosis& diagnosis, const View& view);
 
-/// Makes a depth picture of a view what a diagnosis takes it for: meters of the mesh along the optical axis, upright.
+/// Corrects the mistakes in a view's depth picture: afterward it holds meters of the mesh along the optical axis, upright.
 void correct_depth(const Diagnosis& diagnosis, const View& view, RasterF& depth);
 
 }  // namespace fresco::inspect

@@ -1,7 +1,8 @@
 #include "drawing.h"
 
+#include <fresco/math.h>
+
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace fresco::inspect

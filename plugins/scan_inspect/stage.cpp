@@ -1,6 +1,5 @@
 #include "diagnosis.h"
 #include "drawing.h"
-#include "outline.h"
 #include "views.h"
 #include "wording.h"
 
@@ -13,8 +12,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <span>
-#include <string>
 #include <vector>
 
 using namespace fresco;

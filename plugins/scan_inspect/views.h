@@ -2,13 +2,79 @@
 
 #include "agreement.h"
 
+#include <fresco/camera.h>
 #include <fresco/frames.h>
+#include <fresco/image.h>
 #include <fresco/image_io.h>
+#include <fresco/progress.h>
+#include <fresco/raycast/scene.h>
 
+#include <cstddef>
 #include <vector>
+
+/// \file Samples a frame for the diagnosis and finds out whether the edges of color pictures lie on the outlines of depth
+/// pictures or of the mesh. That judges the color camera without mesh and poses and, in recordings without depth, the poses. The
+/// stage draws the same outlines.
 
 namespace fresco::inspect
 {
+
+/// Depth of the mesh at the pixel centers of a camera, along the optical axis; 0 where the ray misses it. Both sides of a face
+/// count. The same for any number of threads. Throws Canceled.
+RasterF mesh_depth(const raycast::Scene& scene, const Camera& camera, const Progress& progress);
+
+/// Nearest neighbor, since depths on both sides of a step must not mix.
+RasterF nearest_sampled(const RasterF& depth, int width, int height);
+
+/// Pixels on the near side of depth steps: the next depth to the right, left, above or below is farther by more than 8 % plus 4 %
+/// for each pixel without depth between, of which there may be two. With `ends`, also pixels beside three without depth, where a
+/// mesh may be cut off. H x W, 1 = outline.
+Raster8 outline(const RasterF& depth, bool ends);
+
+/// At most 400 outline pixels of a depth picture.
+std::vector<DepthSample> silhouette(const RasterF& depth);
+
+/// How strongly a picture changes at each pixel: the length of the gradient of its log brightness, the largest of 3 x 3 pixels
+/// (recorded poses are off by a pixel or two), divided by its mean around the pixel and over the picture, at most 4. H x W.
+RasterF edge_strength(const Raster8& rgb);
+
+/// How a color camera may differ from the recorded one.
+struct CameraChange
+{
+    double focal_scale = 1;
+    double size_scale = 1;     ///< Multiplies all intrinsics.
+    double shift_x = 0;        ///< Shift of the principal point over the picture's width.
+    double shift_y = 0;        ///< The same over its height.
+    bool upside_down = false;  ///< The pictures are turned by 180 degrees.
+
+    friend bool operator==(const CameraChange&, const CameraChange&) = default;
+};
+
+Intrinsics changed(const Intrinsics& recorded, const CameraChange& change);
+
+/// A color picture's edges, and the outline that should lie on them.
+struct EdgeView
+{
+    Intrinsics camera;               ///< At the size of `edges`.
+    const RasterF* edges = nullptr;  ///< edge_strength.
+    std::vector<Vec2d> outline;      ///< x / z and y / z in the color camera's axes.
+};
+
+/// Adds points in the color camera's axes to the view's outline; points behind the camera are left out.
+void add_outline(EdgeView& view, const std::vector<Vec3d>& points);
+
+/// Per view: mean strength of the edges at the outline, minus 1. About 0 if outline and picture are unrelated; 0 at points
+/// outside the picture and for views with fewer than 20 points.
+std::vector<double> edge_responses(const std::vector<EdgeView>& views, const CameraChange& change);
+
+/// Mean over the views with at least 20 points, divided by at least half the number of views; 0 without any.
+double edge_response(const std::vector<EdgeView>& views, const CameraChange& change);
+
+/// best_change searches focal lengths up to this natural logarithm of their factor, and a little beyond in finer steps.
+inline constexpr double color_focal_reach = 0.3;
+
+/// The strongest response around `start`: focal lengths up to 35 % off, shifts up to 4 % of the picture. Throws Canceled.
+CameraChange best_change(const std::vector<EdgeView>& views, const CameraChange& start, const Progress& progress);
 
 /// A pixel of a color picture.
 struct ColorSample
@@ -18,17 +84,17 @@ struct ColorSample
     Rgb8 color{};
 };
 
-/// What is looked at of a frame.
+/// A frame as the diagnosis sees it.
 struct View
 {
-    DepthView depth;                      ///< No samples: the frame has no depth picture; then its camera is the color camera.
+    DepthView depth;  ///< Without samples if the frame has no depth picture; its camera is the color camera then.
     std::vector<DepthSample> silhouette;  ///< Of the depth picture, in its pixels.
     Intrinsics color;                     ///< At the size of `edges`.
-    RasterF edges;                        ///< edge_strength; empty: the frame has no color picture.
+    RasterF edges;                        ///< edge_strength; empty if the frame has no color picture.
     std::vector<ColorSample> colors;      ///< On a grid over the picture, of the size of `edges`.
 };
 
-/// The camera at another height of its picture; the width follows.
+/// The camera for a picture of another height; the width follows.
 Camera at_height(const Camera& camera, int height);
 
 /// Frame `index`: depths on a grid of 40 columns, silhouettes and edges at a height of 120 px, at which a tenth of a focal length

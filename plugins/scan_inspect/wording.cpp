@@ -1,14 +1,22 @@
 #include "wording.h"
 
-#include "hypotheses.h"
+#include "explain_depths.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdio>
 
 namespace fresco::inspect
 {
+
+std::string number(double value)
+{
+    char text[32];
+    std::snprintf(text, sizeof text, "%.3g", value);
+    std::replace(text, text + sizeof text, ',', '.');
+    return value == 1000 ? "1000" : text;
+}
+
 namespace
 {
 
@@ -17,6 +25,21 @@ constexpr double largest_room = 150;
 constexpr double alike = 0.05;
 
 using Findings = std::vector<Finding>;
+
+/// With `digits` digits behind the point.
+std::string fixed(double value, int digits)
+{
+    char text[64];
+    std::snprintf(text, sizeof text, "%.*f", digits, value);
+    std::replace(text, text + sizeof text, ',', '.');
+    return text;
+}
+
+/// "95 %".
+std::string percent(double share)
+{
+    return std::to_string(std::lround(100 * share)) + " %";
+}
 
 void tell(Findings& findings, const char* cause, std::string text)
 {
@@ -176,27 +199,6 @@ void tell_both_cameras(const Assumption& a, const CameraChange& color, Findings&
 }
 
 }  // namespace
-
-std::string percent(double share)
-{
-    return std::to_string(std::lround(100 * share)) + " %";
-}
-
-std::string fixed(double value, int digits)
-{
-    char text[64];
-    std::snprintf(text, sizeof text, "%.*f", digits, value);
-    std::replace(text, text + sizeof text, ',', '.');
-    return text;
-}
-
-std::string number(double value)
-{
-    char text[32];
-    std::snprintf(text, sizeof text, "%.3g", value);
-    std::replace(text, text + sizeof text, ',', '.');
-    return value == 1000 ? "1000" : text;
-}
 
 std::string summary(const Diagnosis& diagnosis)
 {

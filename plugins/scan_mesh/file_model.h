@@ -7,12 +7,17 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
+
+/// \file Reads a mesh or model file: its shape, and the materials and pictures that it names. read_file_model() is the way in for
+/// the stage and the fuzzer; glTF has its own file (gltf_model.cpp). Files are foreign, so all of this refuses instead of
+/// trusting.
 
 namespace scan_mesh
 {
 
-/// A picture of a model, not decoded: a file, or the bytes of one that the model's file holds.
+/// A picture of a model, not decoded: a file, or bytes in the model's file.
 struct FilePicture
 {
     std::string name;  ///< For messages.
@@ -20,17 +25,17 @@ struct FilePicture
     std::vector<std::byte> bytes;  ///< If `file` is empty.
 };
 
-/// A model as its file has it, in the file's axes and unit.
+/// A model as read, in the file's axes and unit.
 struct FileModel
 {
     fresco::Mesh mesh;
     std::vector<fresco::ModelMaterial> materials;
     std::vector<std::uint32_t> material_of_face;
     std::vector<FilePicture> pictures;
-    std::vector<std::filesystem::path> files_read;  ///< Beside the model's own.
+    std::vector<std::filesystem::path> files_read;  ///< In addition to the model's own.
     std::vector<std::string> warnings;
     fresco::MeshReadReport report;
-    bool split_vertices = false;  ///< The format needs a vertex for each texcoord at a position.
+    bool split_vertices = false;  ///< The format splits vertices with several texcoords.
 };
 
 /// Reads PLY, OBJ, GLB or glTF by the extension. Without materials: the shape, texcoords and vertex colors, and one material.
@@ -42,5 +47,26 @@ FileModel read_gltf_model(const std::filesystem::path& file, bool with_materials
 
 /// Lower case, with the dot.
 std::string extension_of(const std::filesystem::path& file);
+
+/// The advice at the end of errors about missing materials and pictures.
+inline constexpr std::string_view shape_only = ", or set materials: skip for the shape only";
+
+/// The folder of a model, for finding the files that the model names. Never leads outside of the folder.
+class FileFolder
+{
+  public:
+    explicit FileFolder(const std::filesystem::path& model);
+
+    /// The file of this name in the folder or below; backslashes also separate folders. `place` is the position of the name
+    /// ("room.obj:3: mtllib") and begins each message; `way_out` ends the one about a missing file. Throws MissingInput if there
+    /// is no such file; Error for an address, an absolute path, "..", and links that lead outside.
+    std::filesystem::path find(std::string_view name, std::string_view place, std::string_view way_out = {}) const;
+
+    /// Whether find() would succeed.
+    bool has(std::string_view name) const;
+
+  private:
+    std::filesystem::path folder_;
+};
 
 }  // namespace scan_mesh

@@ -8,6 +8,8 @@
 #include <string_view>
 #include <vector>
 
+/// \file Parses the material files of OBJ models, for read_file_model(). Apart from it so that the fuzzer measures the parser.
+
 namespace scan_mesh
 {
 
@@ -24,7 +26,7 @@ struct MtlMaterial
 };
 
 /// Reads newmtl, Kd and map_Kd with its options -s, -o and -clamp; other statements and options are skipped. Throws Error naming
-/// `source` and the line for a color or an option that is wrong and for a statement before the first newmtl.
+/// `source` and the line for an invalid color or option and for a statement before the first newmtl.
 std::vector<MtlMaterial> parse_mtl(std::string_view text, std::string_view source);
 
 }  // namespace scan_mesh

@@ -1,6 +1,5 @@
 #include "file_model.h"
-#include "joined_vertices.h"
-#include "mesh_axes.h"
+#include "world_mesh.h"
 
 #include <fresco/files_io.h>
 #include <fresco/image_io.h>

@@ -1,10 +1,16 @@
 #pragma once
 
+#include <fresco/image.h>
+
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
+
+/// \file Reads the files of ScanNet's recorder: the index of a recording, bytes of its pictures, and compressed depth. The stage
+/// unpacks the pictures of the frames that it keeps; the fuzzer calls read_index() and unpack_depth().
 
 namespace sens
 {
@@ -22,7 +28,7 @@ enum class DepthForm
     zlib  ///< The same, compressed.
 };
 
-/// A camera as the file has it.
+/// A camera as stored.
 struct SensCamera
 {
     int width = 0;
@@ -31,17 +37,17 @@ struct SensCamera
     std::vector<double> extrinsics;  ///< Row-major 4x4, the recorder's frame from the camera's.
 };
 
-/// Where one frame lies in the file.
+/// The position of one frame in the file.
 struct SensFrame
 {
-    std::vector<double> world_from_depth;  ///< Row-major 4x4; not finite where the recorder had lost track.
+    std::vector<double> world_from_depth;  ///< Row-major 4x4; not finite if the recorder had lost track.
     std::uint64_t color_offset = 0;
     std::uint64_t color_bytes = 0;
     std::uint64_t depth_offset = 0;
     std::uint64_t depth_bytes = 0;
 };
 
-/// What stands in the file but the pictures.
+/// The contents of the file except the pictures.
 struct SensIndex
 {
     SensCamera color;
@@ -64,7 +70,7 @@ class SensFile
 
     const std::filesystem::path& path() const { return path_; }
     std::uint64_t size() const { return size_; }
-    /// Throws Error naming the file and the offset, and `what` was to be read, if the file ends before.
+    /// Throws Error naming the file, the offset and `what` to read if the file ends before.
     std::vector<std::byte> read_at(std::uint64_t offset, std::uint64_t count, const std::string& what) const;
 
   private:
@@ -73,10 +79,13 @@ class SensFile
     std::uint64_t size_ = 0;
 };
 
-/// Walks the heads of all frames, passing over the pictures; the data of motion sensors behind them is not looked at. Nothing is
-/// allocated for counts and sizes that the file does not hold.
-/// Throws Error naming file and byte: another version than 4, pictures beyond 200 megapixels, a compression that is not read, a
-/// invalid depth shift, a frame that is cut off.
+/// Reads the headers of all frames; skips the pictures, and the data of motion sensors behind them. Allocates no more than the
+/// file holds, whatever its counts and sizes say. Throws Error naming file and byte for a version other than 4, pictures beyond
+/// 200 megapixels, an unsupported compression, an invalid depth shift, and a truncated frame.
 SensIndex read_index(const SensFile& file);
+
+/// Unpacks width x height 16-bit values, little-endian, compressed by zlib (RFC 1950). Throws Error naming `place` for damage and
+/// for another number of values; never unpacks more than the picture.
+fresco::Raster16 unpack_depth(std::span<const std::byte> packed, int width, int height, const std::string& place);
 
 }  // namespace sens

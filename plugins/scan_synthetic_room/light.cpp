@@ -1,7 +1,6 @@
 #include "light.h"
 
 #include "noise.h"
-#include "textures.h"
 
 #include <fresco/parallel.h>
 
@@ -11,9 +10,274 @@
 
 namespace room
 {
-
 namespace
 {
+
+Vec3f mix(Vec3f a, Vec3f b, float t)
+{
+    return a + (b - a) * t;
+}
+
+float fraction(float x)
+{
+    return x - static_cast<float>(whole(x));
+}
+
+/// 1 within `width` of the borders of a unit cell whose edge is `size` meters, 0 inside; blurred by the footprint.
+float border(float t, float size, float width, float footprint)
+{
+    const float distance = std::min(t, 1 - t) * size;
+    const float blur = std::max(footprint, 0.0015f);
+    return (1 - smooth_step(width - blur, width + blur, distance)) * std::min(1.0f, width / (0.5f * blur));
+}
+
+Vec3f plaster(const Material& m, Vec2f p, float footprint)
+{
+    const float broad = fractal_noise(p.x * 1.3f, p.y * 1.3f, 3, footprint * 1.3f, m.seed);
+    const float fine = fractal_noise(p.x * 18, p.y * 26, 4, footprint * 22, m.seed + 9);
+    return mix(m.first, m.second, std::clamp(0.5f + 1.5f * (broad - 0.5f) + 1.1f * (fine - 0.5f), 0.0f, 1.0f));
+}
+
+/// Grain along u: stretched noise whose rings are bent by slower noise.
+float grain(float u, float v, float footprint, std::uint32_t seed)
+{
+    const float bend = fractal_noise(u * 0.9f, v * 3, 2, footprint * 3, seed);
+    const float rings = fractal_noise(u * 1.1f, v * 38 + bend * 9, 3, footprint * 38, seed + 3);
+    const float pores = fractal_noise(u * 9, v * 210, 2, footprint * 200, seed + 7);
+    return 0.72f * rings + 0.28f * pores;
+}
+
+Vec3f planks(const Material& m, Vec2f p, float footprint)
+{
+    const float width = 0.13f, row = std::floor(p.y / width);
+    const auto row_seed = hash(static_cast<std::uint32_t>(static_cast<int>(row)), m.seed);
+    const float length = 1.25f, shifted = p.x / length + unit(row_seed);
+    const auto board = hash(static_cast<std::uint32_t>(whole(shifted)), row_seed);
+    const float gap =
+        std::max(border(fraction(p.y / width), width, 0.0022f, footprint), border(fraction(shifted), length, 0.0022f, footprint));
+    const float tone = 0.34f * unit(board, 1u);
+    const float g = grain(p.x + unit(board, 2u) * 40, p.y + unit(board, 3u) * 40, footprint, m.seed);
+    Vec3f color = mix(m.first, m.second, std::clamp(tone + 1.5f * (g - 0.5f) + 0.3f, 0.0f, 1.0f));
+    color = mix(color, Vec3f{color.x * 1.05f, color.y * 0.93f, color.z * 0.8f}, unit(board, 4u));
+    return color * (1 - 0.75f * gap);
+}
+
+Vec3f brick(const Material& m, Vec2f p, float footprint)
+{
+    const float width = 0.23f, height = 0.075f, row = std::floor(p.y / height);
+    const float along = p.x / width + 0.5f * std::fmod(row, 2.0f);
+    const auto id = lattice(whole(along), static_cast<int>(row), m.seed);
+    const float wobble = 0.004f * (value_noise(p.x * 40, p.y * 40, m.seed) - 0.5f);
+    const float mortar = std::max(border(fraction(along), width, 0.006f + wobble, footprint),
+                                  border(fraction(p.y / height), height, 0.006f + wobble, footprint));
+    const float rough = fractal_noise(p.x * 45, p.y * 45, 4, footprint * 45, m.seed + 5);
+    Vec3f stone = mix(m.first, m.second, std::clamp(unit(id) + 1.2f * (rough - 0.5f), 0.0f, 1.0f));
+    stone = stone * (0.82f + 0.36f * unit(id, 3u));
+    const Vec3f joint = Vec3f{0.80f, 0.77f, 0.71f} * (0.7f + 0.6f * (rough - 0.2f));
+    return mix(stone, joint, mortar);
+}
+
+/// Leaf-shaped medallions in a half-drop repeat, with stems and dots.
+Vec3f wallpaper(const Material& m, Vec2f p, float footprint)
+{
+    const float repeat = m.scale;
+    const float column = std::floor(p.x / repeat);
+    const float x = fraction(p.x / repeat) - 0.5f;
+    const float y = fraction(p.y / (1.5f * repeat) + (whole(column) % 2 == 0 ? 0.0f : 0.5f)) - 0.5f;
+    const float blur = std::max(0.02f, 1.5f * footprint / repeat);
+    const float leaf = std::abs(x) - 0.33f * std::cos(y * pi * 1.05f) * (0.62f + 0.38f * std::cos(y * 6 * pi));
+    const float vein = std::abs(std::abs(x) - std::abs(fraction(y * 6 + 2 * std::abs(x)) - 0.5f) * 0.22f) - 0.012f;
+    const float dots = length(Vec2f{std::abs(x) - 0.42f, (std::abs(y) - 0.42f) * 1.5f}) - 0.055f;
+    const float inside = 1 - smooth_step(-blur, blur, leaf);
+    const float lines = (1 - smooth_step(-blur, blur, vein)) * inside;
+    const float dot_mask = 1 - smooth_step(-blur, blur, dots);
+    const float paper = fractal_noise(p.x * 30, p.y * 30, 3, footprint * 30, m.seed);
+    Vec3f color = mix(m.first, m.second, std::clamp(0.85f * inside - 0.7f * lines + 0.8f * dot_mask, 0.0f, 1.0f));
+    return color * (0.86f + 0.28f * paper);
+}
+
+Vec3f wood(const Material& m, Vec2f p, Vec2f extent, float footprint)
+{
+    const bool along_u = extent.x >= extent.y;
+    const float g = along_u ? grain(p.x, p.y, footprint, m.seed) : grain(p.y, p.x, footprint, m.seed);
+    return mix(m.first, m.second, std::clamp(0.5f + 1.7f * (g - 0.5f), 0.0f, 1.0f));
+}
+
+/// Woven threads, warmer and cooler flecks, and faint wide stripes.
+Vec3f fabric(const Material& m, Vec2f p, float footprint)
+{
+    const float thread = m.scale;
+    const float keep = 1 - smooth_step(0.2f, 0.6f, footprint / thread);
+    const float weave = std::sin(p.x / thread * 2 * pi) * std::sin(p.y / thread * 2 * pi) * keep;
+    const float flecks = fractal_noise(p.x * 32, p.y * 32, 4, footprint * 32, m.seed);
+    const float folds = fractal_noise(p.x * 3, p.y * 3, 2, footprint * 3, m.seed + 11);
+    return mix(m.first, m.second, std::clamp(0.5f + 0.22f * weave + 1.3f * (flecks - 0.5f) + 0.6f * (folds - 0.5f), 0.0f, 1.0f));
+}
+
+Vec3f rug(const Material& m, Vec2f p, Vec2f extent, float footprint)
+{
+    const float edge = std::min({p.x, p.y, extent.x - p.x, extent.y - p.y});
+    const float pile = 0.82f + 0.36f * fractal_noise(p.x * 60, p.y * 60, 3, footprint * 60, m.seed);
+    const Vec3f cream{0.90f, 0.84f, 0.70f};
+    const float blur = std::max(0.004f, footprint);
+    if (edge < 0.05f)
+        return mix(m.first, cream,
+                   smooth_step(0.3f - blur * 8, 0.3f + blur * 8, std::abs(fraction(p.x * 12 + p.y * 12) - 0.5f))) *
+               pile;
+    if (edge < 0.20f)
+    {
+        const float zigzag = std::abs(fraction((p.x + p.y) * 5.5f) - 0.5f) + std::abs(fraction((p.x - p.y) * 5.5f) - 0.5f);
+        return mix(m.second, cream, smooth_step(0.44f, 0.44f + blur * 8, zigzag)) * pile;
+    }
+    const Vec2f q{(p.x - extent.x / 2) / extent.y, (p.y - extent.y / 2) / extent.y};
+    const float diamond = std::abs(q.x) * 1.15f + std::abs(q.y) * 1.9f;
+    const float rings = fraction(diamond * 5.5f);
+    const float star = std::cos(8 * std::atan2(q.y, q.x)) * 0.12f;
+    const Vec3f field = std::fmod(std::floor(diamond * 5.5f + star), 2.0f) < 0.5f ? m.first : m.second;
+    return mix(field, cream, 0.8f * (1 - smooth_step(0.08f, 0.08f + blur * 20, std::min(rings, 1 - rings)))) * pile;
+}
+
+/// An abstract landscape: layered hills under a swirling sky, in strokes.
+Vec3f painting(const Material& m, Vec2f p, Vec2f extent, float footprint)
+{
+    const float u = p.x / extent.x, v = p.y / extent.y;
+    const float edge = std::min({p.x, p.y, extent.x - p.x, extent.y - p.y});
+    if (edge < 0.045f)
+        return mix(Vec3f{0.36f, 0.24f, 0.10f}, Vec3f{0.80f, 0.62f, 0.30f},
+                   fractal_noise(p.x * 20, p.y * 20, 3, footprint * 20, m.seed) * 0.6f + 4.0f * std::abs(edge - 0.022f) * 5);
+    const float swirl = fractal_noise(u * 3, v * 3, 3, footprint * 3, m.seed);
+    const float strokes = fractal_noise(u * 9 + 3 * swirl, v * 46 + 18 * swirl, 3, footprint * 46, m.seed + 2);
+    Vec3f color = mix(m.first, Vec3f{0.97f, 0.86f, 0.55f}, std::clamp(1.5f * strokes - 0.3f, 0.0f, 1.0f));
+    const float sun = length(Vec2f{(u - 0.68f) * extent.x, (v - 0.72f) * extent.y}) / extent.y;
+    color = mix(Vec3f{1.0f, 0.72f, 0.28f}, color, smooth_step(0.09f, 0.13f, sun));
+    for (int hill = 0; hill < 4; ++hill)
+    {
+        const auto h = static_cast<float>(hill);
+        const float line = 0.56f - 0.13f * h + 0.16f * (value_noise(u * 2.5f + h * 7, 0.5f, m.seed + 20) - 0.5f) +
+                           0.04f * (value_noise(u * 9, h, m.seed + 21) - 0.5f);
+        if (v < line)
+            color = mix(m.second, Vec3f{0.07f, 0.10f, 0.16f}, 0.25f * h) * (0.65f + 0.9f * strokes * (1 - 0.1f * h));
+    }
+    return color;
+}
+
+Vec3f book(const Material& m, Vec2f p, Vec2f extent, float footprint)
+{
+    const float v = p.y / extent.y;
+    const float cloth = fractal_noise(p.x * 60, p.y * 60, 2, footprint * 60, m.seed);
+    Vec3f color = m.first * (0.75f + 0.5f * cloth);
+    const bool band = (v > 0.12f && v < 0.16f) || (v > 0.82f && v < 0.86f);
+    const bool label = v > 0.58f && v < 0.76f && unit(m.seed, 1u) > 0.4f;
+    return band || label ? mix(color, m.second, 0.85f) : color;
+}
+
+Vec3f leaf(const Material& m, Vec2f p, Vec2f extent, float footprint)
+{
+    const float veins = std::abs(fraction(p.x / extent.x * 14) - 0.5f);
+    const float spots = fractal_noise(p.x * 30, p.y * 30, 3, footprint * 30, m.seed);
+    return mix(m.first, m.second, std::clamp(0.6f * spots + 0.7f * (veins > 0.42f ? 1.0f : 0.0f), 0.0f, 1.0f));
+}
+
+/// Glaze with painted rings.
+Vec3f ceramic(const Material& m, Vec2f p, Vec2f extent, float footprint)
+{
+    const float v = p.y / extent.y;
+    const float flow = fractal_noise(p.x * 7, p.y * 7, 4, footprint * 7, m.seed);
+    const float rings = smooth_step(0.55f, 0.75f, std::sin((v + 0.04f * flow) * 6 * pi));
+    return mix(m.first, m.second, std::clamp(0.7f * rings + 0.8f * (flow - 0.35f), 0.0f, 1.0f));
+}
+
+/// Door and drawer fronts: raised fields of wood with dark grooves; `scale` is the height of a field.
+Vec3f panels(const Material& m, Vec2f p, Vec2f extent, float footprint)
+{
+    const float columns = std::max(1.0f, std::round(extent.x / std::max(0.35f, m.scale)));
+    const float rows = std::max(1.0f, std::round(extent.y / m.scale));
+    const Vec2f size{extent.x / columns, extent.y / rows};
+    const Vec2f q{fraction(p.x / size.x) * size.x, fraction(p.y / size.y) * size.y};
+    const float edge = std::min({q.x, q.y, size.x - q.x, size.y - q.y});
+    const float blur = std::max(0.002f, footprint);
+    const auto groove = [&](float at) { return 1 - smooth_step(0.004f, 0.004f + blur, std::abs(edge - at)); };
+    const float g = grain(p.y, p.x, footprint, m.seed);
+    Vec3f color = mix(m.first, m.second, std::clamp(0.5f + 1.4f * (g - 0.5f), 0.0f, 1.0f));
+    color = color * (1 - 0.65f * std::max(groove(0.0f), 0.7f * groove(0.06f)));
+    const float knob = length(Vec2f{q.x - size.x / 2, q.y - size.y * 0.82f});
+    return mix(Vec3f{0.85f, 0.68f, 0.32f}, color, smooth_step(0.016f, 0.016f + blur, knob));
+}
+
+Vec3f basket(const Material& m, Vec2f p, float footprint)
+{
+    const float size = m.scale;
+    const float keep = 1 - smooth_step(0.2f, 0.7f, footprint / size);
+    const bool over = (whole(p.x / size) + whole(p.y / size)) % 2 == 0;
+    const float across = over ? fraction(p.y / size) : fraction(p.x / size);
+    const float strand = 0.5f + keep * (std::sin(across * pi) - 0.6f) * (over ? 1.0f : 0.7f);
+    return mix(m.first, m.second,
+               std::clamp(strand + 0.5f * (fractal_noise(p.x * 50, p.y * 50, 2, footprint * 50, m.seed) - 0.5f), 0.0f, 1.0f));
+}
+
+/// What is seen through the window: sky with clouds over tree tops.
+Vec3f sky(const Material& m, Vec2f p, Vec2f extent, float footprint)
+{
+    const float u = p.x / extent.x, v = p.y / extent.y;
+    const float cloud = smooth_step(0.45f, 0.75f, fractal_noise(u * 3, v * 5, 5, footprint * 4, m.seed));
+    Vec3f color = mix(mix(Vec3f{0.86f, 0.93f, 0.98f}, Vec3f{0.48f, 0.70f, 0.95f}, v), Vec3f{1, 1, 0.98f}, cloud);
+    const float tree_line = 0.30f + 0.22f * (fractal_noise(u * 6, 0.3f, 4, footprint, m.seed + 4) - 0.3f);
+    if (v < tree_line)
+    {
+        const float leaves = fractal_noise(u * 22, v * 22, 4, footprint * 22, m.seed + 6);
+        color = mix(Vec3f{0.16f, 0.30f, 0.14f}, Vec3f{0.66f, 0.78f, 0.42f}, leaves + 0.5f * (tree_line - v));
+    }
+    const float bar = std::min(std::abs(u - 0.5f) * extent.x, std::abs(v - 0.55f) * extent.y);
+    return bar < 0.022f ? Vec3f{0.93f, 0.92f, 0.88f} : color;
+}
+
+Vec3f shade(const Material& m, Vec2f p, Vec2f extent, float footprint)
+{
+    const float ribs = 0.5f + 0.5f * std::cos(p.x / 0.03f * 2 * pi) * (1 - smooth_step(0.2f, 0.6f, footprint / 0.03f));
+    const float glow = 1 - std::abs(p.y / extent.y - 0.45f);
+    return mix(m.second, m.first, std::clamp(0.35f + 0.65f * glow - 0.25f * ribs, 0.0f, 1.0f));
+}
+
+/// Display color (sRGB, 0..1) of a face at `at` meters along it.
+/// \param extent     the face's size in meters
+/// \param footprint  meters covered by one sample; finer detail fades
+Vec3f texture(const Material& m, Vec2f at, Vec2f extent, float footprint)
+{
+    switch (m.pattern)
+    {
+    case Pattern::plaster:
+        return plaster(m, at, footprint);
+    case Pattern::planks:
+        return planks(m, at, footprint);
+    case Pattern::brick:
+        return brick(m, at, footprint);
+    case Pattern::wallpaper:
+        return wallpaper(m, at, footprint);
+    case Pattern::wood:
+        return wood(m, at, extent, footprint);
+    case Pattern::fabric:
+        return fabric(m, at, footprint);
+    case Pattern::rug:
+        return rug(m, at, extent, footprint);
+    case Pattern::painting:
+        return painting(m, at, extent, footprint);
+    case Pattern::book:
+        return book(m, at, extent, footprint);
+    case Pattern::leaf:
+        return leaf(m, at, extent, footprint);
+    case Pattern::ceramic:
+        return ceramic(m, at, extent, footprint);
+    case Pattern::panels:
+        return panels(m, at, extent, footprint);
+    case Pattern::basket:
+        return basket(m, at, footprint);
+    case Pattern::sky:
+        return sky(m, at, extent, footprint);
+    case Pattern::shade:
+        return shade(m, at, extent, footprint);
+    }
+    return m.first;
+}
 
 constexpr float cell_m = 0.075f;
 constexpr int gather_rays = 48;

@@ -1,16 +1,18 @@
 #pragma once
 
-#include "caster.h"
+#include "scene.h"
 
 #include <fresco/progress.h>
 
 #include <vector>
 
+/// \file Lights the scene and colors its faces, for the pictures and for the mesh's vertices.
+
 namespace room
 {
 
-/// Light on every face, computed once and looked up: what lamps and the window send directly, with soft shadows, and one bounce
-/// off everything else. Immutable after construction, any thread.
+/// Light on every face, computed once and looked up: direct light of lamps and the window with soft shadows, and one bounce off
+/// all other faces. Immutable after construction, so thread-safe.
 class LightMap
 {
   public:

@@ -1,24 +1,43 @@
 #pragma once
 
 #include "light.h"
-#include "surface_net.h"
+#include "scene.h"
 
 #include <fresco/camera.h>
 #include <fresco/mesh.h>
+#include <fresco/progress.h>
 #include <fresco/raster.h>
 
 #include <atomic>
 #include <vector>
 
+/// \file The mesh of the generated room as a scanner would make it, and the part of the room that each face shows. The stage
+/// stores both as its outputs.
+
 namespace room
 {
+
+/// The boundary between air and solids as one connected surface of triangles of about `edge` meters, as depth fusion finds it:
+/// bodies that touch grow together, edges are slightly rounded.
+struct SurfaceNet
+{
+    std::vector<Vec3f> positions;             ///< V, on the surface.
+    std::vector<Vec3f> normals;               ///< V, unit, into the air.
+    std::vector<int> solids;                  ///< V, the solid that each lies on.
+    std::vector<fresco::Triangle> triangles;  ///< F, counter-clockwise seen from the air.
+};
+
+/// Naive surface nets (Gibson, "Constrained elastic surface nets", MICCAI 1998) on a grid of `edge` meters, each vertex then
+/// moved onto the exact surface. Deterministic for any thread count. Throws Error if the grid would have more than 60 million
+/// nodes, Canceled.
+SurfaceNet surface_net(const Scene& scene, float edge, fresco::Progress& progress);
 
 /// The surface with a scanner's errors: vertices moved along their normals by slow waves and fine noise of about `noise_m`
 /// (standard deviation), and colored as the light shows them.
 fresco::Mesh noisy_mesh(const SurfaceNet& net, const Scene& scene, const LightMap& light, float edge, float noise_m,
                         std::uint32_t seed, fresco::Progress& progress);
 
-/// Which vertices the depth camera has seen. `add_view` may be called from several threads at once.
+/// The vertices that the depth camera has seen. `add_view` may be called from several threads at once.
 class SeenVertices
 {
   public:
@@ -31,11 +50,11 @@ class SeenVertices
     std::vector<std::atomic<char>> seen_;
 };
 
-/// What a scan has of the mesh: faces with a seen vertex, without crumbs of fewer than 40 faces. Throws Error if nothing is left.
-/// `parts` are those of the mesh's faces, and of what is left afterward.
+/// The scanned part of the mesh: faces with a seen vertex, without components of fewer than 40 faces. Throws Error if no face is
+/// left. `parts`: those of the mesh's faces; afterward those of the remaining faces.
 fresco::Mesh seen_part(const fresco::Mesh& mesh, const SeenVertices& seen, std::vector<Part>& parts);
 
-/// F: what each face shows, exactly: what two of its corners are part of, or the first.
+/// F: the exact part of the room that each face shows: that of two of its corners, or of the first.
 std::vector<Part> parts_of_faces(const SurfaceNet& net, const Scene& scene);
 
 }  // namespace room

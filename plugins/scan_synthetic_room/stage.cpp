@@ -1,7 +1,6 @@
-#include "camera_path.h"
 #include "furnish.h"
 #include "noise.h"
-#include "render.h"
+#include "recording.h"
 #include "scan_mesh.h"
 
 #include <fresco/files_io.h>

@@ -1,18 +1,347 @@
 #include "frames_texture.h"
 
-#include "gather.h"
-
 #include <fresco/error.h>
 #include <fresco/images/push_pull.h>
 #include <fresco/images/sharpness.h>
+#include <fresco/numerics/noise.h>
+#include <fresco/numerics/solve_symmetric.h>
 #include <fresco/parallel.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
-#include <limits>
 
 namespace fresco::from_frames
 {
+namespace
+{
+
+constexpr float packed_steps = 32767;
+constexpr float least_limit = 0.15F;
+constexpr float median_factor = 3;
+constexpr float rounded = 0.02F;
+constexpr int median_rounds = 6;
+constexpr std::size_t most_places = 64;
+/// From here to 1 a channel is taken for more and more saturated.
+constexpr float saturates_from = 0.9F;
+constexpr float saturated_weight = 0.3F;
+
+using Color = std::array<float, 3>;
+
+struct Weighted
+{
+    float weight = 0;
+    Color rgb{};
+};
+
+float distance(const Color& a, const Color& b)
+{
+    float sum = 0;
+    for (std::size_t c = 0; c < 3; ++c)
+        sum += (a[c] - b[c]) * (a[c] - b[c]);
+    return std::sqrt(sum / 3);
+}
+
+/// The color with the least weighted sum of distances to the samples (Weiszfeld 1937), distances below `rounded` being
+/// flattened: unlike the nearest sample, it changes steadily where weights do.
+Color geometric_median(std::span<const Weighted> samples)
+{
+    Color center{};
+    for (int round = 0; round <= median_rounds; ++round)
+    {
+        Color sum{};
+        float total = 0;
+        for (const Weighted& sample : samples)
+        {
+            const float weight = round == 0 ? sample.weight : sample.weight / (rounded + distance(sample.rgb, center));
+            total += weight;
+            for (std::size_t c = 0; c < 3; ++c)
+                sum[c] += weight * sample.rgb[c];
+        }
+        for (std::size_t c = 0; c < 3; ++c)
+            center[c] = sum[c] / total;
+    }
+    return center;
+}
+
+/// Half of the weight is at most so far from `center`.
+float median_distance(std::span<const Weighted> samples, const Color& center)
+{
+    std::array<std::pair<float, float>, most_places> by_distance;
+    float total = 0;
+    for (std::size_t i = 0; i < samples.size(); ++i)
+    {
+        by_distance[i] = {distance(samples[i].rgb, center), samples[i].weight};
+        total += samples[i].weight;
+    }
+    std::sort(by_distance.begin(), by_distance.begin() + static_cast<std::ptrdiff_t>(samples.size()));
+    float sum = 0;
+    for (std::size_t i = 0; i < samples.size(); ++i)
+        if ((sum += by_distance[i].second) * 2 >= total)
+            return by_distance[i].first;
+    return by_distance[samples.size() - 1].first;
+}
+
+KeptSample exposed(const TexelSample& sample, float weight_factor, Color gain)
+{
+    const float saturation = noise::smooth_step(saturates_from, 1, std::max({sample.rgb[0], sample.rgb[1], sample.rgb[2]}));
+    const float of_white = std::max({1.0F, gain[0], gain[1], gain[2]});
+    for (std::size_t c = 0; c < 3; ++c)
+        gain[c] = sample.rgb[c] * (gain[c] + (of_white - gain[c]) * saturation);
+    return {sample.weight * weight_factor * (1 + (saturated_weight - 1) * saturation), gain};
+}
+
+}  // namespace
+
+KeptSample::KeptSample(float weight, const std::array<float, 3>& rgb)
+    : weight_(static_cast<std::uint16_t>(std::bit_cast<std::uint32_t>(weight) >> 16U))
+{
+    for (std::size_t c = 0; c < 3; ++c)
+        rgb_[c] = static_cast<std::uint16_t>(std::clamp(rgb[c] * packed_steps + 0.5F, 0.0F, 65535.0F));
+}
+
+float KeptSample::weight() const
+{
+    return std::bit_cast<float>(std::uint32_t{weight_} << 16U);
+}
+
+std::array<float, 3> KeptSample::rgb() const
+{
+    return {static_cast<float>(rgb_[0]) / packed_steps, static_cast<float>(rgb_[1]) / packed_steps,
+            static_cast<float>(rgb_[2]) / packed_steps};
+}
+
+Blend blended(std::span<const KeptSample> samples, const BlendRules& rules)
+{
+    // What is heavier than the last place takes part. Equally heavy samples all do.
+    const float threshold = samples.front().heavier_than(samples.back()) ? samples.back().weight() : 0;
+    std::array<Weighted, most_places> used_places;
+    std::size_t count = 0;
+    for (const KeptSample& sample : samples)
+        if (const float weight = sample.weight(); weight > threshold)
+            used_places[count++] = {weight - threshold, sample.rgb()};
+    const std::span<const Weighted> used(used_places.data(), count);
+
+    Blend result;
+    result.used = static_cast<int>(count);
+    Color center{};
+    float limit = 0;
+    if (rules.reject_outliers)
+    {
+        center = geometric_median(used);
+        limit = std::max(least_limit, median_factor * median_distance(used, center));
+    }
+    Color sum{};
+    float total = 0;
+    for (const Weighted& sample : used)
+    {
+        float weight = sample.weight;
+        if (rules.reject_outliers)
+        {
+            const float ratio = distance(sample.rgb, center) / limit;
+            const float share = std::max(0.0F, 1 - ratio * ratio);
+            result.rejected += share == 0;
+            weight *= share * share;
+        }
+        total += weight;
+        for (std::size_t c = 0; c < 3; ++c)
+            sum[c] += weight * sample.rgb[c];
+    }
+    for (std::size_t c = 0; c < 3; ++c)
+        result.rgb[c] = std::clamp(sum[c] / total, 0.0F, 1.0F);
+    return result;
+}
+
+BestSamples::BestSamples(std::size_t texels, std::size_t places) : places_(places), kept_(texels * places) {}
+
+void BestSamples::add(std::span<const TexelSample> samples, float weight_factor, const std::optional<Color>& gain)
+{
+    for (const TexelSample& sample : samples)
+    {
+        const KeptSample kept =
+            gain ? exposed(sample, weight_factor, *gain) : KeptSample(sample.weight * weight_factor, sample.rgb);
+        KeptSample* const first = kept_.data() + std::size_t{sample.texel} * places_;
+        KeptSample* place = first + places_ - 1;
+        if (!kept.heavier_than(*place))
+            continue;
+        for (; place != first && kept.heavier_than(*(place - 1)); --place)
+            *place = *(place - 1);
+        *place = kept;
+    }
+}
+
+namespace
+{
+
+constexpr std::size_t most_cells = 4096;
+constexpr float least_value = 0.04F;
+constexpr float most_value = 0.97F;
+constexpr double prior = 0.04;
+constexpr double first_scale = 0.8;
+constexpr double scale_factor = 0.7;
+constexpr double last_scale = 0.1;
+constexpr int most_rounds = 20;
+constexpr double settled = 1e-5;
+/// Cells between two looks at whether to stop.
+constexpr std::size_t check_distance = 64;
+
+struct Observation
+{
+    std::uint32_t view = 0;
+    double weight = 0;
+    Gain log_rgb{};
+};
+
+/// The observations of all cells that two views or more show, cell by cell.
+struct ByCell
+{
+    std::vector<Observation> observations;
+    std::vector<std::size_t> begins;  ///< Per cell, and the end.
+};
+
+ByCell by_cell(const std::vector<std::vector<CellColor>>& views, std::size_t cells)
+{
+    std::vector<std::size_t> begins(cells + 1, 0);
+    for (const auto& view : views)
+        for (const CellColor& color : view)
+            ++begins[color.cell + 1];
+    for (std::size_t i = 1; i <= cells; ++i)
+        begins[i] += begins[i - 1];
+    ByCell result;
+    result.observations.resize(begins.back());
+    auto next = begins;
+    for (std::uint32_t v = 0; v < views.size(); ++v)
+        for (const CellColor& color : views[v])
+            result.observations[next[color.cell]++] = {v,
+                                                       static_cast<double>(color.weight),
+                                                       {static_cast<double>(color.log_rgb[0]),
+                                                        static_cast<double>(color.log_rgb[1]),
+                                                        static_cast<double>(color.log_rgb[2])}};
+    result.begins = std::move(begins);
+    return result;
+}
+
+/// Minimizes the sum over cells for given weights; `weights`: one per observation.
+std::vector<Gain> least_squares(const ByCell& cells, std::span<const double> weights, std::size_t views, const Progress& progress)
+{
+    std::vector<double> matrix(views * views, 0.0);
+    std::vector<double> right(views * 3);
+    for (std::size_t v = 0; v < views; ++v)
+        matrix[v * views + v] = prior;
+    for (std::size_t cell = 0; cell + 1 < cells.begins.size(); ++cell)
+    {
+        if (cell % check_distance == 0)
+            progress.check_canceled();
+        const std::size_t begin = cells.begins[cell];
+        const std::size_t end = cells.begins[cell + 1];
+        double total = 0;
+        Gain mean{};
+        for (std::size_t i = begin; i < end; ++i)
+        {
+            total += weights[i];
+            for (std::size_t c = 0; c < 3; ++c)
+                mean[c] += weights[i] * cells.observations[i].log_rgb[c];
+        }
+        for (std::size_t i = begin; i < end; ++i)
+        {
+            const Observation& seen = cells.observations[i];
+            double* const row = matrix.data() + seen.view * views;
+            row[seen.view] += weights[i];
+            // Views ascend within a cell: the lower triangle.
+            for (std::size_t j = begin; j <= i; ++j)
+                row[cells.observations[j].view] -= weights[i] * weights[j] / total;
+            for (std::size_t c = 0; c < 3; ++c)
+                right[3 * seen.view + c] -= weights[i] * (seen.log_rgb[c] - mean[c] / total);
+        }
+    }
+    numerics::solve_symmetric(matrix, right, 3);
+    std::vector<Gain> offsets;
+    for (std::size_t v = 0; v < views; ++v)
+        offsets.push_back({right[3 * v], right[3 * v + 1], right[3 * v + 2]});
+    return offsets;
+}
+
+/// Weights from what `offsets` leave of the differences in each cell.
+void reweigh(const ByCell& cells, const std::vector<Gain>& offsets, double scale, std::vector<double>& weights)
+{
+    for (std::size_t cell = 0; cell + 1 < cells.begins.size(); ++cell)
+    {
+        const auto corrected = [&](std::size_t i, std::size_t c)
+        { return cells.observations[i].log_rgb[c] + offsets[cells.observations[i].view][c]; };
+        double total = 0;
+        Gain color{};
+        for (std::size_t i = cells.begins[cell]; i < cells.begins[cell + 1]; ++i)
+        {
+            total += weights[i];
+            for (std::size_t c = 0; c < 3; ++c)
+                color[c] += weights[i] * corrected(i, c);
+        }
+        for (std::size_t i = cells.begins[cell]; i < cells.begins[cell + 1]; ++i)
+        {
+            double squares = 0;
+            for (std::size_t c = 0; c < 3; ++c)
+                squares += std::pow(corrected(i, c) - color[c] / total, 2) / 3;
+            weights[i] = cells.observations[i].weight / std::pow(1 + squares / (scale * scale), 2);
+        }
+    }
+}
+
+double largest_change(const std::vector<Gain>& a, const std::vector<Gain>& b)
+{
+    double largest = 0;
+    for (std::size_t v = 0; v < a.size(); ++v)
+        for (std::size_t c = 0; c < 3; ++c)
+            largest = std::max(largest, std::abs(a[v][c] - b[v][c]));
+    return largest;
+}
+
+}  // namespace
+
+std::vector<CellColor> cell_colors(const SampleBlocks& samples)
+{
+    std::vector<CellColor> result;
+    for (const auto& block : samples)
+        for (const TexelSample& sample : block)
+        {
+            const auto [least, most] = std::minmax_element(sample.rgb.begin(), sample.rgb.end());
+            if (*least >= least_value && *most <= most_value)
+                result.push_back(
+                    {sample.texel, sample.weight, {std::log(sample.rgb[0]), std::log(sample.rgb[1]), std::log(sample.rgb[2])}});
+        }
+    if (result.size() > most_cells)
+    {
+        const auto by_hash = [](const CellColor& a, const CellColor& b) { return noise::hash(a.cell) < noise::hash(b.cell); };
+        std::nth_element(result.begin(), result.begin() + most_cells, result.end(), by_hash);
+        result.resize(most_cells);
+    }
+    std::sort(result.begin(), result.end(), [](const CellColor& a, const CellColor& b) { return a.cell < b.cell; });
+    return result;
+}
+
+std::vector<Gain> exposure_gains(const std::vector<std::vector<CellColor>>& views, std::size_t cells, const Progress& progress)
+{
+    const ByCell observed = by_cell(views, cells);
+    std::vector<double> weights;
+    for (const Observation& seen : observed.observations)
+        weights.push_back(seen.weight);
+    std::vector<Gain> offsets(views.size());
+    double scale = first_scale;
+    for (int round = 0; round < most_rounds; ++round)
+    {
+        auto next = least_squares(observed, weights, views.size(), progress);
+        const double change = largest_change(next, offsets);
+        offsets = std::move(next);
+        if (scale == last_scale && change < settled)
+            break;
+        reweigh(observed, offsets, scale, weights);
+        scale = std::max(last_scale, scale * scale_factor);
+    }
+    for (Gain& gain : offsets)
+        for (double& factor : gain)
+            factor = std::exp(factor);
+    return offsets;
+}
+
 namespace
 {
 

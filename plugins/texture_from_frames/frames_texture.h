@@ -1,29 +1,119 @@
 #pragma once
 
-#include "best_samples.h"
-#include "exposure.h"
-#include "view_weights.h"
+#include "gather.h"
 
 #include <fresco/camera.h>
 #include <fresco/image.h>
 #include <fresco/progress.h>
 #include <fresco/uv_maps.h>
 
+#include <array>
 #include <cstddef>
+#include <cstdint>
 #include <functional>
+#include <optional>
+#include <span>
 #include <string>
 #include <vector>
+
+/// \file Blends the camera pictures into the stage's texture: solves their exposures, keeps the heaviest samples of each texel
+/// and averages them. Views are streamed, so memory hardly grows with their number.
 
 namespace fresco::from_frames
 {
 
-/// One view as it is read.
+/// A sample as a texel keeps it, in eight bytes.
+class KeptSample
+{
+  public:
+    KeptSample() = default;
+    /// \param weight  above 0; kept to 1/256 of itself, rounded down
+    /// \param rgb     each from 0 to 2, kept to 1/32767
+    KeptSample(float weight, const std::array<float, 3>& rgb);
+
+    bool empty() const { return weight_ == 0; }
+    float weight() const;
+    std::array<float, 3> rgb() const;
+    bool heavier_than(const KeptSample& other) const { return weight_ > other.weight_; }
+
+  private:
+    std::uint16_t weight_ = 0;  ///< The upper half of a float.
+    std::array<std::uint16_t, 3> rgb_{};
+};
+
+struct BlendRules
+{
+    bool reject_outliers;
+};
+
+struct Blend
+{
+    std::array<float, 3> rgb{};  ///< [0,1]
+    int used = 0;                ///< Number of samples.
+    int rejected = 0;            ///< Number of these left out as outliers.
+};
+
+/// The color of one texel from its samples, heaviest first (empty places last; at least one is not).
+///
+/// If no place is empty, the last one's weight is subtracted from all weights, so that a view's share is zero where it enters or
+/// leaves the best ones and the texture has no steps (Buehler et al., "Unstructured lumigraph rendering", SIGGRAPH 2001, section
+/// 4). The rest is averaged; with `reject_outliers`, by Tukey's biweight around the geometric median: a sample's share falls with
+/// its distance, and is zero beyond three times the weighted median distance or 0.15, whichever is more. Up to half of the weight
+/// may be wrong. Distances are root mean squares over the channels.
+Blend blended(std::span<const KeptSample> samples, const BlendRules& rules);
+
+/// The heaviest samples of every texel. Its memory does not grow with the views.
+class BestSamples
+{
+  public:
+    /// `places`: samples per texel, 2 to 64; the last one is the threshold, see blended.
+    BestSamples(std::size_t texels, std::size_t places);
+
+    /// Adds samples of one view, each texel at most once; their weights and colors are multiplied by the factors (colors clamped
+    /// to 2). With a gain, saturated samples stay white, since factors would tint them, and count 0.3 times, since their
+    /// brightness is unknown. Of equally heavy samples the first stays. Different texels may be added to concurrently.
+    void add(std::span<const TexelSample> samples, float weight_factor, const std::optional<std::array<float, 3>>& gain);
+
+    /// All places of a texel, heaviest first, empty ones last.
+    std::span<const KeptSample> of(std::size_t texel) const { return {kept_.data() + texel * places_, places_}; }
+
+  private:
+    std::size_t places_;
+    std::vector<KeptSample> kept_;
+};
+
+/// The color of one cell of a coarse texture in a view.
+struct CellColor
+{
+    std::uint32_t cell = 0;
+    float weight = 0;                ///< Above 0; 1 = a full observation.
+    std::array<float, 3> log_rgb{};  ///< Natural logarithms of RGB in (0,1].
+};
+
+/// The cells of a gathered coarse texture that can be compared between exposures: neither nearly black nor saturated in any
+/// channel. At most 4096, chosen by a hash of the cell's number so that all views choose the same ones; in the order of the
+/// cells.
+std::vector<CellColor> cell_colors(const SampleBlocks& samples);
+
+/// Factors of the three channels.
+using Gain = std::array<double, 3>;
+
+/// The factors that make the views agree in the cells that they share: per view and channel, x_v = log gain that minimizes
+///   Σ_cells Σ_views w (log c + x_v - t_cell)²  +  λ Σ_v x_v²,
+/// where the true colors t are eliminated. Weights are updated from the residuals (Geman and McClure 1987, from a wide scale
+/// down to 0.1; one weight for all channels), so that highlights and occluders count little. The prior is weak, λ =
+/// 0.04: a gain of e^±0.5 is as likely as a difference of 0.1 in a cell. It keeps views that share no cells with others at 1, and
+/// the mean of the logarithms at 0 in every group of views that see each other. Dense normal equations: N² x 8 bytes, solved by
+/// Cholesky. Single-threaded. Throws Canceled. \param views  CellColors per view, each in the order of the cells
+std::vector<Gain> exposure_gains(const std::vector<std::vector<CellColor>>& views, std::size_t cells, const Progress& progress);
+
+/// One view, as read.
 struct View
 {
     UvMap map;
     Camera camera;     ///< The color camera at full size.
     Raster8 picture;   ///< RGB, the camera's whole view at any size.
-    RasterF measured;  ///< Of the map's size: measured depth in meters, 0 = none; empty: no depth picture, or not wanted.
+    RasterF measured;  ///< Of the map's size: measured depth in meters, 0 = none; empty: no depth picture, or not used.
     std::string sequence;
 };
 
@@ -43,24 +133,24 @@ struct TextureRules
 struct FramesTexture
 {
     RasterF picture;                   ///< S x S x 3, RGB in [0,1]; unseen texels continue the seen ones smoothly.
-    Raster8 seen;                      ///< S x S: 1 = some view shows it.
+    Raster8 seen;                      ///< S x S: 1 = at least one view shows it.
     std::vector<Gain> gains;           ///< Per view.
-    std::vector<double> sharpness;     ///< Per view: what its weights were multiplied by.
+    std::vector<double> sharpness;     ///< Per view: the factor of its weights.
     std::size_t blended_samples = 0;   ///< Over all texels.
     std::size_t rejected_samples = 0;  ///< Of these, as outliers.
-    std::size_t pixels = 0;            ///< Valid in the uv maps, …
-    std::size_t edge_pixels = 0;       ///< … of these beside a depth step …
-    std::size_t occluded_pixels = 0;   ///< … and rejected for their measured depth.
+    std::size_t pixels = 0;            ///< Valid pixels of the uv maps.
+    std::size_t edge_pixels = 0;       ///< Of these, beside a depth step.
+    std::size_t occluded_pixels = 0;   ///< Of these, rejected because of their measured depth.
 };
 
-/// The texture that `count` views show. Reads them twice, as many at a time as there are threads; memory does
-/// not grow with their number except for 100 kB a view and the N x N equations of the exposures. The same bytes for any number of
-/// threads. Throws Error if no view shows a texel, Canceled, and what `read` throws.
+/// Makes the texture of `count` views. Reads them twice, as many at a time as there are threads; memory grows with their number
+/// only by 100 kB a view and the N x N equations of the exposures. The same bytes for any number of threads. Throws Error if no
+/// view shows a texel, Canceled, and the exceptions of `read`.
 FramesTexture frames_texture(std::size_t count, const ViewReader& read, const TextureRules& rules, Progress& progress);
 
-/// What each view's weights are multiplied by: its sharpness over the median of the views of its sequence from four before to
-/// four after it, to the given power, within [0.1, 4]. Pictures of one surface from about one place are compared so; the
-/// sharpness of others says more about what they show. `sequences`: per view.
+/// The factor of each view's weights: its sharpness over the median of the views of its sequence from four before to four after
+/// it, to the given power, within [0.1, 4]. Only pictures of one surface from about one place are compared, since sharpness
+/// depends on the subject. `sequences`: per view.
 std::vector<double> sharpness_factors(const std::vector<double>& sharpness, const std::vector<std::string>& sequences,
                                       double power);
 

@@ -1,11 +1,271 @@
 #include "gather.h"
 
+#include <fresco/math.h>
+#include <fresco/texture.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 namespace fresco::from_frames
 {
+
+PicturePyramid::PicturePyramid(const Raster8& rgb)
+{
+    RasterF level(rgb.width, rgb.height, 3);
+    std::transform(rgb.values.begin(), rgb.values.end(), level.values.begin(),
+                   [](std::uint8_t v) { return static_cast<float>(v) / 255; });
+    levels_.push_back(std::move(level));
+    while (levels_.back().width > 1 && levels_.back().height > 1)
+        levels_.push_back(resized(levels_.back(), levels_.back().width / 2, levels_.back().height / 2));
+}
+
+std::array<float, 3> PicturePyramid::at(double x, double y, double footprint) const
+{
+    const auto u = static_cast<float>(x / width());
+    const auto v = static_cast<float>(1 - y / height());
+    const double lod = std::clamp(std::log2(std::max(footprint, 1.0)), 0.0, static_cast<double>(levels_.size() - 1));
+    const auto level = static_cast<std::size_t>(lod);
+    const auto share = static_cast<float>(lod - static_cast<double>(level));
+    std::array<float, 3> color{};
+    sample_bilinear(levels_[level], u, v, color.data());
+    if (share > 0)
+    {
+        std::array<float, 3> coarse{};
+        sample_bilinear(levels_[level + 1], u, v, coarse.data());
+        for (std::size_t c = 0; c < 3; ++c)
+            color[c] += (coarse[c] - color[c]) * share;
+    }
+    return color;
+}
+
+namespace
+{
+
+constexpr double step_share = 0.02;
+constexpr double step_m = 0.01;
+/// Texture per meter between neighbors of one chart, over the view's usual one.
+constexpr double most_stretch = 5;
+/// Every so many links, one enters the statistics; prime, so that no image column is preferred.
+constexpr std::size_t sample_distance = 7;
+
+/// Along one row or column: pixel i is valid and has 1 / depth `inverse(i)`.
+template <class Valid, class Inverse>
+bool is_step(int i, int count, const Valid& valid, const Inverse& inverse)
+{
+    const double here = inverse(i);
+    const double next = inverse(i + 1);
+    double jump = std::abs(next - here);
+    if (i > 0 && valid(i - 1))
+        jump = std::min(jump, std::abs(next - here - (here - inverse(i - 1))));
+    if (i + 2 < count && valid(i + 2))
+        jump = std::min(jump, std::abs(next - here - (inverse(i + 2) - next)));
+    // A change of 1 / z by j is one of z by about z² j.
+    const double nearer_m = 1 / std::max(here, next);
+    return jump * nearer_m > step_share + step_m / nearer_m;
+}
+
+double squared(Vec3d v)
+{
+    return dot(v, v);
+}
+
+}  // namespace
+
+PixelLinks::PixelLinks(const UvMap& map, const Camera& camera) : links_(map.valid.width, map.valid.height), valid_(map.valid)
+{
+    link_surfaces(map);
+    link_texels(map, camera);
+}
+
+void PixelLinks::link_surfaces(const UvMap& map)
+{
+    const int width = valid_.width;
+    const int height = valid_.height;
+    const auto inverse = [&](int x, int y) { return 1 / static_cast<double>(map.depth.at(x, y)); };
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+        {
+            if (valid_.at(x, y) == 0)
+                continue;
+            if (x + 1 < width && valid_.at(x + 1, y) != 0 &&
+                !is_step(
+                    x, width, [&](int i) { return valid_.at(i, y) != 0; }, [&](int i) { return inverse(i, y); }))
+                links_.at(x, y) |= surface_right;
+            if (y + 1 < height && valid_.at(x, y + 1) != 0 &&
+                !is_step(
+                    y, height, [&](int i) { return valid_.at(x, i) != 0; }, [&](int i) { return inverse(x, i); }))
+                links_.at(x, y) |= surface_down;
+        }
+}
+
+void PixelLinks::link_texels(const UvMap& map, const Camera& camera)
+{
+    const int width = valid_.width;
+    const int height = valid_.height;
+    const Camera own{camera.intrinsics.scaled_to(width, height), {}};
+    const auto point = [&](int x, int y) { return own.ray(x + 0.5, y + 0.5) * static_cast<double>(map.depth.at(x, y)); };
+    // Squared texture per meter of the link to (x + dx, y + dy).
+    const auto density = [&](int x, int y, int dx, int dy)
+    {
+        const double du = static_cast<double>(map.uv.at(x + dx, y + dy, 0)) - static_cast<double>(map.uv.at(x, y, 0));
+        const double dv = static_cast<double>(map.uv.at(x + dx, y + dy, 1)) - static_cast<double>(map.uv.at(x, y, 1));
+        return (du * du + dv * dv) / squared(point(x + dx, y + dy) - point(x, y));
+    };
+    std::vector<double> samples;
+    std::size_t number = 0;
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+            if (has(x, y, surface_right) && number++ % sample_distance == 0)
+                samples.push_back(density(x, y, 1, 0));
+    if (samples.empty())
+        return;
+    const auto quartile = samples.begin() + static_cast<std::ptrdiff_t>(samples.size() / 4);
+    std::nth_element(samples.begin(), quartile, samples.end());
+    texture_per_m_ = std::sqrt(*quartile);
+    const double most = *quartile * most_stretch * most_stretch;
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+        {
+            if (has(x, y, surface_right) && density(x, y, 1, 0) <= most)
+                links_.at(x, y) |= texels_right;
+            if (has(x, y, surface_down) && density(x, y, 0, 1) <= most)
+                links_.at(x, y) |= texels_down;
+        }
+}
+
+Raster8 PixelLinks::at_steps() const
+{
+    Raster8 result(valid_.width, valid_.height);
+    const auto mark = [&](int x, int y)
+    {
+        if (valid_.at(x, y) != 0)
+            result.at(x, y) = 1;
+    };
+    for (int y = 0; y < valid_.height; ++y)
+        for (int x = 0; x < valid_.width; ++x)
+        {
+            if (x + 1 < valid_.width && !has(x, y, surface_right))
+            {
+                mark(x, y);
+                mark(x + 1, y);
+            }
+            if (y + 1 < valid_.height && !has(x, y, surface_down))
+            {
+                mark(x, y);
+                mark(x, y + 1);
+            }
+        }
+    return result;
+}
+
+namespace
+{
+
+constexpr float far_away = 1e6F;
+constexpr float last_resort = 1e-3F;
+/// A picture is fine enough where its pixels are at most two texels wide. More resolution does not make up for a lesser angle:
+/// near views would outweigh all others together where they are out of place.
+constexpr double enough_pixels = 0.25;
+constexpr double sensor_share = 0.05;
+/// Over this share of the height a view fades out toward the picture's border.
+constexpr double border_share = 0.1;
+/// Beyond the margin beside a depth step trust rises over so many margins.
+constexpr float rise_margins = 2;
+
+}  // namespace
+
+RasterF distance_to(const Raster8& marked)
+{
+    const int width = marked.width;
+    const int height = marked.height;
+    RasterF distance(width, height, 1, far_away);
+    for (std::size_t i = 0; i < marked.values.size(); ++i)
+        if (marked.values[i] != 0)
+            distance.values[i] = 0;
+    constexpr float diagonal = std::numbers::sqrt2_v<float>;
+    const auto take = [&](int x, int y, int from_x, int from_y, float step)
+    {
+        if (from_x >= 0 && from_x < width && from_y >= 0 && from_y < height)
+            distance.at(x, y) = std::min(distance.at(x, y), distance.at(from_x, from_y) + step);
+    };
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+        {
+            take(x, y, x - 1, y, 1);
+            take(x, y, x - 1, y - 1, diagonal);
+            take(x, y, x, y - 1, 1);
+            take(x, y, x + 1, y - 1, diagonal);
+        }
+    for (int y = height - 1; y >= 0; --y)
+        for (int x = width - 1; x >= 0; --x)
+        {
+            take(x, y, x + 1, y, 1);
+            take(x, y, x + 1, y + 1, diagonal);
+            take(x, y, x, y + 1, 1);
+            take(x, y, x - 1, y + 1, diagonal);
+        }
+    return distance;
+}
+
+ViewWeights view_weights(const UvMap& map, const PixelLinks& links, const Camera& camera, const RasterF& measured, int size_px,
+                         const WeightRules& rules)
+{
+    const int width = map.valid.width;
+    const int height = map.valid.height;
+    ViewWeights result;
+    result.trust = RasterF(width, height);
+    result.weight = RasterF(width, height);
+
+    Raster8 rejected(width, height);
+    for (std::size_t i = 0; i < measured.values.size(); ++i)
+    {
+        const auto depth = static_cast<double>(map.depth.values[i]);
+        const auto seen = static_cast<double>(measured.values[i]);
+        if (map.valid.values[i] != 0 && seen > 0 && std::abs(seen - depth) > rules.sensor_tolerance_m + sensor_share * depth)
+        {
+            rejected.values[i] = 1;
+            ++result.rejected_pixels;
+        }
+    }
+    Raster8 doubtful = links.at_steps();
+    for (std::size_t i = 0; i < rejected.values.size(); ++i)
+        if (rejected.values[i] != 0)
+            doubtful.values[i] = 1;
+    const RasterF distance = distance_to(doubtful);
+
+    const auto margin = static_cast<float>(rules.edge_margin_px * height / camera.intrinsics.height);
+    const auto border = static_cast<float>(border_share * height);
+    const double texels_per_m2 = std::pow(links.texture_per_m() * size_px, 2);
+    const double focal_squared = camera.intrinsics.fx * camera.intrinsics.fy;
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+        {
+            if (map.valid.at(x, y) == 0)
+                continue;
+            float trust = 1;
+            if (margin > 0)
+            {
+                trust = std::clamp((distance.at(x, y) - margin) / (rise_margins * margin), 0.0F, 1.0F);
+                result.edge_pixels += distance.at(x, y) <= margin && rejected.at(x, y) == 0;
+            }
+            const int inside = std::min(std::min(x, width - 1 - x), std::min(y, height - 1 - y));
+            trust *= std::min(1.0F, (static_cast<float>(inside) + 0.5F) / border);
+            if (rejected.at(x, y) != 0)
+                continue;
+            const auto depth = static_cast<double>(map.depth.at(x, y));
+            const auto cosine = static_cast<double>(map.cosine.at(x, y));
+            if (!(depth > 0) || !(cosine > 0))
+                continue;
+            const double pixels_per_texel = focal_squared * cosine / (depth * depth) / texels_per_m2;
+            result.trust.at(x, y) = trust;
+            result.weight.at(x, y) =
+                static_cast<float>(cosine * std::min(1.0, pixels_per_texel / enough_pixels)) * std::max(trust, last_resort);
+        }
+    return result;
+}
+
 namespace
 {
 

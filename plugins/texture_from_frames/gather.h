@@ -1,19 +1,107 @@
 #pragma once
 
-#include "picture_pyramid.h"
-#include "pixel_links.h"
-
+#include <fresco/camera.h>
 #include <fresco/image.h>
 #include <fresco/uv_maps.h>
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
+
+/// \file The texels that one view shows, with their colors and weights: which pixels of its uv map belong together (PixelLinks),
+/// the weight of each pixel, and the camera picture at any scale. frames_texture() gathers every view twice: at low resolution
+/// for the exposures, then at full size for the texture.
 
 namespace fresco::from_frames
 {
 
-/// What one view says about one texel.
+/// A camera picture at every size down to less than two pixels, each the area average of the one before. Immutable, so
+/// thread-safe.
+class PicturePyramid
+{
+  public:
+    /// `rgb`: 3 channels, not empty.
+    explicit PicturePyramid(const Raster8& rgb);
+
+    int width() const { return levels_.front().width; }
+    int height() const { return levels_.front().height; }
+
+    /// RGB in [0,1] at (x, y) in pixels of the full size (pixel centers at +0.5, clamped at the borders), averaged over about
+    /// `footprint` of its pixels along each side: bilinear in the two levels around it, linear between them.
+    std::array<float, 3> at(double x, double y, double footprint) const;
+
+  private:
+    std::vector<RasterF> levels_;
+};
+
+/// Tells which neighboring pixels of a uv map show neighboring points of one surface, and of one chart of the atlas.
+class PixelLinks
+{
+  public:
+    enum Link : std::uint8_t
+    {
+        surface_right = 1,  ///< No depth step between this pixel and the next one in its row.
+        surface_down = 2,   ///< The same in its column.
+        texels_right = 4,   ///< Also close in the texture, so that the texels between may be interpolated.
+        texels_down = 8
+    };
+
+    /// `camera`: the color camera at any size.
+    ///
+    /// At a depth step, 1 / depth jumps by more than 2 % + 1 cm from the linear continuation on either side; since 1 / depth is
+    /// linear over a plane in any direction, oblique walls and their corners have no steps. Two pixels are far apart in the
+    /// texture if their texcoords differ by more than five times their distance in the world times the scale of the charts, which
+    /// is about the same for all: the view's lower quartile of texture per meter.
+    PixelLinks(const UvMap& map, const Camera& camera);
+
+    bool has(int x, int y, Link link) const { return (links_.at(x, y) & link) != 0; }
+
+    double texture_per_m() const { return texture_per_m_; }
+
+    /// H x W: 1 = valid, and beside a depth step or an invalid pixel.
+    Raster8 at_steps() const;
+
+  private:
+    void link_surfaces(const UvMap& map);
+    void link_texels(const UvMap& map, const Camera& camera);
+
+    Raster8 links_;
+    Raster8 valid_;
+    double texture_per_m_ = 1;
+};
+
+struct WeightRules
+{
+    double edge_margin_px;      ///< Ignore pixels of the camera's picture this close to a depth step.
+    double sensor_tolerance_m;  ///< Maximum difference of measured depth and mesh, plus 5 % of the depth.
+};
+
+/// The weight of each pixel of a view.
+struct ViewWeights
+{
+    /// H x W in [0,1]: 0 at the picture's border, beside depth steps, and where another surface occluded the mesh; rises to 1
+    /// away from them, so that views begin and end softly.
+    RasterF trust;
+    /// H x W, above 0 to 1: the pixel's weight among views. cos α, times picture pixels per texel over a quarter (f² cos α / z²
+    /// over the texture's density; at most 1), times trust. Without trust, a thousandth of it is left for texels that no other
+    /// view shows. 0: rejected, or invalid.
+    RasterF weight;
+    std::size_t edge_pixels = 0;      ///< Without trust because of a depth step.
+    std::size_t rejected_pixels = 0;  ///< Measured depth differs from the mesh's.
+};
+
+/// \param camera    the color camera at full size
+/// \param measured  measured depth at each pixel of the map, meters, 0 = none; empty: no depth picture
+/// \param size_px   texels a side of the texture
+ViewWeights view_weights(const UvMap& map, const PixelLinks& links, const Camera& camera, const RasterF& measured, int size_px,
+                         const WeightRules& rules);
+
+/// Distance in pixels from each pixel to the nearest marked one, along steps to the eight neighbors (1 or √2; at most 8 % too
+/// long); a large number where none is marked. After Borgefors, "Distance transformations in digital images" (1986).
+RasterF distance_to(const Raster8& marked);
+
+/// The color and weight of one texel in one view.
 struct TexelSample
 {
     std::uint32_t texel = 0;  ///< row * size + column; row 0 is at the top (v = 1).
@@ -21,29 +109,27 @@ struct TexelSample
     std::array<float, 3> rgb{};
 };
 
-/// What a view says, each texel at most once; cut into blocks of whole texture rows, so that blocks can be worked on side by
-/// side.
+/// The samples of a view, each texel at most once, in blocks of whole texture rows that can be processed in parallel.
 using SampleBlocks = std::vector<std::vector<TexelSample>>;
 
-/// What surrounds the gathering of one view.
+/// The texture that samples are gathered for.
 struct GatherTarget
 {
     int size_px = 0;            ///< Texels a side.
-    int rows_per_block = 0;     ///< Of SampleBlocks.
+    int rows_per_block = 0;     ///< In SampleBlocks.
     bool between_only = false;  ///< Leave out texels that lie beside pixels rather than between them.
 };
 
-/// Looks up, for each texel that a view sees, the camera's picture. Each square of four neighboring pixel centers that show one
-/// surface and one chart (or three of them) is drawn into the texture as two triangles (one), and every texel center inside them
-/// knows by interpolation where in the picture it is. So texels between pixels are met however fine the texture is, the
-/// picture's own resolution counts and not the map's, and texels that cover many pixels take their mean. A scatter of pixels
-/// would leave holes in the first case and lose detail in the second.
+/// Looks up the camera's picture for each texel that a view sees. Each square of four neighboring pixel centers that show one
+/// surface and one chart (or three of them) is drawn into the texture as two triangles (or one), and the position in the picture
+/// is interpolated for every texel center inside them. Textures finer than the map therefore have no holes, the picture's
+/// resolution counts instead of the map's, and texels that cover many pixels get their mean.
 ///
-/// At the rim of charts and pictures, where a pixel has no such squares around it, the texels of its bilinear footprint take its
-/// color at a hundredth of its weight: it counts where no view looks properly, in atlases of tiny charts everywhere.
+/// At the rim of charts and pictures, where a pixel has no such squares around it, the texels of its bilinear footprint get its
+/// color at a hundredth of its weight: it counts only if no other view shows the texel, as in atlases of tiny charts.
 ///
-/// \param weight  H x W, what each pixel of the map counts; 0: not used, neither is what is between it and others
-/// A texel that is met more than once keeps its heaviest sample, the first of equals.
+/// A texel that is drawn more than once keeps its heaviest sample, the first of equals.
+/// \param weight  H x W, of each pixel of the map; 0: not used, nor are the texels between it and others
 SampleBlocks gather(const UvMap& map, const PixelLinks& links, const RasterF& weight, const PicturePyramid& picture,
                     const GatherTarget& target);
 

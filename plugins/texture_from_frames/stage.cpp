@@ -7,7 +7,6 @@
 #include <fresco/uv_mapping/view_frames.h>
 
 #include <algorithm>
-#include <cmath>
 #include <fmt/format.h>
 #include <string>
 #include <utility>

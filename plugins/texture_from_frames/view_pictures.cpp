@@ -5,7 +5,6 @@
 #include <fresco/npy.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstring>
 #include <fmt/format.h>

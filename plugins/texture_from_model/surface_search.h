@@ -7,6 +7,8 @@
 #include <limits>
 #include <vector>
 
+/// \file Finds the nearest point of the model for each texel of the atlas. Used by transfer_colors().
+
 namespace from_model
 {
 
@@ -32,8 +34,8 @@ class SurfaceSearch
     /// The mesh must have passed check_mesh and outlive the search.
     explicit SurfaceSearch(const fresco::Mesh& mesh);
 
-    /// The nearest point at most `reach` away on a face that looks to the side of `normal` (less than 90 degrees from it), so
-    /// that the back of a thin wall does not count; of equally near ones that of the lowest face. `hint`: a face that may be
+    /// The nearest point at most `reach` away on a face whose normal is less than 90 degrees from `normal`, so that the back
+    /// of a thin wall does not count; among equally near points that of the lowest face. `hint`: a face that may be
     /// near, which only saves time.
     SurfacePoint nearest(fresco::Vec3d p, fresco::Vec3d normal, double reach, std::uint32_t hint = SurfacePoint::none) const;
 
@@ -42,7 +44,7 @@ class SurfaceSearch
     {
         fresco::Vec3f low;
         fresco::Vec3f high;
-        std::uint32_t first = 0;  ///< Of the faces of a leaf, in order_; of the second child otherwise, the first being next.
+        std::uint32_t first = 0;  ///< Leaf: index into order_; otherwise the second child, the first one follows.
         std::uint32_t count = 0;  ///< Faces of a leaf; 0: not a leaf.
     };
 

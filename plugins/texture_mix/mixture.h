@@ -6,17 +6,20 @@
 #include <string>
 #include <string_view>
 
-/// What the page of a run needs to mix both textures itself: photo + color · (colors - photo) + strokes · (painted - colors). On
-/// disk: `mixture.json`, and the pictures in the folders `photo`, `colors` and `painted`, as the artifact `image` keeps them.
+/// \file The second output of the stage: small pictures with which report.html mixes live.
+
+/// The data with which the page of a run mixes both textures itself: photo + color · (colors - photo) + strokes · (painted -
+/// colors). On disk: `mixture.json`, and the pictures in the folders `photo`, `colors` and `painted`, as the artifact `image`
+/// keeps them.
 struct Mixture : fresco::Artifact
 {
     static constexpr std::string_view artifact_name = "texture_mixture";
     static constexpr int artifact_version = 1;
 
     std::string atlas;  ///< The mesh's atlas_id.
-    double color = 1;   ///< The stage's own shares, where the sliders begin.
+    double color = 1;   ///< The stage's own share; the initial position of the slider.
     double strokes = 1;
-    fresco::Raster8 photo;   ///< S x S x 3, as the other two.
+    fresco::Raster8 photo;   ///< S x S x 3, like the other two.
     fresco::Raster8 colors;  ///< The photo in the painting's colors: all of its color, none of its strokes.
     fresco::Raster8 painted;
 

@@ -3,6 +3,9 @@
 #include <cstddef>
 #include <cstdint>
 
+/// \file The inner loops of the search, compiled for several kinds of processors from patch_kernel.inl. patch_kernel() in
+/// search.h chooses the fastest one that runs here; nothing else calls them.
+
 namespace fresco::synthesize
 {
 
@@ -10,11 +13,11 @@ namespace fresco::synthesize
 struct PatchKernel
 {
     const char* name;
-    std::size_t rows;     ///< Of queries at once.
+    std::size_t rows;     ///< Queries compared at once.
     std::size_t columns;  ///< Keys of a panel.
 
     /// Products of `rows` queries (`inner` values each, one after another) with a panel of keys (inner x columns), compared with
-    /// the least that was found for each query and column: where one is less it takes its place, with the panel's number.
+    /// the least so far of each query and column. A smaller product replaces it, and `where` gets the panel's number.
     /// `least`, `where`: rows x columns.
     void (*compare)(const float* queries, const float* panel, std::size_t inner, std::int32_t number, float* least,
                     std::int32_t* where);

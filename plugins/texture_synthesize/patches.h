@@ -1,14 +1,73 @@
 #pragma once
 
-#include "surface_grid.h"
+#include "painted_surface.h"
 
 #include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
 
+/// \file Divides a surface into texels of one size in meters, and covers it with overlapping square patches of such texels. The
+/// synthesis looks every patch up in the picture; a texel gets its color from the patches over it.
+
 namespace fresco::synthesize
 {
+
+/// A surface in texels of one size in meters. Every chart of the atlas has its own grid, aligned with its texcoords; each point
+/// of the surface belongs to one texel, independent of the size of the atlas's texture and of the packing of its charts.
+class SurfaceGrid
+{
+  public:
+    static constexpr std::uint32_t none = 0xffffffffU;
+
+    struct Texel
+    {
+        Vec3f position;          ///< Meters.
+        std::uint32_t face = 0;  ///< The face that holds its center.
+        std::uint32_t cell = 0;
+    };
+
+    /// One chart's grid: its cells are first_cell + y * width + x. A margin of one cell lies around the chart.
+    struct Sheet
+    {
+        std::size_t first_cell = 0;
+        int width = 0;
+        int height = 0;
+        Vec2d uv_low;  ///< The chart's least texcoords.
+        double cells_per_uv = 0;
+    };
+
+    /// `spacing_m`: a texel's side. Charts without area have no texels. Throws Error for more than 2^32 cells, Canceled.
+    SurfaceGrid(const PaintedSurface& surface, double spacing_m, const Progress& progress);
+
+    double spacing_m() const { return spacing_m_; }
+    const std::vector<Texel>& texels() const { return texels_; }
+    const Sheet& sheet(std::uint32_t chart) const { return sheets_[chart]; }
+    bool has_sheet(std::uint32_t chart) const { return sheets_[chart].width > 0; }
+
+    /// A texcoord of a chart in its grid, in cells; cell centers at +0.5.
+    Vec2d place(std::uint32_t chart, Vec2f uv) const
+    {
+        const Sheet& s = sheets_[chart];
+        return {(double{uv.x} - s.uv_low.x) * s.cells_per_uv + 1, (double{uv.y} - s.uv_low.y) * s.cells_per_uv + 1};
+    }
+
+    /// The texel of a cell; for a cell outside of the chart, the nearest texel in its grid.
+    std::uint32_t texel_at(std::size_t cell) const { return texel_of_cell_[cell]; }
+    /// Whether the cell lies inside the chart, so that no other cell has its texel.
+    bool owns(std::size_t cell) const { return texels_[texel_of_cell_[cell]].cell == cell; }
+
+  private:
+    void lay_out(const PaintedSurface& surface);
+    void draw_face(const PaintedSurface& surface, std::uint32_t face);
+    void adopt(const PaintedSurface& surface, std::uint32_t chart, std::uint32_t largest_face);
+    void extend(const Sheet& sheet);
+
+    double spacing_m_;
+    std::vector<Sheet> sheets_;
+    std::vector<Texel> texels_;
+    std::vector<std::uint32_t> texel_of_cell_;
+};
 
 /// A square that lies on the surface: its points are in the plane of its frame, one texel apart.
 struct Patch
@@ -18,7 +77,7 @@ struct Patch
     std::uint32_t texel = 0;  ///< At its center.
 };
 
-/// A patch over a texel, and where the texel lies on it.
+/// A patch over a texel, and the position of the texel on it.
 struct Cover
 {
     std::uint32_t patch = 0;
@@ -29,16 +88,16 @@ struct Cover
     Vec2f offset() const { return {static_cast<float>(x) / unit, static_cast<float>(y) / unit}; }
 };
 
-/// Patches all over a surface, each on a plane of its own. A patch reaches over the faces that join its center through edges and
-/// whose smoothed normals are within 50 degrees of its own: across the atlas's seams, but not around corners, and never to what
-/// merely lies behind it. So no chart's border shows.
+/// Patches all over a surface, each on its own plane. A patch covers the faces that are connected to its center through edges and
+/// whose smoothed normals are within 50 degrees of its own: across the atlas's seams, so that no border of a chart shows, but not
+/// around corners or onto surfaces behind it.
 class Patches
 {
   public:
-    /// Patches of `side` x `side` points (odd, at most 31) on every `stride`-th texel of each chart's grid both ways, and
-    /// wherever a texel would have no patch's center within `stride` texels. Tops are up (see frame_at), or, with `lines` (one
-    /// per face, unit length), x axes run along these, turned by at most a right angle. The same for any number of threads.
-    /// Throws Canceled.
+    /// Lays patches of `side` x `side` points (odd, at most 31) on every `stride`-th texel of each chart's grid in both
+    /// directions, and wherever a texel would have no center of a patch within `stride` texels. Their tops are up (see frame_at).
+    /// With `lines` (one per face, unit length), their x axes run along the lines, turned by at most a right angle. The same for
+    /// any number of threads. Throws Canceled.
     Patches(const PaintedSurface& surface, const SurfaceGrid& grid, const Upright& upright, int side, int stride,
             const Progress& progress, std::span<const Vec3f> lines = {});
 
@@ -52,12 +111,12 @@ class Patches
         return std::span(covers_).subspan(first_cover_[texel], first_cover_[texel + 1] - first_cover_[texel]);
     }
 
-    /// What `values` (one per texel) come to at a patch's points, row by row from the top left: side² of them, bilinear between
+    /// Samples `values` (one per texel) at a patch's points, row by row from the top left: side² results, bilinear between
     /// texels. A point off the surface takes the value of the patch's nearest point on it.
     void sample(const SurfaceGrid& grid, std::span<const Vec3f> values, std::size_t patch, Vec3f* out) const;
 
   private:
-    /// Where a patch's point lies between four cells of a chart's grid.
+    /// A patch's point between four cells of a chart's grid.
     struct Point
     {
         std::uint32_t cell = 0;   ///< The first of the four.

@@ -1,20 +1,216 @@
 #include "search.h"
 
-#include "key_weights.h"
-#include "nearest_keys.h"
-#include "variety.h"
-
 #include <fresco/numerics/noise.h>
 #include <fresco/parallel.h>
+#include <fresco/processor.h>
 
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <numeric>
 #include <utility>
 
 namespace fresco::synthesize
 {
+namespace
+{
+
+/// Panels that stay in the second-level cache while queries pass by.
+constexpr std::size_t block_bytes = std::size_t{384} << 10U;
+constexpr float never = 1e30F;
+
+}  // namespace
+
+const PatchKernel& patch_kernel()
+{
+    static const PatchKernel& kernel = fastest_of(avx512_patch_kernel(), avx2_patch_kernel(), base_patch_kernel());
+    return kernel;
+}
+
+NearestKeys::NearestKeys(std::span<const float> features, const FeatureSizes& sizes, std::span<const float> weights, float lift,
+                         const PatchKernel& kernel)
+    : kernel_(kernel), sizes_(sizes), panels_((weights.size() + kernel.columns - 1) / kernel.columns)
+{
+    const std::size_t columns = kernel.columns;
+    const std::size_t size = sizes.all();
+    values_.assign(panels_ * (size + 2) * columns, 0.0F);
+    for (std::size_t key = 0; key < panels_ * columns; ++key)
+    {
+        float* column = &values_[key / columns * (size + 2) * columns + key % columns];
+        if (key >= weights.size())
+        {
+            column[(size + 1) * columns] = never;
+            continue;
+        }
+        const float weight = weights[key];
+        float norm = 0;
+        for (std::size_t f = 0; f < size; ++f)
+        {
+            const float value = features[key * size + f];
+            const bool is_squared = f < sizes.squared;
+            norm += is_squared ? value * value : 0;
+            column[f * columns] = is_squared ? -2 * weight * value : value;
+        }
+        column[size * columns] = weight;
+        column[(size + 1) * columns] = weight * (norm + lift);
+    }
+}
+
+void NearestKeys::find(const float* queries, std::size_t count, Nearest* out) const
+{
+    const std::size_t rows = kernel_.rows;
+    const std::size_t columns = kernel_.columns;
+    const std::size_t size = sizes_.all();
+    const std::size_t inner = size + 2;
+    const std::size_t groups = (count + rows - 1) / rows;
+    std::vector<float> augmented(groups * rows * inner, 0.0F);
+    for (std::size_t q = 0; q < count; ++q)
+    {
+        float* row = &augmented[q * inner];
+        std::copy_n(queries + q * size, size, row);
+        float norm = 0;
+        for (std::size_t f = 0; f < sizes_.squared; ++f)
+            norm += row[f] * row[f];
+        row[size] = norm;
+        row[size + 1] = 1;
+    }
+    std::vector<float> least(groups * rows * columns, std::numeric_limits<float>::infinity());
+    std::vector<std::int32_t> where(least.size(), 0);
+    const std::size_t panel_values = inner * columns;
+    const std::size_t panels_per_block = std::max<std::size_t>(1, block_bytes / (panel_values * sizeof(float)));
+    for (std::size_t block = 0; block < panels_; block += panels_per_block)
+        for (std::size_t group = 0; group < groups; ++group)
+            for (std::size_t panel = block; panel < std::min(block + panels_per_block, panels_); ++panel)
+                kernel_.compare(&augmented[group * rows * inner], &values_[panel * panel_values], inner,
+                                static_cast<std::int32_t>(panel), &least[group * rows * columns], &where[group * rows * columns]);
+    for (std::size_t q = 0; q < count; ++q)
+    {
+        Nearest best{std::numeric_limits<std::uint32_t>::max(), std::numeric_limits<float>::infinity()};
+        for (std::size_t c = 0; c < columns; ++c)
+        {
+            const float score = least[q * columns + c];
+            const auto key = static_cast<std::uint32_t>(static_cast<std::size_t>(where[q * columns + c]) * columns + c);
+            if (score < best.score || (score == best.score && key < best.key))
+                best = {key, score};
+        }
+        out[q] = best;
+    }
+}
+
+namespace
+{
+
+constexpr double strokes_per_wave = 2.75;       // Over this length preferences change on the surface …
+constexpr double picture_strokes_per_wave = 2;  // … and in the picture.
+constexpr float deviation = 0.19F;              // Of the product of two sums of Variety::fields fields.
+constexpr std::uint32_t picture_salt = 100;
+
+}  // namespace
+
+float smooth_noise(Vec3f at, std::uint32_t salt)
+{
+    const Vec3f low{std::floor(at.x), std::floor(at.y), std::floor(at.z)};
+    const auto lattice = [](float v, int step) { return static_cast<std::uint32_t>(static_cast<std::int32_t>(v) + step); };
+    const auto share = [](float v, float from, int step) { return step != 0 ? v - from : 1 - v + from; };
+    float sum = 0;
+    for (int k = 0; k < 2; ++k)
+        for (int j = 0; j < 2; ++j)
+            for (int i = 0; i < 2; ++i)
+            {
+                const std::uint32_t h =
+                    noise::hash(lattice(low.x, i), noise::hash(lattice(low.y, j), noise::hash(lattice(low.z, k), salt)));
+                sum += (2 * noise::unit(h) - 1) * share(at.x, low.x, i) * share(at.y, low.y, j) * share(at.z, low.z, k);
+            }
+    return sum;
+}
+
+Variety::Variety(const Patches& patches, const SurfaceGrid& grid, const StylePicture& picture, double stroke_px, double amount,
+                 std::uint32_t seed, const Progress& progress)
+    : of_patch_(patches.count() * fields), of_key_(picture.key_count() * fields)
+{
+    const auto waves = static_cast<float>(1 / (strokes_per_wave * stroke_px * grid.spacing_m()));
+    const auto scale = static_cast<float>(amount) / deviation;
+    const auto salt = [seed](std::size_t field) { return noise::hash(seed, static_cast<std::uint32_t>(field)); };
+    parallel_for(patches.count(), 4096, progress.threads(),
+                 [&](std::size_t begin, std::size_t end)
+                 {
+                     for (std::size_t i = begin; i < end; ++i)
+                         for (std::size_t f = 0; f < fields; ++f)
+                             of_patch_[i * fields + f] = scale * smooth_noise(patches[i].center * waves, salt(f));
+                 });
+    const auto picture_waves = static_cast<float>(1 / (picture_strokes_per_wave * stroke_px));
+    for (std::size_t k = 0; k < picture.key_count(); ++k)
+        for (std::size_t f = 0; f < fields; ++f)
+        {
+            const Vec2f at = picture.key(k) * picture_waves;
+            of_key_[k * fields + f] = smooth_noise({at.x, at.y, 0.5F}, salt(picture_salt + f));
+        }
+}
+
+float Variety::preference(std::size_t patch, std::size_t key) const
+{
+    float sum = 0;
+    for (std::size_t f = 0; f < fields; ++f)
+        sum += of_patch(patch)[f] * of_key(key)[f];
+    return sum;
+}
+
+namespace
+{
+
+constexpr std::size_t keys_per_piece = 192;
+constexpr double window_share = 0.01;  // Of the picture's area.
+constexpr double fair_use = 3;         // Times the mean.
+constexpr double crowd_step = 0.5;     // Of a factor in a round, as a power.
+
+}  // namespace
+
+std::vector<float> completeness_weights(const StylePicture& picture, std::span<const float> queries, double alpha,
+                                        const Progress& progress)
+{
+    const std::size_t size = picture.feature_count();
+    const std::vector<float> alike(queries.size() / size, 1.0F);
+    const NearestKeys nearest_queries(queries, {size, 0}, alike, 0, patch_kernel());
+    const auto least = static_cast<float>(alpha * static_cast<double>(picture.values_per_patch()));
+    std::vector<float> weights(picture.key_count());
+    parallel_for(weights.size(), keys_per_piece, progress.threads(),
+                 [&](std::size_t begin, std::size_t end)
+                 {
+                     progress.check_canceled();
+                     std::vector<Nearest> nearest(end - begin);
+                     nearest_queries.find(&picture.key_features()[begin * size], end - begin, nearest.data());
+                     for (std::size_t i = begin; i < end; ++i)
+                         weights[i] = 1 / (least + std::max(nearest[i - begin].score, 0.0F));
+                 });
+    return weights;
+}
+
+void update_crowding(const StylePicture& picture, std::span<const Match> matches, std::vector<float>& crowding)
+{
+    const int width = picture.lab().width;
+    const int height = picture.lab().height;
+    Raster<std::uint32_t> sums(width + 1, height + 1);  // Of the matches above and to the left.
+    for (const Match& match : matches)
+        ++sums.at(static_cast<int>(match.at.x) + 1, static_cast<int>(match.at.y) + 1);
+    for (int y = 1; y <= height; ++y)
+        for (int x = 1; x <= width; ++x)
+            sums.at(x, y) += sums.at(x - 1, y) + sums.at(x, y - 1) - sums.at(x - 1, y - 1);
+    const double area = static_cast<double>(width) * height;
+    const int half = std::max(1, static_cast<int>(std::lround(std::sqrt(window_share * area) / 2)));
+    for (std::size_t key = 0; key < crowding.size(); ++key)
+    {
+        const Vec2f at = picture.key(key);
+        const int x0 = std::max(0, static_cast<int>(at.x) - half);
+        const int x1 = std::min(width, static_cast<int>(at.x) + half);
+        const int y0 = std::max(0, static_cast<int>(at.y) - half);
+        const int y1 = std::min(height, static_cast<int>(at.y) + half);
+        const double count = sums.at(x1, y1) + sums.at(x0, y0) - sums.at(x0, y1) - sums.at(x1, y0);
+        const double use = count / static_cast<double>(matches.size()) * area / (static_cast<double>(x1 - x0) * (y1 - y0));
+        crowding[key] = std::max(1.0F, crowding[key] * static_cast<float>(std::pow(use / fair_use, crowd_step)));
+    }
+}
+
 namespace
 {
 
@@ -31,7 +227,7 @@ constexpr float misalignment_cost = 600;  // L*a*b*² per value
 class Search
 {
   public:
-    Search(const Patches& patches, const SurfaceGrid& grid, std::span<const Vec3f> wanted, const PictureLevel& picture,
+    Search(const Patches& patches, const SurfaceGrid& grid, std::span<const Vec3f> wanted, const StylePicture& picture,
            const SearchOptions& options, const Progress& progress)
         : patches_(patches), grid_(grid), wanted_(wanted), picture_(picture), progress_(progress),
           variety_(patches, grid, picture, options.stroke_px, options.variety, options.seed, progress),
@@ -234,7 +430,7 @@ class Search
     const Patches& patches_;
     const SurfaceGrid& grid_;
     std::span<const Vec3f> wanted_;
-    const PictureLevel& picture_;
+    const StylePicture& picture_;
     const Progress& progress_;
     Variety variety_;
     float lift_;
@@ -246,7 +442,7 @@ class Search
 }  // namespace
 
 std::vector<Match> search(const Patches& patches, const SurfaceGrid& grid, std::span<const Vec3f> wanted,
-                          const PictureLevel& picture, const SearchOptions& options, std::span<const float> crowding,
+                          const StylePicture& picture, const SearchOptions& options, std::span<const float> crowding,
                           const Progress& progress)
 {
     return Search(patches, grid, wanted, picture, options, progress).run(options.completeness, crowding);

@@ -1,43 +1,124 @@
 #pragma once
 
+#include "patch_kernel.h"
 #include "patches.h"
-#include "picture_level.h"
+#include "style_picture.h"
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
 
+/// \file Finds the place in the picture that looks most like each patch of the surface. Two things keep the search from using the
+/// same few places everywhere: weights of keys (completeness, crowding) and preferences of places (Variety). The synthesis calls
+/// search() once per round; the parts are declared for tests.
+
 namespace fresco::synthesize
 {
 
-/// Where in the picture the look of a patch was found.
+/// A query's best key.
+struct Nearest
+{
+    std::uint32_t key = 0;
+    float score = 0;  ///< Rounding may take it a little below its true value.
+};
+
+/// The kinds of features that keys and queries have.
+struct FeatureSizes
+{
+    std::size_t squared = 0;  ///< The first features; their squared differences are summed.
+    std::size_t plain = 0;    ///< The rest; their products are added to that sum.
+    std::size_t all() const { return squared + plain; }
+};
+
+/// Exact search for the key of least score, by blocks of matrix products fused with the minimum: with features f and plain ones
+/// p, w (|f_q - f_k|² + lift) + p_q·p_k = (f_q, p_q, |f_q|², 1)·(-2 w f_k, p_k, w, w (|f_k|² + lift)). Among
+/// equal scores the lowest key wins. Immutable, so thread-safe.
+class NearestKeys
+{
+  public:
+    /// `features`: K x sizes.all(). `weights`: the K factors w, above 0.
+    NearestKeys(std::span<const float> features, const FeatureSizes& sizes, std::span<const float> weights, float lift,
+                const PatchKernel& kernel);
+
+    /// The best key of each of `count` queries (count x sizes.all()).
+    void find(const float* queries, std::size_t count, Nearest* out) const;
+
+  private:
+    const PatchKernel& kernel_;
+    FeatureSizes sizes_;
+    std::size_t panels_ = 0;
+    std::vector<float> values_;  ///< Per panel (all() + 2) x columns.
+};
+
+/// The fastest kernel that this processor runs.
+const PatchKernel& patch_kernel();
+
+/// Smooth noise in [-1,1], one value per unit of length; `salt` chooses the field.
+float smooth_noise(Vec3f at, std::uint32_t salt);
+
+/// Random preferences of places on the surface for parts of the picture, so that a plain wall does not repeat one stroke. Surface
+/// and picture have a few smooth random fields each; the preference of a patch for a key is their product, and enters the search
+/// as additional features. The fields scale with strokes, so all levels have the same preferences and a finer one keeps the
+/// choices of a coarser one.
+class Variety
+{
+  public:
+    static constexpr std::size_t fields = 8;
+
+    /// `stroke_px`: width of a stroke, in texels of the grid and pixels of the picture. `amount`: standard deviation of the
+    /// preferences in L*a*b*²; 0: none.
+    Variety(const Patches& patches, const SurfaceGrid& grid, const StylePicture& picture, double stroke_px, double amount,
+            std::uint32_t seed, const Progress& progress);
+
+    const float* of_patch(std::size_t patch) const { return &of_patch_[patch * fields]; }
+    const float* of_key(std::size_t key) const { return &of_key_[key * fields]; }
+    /// Added to the mean squared difference of a patch and a key.
+    float preference(std::size_t patch, std::size_t key) const;
+
+  private:
+    std::vector<float> of_patch_;
+    std::vector<float> of_key_;
+};
+
+/// The place in the picture that was found for a patch.
 struct Match
 {
-    Vec2f at;            ///< Of the patch's center, in the level's picture.
+    Vec2f at;            ///< Place of the patch's center, in the level's picture.
     float distance = 0;  ///< Mean squared difference of a value of L*a*b*.
-    Vec2f turn{1, 0};    ///< Which way the patch's x axis runs there, unit length.
+    Vec2f turn{1, 0};    ///< Direction of the patch's x axis there, unit length.
 
-    /// Of a point of the patch, `offset` from its center.
+    /// Place of a point of the patch, `offset` from its center.
     Vec2f place(Vec2f offset) const { return at + turned(offset, turn); }
 };
 
 struct SearchOptions
 {
-    double completeness;  ///< α in L*a*b*² per value: the smaller, the more evenly the picture is used.
-    double stroke_px;     ///< How wide a stroke is, in texels and in pixels of the level's picture.
-    double variety;       ///< What places of the surface prefer, see Variety; L*a*b*² per value.
-    double lift;          ///< Added to all distances: makes completeness count where much fits well. L*a*b*² per value.
-    std::uint32_t seed;   ///< Of the preferences.
+    double completeness;  ///< α in L*a*b*² per value; smaller values use the picture more evenly.
+    double stroke_px;     ///< Width of a stroke, in texels and in pixels of the level's picture.
+    double variety;       ///< See Variety; L*a*b*² per value.
+    double lift;          ///< Added to all distances, so that completeness counts among good fits. L*a*b*² per value.
+    std::uint32_t seed;   ///< Of Variety.
 };
 
-/// The best place of the picture for every patch: an exact search over the keys by principal components; then, by all values,
-/// the best position between the key found and the next ones; then the places that continue what the patches around found, which
-/// may differ more (coherence; Ashikhmin 2001, Hertzmann et al. 2001). A place costs w (d + lift) + preference, where w is the
-/// key's completeness and price, 1 on average. In a picture with directions, keys are turned so that strokes run along x; a place
-/// that continues another keeps its turn on the surface, and costs more the more its strokes are out of line. `wanted`: per
-/// texel, L*a*b*. `crowding`: per key, see update_crowding. The same for any number of threads. Throws Canceled.
+/// Finds the best place in the picture for every patch, in three steps: an exact search over the keys by principal components; by
+/// all values, the best position between this key and its neighbors; and the places that continue those of neighboring patches,
+/// which may differ more (coherence; Ashikhmin 2001, Hertzmann et al. 2001). A place costs w (d + lift) + preference, where w
+/// combines the key's completeness and crowding, 1 on average. In a picture with directions, keys are turned so that strokes run
+/// along x; a place that continues another keeps its rotation on the surface, and costs more if its strokes deviate from the
+/// lines. `wanted`: per texel, L*a*b*. `crowding`: per key, see update_crowding. The same for any number of threads. Throws
+/// Canceled.
 std::vector<Match> search(const Patches& patches, const SurfaceGrid& grid, std::span<const Vec3f> wanted,
-                          const PictureLevel& picture, const SearchOptions& options, std::span<const float> crowding,
+                          const StylePicture& picture, const SearchOptions& options, std::span<const float> crowding,
                           const Progress& progress);
+
+/// The weight of each key's distances: 1 / (α + the least distance of any of `queries`), so that parts of the picture that no
+/// query resembles are used, too (completeness; Granot et al. 2022). `queries`: n x feature_count(). Throws Canceled.
+std::vector<float> completeness_weights(const StylePicture& picture, std::span<const float> queries, double alpha,
+                                        const Progress& progress);
+
+/// Raises each key's factor (at least 1) while the picture around it, in a square of 1 % of its area, is used more than three
+/// times the average, and lowers it again below that: a price that settles over the rounds.
+void update_crowding(const StylePicture& picture, std::span<const Match> matches, std::vector<float>& crowding);
 
 }  // namespace fresco::synthesize

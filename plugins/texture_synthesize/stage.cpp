@@ -1,6 +1,5 @@
 #include "line_field.h"
-#include "start_picture.h"
-#include "stroke_limits.h"
+#include "painted_surface.h"
 #include "synthesis.h"
 
 #include <fresco/frames.h>

@@ -1,9 +1,353 @@
 #include "raster_finder.h"
 
 #include <fresco/parallel.h>
+#include <fresco/processor.h>
 
 #include <algorithm>
 #include <cstddef>
+#include <numeric>
+#include <tuple>
+#include <utility>
+
+namespace raster
+{
+namespace
+{
+
+/// Surface nearer to the camera's plane than this is cut away, in meters.
+constexpr double near_m = 1e-5;
+constexpr std::size_t vertices_per_block = 16384;
+
+}  // namespace
+
+Frustum::Frustum(const fresco::Intrinsics& k)
+{
+    const auto box = [&](double margin)
+    {
+        return Box{(-margin * k.width - k.cx) / k.fx, ((1 + margin) * k.width - k.cx) / k.fx, (-margin * k.height - k.cy) / k.fy,
+                   ((1 + margin) * k.height - k.cy) / k.fy};
+    };
+    picture = box(0);
+    guard = box(1);
+}
+
+Projected Frustum::project(fresco::Vec3d point) const
+{
+    const auto beyond = [&](const Box& box)
+    {
+        return static_cast<std::uint8_t>((point.x < box.left * point.z ? left : 0) | (point.x > box.right * point.z ? right : 0) |
+                                         (point.y < box.above * point.z ? above : 0) |
+                                         (point.y > box.below * point.z ? below : 0));
+    };
+    Projected result;
+    result.sides = beyond(picture);
+    if (point.z < near_m)
+    {
+        result.sides |= behind;
+        return result;
+    }
+    if (result.sides != 0 && beyond(guard) != 0)
+    {
+        result.sides |= far_aside;
+        return result;
+    }
+    const double nearness = 1 / point.z;
+    result.x = point.x * nearness;
+    result.y = point.y * nearness;
+    result.nearness = static_cast<float>(nearness);
+    return result;
+}
+
+void project_all(const std::vector<fresco::Vec3f>& positions, const fresco::IntoCamera& into_camera, const Frustum& frustum,
+                 const fresco::Progress& progress, std::vector<Projected>& projected)
+{
+    projected.resize(positions.size());
+    fresco::parallel_for(positions.size(), vertices_per_block, progress.threads(),
+                         [&](std::size_t begin, std::size_t end)
+                         {
+                             progress.check_canceled();
+                             for (std::size_t v = begin; v < end; ++v)
+                                 projected[v] = frustum.project(into_camera.point(positions[v]));
+                         });
+}
+
+namespace
+{
+
+using fresco::Vec3d;
+
+/// The side on which normal . p >= offset is kept.
+struct HalfSpace
+{
+    Vec3d normal;
+    double offset;
+
+    double inside(Vec3d p) const { return dot(normal, p) - offset; }
+};
+
+struct Polygon
+{
+    std::array<Vec3d, Clipped::most_corners> corners;
+    std::size_t count = 0;
+
+    void add(Vec3d corner) { corners[count++] = corner; }
+};
+
+bool before(Vec3d a, Vec3d b)
+{
+    return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
+}
+
+/// Where an edge meets the plane; the same for either direction of the edge.
+Vec3d meeting(Vec3d a, Vec3d b, const HalfSpace& half)
+{
+    if (before(b, a))
+        std::swap(a, b);
+    const double at_a = half.inside(a);
+    const double at_b = half.inside(b);
+    return a + (b - a) * (at_a / (at_a - at_b));
+}
+
+Polygon cut(const Polygon& polygon, const HalfSpace& half)
+{
+    Polygon result;
+    for (std::size_t i = 0; i < polygon.count; ++i)
+    {
+        const Vec3d from = polygon.corners[i];
+        const Vec3d to = polygon.corners[(i + 1) % polygon.count];
+        const bool from_inside = half.inside(from) >= 0;
+        const bool to_inside = half.inside(to) >= 0;
+        if (from_inside)
+            result.add(from);
+        if (from_inside != to_inside)
+            result.add(meeting(from, to, half));
+    }
+    return result;
+}
+
+}  // namespace
+
+Clipped clipped(const std::array<Vec3d, 3>& triangle, const Frustum& frustum)
+{
+    const auto& guard = frustum.guard;
+    const std::array<HalfSpace, 5> halves{{{{0, 0, 1}, near_m},
+                                           {{1, 0, -guard.left}, 0},
+                                           {{-1, 0, guard.right}, 0},
+                                           {{0, 1, -guard.above}, 0},
+                                           {{0, -1, guard.below}, 0}}};
+    Polygon polygon;
+    for (const Vec3d corner : triangle)
+        polygon.add(corner);
+    for (const HalfSpace& half : halves)
+        polygon = cut(polygon, half);
+    Clipped result;
+    for (std::size_t i = 0; i < polygon.count; ++i)
+    {
+        const Vec3d p = polygon.corners[i];
+        const double nearness = 1 / std::max(p.z, near_m);
+        // Corners cut from very far ones are known to few digits; beyond the guard they would overflow.
+        const double x = std::min(std::max(p.x * nearness, guard.left), guard.right);
+        const double y = std::min(std::max(p.y * nearness, guard.above), guard.below);
+        result.corners[result.count++] = {x, y, static_cast<float>(nearness), 0};
+    }
+    return result;
+}
+
+namespace
+{
+
+/// Twice the area of the triangle that an edge from (x, y) along (dx, dy) forms with a point: above 0 inside.
+struct Edge
+{
+    std::int64_t x, y, dx, dy;
+
+    std::int64_t at(std::int64_t px, std::int64_t py) const { return dx * (py - y) - dy * (px - x); }
+    /// -1 where points on the edge itself are outside.
+    std::int64_t bias() const { return dy > 0 || (dy == 0 && dx > 0) ? 0 : -1; }
+};
+
+/// The edge from corner i to corner j; `way` is -1 for a piece that runs the other way round.
+Edge edge_of(const Piece& piece, std::size_t i, std::size_t j, std::int64_t way)
+{
+    return {piece.x[i], piece.y[i], way * (std::int64_t{piece.x[j]} - piece.x[i]), way * (std::int64_t{piece.y[j]} - piece.y[i])};
+}
+
+std::uint64_t key(float nearness, std::uint32_t face)
+{
+    return (std::uint64_t{std::bit_cast<std::uint32_t>(nearness)} << 32) | (~face & 0xFFFFFFFFU);
+}
+
+}  // namespace
+
+const TileKernel& fastest_kernel()
+{
+    static const auto& fastest = fresco::fastest_of(avx512_kernel(), avx2_kernel(), base_kernel());
+    return fastest;
+}
+
+void Tile::clear(int x, int y)
+{
+    x_ = x;
+    y_ = y;
+    keys_.fill(0);
+}
+
+void Tile::row(int row, int columns, std::uint32_t* faces) const
+{
+    const std::uint64_t* keys = keys_.data() + std::ptrdiff_t{row} * tile_stride;
+    for (int i = 0; i < columns; ++i)
+        faces[i] = ~static_cast<std::uint32_t>(keys[i]);
+}
+
+void draw_wide(const Piece& piece, int bits, int tile_x, int tile_y, std::uint64_t* keys)
+{
+    const auto [x_min, x_max] = std::minmax({piece.x[0], piece.x[1], piece.x[2]});
+    const auto [y_min, y_max] = std::minmax({piece.y[0], piece.y[1], piece.y[2]});
+    const int round_up = (1 << bits) - 1;
+    const int first_x = std::max((x_min + round_up) >> bits, tile_x);
+    const int first_y = std::max((y_min + round_up) >> bits, tile_y);
+    const int last_x = std::min(x_max >> bits, tile_x + tile_width - 1);
+    const int last_y = std::min(y_max >> bits, tile_y + tile_height - 1);
+    if (first_x > last_x || first_y > last_y)
+        return;
+
+    const std::int64_t area = edge_of(piece, 0, 1, 1).at(piece.x[2], piece.y[2]);
+    if (area == 0)
+        return;
+    const std::int64_t way = area > 0 ? 1 : -1;
+    const Edge a = edge_of(piece, 1, 2, way);
+    const Edge b = edge_of(piece, 2, 0, way);
+    const Edge c = edge_of(piece, 0, 1, way);
+    const std::int64_t px = std::int64_t{first_x} << bits;
+    const std::int64_t py = std::int64_t{first_y} << bits;
+    std::int64_t row_a = a.at(px, py) + a.bias();
+    std::int64_t row_b = b.at(px, py) + b.bias();
+    std::int64_t row_c = c.at(px, py) + c.bias();
+
+    // Nearness is linear in the picture: that of corner 0 and shares of the differences to the others.
+    const double share = 1 / static_cast<double>(way * area);
+    const double to_b = (double{piece.nearness[1]} - double{piece.nearness[0]}) * share;
+    const double to_c = (double{piece.nearness[2]} - double{piece.nearness[0]}) * share;
+    for (int y = first_y; y <= last_y; ++y)
+    {
+        std::int64_t at_a = row_a;
+        std::int64_t at_b = row_b;
+        std::int64_t at_c = row_c;
+        std::uint64_t* row = keys + std::ptrdiff_t{y - tile_y} * tile_stride;
+        for (int x = first_x; x <= last_x; ++x)
+        {
+            if ((at_a | at_b | at_c) >= 0)
+            {
+                const double nearness =
+                    double{piece.nearness[0]} + (static_cast<double>(at_b) * to_b + static_cast<double>(at_c) * to_c);
+                std::uint64_t& seen = row[x - tile_x];
+                seen = std::max(seen, key(static_cast<float>(nearness), piece.face));
+            }
+            at_a -= a.dy << bits;
+            at_b -= b.dy << bits;
+            at_c -= c.dy << bits;
+        }
+        row_a += a.dx << bits;
+        row_b += b.dx << bits;
+        row_c += c.dx << bits;
+    }
+}
+
+Grid::Grid(const fresco::Intrinsics& k, std::uint32_t first)
+    : width(k.width), height(k.height), bits(16), tiles_across((k.width + Tile::width - 1) / Tile::width), first_tile(first)
+{
+    // The guard of the frustum reaches from minus one picture to plus two.
+    while (2 * std::int64_t{std::max(width, height)} << bits > coordinate_limit)
+        --bits;
+    const double one = 1 << bits;
+    scale_x = k.fx * one;
+    scale_y = k.fy * one;
+    shift_x = (k.cx - 0.5) * one;
+    shift_y = (k.cy - 0.5) * one;
+    const int tiles_down = (k.height + Tile::height - 1) / Tile::height;
+    end_tile = first + static_cast<std::uint32_t>(tiles_across) * static_cast<std::uint32_t>(tiles_down);
+}
+
+namespace
+{
+
+void order(std::uint32_t& a, std::uint32_t& b)
+{
+    const std::uint32_t less = std::min(a, b);
+    b = std::max(a, b);
+    a = less;
+}
+
+}  // namespace
+
+void TileBins::fill(const fresco::Mesh& mesh, std::size_t begin, std::size_t end, const std::vector<Projected>& projected,
+                    const Frustum& frustum, const fresco::IntoCamera& into_camera, const std::vector<Grid>& grids)
+{
+    pieces_.clear();
+    entries_.clear();
+    for (std::size_t f = begin; f < end; ++f)
+    {
+        fresco::Triangle t = mesh.triangles[f];
+        const std::uint8_t a = projected[t[0]].sides;
+        const std::uint8_t b = projected[t[1]].sides;
+        const std::uint8_t c = projected[t[2]].sides;
+        if (out_of_sight(a, b, c))
+            continue;
+        const auto face = static_cast<std::uint32_t>(f);
+        // In one order whatever the face begins with: faces with the same corners get the same depths, and the first one is seen.
+        order(t[0], t[1]);
+        order(t[1], t[2]);
+        order(t[0], t[1]);
+        if (!needs_clipping(a, b, c))
+        {
+            add(face, projected[t[0]], projected[t[1]], projected[t[2]], grids);
+            continue;
+        }
+        const Clipped part = clipped({into_camera.point(mesh.positions[t[0]]), into_camera.point(mesh.positions[t[1]]),
+                                      into_camera.point(mesh.positions[t[2]])},
+                                     frustum);
+        for (std::size_t i = 2; i < part.count; ++i)
+            add(face, part.corners[0], part.corners[i - 1], part.corners[i], grids);
+    }
+    sort(grids.back().end_tile);
+}
+
+void TileBins::add(std::uint32_t face, const Projected& a, const Projected& b, const Projected& c, const std::vector<Grid>& grids)
+{
+    for (const Grid& grid : grids)
+    {
+        const Piece piece{
+            {grid.x(a), grid.x(b), grid.x(c)}, {grid.y(a), grid.y(b), grid.y(c)}, {a.nearness, b.nearness, c.nearness}, face};
+        const auto [x_min, x_max] = std::minmax({piece.x[0], piece.x[1], piece.x[2]});
+        const auto [y_min, y_max] = std::minmax({piece.y[0], piece.y[1], piece.y[2]});
+        const int round_up = (1 << grid.bits) - 1;
+        const int first_x = std::max((x_min + round_up) >> grid.bits, 0);
+        const int first_y = std::max((y_min + round_up) >> grid.bits, 0);
+        const int last_x = std::min(x_max >> grid.bits, grid.width - 1);
+        const int last_y = std::min(y_max >> grid.bits, grid.height - 1);
+        if (first_x > last_x || first_y > last_y)
+            continue;
+        const auto number = static_cast<std::uint32_t>(pieces_.size());
+        pieces_.push_back(piece);
+        for (int y = first_y / Tile::height; y <= last_y / Tile::height; ++y)
+            for (int x = first_x / Tile::width; x <= last_x / Tile::width; ++x)
+                entries_.push_back({grid.first_tile + static_cast<std::uint32_t>(y * grid.tiles_across + x), number});
+    }
+}
+
+void TileBins::sort(std::uint32_t tiles)
+{
+    starts_.assign(std::size_t{tiles} + 1, 0);
+    for (const Entry& entry : entries_)
+        ++starts_[entry.tile + 1];
+    std::partial_sum(starts_.begin(), starts_.end(), starts_.begin());
+    sorted_.resize(entries_.size());
+    std::vector<std::uint32_t> next(starts_.begin(), starts_.end() - 1);
+    for (const Entry& entry : entries_)
+        sorted_[next[entry.tile]++] = entry.piece;
+}
+
+}  // namespace raster
 
 using raster::Grid;
 using raster::Tile;

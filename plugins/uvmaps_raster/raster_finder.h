@@ -1,15 +1,183 @@
 #pragma once
 
-#include "tile_bins.h"
+#include "tile_kernel.h"
 
+#include <fresco/camera.h>
+#include <fresco/mesh.h>
+#include <fresco/progress.h>
+#include <fresco/uv_mapping/into_camera.h>
 #include <fresco/uv_mapping/uv_mapper.h>
 
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <span>
 #include <vector>
 
-/// Finds what pixels see by drawing the mesh's faces into a buffer of depths, a tile at a time. Vertices are projected once for
-/// all sizes, in double precision, and snapped to 1/65536 of a pixel (coarser beyond 4096 px), so that no pixel slips between
-/// faces that share an edge and one on it belongs to one of them. Memory: 24 bytes per vertex and some 44 per face in sight and
-/// size.
+/// \file Finds the face at each pixel by rasterization, for the stage: projects the vertices, clips the faces, sorts them into
+/// tiles of the pictures, and draws the tiles on all threads. RasterFinder does it all; the steps are declared for tests.
+
+namespace raster
+{
+
+/// A point as the camera sees it, for any size of its pictures.
+struct Projected
+{
+    double x = 0;            ///< X / Z in the camera; 0 if `sides` requires clipping.
+    double y = 0;            ///< Y / Z, likewise.
+    float nearness = 0;      ///< 1 / Z, per meter.
+    std::uint8_t sides = 0;  ///< The planes whose far side it lies on: flags of Frustum.
+};
+
+/// The planes around a camera's view: through its center and the picture's borders; the plane near_m before it; and planes
+/// through the center a picture's size beyond the borders, which keep coordinates small.
+struct Frustum
+{
+    static constexpr std::uint8_t left = 1;
+    static constexpr std::uint8_t right = 2;
+    static constexpr std::uint8_t above = 4;
+    static constexpr std::uint8_t below = 8;
+    static constexpr std::uint8_t behind = 16;
+    static constexpr std::uint8_t far_aside = 32;
+
+    /// Bounds of X / Z and Y / Z.
+    struct Box
+    {
+        double left, right, above, below;
+    };
+    Box picture;
+    Box guard;
+
+    explicit Frustum(const fresco::Intrinsics& intrinsics);
+
+    /// `point`: in the camera's frame.
+    Projected project(fresco::Vec3d point) const;
+};
+
+/// Whether all three corners lie beyond one plane, so that the face is not seen.
+inline bool out_of_sight(std::uint8_t a, std::uint8_t b, std::uint8_t c)
+{
+    return (a & b & c & ~Frustum::far_aside) != 0;
+}
+inline bool needs_clipping(std::uint8_t a, std::uint8_t b, std::uint8_t c)
+{
+    return ((a | b | c) & (Frustum::behind | Frustum::far_aside)) != 0;
+}
+
+/// Projects the vertices of a mesh on progress.threads() threads. Throws Canceled.
+void project_all(const std::vector<fresco::Vec3f>& positions, const fresco::IntoCamera& into_camera, const Frustum& frustum,
+                 const fresco::Progress& progress, std::vector<Projected>& projected);
+
+/// The part of a triangle that lies before the near plane and between the frustum's outer planes.
+struct Clipped
+{
+    /// One more than a triangle's for each of the five planes; half as many more each, because rounding may bend the polygon.
+    static constexpr std::size_t most_corners = 19;
+
+    std::array<Projected, most_corners> corners;
+    std::size_t count = 0;  ///< 0: all was cut away.
+};
+
+/// Cuts a triangle, given in the camera's frame, plane by plane (Sutherland and Hodgman, "Reentrant polygon clipping", 1974). Two
+/// triangles that share an edge get equal corners on it, bit by bit.
+Clipped clipped(const std::array<fresco::Vec3d, 3>& triangle, const Frustum& frustum);
+
+/// Coordinates stay below this, so that products of their differences fit into 64 bits.
+inline constexpr std::int32_t coordinate_limit = 1 << 29;
+
+/// The faces that pixels see in one rectangle of the picture. A pixel on the common edge of two pieces belongs to exactly one of
+/// them: edge functions (Pineda, "A parallel algorithm for polygon rasterization", 1988) are computed in integers, without
+/// rounding, and an edge belongs to the piece for which it runs down, or to the right if it is level. The nearest piece wins, of
+/// equally near ones that of the first face; the order of drawing does not matter.
+class Tile
+{
+  public:
+    static constexpr int width = tile_width;
+    static constexpr int height = tile_height;
+
+    /// Empties the tile and places its first pixel at (x, y).
+    void clear(int x, int y);
+
+    /// Draws the pieces with these numbers, in either orientation; one without area covers no pixel. `bits`: fractional bits of
+    /// their coordinates.
+    void draw(std::span<const Piece> pieces, std::span<const std::uint32_t> numbers, int bits,
+              const TileKernel& kernel = fastest_kernel())
+    {
+        kernel.draw(pieces.data(), numbers.data(), numbers.size(), bits, x_, y_, keys_.data());
+    }
+
+    /// The faces of `columns` pixels from the tile's left border in its row `row`; no_face for pixels without a piece.
+    void row(int row, int columns, std::uint32_t* faces) const;
+
+  private:
+    int x_ = 0;
+    int y_ = 0;
+    /// Nearness, whose bits are ordered as positive numbers are, above the complement of the face: the greatest is seen.
+    std::array<std::uint64_t, std::size_t{tile_stride} * height> keys_{};
+};
+
+/// A picture cut into tiles.
+struct Grid
+{
+    int width = 0;
+    int height = 0;
+    int bits = 0;  ///< Fractional bits of coordinates: 16, fewer for pictures wider or higher than 4096.
+    double scale_x = 0;
+    double scale_y = 0;
+    double shift_x = 0;
+    double shift_y = 0;
+    int tiles_across = 0;
+    std::uint32_t first_tile = 0;  ///< Tiles of all pictures are counted through, row by row.
+    std::uint32_t end_tile = 0;
+
+    Grid(const fresco::Intrinsics& intrinsics, std::uint32_t first_tile);
+
+    std::int32_t x(const Projected& p) const { return rounded(p.x * scale_x + shift_x); }
+    std::int32_t y(const Projected& p) const { return rounded(p.y * scale_y + shift_y); }
+
+  private:
+    static std::int32_t rounded(double value)
+    {
+        // Adding 1.5 * 2^52 leaves the nearest whole number in the low bits, quicker than functions that heed the rounding mode.
+        return static_cast<std::int32_t>(std::bit_cast<std::uint64_t>(value + 6755399441055744.0));
+    }
+};
+
+/// The pieces of a range of faces, sorted by the tiles whose pixels they may cover.
+class TileBins
+{
+  public:
+    /// Bins the faces [begin, end) for all pictures. Reuses the memory of the last call.
+    void fill(const fresco::Mesh& mesh, std::size_t begin, std::size_t end, const std::vector<Projected>& projected,
+              const Frustum& frustum, const fresco::IntoCamera& into_camera, const std::vector<Grid>& grids);
+
+    std::span<const std::uint32_t> pieces_of(std::uint32_t tile) const
+    {
+        return std::span(sorted_).subspan(starts_[tile], starts_[tile + 1] - starts_[tile]);
+    }
+    std::span<const Piece> pieces() const { return pieces_; }
+
+  private:
+    struct Entry
+    {
+        std::uint32_t tile;
+        std::uint32_t piece;
+    };
+
+    void add(std::uint32_t face, const Projected& a, const Projected& b, const Projected& c, const std::vector<Grid>& grids);
+    void sort(std::uint32_t tiles);
+
+    std::vector<Piece> pieces_;
+    std::vector<Entry> entries_;
+    std::vector<std::uint32_t> starts_;
+    std::vector<std::uint32_t> sorted_;
+};
+
+}  // namespace raster
+
+/// Finds the face at each pixel by drawing the mesh's faces into a depth buffer, a tile at a time. Vertices are projected once
+/// for all sizes, in double precision, and snapped to 1/65536 of a pixel (coarser beyond 4096 px), so that every pixel on the
+/// common edge of two faces belongs to exactly one of them. Memory: 24 bytes per vertex and some 44 per face in sight and size.
 class RasterFinder final : public fresco::FaceFinder
 {
   public:

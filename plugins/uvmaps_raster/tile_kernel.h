@@ -3,6 +3,9 @@
 #include <cstddef>
 #include <cstdint>
 
+/// \file The loops that draw a tile, compiled for several kinds of processors from tile_kernel.inl. Tile::draw calls the fastest
+/// one.
+
 namespace raster
 {
 
@@ -18,7 +21,7 @@ struct Piece
 
 inline constexpr int tile_width = 64;
 inline constexpr int tile_height = 32;
-/// From row to row of a tile's keys: loops with vectors write beyond the last column.
+/// Distance between the rows of a tile's keys; longer than a row because vectorized loops write beyond the last column.
 inline constexpr int tile_stride = tile_width + 8;
 
 /// Pieces as wide and as high as this at most are drawn with edge functions in double precision, which hold whole numbers up to

@@ -39,8 +39,7 @@ void read_picture(Bytes bytes)
     require(whole.orientation >= 1 && whole.orientation <= 8, "an orientation that EXIF has");
 }
 
-const Registered registered{
-    {"picture", "plugins/image_opencv/(png_check|jpeg_check|exif)\\.cpp|plugins/image_opencv/picture_info\\.h", read_picture}};
+const Registered registered{{"picture", "plugins/image_opencv/picture_info\\.cpp", read_picture}};
 
 }  // namespace
 }  // namespace fresco::fuzz

@@ -1,14 +1,12 @@
 #include "parsers.h"
 
 #include "plugins/scan_colmap/model.h"
-#include "plugins/scan_colmap/model_views.h"
 #include "plugins/scan_matterport3d/house.h"
 #include "plugins/scan_matterport3d/house_cameras.h"
 #include "plugins/scan_nerfstudio/transforms.h"
 #include "plugins/scan_polycam/keyframes.h"
 #include "plugins/scan_replica/replica_scene.h"
 #include "plugins/scan_scannet/scene_calibration.h"
-#include "plugins/scan_sens/sens_depth.h"
 #include "plugins/scan_sens/sens_file.h"
 #include "plugins/scan_tum/tum_lists.h"
 
@@ -208,9 +206,8 @@ void read_replica(Bytes bytes)
 
 const Registered registered{
     {"sens", "plugins/scan_sens/sens_file\\.cpp", read_sens},
-    {"sens_depth", "plugins/scan_sens/sens_depth\\.cpp", read_sens_depth},
-    {"colmap_binary", "plugins/scan_colmap/(camera_models|model_binary)\\.cpp|plugins/shared/recordings/src/byte_cursor\\.cpp",
-     read_colmap},
+    {"sens_depth", "plugins/scan_sens/sens_file\\.cpp", read_sens_depth},
+    {"colmap_binary", "plugins/scan_colmap/model_binary\\.cpp|plugins/shared/recordings/src/byte_cursor\\.cpp", read_colmap},
     {"colmap_text", "plugins/scan_colmap/model_text\\.cpp", read_colmap_text},
     {"poses_tum", "plugins/scan_tum/tum_lists\\.cpp|plugins/shared/recordings/src/text_records\\.cpp", read_tum},
     {"poses_matrix", "plugins/shared/recordings/src/matrix_text\\.cpp", read_matrix},

@@ -1,7 +1,6 @@
-#include "camera_path.h"
 #include "furnish.h"
 #include "raster_finder.h"
-#include "render.h"
+#include "recording.h"
 #include "scan_mesh.h"
 #include "shared_data.h"
 

@@ -1,7 +1,7 @@
 #include "npy_codec.h"
-#include "pictures.h"
 #include "small_recording.h"
 #include "stylemesh_layout.h"
+#include "view_writer.h"
 
 #include <fresco/files.h>
 #include <fresco/files_io.h>

@@ -3,8 +3,6 @@
 #include <fresco/camera.h>
 #include <fresco/image.h>
 
-#include <cmath>
-#include <limits>
 #include <optional>
 #include <vector>
 

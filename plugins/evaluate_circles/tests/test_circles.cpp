@@ -1,5 +1,4 @@
-#include "circle_figures.h"
-#include "overlay.h"
+#include "circles.h"
 #include "painted_discs.h"
 
 #include <catch2/catch.hpp>

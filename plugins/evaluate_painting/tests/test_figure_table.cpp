@@ -2,8 +2,6 @@
 
 #include <catch2/catch.hpp>
 
-#include <cmath>
-
 using fresco::Value;
 
 TEST_CASE("mean and worst of views, by what is wanted")

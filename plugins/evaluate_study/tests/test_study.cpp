@@ -1,6 +1,5 @@
 #include "small_study.h"
 
-#include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/testing.h>
 

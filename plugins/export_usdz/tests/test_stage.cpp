@@ -1,5 +1,5 @@
-#include "read_usdz.h"
 #include "stored_png.h"
+#include "usdz.h"
 
 #include <fresco/files.h>
 #include <fresco/files_io.h>

@@ -1,7 +1,5 @@
 #pragma once
 
-#include "alignment.h"
-
 #include <fresco/camera.h>
 #include <fresco/image.h>
 #include <fresco/mesh.h>

@@ -1,3 +1,4 @@
+#include "alignment.h"
 #include "painted_corner.h"
 
 #include <fresco/error.h>

@@ -1,13 +1,10 @@
 #pragma once
 
-#include <fresco/camera.h>
 #include <fresco/frames.h>
 #include <fresco/mesh.h>
 #include <fresco/raycast/surface.h>
 
-#include <cmath>
-#include <string>
-#include <vector>
+#include <algorithm>
 
 /// \file A room of few large faces, and rays against every one of them in turn: the slow twins' world.
 

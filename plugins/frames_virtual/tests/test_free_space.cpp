@@ -1,7 +1,6 @@
 #include "free_space.h"
 #include "rooms.h"
 
-#include <fresco/error.h>
 #include <fresco/testing.h>
 
 #include <catch2/catch.hpp>

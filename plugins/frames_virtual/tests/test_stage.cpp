@@ -1,6 +1,6 @@
 #include "free_space.h"
 #include "rooms.h"
-#include "surface_points.h"
+#include "view_plan.h"
 
 #include <fresco/frames.h>
 #include <fresco/mesh.h>

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <fresco/files_io.h>
-
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>

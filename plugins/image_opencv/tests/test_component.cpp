@@ -2,6 +2,7 @@
 #include "shared_data.h"
 
 #include <fresco/error.h>
+#include <fresco/files_io.h>
 #include <fresco/image_io.h>
 #include <fresco/testing.h>
 

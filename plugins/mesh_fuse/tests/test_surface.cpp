@@ -1,5 +1,3 @@
-#include "components.h"
-#include "cube_cases.h"
 #include "surface.h"
 
 #include <fresco/geometry/topology.h>

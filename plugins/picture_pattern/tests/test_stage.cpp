@@ -1,6 +1,4 @@
-#include "brush.h"
-#include "mosaic.h"
-#include "noise.h"
+#include "pattern.h"
 
 #include <fresco/error.h>
 #include <fresco/image.h>

@@ -1,7 +1,6 @@
 #include "shapes.h"
 
 #include <fresco/files_io.h>
-#include <fresco/mesh_io.h>
 #include <fresco/model.h>
 #include <fresco/regions/regions.h>
 #include <fresco/testing.h>

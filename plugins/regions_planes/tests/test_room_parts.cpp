@@ -1,8 +1,7 @@
 #include "rooms.h"
 
-#include "height_grid.h"
-#include "small_islands.h"
-#include "wall_columns.h"
+#include "plane_segments.h"
+#include "room_parts.h"
 
 #include <catch2/catch.hpp>
 

@@ -3,7 +3,6 @@
 #include "video_file.h"
 
 #include <fresco/files.h>
-#include <fresco/files_io.h>
 #include <fresco/frames.h>
 #include <fresco/random.h>
 #include <fresco/testing.h>

@@ -1,5 +1,5 @@
-#include "cases.h"
 #include "diagnosis.h"
+#include "mistakes.h"
 #include "recordings.h"
 #include "wording.h"
 

@@ -2,7 +2,6 @@
 
 #include "model_samples.h"
 
-#include <fresco/error.h>
 #include <fresco/testing.h>
 
 #include <catch2/catch.hpp>

@@ -1,7 +1,6 @@
-#include "file_folder.h"
 #include "file_model.h"
-#include "joined_vertices.h"
 #include "mtl.h"
+#include "world_mesh.h"
 
 #include "model_samples.h"
 

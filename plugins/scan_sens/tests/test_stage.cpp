@@ -1,4 +1,3 @@
-#include "sens_depth.h"
 #include "sens_file.h"
 
 #include "reader_checks.h"

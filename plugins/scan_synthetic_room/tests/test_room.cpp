@@ -1,12 +1,9 @@
-#include "camera_path.h"
-#include "caster.h"
 #include "furnish.h"
 #include "noise.h"
-#include "render.h"
+#include "recording.h"
 #include "scan_mesh.h"
-#include "surface_net.h"
+#include "scene.h"
 
-#include <fresco/error.h>
 #include <fresco/testing.h>
 
 #include <catch2/catch.hpp>
@@ -14,7 +11,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 
 using room::pi;
 using room::Ray;

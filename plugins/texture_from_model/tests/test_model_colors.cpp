@@ -1,12 +1,10 @@
 #include "model_colors.h"
-#include "shape_lights.h"
 
 #include <fresco/texturing/linear_light.h>
 
 #include <catch2/catch.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <set>
 

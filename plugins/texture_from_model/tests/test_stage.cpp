@@ -1,13 +1,10 @@
-#include "model_texture.h"
 
 #include "model_samples.h"
 
-#include <fresco/error.h>
 #include <fresco/model.h>
 #include <fresco/stage.h>
 #include <fresco/testing.h>
 #include <fresco/texture.h>
-#include <fresco/texturing/linear_light.h>
 
 #include <catch2/catch.hpp>
 

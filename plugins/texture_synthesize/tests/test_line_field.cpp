@@ -1,5 +1,5 @@
 #include "line_field.h"
-#include "studio.h"
+#include "samples.h"
 
 #include <fresco/texturing/texel_faces.h>
 

@@ -3,7 +3,6 @@
 
 #include "synthesis.h"
 
-#include <fresco/error.h>
 #include <fresco/images/stroke_width.h>
 
 #include <catch2/catch.hpp>

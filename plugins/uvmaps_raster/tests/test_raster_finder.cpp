@@ -1,8 +1,405 @@
+#include "finder_cases.h"
 #include "raster_finder.h"
 
-#include "finder_cases.h"
+#include <fresco/processor.h>
+
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <random>
+#include <set>
+#include <vector>
+
+using namespace fresco;
+using namespace raster;
 
 std::unique_ptr<fresco::FaceFinder> make_finder(const fresco::Mesh& mesh)
 {
     return std::make_unique<RasterFinder>(mesh);
+}
+
+namespace
+{
+const Intrinsics square{100, 100, 50, 50, 50, 50};  // the picture spans [-1, 1], its guard [-3, 3]
+
+std::vector<std::pair<double, double>> places(const Clipped& part)
+{
+    std::vector<std::pair<double, double>> result;
+    for (std::size_t i = 0; i < part.count; ++i)
+        result.emplace_back(part.corners[i].x, part.corners[i].y);
+    return result;
+}
+}  // namespace
+
+TEST_CASE("a triangle between the planes stays as it is")
+{
+    const Clipped part = clipped({Vec3d{0, 0, 2}, {1, 0, 2}, {0, 1, 4}}, Frustum(square));
+    REQUIRE(part.count == 3);
+    CHECK(places(part) == std::vector<std::pair<double, double>>{{0, 0}, {0.5, 0}, {0, 0.25}});
+    CHECK(part.corners[2].nearness == 0.25F);
+}
+
+TEST_CASE("surface behind the camera is cut off, and nothing is left of a mesh behind it")
+{
+    const Frustum frustum(square);
+    CHECK(clipped({Vec3d{0, 0, -1}, {1, 0, -2}, {0, 1, -1}}, frustum).count == 0);
+    // A floor one meter below that goes on behind the camera: it ends at the guard, y / z = 3.
+    const Clipped part = clipped({Vec3d{-1, 1, -5}, {1, 1, -5}, {0, 1, 5}}, frustum);
+    REQUIRE(part.count >= 3);
+    double lowest = 0;
+    for (const auto& [x, y] : places(part))
+    {
+        CHECK(std::abs(x) <= 3 + 1e-12);
+        CHECK(y <= 3 + 1e-12);
+        lowest = std::max(lowest, y);
+    }
+    CHECK(lowest == Approx(3));
+}
+
+TEST_CASE("a triangle wider than the guard is cut at it")
+{
+    const Clipped part = clipped({Vec3d{-10, -0.5, 1}, {10, -0.5, 1}, {0, 10, 1}}, Frustum(square));
+    REQUIRE(part.count == 4);
+    for (const auto& [x, y] : places(part))
+        CHECK(std::max(std::abs(x), std::abs(y)) <= 3 + 1e-12);
+}
+
+TEST_CASE("two triangles get equal corners on their shared edge")
+{
+    const Frustum frustum(square);
+    const Vec3d a{-0.3, 0.7, -1.1};
+    const Vec3d b{0.9, 0.2, 1.7};
+    const auto one = places(clipped({a, b, {2, 3, 1}}, frustum));
+    const auto other = places(clipped({b, a, {-2, 1, 4}}, frustum));
+    int shared = 0;
+    for (const auto& place : one)
+        shared += static_cast<int>(std::count(other.begin(), other.end(), place));
+    CHECK(shared == 2);
+}
+
+TEST_CASE("sides tell what is out of sight and what must be cut")
+{
+    const Frustum frustum(square);
+    const auto sides = [&](double x, double y, double z) { return frustum.project({x, y, z}).sides; };
+    CHECK(sides(0, 0, 1) == 0);
+    CHECK(sides(-2, 0, 1) == Frustum::left);
+    CHECK(sides(2, 2, 1) == (Frustum::right | Frustum::below));
+    CHECK(sides(0, -4, 1) == (Frustum::above | Frustum::far_aside));
+    CHECK((sides(0.1, 0.1, -1) & Frustum::behind) != 0);
+    CHECK(out_of_sight(sides(-2, 0, 1), sides(-4, 1, 1), sides(-2, -9, 1)));
+    CHECK_FALSE(out_of_sight(sides(-2, 0, 1), sides(2, 0, 1), sides(0, 2, 1)));
+    CHECK_FALSE(out_of_sight(sides(-4, 0, 1), sides(4, 0, 1), sides(0, 4, 1)));
+    CHECK(needs_clipping(sides(0, 0, 1), sides(0, 0, 1), sides(0, 0, -1)));
+    CHECK_FALSE(needs_clipping(sides(0, 0, 1), sides(2, 0, 1), sides(0, -2, 1)));
+}
+
+namespace
+{
+constexpr int bits = 4;
+constexpr std::uint32_t none = 0xFFFFFFFF;
+
+struct Point
+{
+    int x;
+    int y;
+};
+
+std::vector<const TileKernel*> kernels_here()
+{
+    std::vector<const TileKernel*> kernels{base_kernel()};
+    if (avx2_kernel() != nullptr && fresco::runs_avx2())
+        kernels.push_back(avx2_kernel());
+    if (avx512_kernel() != nullptr && fresco::runs_avx512())
+        kernels.push_back(avx512_kernel());
+    return kernels;
+}
+
+std::size_t index(int x, int y, int stride = Tile::width)
+{
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(stride) + static_cast<std::size_t>(x);
+}
+
+Piece piece_of(std::uint32_t face, Point a, Point b, Point c, std::array<float, 3> nearness = {1, 1, 1})
+{
+    return {{a.x, b.x, c.x}, {a.y, b.y, c.y}, {nearness[0], nearness[1], nearness[2]}, face};
+}
+
+std::vector<std::uint32_t> drawn(const std::vector<Piece>& pieces, int x = 0, int y = 0,
+                                 const TileKernel& kernel = fastest_kernel(), int fraction = bits)
+{
+    Tile tile;
+    tile.clear(x, y);
+    std::vector<std::uint32_t> numbers(pieces.size());
+    std::iota(numbers.begin(), numbers.end(), 0U);
+    tile.draw(pieces, numbers, fraction, kernel);
+    std::vector<std::uint32_t> faces(std::size_t{Tile::width} * Tile::height);
+    for (int row = 0; row < Tile::height; ++row)
+        tile.row(row, Tile::width, &faces[index(0, row)]);
+    return faces;
+}
+
+/// How many of the pieces cover each pixel.
+std::vector<int> covers(const std::vector<Piece>& pieces)
+{
+    std::vector<int> count(std::size_t{Tile::width} * Tile::height);
+    for (const Piece& piece : pieces)
+    {
+        const auto faces = drawn({piece});
+        for (std::size_t i = 0; i < faces.size(); ++i)
+            count[i] += faces[i] == none ? 0 : 1;
+    }
+    return count;
+}
+}  // namespace
+
+TEST_CASE("a piece covers the pixel centers inside it, whichever way round it runs")
+{
+    // Pixels (i, j) with i, j >= 2 and i + j <= 9, its edges just beside the centers.
+    const Point a{31, 31};
+    const Point b{31, 8 * 16 - 14};
+    const Point c{8 * 16 - 14, 31};
+    for (const Piece& piece : {piece_of(5, a, b, c), piece_of(5, a, c, b), piece_of(5, c, a, b)})
+    {
+        const auto faces = drawn({piece});
+        for (int y = 0; y < Tile::height; ++y)
+            for (int x = 0; x < Tile::width; ++x)
+                CHECK(faces[index(x, y)] == (x >= 2 && y >= 2 && x + y <= 9 ? 5 : none));
+    }
+}
+
+TEST_CASE("every pixel of a triangulated sheet belongs to one piece, also those on edges and corners")
+{
+    // Corners on pixel centers, halfway and anywhere; corners move too little to fold it.
+    std::mt19937 random(3);
+    for (const int jitter : {1, 8, 16, 24})
+    {
+        std::vector<Piece> pieces;
+        constexpr int cell = 7 * 16;
+        std::vector<Point> corners;
+        for (int y = 0; y <= 4; ++y)
+            for (int x = 0; x <= 8; ++x)
+            {
+                const auto shift = [&](int at, int last)
+                { return at == 0 || at == last ? 0 : static_cast<int>(random() % 7) % 3 * jitter - jitter; };
+                const int dx = shift(x, 8);
+                corners.push_back({x * cell + dx, y * cell + shift(y, 4)});
+            }
+        const auto at = [&](int x, int y) { return corners[static_cast<std::size_t>(y * 9 + x)]; };
+        for (int y = 0; y < 4; ++y)
+            for (int x = 0; x < 8; ++x)
+                if ((x + y) % 2 == 0)
+                {
+                    pieces.push_back(piece_of(0, at(x, y), at(x + 1, y), at(x + 1, y + 1)));
+                    pieces.push_back(piece_of(0, at(x, y), at(x + 1, y + 1), at(x, y + 1)));
+                }
+                else
+                {
+                    pieces.push_back(piece_of(0, at(x + 1, y), at(x, y), at(x, y + 1)));
+                    pieces.push_back(piece_of(0, at(x, y + 1), at(x + 1, y), at(x + 1, y + 1)));
+                }
+        const auto count = covers(pieces);
+        for (int y = 1; y < 28; ++y)
+            for (int x = 1; x < 56; ++x)
+                REQUIRE(count[index(x, y)] == 1);
+    }
+}
+
+TEST_CASE("a fan about a pixel center covers it once")
+{
+    const Point middle{10 * 16, 10 * 16};
+    std::vector<Piece> fan;
+    const std::vector<Point> rim{{80, 160}, {100, 60}, {160, 70}, {240, 100}, {230, 160}, {200, 260}, {160, 250}, {90, 230}};
+    for (std::size_t i = 0; i < rim.size(); ++i)
+        fan.push_back(piece_of(0, middle, rim[i], rim[(i + 1) % rim.size()]));
+    CHECK(covers(fan)[index(10, 10)] == 1);
+}
+
+TEST_CASE("a piece without area covers nothing")
+{
+    CHECK(drawn({piece_of(1, {0, 0}, {160, 160}, {320, 320}), piece_of(2, {32, 32}, {32, 32}, {32, 32}),
+                 piece_of(3, {0, 64}, {640, 64}, {64, 64})}) == std::vector<std::uint32_t>(drawn({}).size(), none));
+}
+
+TEST_CASE("the nearest piece is seen, of equally near ones the first face, in any order of drawing")
+{
+    const auto all_over = [](std::uint32_t face, std::array<float, 3> nearness) {
+        return piece_of(face, {-16, -16}, {3000, -16}, {-16, 3000}, nearness);
+    };
+    std::vector<Piece> pieces{all_over(7, {1, 1, 1}), all_over(3, {1, 1, 1}), all_over(4, {0.5F, 0.5F, 0.5F}),
+                              all_over(9, {0.9F, 3.0F, 0.9F})};
+    const auto faces = drawn(pieces);
+    CHECK(faces.front() == 3);
+    CHECK(faces[Tile::width - 1] == 9);
+    std::mt19937 random(1);
+    for (int i = 0; i < 10; ++i)
+    {
+        std::shuffle(pieces.begin(), pieces.end(), random);
+        CHECK(drawn(pieces) == faces);
+    }
+}
+
+TEST_CASE("a piece is cut at the tile's borders and lies where it lies in any tile")
+{
+    const Piece piece = piece_of(1, {-5000, -7000}, {30000, 4000}, {2000, 30000});
+    const auto here = drawn({piece}, 64, 32);
+    const auto beside = drawn({piece}, 60, 30);
+    for (int y = 2; y < Tile::height; ++y)
+        for (int x = 4; x < Tile::width; ++x)
+            CHECK(here[index(x - 4, y - 2)] == beside[index(x, y)]);
+}
+
+TEST_CASE("coordinates at the limit do not overflow")
+{
+    constexpr int far = coordinate_limit / 2;
+    const auto faces = drawn({piece_of(6, {-far, -far}, {coordinate_limit, -far}, {-far, coordinate_limit})});
+    CHECK(std::count(faces.begin(), faces.end(), 6U) == static_cast<std::ptrdiff_t>(faces.size()));
+}
+
+TEST_CASE("every kernel draws what is drawn in whole numbers of 64 bits")
+{
+    constexpr int fine = 16;
+    constexpr int x = 640;
+    constexpr int y = 320;
+    std::mt19937 random(5);
+    for (const int size : {2, 5, 20, 200})
+    {
+        std::vector<Piece> pieces;
+        for (std::uint32_t face = 0; face < 300; ++face)
+        {
+            const auto within = [&](int middle, int span)
+            { return ((middle - span) << fine) + static_cast<int>(random() % (static_cast<unsigned>(2 * span) << fine)); };
+            const int column = x + static_cast<int>(random() % Tile::width);
+            const int row = y + static_cast<int>(random() % Tile::height);
+            const auto point = [&]
+            {
+                Point p{within(column, size), within(row, size)};
+                // Some right on pixel centers.
+                return face % 3 == 0 ? Point{p.x >> fine << fine, p.y >> fine << fine} : p;
+            };
+            const Point a = point();
+            const Point b = point();
+            const auto nearness = [&] { return 0.1F + static_cast<float>(random() % 1000) / 500; };
+            pieces.push_back(piece_of(face, a, b, point(), {nearness(), nearness(), nearness()}));
+        }
+        // As the finder does: only what reaches into the tile.
+        std::erase_if(pieces,
+                      [&](const Piece& p)
+                      {
+                          const auto [left, right] = std::minmax({p.x[0], p.x[1], p.x[2]});
+                          const auto [top, bottom] = std::minmax({p.y[0], p.y[1], p.y[2]});
+                          return (right >> fine) < x || (left >> fine) >= x + Tile::width - 1 || (bottom >> fine) < y ||
+                                 (top >> fine) >= y + Tile::height - 1;
+                      });
+        REQUIRE(pieces.size() > 100);
+        std::array<std::uint64_t, std::size_t{tile_stride} * Tile::height> keys{};
+        for (const Piece& piece : pieces)
+            draw_wide(piece, fine, x, y, keys.data());
+        for (const TileKernel* kernel : kernels_here())
+        {
+            INFO(kernel->name << ", " << size);
+            const auto faces = drawn(pieces, x, y, *kernel, fine);
+            int other = 0;
+            for (int j = 0; j < Tile::height; ++j)
+                for (int i = 0; i < Tile::width; ++i)
+                    other += faces[index(i, j)] != ~static_cast<std::uint32_t>(keys[index(i, j, tile_stride)]);
+            CHECK(other == 0);
+        }
+    }
+}
+
+namespace
+{
+Intrinsics picture(int width, int height)
+{
+    return {width, height, 100, 100, width / 2.0, height / 2.0};
+}
+
+TileBins filled(const Mesh& mesh, const std::vector<Grid>& grids, const Intrinsics& intrinsics)
+{
+    const Frustum frustum(intrinsics);
+    const IntoCamera into_camera(RigidTransform{});
+    std::vector<Projected> projected;
+    project_all(mesh.positions, into_camera, frustum, Progress{}, projected);
+    TileBins bins;
+    bins.fill(mesh, 0, mesh.triangles.size(), projected, frustum, into_camera, grids);
+    return bins;
+}
+
+std::set<std::uint32_t> faces_in(const TileBins& bins, std::uint32_t tile)
+{
+    std::set<std::uint32_t> faces;
+    for (const std::uint32_t number : bins.pieces_of(tile))
+        faces.insert(bins.pieces()[number].face);
+    return faces;
+}
+}  // namespace
+
+TEST_CASE("coordinates stay below the limit in pictures of any size")
+{
+    CHECK(Grid(picture(640, 480), 0).bits == 16);
+    CHECK(Grid(picture(4096, 4096), 0).bits == 16);
+    CHECK(Grid(picture(4097, 16), 0).bits == 15);
+    CHECK(Grid(picture(16, 16384), 0).bits == 14);
+    for (const auto& [width, height] : {std::pair{640, 480}, {7282, 4096}, {16384, 4096}, {16, 30000}})
+    {
+        const Grid grid(picture(width, height), 0);
+        const Frustum frustum(picture(width, height));
+        for (const double x : {frustum.guard.left, frustum.guard.right})
+            for (const double y : {frustum.guard.above, frustum.guard.below})
+            {
+                const Projected corner{x, y, 1, 0};
+                CHECK(std::abs(grid.x(corner)) < coordinate_limit);
+                CHECK(std::abs(grid.y(corner)) < coordinate_limit);
+            }
+        CHECK(grid.x(Projected{-grid.shift_x / grid.scale_x, 0, 1, 0}) == 0);
+    }
+}
+
+TEST_CASE("faces are listed in the tiles they reach into, of every picture")
+{
+    // At depth 1 a unit is 100 pixels of the first picture and 50 of the second.
+    Mesh mesh;
+    mesh.positions = {{-0.6F, -0.6F, 1}, {0.6F, -0.6F, 1}, {-0.6F, 0.6F, 1},     // over most of the picture
+                      {0.2F, 0.2F, 1},   {0.3F, 0.2F, 1},  {0.2F, 0.3F, 1},      // in one tile
+                      {0.001F, 0, 1},    {0.002F, 0, 1},   {0.001F, 0.001F, 1},  // between pixel centers
+                      {5, 5, 1},         {6, 5, 1},        {5, 6, 1},            // out of sight
+                      {0.4F, -0.4F, 1},  {0.5F, -0.4F, 1}, {0.4F, -0.2F, -1}};   // reaches behind the camera
+    for (std::uint32_t i = 0; i < 15; i += 3)
+        mesh.triangles.push_back({i, i + 1, i + 2});
+    const Grid large(picture(128, 128), 0);
+    const Intrinsics half = picture(128, 128).scaled_to(64, 64);
+    const Grid small(half, large.end_tile);
+    REQUIRE(large.end_tile == 8);
+    REQUIRE(small.end_tile == 10);
+    const TileBins bins = filled(mesh, {large, small}, picture(128, 128));
+    for (std::uint32_t tile = 0; tile < 8; ++tile)
+    {
+        INFO(tile);
+        const auto faces = faces_in(bins, tile);
+        CHECK(faces.count(0) == 1);
+        CHECK(faces.count(1) == (tile == 5 ? 1 : 0));
+        CHECK(faces.count(2) == 0);
+        CHECK(faces.count(3) == 0);
+    }
+    CHECK(faces_in(bins, 1).count(4) == 1);
+    CHECK(faces_in(bins, 8).count(0) == 1);
+    CHECK(faces_in(bins, 9).count(1) == 1);
+}
+
+TEST_CASE("corners are in one order, whatever a face begins with")
+{
+    Mesh mesh;
+    mesh.positions = {{-0.6F, -0.6F, 1}, {0.6F, -0.6F, 2}, {-0.6F, 0.6F, 3}};
+    mesh.triangles = {{0, 1, 2}, {2, 0, 1}, {1, 0, 2}};
+    const Intrinsics intrinsics = picture(64, 64);
+    const TileBins bins = filled(mesh, {Grid(intrinsics, 0)}, intrinsics);
+    REQUIRE(bins.pieces().size() == 3);
+    for (const Piece& piece : bins.pieces())
+    {
+        CHECK(std::equal(piece.x, piece.x + 3, bins.pieces()[0].x));
+        CHECK(std::equal(piece.nearness, piece.nearness + 3, bins.pieces()[0].nearness));
+    }
 }

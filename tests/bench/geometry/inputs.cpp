@@ -1,8 +1,7 @@
 #include "inputs.h"
 
-#include "camera_path.h"
 #include "furnish.h"
-#include "render.h"
+#include "recording.h"
 #include "scan_mesh.h"
 
 #include <fresco/error.h>

@@ -1,7 +1,6 @@
 #include "atlases.h"
 #include "forked_case.h"
 #include "mix.h"
-#include "surface_average.h"
 #include "tables.h"
 
 #include <fresco/random.h>

@@ -8,7 +8,7 @@
 #include "room_parts.h"
 #include "rooms.h"
 #include "samples.h"
-#include "usda.h"
+#include "usdz.h"
 
 #include <fresco/preview.h>
 #include <fresco/texturing/welded_mesh.h>

@@ -1,0 +1,318 @@
+#include "collapse.h"
+#include "shapes.h"
+
+#include <fresco/geometry/topology.h>
+#include <fresco/numerics/disjoint_sets.h>
+#include <fresco/random.h>
+
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <set>
+
+using fresco::Mesh;
+using fresco::Triangle;
+using fresco::Vec3d;
+using fresco::Vec3f;
+using fresco::geometry::count_surface;
+
+namespace
+{
+
+std::vector<VertexLoad> loads_of(const Mesh& mesh)
+{
+    std::vector<VertexLoad> loads(mesh.positions.size());
+    for (const Triangle& t : mesh.triangles)
+        for (const std::uint32_t v : t)
+            loads[v].normal += cross(mesh.positions[t[1]] - mesh.positions[t[0]], mesh.positions[t[2]] - mesh.positions[t[0]]);
+    return loads;
+}
+
+Piece piece_of(const Mesh& mesh, std::size_t frozen = 0)
+{
+    return {mesh.positions, loads_of(mesh), frozen, mesh.triangles};
+}
+
+Mesh mesh_of(const Piece& piece)
+{
+    Mesh mesh;
+    for (std::uint32_t v = 0; v < piece.vertices(); ++v)
+        mesh.positions.push_back(piece.position(v));
+    for (std::uint32_t h = 0; h < piece.halves(); h += 4)
+        if (piece.alive(h))
+            mesh.triangles.push_back({piece.from(h), piece.from(h + 1), piece.from(h + 2)});
+    return mesh;
+}
+
+/// The edges of a piece by their ends.
+std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> edges_of(const Piece& piece)
+{
+    std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> edges;
+    for (std::uint32_t h = 0; h < piece.halves(); ++h)
+        if ((h & 3U) != 3 && piece.alive(h))
+            edges[std::minmax(piece.from(h), piece.to(h))] = h;
+    return edges;
+}
+
+/// Vertices - edges + faces.
+std::int64_t euler(const Mesh& mesh)
+{
+    const auto counts = count_surface(mesh);
+    return static_cast<std::int64_t>(counts.vertices) - static_cast<std::int64_t>(counts.edges) +
+           static_cast<std::int64_t>(counts.faces);
+}
+
+/// The mesh after the edge's first end took over its second, computed from the list of faces.
+Mesh merged(const Mesh& mesh, std::uint32_t u, std::uint32_t v)
+{
+    Mesh result;
+    result.positions = mesh.positions;
+    for (Triangle t : mesh.triangles)
+    {
+        std::replace(t.begin(), t.end(), v, u);
+        if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0])
+            result.triangles.push_back(t);
+    }
+    return result;
+}
+
+bool one_fan_everywhere(const Mesh& mesh)
+{
+    const auto neighbors = fresco::geometry::face_neighbors(mesh.triangles, mesh.positions.size());
+    fresco::numerics::DisjointSets corners(3 * mesh.triangles.size());
+    for (std::uint32_t f = 0; f < mesh.triangles.size(); ++f)
+        for (std::uint32_t k = 0; k < 3; ++k)
+            if (const std::uint32_t g = neighbors[f][k]; g != fresco::geometry::none)
+                for (std::uint32_t a = 0; a < 3; ++a)
+                    for (std::uint32_t b = 0; b < 3; ++b)
+                        if (mesh.triangles[f][a] == mesh.triangles[g][b] && (a == k || a == (k + 1) % 3))
+                            corners.join(3 * f + a, 3 * g + b);
+    std::map<std::uint32_t, std::set<std::uint32_t>> fans;
+    for (std::uint32_t c = 0; c < 3 * mesh.triangles.size(); ++c)
+        fans[mesh.triangles[c / 3][c % 3]].insert(corners.find(c));
+    return std::all_of(fans.begin(), fans.end(), [](const auto& fan) { return fan.second.size() == 1; });
+}
+
+Mesh torus(std::uint32_t n)
+{
+    Mesh mesh;
+    for (std::uint32_t i = 0; i < n; ++i)
+        for (std::uint32_t j = 0; j < n; ++j)
+        {
+            const double a = 2 * std::numbers::pi * i / n;
+            const double b = 2 * std::numbers::pi * j / n;
+            mesh.positions.push_back({static_cast<float>((2 + std::cos(b)) * std::cos(a)),
+                                      static_cast<float>((2 + std::cos(b)) * std::sin(a)), static_cast<float>(std::sin(b))});
+        }
+    const auto at = [&](std::uint32_t i, std::uint32_t j) { return (i % n) * n + j % n; };
+    for (std::uint32_t i = 0; i < n; ++i)
+        for (std::uint32_t j = 0; j < n; ++j)
+        {
+            mesh.triangles.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
+            mesh.triangles.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
+        }
+    return mesh;
+}
+
+/// A strip around an axis, open above and below, one face high: its two borders are a face apart.
+Mesh ring()
+{
+    Mesh mesh;
+    for (int k = 0; k < 6; ++k)
+        for (const float z : {0.0F, 1.0F})
+            mesh.positions.push_back({static_cast<float>(std::cos(k)), static_cast<float>(std::sin(k)), z});
+    for (std::uint32_t k = 0; k < 6; ++k)
+    {
+        const std::uint32_t a = 2 * k;
+        const std::uint32_t b = 2 * ((k + 1) % 6);
+        mesh.triangles.push_back({a, b, a + 1});
+        mesh.triangles.push_back({b, b + 1, a + 1});
+    }
+    return mesh;
+}
+
+}  // namespace
+
+TEST_CASE("a collapse that is allowed keeps the surface a manifold with the same borders, components and holes")
+{
+    Mesh tetrahedron;
+    tetrahedron.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    tetrahedron.triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
+    Mesh triangle;
+    triangle.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    triangle.triangles = {{0, 1, 2}};
+    std::size_t allowed = 0;
+    std::size_t refused = 0;
+    for (const Mesh& mesh : {tetrahedron, triangle, ring(), torus(3), torus(4), shapes::box({0, 0, 0}, {1, 1, 1}),
+                             shapes::grid(3, [](float x, float y) { return x * y; }), shapes::sphere(3, 3)})
+    {
+        const auto before = count_surface(mesh);
+        for (const auto& [ends, h] : edges_of(piece_of(mesh)))
+        {
+            Piece piece = piece_of(mesh);
+            const std::uint32_t u = piece.from(h);
+            const std::uint32_t v = piece.to(h);
+            const Vec3d middle =
+                (fresco::vec_cast<double>(mesh.positions[u]) + fresco::vec_cast<double>(mesh.positions[v])) * 0.5 -
+                piece.origin();
+            if (!piece.allowed(h, middle))
+            {
+                ++refused;
+                continue;
+            }
+            ++allowed;
+            piece.collapse(h, middle);
+            const Mesh plain = merged(mesh, u, v);
+            auto ours = mesh_of(piece).triangles;
+            auto theirs = plain.triangles;
+            for (auto* faces : {&ours, &theirs})
+            {
+                for (Triangle& t : *faces)
+                    std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
+                std::sort(faces->begin(), faces->end());
+            }
+            CHECK(ours == theirs);
+            const auto after = count_surface(plain);
+            CHECK(after.complex_edges == 0);
+            CHECK(after.components == before.components);
+            CHECK(euler(plain) == euler(mesh));
+            CHECK((after.border_edges == 0) == (before.border_edges == 0));
+            CHECK(one_fan_everywhere(plain));
+        }
+    }
+    CHECK(allowed > 50);
+    CHECK(refused > 50);
+}
+
+TEST_CASE("after many collapses every price equals that of a freshly made piece")
+{
+    for (Mesh mesh : {shapes::noisy_corner(16), shapes::sphere(14, 20)})
+    {
+        Mesh used;  // without the vertices that welding left over
+        used.positions = mesh.positions;
+        used.triangles = mesh.triangles;
+        Piece piece = piece_of(used);
+        EdgeQueue queue(piece);
+        const std::size_t before = piece.faces();
+        CHECK(queue.run(std::numeric_limits<float>::max(), before / 2) >= before / 2);
+        CHECK(piece.faces() <= before - before / 2);
+        const Mesh left = mesh_of(piece);
+        CHECK(count_surface(left).complex_edges == 0);
+        CHECK(one_fan_everywhere(left));
+        const Piece anew = piece_of(left);
+        const auto fresh = edges_of(anew);
+        for (const auto& [ends, h] : edges_of(piece))
+        {
+            REQUIRE(fresh.count(ends) == 1);
+            const Placement ours = piece.placement(h);
+            const Placement theirs = anew.placement(fresh.at(ends));
+            if (std::isinf(ours.cost) || std::isinf(theirs.cost))
+            {
+                CHECK(ours.cost == theirs.cost);
+                continue;
+            }
+            CHECK(ours.cost == Approx(theirs.cost).epsilon(1e-3).margin(1e-14));
+            CHECK(length(ours.point + piece.origin() - theirs.point - anew.origin()) < 1e-3);
+        }
+    }
+}
+
+TEST_CASE("the queue takes edges in the order of their prices, whatever the steps in which the price rises")
+{
+    const Mesh mesh = shapes::noisy_corner(12);
+    const auto left = [&](const std::vector<float>& prices)
+    {
+        Piece piece = piece_of(mesh);
+        EdgeQueue queue(piece);
+        for (const float price : prices)
+            queue.run(price, mesh.triangles.size());
+        return mesh_of(piece);
+    };
+    const Mesh once = left({1e-5F});
+    const Mesh steps = left({1e-8F, 1e-7F, 1e-6F, 1e-5F});
+    CHECK(once.triangles.size() < mesh.triangles.size() * 3 / 4);
+    CHECK(once.triangles == steps.triangles);
+    CHECK(once.positions == steps.positions);
+}
+
+TEST_CASE("frozen vertices and their edges stay")
+{
+    const Mesh mesh = shapes::grid(10, [](float, float) { return 0.0F; });
+    const std::size_t frozen = 33;  // three rows
+    Piece piece = piece_of(mesh, frozen);
+    EdgeQueue queue(piece);
+    queue.run(std::numeric_limits<float>::max(), mesh.triangles.size());
+    CHECK(piece.faces() < 100);
+    const auto edges = edges_of(piece);
+    for (std::uint32_t v = 0; v < frozen; ++v)
+    {
+        CHECK(piece.position(v) == mesh.positions[v]);
+        if ((v + 1) % 11 != 0)
+            CHECK(edges.count({v, v + 1}) == 1);
+    }
+}
+
+TEST_CASE("a face's error is the squared distance to its plane, times (twice its area)^1.25")
+{
+    const Quadratic unit = plane_error({1, 1, 3}, {2, 1, 3}, {1, 2, 3});
+    CHECK(unit({-4, 9, 3}) == Approx(0).margin(1e-12));
+    CHECK(unit({7, 7, 3.5}) == Approx(0.25));
+    CHECK(unit({7, 7, 2.5}) == Approx(0.25));
+    const Quadratic four = plane_error({1, 1, 3}, {3, 1, 3}, {1, 3, 3});
+    CHECK(four({0, 0, 5}) == Approx(4 * std::pow(4, 1.25)));
+    const Quadratic none = plane_error({1, 1, 3}, {2, 1, 3}, {3, 1, 3});
+    CHECK(none({5, 5, 5}) == 0);
+    CHECK(none.trace() == 0);
+}
+
+TEST_CASE("a border edge's error is the squared distance to its line, times its squared length")
+{
+    const Quadratic line = line_error({1, 5, 5}, {3, 5, 5});
+    CHECK(line({-10, 5, 5}) == Approx(0).margin(1e-9));
+    CHECK(line({-10, 8, 9}) == Approx(25 * 4));
+}
+
+TEST_CASE("an edge becomes the corner where the planes around it meet")
+{
+    Quadratic planes;
+    for (const Quadratic& face : {plane_error({0, 0, 0}, {1, 0, 0}, {0, 1, 0}), plane_error({0, 0, 0}, {0, 1, 0}, {0, 0, 1}),
+                                  plane_error({0, 0, 0}, {0, 0, 1}, {1, 0, 0})})
+        planes.add(face);
+    const Placement corner = place(planes, nullptr, {-0.1, 0.1, 0}, {0.1, 0.1, 0.3});
+    CHECK(length(corner.point) < 1e-5);
+    CHECK(corner.cost < 1e-8);
+    CHECK(corner.cost >= 0);
+}
+
+TEST_CASE("on a flat surface an edge becomes its middle, and the shorter edge comes first")
+{
+    const Quadratic flat = plane_error({0, 0, 1}, {1, 0, 1}, {0, 1, 1});
+    const Placement near = place(flat, nullptr, {0.2, 0.2, 1}, {0.4, 0.2, 1});
+    CHECK(length(near.point - Vec3d{0.3, 0.2, 1}) < 1e-6);
+    const Placement wide = place(flat, nullptr, {0, 0.2, 1}, {0.4, 0.2, 1});
+    CHECK(near.cost < wide.cost);
+    CHECK(near.cost > 0);
+}
+
+TEST_CASE("border edges hold the point on their line")
+{
+    const Quadratic flat = plane_error({0, 0, 0}, {1, 0, 0}, {0, 1, 0});
+    const Quadratic line = line_error({0, 0, 0}, {1, 0, 0});
+    const Placement on = place(flat, &line, {0.5, 0, 0}, {0.6, 0.2, 0});
+    CHECK(std::abs(on.point.y) < 1e-5);
+    CHECK(std::abs(on.point.z) < 1e-9);
+}
+
+TEST_CASE("where no point near the edge serves the cost is infinite")
+{
+    CHECK(std::isinf(place({}, nullptr, {0, 0, 0}, {1, 0, 0}).cost));
+    // Two planes that meet a hundred lengths away.
+    Quadratic planes;
+    planes.add(plane_error({0, 0, 0}, {1, 0, 0}, {0, 1, 0}));
+    planes.add(plane_error({0, 0, 0.1}, {1, 0, 0.101}, {0, 1, 0.1}));
+    planes.add(plane_error({0, 0, 0}, {1, 0, 0}, {0, 0, 1}));
+    CHECK(std::isinf(place(planes, nullptr, {0, 0, 0.05}, {0.1, 0, 0.05}).cost));
+}

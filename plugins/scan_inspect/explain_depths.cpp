@@ -1,0 +1,519 @@
+#include "explain_depths.h"
+
+#include <fresco/numerics/rotations.h>
+#include <fresco/numerics/solve_symmetric.h>
+#include <fresco/parallel.h>
+#include <fresco/raycast/surface.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <numeric>
+
+namespace fresco::inspect
+{
+namespace
+{
+
+constexpr std::array readings{Reading::transposed, Reading::scalar_first, Reading::scalar_last, Reading::inverted_scalar_first,
+                              Reading::inverted_scalar_last};
+constexpr std::array usual_units{1.0, 0.001, 1000.0, 0.01, 100.0};
+constexpr std::array sizes{0.5, 2.0, 0.25, 1.0 / 3, 2.0 / 3, 1.5, 3.0, 4.0};
+constexpr double widest_scale = 2000;
+
+template <class Set>
+std::vector<Assumption> around(const Assumption& assumed, double reach, double step, const Set& set)
+{
+    std::vector<Assumption> variants;
+    const auto steps = static_cast<int>(std::lround(reach / step));
+    for (int i = -steps; i <= steps; ++i)
+        if (i != 0)
+            set(variants.emplace_back(assumed), i * step);
+    return variants;
+}
+
+Hypothesis conventions()
+{
+    const auto& turns = axis_rotations();
+    Hypothesis all{.variants = {}, .any_depth_scale = true};
+    for (const double scale : usual_units)
+        for (const Reading reading : {Reading::as_recorded, Reading::inverted})
+            for (const Mat3& camera : turns)
+                all.variants.push_back({.reading = reading, .pose_scale = scale, .camera_turn = camera});
+    // The plain ones first: they win if others are as good.
+    std::ranges::stable_partition(all.variants, [&](const Assumption& variant) { return variant.camera_turn == turns[1]; });
+    std::ranges::stable_partition(all.variants, [&](const Assumption& variant) { return variant.camera_turn == turns[0]; });
+    return all;
+}
+
+/// Turned by right angles, or mirrored.
+Hypothesis worlds(bool mirrored)
+{
+    const auto& turns = axis_rotations();
+    Mat3 mirror;
+    mirror(0, 0) = -1;
+    Hypothesis all{.variants = {}, .any_depth_scale = true};
+    for (const Mat3& turn : turns)
+        if (mirrored || !(turn == turns.front()))
+            for (const Reading reading : {Reading::as_recorded, Reading::inverted})
+                for (const Mat3& camera : {turns[0], turns[1]})
+                    all.variants.push_back(
+                        {.reading = reading, .camera_turn = camera, .world_turn = mirrored ? turn * mirror : turn});
+    return all;
+}
+
+Hypothesis rotations()
+{
+    Hypothesis all;
+    const auto& turns = axis_rotations();
+    for (const Mat3& camera : {turns[0], turns[1]})
+        for (const Reading reading : readings)
+            all.variants.push_back({.reading = reading, .camera_turn = camera});
+    return all;
+}
+
+Hypothesis any_unit(double reach)
+{
+    Hypothesis all{.variants = {}, .any_depth_scale = true};
+    const auto& turns = axis_rotations();
+    const double step = std::clamp(0.05 / reach, 0.01, 0.04);
+    for (const Mat3& camera : {turns[0], turns[1]})
+        for (const Assumption& variant : around({.camera_turn = camera}, std::log(widest_scale), step,
+                                                [](Assumption&a, double offset) { a.pose_scale = std::exp(offset); }))
+            all.variants.push_back(variant);
+    return all;
+}
+
+Hypothesis lags(const Assumption& assumed, double reach, double step)
+{
+    return {.variants = around(assumed, reach, step, [](Assumption& a, double offset) { a.lag_frames = offset; })};
+}
+
+bool has_tracks(const std::vector<DepthView>& views)
+{
+    return std::ranges::any_of(views, [](const DepthView& view) { return view.track.poses.size() > 1; });
+}
+
+/// Likely mistakes of a recording that partly agrees, the most likely first, each on top of `assumed`: another depth unit, the
+/// color camera's intrinsics, pictures that are upside down, distances along rays, intrinsics of another size, focal lengths,
+/// poses of other times, another unit of the poses.
+std::vector<Hypothesis> small_hypotheses(const Assumption& assumed, const std::vector<DepthView>& views)
+{
+    std::vector<Hypothesis> table;
+    const auto add = [&](const auto& set)
+    {
+        set(table.emplace_back(Hypothesis{.variants = {assumed}}).variants.front());
+        if (table.back().variants.front() == assumed)
+            table.pop_back();
+    };
+    table.push_back({.variants = {assumed}, .any_depth_scale = true});
+    if (!std::ranges::all_of(views, one_camera))
+        add([](Assumption& a) { a.by_color_camera = true; });
+    add([](Assumption& a) { a.upside_down = true; });
+    add([](Assumption& a) { a.along_ray = true; });
+    if (assumed.size_scale == 1)
+    {
+        auto& variants = table.emplace_back().variants;
+        for (const double size : sizes)
+            variants.emplace_back(assumed).size_scale = size;
+    }
+    if (assumed.focal_scale == 1)
+        table.push_back({.variants = around(assumed, focal_reach, 0.03,
+                                            [](Assumption& a, double offset) { a.focal_scale = std::exp(offset); })});
+    if (assumed.lag_frames == 0 && has_tracks(views))
+        table.push_back(lags(assumed, lag_reach, 0.25));
+    if (assumed.pose_scale == 1)
+        table.push_back(
+            {.variants = around(assumed, 0.7, 0.02, [](Assumption& a, double offset) { a.pose_scale = std::exp(offset); })});
+    return table;
+}
+
+/// Mistakes that displace everything: axes, inverted poses, units, a turned or mirrored mesh, quaternions, transposed rotations.
+/// `reach`: how many times farther cameras are from the origin than from the surface; large ones need finer steps of scale.
+std::vector<Hypothesis> large_hypotheses(double reach)
+{
+    return {conventions(), worlds(false), worlds(true), rotations(), any_unit(reach)};
+}
+
+}  // namespace
+
+std::vector<Hypothesis> common_hypotheses(const std::vector<DepthView>& views)
+{
+    const auto& turns = axis_rotations();
+    std::vector<Hypothesis> table(2);  // Conventions and mirrored meshes.
+    for (const double scale : usual_units)
+        for (const Reading reading : {Reading::as_recorded, Reading::inverted})
+            for (const Mat3& camera : {turns[0], turns[1]})
+                table[0].variants.push_back({.reading = reading, .pose_scale = scale, .camera_turn = camera});
+    for (const int axis : {0, 1, 2})
+        table[1].variants.emplace_back().world_turn(axis, axis) = -1;
+    table.push_back(rotations());
+    if (has_tracks(views))
+        table.push_back(lags({}, 2, 0.5));
+    return table;
+}
+
+namespace
+{
+
+struct Pair
+{
+    Vec3d point;
+    Vec3d normal;
+    double offset = 0;  ///< Of the face from the point, along the normal.
+    double depth = 0;
+};
+
+std::vector<Pair> pairs_of(const raycast::Scene& scene, const std::vector<DepthView>& views, const Assumption& assumption,
+                           std::size_t stride)
+{
+    std::vector<Pair> pairs;
+    for (const DepthView& view : views)
+        cast_samples(scene, view, assumption, stride,
+                     [&](const WorldRay& ray, const raycast::Hit& hit)
+                     {
+                         if (!hit.found())
+                             return;
+                         const auto corners = raycast::corners(scene.mesh(), hit.triangle);
+                         const Vec3d normal = normalized(cross(corners[1] - corners[0], corners[2] - corners[0]));
+                         const double depth = ray.depth * assumption.depth_scale;
+                         pairs.push_back({ray.origin + ray.direction * depth, normal,
+                                          dot(normal, ray.direction) * (hit.distance - depth), depth});
+                     });
+    return pairs;
+}
+
+}  // namespace
+
+RigidTransform best_move(const raycast::Scene& scene, const std::vector<DepthView>& views, const Assumption& assumption,
+                         std::size_t stride)
+{
+    Assumption moved = assumption;
+    for (const double reach : {0.2, 0.2, 0.15, 0.15, 0.1, 0.1, 0.06, 0.06, 0.04, 0.04})
+    {
+        const std::vector<Pair> pairs = pairs_of(scene, views, moved, stride);
+        Vec3d center;
+        for (const Pair& pair : pairs)
+            center += pair.point * (1.0 / static_cast<double>(pairs.size()));
+        // Normal equations of the twist: rotation about the center, then shift.
+        std::array<double, 36> matrix{};
+        std::array<double, 6> x{};
+        for (const Pair& pair : pairs)
+        {
+            const double share = pair.offset / (pair.depth * reach);
+            if (std::abs(share) >= 1)
+                continue;
+            const Vec3d turn = cross(pair.point - center, pair.normal);
+            const double weight = (1 - share * share) * (1 - share * share) / (pair.depth * pair.depth);
+            const std::array row{turn.x, turn.y, turn.z, pair.normal.x, pair.normal.y, pair.normal.z};
+            for (std::size_t i = 0; i < 6; ++i)
+            {
+                for (std::size_t j = 0; j < 6; ++j)
+                    matrix[6 * i + j] += weight * row[i] * row[j];
+                x[i] += weight * row[i] * pair.offset;
+            }
+        }
+        // What no measurement holds stays where it is.
+        for (std::size_t i = 0; i < 6; ++i)
+            matrix[7 * i] = matrix[7 * i] * (1 + 1e-6) + 1e-9;
+        numerics::solve_symmetric(matrix, x);
+        const Mat3 turn = numerics::rotation_by({x[0], x[1], x[2]});
+        const Vec3d shift{x[3], x[4], x[5]};
+        moved.move = RigidTransform{turn, center + shift - turn * center} * moved.move;
+    }
+    return moved.move;
+}
+
+namespace
+{
+
+/// Samples of all frames that a first look takes.
+constexpr std::size_t rough_samples = 1600;
+/// Doubts about hypotheses under which hardly anything is covered, as a share of the samples.
+constexpr double doubt = 0.02;
+/// A recording in which so much agrees has no mistake that leaves nothing where it was.
+constexpr double no_large_mistake = 0.6;
+/// Covered by so much, a recording cannot agree by chance in a small part.
+constexpr double covered_by_most = 0.5;
+/// Nothing that is worth a word is left to explain.
+constexpr double no_mistake = 0.9;
+/// Candidates this near to the best, as a share of its score, are refined.
+constexpr double promising = 0.75;
+constexpr double move_advantage = 0.04;
+/// Of many variants, these are looked at again after a glance at every so many-th sample.
+constexpr std::size_t finalists = 12;
+constexpr std::size_t glance_stride = 7;
+constexpr int most_mistakes = 3;
+/// Mistakes below these are left to calibration and to frames.align.
+constexpr double least_focal = 0.04;
+constexpr double least_scale = 0.015;
+constexpr double least_lag = 0.2;
+constexpr double least_move = 0.008;  ///< Of the median depth.
+constexpr double least_turn = 0.008;  ///< Radians.
+
+double score(const Agreement& sum)
+{
+    const double weight = sum.agreeing + sum.in_front + 0.5 * sum.behind + doubt * sum.samples;
+    return weight > 0 ? sum.agreeing / weight : 0;
+}
+
+/// An assumption and how the frames agree with the mesh under it.
+struct Judged
+{
+    Assumption assumption;
+    std::vector<Agreement> frames;
+};
+
+struct Candidate
+{
+    Assumption assumption;
+    double score = 0;
+    double advantage = 0;
+};
+
+double median(std::vector<double> values)
+{
+    if (values.empty())
+        return 1;
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::ranges::nth_element(values, middle);
+    return *middle;
+}
+
+class Search
+{
+  public:
+    Search(const raycast::Scene& scene, const std::vector<DepthView>& views, const Progress& progress)
+        : scene_(scene), views_(views), progress_(progress)
+    {
+        std::size_t samples = 0;
+        std::vector<double> depths;
+        std::vector<double> positions;
+        for (const DepthView& view : views)
+        {
+            samples += view.samples.size();
+            positions.push_back(length(view.track.poses[view.track.own].translation));
+            for (const DepthSample& sample : view.samples)
+                depths.push_back(static_cast<double>(sample.depth));
+        }
+        stride_ = std::max<std::size_t>(1, samples / rough_samples);
+        depth_ = median(std::move(depths));
+        reach_ = median(std::move(positions)) / depth_;
+    }
+
+    Judged run()
+    {
+        const Judged recorded = full({});
+        Judged found = recorded;
+        for (int i = 0; i < most_mistakes; ++i)
+        {
+            const Judged next = step(found, i == 0);
+            if (!improves(found.frames, next.frames))
+                break;
+            found = next;
+        }
+        found = plain(found);
+        return explains(recorded.frames, found.frames) ? found : recorded;
+    }
+
+  private:
+    /// Judged by all samples.
+    Judged full(const Assumption& assumption) const
+    {
+        return {assumption, agreement(depth_ratios(scene_, views_, assumption, 1), assumption.depth_scale)};
+    }
+
+    Judged step(const Judged& from, bool first) const
+    {
+        const Agreement sum = total(from.frames);
+        std::vector<Hypothesis> table;
+        if (sum.share() < no_mistake)
+            table = small_hypotheses(from.assumption, views_);
+        if (first && (sum.share() < no_large_mistake || sum.covered_share() < covered_by_most))
+            for (Hypothesis& large : large_hypotheses(reach_))
+                table.push_back(std::move(large));
+        std::vector<Candidate> candidates{rough(from.assumption, false, stride_)};
+        for (const Hypothesis& hypothesis : table)
+            candidates.push_back(best_variant(hypothesis));
+        if (sum.share() < no_mistake)
+        {
+            Assumption moved = from.assumption;
+            moved.move = best_move(scene_, views_, moved, stride_);
+            candidates.push_back(rough(moved, false, stride_));
+            candidates.back().advantage = move_advantage;
+        }
+        return full(best_of(candidates).assumption);
+    }
+
+    /// Later ones must beat those before by their advantage, after the promising ones have been refined.
+    Candidate best_of(std::vector<Candidate> candidates) const
+    {
+        const double most = std::ranges::max(candidates, {}, &Candidate::score).score;
+        Candidate best;
+        for (const Candidate& candidate : candidates)
+        {
+            if (candidate.score < promising * most)
+                continue;
+            const Candidate fine = refined(candidate);
+            if (best.score == 0 || fine.score > best.score + fine.advantage)
+                best = fine;
+        }
+        return best;
+    }
+
+    /// With the depth scale that suits best, or as it is.
+    Candidate rough(Assumption assumption, bool any_depth_scale, std::size_t stride) const
+    {
+        const auto ratios = depth_ratios(scene_, views_, assumption, stride);
+        if (any_depth_scale)
+            assumption.depth_scale = best_scale(ratios);
+        return {assumption, score(total(agreement(ratios, assumption.depth_scale))), 0};
+    }
+
+    std::vector<Candidate> look_at(const std::vector<Assumption>& variants, bool any_depth_scale, std::size_t stride) const
+    {
+        std::vector<Candidate> all(variants.size());
+        parallel_for(all.size(), 1, progress_.threads(),
+                     [&](std::size_t i, std::size_t)
+                     {
+                         progress_.check_canceled();
+                         all[i] = rough(variants[i], any_depth_scale, stride);
+                     });
+        return all;
+    }
+
+    Candidate best_variant(const Hypothesis& hypothesis) const
+    {
+        std::vector<Assumption> variants = hypothesis.variants;
+        if (variants.size() > 2 * finalists)
+        {
+            const auto glances = look_at(variants, hypothesis.any_depth_scale, stride_ * glance_stride);
+            std::vector<std::size_t> order(variants.size());
+            std::iota(order.begin(), order.end(), std::size_t{0});
+            std::ranges::stable_sort(order, std::greater(), [&](std::size_t i) { return glances[i].score; });
+            order.resize(finalists);
+            // As in the table, in which likely ones come first.
+            std::ranges::sort(order);
+            variants.clear();
+            for (const std::size_t i : order)
+                variants.push_back(hypothesis.variants[i]);
+        }
+        Candidate best{hypothesis.variants.front()};
+        for (const Candidate& candidate : look_at(variants, hypothesis.any_depth_scale, stride_))
+            if (candidate.score > best.score * 1.02)
+                best = candidate;
+        best.advantage = hypothesis.advantage;
+        return best;
+    }
+
+    /// Continuous mistakes in ever finer steps.
+    Candidate refined(Candidate best) const
+    {
+        for (double step = 0.02; step > 0.001; step /= 2)
+            for (const double sign : {-1.0, 1.0})
+            {
+                progress_.check_canceled();
+                const auto attempt = [&](bool there, const auto& set)
+                {
+                    if (!there)
+                        return;
+                    Assumption changed = best.assumption;
+                    set(changed);
+                    if (const Candidate candidate = rough(changed, false, stride_); candidate.score > best.score)
+                    {
+                        best.assumption = candidate.assumption;
+                        best.score = candidate.score;
+                    }
+                };
+                const double factor = std::exp(sign * step);
+                attempt(best.assumption.focal_scale != 1, [&](Assumption& a) { a.focal_scale *= factor; });
+                attempt(best.assumption.lag_frames != 0, [&](Assumption& a) { a.lag_frames += 8 * sign * step; });
+                attempt(best.assumption.pose_scale != 1, [&](Assumption& a) { a.pose_scale *= factor; });
+                attempt(best.assumption.depth_scale != 1, [&](Assumption& a) { a.depth_scale *= factor; });
+                attempt(best.assumption.pose_scale != 1 && best.assumption.depth_scale != 1,
+                        [&](Assumption& a)
+                        {
+                            a.pose_scale *= factor;
+                            a.depth_scale *= factor;
+                        });
+            }
+        return best;
+    }
+
+    /// Without mistakes that are too small to tell, or that explain nothing beside the others.
+    Judged plain(Judged found) const
+    {
+        const auto drop = [&](bool small, const auto& reset)
+        {
+            Assumption without = found.assumption;
+            reset(without);
+            if (without == found.assumption)
+                return;
+            const Judged judged = full(without);
+            if (small || !improves(judged.frames, found.frames))
+                found = judged;
+        };
+        const Assumption none;
+        const Assumption& a = found.assumption;
+        const auto below = [](double factor, double least) { return std::abs(std::log(factor)) < least; };
+        const double depth = depth_ * a.depth_scale;
+        const double turn =
+            std::acos(std::clamp((a.move.rotation(0, 0) + a.move.rotation(1, 1) + a.move.rotation(2, 2) - 1) / 2, -1.0, 1.0));
+        drop(turn < least_turn && moved_by(a) < least_move * depth, [&](Assumption& x) { x.move = none.move; });
+        drop(below(a.focal_scale, least_focal), [&](Assumption& x) { x.focal_scale = none.focal_scale; });
+        drop(std::abs(a.lag_frames) < least_lag, [&](Assumption& x) { x.lag_frames = none.lag_frames; });
+        drop(below(a.pose_scale, least_scale), [&](Assumption& x) { x.pose_scale = none.pose_scale; });
+        drop(below(a.depth_scale, least_scale), [&](Assumption& x) { x.depth_scale = none.depth_scale; });
+        snap(found, [](Assumption& x) -> double& { return x.pose_scale; });
+        snap(found, [](Assumption& x) -> double& { return x.depth_scale; });
+        drop(false, [&](Assumption& x) { x.along_ray = false; });
+        drop(false, [&](Assumption& x) { x.upside_down = false; });
+        drop(false, [&](Assumption& x) { x.by_color_camera = false; });
+        drop(false, [&](Assumption& x) { x.size_scale = none.size_scale; });
+        drop(false, [&](Assumption& x) { x.reading = none.reading; });
+        drop(false, [&](Assumption& x) { x.camera_turn = none.camera_turn; });
+        drop(false, [&](Assumption& x) { x.world_turn = none.world_turn; });
+        return found;
+    }
+
+    /// A usual factor in place of one near it.
+    template <class Scale>
+    void snap(Judged& found, const Scale& scale) const
+    {
+        Assumption usual = found.assumption;
+        scale(usual) = usual_scale(scale(usual));
+        if (usual == found.assumption)
+            return;
+        const Judged judged = full(usual);
+        if (!improves(judged.frames, found.frames))
+            found = judged;
+    }
+
+    /// How far the middle of the cameras is moved.
+    double moved_by(const Assumption& assumption) const
+    {
+        Assumption without = assumption;
+        without.move = {};
+        Vec3d middle;
+        for (const DepthView& view : views_)
+            middle += without.pose(view.track).translation * (1.0 / static_cast<double>(views_.size()));
+        return length(assumption.move.point(middle) - middle);
+    }
+
+    const raycast::Scene& scene_;
+    const std::vector<DepthView>& views_;
+    const Progress& progress_;
+    std::size_t stride_ = 1;
+    double depth_ = 1;
+    double reach_ = 1;
+};
+
+}  // namespace
+
+Assumption explain_depths(const raycast::Scene& scene, const std::vector<DepthView>& views, const Progress& progress)
+{
+    return Search(scene, views, progress).run().assumption;
+}
+
+}  // namespace fresco::inspect

@@ -1,0 +1,156 @@
+#include "world_mesh.h"
+
+#include <fresco/error.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <numeric>
+#include <string>
+#include <tuple>
+#include <vector>
+
+namespace scan_mesh
+{
+namespace
+{
+
+using fresco::Triangle;
+
+/// V: the first vertex at the same position with the same color. -0 counts as 0.
+std::vector<std::uint32_t> first_vertices(const fresco::Mesh& mesh)
+{
+    const auto key = [&](std::uint32_t v)
+    {
+        const fresco::Vec3f p = mesh.positions[v];
+        return std::tuple(p.x, p.y, p.z, mesh.colors.empty() ? fresco::Rgb8{} : mesh.colors[v]);
+    };
+    std::vector<std::uint32_t> order(mesh.positions.size());
+    std::iota(order.begin(), order.end(), 0U);
+    std::ranges::sort(order, [&](std::uint32_t a, std::uint32_t b)
+                      { return std::tuple_cat(key(a), std::tuple(a)) < std::tuple_cat(key(b), std::tuple(b)); });
+    std::vector<std::uint32_t> first(order.size());
+    for (std::size_t i = 0; i < order.size(); ++i)
+        first[order[i]] = i > 0 && key(order[i]) == key(order[i - 1]) ? first[order[i - 1]] : order[i];
+    return first;
+}
+
+/// F: whether a face repeats one before it, whatever its side, or names a vertex twice.
+std::vector<std::uint8_t> repeated_faces(const std::vector<Triangle>& triangles)
+{
+    std::vector<Triangle> sorted = triangles;
+    for (Triangle& t : sorted)
+        std::ranges::sort(t);
+    std::vector<std::uint32_t> order(triangles.size());
+    std::iota(order.begin(), order.end(), 0U);
+    std::ranges::sort(order, [&](std::uint32_t a, std::uint32_t b) { return std::tie(sorted[a], a) < std::tie(sorted[b], b); });
+    std::vector<std::uint8_t> repeated(triangles.size(), 0);
+    for (std::size_t i = 0; i < order.size(); ++i)
+    {
+        const Triangle& t = sorted[order[i]];
+        repeated[order[i]] = t[0] == t[1] || t[1] == t[2] || (i > 0 && t == sorted[order[i - 1]]);
+    }
+    return repeated;
+}
+
+}  // namespace
+
+std::size_t join_vertices(fresco::Mesh& mesh)
+{
+    const auto first = first_vertices(mesh);
+    std::vector<Triangle> joined = mesh.triangles;
+    for (Triangle& t : joined)
+        for (std::uint32_t& v : t)
+            v = first[v];
+    const auto repeated = repeated_faces(joined);
+    for (std::size_t face = 0; face < joined.size(); ++face)
+        if (repeated[face] != 0)
+            joined[face] = mesh.triangles[face];
+    mesh.triangles = std::move(joined);
+
+    std::vector<std::uint8_t> used(mesh.positions.size(), 0);
+    for (const Triangle& t : mesh.triangles)
+        for (const std::uint32_t v : t)
+            used[v] = 1;
+    // Vertices without faces stay where nothing is joined with them.
+    std::vector<std::uint32_t> number(mesh.positions.size());
+    std::uint32_t count = 0;
+    for (std::uint32_t v = 0; v < number.size(); ++v)
+    {
+        if (used[v] == 0 && first[v] != v)
+            continue;
+        number[v] = count;
+        mesh.positions[count] = mesh.positions[v];
+        if (!mesh.colors.empty())
+            mesh.colors[count] = mesh.colors[v];
+        ++count;
+    }
+    const std::size_t removed = mesh.positions.size() - count;
+    mesh.positions.resize(count);
+    if (!mesh.colors.empty())
+        mesh.colors.resize(count);
+    for (Triangle& t : mesh.triangles)
+        for (std::uint32_t& v : t)
+            v = number[v];
+    return removed;
+}
+
+fresco::Mat3 axes_rotation(std::string_view axes)
+{
+    const auto fail = [&](const std::string& what)
+    {
+        throw fresco::Error("option \"axes\": \"" + std::string(axes.substr(0, 40)) + "\" " + what +
+                            "; expected three axes of the file for x, y and z of the world, such as \"x -z y\"");
+    };
+    fresco::Mat3 rotation;
+    rotation.m.fill(0);
+    int row = 0;
+    double sign = 1;
+    for (const char c : axes)
+    {
+        if (c == ' ')
+            continue;
+        if (c == '+' || c == '-')
+        {
+            sign = c == '-' ? -1 : 1;
+            continue;
+        }
+        if (c < 'x' || c > 'z' || row == 3)
+            fail("is not valid");
+        rotation(row++, c - 'x') = sign;
+        sign = 1;
+    }
+    if (row != 3)
+        fail("is not valid");
+    const double turn = fresco::determinant(rotation);
+    if (turn == 0)
+        fail("names an axis twice");
+    if (turn < 0)
+        fail("mirrors the mesh: flip one sign");
+    return rotation;
+}
+
+void move_mesh(fresco::Mesh& mesh, double unit_m, const fresco::Mat3& axes, const fresco::RigidTransform& world_from_file)
+{
+    for (auto& position : mesh.positions)
+    {
+        position = fresco::vec_cast<float>(world_from_file.point(axes * (fresco::vec_cast<double>(position) * unit_m)));
+        if (!std::isfinite(position.x) || !std::isfinite(position.y) || !std::isfinite(position.z))
+            throw fresco::Error("a transformed vertex is out of range; check unit_m and transform");
+    }
+}
+
+fresco::Vec3d extent_of(const fresco::Mesh& mesh)
+{
+    if (mesh.positions.empty())
+        return {};
+    auto low = mesh.positions.front(), high = low;
+    for (const auto& p : mesh.positions)
+    {
+        low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+        high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+    }
+    return fresco::vec_cast<double>(high) - fresco::vec_cast<double>(low);
+}
+
+}  // namespace scan_mesh

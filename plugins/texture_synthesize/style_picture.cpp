@@ -1,0 +1,265 @@
+#include "style_picture.h"
+
+#include <fresco/error.h>
+#include <fresco/images/filters.h>
+#include <fresco/images/lab.h>
+#include <fresco/matrix_multiply.h>
+
+#include <Eigen/Eigenvalues>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace fresco::synthesize
+{
+namespace
+{
+
+constexpr double least_key_step = 2;
+constexpr double least_variance = 1e-6;  // L*a*b*: of a picture that has any contrast.
+
+constexpr double direction_sigma = 0.5;  // Of a stroke's width: directions are averaged over a Gaussian.
+
+int count_along(int pixels, int border, double step)
+{
+    return 1 + static_cast<int>((pixels - 2 * border - 1) / step);
+}
+
+bool is_of_one_color(const Raster8& rgb)
+{
+    for (std::size_t i = 3; i < rgb.values.size(); ++i)
+        if (rgb.values[i] != rgb.values[i - 3])
+            return false;
+    return true;
+}
+
+bool has_contrast(const RasterF& lab)
+{
+    Vec3d sum;
+    Vec3d squares;
+    for (std::size_t i = 0; i < lab.values.size(); i += 3)
+    {
+        const Vec3d v{double{lab.values[i]}, double{lab.values[i + 1]}, double{lab.values[i + 2]}};
+        sum += v;
+        squares += {v.x * v.x, v.y * v.y, v.z * v.z};
+    }
+    const double count = static_cast<double>(lab.values.size()) / 3;
+    return (squares.x + squares.y + squares.z) / count - dot(sum, sum) / (count * count) > least_variance;
+}
+
+[[noreturn]] void refuse_one_color()
+{
+    throw Error("the style picture has a single color: use a picture with brush strokes or other patterns");
+}
+
+}  // namespace
+
+StylePicture::StylePicture(const Raster8& rgb, double scale, int side, const Progress& progress, double stroke_px)
+    : scale_(scale), side_(side), border_(stroke_px > 0 ? static_cast<int>(std::ceil(side / 2 * std::numbers::sqrt2)) : side / 2)
+{
+    if (is_of_one_color(rgb))
+        refuse_one_color();
+    const int width = std::max(1, static_cast<int>(std::lround(rgb.width * scale)));
+    const int height = std::max(1, static_cast<int>(std::lround(rgb.height * scale)));
+    if (const int least = 2 * border_ + 1; width < least || height < least)
+        throw Error(fmt::format("the style picture is {}x{} pixels, {}x{} at the scale of the search: smaller than one patch of "
+                                "{} pixels; use a larger picture",
+                                rgb.width, rgb.height, width, height, least));
+    lab_ = lab_picture(resized(rgb, width, height));
+    if (stroke_px > 0)
+        find_directions(stroke_px);
+    if (!has_contrast(lab_))
+        refuse_one_color();
+    key_step_ = least_key_step;
+    while (static_cast<std::size_t>(count_along(width, border_, key_step_)) *
+               static_cast<std::size_t>(count_along(height, border_, key_step_)) >
+           most_keys)
+        key_step_ += 0.125;
+    columns_ = count_along(width, border_, key_step_);
+    rows_ = count_along(height, border_, key_step_);
+    make_basis(progress);
+}
+
+void StylePicture::make_basis(const Progress& progress)
+{
+    const std::size_t count = key_count();
+    const std::size_t values = values_per_patch();
+    const std::size_t row_values = 3 * static_cast<std::size_t>(side_);
+    const std::size_t picture_row = 3 * static_cast<std::size_t>(lab_.width);
+    std::vector<float> patches(count * values);
+    std::vector<double> sum(values, 0.0);
+    for (std::size_t i = 0; i < count; ++i)
+    {
+        const Vec2f at = key(i);
+        float* out = &patches[i * values];
+        if (is_directed())
+            turned_patch(at, direction(at).along, out);
+        else
+        {
+            const float* row = patch(static_cast<int>(at.x), static_cast<int>(at.y));
+            for (int y = 0; y < side_; ++y, row += picture_row, out += row_values)
+                std::copy(row, row + row_values, out);
+        }
+        for (std::size_t v = 0; v < values; ++v)
+            sum[v] += static_cast<double>(patches[i * values + v]);
+    }
+    mean_.resize(values);
+    for (std::size_t v = 0; v < values; ++v)
+        mean_[v] = static_cast<float>(sum[v] / static_cast<double>(count));
+
+    std::vector<float> centered = patches;
+    for (std::size_t i = 0; i < count; ++i)
+        for (std::size_t v = 0; v < values; ++v)
+            centered[i * values + v] -= mean_[v];
+    std::vector<float> products(values * values);
+    const auto stride = static_cast<std::ptrdiff_t>(values);
+    multiply_matrices({centered.data(), values, count, 1, stride}, {centered.data(), count, values, stride, 1}, products.data(),
+                      progress.threads());
+    Eigen::MatrixXd covariance(values, values);
+    for (std::size_t i = 0; i < values; ++i)
+        for (std::size_t j = 0; j < values; ++j)
+            covariance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =
+                (static_cast<double>(products[i * values + j]) + static_cast<double>(products[j * values + i])) /
+                (2 * static_cast<double>(count));
+    progress.check_canceled();
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(covariance);
+    const auto last = static_cast<Eigen::Index>(values) - 1;
+    features_ = std::min(values, most_features);
+    basis_.resize(values * features_);
+    for (std::size_t f = 0; f < features_; ++f)
+        for (std::size_t v = 0; v < values; ++v)
+            basis_[v * features_ + f] =
+                static_cast<float>(solver.eigenvectors()(static_cast<Eigen::Index>(v), last - static_cast<Eigen::Index>(f)));
+    key_features_.resize(count * features_);
+    project(patches.data(), count, key_features_.data());
+}
+
+Vec2f StylePicture::key(std::size_t number) const
+{
+    const std::size_t column = number % static_cast<std::size_t>(columns_);
+    const std::size_t row = number / static_cast<std::size_t>(columns_);
+    return {static_cast<float>(border_ + std::lround(static_cast<double>(column) * key_step_)),
+            static_cast<float>(border_ + std::lround(static_cast<double>(row) * key_step_))};
+}
+
+std::size_t StylePicture::key_near(Vec2f at) const
+{
+    // Keys are at whole pixels, so that the next one may be nearer than the step says.
+    const auto index = [this](float along, int count)
+    {
+        const double place = static_cast<double>(along) - border_;
+        const auto away = [&](int i) { return std::abs(static_cast<double>(std::lround(i * key_step_)) - place); };
+        int best = std::clamp(static_cast<int>(std::lround(place / key_step_)), 0, count - 1);
+        for (const int other : {best - 1, best + 1})
+            if (other >= 0 && other < count && away(other) < away(best))
+                best = other;
+        return static_cast<std::size_t>(best);
+    };
+    return index(at.y, rows_) * static_cast<std::size_t>(columns_) + index(at.x, columns_);
+}
+
+int StylePicture::key_reach() const
+{
+    return static_cast<int>(std::ceil(key_step_ / 2));
+}
+
+void StylePicture::project(const float* patches, std::size_t rows, float* features) const
+{
+    const std::size_t values = values_per_patch();
+    std::vector<float> centered(patches, patches + rows * values);
+    for (std::size_t row = 0; row < rows; ++row)
+        for (std::size_t v = 0; v < values; ++v)
+            centered[row * values + v] -= mean_[v];
+    const auto stride = static_cast<std::ptrdiff_t>(values);
+    multiply_matrices({centered.data(), rows, values, stride, 1},
+                      {basis_.data(), values, features_, static_cast<std::ptrdiff_t>(features_), 1}, features, 1);
+}
+
+Vec2f StylePicture::inside(Vec2f at) const
+{
+    const auto half = static_cast<float>(border_);
+    return {std::clamp(at.x, half, static_cast<float>(lab_.width - 1) - half),
+            std::clamp(at.y, half, static_cast<float>(lab_.height - 1) - half)};
+}
+
+void StylePicture::find_directions(double stroke_px)
+{
+    const Gradient slope = sobel(blurred(channel(lab_, 0), 1));
+    RasterF products(lab_.width, lab_.height, 3);
+    for (std::size_t i = 0; i < slope.x.values.size(); ++i)
+    {
+        const float x = slope.x.values[i];
+        const float y = slope.y.values[i];
+        products.values[3 * i] = y * y - x * x;
+        products.values[3 * i + 1] = -2 * x * y;
+        products.values[3 * i + 2] = x * x + y * y;
+    }
+    const RasterF means = blurred(products, std::max(1.0, direction_sigma * stroke_px));
+    directions_ = RasterF(lab_.width, lab_.height, 2);
+    for (std::size_t i = 0; i < slope.x.values.size(); ++i)
+        for (std::size_t c = 0; c < 2; ++c)
+            directions_.values[2 * i + c] = means.values[3 * i + c] / std::max(means.values[3 * i + 2], 1e-6F);
+}
+
+StylePicture::Direction StylePicture::direction(Vec2f at) const
+{
+    const int x = std::clamp(static_cast<int>(std::lround(at.x)), 0, directions_.width - 1);
+    const int y = std::clamp(static_cast<int>(std::lround(at.y)), 0, directions_.height - 1);
+    const float* twice = &directions_.at(x, y);
+    const float angle = std::atan2(twice[1], twice[0]) / 2;
+    return {{std::cos(angle), std::sin(angle)}, std::min(std::hypot(twice[0], twice[1]), 1.0F)};
+}
+
+float StylePicture::misalignment(Vec2f at, Vec2f turn) const
+{
+    const int x = std::clamp(static_cast<int>(std::lround(at.x)), 0, directions_.width - 1);
+    const int y = std::clamp(static_cast<int>(std::lround(at.y)), 0, directions_.height - 1);
+    const float* twice = &directions_.at(x, y);
+    const float in_line = twice[0] * (turn.x * turn.x - turn.y * turn.y) + twice[1] * 2 * turn.x * turn.y;
+    return (std::hypot(twice[0], twice[1]) - in_line) / 2;
+}
+
+void StylePicture::turned_patch(Vec2f at, Vec2f turn, float* values) const
+{
+    const auto half = static_cast<float>(side_ / 2);
+    const auto right = static_cast<float>(lab_.width - 1);
+    const auto bottom = static_cast<float>(lab_.height - 1);
+    const std::size_t row = 3 * static_cast<std::size_t>(lab_.width);
+    for (int j = 0; j < side_; ++j)
+        for (int i = 0; i < side_; ++i, values += 3)
+        {
+            const Vec2f p = at + turned({static_cast<float>(i) - half, static_cast<float>(j) - half}, turn);
+            const float x = std::clamp(p.x, 0.0F, right);
+            const float y = std::clamp(p.y, 0.0F, bottom);
+            const int x0 = std::min(static_cast<int>(x), lab_.width - 2);
+            const int y0 = std::min(static_cast<int>(y), lab_.height - 2);
+            const float fx = x - static_cast<float>(x0);
+            const float fy = y - static_cast<float>(y0);
+            const float* a = &lab_.at(x0, y0);
+            const float* b = a + row;
+            for (std::size_t c = 0; c < 3; ++c)
+                values[c] = (a[c] * (1 - fx) + a[c + 3] * fx) * (1 - fy) + (b[c] * (1 - fx) + b[c + 3] * fx) * fy;
+        }
+}
+
+Vec3f StylePicture::color(Vec2f at) const
+{
+    const float x = std::clamp(at.x, 0.0F, static_cast<float>(lab_.width - 1));
+    const float y = std::clamp(at.y, 0.0F, static_cast<float>(lab_.height - 1));
+    const int x0 = static_cast<int>(x);
+    const int y0 = static_cast<int>(y);
+    const int x1 = std::min(x0 + 1, lab_.width - 1);
+    const int y1 = std::min(y0 + 1, lab_.height - 1);
+    const float fx = x - static_cast<float>(x0);
+    const float fy = y - static_cast<float>(y0);
+    const auto value = [this](int column, int row)
+    {
+        const float* v = &lab_.at(column, row);
+        return Vec3f{v[0], v[1], v[2]};
+    };
+    return (value(x0, y0) * (1 - fx) + value(x1, y0) * fx) * (1 - fy) + (value(x0, y1) * (1 - fx) + value(x1, y1) * fx) * fy;
+}
+
+}  // namespace fresco::synthesize

@@ -1,0 +1,93 @@
+#pragma once
+
+#include <fresco/image.h>
+#include <fresco/math.h>
+#include <fresco/progress.h>
+
+#include <cstddef>
+#include <vector>
+
+/// \file The style picture at the size of one level, with the patches (keys) that a search may find in it, their principal
+/// components and the directions of its strokes. search() compares patches of the surface with it.
+
+namespace fresco::synthesize
+{
+
+/// The style picture at one size, and the patches of it that are looked for. Positions are in its pixels, with pixel centers at
+/// whole numbers.
+/// `v`, rotated by the rotation that takes the x axis to `turn` (unit length).
+inline Vec2f turned(Vec2f v, Vec2f turn)
+{
+    return {v.x * turn.x - v.y * turn.y, v.x * turn.y + v.y * turn.x};
+}
+
+/// Positions are in pixels of this size, with pixel centers at whole numbers. Immutable, so thread-safe.
+class StylePicture
+{
+  public:
+    static constexpr std::size_t most_keys = 12000;
+    static constexpr std::size_t most_features = 48;
+
+    /// `scale`: this picture's pixels along a pixel of `rgb`. `side`: of a patch, odd. Keys are patches on a regular grid, every
+    /// second pixel or as many as most_keys allows. `stroke_px`: width of strokes in this picture; turns every key so that
+    /// strokes run along its x axis; 0: keys are not turned. Throws Error for a picture smaller than a patch, or without
+    /// contrast.
+    StylePicture(const Raster8& rgb, double scale, int side, const Progress& progress, double stroke_px = 0);
+
+    double scale() const { return scale_; }
+    int side() const { return side_; }
+    const RasterF& lab() const { return lab_; }
+    std::size_t values_per_patch() const { return 3 * static_cast<std::size_t>(side_) * static_cast<std::size_t>(side_); }
+
+    std::size_t key_count() const { return static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_); }
+    Vec2f key(std::size_t number) const;
+    /// The key nearest to a position.
+    std::size_t key_near(Vec2f at) const;
+    /// Half the distance between keys, in whole pixels.
+    int key_reach() const;
+
+    bool is_directed() const { return !directions_.empty(); }
+    /// The direction of the strokes at a place, without a sign, and how clear it is. \pre is_directed()
+    struct Direction
+    {
+        Vec2f along;          ///< Unit length, x >= 0.
+        float coherence = 0;  ///< 0..1
+    };
+    Direction direction(Vec2f at) const;
+    /// How far strokes at a place deviate from `turn`: from 0 to 1, if they are clearly across. \pre is_directed()
+    float misalignment(Vec2f at, Vec2f turn) const;
+
+    /// Projects `rows` patches (L*a*b*, side² x 3 values each, one after another) to the principal components of the keys.
+    std::size_t feature_count() const { return features_; }
+    void project(const float* patches, std::size_t rows, float* features) const;
+    /// K x feature_count().
+    const std::vector<float>& key_features() const { return key_features_; }
+
+    /// The nearest position at which a whole patch lies in the picture.
+    Vec2f inside(Vec2f at) const;
+    /// The picture at any place, bilinear, clamped at its border.
+    Vec3f color(Vec2f at) const;
+    /// The values of the patch around a whole pixel begin here; rows are lab().width * 3 apart.
+    const float* patch(int x, int y) const { return &lab_.at(x - side_ / 2, y - side_ / 2); }
+    /// The values of the patch around any place whose x axis runs along `turn`, bilinear: side² x 3.
+    void turned_patch(Vec2f at, Vec2f turn, float* values) const;
+
+  private:
+    void find_directions(double stroke_px);
+    void make_basis(const Progress& progress);
+
+    double scale_;
+    int side_;
+    RasterF lab_;
+    int border_;          ///< From a patch's center to its farthest point along x or y, however it is turned.
+    RasterF directions_;  ///< Per pixel the structure tensor's cos and sin of twice the angle along strokes, times coherence.
+    int columns_ = 0;
+    int rows_ = 0;
+    double key_step_ = 1;
+    std::size_t features_ = 0;
+    std::vector<float> mean_;   ///< values_per_patch()
+    std::vector<float> basis_;  ///< values_per_patch() x feature_count()
+    std::vector<float> key_features_;
+};
+
+}  // namespace fresco::synthesize

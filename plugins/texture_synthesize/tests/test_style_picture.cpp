@@ -1,0 +1,295 @@
+#include "samples.h"
+#include "style_picture.h"
+
+#include <fresco/error.h>
+#include <fresco/images/lab.h>
+#include <fresco/images/stroke_width.h>
+
+#include <catch2/catch.hpp>
+
+using namespace samples;
+
+namespace
+{
+
+double squared_distance(const float* a, const float* b, std::size_t count)
+{
+    double sum = 0;
+    for (std::size_t i = 0; i < count; ++i)
+        sum += std::pow(static_cast<double>(a[i] - b[i]), 2);
+    return sum;
+}
+
+/// A key's values, read from the picture.
+std::vector<float> values_of(const StylePicture& level, std::size_t key)
+{
+    const Vec2f at = level.key(key);
+    const int half = level.side() / 2;
+    std::vector<float> values;
+    for (int y = -half; y <= half; ++y)
+        for (int x = -half; x <= half; ++x)
+            for (int c = 0; c < 3; ++c)
+                values.push_back(level.lab().at(static_cast<int>(at.x) + x, static_cast<int>(at.y) + y, c));
+    return values;
+}
+
+}  // namespace
+
+TEST_CASE("a picture without contrast, or smaller than a patch, is refused by name")
+{
+    testing::TestRun run;
+    struct Case
+    {
+        int width, height;
+        double scale;
+        int side;
+        const char* text;
+    };
+    for (const Case& c : {Case{64, 64, 1, 11, "a single color"}, Case{64, 64, 0.5, 31, "a single color"},
+                          Case{64, 64, 0.1, 11, "a single color"}})
+        CHECK_THROWS_WITH(StylePicture(Raster8(c.width, c.height, 3, 90), c.scale, c.side, run), Catch::Contains(c.text));
+    for (const Case& c : {Case{10, 64, 1, 11, "10x64"}, Case{64, 10, 1, 11, "64x10"}, Case{64, 64, 0.15, 11, "64x64"}})
+        CHECK_THROWS_WITH(StylePicture(brush_picture(c.width, c.height, 1), c.scale, c.side, run),
+                          Catch::Contains(c.text) && Catch::Contains("smaller than one patch of 11"));
+}
+
+TEST_CASE("a picture of just one patch, or whose keys are all alike, has contrast enough")
+{
+    testing::TestRun run;
+    const StylePicture single(brush_picture(11, 11, 1), 1, 11, run);
+    CHECK(single.key_count() == 1);
+    CHECK(single.key(0) == Vec2f{5, 5});
+    Raster8 checkers(40, 40, 3);
+    for (int y = 0; y < 40; ++y)
+        for (int x = 0; x < 40; ++x)
+            for (int c = 0; c < 3; ++c)
+                checkers.at(x, y, c) = (x + y) % 2 == 0 ? 40 : 220;
+    const StylePicture level(checkers, 1, 5, run);
+    for (const float v : level.key_features())
+        CHECK(std::isfinite(v));
+}
+
+TEST_CASE("keys are a regular grid of whole patches, at most twelve thousand")
+{
+    testing::TestRun run(2);
+    struct Case
+    {
+        int width, height;
+        double scale;
+        int side;
+    };
+    for (const Case& c : {Case{60, 40, 1, 11}, Case{61, 41, 1, 5}, Case{300, 260, 1, 5}, Case{900, 90, 0.5, 7},
+                          Case{50, 40, 2, 7}, Case{400, 700, 1, 3}})
+    {
+        CAPTURE(c.width, c.height, c.scale, c.side);
+        const StylePicture level(brush_picture(c.width, c.height, 1), c.scale, c.side, run);
+        CHECK(level.lab().width == static_cast<int>(std::lround(c.width * c.scale)));
+        CHECK(level.lab().height == static_cast<int>(std::lround(c.height * c.scale)));
+        CHECK(level.key_count() <= StylePicture::most_keys);
+        CHECK(level.key_features().size() == level.key_count() * level.feature_count());
+        const auto half = static_cast<float>(c.side / 2);
+        std::size_t outside = 0;
+        float largest_step = 0;
+        for (std::size_t k = 0; k < level.key_count(); ++k)
+        {
+            const Vec2f at = level.key(k);
+            outside += at.x < half || at.y < half || at.x > static_cast<float>(level.lab().width - 1) - half ||
+                       at.y > static_cast<float>(level.lab().height - 1) - half;
+            outside += at.x != std::floor(at.x) || at.y != std::floor(at.y) || level.inside(at) != at;
+            if (k > 0 && level.key(k - 1).y == at.y)
+                largest_step = std::max(largest_step, at.x - level.key(k - 1).x);
+        }
+        CHECK(outside == 0);
+        // As many as fit: every second pixel, or so many that one more column would be too much.
+        if (level.key_count() < 9000)
+            CHECK(largest_step == 2);
+        // From one key to the next there is no pixel that neither reaches.
+        CHECK(2 * level.key_reach() + 1 >= static_cast<int>(largest_step));
+        const Vec2f last = level.key(level.key_count() - 1);
+        CHECK(static_cast<float>(level.lab().width - 1) - half - last.x <= largest_step);
+        CHECK(static_cast<float>(level.lab().height - 1) - half - last.y <= largest_step);
+    }
+}
+
+TEST_CASE("the key near a position is the nearest")
+{
+    testing::TestRun run;
+    Random random(8);
+    for (const int width : {40, 230, 320})
+    {
+        CAPTURE(width);
+        const StylePicture level(brush_picture(width, 240, 1), 1, 5, run);
+        double worst = 0;
+        for (int i = 0; i < 300; ++i)
+        {
+            const Vec2f at{static_cast<float>(random.uniform() * width), static_cast<float>(random.uniform() * 240)};
+            const auto away = [&](std::size_t key) { return static_cast<double>(length(level.key(key) - at)); };
+            double least = 1e9;
+            for (std::size_t k = 0; k < level.key_count(); ++k)
+                least = std::min(least, away(k));
+            worst = std::max(worst, away(level.key_near(at)) - least);
+        }
+        CHECK(worst < 1e-5);
+    }
+}
+
+TEST_CASE("components keep distances: all of them exactly, the first ones never lengthen them")
+{
+    testing::TestRun run;
+    for (const int side : {3, 5, 7})
+    {
+        CAPTURE(side);
+        const StylePicture level(brush_picture(60, 50, 3), 1, side, run);
+        const std::size_t size = level.feature_count();
+        CHECK(size == std::min<std::size_t>(level.values_per_patch(), StylePicture::most_features));
+        double longest = 0;
+        double kept = 0;
+        double all = 0;
+        for (std::size_t a = 0; a < level.key_count(); a += 17)
+        {
+            const auto values = values_of(level, a);
+            std::vector<float> features(size);
+            level.project(values.data(), 1, features.data());
+            CHECK(squared_distance(features.data(), &level.key_features()[a * size], size) < 1e-3);
+            // Rows of the picture, as they lie there.
+            CHECK(level.patch(static_cast<int>(level.key(a).x), static_cast<int>(level.key(a).y))[0] == values[0]);
+            for (std::size_t b = 0; b < level.key_count(); b += 31)
+            {
+                const double truth = squared_distance(values.data(), values_of(level, b).data(), values.size());
+                const double found = squared_distance(features.data(), &level.key_features()[b * size], size);
+                longest = std::max(longest, (found - truth) / (truth + 10));
+                kept += found;
+                all += truth;
+            }
+        }
+        CHECK(longest < 1e-3);
+        CHECK(kept / all > (side == 3 ? 0.9999 : 0.8));
+    }
+}
+
+TEST_CASE("several rows are projected as one by one, and colors are bilinear")
+{
+    testing::TestRun run;
+    const Raster8 picture = brush_picture(40, 30, 3);
+    const StylePicture level(picture, 1, 5, run);
+    const std::size_t size = level.feature_count();
+    std::vector<float> rows;
+    for (std::size_t k = 0; k < 40; ++k)
+    {
+        const auto values = values_of(level, 3 * k);
+        rows.insert(rows.end(), values.begin(), values.end());
+    }
+    std::vector<float> together(40 * size);
+    level.project(rows.data(), 40, together.data());
+    double worst = 0;
+    for (std::size_t k = 0; k < 40; ++k)
+        worst = std::max(worst, squared_distance(&together[k * size], &level.key_features()[3 * k * size], size));
+    CHECK(worst < 1e-3);
+
+    const auto lab = [&](int x, int y)
+    {
+        return lab_from_rgb(Vec3f{static_cast<float>(picture.at(x, y, 0)), static_cast<float>(picture.at(x, y, 1)),
+                                  static_cast<float>(picture.at(x, y, 2))} *
+                            (1 / 255.0F));
+    };
+    CHECK(length(level.color({7, 9}) - lab(7, 9)) < 1e-2F);
+    CHECK(length(level.color({7.25F, 9}) - (lab(7, 9) * 0.75F + lab(8, 9) * 0.25F)) < 1e-2F);
+    CHECK(length(level.color({7, 9.5F}) - (lab(7, 9) + lab(7, 10)) * 0.5F) < 1e-2F);
+    CHECK(level.color({-5, 90}) == level.color({0, 29}));
+    CHECK(level.inside({-5, 90}) == Vec2f{2, 27});
+    CHECK(level.inside({20.5F, 13.25F}) == Vec2f{20.5F, 13.25F});
+}
+
+namespace
+{
+
+/// Stripes, each `width_px` wide: as soft as a sine, or hard-edged.
+Raster8 stripes(int width, int height, double width_px, double degrees, bool is_hard = false)
+{
+    Raster8 picture(width, height, 3);
+    const double angle = degrees * std::numbers::pi / 180;
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+        {
+            const double wave = std::sin(std::numbers::pi * (x * std::cos(angle) + y * std::sin(angle)) / width_px);
+            const double value = 128 + 80 * (is_hard ? std::copysign(1.0, wave) : wave);
+            for (int c = 0; c < 3; ++c)
+                picture.at(x, y, c) = static_cast<std::uint8_t>(std::lround(value));
+        }
+    return picture;
+}
+
+/// Each pixel four times.
+Raster8 doubled(const Raster8& picture)
+{
+    Raster8 result(2 * picture.width, 2 * picture.height, 3);
+    for (int y = 0; y < result.height; ++y)
+        for (int x = 0; x < result.width; ++x)
+            for (int c = 0; c < 3; ++c)
+                result.at(x, y, c) = picture.at(x / 2, y / 2, c);
+    return result;
+}
+
+Raster8 noise_picture(int size)
+{
+    Random random(9);
+    Raster8 picture(size, size, 3);
+    for (std::uint8_t& v : picture.values)
+        v = static_cast<std::uint8_t>(random.below(256));
+    return picture;
+}
+
+}  // namespace
+
+TEST_CASE("the stroke width of stripes is theirs, at any angle and size")
+{
+    testing::TestRun run;
+    for (const double width : {4.0, 7.0, 10.0})
+        for (const double degrees : {0.0, 20.0, 45.0, 90.0, 133.0})
+        {
+            CAPTURE(width, degrees);
+            const Raster8 picture = stripes(180, 170, width, degrees);
+            const double measured = stroke_width_px(picture, run);
+            CHECK(measured == Approx(width).epsilon(0.15));
+            CHECK(stroke_width_px(stripes(180, 170, width, degrees, true), run) == Approx(0.75 * width).epsilon(0.15));
+            if (degrees == 20)
+                CHECK(stroke_width_px(resized(picture, 360, 340), run) == Approx(2 * measured).epsilon(0.15));
+        }
+    // Measured at a smaller size.
+    CHECK(stroke_width_px(stripes(1100, 240, 12, 30), run) == Approx(12).epsilon(0.15));
+}
+
+TEST_CASE("strokes count by their width, not their length")
+{
+    testing::TestRun run;
+    for (const double width : {4.0, 6.0, 9.0})
+    {
+        CAPTURE(width);
+        const Raster8 picture = brush_picture(160, 140, 4, width);
+        const double measured = stroke_width_px(picture, run);
+        CHECK(measured > 0.6 * width);
+        CHECK(measured < 1.6 * width);
+        CHECK(stroke_width_px(doubled(picture), run) == Approx(2 * measured).epsilon(0.15));
+    }
+}
+
+TEST_CASE("noise has the narrowest strokes, and any picture some")
+{
+    testing::TestRun run;
+    CHECK(stroke_width_px(noise_picture(200), run) <= 3);
+    CHECK(stroke_width_px(doubled(noise_picture(100)), run) <= 5);
+    for (const int size : {1, 2, 5, 30, 200})
+        for (const std::uint8_t value : {std::uint8_t{0}, std::uint8_t{77}, std::uint8_t{255}})
+        {
+            const double width = stroke_width_px(Raster8(size, size, 3, value), run);
+            CHECK(std::isfinite(width));
+            CHECK(width >= 2);
+        }
+    CHECK(std::isfinite(stroke_width_px(brush_picture(400, 3, 1), run)));
+    testing::TestRun single(1);
+    testing::TestRun five(5);
+    const Raster8 picture = brush_picture(150, 120, 2);
+    CHECK(stroke_width_px(picture, single) == stroke_width_px(picture, five));
+    five.cancel_after(2);
+    CHECK_THROWS_AS(stroke_width_px(picture, five), Canceled);
+}

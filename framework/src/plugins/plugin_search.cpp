@@ -58,10 +58,17 @@ class DescriptorCache
         {
             folder_.clear();
         }
-        sdk_hash_ = hashes_.hash(sdk_library());
+        sdk_hash_ = hash(sdk_library());
     }
 
-    std::string hash(const fs::path& file) { return hashes_.hash(file); }
+    /// As it was when first asked for: in an image, where stamps are not relied on, each file is still read only once.
+    std::string hash(const fs::path& file)
+    {
+        std::string& hash = files_[file];
+        if (hash.empty())
+            hash = hashes_.hash(file);
+        return hash;
+    }
 
     /// The remembered probe, or nothing where the file was never seen or a library behind it may be another.
     std::optional<Probe> find(const fs::path& library)
@@ -71,14 +78,13 @@ class DescriptorCache
             if (folder_.empty())
                 return std::nullopt;
             const Entry entry = entry_of(library);
-            keys_[library] = entry.key;
             if (!fs::exists(entry.file))
                 return std::nullopt;
             const Value value = read_record(entry.file);
             if (value.at("key").as_string() != entry.key)
                 return std::nullopt;
             for (const auto& [file, hash] : value.at("own_hashes").as_map())
-                if (!fs::exists(file) || hashes_.hash(file) != hash.as_string())
+                if (!fs::exists(file) || this->hash(file) != hash.as_string())
                     return std::nullopt;
             if (!(value.at("own_names") == own_names(library)))
                 return std::nullopt;
@@ -99,11 +105,11 @@ class DescriptorCache
             Value::Map own;
             if (probe.refusal.empty())
                 for (const auto& file : probe.description.at("own_libraries").as_list())
-                    own.emplace_back(file.as_string(), hashes_.hash(file.as_string()));
+                    own.emplace_back(file.as_string(), hash(file.as_string()));
             // It may have been replaced while it was asked.
-            const Entry entry = entry_of(probe.library);
-            if (entry.key != keys_[probe.library] || file_hash(probe.library) != hashes_.hash(probe.library))
+            if (file_hash(probe.library) != hash(probe.library))
                 return;
+            const Entry entry = entry_of(probe.library);
             write_record(entry.file, Value::Map{{"key", entry.key},
                                                 {"description", probe.description},
                                                 {"refusal", probe.refusal},
@@ -128,7 +134,7 @@ class DescriptorCache
     {
         const char* path = std::getenv("LD_LIBRARY_PATH");
         const std::string key = std::to_string(cache_format) + "/" + std::to_string(FRESCO_ABI) + "/" + sdk_hash_ + "/" +
-                                hashes_.hash(library) + "/" + library.string() + ":" + (path != nullptr ? path : "");
+                                hash(library) + "/" + library.string() + ":" + (path != nullptr ? path : "");
         return {key, folder_ / (content_hash(key) + ".json")};
     }
 
@@ -148,8 +154,8 @@ class DescriptorCache
 
     fs::path folder_;
     FileHashes hashes_;
+    std::map<fs::path, std::string> files_;
     std::map<fs::path, std::string> names_;
-    std::map<fs::path, std::string> keys_;  ///< As they were before the libraries were asked.
     std::string sdk_hash_;
 };
 

@@ -17,6 +17,9 @@ struct ProgramEnd
 {
     int exit_code = -1;
     std::string output;  ///< Standard output and error together.
+
+    /// The output for a message: its lines, each behind a bar.
+    std::string quoted_output() const;
 };
 
 struct ProgramStart

@@ -44,11 +44,9 @@ struct Printed
     {
         constexpr std::size_t indent = 4;
         std::fputs((is_text ? folded(out.str(), width, indent) : out.str()).c_str(), stdout);
-        std::string said = errors.str();
-        if (said.ends_with('\n'))
-            said.pop_back();
-        if (!said.empty())
-            print_message(said);
+        std::istringstream said(errors.str());
+        for (std::string line; std::getline(said, line);)
+            print_message(line);
     }
 };
 

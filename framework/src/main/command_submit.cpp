@@ -128,7 +128,7 @@ int submit(const SubmitArguments& arguments)
     tell(outcome, request, head);
     if (outcome.script.exit_code > 0)
     {
-        print_message("error: submitting ended early: " + outcome.script.output + "    run the same command again to go on");
+        print_message("error: submitting ended early: run the same command again to go on" + outcome.script.quoted_output());
         return 1;
     }
     return 0;
@@ -140,7 +140,7 @@ int export_snakemake(const TableArguments& arguments)
         return code;
     const fs::path file = arguments.folder_path() / "Snakefile";
     write_file(file, snakefile(read_task_head(arguments.folder_path()), arguments.folder_path(), own_program()));
-    fmt::print("{}\n", path_text(file));
+    print_line(path_text(file));
     return 0;
 }
 

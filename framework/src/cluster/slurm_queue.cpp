@@ -31,6 +31,8 @@ std::optional<std::size_t> number_in(const std::string& text)
 
 std::string ProgramEnd::quoted_output() const
 {
+    if (output.find('\n') >= output.find_last_not_of('\n'))
+        return " " + output.substr(0, output.find('\n'));
     std::string text;
     std::istringstream lines(output);
     for (std::string line; std::getline(lines, line);)

@@ -130,6 +130,7 @@ void add_doctor_command(CLI::App& app, int& exit_code)
         [json, &exit_code]
         {
             const Catalog catalog = load_catalog(true);
+            warn_of_plugin_folders();
             *json ? print_json(catalog) : print_text(catalog);
             exit_code = catalog.refusals().empty() ? 0 : 4;
         });

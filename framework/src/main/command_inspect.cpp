@@ -63,6 +63,7 @@ void add_inspect_commands(CLI::App& app, int& exit_code)
             [arguments, action, is_text, &exit_code]
             {
                 Printed printed;
+                warn_of_plugin_folders();
                 exit_code = action(*arguments, load_catalog(), printed);
                 printed.print(is_text && !arguments->json);
             });

@@ -2,6 +2,7 @@
 
 #include "base/file_stamp.h"
 #include "base/records.h"
+#include "base/unit_text.h"
 #include "plugins/plugin_library.h"
 #include "plugins/plugin_probe.h"
 #include "plugins/plugin_search.h"
@@ -257,6 +258,23 @@ std::vector<PluginFolder> plugin_folders()
     if (const fs::path program = program_folder(); !program.empty())
         folders.push_back({program.parent_path() / "lib" / "fresco", "installation"});
     return folders;
+}
+
+std::vector<std::string> plugin_folder_warnings()
+{
+    std::vector<std::string> warnings;
+    for (const PluginFolder& folder : plugin_folders())
+    {
+        std::error_code error;
+        const fs::directory_iterator entries(folder.path, error);
+        if (error && folder.origin == named_by_user)
+            warnings.push_back("FRESCO_PLUGIN_PATH: " + folder.path.string() + ": " + error.message());
+        else if (!error && (fs::status(folder.path, error).permissions() & fs::perms::others_write) != fs::perms::none)
+            warnings.push_back(folder.path.string() +
+                               ": every user may put plugins into this folder, and they run as you: chmod o-w " +
+                               shell_word(folder.path.string()));
+    }
+    return warnings;
 }
 
 fs::path user_cache_folder()

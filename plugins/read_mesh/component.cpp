@@ -12,7 +12,9 @@ class ReadMesh final : public fresco::FileReader
 
     std::shared_ptr<const fresco::Artifact> read(const std::filesystem::path& file) override
     {
-        return std::make_shared<fresco::Mesh>(fresco::read_mesh(file));
+        auto mesh = std::make_shared<fresco::Mesh>(fresco::read_mesh(file));
+        check_mesh(*mesh, file.string());
+        return mesh;
     }
 };
 

@@ -98,7 +98,10 @@ LabeledSurface surface_from_ply(std::span<const std::byte> bytes, const std::str
         throw Error(fmt::format("{}: the property '{}' labels nothing{}", source, property,
                                 naming == Naming::nyu40 ? "; for labels other than NYU40's, set naming: numbers" : ""));
     if (moved == nullptr)
+    {
+        check_mesh(result.mesh, source);
         return result;
+    }
     if (moved->positions.size() != result.mesh.positions.size())
         throw Error(fmt::format("{} has {} vertices, the mesh on port 'labeled' {}: these are labels of another mesh", source,
                                 result.mesh.positions.size(), moved->positions.size()));

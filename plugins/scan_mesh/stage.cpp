@@ -48,6 +48,7 @@ class ScanMesh final : public fresco::Stage
             run.warning(path->path.filename().string() + ": " + warning);
         fresco::Mesh& surface = read.mesh;
         scan_mesh::move_mesh(surface, *unit_m, rotation, world_from_file);
+        check_mesh(surface, path->path.string() + " in meters");
         run.report("vertices_joined", read.split_vertices ? scan_mesh::join_vertices(surface) : 0);
 
         fresco::Model textured;

@@ -54,6 +54,7 @@ class ScanScannet final : public RecordingStage
             return mesh.leave_out(path().string() + "/*_vh_clean.ply or *_vh_clean_2.ply, or set option \"mesh\"", run);
         run.reads_file(file);
         auto surface = fresco::read_mesh(file);
+        check_mesh(surface, file.string());
         if (*align_axes)
             for (auto& position : surface.positions)
                 position = fresco::vec_cast<float>(calibration_.aligned_from_world->point(fresco::vec_cast<double>(position)));

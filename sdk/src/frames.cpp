@@ -26,8 +26,12 @@ namespace
 namespace fs = std::filesystem;
 
 constexpr double farthest_m = 1e7;
-/// How many times its longer side a focal length or the principal point of a picture may be, or the other way.
-constexpr double most_sides = 1e6;
+/// How many times the focal length a picture's longer side may be: it then spans 177.7 degrees, and pixels at its border see 2500
+/// times less than in its middle.
+constexpr double widest_sides = 100;
+/// How many times its longer side a picture's focal length may be, which then spans 20 arc seconds, as a telescope does; and how
+/// far off its principal point.
+constexpr double longest_sides = 1e4;
 
 Value picture_to_value(const PictureFile& picture, const ArtifactFolder& folder)
 {
@@ -296,18 +300,17 @@ void check_camera(const Camera& camera, std::string_view source)
         fail(fmt::format("camera of {}x{} pixels; 1 to 65536 are accepted", k.width, k.height));
     if (!std::isfinite(k.fx) || !std::isfinite(k.fy) || k.fx <= 0 || k.fy <= 0)
         fail("focal lengths must be positive numbers");
-    // Beyond, rays have no direction in the single precision of ray casters.
     const double side = std::max(k.width, k.height);
     for (const double focal : {k.fx, k.fy})
-        if (focal < side / most_sides || focal > side * most_sides)
-            fail(fmt::format("a focal length of {} pixels for a picture of {}x{}; from a millionth to a million times its longer "
-                             "side are accepted",
-                             to_json(focal), k.width, k.height));
+        if (focal < side / widest_sides || focal > side * longest_sides)
+            fail(fmt::format("a focal length of {} pixels for a picture of {}x{}; from {} to {} are accepted, a hundredth to "
+                             "10 000 times its longer side",
+                             to_json(focal), k.width, k.height, to_json(side / widest_sides), to_json(side * longest_sides)));
     if (!std::isfinite(k.cx) || !std::isfinite(k.cy))
         fail("the principal point is not finite");
-    if (std::abs(k.cx) > side * most_sides || std::abs(k.cy) > side * most_sides)
+    if (std::abs(k.cx) > side * longest_sides || std::abs(k.cy) > side * longest_sides)
         fail("the principal point (" + to_json(k.cx) + ", " + to_json(k.cy) +
-             ") is more than a million times the picture's longer side away");
+             ") is more than 10 000 times the picture's longer side away");
     const double error = camera.world_from_camera.rotation_error();
     if (error > 1e-2)
         fail(std::isinf(error) ? "the pose has an entry that is not finite, or its rotation mirrors"

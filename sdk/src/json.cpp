@@ -143,10 +143,14 @@ class Reader final : public nlohmann::json_sax<nlohmann::json>
     bool end_array() override { return close(); }
     bool parse_error(std::size_t position, const std::string&, const nlohmann::detail::exception& error) override
     {
+        // "[json…] parse error at line 1, column 2: syntax error while parsing value - invalid literal; last read: '[N'"
         offset = position;
-        const std::string_view what = error.what();
-        const auto colon = what.rfind(": ");
-        return fail(std::string(colon == std::string_view::npos ? what : what.substr(colon + 2)));
+        std::string_view what = error.what();
+        for (const std::string_view before : {": ", " - "})
+            if (const auto end = what.find(before); end < what.find("; last read"))
+                what.remove_prefix(end + before.size());
+        constexpr std::size_t most_shown = 200;
+        return fail(std::string(what.size() <= most_shown ? what : what.substr(0, what.find("; last read"))));
     }
 
     Value root;

@@ -19,9 +19,19 @@ namespace fresco
 namespace
 {
 
+// Within these, algorithms may square areas in single precision: those of the largest mesh stay a billion times below the largest
+// number, those of a millionth of the smallest, of a face then, a billion times above the smallest. Maps reach to 1e7 m (UTM).
+constexpr float farthest_vertex_m = 1e7F;
+constexpr double smallest_m2 = 1e-8;
+
 bool is_finite(Vec3f p)
 {
     return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
+}
+
+bool is_near(Vec3f p)
+{
+    return std::abs(p.x) <= farthest_vertex_m && std::abs(p.y) <= farthest_m && std::abs(p.z) <= farthest_m;
 }
 
 /// Twice the area times the unit normal, in double: scans have slivers whose float cross product is noise.
@@ -81,10 +91,23 @@ void check_mesh(const Mesh& mesh, std::string_view source)
     for (std::size_t i = 0; i < mesh.positions.size(); ++i)
         if (!is_finite(mesh.positions[i]))
             fail(fmt::format("the position of vertex {} is not finite", i));
+        else if (!is_near(mesh.positions[i]))
+            fail(fmt::format(
+                "vertex {} is more than 1e7 m from the origin, at ({:g}, {:g}, {:g}): the mesh is damaged, or of another "
+                "unit",
+                i, mesh.positions[i].x, mesh.positions[i].y, mesh.positions[i].z));
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
         for (const std::uint32_t index : mesh.triangles[i])
             if (index >= mesh.positions.size())
                 fail(fmt::format("face {} names vertex {} of {}", i, index, mesh.positions.size()));
+    double area_m2 = 0;
+    for (const Triangle& triangle : mesh.triangles)
+        area_m2 += length(area_normal(mesh, triangle)) / 2;
+    if (!(area_m2 >= smallest_m2))
+        fail(fmt::format(
+            "the faces have an area of {:.3g} m² in all; at least 1e-8 m², 0.1 mm x 0.1 mm, are accepted: the mesh is "
+            "damaged, or of another unit",
+            area_m2));
     for (std::size_t i = 0; i < mesh.texcoords.size(); ++i)
         if (!std::isfinite(mesh.texcoords[i].x) || !std::isfinite(mesh.texcoords[i].y))
             fail(fmt::format("the texcoord of corner {} of face {} is not finite", i % 3, i / 3));

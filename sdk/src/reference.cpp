@@ -4,6 +4,8 @@
 #include <fresco/error.h>
 #include <fresco/input_roots.h>
 
+#include <algorithm>
+
 namespace fresco
 {
 namespace
@@ -23,6 +25,15 @@ void note_result(const fs::path& place, const ArtifactFolder& folder)
                     ": will be gone when the stage is done; refer only to files in the artifact's own folder or in an input's");
     if (folder.references != nullptr && *part == "objects" && ++part != place.end())
         folder.references->insert(part->string());
+}
+
+/// A file that a reference names below a folder.
+fs::path named_below(const fs::path& folder, std::string_view prefix, const std::string& reference)
+{
+    const fs::path name = reference.substr(prefix.size());
+    if (name.empty() || name.is_absolute() || std::ranges::find(name, fs::path("..")) != name.end())
+        throw Error("reference \"" + reference + "\" leads out of its folder: use \"file:\" and an absolute path");
+    return folder / name;
 }
 
 }  // namespace
@@ -55,9 +66,9 @@ std::string reference_to(const fs::path& file, const ArtifactFolder& folder)
 fs::path referred_file(const std::string& reference, const ArtifactFolder& folder)
 {
     if (reference.starts_with(own_prefix))
-        return folder.path / reference.substr(own_prefix.size());
+        return named_below(folder.path, own_prefix, reference);
     if (reference.starts_with(store_prefix))
-        return folder.store / reference.substr(store_prefix.size());
+        return named_below(folder.store, store_prefix, reference);
     if (reference.starts_with(file_prefix))
         return reference.substr(file_prefix.size());
     if (!is_input_name(reference))

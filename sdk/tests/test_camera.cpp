@@ -37,14 +37,17 @@ TEST_CASE("A pose that is no rotation is refused")
     CHECK_THROWS_AS(fresco::check_camera(camera, "pose.txt"), fresco::Error);
 }
 
-TEST_CASE("A camera whose rays have no direction in single precision is refused")
+TEST_CASE("A camera that no lens gives is refused")
 {
     const auto check = [](double focal, double center) {
         fresco::check_camera({{64, 48, focal, focal, center, 24}, {}}, "camera.txt");
     };
-    CHECK_NOTHROW(check(1, 32));
-    CHECK_NOTHROW(check(6.4e7, -6.4e7));
-    CHECK_THROWS_WITH(check(6e-5, 32), Contains("camera.txt: a focal length of 6e-05 pixels for a picture of 64x48"));
+    CHECK_NOTHROW(check(0.64, 32));
+    CHECK_NOTHROW(check(6.4e5, -6.4e5));
+    CHECK_THROWS_WITH(check(0.63, 32), Contains("camera.txt: a focal length of 0.63 pixels for a picture of 64x48; from 0.64 to "
+                                                "640000.0 are accepted"));
+    CHECK_THROWS_WITH(check(6.5e5, 32), Contains("a focal length of 650000.0 pixels"));
+    CHECK_THROWS_WITH(check(0.001, 32), Contains("a focal length of 0.001 pixels"));
     CHECK_THROWS_WITH(check(1e300, 32), Contains("a focal length of 1e+300 pixels"));
     CHECK_THROWS_WITH(check(50, -1e30), Contains("camera.txt: the principal point (-1e+30, 24.0)"));
 }

@@ -7,6 +7,7 @@
 
 #include <catch2/catch.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -84,10 +85,31 @@ TEST_CASE("Mesh: check_mesh names the first offence", "[mesh]")
     refused([](Mesh& m) { m.triangles[3][1] = 8; }, "face 3 names vertex 8 of 8");
     refused([](Mesh& m) { m.positions[2].z = std::numeric_limits<float>::infinity(); }, "vertex 2 is not finite");
     refused([](Mesh& m) { m.positions[7].x = std::nanf(""); }, "vertex 7 is not finite");
+    refused([](Mesh& m) { m.positions[5].y = -1.1e7F; }, "vertex 5 is more than 1e7 m from the origin, at (");
+    refused([](Mesh& m) { m.positions[0].x = 3e38F; }, "vertex 0 is more than 1e7 m from the origin, at (3e+38, ");
+    refused([](Mesh& m) { std::ranges::for_each(m.positions, [](Vec3f& p) { p = p * 3e-5F; }); },
+            "the faces have an area of 5.4e-09 m² in all; at least 1e-8 m²");
+    refused([](Mesh& m) { std::ranges::for_each(m.positions, [](Vec3f& p) { p = p * 1e-45F; }); }, "the faces have an area of");
+    refused([](Mesh& m) { std::ranges::for_each(m.positions, [](Vec3f& p) { p.x = p.y = 0; }); },
+            "the faces have an area of 0 m²");
     refused([](Mesh& m) { m.texcoords[10].y = std::nanf(""); }, "corner 1 of face 3");
     refused([](Mesh& m) { m.texcoords.pop_back(); }, "35 texcoords; expected 36");
     refused([](Mesh& m) { m.colors.pop_back(); }, "7 colors; expected 8");
     refused([](Mesh& m) { m.charts.push_back(0); }, "13 charts; expected 12");
+}
+
+TEST_CASE("Mesh: the largest and the smallest that check_mesh takes have squared areas in single precision", "[mesh]")
+{
+    for (const float scale : {1e7F, 1e-4F})
+    {
+        Mesh mesh = cube();
+        for (Vec3f& position : mesh.positions)
+            position = position * scale;
+        CHECK_NOTHROW(check_mesh(mesh, "cube"));
+        // At the small end, of a face a millionth of the whole.
+        const float area = scale * scale * (scale < 1 ? 1e-6F : 1.0F);
+        CHECK(std::isnormal(area * area));
+    }
 }
 
 TEST_CASE("Mesh: saved and loaded it is the same, faces that name a vertex twice included", "[mesh]")

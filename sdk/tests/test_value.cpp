@@ -43,6 +43,8 @@ TEST_CASE("A JSON map of many keys is read in time, and a key that appears twice
         text += "\"" + std::to_string(i) + "\":0,";
     const std::clock_t begin = std::clock();
     CHECK(fresco::parse_json(text + "\"a\":0}").as_map().size() == 300'001);
+    CHECK_THROWS_WITH(fresco::parse_json("{\"a: b\": [[N", "f.json"),
+                      "f.json: not valid JSON at byte 12: invalid literal; last read: '\"a: b\": [[N'");
     CHECK_THROWS_WITH(fresco::parse_json(text + "\"7\":0}", "f.json"), "f.json: not valid JSON: the key \"7\" appears twice");
     CHECK(static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC < 30);
 }

@@ -12,7 +12,8 @@
 namespace fresco::host
 {
 
-/// A cheap sign that a file is unchanged: whoever writes to it, gives it another name or sets its times changes `ctime_ns`.
+/// A cheap sign that a file is unchanged: whoever writes to it, gives it another name or sets its times changes `ctime_ns`, where
+/// the file system keeps that time itself (see tells_changes).
 struct FileStamp
 {
     std::uint64_t size = 0;
@@ -20,6 +21,8 @@ struct FileStamp
     std::int64_t ctime_ns = 0;
     std::uint64_t inode = 0;
     std::uint64_t device = 0;
+    std::int64_t file_system = 0;      ///< statfs: f_type
+    std::uint64_t file_system_id = 0;  ///< f_fsid
 
     friend bool operator==(const FileStamp&, const FileStamp&) = default;
 };
@@ -27,14 +30,19 @@ struct FileStamp
 /// The stamp as it is now; nothing if there is no such file, or none that may be looked at.
 std::optional<FileStamp> stamp_of(const std::filesystem::path& file);
 
+/// May an equal stamp stand for equal contents? False where the file system may take the time of the last change from elsewhere:
+/// images (squashfs, ISO 9660), FAT, FUSE and network mounts set it to the time of the contents, or to the second in which the
+/// image was made. Two images mounted in turn then have equal stamps.
+bool tells_changes(const FileStamp& stamp, bool read_only);
+
 /// Something outside the store that a result was made from: a file's contents, or which names that match a pattern are directly
 /// in a folder.
 struct Dependency
 {
     std::filesystem::path path;  ///< With `folder`, the folder and then the pattern (see name_matches): "scan/seq-*".
     bool folder = false;
-    /// From before its contents were read. None where the last change was less than two seconds before: the file may change once
-    /// more within the same step of the file system's clock.
+    /// From before its contents were read. None where it does not tell changes, or the last change was less than two seconds
+    /// before: the file may change once more within the same step of the file system's clock.
     std::optional<FileStamp> stamp;
     std::string hash;
     std::string name{};  ///< In records and manifests: its input_name; empty: the path.

@@ -1,6 +1,8 @@
 #include "base/terminal_line.h"
+#include "base/utf8.h"
 
 #include <algorithm>
+#include <fmt/format.h>
 
 namespace fresco::host
 {
@@ -15,25 +17,42 @@ std::size_t character_bytes(std::string_view text)
     return std::min(bytes, text.size());
 }
 
+/// Its number, if the character has at most three bytes; otherwise 0x1F300.
+unsigned code_of(std::string_view character)
+{
+    const auto byte = [&](std::size_t i) { return static_cast<unsigned>(static_cast<unsigned char>(character[i])); };
+    switch (character.size())
+    {
+    case 1:
+        return byte(0);
+    case 2:
+        return (byte(0) & 0x1FU) << 6U | (byte(1) & 0x3FU);
+    case 3:
+        return (byte(0) & 0x0FU) << 12U | (byte(1) & 0x3FU) << 6U | (byte(2) & 0x3FU);
+    default:
+        return 0x1F300U;
+    }
+}
+
 /// Those of the East take two columns.
 std::size_t character_columns(std::string_view character)
 {
     if (character.size() < 3)
         return 1;
-    const auto byte = [&](std::size_t i) { return static_cast<unsigned>(static_cast<unsigned char>(character[i])); };
-    const unsigned code =
-        character.size() == 3 ? (byte(0) & 0x0FU) << 12U | (byte(1) & 0x3FU) << 6U | (byte(2) & 0x3FU) : 0x1F300U;
+    const unsigned code = code_of(character);
     const bool wide = (code >= 0x1100 && code <= 0x115F) || (code >= 0x2E80 && code <= 0xA4CF) ||
                       (code >= 0xAC00 && code <= 0xD7A3) || (code >= 0xF900 && code <= 0xFAFF) ||
                       (code >= 0xFE30 && code <= 0xFE6F) || (code >= 0xFF00 && code <= 0xFF60) || code >= 0x1F300;
     return wide ? 2 : 1;
 }
 
-/// Those from U+0080 to U+009F begin escape sequences on some terminals.
+/// Those from U+0080 to U+009F begin escape sequences on some terminals; the later ones end a line or turn the direction of
+/// writing.
 bool is_control(std::string_view character)
 {
-    const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(character[i]); };
-    return byte(0) < 0x20 || byte(0) == 0x7F || (byte(0) == 0xC2 && character.size() == 2 && byte(1) < 0xA0);
+    const unsigned code = code_of(character);
+    return code < 0x20 || (code >= 0x7F && code < 0xA0) || code == 0x061C || code == 0x200E || code == 0x200F ||
+           (code >= 0x2028 && code <= 0x202E) || (code >= 0x2066 && code <= 0x2069);
 }
 
 const char* escape(Tone tone)
@@ -53,19 +72,26 @@ const char* escape(Tone tone)
 
 }  // namespace
 
-std::string harmless(std::string_view text)
+std::string harmless(std::string_view text, LineEnds kept)
 {
     std::string result;
-    while (!text.empty())
+    for (std::size_t at = 0; at < text.size();)
     {
-        const std::string_view character = text.substr(0, character_bytes(text));
-        if (character == "\t")
+        const std::size_t length = utf8_length(text, at);
+        const std::string_view character = text.substr(at, std::max<std::size_t>(length, 1));
+        at += character.size();
+        const bool continues = at < text.size() && text[at] == ' ';
+        if (length == 0)
+            result += fmt::format("\\x{:02x}", static_cast<unsigned char>(character.front()));
+        else if (character == "\t")
             result += ' ';
-        else if (character != "\n" && is_control(character))
-            result += '?';
+        else if (character == "\n")
+            result += kept == LineEnds::all || (kept == LineEnds::continued && continues) ? "\n" : "\\n";
+        else if (is_control(character))
+            result += code_of(character) < 0x100 ? fmt::format("\\x{:02x}", code_of(character))
+                                                 : fmt::format("\\u{:04x}", code_of(character));
         else
             result += character;
-        text.remove_prefix(character.size());
     }
     return result;
 }

@@ -7,10 +7,17 @@
 namespace fresco::host
 {
 
-/// A text of many lines for a terminal: every other control character, by which names of files could move the cursor and worse,
-/// is a
-/// '?', a tabulator a blank.
-std::string harmless(std::string_view text);
+/// Ends of lines that harmless() keeps.
+enum class LineEnds
+{
+    all,        ///< Of a log.
+    continued,  ///< Of a message: those before an indented line. A name can begin no line that passes for another message.
+    none        ///< Of a name.
+};
+
+/// A text to show to people. Control characters, by which a file's name could move the cursor, and those that turn the direction
+/// of writing are escaped, such as "\x1b" and "\u202e", and so are bytes that are not UTF-8; a tabulator is a blank.
+std::string harmless(std::string_view text, LineEnds kept);
 
 /// Columns that a text in UTF-8 takes on a terminal, escape sequences for colors left out.
 std::size_t columns(std::string_view text);

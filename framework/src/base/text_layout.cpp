@@ -122,8 +122,13 @@ void print_message(std::string_view text)
 {
     // A log is searched line by line.
     const std::size_t width = isatty(STDERR_FILENO) != 0 ? terminal_width(STDERR_FILENO) : without_end;
-    std::fputs((folded(harmless(text), width, below_indent) + "\n").c_str(), stderr);
+    std::fputs((folded(harmless(text, LineEnds::continued), width, below_indent) + "\n").c_str(), stderr);
     std::fflush(stderr);
+}
+
+void print_line(std::string_view text)
+{
+    std::fputs((harmless(text, LineEnds::none) + "\n").c_str(), stdout);
 }
 
 std::string shortened(std::string_view name, std::size_t width)
@@ -153,6 +158,13 @@ std::string shortened(std::string_view name, std::size_t width)
             tail.insert(0, character(--right));
     }
     return head + "…" + tail;
+}
+
+void TextTable::add(std::vector<std::string> row)
+{
+    for (std::string& cell : row)
+        cell = harmless(cell, LineEnds::none);
+    rows_.push_back(std::move(row));
 }
 
 bool TextTable::has_titles() const

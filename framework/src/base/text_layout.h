@@ -22,6 +22,9 @@ std::string folded(std::string_view text, std::size_t width, std::size_t indent 
 /// A message to standard error, with an end of line: harmless, and in the width of the terminal if it is one.
 void print_message(std::string_view text);
 
+/// A line to standard output, about a name: harmless, never folded.
+void print_line(std::string_view text);
+
 /// A name with "…" in place of its middle where it is wider than `width`, which is at least 3.
 std::string shortened(std::string_view name, std::size_t width);
 
@@ -46,7 +49,7 @@ class TextTable
 
     explicit TextTable(std::vector<Column> columns, std::size_t indent = 0) : columns_(std::move(columns)), indent_(indent) {}
 
-    void add(std::vector<std::string> row) { rows_.push_back(std::move(row)); }
+    void add(std::vector<std::string> row);
     /// All lines.
     std::string text(std::size_t width) const;
 

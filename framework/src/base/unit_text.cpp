@@ -1,4 +1,5 @@
 #include "base/unit_text.h"
+#include "base/terminal_line.h"
 
 #include <algorithm>
 #include <cctype>
@@ -45,6 +46,12 @@ std::string shell_word(const std::string& text)
     for (const char c : text)
         result += c == '\'' ? std::string("'\\''") : std::string(1, c);
     return result + "'";
+}
+
+std::string script_problem(const std::string& name, const std::string& text)
+{
+    const std::string shown = harmless(text, LineEnds::none);
+    return shown == text ? "" : name + ": '" + shown + "' goes into a script, and must be UTF-8 text without control characters";
 }
 
 }  // namespace fresco::host

@@ -14,5 +14,8 @@ std::string size_text(double megabytes);
 std::string path_text(const std::filesystem::path& path);
 /// As a shell reads it back.
 std::string shell_word(const std::string& text);
+/// Why a text cannot stand in a script: with control characters a line could end in it, and a command begin. Empty: it can.
+/// `name` is the option that it comes from.
+std::string script_problem(const std::string& name, const std::string& text);
 
 }  // namespace fresco::host

@@ -1,5 +1,6 @@
 #include "cluster/slurm_files.h"
 #include "base/unit_text.h"
+#include <fresco/error.h>
 
 #include <fmt/format.h>
 
@@ -40,6 +41,8 @@ std::string names_of(const SlurmSettings& settings, std::size_t wave)
 
 std::string head(const SlurmSettings& settings, const Wave& wave, const std::string& name, const std::string& partition)
 {
+    if (const std::string problem = script_problem(settings, wave.folder); !problem.empty())
+        throw Error(problem);
     return fmt::format("#!/usr/bin/env bash\n"
                        "#SBATCH --job-name={}\n"
                        "#SBATCH --chdir={}\n"
@@ -83,6 +86,16 @@ std::string continuing_dependency(const Wave& wave)
 }
 
 }  // namespace
+
+std::string script_problem(const SlurmSettings& settings, const std::filesystem::path& folder)
+{
+    for (const auto& [name, text] :
+         {std::pair("--folder", folder.string()), std::pair("--partition", settings.partition),
+          std::pair("--gpu-partition", settings.gpu_partition), std::pair("the path of fresco", settings.program.string())})
+        if (std::string problem = script_problem(name, text); !problem.empty())
+            return problem;
+    return "";
+}
 
 std::filesystem::path wave_folder(std::size_t number)
 {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-/// \file The texts that Slurm gets. Pure.
+/// \file The texts that Slurm gets. Pure. Those that make scripts throw Error where there is a script_problem.
 
 namespace fresco::host
 {
@@ -31,6 +31,9 @@ struct Wave
     bool continued = false;    ///< A job at its end queues what is left.
     std::string follows = {};  ///< Of a wave without arrays: the job whose end makes room for others.
 };
+
+/// Why one of them or the submission's folder cannot stand in a script; empty: all can.
+std::string script_problem(const SlurmSettings& settings, const std::filesystem::path& folder);
 
 /// "slurm/wave-000", below the submission's folder.
 std::filesystem::path wave_folder(std::size_t number);

@@ -16,7 +16,7 @@ std::string answer(const std::vector<std::string>& words)
 {
     const ProgramEnd end = run_program({words});
     if (end.exit_code != 0)
-        throw Error(words.front() + " failed: " + end.output.substr(0, end.output.find_last_not_of('\n') + 1));
+        throw Error(words.front() + " failed:" + end.quoted_output());
     return end.output;
 }
 
@@ -28,6 +28,17 @@ std::optional<std::size_t> number_in(const std::string& text)
 }
 
 }  // namespace
+
+std::string ProgramEnd::quoted_output() const
+{
+    if (output.find('\n') >= output.find_last_not_of('\n'))
+        return " " + output.substr(0, output.find('\n'));
+    std::string text;
+    std::istringstream lines(output);
+    for (std::string line; std::getline(lines, line);)
+        text += "\n    | " + line;
+    return text;
+}
 
 ProgramEnd run_program(const ProgramStart& start)
 {

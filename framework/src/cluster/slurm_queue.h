@@ -17,6 +17,9 @@ struct ProgramEnd
 {
     int exit_code = -1;
     std::string output;  ///< Standard output and error together.
+
+    /// The output for a message: a line behind a blank, several each on a line of its own behind a bar.
+    std::string quoted_output() const;
 };
 
 struct ProgramStart

@@ -1,6 +1,7 @@
 #include "cluster/snakefile.h"
 #include "base/unit_text.h"
 #include "cluster/missing_tasks.h"
+#include <fresco/error.h>
 #include <fresco/wording.h>
 
 #include <fmt/format.h>
@@ -45,6 +46,9 @@ rule group_{number}: # {name}: {stages}
 
 std::string snakefile(const TaskTable& head, const std::filesystem::path& folder, const std::filesystem::path& program)
 {
+    for (const auto& [name, path] : {std::pair("--folder", folder), std::pair("the path of fresco", program)})
+        if (const std::string problem = script_problem(name, path.string()); !problem.empty())
+            throw Error(problem);
     std::string text = fmt::format(R"~(# On this machine:    snakemake --snakefile {file} --cores 8
 # On a cluster:       snakemake --snakefile {file} --jobs 100 --cluster \
 #   "sbatch --mem={{resources.mem_mb}} --time={{resources.runtime}} --cpus-per-task={{threads}} --gres=gpu:{{resources.gpu}}"

@@ -136,7 +136,7 @@ std::size_t cancel_jobs(const fs::path& folder)
     if (words.size() == 1)
         return 0;
     if (const ProgramEnd end = run_program({words}); end.exit_code != 0)
-        throw Error("scancel failed: " + end.output);
+        throw Error("scancel failed:" + end.quoted_output());
     return words.size() - 1;
 }
 

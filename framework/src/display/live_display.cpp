@@ -232,7 +232,7 @@ class LiveDisplay final : public ProgressDisplay
 
     void above(const std::string& said)
     {
-        std::string text = folded(harmless(said), terminal().width, 4);
+        std::string text = folded(harmless(said, LineEnds::continued), terminal().width, 4);
         for (std::size_t end = text.find('\n'); end != std::string::npos; end = text.find('\n', end + 4))
             text.insert(end, "\x1b[K");
         draw(text + "\x1b[K\n");

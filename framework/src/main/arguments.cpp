@@ -140,10 +140,17 @@ std::string PlaceArguments::problem() const
     return "";
 }
 
+void warn_of_plugin_folders()
+{
+    for (const std::string& warning : plugin_folder_warnings())
+        print_message("warning: " + warning);
+}
+
 std::unique_ptr<LoadedPipeline> load_and_report(const PipelineRequest& request)
 {
     auto loaded = std::make_unique<LoadedPipeline>();
     loaded->catalog = load_catalog();
+    warn_of_plugin_folders();
     loaded->result = load_pipeline(request, loaded->catalog);
     for (const std::string& line : told(loaded->result.problems))
         print_message(line);

@@ -1,6 +1,7 @@
 #include "main/commands.h"
 
 #include "base/machine.h"
+#include "base/terminal_line.h"
 #include "base/text_layout.h"
 #include "plugins/plugin_library.h"
 #include "plugins/plugin_search.h"
@@ -87,7 +88,7 @@ void print_text(const Catalog& catalog)
 {
     using Kind = TextTable::Kind;
     const std::size_t width = terminal_width(STDOUT_FILENO);
-    const auto print = [&](const std::string& text) { fmt::print("{}\n", folded(text, width, 2)); };
+    const auto print = [&](const std::string& text) { fmt::print("{}\n", folded(harmless(text, LineEnds::none), width, 2)); };
     const Value processor = processor_capability();
     const auto versions = library_versions(catalog);
     const auto torch = versions.find("libtorch");
@@ -129,6 +130,7 @@ void add_doctor_command(CLI::App& app, int& exit_code)
         [json, &exit_code]
         {
             const Catalog catalog = load_catalog(true);
+            warn_of_plugin_folders();
             *json ? print_json(catalog) : print_text(catalog);
             exit_code = catalog.refusals().empty() ? 0 : 4;
         });

@@ -44,11 +44,9 @@ struct Printed
     {
         constexpr std::size_t indent = 4;
         std::fputs((is_text ? folded(out.str(), width, indent) : out.str()).c_str(), stdout);
-        std::string said = errors.str();
-        if (said.ends_with('\n'))
-            said.pop_back();
-        if (!said.empty())
-            print_message(said);
+        std::istringstream said(errors.str());
+        for (std::string line; std::getline(said, line);)
+            print_message(line);
     }
 };
 
@@ -65,6 +63,7 @@ void add_inspect_commands(CLI::App& app, int& exit_code)
             [arguments, action, is_text, &exit_code]
             {
                 Printed printed;
+                warn_of_plugin_folders();
                 exit_code = action(*arguments, load_catalog(), printed);
                 printed.print(is_text && !arguments->json);
             });

@@ -43,7 +43,7 @@ int print_log(const LogArguments& arguments)
         throw MissingInput("the log of the stage '" + arguments.stage + "' was removed with its result");
     const std::string text = read_text_file(found->second);
     // A file or a pipe gets what the stage printed, colors included.
-    std::fputs((isatty(STDOUT_FILENO) != 0 ? harmless(text) : text).c_str(), stdout);
+    std::fputs((isatty(STDOUT_FILENO) != 0 ? harmless(text, LineEnds::all) : text).c_str(), stdout);
     if (text.empty())
         std::fputs("the stage printed nothing\n", stderr);
     return 0;

@@ -106,7 +106,7 @@ int begin_plugin(const NewArguments& arguments)
     const fs::path folder = fs::path(arguments.in) / plugin_folder_name(arguments.type);
     write_folder(folder, files);
     for (const auto& file : files)
-        fmt::print("{}\n", (folder / file.path).string());
+        print_line((folder / file.path).string());
     const fs::path prefix = own_prefix();
     const std::string place = shell_word(folder.lexically_normal().string());
     if (prefix.empty())
@@ -130,7 +130,7 @@ int begin_project(const NewArguments& arguments)
     const fs::path folder = arguments.folder;
     write_folder(folder, files);
     for (const auto& file : files)
-        fmt::print("{}\n", (folder / file.path).string());
+        print_line((folder / file.path).string());
     fmt::print("\nNow\n  cd {} && fresco run pipeline.yaml\n{}\n", shell_word(folder.string()),
                folded("It paints a generated room after a generated picture; the file says how to use your own.",
                       terminal_width(STDOUT_FILENO)));

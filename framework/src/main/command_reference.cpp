@@ -1,9 +1,8 @@
+#include "base/text_layout.h"
 #include "main/commands.h"
 
 #include "pipeline/reference.h"
 #include "plugins/plugin_search.h"
-
-#include <iostream>
 
 namespace fresco::host
 {
@@ -24,14 +23,14 @@ int run(const ReferenceArguments& given)
     if (!given.check)
     {
         for (const std::string& file : write_reference(pages, given.folder))
-            std::cout << file << '\n';
+            print_line(file);
         return 0;
     }
     const auto differences = reference_differences(pages, given.folder);
     for (const std::string& line : differences)
-        std::cerr << "error: " << line << '\n';
+        print_message("error: " + line);
     if (!differences.empty())
-        std::cerr << "regenerate the pages: fresco reference " << given.folder << '\n';
+        print_message("regenerate the pages: fresco reference " + given.folder);
     return differences.empty() ? 0 : exit_differs;
 }
 

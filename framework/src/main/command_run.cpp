@@ -94,7 +94,7 @@ void print_files(const RunSummary& summary)
         }
         if (++count > shown_per_stage)
             continue;
-        fmt::print("{}{}\n", path_text(file.path), file.written ? "" : "  (unchanged)");
+        print_line(path_text(file.path) + (file.written ? "" : "  (unchanged)"));
     }
     close();
 }
@@ -169,7 +169,7 @@ void print_summary(const RunArguments& arguments, const RunSummary& summary, con
     print_files(summary);
     for (const ReportOutcome& report : reports)
         if (report.there)
-            fmt::print("{}{}\n", path_text(report.file), report.written ? "" : "  (unchanged)");
+            print_line(path_text(report.file) + (report.written ? "" : "  (unchanged)"));
 }
 
 int end_of_run(const RunArguments& arguments, const RunSummary& summary)
@@ -305,7 +305,7 @@ void tell_combinations(const ReportRequest& run, const std::string& thumbnails, 
     fmt::print("\n{}", sweep_table(run.run->pipeline->sweep, outcomes, terminal_width(STDOUT_FILENO)));
     for (const auto& file : {files.json, files.page})
         if (!file.empty())
-            fmt::print("{}\n", path_text(file));
+            print_line(path_text(file));
 }
 
 void add_run_command(CLI::App& app, const std::vector<std::string>& words, int& exit_code)

@@ -1,4 +1,5 @@
 #include "base/machine.h"
+#include "base/terminal_line.h"
 #include "base/text_layout.h"
 #include "base/unit_text.h"
 #include "cluster/submit.h"
@@ -108,11 +109,11 @@ void print_failures(const TaskFolder& tasks)
         if (status.state == TaskState::failed && ++count <= most_shown)
         {
             for (const FailedStage& failed : status.failed)
-                fmt::print("{}\n", folded(failed.error, terminal_width(STDOUT_FILENO), 2));
+                fmt::print("{}\n", folded(harmless(failed.error, LineEnds::continued), terminal_width(STDOUT_FILENO), 2));
             if (status.failed.empty())
-                fmt::print("{}: {}\n", status.name, status.error);
+                print_line(status.name + ": " + status.error);
             if (fs::exists(status.log))
-                fmt::print("    {}\n", path_text(status.log));
+                print_line("    " + path_text(status.log));
         }
     if (count > most_shown)
         fmt::print("… and {} more failed tasks\n", count - most_shown);

@@ -77,7 +77,7 @@ int verify(const StoreArguments& arguments)
         const bool made_anew = arguments.remove && !discard_damaged(store, damage.object, available_cores());
         values.push_back(Value::Map{{"object", damage.object}, {"text", damage.text}, {"made_anew", made_anew}});
         if (!arguments.json)
-            fmt::print("damaged: {}{}\n", damage.text, made_anew ? "; a run has since recomputed it" : "");
+            print_line("damaged: " + damage.text + (made_anew ? "; a run has since recomputed it" : ""));
     }
     if (arguments.json)
         fmt::print("{}\n", to_json(Value::Map{{"damaged", std::move(values)}, {"removed", arguments.remove}}, 2));
@@ -142,7 +142,7 @@ int copy(const StoreArguments& arguments)
     else
     {
         for (const auto& damage : done.damages)
-            fmt::print("damaged: {}\n", damage.text);
+            print_line("damaged: " + damage.text);
         fmt::print("{} results copied ({}), {} already there, {} damaged\n", done.copied, size_text(done.copied_mb), done.there,
                    done.damages.size());
     }

@@ -95,7 +95,15 @@ void configure(const fs::path& folder, const SlurmSettings& said)
 int submit(const SubmitArguments& arguments)
 {
     SubmitRequest request{fs::absolute(arguments.table.pipeline.file).lexically_normal(), arguments.dry_run, arguments.continued};
-    if (fs::is_directory(request.folder))
+    const bool begins = !fs::is_directory(request.folder);
+    if (begins)
+        request.folder = arguments.table.folder_path();
+    if (const std::string problem = script_problem(arguments.settings, request.folder); !problem.empty())
+    {
+        print_message("error: " + problem);
+        return 2;
+    }
+    if (!begins)
     {
         if (const std::string option = arguments.table.set_option(); !option.empty())
         {
@@ -104,12 +112,8 @@ int submit(const SubmitArguments& arguments)
             return 2;
         }
     }
-    else
-    {
-        request.folder = arguments.table.folder_path();
-        if (const int code = write_tasks(arguments.table); code != 0)
-            return code;
-    }
+    else if (const int code = write_tasks(arguments.table); code != 0)
+        return code;
     if (!arguments.continued)
         configure(request.folder, arguments.settings);
     const auto loaded = load_tasks(request.folder);
@@ -128,7 +132,7 @@ int submit(const SubmitArguments& arguments)
     tell(outcome, request, head);
     if (outcome.script.exit_code > 0)
     {
-        print_message("error: submitting ended early: " + outcome.script.output + "    run the same command again to go on");
+        print_message("error: submitting ended early; run the same command again to go on:" + outcome.script.quoted_output());
         return 1;
     }
     return 0;
@@ -136,11 +140,16 @@ int submit(const SubmitArguments& arguments)
 
 int export_snakemake(const TableArguments& arguments)
 {
+    if (const std::string problem = script_problem("--folder", arguments.folder_path().string()); !problem.empty())
+    {
+        print_message("error: " + problem);
+        return 2;
+    }
     if (const int code = write_tasks(arguments); code != 0)
         return code;
     const fs::path file = arguments.folder_path() / "Snakefile";
     write_file(file, snakefile(read_task_head(arguments.folder_path()), arguments.folder_path(), own_program()));
-    fmt::print("{}\n", path_text(file));
+    print_line(path_text(file));
     return 0;
 }
 

@@ -1,3 +1,4 @@
+#include "base/text_layout.h"
 #include "main/commands.h"
 
 #include "main/download.h"
@@ -87,10 +88,10 @@ int inspect(const WeightsArguments& arguments)
                vgg19.raw ? "raw: what the weights of StyleMesh's losses are for" : "other: rescaled before use");
     for (const auto& layer : vgg19.layers)
         for (const auto* tensor : {&layer.weight, &layer.bias})
-            fmt::print("  conv{}  {:<20}  {:<4}  {}\n", layer.name, tensor->name, weights::name_of(tensor->type),
-                       weights::shape_text(tensor->shape));
+            print_line(fmt::format("  conv{}  {:<20}  {:<4}  {}", layer.name, tensor->name, weights::name_of(tensor->type),
+                                   weights::shape_text(tensor->shape)));
     for (const auto& name : vgg19.ignored)
-        fmt::print("  not used: {}\n", name);
+        print_line("  not used: " + name);
     return 0;
 }
 
@@ -144,7 +145,7 @@ int convert(const WeightsArguments& arguments)
     metadata["source_sha256"] = weights::sha256(file.bytes);
     const auto bytes = weights::to_safetensors(tensors, metadata);
     write_durable_file(arguments.out, bytes);
-    fmt::print("{}: VGG-19, conv1_1 to conv{}, {} bytes\n", arguments.out, vgg19.layers.back().name, bytes.size());
+    print_line(fmt::format("{}: VGG-19, conv1_1 to conv{}, {} bytes", arguments.out, vgg19.layers.back().name, bytes.size()));
     return 0;
 }
 
@@ -163,7 +164,7 @@ int get(const WeightsArguments& arguments)
     const fs::path to = place(arguments);
     const bool fetched = download({arguments.url, arguments.sha256, to});
     std::fprintf(stderr, "%s\n", fetched ? "downloaded; SHA-256 verified" : "already there; SHA-256 verified");
-    fmt::print("{}\n", to.string());
+    print_line(to.string());
     return 0;
 }
 

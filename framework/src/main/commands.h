@@ -74,7 +74,9 @@ struct LoadedPipeline
     Catalog catalog;
     PipelineResult result;
 };
-/// Prints every problem to standard error.
+/// Prints what a run should say of the plugin folders.
+void warn_of_plugin_folders();
+/// The same, and prints every problem to standard error.
 std::unique_ptr<LoadedPipeline> load_and_report(const PipelineRequest& request);
 
 }  // namespace fresco::host

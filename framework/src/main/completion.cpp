@@ -1,5 +1,6 @@
 #include "main/completion.h"
 
+#include "base/unit_text.h"
 #include "pipeline/pipeline_document.h"
 #include "plugins/declaration.h"
 #include "plugins/plugin_search.h"
@@ -80,18 +81,17 @@ Words types(const std::string& kind)
     return result;
 }
 
-/// What `--set` can name: vars, and every option of every stage.
+/// What `--set` can name: vars, and every option of every stage. The shell inserts words as they are: a name that it would take
+/// for a command is not offered.
 Words settings(const std::string& file, bool stages_alone)
 {
     ProblemList problems;
     const auto document = read_pipeline_document(fs::absolute(file), file, {}, problems);
     const Catalog catalog = load_catalog();
     Words result;
-    if (!stages_alone && document.vars.is_map())
+    if (!stages_alone)
         for (const auto& entry : document.vars.entries)
             result.push_back(entry.key + "=");
-    if (!document.stages.is_map())
-        return result;
     for (const auto& entry : document.stages.entries)
     {
         if (stages_alone)
@@ -102,6 +102,7 @@ Words settings(const std::string& file, bool stages_alone)
             for (const auto& option : read_declaration(*known).option_names())
                 result.push_back(entry.key + "." + option + "=");
     }
+    std::erase_if(result, [](const std::string& word) { return shell_word(word) != word; });
     return result;
 }
 

@@ -218,17 +218,17 @@ int main(int argc, char** argv)
     catch (const std::system_error& error)
     {
         // The machine refused, which is not a bug: a limit, a removed folder, a path without permission.
-        std::fprintf(stderr, "error: %s\n", error.what());
+        print_message("error: " + std::string(error.what()));
         return exit_failed;
     }
     catch (const std::exception& error)
     {
         print_message("error: unexpected: " + std::string(error.what()) +
-                      "\nThis is a bug in fresco; please report it with the command and the pipeline file.");
+                      "\n    This is a bug in fresco; please report it with the command and the pipeline file.");
     }
     catch (...)
     {
-        print_message("error: something other than an exception was thrown\nThis is a bug in fresco; please report it.");
+        print_message("error: something other than an exception was thrown\n    This is a bug in fresco; please report it.");
     }
     return exit_bug;
 }

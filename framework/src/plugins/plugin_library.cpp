@@ -1,5 +1,6 @@
 #include "plugins/own_libraries.h"
 
+#include "base/unit_text.h"
 #include "plugins/plugin_library.h"
 #include <fresco/compiler_stamp.h>
 #include <fresco/error.h>
@@ -11,6 +12,7 @@
 #include <map>
 #include <new>
 #include <set>
+#include <sys/resource.h>
 
 namespace fresco::host
 {
@@ -41,6 +43,18 @@ std::string loader_message(std::string text)
             text.erase(end);
     }
     return text;
+}
+
+/// Why the loader refused, and the limit on memory where it may have been that.
+std::string loading_problem(const std::string& said)
+{
+    const bool no_room =
+        said.find("failed to map segment") != std::string::npos || said.find("annot allocate memory") != std::string::npos;
+    rlimit limit{};
+    if (!no_room || getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY)
+        return "cannot be loaded: " + said;
+    return "cannot be loaded: there is not enough memory for it: raise the limit of " +
+           size_text(static_cast<double>(limit.rlim_cur) / (1024.0 * 1024.0)) + " (ulimit -v); the loader said: " + said;
 }
 
 template <class Function>
@@ -117,7 +131,7 @@ PluginLibrary::PluginLibrary(const fs::path& file) : file_(file)
     }
     catch (const std::exception& error)
     {
-        throw Error("cannot be loaded: " + loader_message(error.what()));
+        throw Error(loading_problem(loader_message(error.what())));
     }
     const auto info = required_symbol<fresco_plugin_info_function>(*library, FRESCO_INFO_SYMBOL)();
     const auto list_entries = required_symbol<fresco_plugin_entries_function>(*library, FRESCO_ENTRIES_SYMBOL);

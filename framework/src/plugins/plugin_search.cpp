@@ -2,6 +2,7 @@
 
 #include "base/file_stamp.h"
 #include "base/records.h"
+#include "base/unit_text.h"
 #include "plugins/plugin_library.h"
 #include "plugins/plugin_probe.h"
 #include "plugins/plugin_search.h"
@@ -58,10 +59,17 @@ class DescriptorCache
         {
             folder_.clear();
         }
-        sdk_hash_ = hashes_.hash(sdk_library());
+        sdk_hash_ = hash(sdk_library());
     }
 
-    std::string hash(const fs::path& file) { return hashes_.hash(file); }
+    /// As it was when first asked for: in an image, where stamps are not relied on, each file is still read only once.
+    std::string hash(const fs::path& file)
+    {
+        std::string& hash = files_[file];
+        if (hash.empty())
+            hash = hashes_.hash(file);
+        return hash;
+    }
 
     /// The remembered probe, or nothing where the file was never seen or a library behind it may be another.
     std::optional<Probe> find(const fs::path& library)
@@ -71,14 +79,13 @@ class DescriptorCache
             if (folder_.empty())
                 return std::nullopt;
             const Entry entry = entry_of(library);
-            keys_[library] = entry.key;
             if (!is_file(entry.file))
                 return std::nullopt;
             const Value value = read_record(entry.file);
             if (value.at("key").as_string() != entry.key)
                 return std::nullopt;
             for (const auto& [file, hash] : value.at("own_hashes").as_map())
-                if (!fs::exists(file) || hashes_.hash(file) != hash.as_string())
+                if (!fs::exists(file) || this->hash(file) != hash.as_string())
                     return std::nullopt;
             if (!(value.at("own_names") == own_names(library)))
                 return std::nullopt;
@@ -99,11 +106,11 @@ class DescriptorCache
             Value::Map own;
             if (probe.refusal.empty())
                 for (const auto& file : probe.description.at("own_libraries").as_list())
-                    own.emplace_back(file.as_string(), hashes_.hash(file.as_string()));
+                    own.emplace_back(file.as_string(), hash(file.as_string()));
             // It may have been replaced while it was asked.
-            const Entry entry = entry_of(probe.library);
-            if (entry.key != keys_[probe.library] || file_hash(probe.library) != hashes_.hash(probe.library))
+            if (file_hash(probe.library) != hash(probe.library))
                 return;
+            const Entry entry = entry_of(probe.library);
             write_record(entry.file, Value::Map{{"key", entry.key},
                                                 {"description", probe.description},
                                                 {"refusal", probe.refusal},
@@ -128,7 +135,7 @@ class DescriptorCache
     {
         const char* path = std::getenv("LD_LIBRARY_PATH");
         const std::string key = std::to_string(cache_format) + "/" + std::to_string(FRESCO_ABI) + "/" + sdk_hash_ + "/" +
-                                hashes_.hash(library) + "/" + library.string() + ":" + (path != nullptr ? path : "");
+                                hash(library) + "/" + library.string() + ":" + (path != nullptr ? path : "");
         return {key, folder_ / (content_hash(key) + ".json")};
     }
 
@@ -148,8 +155,8 @@ class DescriptorCache
 
     fs::path folder_;
     FileHashes hashes_;
+    std::map<fs::path, std::string> files_;
     std::map<fs::path, std::string> names_;
-    std::map<fs::path, std::string> keys_;  ///< As they were before the libraries were asked.
     std::string sdk_hash_;
 };
 
@@ -251,6 +258,23 @@ std::vector<PluginFolder> plugin_folders()
     if (const fs::path program = program_folder(); !program.empty())
         folders.push_back({program.parent_path() / "lib" / "fresco", "installation"});
     return folders;
+}
+
+std::vector<std::string> plugin_folder_warnings()
+{
+    std::vector<std::string> warnings;
+    for (const PluginFolder& folder : plugin_folders())
+    {
+        std::error_code error;
+        const fs::directory_iterator entries(folder.path, error);
+        if (error && folder.origin == named_by_user)
+            warnings.push_back("FRESCO_PLUGIN_PATH: " + folder.path.string() + ": " + error.message());
+        else if (!error && (fs::status(folder.path, error).permissions() & fs::perms::others_write) != fs::perms::none)
+            warnings.push_back(folder.path.string() +
+                               ": every user may put plugins into this folder, and they run as you: chmod o-w " +
+                               shell_word(folder.path.string()));
+    }
+    return warnings;
 }
 
 fs::path user_cache_folder()

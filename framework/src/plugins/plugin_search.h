@@ -17,6 +17,8 @@ struct PluginFolder
     std::string origin;  ///< "FRESCO_PLUGIN_PATH", "user", "installation".
 };
 std::vector<PluginFolder> plugin_folders();
+/// What a run should say of them: everybody may put plugins into one, or one of FRESCO_PLUGIN_PATH cannot be listed.
+std::vector<std::string> plugin_folder_warnings();
 
 /// $XDG_CACHE_HOME/fresco or ~/.cache/fresco; empty where neither variable nor home is set.
 std::filesystem::path user_cache_folder();

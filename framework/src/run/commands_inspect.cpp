@@ -73,12 +73,12 @@ void write_refused(const Catalog& catalog, std::ostream& out)
     {
         out << "\nnot used, because several plugins have it: " << type << '\n';
         for (const auto& library : catalog.libraries_of(type))
-            out << "  " << library.string() << '\n';
+            out << "  " << harmless(library.string(), LineEnds::none) << '\n';
     }
     if (!catalog.refusals().empty())
         out << "\ncannot be loaded:\n";
     for (const Refusal& refusal : catalog.refusals())
-        out << "  " << refusal.library.string() << ": " << refusal.reason << '\n';
+        out << "  " << harmless(refusal.library.string() + ": " + refusal.reason, LineEnds::none) << '\n';
     if (!catalog.unbuilt().empty())
         out << "\nnot built; ./bootstrap build builds them:\n";
     for (const UnbuiltPlugin& plugin : catalog.unbuilt())
@@ -149,7 +149,7 @@ void write_text(const TypeDescription& type, const TypeDeclaration& declaration,
 void write_problems(const std::vector<Problem>& problems, std::ostream& out)
 {
     for (const std::string& line : told(problems))
-        out << line << '\n';
+        out << harmless(line, LineEnds::continued) << '\n';
 }
 
 Value problems_as_value(const std::vector<Problem>& problems)

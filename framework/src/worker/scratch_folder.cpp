@@ -31,6 +31,12 @@ fs::path make_scratch_folder(const Store& store, const std::string& prefix)
     return store.make_temporary(prefix);
 }
 
+std::string temporary_folder_in(const std::string& text)
+{
+    const fs::path folder = temporary_folder();
+    return folder.is_absolute() && text.find((folder / name_begins).string()) != std::string::npos ? folder.string() : "";
+}
+
 void remove_scratch_folders(const std::string& prefix)
 {
     std::error_code error;

@@ -2,6 +2,7 @@
 #include "base/fault.h"
 #include "base/machine.h"
 #include "base/unit_text.h"
+#include "worker/scratch_folder.h"
 #include "worker/stack_overflow.h"
 #include "worker/stage_run.h"
 #include "worker/worker_factory.h"
@@ -23,9 +24,13 @@ namespace
 
 std::string with_advice(std::string text)
 {
-    if (text.find(std::generic_category().message(ENOSPC)) != std::string::npos)
-        text += ": free some space, or put the store elsewhere with --store; nothing was lost";
-    return text;
+    if (text.find(std::generic_category().message(ENOSPC)) == std::string::npos)
+        return text;
+    const std::string temporary = temporary_folder_in(text);
+    return text +
+           (temporary.empty() ? ": free some space, or put the store elsewhere with --store"
+                              : ": free some space in " + temporary + ", or set TMPDIR to another folder") +
+           "; nothing was lost";
 }
 
 std::string memory_text()

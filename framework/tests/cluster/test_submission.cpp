@@ -167,3 +167,38 @@ TEST_CASE("a Snakefile has a rule per group, with its resources")
           std::string::npos);
     CHECK(text.find("a {{b}} ") != std::string::npos);
 }
+
+TEST_CASE("what a program printed begins no line of a message")
+{
+    const auto quoted = [](const std::string& output) { return ProgramEnd{1, output}.quoted_output(); };
+    CHECK(quoted("no controller\n") == " no controller");
+    CHECK(quoted("") == " ");
+    CHECK(quoted("one\nerror: two\n") == "\n    | one\n    | error: two");
+}
+
+TEST_CASE("nothing from users begins a command in a script")
+{
+    const std::string evil = GENERATE("a\ntouch gone\n#", "a\rb", "a\x1b[2J",
+                                      "a\xe2\x80\xae"
+                                      "b",
+                                      "a\xff");
+    const fs::path program = "/usr/bin/fresco";
+    const fs::path folder = "/work";
+    const auto refused = [](const auto& write, const std::string& name)
+    {
+        CHECK_THROWS_WITH(write(), Catch::Matchers::StartsWith(name + ": '") &&
+                                       Catch::Matchers::Contains("UTF-8 text without control characters"));
+    };
+    const auto scripts = [&](const SlurmSettings& settings, const fs::path& place, const std::string& name)
+    {
+        const Wave wave = wave_in(place);
+        refused([&] { return array_script(settings, wave, wave.arrays.front()); }, name);
+        refused([&] { return continuing_script(settings, wave); }, name);
+    };
+    scripts({"fresco-1", program, "cpu", "fast", 0}, folder / evil, "--folder");
+    scripts({"fresco-1", program, evil, "fast", 0}, folder, "--partition");
+    scripts({"fresco-1", program, "cpu", evil, 0}, folder, "--gpu-partition");
+    scripts({"fresco-1", folder / evil / "fresco", "cpu", "fast", 0}, folder, "the path of fresco");
+    refused([&] { return snakefile({}, folder / evil, program); }, "--folder");
+    refused([&] { return snakefile({}, folder, folder / evil / "fresco"); }, "the path of fresco");
+}

@@ -1,4 +1,5 @@
 #include "base/terminal_line.h"
+#include "base/text_layout.h"
 #include "display/display.h"
 #include "display/run_view.h"
 #include "terminal.h"
@@ -108,8 +109,27 @@ TEST_CASE("colors take no room, and a cut line ends in plain")
                    "b\xc2\x9b"
                    "c")
               .take() == "a b c");
+}
+
+TEST_CASE("a name can neither move the cursor, nor turn the line around, nor begin a line of fresco's own")
+{
     CHECK(harmless("é 東\nb\r\x1b[2J\xc2\x9b"
-                   "c\t\x7f\xff") == "é 東\nb??[2J?c ?\xff");
+                   "c\t\x7f\xff",
+                   LineEnds::all) == "é 東\nb\\x0d\\x1b[2J\\x9bc \\x7f\\xff");
+    // U+202E, U+2066, U+2028, U+200F; U+200D joins emoji and stays.
+    CHECK(harmless("a\xe2\x80\xae"
+                   "b\xe2\x81\xa6"
+                   "c\xe2\x80\xa8"
+                   "d\xe2\x80\x8f"
+                   "e\xe2\x80\x8d",
+                   LineEnds::none) == "a\\u202eb\\u2066c\\u2028d\\u200fe\xe2\x80\x8d");
+    const std::string name = "no file\nerror: all is lost";
+    CHECK(harmless("error: " + name + ".png: is missing\n    | it printed this", LineEnds::continued) ==
+          "error: no file\\nerror: all is lost.png: is missing\n    | it printed this");
+    CHECK(harmless(name + "\n", LineEnds::none) == "no file\\nerror: all is lost\\n");
+    TextTable table({{"", TextTable::Kind::name}});
+    table.add({name});
+    CHECK(table.text(without_end) == "no file\\nerror: all is lost\n");
 }
 
 TEST_CASE("what is left: the count's speed, trusted as far as it has come, and what was learned")

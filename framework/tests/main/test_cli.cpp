@@ -326,3 +326,41 @@ TEST_CASE("gc keeps what the last runs used, removes the rest and leftovers, and
     CHECK(objects() == 0);
     CHECK(fs::is_empty(place.file(".fresco/checkpoints")));
 }
+
+TEST_CASE("Scripts are refused a text with a control character, before anything is written")
+{
+    Workplace place;
+    place.write("room.yaml", simple);
+    const auto refused = [&](std::vector<std::string> words, const std::string& name)
+    {
+        const Finished finished = place.run(words);
+        INFO(finished.err);
+        CHECK(finished.code == 2);
+        CHECK(finished.err.starts_with("error: " + name + ": '"));
+        CHECK(contains(finished.err, "\\ntouch gone\\n#'"));
+        CHECK(std::ranges::count(finished.err, '\n') == 1);
+        CHECK_FALSE(fs::exists(place.file("tasks")));
+    };
+    const std::string evil = "tasks\ntouch gone\n#";
+    refused({"submit", "slurm", "room.yaml", "--dry-run", "--folder", evil}, "--folder");
+    refused({"submit", "slurm", "room.yaml", "--dry-run", "--partition", evil}, "--partition");
+    refused({"submit", "slurm", "room.yaml", "--dry-run", "--gpu-partition", evil}, "--gpu-partition");
+    refused({"export", "snakemake", "room.yaml", "--folder", evil}, "--folder");
+}
+
+TEST_CASE("A file's name begins no line of a message")
+{
+    Workplace place;
+    const std::string name = "no\nerror: all is lost\xe2\x80\xae.yaml";
+    const Finished finished = place.run({"check", name});
+    INFO(finished.err);
+    CHECK(finished.code != 0);
+    CHECK(contains(finished.err, "no\\nerror: all is lost\\u202e.yaml"));
+    CHECK(std::ranges::count(finished.err, '\n') == 1);
+    place.write("room.yaml", "version: 1\nstages:\n"
+                             "  source: {type: test.source}\n"
+                             "  text:   {type: test.sink, input: source, path: \"a\xe2\x80\xae.txt\"}\n");
+    const Finished run = place.run({"run", "room.yaml"});
+    INFO(run.err);
+    CHECK(contains(run.out, "out/a\\u202e.txt"));
+}

@@ -67,6 +67,8 @@ TEST_CASE("--set offers what the pipeline has, and --until its stages")
     Workplace place;
     place.write("room.yaml", pipeline);
     CHECK(offered(place, {"run", "room.yaml", "--set", "st"}) == Words{"start=", "stop="});
+    place.write("hostile.yaml", "version: 1\nvars: {good: 1, \"$(touch gone)\": 1, \"a\\nb\": 1, \"a;b\": 1}\n");
+    CHECK(offered(place, {"run", "hostile.yaml", "--set", ""}) == Words{"good="});
     CHECK(has(offered(place, {"run", "room.yaml", "--set", "add."}), "add.plus="));
     CHECK(offered(place, {"run", "room.yaml", "--set", "add.pl"}) == Words{"add.plus="});
     // A setting before, in one word or as a shell cuts it.

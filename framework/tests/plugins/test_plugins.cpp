@@ -304,12 +304,36 @@ TEST_CASE("A folder of FRESCO_PLUGIN_PATH without plugins is named where a type 
         const Finished checked = place.run({"check", "room.yaml"});
         CHECK(checked.code == 2);
         CHECK(contains(checked.err, "unknown type 'paint.walls'; " + folder + ": " + reason + "\n"));
+        CHECK(contains(checked.err, "warning: FRESCO_PLUGIN_PATH: " + nowhere + ": No such file or directory\n") ==
+              (folder == nowhere));
         const Finished doctor = place.run({"doctor"});
         CHECK(doctor.code == 4);
         CHECK(contains(doctor.out, "refused: " + folder + ": " + reason));
         // It may be a typing error, too.
         place.write("near.yaml", "version: 1\nstages:\n  room: {type: test.sorce}\n");
         CHECK(contains(place.run({"check", "near.yaml"}).err, "'test.sorce' (did you mean 'test.source'?); " + folder));
+    }
+}
+
+TEST_CASE("A folder that everybody may put plugins into gets a warning")
+{
+    Workplace place;
+    const fs::path folder = place.root() / "good";
+    fs::create_directory(folder);
+    fs::copy_file(fs::path(FRESCO_TEST_PLUGINS) / "good" / "test_stages.so", folder / "test_stages.so");
+    place.environment["FRESCO_PLUGIN_PATH"] = folder.string();
+    place.write("room.yaml", "version: 1\nstages:\n  source: {type: test.source}\n");
+    const std::string warning =
+        "warning: " + folder.string() + ": every user may put plugins into this folder, and they run as you: chmod o-w ";
+    for (const bool open : {false, true})
+    {
+        fs::permissions(folder, open ? fs::perms::all : fs::perms::owner_all);
+        for (const char* command : {"run", "check", "doctor"})
+        {
+            const Finished finished = command == std::string("doctor") ? place.run({command}) : place.run({command, "room.yaml"});
+            CHECK(finished.code == 0);
+            CHECK(contains(finished.err, warning) == open);
+        }
     }
 }
 

@@ -405,9 +405,32 @@ TEST_CASE("What the machine refuses is not called a bug")
     refused("$F check room.yaml; ulimit -n 8; $F run room.yaml", "ulimit -n");
     refused("$F check room.yaml; ulimit -d 1000; $F run room.yaml", "memory");
 }
+
+TEST_CASE("A limit on memory that lets no plugin in is named")
+{
+    Workplace place({"huge"}, true);
+    const Finished finished = in_shell(place, "ulimit -v 1024000; $F stages --all");
+    INFO(finished.out);
+    CHECK(contains(finished.out,
+                   "huge.so: cannot be loaded: there is not enough memory for it: raise the limit of 1000 MB (ulimit -v)"));
+    CHECK(contains(in_shell(place, "$F stages --all").out, "huge.so: has no symbol"));
+}
 #endif
 
-TEST_CASE("A path that is not UTF-8 is named as it is")
+TEST_CASE("A full temporary folder is not called a full store")
+{
+    Workplace place({"misbehaving"});
+    place.environment["TMPDIR"] = place.root().string() + "/";
+    place.write("room.yaml", "version: 1\nstages:\n  bad: {type: test.misbehave, how: full_scratch}\n");
+    const Finished finished = place.run({"run", "room.yaml"});
+    INFO(finished.err);
+    CHECK(finished.code == 1);
+    CHECK(contains(finished.err, "No space left on device: free some space in " + place.root().string() +
+                                     "/, or set TMPDIR to another folder; nothing was lost"));
+    CHECK_FALSE(contains(finished.err, "--store"));
+}
+
+TEST_CASE("A path that is not UTF-8 is shown by its bytes")
 {
     Workplace place;
     place.write("caf\xe9.number", "3");
@@ -415,5 +438,5 @@ TEST_CASE("A path that is not UTF-8 is named as it is")
                 "version: 1\nvars: {file: a.number}\nstages:\n  sum: {type: test.add, input: {left: {file: \"${file}\"}}}\n");
     const Finished finished = place.run({"run", "room.yaml", "--set", "file=caf\xe9.number"});
     CHECK(finished.code == 3);
-    CHECK(contains(finished.err, "caf\xe9.number': the name is not UTF-8"));
+    CHECK(contains(finished.err, "caf\\xe9.number': the name is not UTF-8"));
 }

@@ -5,6 +5,12 @@
 #include <fresco/error.h>
 #include <fresco/hash.h>
 
+#include <sys/statfs.h>
+#include <sys/statvfs.h>
+#include <sys/syscall.h>
+#include <thread>
+#include <unistd.h>
+
 using namespace fresco::host;
 using fresco::testing::TemporaryFolder;
 
@@ -19,7 +25,97 @@ void write_in_secret(const fs::path& file, const std::string& text)
     fs::last_write_time(file, time);
 }
 
+constexpr std::int64_t ext4 = 0xEF53;
+constexpr std::int64_t squashfs = 0x73717368;
+/// Set: files seem to be on a file system of this type.
+std::int64_t pretended_type = 0;
+
+/// A thread asks for the file system again.
+void on(std::int64_t type, const std::function<void()>& action)
+{
+    pretended_type = type;
+    std::thread(action).join();
+    pretended_type = 0;
+}
+
 }  // namespace
+
+/// In place of the C library's.
+extern "C" int statfs(const char* path, struct statfs* status) noexcept
+{
+    const auto result = static_cast<int>(syscall(SYS_statfs, path, status));
+    if (pretended_type != 0)
+        status->f_type = pretended_type;
+    return result;
+}
+
+TEST_CASE("A stamp is relied on only where the file system keeps the time of the last change")
+{
+    constexpr std::int64_t second = 1'000'000'000;
+    constexpr std::int64_t nfs = 0x6969;
+    constexpr std::int64_t fuse = 0x65735546;
+    constexpr std::int64_t fat = 0x4D44;
+    struct Row
+    {
+        std::int64_t type, mtime_ns, ctime_ns;
+        bool read_only, relied_on;
+    };
+    for (const Row& row :
+         std::vector<Row>{{ext4, 5 * second, 5 * second, false, true},
+                          {ext4, 5 * second, 5 * second, true, false},         // An image.
+                          {ext4, 5 * second, 9 * second, true, false},         // Made in that second, as another may be.
+                          {ext4, 5 * second + 1, 9 * second + 1, true, true},  // Written when it was mounted for writing.
+                          {squashfs, 5 * second, 5 * second, true, false},
+                          {squashfs, 5 * second, 5 * second, false, false},
+                          {fat, 5 * second, 5 * second, false, false},
+                          {fuse, 5 * second + 1, 5 * second + 1, false, false},
+                          {nfs, 5 * second + 1, 5 * second + 1, false, false},
+                          {nfs, 5 * second, 9 * second + 1, false, true},
+                          {0, 5 * second + 1, 5 * second + 1, false, false}})  // It did not answer.
+    {
+        CAPTURE(row.type, row.mtime_ns, row.ctime_ns, row.read_only);
+        FileStamp stamp;
+        stamp.mtime_ns = row.mtime_ns;
+        stamp.ctime_ns = row.ctime_ns;
+        stamp.file_system = row.type;
+        CHECK(tells_changes(stamp, row.read_only) == row.relied_on);
+    }
+}
+
+TEST_CASE("In an image, contents count whatever the stamp says")
+{
+    const TemporaryFolder folder;
+    const fs::path input = folder.path() / "input";
+    write(input, "one");  // Both its times are now.
+    let_stamps_settle();
+    Dependency dependency;
+    on(ext4, [&] { dependency = take_dependency(input, false); });
+    REQUIRE(dependency.stamp);
+    FileHashes hashes(folder.path() / "files.jsonl");
+    on(squashfs,
+       [&]
+       {
+           CHECK(!take_dependency(input, false).stamp);
+           hashes.hash(input);
+           hashes.save();
+           CHECK(!fs::exists(folder.path() / "files.jsonl"));
+           // Nor is the stamp relied on that another file system left under the same number.
+           dependency.stamp = stamp_of(input);
+           dependency.hash = "of another image";
+           CHECK(compare(dependency) == Change::contents);
+       });
+}
+
+TEST_CASE("A stamp of another version of fresco is none")
+{
+    const TemporaryFolder folder;
+    const fs::path input = folder.path() / "input";
+    write(input, "one");
+    Dependency dependency = dependency_from(
+        fresco::Value::List{input.string(), false, fresco::Value::List{3, 1, 2, 3, 4}, fresco::content_hash("one")});
+    CHECK(!dependency.stamp);
+    CHECK(compare(dependency) == Change::none);
+}
 
 TEST_CASE("A renewed stamp saves reading the contents the next time")
 {
@@ -76,6 +172,7 @@ TEST_CASE("Remembered hashes are kept beyond the process only in an index that i
     const fs::path input = folder.path() / "input";
     const fs::path index = folder.path() / "files.jsonl";
     write(input, "one");
+    touch(input, 2);  // Of its own, where the file system is not trusted: that of a container.
     let_stamps_settle();
     FileHashes first(index);
     const std::string hash = first.hash(input);

@@ -5,12 +5,14 @@
 #include <fresco/files.h>
 #include <fresco/stage.h>
 
+#include <cerrno>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <string>
 #include <sys/socket.h>
+#include <system_error>
 #include <unistd.h>
 #include <vector>
 
@@ -110,6 +112,7 @@ class Misbehave final : public fresco::Stage
                                                     "block_signals",
                                                     "few_files",
                                                     "no_room",
+                                                    "full_scratch",
                                                     "umask",
                                                     "move_away",
                                                     "locale",
@@ -124,7 +127,9 @@ class Misbehave final : public fresco::Stage
     void run(fresco::RunContext& run) override
     {
         // Where a killed stage would leave things.
-        (void)run.scratch_folder();
+        const auto scratch = run.scratch_folder();
+        if (*how == "full_scratch")
+            throw fresco::Error((scratch / "file").string() + ": cannot be written: " + std::generic_category().message(ENOSPC));
         if (*how == "segfault")
             *reinterpret_cast<volatile int*>(std::uintptr_t{8}) = 1;
         if (*how == "overflow")

@@ -31,4 +31,6 @@ TEST_CASE("read.mesh: reads PLY and OBJ, refuses damage by name")
     write_file(ply, std::span(bytes).first(bytes.size() - 3));
     CHECK_THROWS_WITH(reader->read(ply), Contains("room.ply") && Contains("cut"));
     CHECK_THROWS_AS(reader->read(folder.path() / "none.ply"), MissingInput);
+    write_file(obj, "v 0 0 0\nv 3e38 0 0\nv 0 3e38 0\nf 1 2 3\n");
+    CHECK_THROWS_WITH(reader->read(obj), Contains("room.obj: vertex 1 is more than 1e7 m from the origin"));
 }

@@ -61,6 +61,24 @@ TEST_CASE("a mesh is brought into the world: unit, axes, transform", "[scan.mesh
     CHECK_THAT(run.messages.at(3), Contains("warning: the mesh is only 0.03"));
 }
 
+TEST_CASE("the size in meters counts, not that in the file", "[scan.mesh]")
+{
+    const MeshFile file;
+    TestRun run;
+    const auto obj = file.folder.path() / "mesh.obj";
+    const auto read_obj = [&](const std::string& side, double unit_m)
+    {
+        fresco::write_file(obj, "v 0 0 0\nv " + side + " 0 0\nv 0 " + side + " 0\nf 1 2 3\n");
+        fresco::testing::run_stage(FRESCO_PLUGIN_FILE, "scan.mesh", Value::Map{{"path", obj.string()}, {"unit_m", unit_m}}, {},
+                                   file.folder.path() / "out", run);
+    };
+    CHECK_NOTHROW(read_obj("3e7", 1e-6));
+    CHECK_THROWS_WITH(read_obj("3e38", 1), Contains("mesh.obj in meters: vertex 1 is more than 1e7 m from the origin"));
+    CHECK_THROWS_WITH(read_obj("1e-45", 1),
+                      Contains("mesh.obj in meters: the faces have an area of 9.82e-91 m² in all; at least 1e-8 m²"));
+    CHECK_THROWS_WITH(read_obj("3", 1e-6), Contains("mesh.obj in meters: the faces have an area of 4.5e-12 m² in all"));
+}
+
 TEST_CASE("axes turn and never mirror", "[scan.mesh]")
 {
     CHECK(scan_mesh::axes_rotation("x y z") == fresco::Mat3{});

@@ -78,9 +78,9 @@ Raster8 load_mask(const Frame& frame);
 /// A mask at another size: 0 where a pixel covers an ignored one in whole or in part, else 255. Empty for an empty mask.
 Raster8 mask_at(const Raster8& mask, int width, int height);
 
-/// Throws Error naming `source` unless the camera is usable: positive size, focal lengths and center within a factor of 1e6 of
-/// the longer side (so that rays keep a direction in single precision), finite entries, a pose that turns (rotation_error <=
-/// 1e-2, determinant positive) and stays within 1e7 m of the world's origin along each axis.
+/// Throws Error naming `source` unless the camera is usable: positive size, focal lengths from a hundredth to 10 000 times the
+/// longer side (from 178 degrees to 20 arc seconds), the center no more than 10 000 times the longer side away, finite entries, a
+/// pose that turns (rotation_error <= 1e-2, determinant positive) and stays within 1e7 m of the world's origin along each axis.
 void check_camera(const Camera& camera, std::string_view source);
 
 }  // namespace fresco

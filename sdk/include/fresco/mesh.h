@@ -44,8 +44,9 @@ struct Mesh : Artifact
     static std::vector<ExchangeForm> exchange_forms();
 };
 
-/// Throws Error naming `source` and the first offence: no faces, an index out of range, a position that is not finite, arrays
-/// whose sizes do not match, a texcoord that is not finite.
+/// Throws Error naming `source` and the first offence: no faces, an index out of range, a position that is not finite or more
+/// than 1e7 m from the origin along an axis, faces of less than 1e-8 m² in all, arrays whose sizes do not match, a texcoord that
+/// is not finite.
 void check_mesh(const Mesh& mesh, std::string_view source);
 
 /// Identifies an atlas: a hash of the triangles and texcoords, 32 hexadecimal digits. Textures and uv maps carry

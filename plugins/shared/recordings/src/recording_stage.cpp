@@ -135,7 +135,9 @@ void RecordedMesh::read(const std::vector<fs::path>& candidates, RunContext& run
     const auto file = find_file(*file_, candidates, run);
     if (!file)
         return leave_out(expected_files(candidates, "mesh"), run);
-    mesh_ = read_mesh(*file);
+    Mesh surface = read_mesh(*file);
+    check_mesh(surface, file->string());
+    mesh_ = std::move(surface);
     run.report("mesh", file->filename().string());
 }
 

@@ -1,11 +1,11 @@
+#include "catch.h"
+
 #include <fresco/checked_file.h>
 #include <fresco/copy_file.h>
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/hash.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 #include <atomic>
 #include <csignal>
@@ -14,7 +14,7 @@
 #include <sys/stat.h>
 #include <thread>
 
-using Catch::Matchers::Contains;
+using Catch::Contains;
 
 TEST_CASE("A FIFO or a folder in a file's place is refused, not waited for")
 {

@@ -1,10 +1,10 @@
+#include "catch.h"
+
 #include <fresco/component.h>
 #include <fresco/option.h>
 #include <fresco/testing.h>
 
-#include <catch2/catch.hpp>
-
-using Catch::Matchers::Contains;
+using Catch::Contains;
 using fresco::Value;
 
 namespace

@@ -1,3 +1,4 @@
+#include "catch.h"
 #include "fakes.h"
 #include "loop_options.h"
 
@@ -5,8 +6,6 @@
 #include <fresco/torch/tensor.h>
 
 #include <ATen/ATen.h>
-
-#include <catch2/catch.hpp>
 
 #include <cmath>
 #include <string>

@@ -1,4 +1,5 @@
 #include "camera_path.h"
+#include "catch.h"
 #include "furnish.h"
 #include "raster_finder.h"
 #include "render.h"
@@ -8,8 +9,6 @@
 #include <fresco/mesh_io.h>
 #include <fresco/raycast/ray_finder.h>
 #include <fresco/raycast/surface.h>
-
-#include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -1,11 +1,10 @@
+#include "catch.h"
 #include "cluster/slurm_queue.h"
 #include "cluster/snakefile.h"
 #include "cluster/submission.h"
 
 #include <fresco/files_io.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 #include <cstdlib>
 #include <filesystem>

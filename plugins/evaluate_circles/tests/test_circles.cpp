@@ -1,8 +1,7 @@
+#include "catch.h"
 #include "circle_figures.h"
 #include "overlay.h"
 #include "painted_discs.h"
-
-#include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <cmath>

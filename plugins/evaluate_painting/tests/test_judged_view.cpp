@@ -1,7 +1,6 @@
+#include "catch.h"
 #include "judged_view.h"
 #include "pictures.h"
-
-#include <catch2/catch.hpp>
 
 using fresco::Raster8;
 using fresco::Value;

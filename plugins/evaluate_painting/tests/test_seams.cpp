@@ -1,3 +1,4 @@
+#include "catch.h"
 #include "seams.h"
 #include "two_chart_wall.h"
 
@@ -5,8 +6,6 @@
 #include <fresco/numerics/noise.h>
 #include <fresco/texturing/charts.h>
 #include <fresco/texturing/texel_faces.h>
-
-#include <catch2/catch.hpp>
 
 #include <cmath>
 #include <functional>

@@ -1,8 +1,7 @@
+#include "catch.h"
 #include "source_use.h"
 
 #include <fresco/error.h>
-
-#include <catch2/catch.hpp>
 
 #include <functional>
 #include <optional>

@@ -1,11 +1,10 @@
+#include "catch.h"
 #include "edges.h"
 #include "pictures.h"
 #include "view_figures.h"
 
 #include <fresco/error.h>
 #include <fresco/images/filters.h>
-
-#include <catch2/catch.hpp>
 
 #include <cstdlib>
 #include <fstream>

@@ -1,7 +1,6 @@
+#include "catch.h"
 #include "covisible.h"
 #include "wall_scene.h"
-
-#include <catch2/catch.hpp>
 
 #include <cmath>
 

@@ -1,6 +1,5 @@
+#include "catch.h"
 #include "frame_pairs.h"
-
-#include <catch2/catch.hpp>
 
 namespace
 {

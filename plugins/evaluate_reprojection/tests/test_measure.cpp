@@ -1,10 +1,9 @@
+#include "catch.h"
 #include "measure.h"
 #include "pair_figures.h"
 #include "wall_scene.h"
 
 #include <fresco/random.h>
-
-#include <catch2/catch.hpp>
 
 #include <cmath>
 

@@ -1,12 +1,11 @@
 #include "answers.h"
+#include "catch.h"
 #include "small_study.h"
 
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/testing.h>
 #include <fresco/value.h>
-
-#include <catch2/catch.hpp>
 
 #include <functional>
 

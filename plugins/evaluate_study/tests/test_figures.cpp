@@ -1,7 +1,6 @@
+#include "catch.h"
 #include "figures.h"
 #include "small_study.h"
-
-#include <catch2/catch.hpp>
 
 using namespace study;
 

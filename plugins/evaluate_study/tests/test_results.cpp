@@ -1,6 +1,5 @@
+#include "catch.h"
 #include "results.h"
-
-#include <catch2/catch.hpp>
 
 #include <limits>
 

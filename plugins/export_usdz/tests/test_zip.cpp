@@ -1,11 +1,10 @@
+#include "catch.h"
 #include "read_usdz.h"
 #include "zip.h"
 
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 using namespace fresco;
 using Catch::Contains;
@@ -89,8 +88,6 @@ TEST_CASE("a package that was changed or cut is refused")
 TEST_CASE("a full disk is an error that names the file")
 {
     CHECK_THROWS_WITH(ZipWriter("/gone/a.usdz"), Contains("/gone/a.usdz: cannot be written: "));
-    if (!std::filesystem::exists("/dev/full"))
-        return;
     const auto fill = []
     {
         ZipWriter zip("/dev/full");

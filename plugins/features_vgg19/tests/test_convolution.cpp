@@ -1,11 +1,10 @@
+#include "catch.h"
 #include "convolution.h"
 #include "maps.h"
 #include "random_numbers.h"
 
 #include <fresco/parallel.h>
 #include <fresco/processor.h>
-
-#include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <cmath>

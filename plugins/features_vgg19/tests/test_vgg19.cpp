@@ -1,3 +1,4 @@
+#include "catch.h"
 #include "rescale.h"
 #include "shared_data.h"
 #include "vgg19.h"
@@ -9,8 +10,6 @@
 
 #include <ATen/ATen.h>
 #include <ATen/Parallel.h>
-
-#include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <cmath>

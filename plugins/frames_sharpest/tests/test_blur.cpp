@@ -1,9 +1,8 @@
 #include "blur.h"
+#include "catch.h"
 
 #include <fresco/random.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 #include <cmath>
 

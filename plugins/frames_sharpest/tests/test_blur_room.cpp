@@ -1,4 +1,6 @@
 #include "blur.h"
+#include "catch.h"
+#include "shared_data.h"
 
 #include <fresco/frames.h>
 #include <fresco/image_io.h>
@@ -6,8 +8,6 @@
 #include <fresco/random.h>
 #include <fresco/stage.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 #include <cmath>
 #include <cstdlib>
@@ -118,7 +118,7 @@ TEST_CASE("frames blurred by motion are dropped, sharp ones and lone sights of a
     const fs::path plugins = fs::path(FRESCO_PLUGIN_FILE).parent_path();
     if (!fs::exists(plugins / "image_opencv.so") || !fs::exists(plugins / "scan_synthetic_room.so"))
     {
-        std::cout << "SKIPPED frames.sharpest in a generated room: image_opencv or scan_synthetic_room is not built" << std::endl;
+        skipped("frames.sharpest in a generated room: image_opencv or scan_synthetic_room is not built");
         return;
     }
     int width = 256, height = 192, count = 144;

@@ -1,10 +1,9 @@
+#include "catch.h"
 #include "free_space.h"
 #include "rooms.h"
 
 #include <fresco/error.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 #include <set>
 

@@ -1,5 +1,7 @@
+#include "catch.h"
 #include "free_space.h"
 #include "rooms.h"
+#include "shared_data.h"
 #include "surface_points.h"
 
 #include <fresco/frames.h>
@@ -10,10 +12,7 @@
 #include <fresco/testing.h>
 #include <fresco/uv_mapping/uv_mapper.h>
 
-#include <catch2/catch.hpp>
-
 #include <array>
-#include <iostream>
 
 namespace fs = std::filesystem;
 using namespace fresco;
@@ -169,10 +168,10 @@ TEST_CASE("every texel of the generated room that free space reaches is painted 
           "[frames.virtual]")
 {
     const auto plugins = fs::path(FRESCO_PLUGIN_FILE).parent_path();
-    for (const char* needed : {"image_opencv.so", "scan_synthetic_room.so", "atlas_project.so"})
+    for (const std::string needed : {"image_opencv.so", "scan_synthetic_room.so", "atlas_project.so"})
         if (!fs::exists(plugins / needed))
         {
-            std::cout << "SKIPPED frames.virtual on the generated room: " << needed << " is not built" << std::endl;
+            skipped("frames.virtual on the generated room: " + needed + " is not built");
             return;
         }
     const std::shared_ptr<Component> images = testing::make_from_plugin<Component>(plugins / "image_opencv.so", "image.opencv");

@@ -1,11 +1,10 @@
+#include "catch.h"
 #include "picture_samples.h"
 #include "shared_data.h"
 
 #include <fresco/error.h>
 #include <fresco/image_io.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 #include <cstdlib>
 #include <fstream>
@@ -14,7 +13,7 @@
 
 using namespace fresco;
 using namespace samples;
-using Catch::Matchers::Contains;
+using Catch::Contains;
 
 namespace
 {

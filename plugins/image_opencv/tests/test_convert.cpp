@@ -1,6 +1,5 @@
+#include "catch.h"
 #include "convert.h"
-
-#include <catch2/catch.hpp>
 
 #include <cmath>
 

@@ -1,9 +1,8 @@
+#include "catch.h"
 #include "moments.h"
 
 #include <ATen/ATen.h>
 #include <ATen/Parallel.h>
-
-#include <catch2/catch.hpp>
 
 #include <cmath>
 

@@ -1,3 +1,4 @@
+#include "catch.h"
 #include "nearest.h"
 #include "random_tensor.h"
 #include "samples.h"
@@ -7,8 +8,6 @@
 
 #include <ATen/ATen.h>
 #include <ATen/Parallel.h>
-
-#include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <cmath>

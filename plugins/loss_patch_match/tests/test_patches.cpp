@@ -1,3 +1,4 @@
+#include "catch.h"
 #include "patches.h"
 #include "random_tensor.h"
 #include "robust_distance.h"
@@ -5,8 +6,6 @@
 
 #include <ATen/ATen.h>
 #include <ATen/Parallel.h>
-
-#include <catch2/catch.hpp>
 
 #include <cmath>
 

@@ -1,8 +1,7 @@
+#include "catch.h"
 #include "recolor.h"
 
 #include <ATen/ATen.h>
-
-#include <catch2/catch.hpp>
 
 #include <algorithm>
 

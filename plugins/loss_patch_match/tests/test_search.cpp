@@ -1,3 +1,4 @@
+#include "catch.h"
 #include "random_tensor.h"
 #include "search.h"
 
@@ -6,8 +7,6 @@
 
 #include <ATen/ATen.h>
 #include <ATen/Parallel.h>
-
-#include <catch2/catch.hpp>
 
 #include <cmath>
 #include <limits>

@@ -1,3 +1,4 @@
+#include "catch.h"
 #include "edge_queue.h"
 #include "piece.h"
 #include "shapes.h"
@@ -5,8 +6,6 @@
 #include <fresco/geometry/topology.h>
 #include <fresco/numerics/disjoint_sets.h>
 #include <fresco/random.h>
-
-#include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <limits>

@@ -1,6 +1,5 @@
+#include "catch.h"
 #include "quadratic.h"
-
-#include <catch2/catch.hpp>
 
 #include <cmath>
 

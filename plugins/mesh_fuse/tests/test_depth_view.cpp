@@ -1,6 +1,5 @@
+#include "catch.h"
 #include "depth_view.h"
-
-#include <catch2/catch.hpp>
 
 #include <cmath>
 #include <limits>

@@ -1,10 +1,9 @@
+#include "catch.h"
 #include "integration.h"
 #include "opened_blocks.h"
 #include "room.h"
 
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <bit>

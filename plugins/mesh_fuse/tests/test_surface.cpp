@@ -1,11 +1,10 @@
+#include "catch.h"
 #include "components.h"
 #include "cube_cases.h"
 #include "surface.h"
 
 #include <fresco/geometry/topology.h>
 #include <fresco/random.h>
-
-#include <catch2/catch.hpp>
 
 #include <cmath>
 #include <functional>

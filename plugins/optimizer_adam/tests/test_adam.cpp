@@ -1,8 +1,7 @@
 #include "adam.h"
+#include "catch.h"
 
 #include <fresco/random.h>
-
-#include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <cmath>

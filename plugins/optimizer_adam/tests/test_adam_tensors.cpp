@@ -1,10 +1,9 @@
 #include "adam_tensors.h"
+#include "catch.h"
 
 #include <far_device.h>
 
 #include <ATen/ATen.h>
-
-#include <catch2/catch.hpp>
 
 using namespace fresco::adam;
 

@@ -1,7 +1,6 @@
+#include "catch.h"
 #include "lbfgs.h"
 #include "random_numbers.h"
-
-#include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <cmath>

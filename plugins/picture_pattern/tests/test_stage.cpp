@@ -1,4 +1,5 @@
 #include "brush.h"
+#include "catch.h"
 #include "mosaic.h"
 #include "noise.h"
 
@@ -6,8 +7,6 @@
 #include <fresco/image.h>
 #include <fresco/stage.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 #include <cmath>
 #include <stdexcept>

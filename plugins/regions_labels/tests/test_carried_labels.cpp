@@ -1,10 +1,9 @@
 #include "carried_labels.h"
+#include "catch.h"
 #include "shapes.h"
 
 #include <fresco/geometry/closest_triangle.h>
 #include <fresco/random.h>
-
-#include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -1,9 +1,8 @@
+#include "catch.h"
 #include "class_names.h"
 #include "labeled_surface.h"
 
 #include <fresco/error.h>
-
-#include <catch2/catch.hpp>
 
 #include <span>
 

@@ -1,3 +1,4 @@
+#include "catch.h"
 #include "shapes.h"
 
 #include <fresco/files_io.h>
@@ -5,8 +6,6 @@
 #include <fresco/model.h>
 #include <fresco/regions/regions.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 using namespace fresco;
 

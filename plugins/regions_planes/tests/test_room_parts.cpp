@@ -1,10 +1,9 @@
+#include "catch.h"
 #include "rooms.h"
 
 #include "height_grid.h"
 #include "small_islands.h"
 #include "wall_columns.h"
-
-#include <catch2/catch.hpp>
 
 #include <array>
 #include <map>

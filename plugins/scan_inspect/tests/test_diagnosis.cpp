@@ -1,9 +1,8 @@
 #include "cases.h"
+#include "catch.h"
 #include "diagnosis.h"
 #include "recordings.h"
 #include "wording.h"
-
-#include <catch2/catch.hpp>
 
 #include <cstdlib>
 #include <iostream>

@@ -1,13 +1,12 @@
 #include "agreement.h"
 #include "assumption.h"
+#include "catch.h"
 #include "drawing.h"
 #include "edges.h"
 #include "hypotheses.h"
 #include "outline.h"
 
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 #include <algorithm>
 

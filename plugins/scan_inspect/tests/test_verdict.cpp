@@ -1,10 +1,9 @@
 #include "agreement.h"
+#include "catch.h"
 #include "move.h"
 #include "outline.h"
 #include "verdict.h"
 #include "wording.h"
-
-#include <catch2/catch.hpp>
 
 using namespace fresco;
 using namespace fresco::inspect;

@@ -1,11 +1,10 @@
+#include "catch.h"
 #include "model_samples.h"
 
 #include <fresco/files_io.h>
 #include <fresco/model.h>
 #include <fresco/stage.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 using Catch::Contains;
 using fresco::Value;

@@ -1,3 +1,4 @@
+#include "catch.h"
 #include "mesh_axes.h"
 
 #include "recording_checks.h"
@@ -7,8 +8,6 @@
 #include <fresco/mesh_io.h>
 #include <fresco/stage.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 using Catch::Contains;
 using fresco::Value;

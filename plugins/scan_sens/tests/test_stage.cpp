@@ -1,9 +1,8 @@
+#include "catch.h"
 #include "sens_depth.h"
 #include "sens_file.h"
 
 #include "reader_checks.h"
-
-#include <catch2/catch.hpp>
 
 #include <limits>
 #include <zlib.h>

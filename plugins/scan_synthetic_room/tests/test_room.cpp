@@ -1,5 +1,6 @@
 #include "camera_path.h"
 #include "caster.h"
+#include "catch.h"
 #include "furnish.h"
 #include "noise.h"
 #include "render.h"
@@ -8,8 +9,6 @@
 
 #include <fresco/error.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <array>

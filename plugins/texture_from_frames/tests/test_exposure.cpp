@@ -1,8 +1,7 @@
+#include "catch.h"
 #include "exposure.h"
 
 #include <fresco/random.h>
-
-#include <catch2/catch.hpp>
 
 #include <cmath>
 

@@ -1,10 +1,9 @@
+#include "catch.h"
 #include "painted_wall.h"
 
 #include <fresco/error.h>
 #include <fresco/images/push_pull.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 using namespace painted_wall;
 

@@ -1,10 +1,9 @@
+#include "catch.h"
 #include "gather.h"
 #include "painted_wall.h"
 #include "view_weights.h"
 
 #include <fresco/random.h>
-
-#include <catch2/catch.hpp>
 
 #include <map>
 #include <optional>

@@ -1,6 +1,5 @@
+#include "catch.h"
 #include "pixel_links.h"
-
-#include <catch2/catch.hpp>
 
 #include <vector>
 

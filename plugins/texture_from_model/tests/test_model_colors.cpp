@@ -1,9 +1,8 @@
+#include "catch.h"
 #include "model_colors.h"
 #include "shape_lights.h"
 
 #include <fresco/texturing/linear_light.h>
-
-#include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <array>

@@ -1,3 +1,4 @@
+#include "catch.h"
 #include "model_texture.h"
 
 #include "model_samples.h"
@@ -9,12 +10,10 @@
 #include <fresco/texture.h>
 #include <fresco/texturing/linear_light.h>
 
-#include <catch2/catch.hpp>
-
 #include <cmath>
 
 using namespace fresco;
-using Catch::Matchers::Contains;
+using Catch::Contains;
 using model_samples::Box;
 
 namespace

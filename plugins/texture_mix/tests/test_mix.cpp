@@ -1,11 +1,10 @@
+#include "catch.h"
 #include "mix.h"
 #include "surface_average.h"
 #include "two_chart_wall.h"
 
 #include <fresco/testing.h>
 #include <fresco/texturing/charts.h>
-
-#include <catch2/catch.hpp>
 
 #include <cmath>
 #include <numbers>

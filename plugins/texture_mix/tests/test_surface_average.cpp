@@ -1,6 +1,5 @@
+#include "catch.h"
 #include "surface_average.h"
-
-#include <catch2/catch.hpp>
 
 #include <cmath>
 #include <numbers>

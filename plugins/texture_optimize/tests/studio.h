@@ -1,8 +1,7 @@
 #pragma once
 
+#include "catch.h"
 #include "fakes.h"
-
-#include <catch2/catch.hpp>
 
 #include <fresco/files_io.h>
 #include <fresco/stage.h>

@@ -1,7 +1,6 @@
 #include "balance.h"
+#include "catch.h"
 #include "fakes.h"
-
-#include <catch2/catch.hpp>
 
 using namespace fresco;
 using namespace fresco::optimize;

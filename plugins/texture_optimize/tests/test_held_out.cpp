@@ -1,8 +1,7 @@
+#include "catch.h"
 #include "held_out.h"
 
 #include <fresco/error.h>
-
-#include <catch2/catch.hpp>
 
 using namespace fresco;
 using namespace fresco::optimize;

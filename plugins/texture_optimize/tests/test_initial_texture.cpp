@@ -1,8 +1,7 @@
+#include "catch.h"
 #include "fakes.h"
 #include "initial_texture.h"
 #include "noise_picture.h"
-
-#include <catch2/catch.hpp>
 
 #include <fresco/error.h>
 #include <fresco/images/recolor.h>

@@ -1,6 +1,5 @@
+#include "catch.h"
 #include "levels.h"
-
-#include <catch2/catch.hpp>
 
 #include <fresco/numerics/noise.h>
 

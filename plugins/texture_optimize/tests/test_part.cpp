@@ -1,9 +1,8 @@
+#include "catch.h"
 #include "evaluation.h"
 #include "fakes.h"
 #include "level_rules.h"
 #include "part.h"
-
-#include <catch2/catch.hpp>
 
 #include <fresco/error.h>
 

@@ -1,8 +1,7 @@
+#include "catch.h"
 #include "levels.h"
 #include "style_pictures.h"
 #include "value_space.h"
-
-#include <catch2/catch.hpp>
 
 #include <fresco/error.h>
 

@@ -1,7 +1,6 @@
+#include "catch.h"
 #include "prefetch.h"
 #include "schedule.h"
-
-#include <catch2/catch.hpp>
 
 #include <atomic>
 #include <cmath>

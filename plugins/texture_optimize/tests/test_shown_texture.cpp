@@ -1,6 +1,5 @@
+#include "catch.h"
 #include "shown_texture.h"
-
-#include <catch2/catch.hpp>
 
 using namespace fresco;
 using namespace fresco::optimize;

@@ -1,6 +1,5 @@
+#include "catch.h"
 #include "sparse_sum.h"
-
-#include <catch2/catch.hpp>
 
 #include <ATen/ops/empty.h>
 

@@ -1,8 +1,7 @@
+#include "catch.h"
 #include "fakes.h"
 #include "level_rules.h"
 #include "view_data.h"
-
-#include <catch2/catch.hpp>
 
 using namespace fakes;
 using namespace fresco::optimize;

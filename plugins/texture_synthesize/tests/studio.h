@@ -1,5 +1,6 @@
 #pragma once
 
+#include "catch.h"
 #include "samples.h"
 #include "stored_png.h"
 #include "two_chart_wall.h"
@@ -9,8 +10,6 @@
 #include <fresco/source_map.h>
 #include <fresco/stage.h>
 #include <fresco/texture.h>
-
-#include <catch2/catch.hpp>
 
 #include <functional>
 #include <memory>

@@ -1,10 +1,9 @@
+#include "catch.h"
 #include "picture_level.h"
 #include "samples.h"
 
 #include <fresco/error.h>
 #include <fresco/images/lab.h>
-
-#include <catch2/catch.hpp>
 
 using namespace samples;
 

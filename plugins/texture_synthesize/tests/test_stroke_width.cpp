@@ -1,8 +1,7 @@
+#include "catch.h"
 #include "samples.h"
 
 #include <fresco/images/stroke_width.h>
-
-#include <catch2/catch.hpp>
 
 using namespace samples;
 

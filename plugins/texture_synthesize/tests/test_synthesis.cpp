@@ -1,3 +1,4 @@
+#include "catch.h"
 #include "plain_synthesis.h"
 #include "samples.h"
 
@@ -5,8 +6,6 @@
 
 #include <fresco/error.h>
 #include <fresco/images/stroke_width.h>
-
-#include <catch2/catch.hpp>
 
 using namespace samples;
 

@@ -1,6 +1,5 @@
+#include "catch.h"
 #include "clip.h"
-
-#include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -1,8 +1,7 @@
+#include "catch.h"
 #include "tile.h"
 
 #include <fresco/processor.h>
-
-#include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <array>

@@ -1,6 +1,5 @@
+#include "catch.h"
 #include "tile_bins.h"
-
-#include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <set>

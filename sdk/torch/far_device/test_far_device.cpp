@@ -1,11 +1,10 @@
+#include "catch.h"
 #include "far_device.h"
 
 #include <fresco/torch/tensor.h>
 
 #include <ATen/ATen.h>
 #include <torch/csrc/autograd/autograd.h>
-
-#include <catch2/catch.hpp>
 
 using fresco::testing::far_device;
 using fresco::testing::far_traffic;

@@ -1,3 +1,5 @@
+#include "catch.h"
+
 #include <fresco/torch/lazy_tensor.h>
 
 #include <ATen/ops/equal.h>
@@ -14,8 +16,6 @@
 #include <unistd.h>
 
 // Last: libtorch's headers bring a macro CHECK of their own.
-#include <catch2/catch.hpp>
-
 using namespace fresco;
 
 namespace

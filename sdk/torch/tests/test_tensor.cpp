@@ -1,6 +1,5 @@
+#include "catch.h"
 #include "random_tensor.h"
-
-#include <catch2/catch.hpp>
 
 #include <fresco/torch/features.h>
 #include <fresco/torch/loss.h>

@@ -1,3 +1,5 @@
+#include "catch.h"
+
 #include <fresco/torch/tensor_memory.h>
 
 #include <ATen/ops/arange.h>
@@ -8,8 +10,6 @@
 #include <vector>
 
 // Last: libtorch's headers bring a macro CHECK of their own.
-#include <catch2/catch.hpp>
-
 using namespace fresco;
 
 #if defined(__linux__)

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "catch.h"
+
 #include <fresco/layered_texture/layer_view.h>
 #include <fresco/random.h>
 #include <fresco/testing.h>
@@ -7,8 +9,6 @@
 
 #include <ATen/Parallel.h>
 #include <ATen/ops/equal.h>
-
-#include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <array>

@@ -14,6 +14,9 @@ import subprocess
 import sys
 import tempfile
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
+from skipping import skip
+
 WRITING = ("creat", "mkdir", "mkdirat", "rename", "renameat", "renameat2", "unlink", "unlinkat", "rmdir", "link", "linkat", "symlink",
            "symlinkat", "mknod", "mknodat", "chmod", "fchmod", "fchmodat", "chown", "fchown", "lchown", "fchownat",
            "utime", "utimes", "utimensat", "futimesat", "truncate", "ftruncate", "setxattr", "lsetxattr", "fsetxattr", "bind", "connect")
@@ -36,14 +39,6 @@ RESUMED = re.compile(r"^(\d+) +<\.\.\. \w+ resumed>(.*)$")
 # What precedes a path: the folder it is relative to, as strace -y shows it, or nothing; or a descriptor in place of a path.
 PATHS = re.compile(r'(?:(AT_FDCWD|\d+)<((?:[^<>\\]|\\.)*)>, )?"((?:[^"\\]|\\.)*)"')
 DESCRIPTOR = re.compile(r"^\d+<((?:[^<>\\]|\\.)*)>")
-
-
-def skip(text):
-    print(f"SKIPPED {text}")
-    if log := os.environ.get("FRESCO_SKIP_LOG"):
-        with open(log, "a") as file:
-            file.write(text + "\n")
-    sys.exit(0)
 
 
 def whole_lines(trace):
@@ -129,6 +124,7 @@ def trace(given, work, pipeline, settings):
                           text=True)
     if "PTRACE" in done.stderr or "Operation not permitted" in done.stderr:
         skip(f"writes: strace cannot trace here: {done.stderr.strip()}")
+        sys.exit(0)
     reader = Reader([str(places[name]) for name in ("out", "store", "cache", "tmp")], str(places["here"]))
     with open(record, errors="replace") as lines:
         for line in whole_lines(lines):
@@ -151,7 +147,7 @@ def main():
     parser.add_argument("--long", action="store_true")
     given = parser.parse_args()
     if not shutil.which("strace"):
-        skip("writes: strace is not installed")
+        return skip("writes: strace is not installed")
     ready = given.source / "pipelines"
     cases = [(ready / "demo.yaml", SMALL)]
     data = given.source.parent / "shared/data/kitchen"

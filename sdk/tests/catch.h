@@ -1,6 +1,7 @@
 #pragma once
 
-/// \file Catch2, version 2 or 3, under the names of version 2.
+/// \file Catch2, version 2 or 3, under the names of version 2. Included behind libtorch's headers, which have a CHECK of their
+/// own.
 
 #if __has_include(<catch2/catch_all.hpp>)
 #include <catch2/catch_all.hpp>

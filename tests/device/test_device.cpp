@@ -1,4 +1,3 @@
-#include "catch.h"
 #include "fakes.h"
 #include "loop_options.h"
 
@@ -6,6 +5,8 @@
 #include <fresco/torch/tensor.h>
 
 #include <ATen/ATen.h>
+
+#include "catch.h"
 
 #include <cmath>
 #include <string>

@@ -1,10 +1,11 @@
-#include "catch.h"
 #include "convolution.h"
 #include "maps.h"
 #include "random_numbers.h"
 
 #include <fresco/parallel.h>
 #include <fresco/processor.h>
+
+#include "catch.h"
 
 #include <algorithm>
 #include <cmath>

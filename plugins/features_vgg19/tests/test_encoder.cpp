@@ -1,10 +1,11 @@
-#include "catch.h"
 #include "random_tensor.h"
 #include "vgg19.h"
 
 #include <ATen/ATen.h>
 #include <ATen/Parallel.h>
 #include <torch/csrc/autograd/autograd.h>
+
+#include "catch.h"
 
 #include <cmath>
 

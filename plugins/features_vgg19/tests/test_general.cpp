@@ -1,4 +1,3 @@
-#include "catch.h"
 #include "reflected.h"
 #include "shared_data.h"
 #include "vgg19.h"
@@ -10,6 +9,8 @@
 
 #include <ATen/ATen.h>
 #include <torch/csrc/autograd/autograd.h>
+
+#include "catch.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,10 +1,10 @@
-#include "catch.h"
-
 #include <fresco/error.h>
 #include <fresco/testing.h>
 #include <fresco/torch/testing.h>
 
 #include <ATen/ATen.h>
+
+#include "catch.h"
 
 #include <memory>
 

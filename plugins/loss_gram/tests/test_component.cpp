@@ -1,9 +1,9 @@
-#include "catch.h"
-
 #include <fresco/error.h>
 #include <fresco/torch/testing.h>
 
 #include <ATen/ATen.h>
+
+#include "catch.h"
 
 #include <memory>
 

@@ -1,8 +1,9 @@
-#include "catch.h"
 #include "moments.h"
 
 #include <ATen/ATen.h>
 #include <ATen/Parallel.h>
+
+#include "catch.h"
 
 #include <cmath>
 

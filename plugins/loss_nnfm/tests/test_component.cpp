@@ -1,4 +1,3 @@
-#include "catch.h"
 #include "nearest.h"
 #include "random_tensor.h"
 #include "samples.h"
@@ -8,6 +7,8 @@
 
 #include <ATen/ATen.h>
 #include <ATen/Parallel.h>
+
+#include "catch.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,11 +1,11 @@
-#include "catch.h"
-
 #include <fresco/error.h>
 #include <fresco/testing.h>
 #include <fresco/torch/testing.h>
 
 #include <ATen/ATen.h>
 #include <ATen/Parallel.h>
+
+#include "catch.h"
 
 #include <cmath>
 #include <memory>

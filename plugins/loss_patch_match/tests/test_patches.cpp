@@ -1,4 +1,3 @@
-#include "catch.h"
 #include "patches.h"
 #include "random_tensor.h"
 #include "robust_distance.h"
@@ -6,6 +5,8 @@
 
 #include <ATen/ATen.h>
 #include <ATen/Parallel.h>
+
+#include "catch.h"
 
 #include <cmath>
 

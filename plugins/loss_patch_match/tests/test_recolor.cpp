@@ -1,7 +1,8 @@
-#include "catch.h"
 #include "recolor.h"
 
 #include <ATen/ATen.h>
+
+#include "catch.h"
 
 #include <algorithm>
 

@@ -1,4 +1,3 @@
-#include "catch.h"
 #include "random_tensor.h"
 #include "search.h"
 
@@ -7,6 +6,8 @@
 
 #include <ATen/ATen.h>
 #include <ATen/Parallel.h>
+
+#include "catch.h"
 
 #include <cmath>
 #include <limits>

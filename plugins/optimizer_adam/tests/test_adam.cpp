@@ -1,7 +1,8 @@
 #include "adam.h"
-#include "catch.h"
 
 #include <fresco/random.h>
+
+#include "catch.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,9 +1,10 @@
 #include "adam_tensors.h"
-#include "catch.h"
 
 #include <far_device.h>
 
 #include <ATen/ATen.h>
+
+#include "catch.h"
 
 using namespace fresco::adam;
 

@@ -1,6 +1,7 @@
-#include "catch.h"
 #include "lbfgs.h"
 #include "random_numbers.h"
+
+#include "catch.h"
 
 #include <algorithm>
 #include <cmath>

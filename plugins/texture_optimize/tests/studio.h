@@ -1,7 +1,8 @@
 #pragma once
 
-#include "catch.h"
 #include "fakes.h"
+
+#include "catch.h"
 
 #include <fresco/files_io.h>
 #include <fresco/stage.h>

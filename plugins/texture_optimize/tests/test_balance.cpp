@@ -1,6 +1,7 @@
 #include "balance.h"
-#include "catch.h"
 #include "fakes.h"
+
+#include "catch.h"
 
 using namespace fresco;
 using namespace fresco::optimize;

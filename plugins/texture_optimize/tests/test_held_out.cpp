@@ -1,7 +1,8 @@
-#include "catch.h"
 #include "held_out.h"
 
 #include <fresco/error.h>
+
+#include "catch.h"
 
 using namespace fresco;
 using namespace fresco::optimize;

@@ -1,7 +1,8 @@
-#include "catch.h"
 #include "fakes.h"
 #include "initial_texture.h"
 #include "noise_picture.h"
+
+#include "catch.h"
 
 #include <fresco/error.h>
 #include <fresco/images/recolor.h>

@@ -1,5 +1,6 @@
-#include "catch.h"
 #include "levels.h"
+
+#include "catch.h"
 
 #include <fresco/numerics/noise.h>
 

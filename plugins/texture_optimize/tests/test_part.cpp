@@ -1,8 +1,9 @@
-#include "catch.h"
 #include "evaluation.h"
 #include "fakes.h"
 #include "level_rules.h"
 #include "part.h"
+
+#include "catch.h"
 
 #include <fresco/error.h>
 

@@ -1,7 +1,8 @@
-#include "catch.h"
 #include "levels.h"
 #include "style_pictures.h"
 #include "value_space.h"
+
+#include "catch.h"
 
 #include <fresco/error.h>
 

@@ -1,6 +1,7 @@
-#include "catch.h"
 #include "prefetch.h"
 #include "schedule.h"
+
+#include "catch.h"
 
 #include <atomic>
 #include <cmath>

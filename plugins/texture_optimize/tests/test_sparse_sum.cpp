@@ -1,5 +1,6 @@
-#include "catch.h"
 #include "sparse_sum.h"
+
+#include "catch.h"
 
 #include <ATen/ops/empty.h>
 

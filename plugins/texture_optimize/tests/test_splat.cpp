@@ -1,5 +1,6 @@
-#include "catch.h"
 #include "splat.h"
+
+#include "catch.h"
 
 using namespace fresco;
 using namespace fresco::optimize;

@@ -1,7 +1,8 @@
-#include "catch.h"
 #include "fakes.h"
 #include "level_rules.h"
 #include "view_data.h"
+
+#include "catch.h"
 
 using namespace fakes;
 using namespace fresco::optimize;

@@ -1,10 +1,11 @@
-#include "catch.h"
 #include "far_device.h"
 
 #include <fresco/torch/tensor.h>
 
 #include <ATen/ATen.h>
 #include <torch/csrc/autograd/autograd.h>
+
+#include "catch.h"
 
 using fresco::testing::far_device;
 using fresco::testing::far_traffic;

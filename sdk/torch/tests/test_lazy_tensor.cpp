@@ -1,5 +1,3 @@
-#include "catch.h"
-
 #include <fresco/torch/lazy_tensor.h>
 
 #include <ATen/ops/equal.h>
@@ -16,6 +14,8 @@
 #include <unistd.h>
 
 // Last: libtorch's headers bring a macro CHECK of their own.
+#include "catch.h"
+
 using namespace fresco;
 
 namespace

@@ -1,5 +1,6 @@
-#include "catch.h"
 #include "random_tensor.h"
+
+#include "catch.h"
 
 #include <fresco/torch/features.h>
 #include <fresco/torch/loss.h>

@@ -1,5 +1,3 @@
-#include "catch.h"
-
 #include <fresco/torch/tensor_memory.h>
 
 #include <ATen/ops/arange.h>
@@ -10,6 +8,8 @@
 #include <vector>
 
 // Last: libtorch's headers bring a macro CHECK of their own.
+#include "catch.h"
+
 using namespace fresco;
 
 #if defined(__linux__)

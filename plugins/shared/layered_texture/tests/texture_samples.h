@@ -1,7 +1,5 @@
 #pragma once
 
-#include "catch.h"
-
 #include <fresco/layered_texture/layer_view.h>
 #include <fresco/random.h>
 #include <fresco/testing.h>
@@ -9,6 +7,8 @@
 
 #include <ATen/Parallel.h>
 #include <ATen/ops/equal.h>
+
+#include "catch.h"
 
 #include <algorithm>
 #include <array>

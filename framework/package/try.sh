@@ -1,26 +1,9 @@
 #!/usr/bin/env bash
-# try.sh: the packages in build/packages, each in a bare Debian 12 of its own that comes from this machine's apt sources: as nobody, with
-# an empty environment and no network, they must write the files that build/bin/fresco writes. Needs root and mmdebstrap.
-set -euo pipefail
-cd "$(dirname "$0")/../.."
-fail() { echo "error: $*" >&2; exit 1; }
-mapfile -t sources < <(grep -ls bookworm /etc/apt/sources.list /etc/apt/sources.list.d/*.list /etc/apt/sources.list.d/*.sources)
-[ ${#sources[@]} -gt 0 ] || fail "no file in /etc/apt names the release bookworm, so there is nowhere to get a bare Debian 12 from"
-work=$(mktemp -d)
-# If mmdebstrap was killed, its tree still has this machine's /dev.
-trap 'rm -rf --one-file-system "$work"' EXIT
-chmod 755 "$work"
+# try.sh: the packages in build/packages, each in a bare Debian of its own: as nobody, with an empty environment and no network, they must
+# write the files that build/bin/fresco writes. The archive by the steps of its Apptainer definition, the .deb by those of its Dockerfile.
+source "$(dirname "$0")/bare_debian.sh"
 
-logged() { "$@" >"$work/log" 2>&1 || { cat "$work/log" >&2; exit 1; }; }
-bare() { # NAME [OPTION...]: only essential packages and apt, and those that OPTIONs name
-    echo "$1: making a bare Debian"
-    logged mmdebstrap --variant=minbase --dpkgopt=force-unsafe-io "${@:2}" bookworm "$work/$1" "${sources[@]}"
-    cp framework/package/try.yaml "$work/$1/tmp/"
-}
-in_tree() { # NAME PROGRAM [ARGUMENT...]
-    unshare --mount --net --pid --fork bash -c 'mount -t proc proc "$0/proc" && mount --rbind /dev "$0/dev" && cd / &&
-        exec chroot "$0" setpriv --reuid=65534 --regid=65534 --clear-groups env -i "$@"' "$work/$1" "${@:2}"
-}
+as_nobody() { network=none in_tree "$1" nobody env -i "${@:2}"; }
 paint() { # PIPELINES FOLDER PROGRAM...: the demo, and what it leaves out
     local pipelines=$1 folder=$2
     shift 2
@@ -36,22 +19,29 @@ mkdir "$work/build"
 cp framework/package/try.yaml "$work/build/"
 logged paint pipelines "$work/build" build/bin/fresco
 
-# The archive by the steps of its Apptainer definition, then moved.
+# Then the archive is moved.
 step() { sed -n "/^%$1\$/,/^%/{/^%/d;p}" build/packages/fresco.def; }
-bare archive
+bare archive "$here"
 setup=$(step setup)
 (cd build/packages && APPTAINER_ROOTFS=$work/archive sh -ec "$setup")
 chroot "$work/archive" sh -ec "$(step post)"
-logged in_tree archive sh -ec "$(step test)"
-logged paint /pipelines /tmp in_tree archive sh -ec "$(step runscript)" fresco
+cp framework/package/try.yaml "$work/archive/tmp/"
+logged as_nobody archive sh -ec "$(step test)"
+logged paint /pipelines /tmp as_nobody archive sh -ec "$(step runscript)" fresco
 compare archive
 mv "$work/archive/opt/fresco" "$work/archive/opt/else where"
-in_tree archive "/opt/else where/bin/fresco" run "/opt/else where/share/fresco/pipelines/demo.yaml" --store /tmp/store --out /tmp/out/demo \
+as_nobody archive "/opt/else where/bin/fresco" run "/opt/else where/share/fresco/pipelines/demo.yaml" --store /tmp/store --out /tmp/out/demo \
     --json-log >"$work/log"
 ! grep '"event":"begin"' "$work/log" || fail "archive: moved, it runs stages again"
 
-bare package --hook-dir=/usr/share/mmdebstrap/hooks/file-mirror-automount --include="$(realpath build/packages/*.deb)"
-logged paint /usr/share/fresco/pipelines /tmp in_tree package fresco
+bare package "$here"
+docker=build/packages/Dockerfile
+read -r _ files target < <(grep ^COPY "$docker")
+cp build/packages/$files "$work/package$target"
+cp framework/package/try.yaml "$work/package/tmp/"
+logged in_tree package root sh -ec "$(sed -n 's/^RUN //p' "$docker")"
+entry=$(sed -n 's/^ENTRYPOINT \["\(.*\)"\]$/\1/p' "$docker")
+logged paint /usr/share/fresco/pipelines /tmp as_nobody package "$entry"
 compare package
 cmp "$work/package/usr/bin/fresco" "$work/archive/opt/else where/bin/fresco"
 for plugin in "$work"/package/usr/lib/fresco/*.so; do

@@ -1,10 +1,10 @@
 #pragma once
 
+#include "catch.h"
+
 #include <fresco/files_io.h>
 #include <fresco/testing.h>
 #include <fresco/value.h>
-
-#include <catch2/catch.hpp>
 
 #include <chrono>
 #include <csignal>

@@ -104,7 +104,7 @@ class DatasetWrite final : public Stage
                               kept.note(i, written[i].names(), to_value(written[i]));
                           });
         if (found > 0)
-            run.message(fmt::format("{} of {} views were there from an interrupted run", found, count));
+            run.message(fmt::format("{} of {} views were there from an interrupted run", found.load(), count));
         for (const WrittenFiles& view : written)
             kept.link(view.names(), folder);
         return written;

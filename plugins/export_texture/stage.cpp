@@ -5,6 +5,7 @@
 #include <fresco/texturing/exported_file.h>
 #include <fresco/texturing/exported_picture.h>
 
+#include <fmt/format.h>
 #include <string>
 
 using namespace fresco;

@@ -10,6 +10,7 @@
 #include <ATen/Parallel.h>
 #include <ATen/ops/full.h>
 
+#include <fmt/format.h>
 #include <stdexcept>
 #include <string>
 

@@ -3,6 +3,7 @@
 #include <fresco/error.h>
 #include <fresco/npy.h>
 
+#include <fmt/format.h>
 #include <string>
 
 namespace read_image

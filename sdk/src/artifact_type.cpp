@@ -62,10 +62,10 @@ void Artifact::write_exchange(const Exchange& to) const
 namespace detail
 {
 
-const ArtifactType& register_artifact_type(ArtifactType type)
+const ArtifactType* register_artifact_type(ArtifactType type)
 {
     std::string name = type.name;
-    return known().emplace(std::move(name), std::move(type)).first->second;
+    return &known().emplace(std::move(name), std::move(type)).first->second;
 }
 
 void check_exchange_files(const std::vector<ExchangeForm>& forms, const Exchange& from)

@@ -36,7 +36,7 @@ void Configurable::configure(const Value& options, ComponentFactory& factory)
     for (const auto& [name, value] : options.as_map())
     {
         const auto parameter =
-            std::ranges::find_if(parameters_, [&name = name](const Parameter* p) { return p->name() == name; });
+            std::ranges::find_if(parameters_, [&wanted = name](const Parameter* p) { return p->name() == wanted; });
         if (parameter == parameters_.end())
             throw Error("unknown option \"" + name + "\"");
         (*parameter)->assign(value, factory);

@@ -133,7 +133,8 @@ void run_stage(Stage& stage, const Value& options, const Inputs& inputs, const f
     stage.configure(options, factory);
     for (const auto& [name, artifact] : inputs)
     {
-        const auto port = std::ranges::find_if(stage.inputs(), [&name = name](const InputPort* p) { return p->name() == name; });
+        const auto port =
+            std::ranges::find_if(stage.inputs(), [&wanted = name](const InputPort* p) { return p->name() == wanted; });
         if (port == stage.inputs().end())
             throw Error("the stage has no input \"" + name + "\"");
         (*port)->set(artifact);

@@ -1,3 +1,5 @@
+#include "catch.h"
+
 #include <fresco/error.h>
 #include <fresco/files.h>
 #include <fresco/files_io.h>
@@ -9,9 +11,7 @@
 #include <fresco/texture.h>
 #include <fresco/uv_maps.h>
 
-#include <catch2/catch.hpp>
-
-using Catch::Matchers::Contains;
+using Catch::Contains;
 
 namespace
 {

@@ -1,10 +1,10 @@
+#include "catch.h"
+
 #include <fresco/camera.h>
 #include <fresco/error.h>
 #include <fresco/frames.h>
 
-#include <catch2/catch.hpp>
-
-using Catch::Matchers::Contains;
+using Catch::Contains;
 
 TEST_CASE("A camera projects along its own rays")
 {

@@ -1,6 +1,6 @@
-#include <fresco/command_line.h>
+#include "catch.h"
 
-#include <catch2/catch.hpp>
+#include <fresco/command_line.h>
 
 using namespace fresco;
 using Words = std::vector<std::string>;

@@ -1,3 +1,4 @@
+#include "catch.h"
 #include "raw_images.h"
 
 #include <fresco/declared_ports.h>
@@ -11,8 +12,6 @@
 #include <fresco/uv_maps.h>
 
 #include <array>
-
-#include <catch2/catch.hpp>
 
 using namespace fresco;
 namespace fs = std::filesystem;

@@ -1,3 +1,5 @@
+#include "catch.h"
+
 #include <fresco/error.h>
 #include <fresco/file_access.h>
 #include <fresco/files_io.h>
@@ -5,7 +7,6 @@
 #include <fresco/testing.h>
 
 #include <atomic>
-#include <catch2/catch.hpp>
 #include <csignal>
 #include <cstddef>
 #include <fcntl.h>
@@ -22,7 +23,7 @@
 #include <unistd.h>
 
 using namespace fresco;
-using Catch::Matchers::Contains;
+using Catch::Contains;
 using fresco::testing::TemporaryFolder;
 namespace fs = std::filesystem;
 

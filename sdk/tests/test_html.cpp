@@ -1,6 +1,6 @@
-#include <fresco/html.h>
+#include "catch.h"
 
-#include <catch2/catch.hpp>
+#include <fresco/html.h>
 
 namespace
 {

@@ -1,8 +1,8 @@
+#include "catch.h"
+
 #include <fresco/files_io.h>
 #include <fresco/kept_pieces.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 using namespace fresco;
 namespace fs = std::filesystem;

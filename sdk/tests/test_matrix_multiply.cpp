@@ -1,10 +1,9 @@
 #include "../src/matrix_kernel.h"
+#include "catch.h"
 #include "random_numbers.h"
 
 #include <fresco/matrix_multiply.h>
 #include <fresco/processor.h>
-
-#include <catch2/catch.hpp>
 
 #include <cmath>
 #include <stdexcept>

@@ -1,3 +1,4 @@
+#include "catch.h"
 #include "ply_samples.h"
 
 #include <fresco/error.h>
@@ -5,14 +6,12 @@
 #include <fresco/mesh_io.h>
 #include <fresco/testing.h>
 
-#include <catch2/catch.hpp>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 using namespace fresco;
-using Catch::Matchers::Contains;
+using Catch::Contains;
 
 namespace
 {

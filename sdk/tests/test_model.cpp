@@ -1,14 +1,14 @@
+#include "catch.h"
+
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/model.h>
 #include <fresco/testing.h>
 
-#include <catch2/catch.hpp>
-
 #include <filesystem>
 
 using namespace fresco;
-using Catch::Matchers::Contains;
+using Catch::Contains;
 
 namespace
 {

@@ -1,12 +1,11 @@
+#include "catch.h"
 #include "ply_samples.h"
 
 #include <fresco/error.h>
 #include <fresco/mesh_io.h>
 
-#include <catch2/catch.hpp>
-
 using namespace fresco;
-using Catch::Matchers::Contains;
+using Catch::Contains;
 
 namespace
 {

@@ -1,10 +1,10 @@
+#include "catch.h"
+
 #include <fresco/component.h>
 #include <fresco/option.h>
 #include <fresco/testing.h>
 
-#include <catch2/catch.hpp>
-
-using Catch::Matchers::Contains;
+using Catch::Contains;
 using fresco::Value;
 
 namespace
@@ -89,7 +89,7 @@ TEST_CASE("Whole numbers are declared with the range of their type, so that it i
     };
     const Value description = Counter().describe();
     const auto& options = description.at("options").as_list();
-    for (const std::size_t i : {0, 1, 2})
+    for (const std::size_t i : {0U, 1U, 2U})
         CHECK(options[i].at("max").as_double() == 2147483647.0);
     CHECK(options[0].at("min").as_double() == -2147483648.0);
     CHECK(options[1].at("min").as_double() == 0);

@@ -1,9 +1,9 @@
+#include "catch.h"
+
 #include <fresco/component.h>
 #include <fresco/error.h>
 #include <fresco/option.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 using namespace fresco;
 

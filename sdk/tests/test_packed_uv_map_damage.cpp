@@ -1,9 +1,8 @@
+#include "catch.h"
 #include "uv_map_samples.h"
 
 #include <fresco/error.h>
 #include <fresco/packed_uv_map.h>
-
-#include <catch2/catch.hpp>
 
 #include <cstring>
 

@@ -1,8 +1,8 @@
+#include "catch.h"
+
 #include <fresco/error.h>
 #include <fresco/parallel.h>
 #include <fresco/progress.h>
-
-#include <catch2/catch.hpp>
 
 #include <atomic>
 #include <mutex>

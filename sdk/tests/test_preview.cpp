@@ -1,4 +1,5 @@
 #include "../src/packed_mesh.h"
+#include "catch.h"
 #include "stored_png.h"
 
 #include <fresco/error.h>
@@ -8,8 +9,6 @@
 #include <fresco/preview.h>
 #include <fresco/testing.h>
 #include <fresco/texture.h>
-
-#include <catch2/catch.hpp>
 
 #include <cmath>
 #include <cstdint>

@@ -1,6 +1,6 @@
-#include <fresco/raster.h>
+#include "catch.h"
 
-#include <catch2/catch.hpp>
+#include <fresco/raster.h>
 
 #include <algorithm>
 #include <cmath>

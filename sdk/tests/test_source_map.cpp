@@ -1,4 +1,4 @@
-#include <catch2/catch.hpp>
+#include "catch.h"
 
 #include <fresco/error.h>
 #include <fresco/files_io.h>

@@ -1,8 +1,8 @@
+#include "catch.h"
+
 #include <fresco/error.h>
 #include <fresco/strict_map.h>
 #include <fresco/value.h>
-
-#include <catch2/catch.hpp>
 
 #include <ctime>
 #include <limits>
@@ -26,7 +26,7 @@ TEST_CASE("JSON reads back what was written, kinds and order included")
 
 TEST_CASE("Bad JSON is refused with the byte")
 {
-    using Catch::Matchers::Contains;
+    using Catch::Contains;
     CHECK_THROWS_WITH(fresco::parse_json("{\"a\": 1, \"a\": 2}", "f.json"), Contains("f.json") && Contains("twice"));
     CHECK_THROWS_WITH(fresco::parse_json("{\"a\": }", "f.json"), Contains("byte 7"));
     CHECK_THROWS_WITH(fresco::parse_json(std::string(100, '[') + std::string(100, ']')), Contains("64 levels"));
@@ -51,7 +51,7 @@ TEST_CASE("A JSON map of many keys is read in time, and a key that appears twice
 
 TEST_CASE("A value of another kind is named in the error")
 {
-    using Catch::Matchers::Contains;
+    using Catch::Contains;
     CHECK_THROWS_WITH(Value("x").as_int(), Contains("whole number") && Contains("\"x\""));
     CHECK_THROWS_WITH(Value(Value::Map{}).at("faces"), Contains("faces"));
     CHECK(Value(3).as_double() == 3.0);

@@ -17,8 +17,9 @@ import subprocess
 import sys
 import time
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "prove"))
+sys.path[:0] = (str(pathlib.Path(__file__).resolve().parents[1] / folder) for folder in ("prove", ""))
 import slurm_cluster
+from skipping import skip
 from workplace import Workplace, arguments
 
 # Per scan a source; per scan and picture a stage that sleeps, and a file.
@@ -372,7 +373,8 @@ def random_kills(place, slurm, long):
 
 def snakemake(place, slurm, long):
     if not shutil.which("snakemake") and (not long or slurm_cluster.install(["snakemake"])):
-        return "Snakemake is not installed"
+        skip("Snakemake on Slurm: Snakemake is not installed")
+        return "skipped"
     folder = Folder(place, slurm, "snake {make}")
     folder.write_many(*((5, 6) if long else (2, 3)))
     folder.call("export", "snakemake", "many.yaml", "--pack", 0, "--cores", 1)
@@ -414,10 +416,7 @@ def main():
     random.seed(given.seed)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit("stopped"))  # The daemons end too.
     if reason := slurm_cluster.missing():
-        print(f"SKIPPED the proofs on Slurm: {reason}")
-        if log := os.environ.get("FRESCO_SKIP_LOG"):
-            with open(log, "a") as file:
-                print(f"proofs on Slurm: {reason}", file=file)
+        skip(f"the proofs on Slurm: {reason}")
         return 0
     names = os.environ.get("FRESCO_CASES", "").split()
     chosen = [case for case in CASES if not names or case.__name__ in names]

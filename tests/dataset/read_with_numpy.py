@@ -2,7 +2,6 @@
 """read_with_numpy.py ROOM: what plugins/dataset_write/README.md says of a dataset's folder, by the loader that stands in it (NumPy alone,
 and PyTorch where it is)."""
 import json
-import os
 import pathlib
 import struct
 import sys
@@ -11,9 +10,10 @@ import zlib
 import numpy as np
 
 room = pathlib.Path(sys.argv[1])
-sys.path.insert(0, str(room))
+sys.path[:0] = (str(room), str(pathlib.Path(__file__).resolve().parents[1]))
 sys.dont_write_bytecode = True
 from fresco_dataset import Dataset, points, sampling_grid  # noqa: E402
+from skipping import skip  # noqa: E402
 
 
 def png(file):
@@ -105,11 +105,7 @@ print(f"{len(dataset)} views read with NumPy")
 try:
     import torch
 except ImportError:
-    skipped = "the dataset read with PyTorch: python3 has no torch"
-    print(f"SKIPPED {skipped}")
-    if "FRESCO_SKIP_LOG" in os.environ:
-        with open(os.environ["FRESCO_SKIP_LOG"], "a") as log:
-            log.write(skipped + "\n")
+    skip("the dataset read with PyTorch: python3 has no torch")
     sys.exit(0)
 batch = next(iter(torch.utils.data.DataLoader(Dataset(room, tensors=True), batch_size=2)))
 assert batch["color"].shape[:2] == (2, 3) and batch["color"].dtype == torch.float32 and batch["color"].max() <= 1

@@ -1,10 +1,9 @@
+#include "catch.h"
 #include "npy_codec.h"
 #include "small_recording.h"
 
 #include <fresco/files.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 #include <cmath>
 

@@ -1,11 +1,10 @@
+#include "catch.h"
 #include "decimate.h"
 #include "decimate_openmesh.h"
 #include "shapes.h"
 #include "surface_figures.h"
 
 #include <fresco/geometry/repair.h>
-
-#include <catch2/catch.hpp>
 
 using fresco::Mesh;
 

@@ -1,3 +1,4 @@
+#include "catch.h"
 #include "recording_layouts.h"
 #include "shared_data.h"
 #include "surface_figures.h"
@@ -7,8 +8,6 @@
 #include <fresco/mesh.h>
 #include <fresco/stage.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 namespace fs = std::filesystem;
 using fresco::Frames;

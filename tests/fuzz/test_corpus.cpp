@@ -1,9 +1,8 @@
+#include "catch.h"
 #include "parsers.h"
 
 #include <fresco/error.h>
 #include <fresco/files_io.h>
-
-#include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <ctime>

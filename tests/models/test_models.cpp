@@ -1,3 +1,4 @@
+#include "catch.h"
 #include "model_samples.h"
 
 #include <fresco/files.h>
@@ -6,8 +7,6 @@
 #include <fresco/stage.h>
 #include <fresco/testing.h>
 #include <fresco/texture.h>
-
-#include <catch2/catch.hpp>
 
 #include <cmath>
 #include <memory>

@@ -17,13 +17,15 @@ env -i "$moved/bin/fresco" doctor | grep -q "^  $moved/lib/fresco  (installation
 
 # LD_LIBRARY_PATH has broken libraries: one of the program's, one of a plugin's, and one behind a library of that plugin. They do no harm
 # exactly where the archive has its own.
-libraries=(libyaml-cpp.so.0.7 libopencv_core.so.406 libpng16.so.16)
+loaded() { ldd "$moved/bin/fresco" "$moved/lib/fresco/image_opencv.so"; }
+mapfile -t libraries < <(loaded | awk '$1 ~ /^lib(yaml-cpp|opencv_core|png16)\.so/ { print $1 }' | sort -u)
+[ ${#libraries[@]} -eq 3 ] || fail "these libraries are loaded: ${libraries[*]}"
 mkdir "$work/broken" "$moved/lib/fresco/bundled"
 loads() { env -i LD_LIBRARY_PATH="$work/broken" "$moved/bin/fresco" describe image.opencv >said 2>&1; }
 for library in "${libraries[@]}"; do
     echo "no library" >"$work/broken/$library"
     ! loads || fail "the broken $library is not used, so this test shows nothing"
-    cp "$(ldd "$moved/bin/fresco" "$moved/lib/fresco/image_opencv.so" | awk -v name="$library" '$1 == name { print $3; exit }')" "$moved/lib/fresco/bundled/"
+    cp "$(loaded | awk -v name="$library" '$1 == name { print $3; exit }')" "$moved/lib/fresco/bundled/"
     loads || { cat said; fail "the archive's $library is not used"; }
 done
 echo "moved, it has $(wc -l <expected) lines of stages, and uses its own ${libraries[*]}"

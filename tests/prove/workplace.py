@@ -7,18 +7,8 @@ import random
 import shutil
 import signal
 import subprocess
-import sys
 import tempfile
 import time
-
-
-def skip(text):
-    """Ends as passed, and says so in the list of what was skipped."""
-    print(f"SKIPPED {text}")
-    if log := os.environ.get("FRESCO_SKIP_LOG"):
-        with open(log, "a") as file:
-            file.write(text + "\n")
-    sys.exit(0)
 
 
 def arguments(description, *more):

@@ -2,7 +2,6 @@
 # run.sh FRESCO SOURCE: a recording of one's own, listed by the example of sdk/examples/recordings, and in plain folders.
 source "$(dirname "$0")/../program_test.sh"
 fresco=$1 source=$2
-export SOURCE=$source
 cd "$work"
 python=$(python_with numpy) || { skip "one's own recording: no python3 with numpy is at hand"; exit 0; }
 
@@ -59,17 +58,15 @@ for listed, plain in zip(*read.values()):
         assert listed[entry] == plain[entry], entry
 faces = (manifests["mesh.fuse"] / "mesh/mesh.ply").read_bytes().split(b"element face ")[1].split(b"\n")[0]
 assert int(faces) > 1000, faces
-try:
-    import jsonschema
-except ImportError:
-    print("the schema is not tried: python3 has no jsonschema")
-else:
-    import os
-    schema = json.loads((pathlib.Path(os.environ["SOURCE"]) / "sdk/docs/frames.schema.json").read_text())
-    for file in ("mine/frames.json", manifests["scan.frames"] / "frames/frames.json"):
-        jsonschema.validate(json.loads(pathlib.Path(file).read_text()), schema)
-    print("the schema holds")
 PY
+if schema_python=$(python_with jsonschema); then
+    for file in mine/frames.json store/objects/*/frames/frames.json; do
+        "$schema_python" -c 'import json, jsonschema, sys; jsonschema.validate(*(json.load(open(file)) for file in sys.argv[1:]))' \
+            "$file" "$source/sdk/docs/frames.schema.json"
+    done
+else
+    skip "the schema of frames.json: python3 has no jsonschema"
+fi
 
 # A mirrored pose is noticed, and named.
 "$python" - <<'PY'

@@ -1,11 +1,10 @@
+#include "catch.h"
 #include "raw_images.h"
 
 #include <fresco/frames.h>
 #include <fresco/mesh.h>
 #include <fresco/regions/regions.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 #include <map>
 

@@ -1,4 +1,5 @@
 #include "box_room.h"
+#include "catch.h"
 #include "painter.h"
 #include "plain_glb.h"
 #include "plain_renderer.h"
@@ -9,8 +10,6 @@
 #include <fresco/testing.h>
 #include <fresco/texture.h>
 #include <fresco/uv_maps.h>
-
-#include <catch2/catch.hpp>
 
 #include <cmath>
 #include <memory>

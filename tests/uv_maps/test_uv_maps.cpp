@@ -1,3 +1,4 @@
+#include "catch.h"
 #include "furnish.h"
 #include "raster_finder.h"
 #include "recording.h"
@@ -7,8 +8,6 @@
 #include <fresco/mesh_io.h>
 #include <fresco/raycast/ray_finder.h>
 #include <fresco/raycast/surface.h>
-
-#include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <cmath>

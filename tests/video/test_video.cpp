@@ -1,4 +1,5 @@
 #include "box_room.h"
+#include "catch.h"
 #include "plain_renderer.h"
 #include "stored_png.h"
 
@@ -7,8 +8,6 @@
 #include <fresco/testing.h>
 #include <fresco/texture.h>
 #include <fresco/uv_maps.h>
-
-#include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <cmath>

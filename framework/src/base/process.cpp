@@ -29,6 +29,10 @@ Child start_child(const std::vector<std::string>& arguments, const EnvironmentCh
                        .own_session = true,
                        .data_limit_mb = data_limit_mb};
     start.arguments.insert(start.arguments.end(), arguments.begin(), arguments.end());
+    // UCX, which Debian 13's libtorch brings, looks for its monitor at a socket and takes fatal signals over as soon as it is
+    // loaded.
+    start.environment.emplace_back("UCX_VFS_ENABLE", "n");
+    start.environment.emplace_back("UCX_HANDLE_ERRORS", "none");
     Process started = start_process(start);
     return {started.pid, std::move(channel), std::move(started.output)};
 }

@@ -22,7 +22,7 @@ void add_completion_commands(CLI::App& app)
 {
     const auto arguments = std::make_shared<CompletionArguments>();
     CLI::App* script = app.add_subcommand("completion", "Print a completion script for the shell");
-    script->add_option("shell", arguments->shell, "bash or zsh")->required()->check(CLI::IsMember({"bash", "zsh"}));
+    script->add_option("shell", arguments->shell, "bash, fish or zsh")->required()->check(CLI::IsMember({"bash", "fish", "zsh"}));
     script->callback([arguments] { std::fputs(completion_script(arguments->shell), stdout); });
 
     CLI::App* ask = app.add_subcommand("internal-complete", "Offer words; the shell calls this")->group("");

@@ -4,6 +4,7 @@
 #include "plugins/plugin_search.h"
 #include "run/commands_inspect.h"
 #include "run/file_origin.h"
+#include <fresco/error.h>
 
 #include <cstdio>
 #include <sstream>
@@ -100,8 +101,24 @@ void add_inspect_commands(CLI::App& app, int& exit_code)
                           { return write_graph(load(given, catalog), to.out, to.errors); });
     arguments->pipeline.add_to(*graph);
 
-    add("schema", "Print a JSON Schema of pipeline files, for editors", false,
-        [](const InspectArguments&, const Catalog& catalog, Printed& to) { return write_schema(catalog, to.out); });
+    CLI::App* schema = add("schema", "Print where the JSON Schema of pipeline files is installed, for editors", false,
+                           [](const InspectArguments& given, const Catalog& catalog, Printed& to)
+                           {
+                               if (given.json)
+                                   return write_schema(catalog, to.out);
+                               const auto file = installed_schema();
+                               if (!std::filesystem::exists(file))
+                                   throw MissingInput(file.string() +
+                                                      " is missing: ./bootstrap build makes it; fresco schema --json prints one");
+                               to.out << file.string() << '\n';
+                               return 0;
+                           });
+    schema->add_flag("--json", arguments->json, "Print a schema instead, with the types of your own plugins");
+}
+
+std::filesystem::path installed_schema()
+{
+    return std::filesystem::read_symlink("/proc/self/exe").parent_path().parent_path() / "share/fresco/pipeline.schema.json";
 }
 
 }  // namespace fresco::host

@@ -127,6 +127,8 @@ int begin_project(const NewArguments& arguments)
     for (auto& file : files)
         if (file.path == "gitignore")
             file.path = ".gitignore";
+        else if (const fs::path schema = installed_schema(); fs::exists(schema))
+            file.text = "# yaml-language-server: $schema=" + schema.string() + "\n" + file.text;
     const fs::path folder = arguments.folder;
     write_folder(folder, files);
     for (const auto& file : files)

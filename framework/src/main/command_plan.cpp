@@ -165,7 +165,7 @@ void add_plan_command(CLI::App& app, int& exit_code)
     arguments->pipeline.add_until_to(*command);
     command->add_option("--cores", arguments->cores, "Processor cores that the run will use")
         ->check(CLI::Range(1, 4096))
-        ->capture_default_str();
+        ->default_str("all");
     auto* json = command->add_flag("--json", arguments->json, "Print JSON");
     auto* tasks =
         command->add_flag("--tasks", arguments->tasks,

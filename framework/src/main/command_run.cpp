@@ -317,7 +317,7 @@ void add_run_command(CLI::App& app, const std::vector<std::string>& words, int& 
     arguments->places.add_out_to(*command);
     arguments->places.add_store_to(*command);
     arguments->places.add_upstream_to(*command);
-    command->add_option("--cores", arguments->cores, "Processor cores to use")->check(CLI::Range(1, 4096))->capture_default_str();
+    command->add_option("--cores", arguments->cores, "Processor cores to use")->check(CLI::Range(1, 4096))->default_str("all");
     command
         ->add_option("--memory", arguments->memory_mb,
                      "Memory budget for parallel stages in megabytes (default: what is free now)")

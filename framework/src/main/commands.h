@@ -29,6 +29,10 @@ void add_reference_command(CLI::App& app, int& exit_code);
 void add_new_commands(CLI::App& app, int& exit_code);
 void add_completion_commands(CLI::App& app);
 void add_internal_commands(CLI::App& app, int& exit_code);
+void add_manual_command(CLI::App& app);
+
+/// The schema of pipeline files that is installed with this program; it may be missing.
+std::filesystem::path installed_schema();
 
 /// What every command takes that works on a pipeline file.
 struct PipelineArguments

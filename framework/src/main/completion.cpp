@@ -136,7 +136,7 @@ Words positional(const Place& place)
         if (name == "network")
             return {"vgg19"};
         if (name == "shell")
-            return {"bash", "zsh"};
+            return {"bash", "fish", "zsh"};
         if (name == "type" && place.command->get_name() == "describe")
             return types("");
     }
@@ -242,6 +242,28 @@ _fresco()
     return 0
 }
 complete -F _fresco fresco
+)";
+    if (shell == "fish")
+        return R"(# Completion of fresco's command line for fish: in ~/.config/fish/completions as fresco.fish, or
+#   fresco completion fish | source
+function __fresco_complete
+    set -l words (commandline --tokenize --current-process --cut-at-cursor)
+    set -l current (commandline --current-token --cut-at-cursor)
+    set -l offered ($words[1] internal-complete (count $words) -- $words $current 2>/dev/null)
+    # Behind the sign of equality of --out=a and of --set a=b.
+    set -l before (string match --regex -- '^.*=' $current)
+    set -l word (string replace --regex -- '^.*=' '' $current)
+    switch "$offered[1]"
+        case :files
+            __fish_complete_path $word | string replace --regex -- '^' "$before"
+        case :folders
+            __fish_complete_directories $word | string replace --regex -- '^' "$before"
+        case ''
+        case '*'
+            printf "$before%s\n" $offered
+    end
+end
+complete --command fresco --no-files --arguments '(__fresco_complete)'
 )";
     return R"(#compdef fresco
 # Completion of fresco's command line for zsh: in a folder of $fpath as _fresco, or

@@ -165,6 +165,7 @@ int run_command_line(int argc, char** argv)
     fresco::host::add_reference_command(app, exit_code);
     fresco::host::add_completion_commands(app);
     fresco::host::add_internal_commands(app, exit_code);
+    fresco::host::add_manual_command(app);
     app.add_subcommand("version", "Print the version")->callback([] { std::puts(fresco::host::program_version().c_str()); });
     if (names_unknown_command(app, argc, argv))
         return exit_usage;

@@ -1,9 +1,9 @@
 #include "base/control_groups.h"
 #include "base/machine.h"
+#include "catch.h"
 
 #include <fresco/testing.h>
 
-#include <catch2/catch.hpp>
 #include <cmath>
 #include <filesystem>
 #include <fstream>

@@ -1,10 +1,10 @@
+#include "catch.h"
 #include "cluster/job_arrays.h"
 #include "cluster/missing_tasks.h"
 
 #include <fresco/files_io.h>
 #include <fresco/testing.h>
 
-#include <catch2/catch.hpp>
 #include <fmt/format.h>
 
 namespace

@@ -1,11 +1,10 @@
+#include "catch.h"
 #include "cluster/slurm_queue.h"
 #include "cluster/snakefile.h"
 #include "cluster/submission.h"
 
 #include <fresco/files_io.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 #include <cstdlib>
 #include <filesystem>
@@ -185,10 +184,7 @@ TEST_CASE("nothing from users begins a command in a script")
     const fs::path program = "/usr/bin/fresco";
     const fs::path folder = "/work";
     const auto refused = [](const auto& write, const std::string& name)
-    {
-        CHECK_THROWS_WITH(write(), Catch::Matchers::StartsWith(name + ": '") &&
-                                       Catch::Matchers::Contains("UTF-8 text without control characters"));
-    };
+    { CHECK_THROWS_WITH(write(), Catch::StartsWith(name + ": '") && Catch::Contains("UTF-8 text without control characters")); };
     const auto scripts = [&](const SlurmSettings& settings, const fs::path& place, const std::string& name)
     {
         const Wave wave = wave_in(place);

@@ -1,4 +1,5 @@
 #include "program.h"
+#include "shared_data.h"
 
 #include <algorithm>
 
@@ -124,5 +125,57 @@ TEST_CASE("bash completes by the script")
     CHECK(place.read("options") == "-o filenames\n");
     CHECK(completed(program + " run room.yaml --out =") == "a folder\n");
     CHECK(place.run({"completion", "zsh"}).out.starts_with("#compdef fresco\n"));
-    CHECK(place.run({"completion", "fish"}).code == 2);
+    CHECK(place.run({"completion", "tcsh"}).code == 2);
+}
+
+TEST_CASE("fish completes by the script")
+{
+    Workplace place;
+    place.write("room.yaml", pipeline);
+    place.write("a folder/x", "");
+    const auto script = place.run({"completion", "fish"});
+    REQUIRE(script.code == 0);
+    place.write("script.fish", script.out);
+    if (std::system("command -v fish >/dev/null") != 0)
+    {
+        skipped("completion by fish: fish is not installed");
+        return;
+    }
+    const auto completed = [&](const std::string& line)
+    {
+        std::string environment = "PATH='" + (place.root() / "bin").string() + "':$PATH ";
+        for (const auto& [name, value] : place.environment)
+            environment += name + "='" + value + "' ";
+        const std::string commands = "source script.fish; complete --do-complete='" + line + "' >answer";
+        place.write("go.sh",
+                    "cd '" + place.work().string() + "'; " + environment + "fish --no-config --command \"" + commands + "\"");
+        REQUIRE(std::system(("sh '" + place.file("go.sh").string() + "'").c_str()) == 0);
+        return place.read("answer");
+    };
+    CHECK(completed("fresco des") == "describe\n");
+    CHECK(completed("fresco run room.yaml --set add.pl") == "add.plus=\n");
+    CHECK(completed("fresco run roo") == "room.yaml\n");
+    CHECK(completed("fresco run room.yaml --set=add.pl") == "--set=add.plus=\n");
+    CHECK(completed("fresco run room.yaml --out=a").starts_with("--out=a folder/"));
+}
+
+TEST_CASE("The manual has the commands and options of --help")
+{
+    Workplace place;
+    const std::string manual = place.run({"internal-manual"}).out;
+    CHECK(manual.starts_with(".TH FRESCO 1 "));
+    for (const auto& command : offered(place, {""}))
+    {
+        CAPTURE(command);
+        CHECK((contains(manual, ".SS fresco " + command + "\n") || contains(manual, ".SS fresco " + command + " ")));
+        for (std::string option : offered(place, {command, "--"}))
+        {
+            CAPTURE(option);
+            for (std::size_t at = 0; (at = option.find('-', at)) != std::string::npos; at += 2)
+                option.insert(at, "\\");
+            CHECK(contains(manual, option));
+        }
+    }
+    CHECK(contains(manual, "\\fB\\-\\-cores"));
+    CHECK(contains(manual, ".SH EXIT STATUS\nExit codes: 0 done"));
 }

@@ -1,5 +1,4 @@
-#include <catch2/catch.hpp>
-
+#include "catch.h"
 #include "room_pipeline.h"
 
 using namespace fresco::host;

@@ -1,12 +1,11 @@
-#include <catch2/catch.hpp>
-
+#include "catch.h"
 #include "hand_made_catalog.h"
 
 #include "base/file_contents.h"
 
 using namespace fresco::host;
 using namespace fresco::host::testing;
-using Catch::Matchers::EndsWith;
+using Catch::EndsWith;
 using namespace std::literals;
 
 namespace

@@ -1,5 +1,4 @@
-#include <catch2/catch.hpp>
-
+#include "catch.h"
 #include "pipeline/graph.h"
 
 #include <algorithm>

@@ -1,5 +1,4 @@
-#include <catch2/catch.hpp>
-
+#include "catch.h"
 #include "room_pipeline.h"
 
 #include <fresco/error.h>

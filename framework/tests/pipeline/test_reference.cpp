@@ -1,11 +1,10 @@
+#include "catch.h"
 #include "hand_made_catalog.h"
 
 #include "pipeline/reference.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 using namespace fresco::host;
 using namespace fresco::host::testing;

@@ -1,5 +1,4 @@
-#include <catch2/catch.hpp>
-
+#include "catch.h"
 #include "pipeline/yaml_document.h"
 
 #include <chrono>
@@ -81,8 +80,8 @@ TEST_CASE("A value that is missing stands where its key is", "[yaml]")
 
 TEST_CASE("What a pipeline file must not hold is named with its place", "[yaml]")
 {
-    using Catch::Matchers::Contains;
-    using Catch::Matchers::StartsWith;
+    using Catch::Contains;
+    using Catch::StartsWith;
     CHECK_THAT(yaml_problem("a: &a [*a]\n"),
                StartsWith("f.yaml:1:4: error: anchors (&a)") && Contains("f.yaml:1:8: error: aliases (*name)"));
     CHECK_THAT(yaml_problem("x: &n\ny: 1\n"), StartsWith("f.yaml:1:4: error: anchors (&n)"));
@@ -125,7 +124,7 @@ TEST_CASE("Several problems of one document are all reported", "[yaml]")
 
 TEST_CASE("Documents beyond the limits are refused quickly", "[yaml]")
 {
-    using Catch::Matchers::Contains;
+    using Catch::Contains;
     const auto start = std::chrono::steady_clock::now();
     const auto repeated = [](const std::string& text, std::size_t count)
     {

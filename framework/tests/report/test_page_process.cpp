@@ -1,6 +1,5 @@
+#include "catch.h"
 #include "report/page_process.h"
-
-#include <catch2/catch.hpp>
 
 #include <sys/socket.h>
 

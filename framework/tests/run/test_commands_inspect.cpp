@@ -1,5 +1,4 @@
-#include <catch2/catch.hpp>
-
+#include "catch.h"
 #include "hand_made_catalog.h"
 
 #include "base/text_layout.h"
@@ -10,7 +9,7 @@
 
 using namespace fresco::host;
 using namespace fresco::host::testing;
-using Catch::Matchers::Contains;
+using Catch::Contains;
 
 namespace
 {

@@ -1,6 +1,5 @@
-#include <catch2/catch.hpp>
-
 #include "base/text_layout.h"
+#include "catch.h"
 #include "run/file_origin.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
@@ -9,7 +8,7 @@
 #include <array>
 #include <sstream>
 
-using Catch::Matchers::Contains;
+using Catch::Contains;
 using fresco::Value;
 using namespace fresco::host;
 

@@ -1,5 +1,4 @@
-#include <catch2/catch.hpp>
-
+#include "catch.h"
 #include "hand_made_catalog.h"
 
 #include "run/run_state.h"

@@ -1,9 +1,8 @@
 #include "base/records.h"
+#include "catch.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 using namespace fresco::host;
 

@@ -1,8 +1,7 @@
+#include "catch.h"
 #include "worker/metric_curves.h"
 
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 #include <fstream>
 

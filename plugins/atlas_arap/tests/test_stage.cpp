@@ -1,7 +1,6 @@
 #include "arap.h"
+#include "catch.h"
 #include "known_atlases.h"
-
-#include <catch2/catch.hpp>
 
 #include <numeric>
 

@@ -1,10 +1,9 @@
+#include "catch.h"
 #include "face_blocks.h"
 
 #include <fresco/error.h>
 #include <fresco/mesh.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -1,8 +1,7 @@
+#include "catch.h"
 #include "uv_charts.h"
 
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 using fresco::Mesh;
 

@@ -1,7 +1,6 @@
+#include "catch.h"
 #include "known_atlases.h"
 #include "lscm.h"
-
-#include <catch2/catch.hpp>
 
 #include <numeric>
 

@@ -1,6 +1,6 @@
+#include "catch.h"
 #include "known_atlases.h"
 
-#include <catch2/catch.hpp>
 #include <fresco/geometry/topology.h>
 
 #include <set>

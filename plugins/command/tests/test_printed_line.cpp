@@ -1,6 +1,5 @@
+#include "catch.h"
 #include "printed_line.h"
-
-#include <catch2/catch.hpp>
 
 using namespace fresco::command;
 

@@ -355,7 +355,7 @@ TEST_CASE("a script of the user's own is run by itself, and by files of the comm
     CHECK(place.read("out/x.txt") == "7.000000\n");
     for (const std::vector<std::string>& command : {std::vector<std::string>{"graph", "room.yaml"},
 
-                                                    {"schema"},
+                                                    {"schema", "--json"},
                                                     {"stages"},
                                                     {"describe", "command", "--json"}})
         CHECK(contains(place.run(command).out, "command"));

@@ -1,11 +1,10 @@
+#include "catch.h"
 #include "made_dataset.h"
 #include "recording_checks.h"
 
 #include <fresco/frames.h>
 #include <fresco/testing.h>
 #include <fresco/uv_maps.h>
-
-#include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <cmath>

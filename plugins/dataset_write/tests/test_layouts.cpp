@@ -1,3 +1,4 @@
+#include "catch.h"
 #include "npy_codec.h"
 #include "small_recording.h"
 #include "stylemesh_layout.h"
@@ -9,8 +10,6 @@
 #include <fresco/mesh_io.h>
 #include <fresco/testing.h>
 #include <fresco/value.h>
-
-#include <catch2/catch.hpp>
 
 #include <cmath>
 #include <set>

@@ -1,3 +1,4 @@
+#include "catch.h"
 #include "npy_codec.h"
 #include "small_recording.h"
 #include "view_writer.h"
@@ -9,8 +10,6 @@
 #include <fresco/images/sharpness.h>
 #include <fresco/mesh_io.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 #include <cmath>
 

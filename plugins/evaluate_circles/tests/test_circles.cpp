@@ -1,7 +1,6 @@
+#include "catch.h"
 #include "circles.h"
 #include "painted_discs.h"
-
-#include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <cmath>

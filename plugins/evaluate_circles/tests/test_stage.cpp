@@ -1,3 +1,4 @@
+#include "catch.h"
 #include "painted_discs.h"
 #include "stored_png.h"
 
@@ -6,8 +7,6 @@
 #include <fresco/frames.h>
 #include <fresco/mesh.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 #include <algorithm>
 

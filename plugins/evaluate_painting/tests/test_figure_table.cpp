@@ -1,6 +1,5 @@
+#include "catch.h"
 #include "figure_table.h"
-
-#include <catch2/catch.hpp>
 
 using fresco::Value;
 

@@ -1,3 +1,4 @@
+#include "catch.h"
 #include "pictures.h"
 #include "stored_png.h"
 #include "two_chart_wall.h"
@@ -8,8 +9,6 @@
 #include <fresco/source_map.h>
 #include <fresco/testing.h>
 #include <fresco/uv_maps.h>
-
-#include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <cmath>

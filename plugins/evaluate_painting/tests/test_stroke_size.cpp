@@ -1,3 +1,4 @@
+#include "catch.h"
 #include "pictures.h"
 #include "stored_png.h"
 #include "stroke_size.h"
@@ -11,8 +12,6 @@
 #include <fresco/testing.h>
 #include <fresco/texturing/charts.h>
 #include <fresco/texturing/texel_faces.h>
-
-#include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -1,11 +1,10 @@
+#include "catch.h"
 #include "texture_figures.h"
 #include "two_chart_wall.h"
 
 #include <fresco/numerics/noise.h>
 #include <fresco/texturing/charts.h>
 #include <fresco/texturing/texel_faces.h>
-
-#include <catch2/catch.hpp>
 
 #include <cmath>
 #include <functional>

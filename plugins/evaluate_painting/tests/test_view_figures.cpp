@@ -1,9 +1,8 @@
+#include "catch.h"
 #include "pictures.h"
 #include "view_figures.h"
 
 #include <fresco/images/filters.h>
-
-#include <catch2/catch.hpp>
 
 #include <cstdlib>
 

@@ -1,9 +1,8 @@
+#include "catch.h"
 #include "pair_figures.h"
 #include "wall_scene.h"
 
 #include <fresco/random.h>
-
-#include <catch2/catch.hpp>
 
 #include <cmath>
 

@@ -1,3 +1,4 @@
+#include "catch.h"
 #include "stored_png.h"
 #include "wall_scene.h"
 
@@ -6,8 +7,6 @@
 #include <fresco/frames.h>
 #include <fresco/random.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -1,9 +1,8 @@
+#include "catch.h"
 #include "page.h"
 #include "small_study.h"
 
 #include <fresco/value.h>
-
-#include <catch2/catch.hpp>
 
 using namespace study;
 

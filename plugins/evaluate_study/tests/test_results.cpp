@@ -1,3 +1,4 @@
+#include "catch.h"
 #include "results.h"
 #include "small_study.h"
 
@@ -5,8 +6,6 @@
 #include <fresco/files_io.h>
 #include <fresco/testing.h>
 #include <fresco/value.h>
-
-#include <catch2/catch.hpp>
 
 #include <functional>
 

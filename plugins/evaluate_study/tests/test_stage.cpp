@@ -1,9 +1,9 @@
+#include "catch.h"
+
 #include <fresco/files.h>
 #include <fresco/files_io.h>
 #include <fresco/image_io.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 #include <algorithm>
 

@@ -1,9 +1,8 @@
+#include "catch.h"
 #include "small_study.h"
 
 #include <fresco/files_io.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 #include <set>
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "catch.h"
 #include "stored_png.h"
 
 #include <fresco/files.h>
@@ -8,7 +9,6 @@
 #include <fresco/testing.h>
 #include <fresco/texture.h>
 
-#include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
 #include <cmath>

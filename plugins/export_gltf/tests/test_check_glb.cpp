@@ -1,10 +1,9 @@
+#include "catch.h"
 #include "check_glb.h"
 #include "stored_png.h"
 
 #include <fresco/error.h>
 #include <fresco/random.h>
-
-#include <catch2/catch.hpp>
 
 using namespace fresco;
 using Catch::Contains;

@@ -1,3 +1,4 @@
+#include "catch.h"
 #include "obj_text.h"
 #include "stored_png.h"
 
@@ -6,8 +7,6 @@
 #include <fresco/mesh_io.h>
 #include <fresco/testing.h>
 #include <fresco/texture.h>
-
-#include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <span>

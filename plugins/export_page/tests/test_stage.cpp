@@ -1,3 +1,4 @@
+#include "catch.h"
 #include "stored_png.h"
 
 #include <fresco/files.h>
@@ -5,8 +6,6 @@
 #include <fresco/frames.h>
 #include <fresco/testing.h>
 #include <fresco/texture.h>
-
-#include <catch2/catch.hpp>
 
 #include <memory>
 

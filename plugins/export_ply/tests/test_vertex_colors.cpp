@@ -1,9 +1,8 @@
+#include "catch.h"
 #include "vertex_colors.h"
 
 #include <fresco/testing.h>
 #include <fresco/texturing/linear_light.h>
-
-#include <catch2/catch.hpp>
 
 #include <cmath>
 

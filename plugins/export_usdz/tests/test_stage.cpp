@@ -1,3 +1,4 @@
+#include "catch.h"
 #include "stored_png.h"
 #include "usdz.h"
 
@@ -6,8 +7,6 @@
 #include <fresco/testing.h>
 #include <fresco/texture.h>
 #include <fresco/texturing/welded_mesh.h>
-
-#include <catch2/catch.hpp>
 
 #include <memory>
 

@@ -1,10 +1,9 @@
+#include "catch.h"
 #include "usdz.h"
 
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 using namespace fresco;
 using Catch::Contains;

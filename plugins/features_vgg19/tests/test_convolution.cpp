@@ -5,7 +5,7 @@
 #include <fresco/parallel.h>
 #include <fresco/processor.h>
 
-#include <catch2/catch.hpp>
+#include "catch.h"
 
 #include <algorithm>
 #include <cmath>

@@ -5,7 +5,7 @@
 #include <ATen/Parallel.h>
 #include <torch/csrc/autograd/autograd.h>
 
-#include <catch2/catch.hpp>
+#include "catch.h"
 
 #include <cmath>
 

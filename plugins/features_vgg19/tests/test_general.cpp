@@ -1,4 +1,5 @@
 #include "reflected.h"
+#include "shared_data.h"
 #include "vgg19.h"
 
 #include <far_device.h>
@@ -9,12 +10,11 @@
 #include <ATen/ATen.h>
 #include <torch/csrc/autograd/autograd.h>
 
-#include <catch2/catch.hpp>
+#include "catch.h"
 
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <iostream>
 
 namespace
 {
@@ -121,7 +121,7 @@ TEST_CASE("mixed precision changes a style loss by less than 1 % and hardly turn
 {
     if (!vgg19::convolves_bfloat16(torch::kCPU))
     {
-        std::cout << "SKIPPED mixed precision: libtorch convolves no bfloat16 on this processor" << std::endl;
+        skipped("mixed precision: libtorch convolves no bfloat16 on this processor");
         return;
     }
     at::manual_seed(7);

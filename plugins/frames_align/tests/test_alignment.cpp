@@ -1,10 +1,9 @@
 #include "alignment.h"
+#include "catch.h"
 #include "painted_corner.h"
 
 #include <fresco/error.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 #include <set>
 

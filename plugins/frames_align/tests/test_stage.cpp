@@ -1,3 +1,4 @@
+#include "catch.h"
 #include "painted_corner.h"
 #include "raw_images.h"
 
@@ -5,8 +6,6 @@
 #include <fresco/frames.h>
 #include <fresco/npy.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 using namespace painted_corner;
 

@@ -1,6 +1,5 @@
+#include "catch.h"
 #include "seen_cells.h"
-
-#include <catch2/catch.hpp>
 
 #include <array>
 

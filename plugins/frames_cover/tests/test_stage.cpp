@@ -1,3 +1,4 @@
+#include "catch.h"
 #include "raw_images.h"
 #include "shared_data.h"
 
@@ -7,8 +8,6 @@
 #include <fresco/npy.h>
 #include <fresco/stage.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 #include <array>
 #include <cmath>
@@ -211,7 +210,7 @@ TEST_CASE("a third of the kitchen's frames see 93 % of what all see, two thirds 
     const auto plugins = fs::path(FRESCO_PLUGIN_FILE).parent_path();
     if (!fs::exists(plugins / "image_opencv.so") || !fs::exists(plugins / "scan_seven_scenes.so"))
     {
-        std::cout << "SKIPPED frames.cover on the kitchen: image_opencv or scan_seven_scenes is not built" << std::endl;
+        skipped("frames.cover on the kitchen: image_opencv or scan_seven_scenes is not built");
         return;
     }
     const std::shared_ptr<Component> images = testing::make_from_plugin<ImageIo>(plugins / "image_opencv.so", "image.opencv");

@@ -1,7 +1,7 @@
+#include "catch.h"
+
 #include <fresco/frames.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 namespace
 {
@@ -44,5 +44,5 @@ TEST_CASE("Every frame goes to exactly one side, in order")
 TEST_CASE("Nothing to hold out is an error that says what to change")
 {
     const fresco::testing::TemporaryFolder folder;
-    CHECK_THROWS_WITH(run(3, fresco::Value::Map{{"first_count", 5}}, folder.path()), Catch::Matchers::Contains("first_count"));
+    CHECK_THROWS_WITH(run(3, fresco::Value::Map{{"first_count", 5}}, folder.path()), Catch::Contains("first_count"));
 }

@@ -1,4 +1,5 @@
 #include "blur.h"
+#include "catch.h"
 
 #include <fresco/frames.h>
 #include <fresco/image_io.h>
@@ -6,8 +7,6 @@
 #include <fresco/random.h>
 #include <fresco/stage.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 #include <cmath>
 #include <cstdlib>

@@ -1,3 +1,4 @@
+#include "catch.h"
 #include "selection.h"
 
 #include "shared_data.h"
@@ -9,8 +10,6 @@
 #include <fresco/npy.h>
 #include <fresco/stage.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 namespace fs = std::filesystem;
 using Catch::Contains;
@@ -172,7 +171,7 @@ TEST_CASE("all 125 frames of the kitchen pass at 320x240 and 67 at 640x480", "[f
     const auto codec = fs::path(FRESCO_PLUGIN_FILE).parent_path() / "image_opencv.so";
     if (!fs::exists(codec))
     {
-        std::cout << "SKIPPED frames.sharpest on the kitchen: image_opencv is not built" << std::endl;
+        skipped("frames.sharpest on the kitchen: image_opencv is not built");
         return;
     }
     const auto made = fresco::testing::make_from_plugin(codec, "image.opencv");

@@ -1,9 +1,8 @@
+#include "catch.h"
 #include "free_space.h"
 #include "rooms.h"
 
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 #include <set>
 

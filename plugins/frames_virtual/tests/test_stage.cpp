@@ -1,3 +1,4 @@
+#include "catch.h"
 #include "free_space.h"
 #include "rooms.h"
 #include "view_plan.h"
@@ -9,8 +10,6 @@
 #include <fresco/stage.h>
 #include <fresco/testing.h>
 #include <fresco/uv_mapping/uv_mapper.h>
-
-#include <catch2/catch.hpp>
 
 #include <array>
 #include <iostream>

@@ -1,11 +1,10 @@
+#include "catch.h"
 #include "free_space.h"
 #include "rooms.h"
 #include "view_plan.h"
 
 #include <fresco/npy.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 #include <numeric>
 

@@ -1,3 +1,4 @@
+#include "catch.h"
 #include "picture_samples.h"
 #include "shared_data.h"
 
@@ -6,8 +7,6 @@
 #include <fresco/image_io.h>
 #include <fresco/testing.h>
 
-#include <catch2/catch.hpp>
-
 #include <cstdlib>
 #include <fstream>
 #include <thread>
@@ -15,7 +14,7 @@
 
 using namespace fresco;
 using namespace samples;
-using Catch::Matchers::Contains;
+using Catch::Contains;
 
 namespace
 {

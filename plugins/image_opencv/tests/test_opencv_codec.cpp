@@ -1,6 +1,5 @@
+#include "catch.h"
 #include "opencv_codec.h"
-
-#include <catch2/catch.hpp>
 
 #include <cmath>
 

@@ -1,11 +1,10 @@
+#include "catch.h"
 #include "picture_info.h"
 #include "picture_samples.h"
 
-#include <catch2/catch.hpp>
-
 using namespace samples;
 using namespace image_opencv;
-using Catch::Matchers::Contains;
+using Catch::Contains;
 
 namespace
 {

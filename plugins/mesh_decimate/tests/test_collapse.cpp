@@ -1,11 +1,10 @@
+#include "catch.h"
 #include "collapse.h"
 #include "shapes.h"
 
 #include <fresco/geometry/topology.h>
 #include <fresco/numerics/disjoint_sets.h>
 #include <fresco/random.h>
-
-#include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -1,11 +1,10 @@
+#include "catch.h"
 #include "decimate.h"
 #include "known_simplifications.h"
 
 #include <fresco/geometry/repair.h>
 #include <fresco/geometry/topology.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 using fresco::Mesh;
 using fresco::geometry::count_surface;

@@ -1,10 +1,9 @@
+#include "catch.h"
 #include "decimate_openmesh.h"
 #include "known_simplifications.h"
 
 #include <fresco/geometry/topology.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 using fresco::Mesh;
 using fresco::geometry::count_surface;

@@ -1,9 +1,8 @@
+#include "catch.h"
 #include "integration.h"
 #include "room.h"
 
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -1,3 +1,4 @@
+#include "catch.h"
 #include "room.h"
 
 #include <fresco/frames.h>
@@ -5,8 +6,6 @@
 #include <fresco/mesh.h>
 #include <fresco/npy.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 #include <cmath>
 #include <functional>

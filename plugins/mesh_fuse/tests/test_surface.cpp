@@ -1,9 +1,8 @@
+#include "catch.h"
 #include "surface.h"
 
 #include <fresco/geometry/topology.h>
 #include <fresco/random.h>
-
-#include <catch2/catch.hpp>
 
 #include <cmath>
 #include <functional>

@@ -1,6 +1,5 @@
+#include "catch.h"
 #include "vertex_colors.h"
-
-#include <catch2/catch.hpp>
 
 using namespace fresco;
 

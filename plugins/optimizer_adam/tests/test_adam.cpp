@@ -2,7 +2,7 @@
 
 #include <fresco/random.h>
 
-#include <catch2/catch.hpp>
+#include "catch.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 #include "lbfgs.h"
 #include "random_numbers.h"
 
-#include <catch2/catch.hpp>
+#include "catch.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,11 +1,10 @@
+#include "catch.h"
 #include "pattern.h"
 
 #include <fresco/error.h>
 #include <fresco/image.h>
 #include <fresco/stage.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 #include <cmath>
 #include <stdexcept>

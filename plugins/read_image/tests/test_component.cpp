@@ -1,3 +1,4 @@
+#include "catch.h"
 #include "npy_image.h"
 
 #include <fresco/error.h>
@@ -6,10 +7,8 @@
 #include <fresco/reader.h>
 #include <fresco/testing.h>
 
-#include <catch2/catch.hpp>
-
 using namespace fresco;
-using Catch::Matchers::Contains;
+using Catch::Contains;
 
 namespace
 {

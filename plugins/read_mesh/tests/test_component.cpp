@@ -1,13 +1,13 @@
+#include "catch.h"
+
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/mesh_io.h>
 #include <fresco/reader.h>
 #include <fresco/testing.h>
 
-#include <catch2/catch.hpp>
-
 using namespace fresco;
-using Catch::Matchers::Contains;
+using Catch::Contains;
 
 TEST_CASE("read.mesh: reads PLY and OBJ, refuses damage by name")
 {

@@ -1,10 +1,9 @@
+#include "catch.h"
 #include "labeled_surface.h"
 #include "shapes.h"
 
 #include <fresco/geometry/closest_triangle.h>
 #include <fresco/random.h>
-
-#include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -1,11 +1,10 @@
+#include "catch.h"
 #include "shapes.h"
 
 #include <fresco/files_io.h>
 #include <fresco/model.h>
 #include <fresco/regions/regions.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 using namespace fresco;
 

@@ -1,11 +1,10 @@
+#include "catch.h"
 #include "masks.h"
 
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/random.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 #include <map>
 

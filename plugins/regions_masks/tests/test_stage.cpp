@@ -1,10 +1,9 @@
+#include "catch.h"
 #include "raw_images.h"
 
 #include <fresco/frames.h>
 #include <fresco/regions/regions.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 #include <functional>
 

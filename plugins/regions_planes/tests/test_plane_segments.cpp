@@ -1,7 +1,6 @@
+#include "catch.h"
 #include "plane_segments.h"
 #include "rooms.h"
-
-#include <catch2/catch.hpp>
 
 #include <numbers>
 #include <numeric>

@@ -1,9 +1,8 @@
+#include "catch.h"
 #include "rooms.h"
 
 #include "plane_segments.h"
 #include "room_parts.h"
-
-#include <catch2/catch.hpp>
 
 #include <array>
 #include <map>

@@ -1,9 +1,8 @@
+#include "catch.h"
 #include "rooms.h"
 
 #include <fresco/regions/regions.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 using namespace fresco;
 

@@ -1,11 +1,10 @@
+#include "catch.h"
 #include "shapes.h"
 #include "stored_png.h"
 
 #include <fresco/files.h>
 #include <fresco/files_io.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 #include <set>
 

@@ -1,3 +1,4 @@
+#include "catch.h"
 #include "fly_path.h"
 #include "stored_png.h"
 #include "video_file.h"
@@ -8,7 +9,6 @@
 #include <fresco/testing.h>
 #include <fresco/texture.h>
 
-#include <catch2/catch.hpp>
 #include <opencv2/videoio.hpp>
 
 #include <cmath>

@@ -1,3 +1,4 @@
+#include "catch.h"
 #include "stored_png.h"
 
 #include <fresco/files.h>
@@ -5,8 +6,6 @@
 #include <fresco/frames.h>
 #include <fresco/raycast/view_renderer.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 #include <cmath>
 

@@ -1,9 +1,8 @@
+#include "catch.h"
 #include "reader_checks.h"
 
 #include <fresco/hash.h>
 #include <fresco/npy.h>
-
-#include <catch2/catch.hpp>
 
 #include <set>
 

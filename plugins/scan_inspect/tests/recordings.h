@@ -9,7 +9,6 @@
 #include <fresco/testing.h>
 
 #include <filesystem>
-#include <iostream>
 #include <memory>
 #include <string>
 
@@ -35,7 +34,7 @@ inline std::shared_ptr<const Recording> record(const std::string& type, const st
     const auto file = std::filesystem::path(FRESCO_PLUGIN_FILE).parent_path() / (library + ".so");
     if (!std::filesystem::exists(file))
     {
-        std::cout << "SKIPPED scan.inspect on " << type << ": " << library << " is not built" << std::endl;
+        skipped("scan.inspect on " + type + ": " + library + " is not built");
         return nullptr;
     }
     auto result = std::make_shared<Recording>();

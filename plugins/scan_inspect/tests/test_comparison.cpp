@@ -1,12 +1,11 @@
 #include "agreement.h"
+#include "catch.h"
 #include "drawing.h"
 #include "explain_depths.h"
 #include "views.h"
 #include "wording.h"
 
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 #include <algorithm>
 

@@ -1,9 +1,8 @@
+#include "catch.h"
 #include "diagnosis.h"
 #include "mistakes.h"
 #include "recordings.h"
 #include "wording.h"
-
-#include <catch2/catch.hpp>
 
 #include <cstdlib>
 #include <iostream>

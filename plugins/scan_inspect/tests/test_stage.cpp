@@ -1,9 +1,8 @@
+#include "catch.h"
 #include "recordings.h"
 
 #include <fresco/files.h>
 #include <fresco/files_io.h>
-
-#include <catch2/catch.hpp>
 
 using namespace fresco;
 using Catch::Contains;

@@ -1,9 +1,8 @@
+#include "catch.h"
 #include "house.h"
 #include "house_cameras.h"
 
 #include "reader_checks.h"
-
-#include <catch2/catch.hpp>
 
 #include <algorithm>
 

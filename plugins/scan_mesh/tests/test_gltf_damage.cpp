@@ -1,3 +1,4 @@
+#include "catch.h"
 #include "file_model.h"
 
 #include "model_samples.h"
@@ -6,11 +7,9 @@
 #include <fresco/error.h>
 #include <fresco/testing.h>
 
-#include <catch2/catch.hpp>
-
 using namespace fresco;
 using namespace model_samples;
-using Catch::Matchers::Contains;
+using Catch::Contains;
 
 namespace
 {

@@ -1,16 +1,15 @@
+#include "catch.h"
 #include "file_model.h"
 
 #include "model_samples.h"
 
 #include <fresco/testing.h>
 
-#include <catch2/catch.hpp>
-
 #include <cmath>
 
 using namespace fresco;
 using namespace model_samples;
-using Catch::Matchers::Contains;
+using Catch::Contains;
 using scan_mesh::FileModel;
 
 namespace

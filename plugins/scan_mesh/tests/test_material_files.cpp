@@ -1,3 +1,4 @@
+#include "catch.h"
 #include "file_model.h"
 #include "mtl.h"
 #include "world_mesh.h"
@@ -7,11 +8,9 @@
 #include <fresco/error.h>
 #include <fresco/testing.h>
 
-#include <catch2/catch.hpp>
-
 using namespace fresco;
 using namespace model_samples;
-using Catch::Matchers::Contains;
+using Catch::Contains;
 using scan_mesh::FileModel;
 using scan_mesh::read_file_model;
 

@@ -1,3 +1,4 @@
+#include "catch.h"
 #include "model_samples.h"
 #include "recording_checks.h"
 #include "world_mesh.h"
@@ -7,8 +8,6 @@
 #include <fresco/model.h>
 #include <fresco/stage.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 using Catch::Contains;
 using fresco::Value;

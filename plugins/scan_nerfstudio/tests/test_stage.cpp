@@ -1,8 +1,7 @@
+#include "catch.h"
 #include "transforms.h"
 
 #include "reader_checks.h"
-
-#include <catch2/catch.hpp>
 
 #include <cmath>
 

@@ -1,8 +1,7 @@
+#include "catch.h"
 #include "replica_scene.h"
 
 #include "reader_checks.h"
-
-#include <catch2/catch.hpp>
 
 namespace fs = std::filesystem;
 using Catch::Contains;

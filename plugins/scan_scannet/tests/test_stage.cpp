@@ -1,6 +1,5 @@
+#include "catch.h"
 #include "reader_checks.h"
-
-#include <catch2/catch.hpp>
 
 #include <algorithm>
 

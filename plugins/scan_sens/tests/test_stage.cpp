@@ -1,8 +1,7 @@
+#include "catch.h"
 #include "sens_file.h"
 
 #include "reader_checks.h"
-
-#include <catch2/catch.hpp>
 
 #include <limits>
 #include <zlib.h>

@@ -1,9 +1,8 @@
+#include "catch.h"
 #include "reader_checks.h"
 #include "shared_data.h"
 
 #include <fresco/hash.h>
-
-#include <catch2/catch.hpp>
 
 #include <algorithm>
 
@@ -215,7 +214,7 @@ TEST_CASE("the kitchen has 125 frames of two cameras 2.6 cm apart", "[scan.seven
     const auto codec = fs::path(FRESCO_PLUGIN_FILE).parent_path() / "image_opencv.so";
     if (!fs::exists(codec))
     {
-        std::cout << "SKIPPED reading the kitchen's pictures: image_opencv is not built" << std::endl;
+        skipped("reading the kitchen's pictures: image_opencv is not built");
         return;
     }
     const TemporaryFolder out;

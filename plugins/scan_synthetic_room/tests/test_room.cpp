@@ -1,3 +1,4 @@
+#include "catch.h"
 #include "furnish.h"
 #include "noise.h"
 #include "recording.h"
@@ -5,8 +6,6 @@
 #include "scene.h"
 
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <array>

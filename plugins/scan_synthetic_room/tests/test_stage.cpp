@@ -1,3 +1,4 @@
+#include "catch.h"
 #include "raw_images.h"
 
 #include <fresco/error.h>
@@ -6,8 +7,6 @@
 #include <fresco/mesh.h>
 #include <fresco/stage.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -1,9 +1,8 @@
+#include "catch.h"
 #include "tum_camera.h"
 #include "tum_lists.h"
 
 #include "reader_checks.h"
-
-#include <catch2/catch.hpp>
 
 namespace fs = std::filesystem;
 using Catch::Contains;

@@ -1,10 +1,9 @@
 #include "bake.h"
+#include "catch.h"
 #include "two_chart_wall.h"
 
 #include <fresco/error.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 #include <cmath>
 

@@ -1,8 +1,7 @@
+#include "catch.h"
 #include "two_chart_wall.h"
 
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 using namespace fresco;
 

@@ -1,3 +1,4 @@
+#include "catch.h"
 #include "enlarge.h"
 
 #include "plain_enlarge.h"
@@ -6,8 +7,6 @@
 #include <fresco/testing.h>
 #include <fresco/texturing/charts.h>
 #include <fresco/texturing/texel_faces.h>
-
-#include <catch2/catch.hpp>
 
 using namespace samples;
 

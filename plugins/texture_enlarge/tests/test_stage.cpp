@@ -1,9 +1,8 @@
+#include "catch.h"
 #include "samples.h"
 
 #include <fresco/stage.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 #include <functional>
 #include <memory>

@@ -1,3 +1,4 @@
+#include "catch.h"
 #include "frames_texture.h"
 #include "painted_wall.h"
 
@@ -5,8 +6,6 @@
 #include <fresco/images/push_pull.h>
 #include <fresco/random.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <cmath>

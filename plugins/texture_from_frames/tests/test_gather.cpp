@@ -1,9 +1,8 @@
+#include "catch.h"
 #include "gather.h"
 #include "painted_wall.h"
 
 #include <fresco/random.h>
-
-#include <catch2/catch.hpp>
 
 #include <map>
 #include <vector>

@@ -1,3 +1,4 @@
+#include "catch.h"
 #include "painted_wall.h"
 #include "raw_images.h"
 #include "view_pictures.h"
@@ -6,8 +7,6 @@
 #include <fresco/npy.h>
 #include <fresco/testing.h>
 #include <fresco/texture.h>
-
-#include <catch2/catch.hpp>
 
 #include <filesystem>
 

@@ -1,8 +1,7 @@
+#include "catch.h"
 #include "model_colors.h"
 
 #include <fresco/texturing/linear_light.h>
-
-#include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,5 @@
 
+#include "catch.h"
 #include "model_samples.h"
 
 #include <fresco/model.h>
@@ -6,12 +7,10 @@
 #include <fresco/testing.h>
 #include <fresco/texture.h>
 
-#include <catch2/catch.hpp>
-
 #include <cmath>
 
 using namespace fresco;
-using Catch::Matchers::Contains;
+using Catch::Contains;
 using model_samples::Box;
 
 namespace

@@ -1,10 +1,9 @@
+#include "catch.h"
 #include "mix.h"
 #include "two_chart_wall.h"
 
 #include <fresco/testing.h>
 #include <fresco/texturing/charts.h>
-
-#include <catch2/catch.hpp>
 
 #include <cmath>
 #include <numbers>

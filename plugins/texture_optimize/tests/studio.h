@@ -2,7 +2,7 @@
 
 #include "fakes.h"
 
-#include <catch2/catch.hpp>
+#include "catch.h"
 
 #include <fresco/files_io.h>
 #include <fresco/stage.h>

@@ -1,7 +1,7 @@
 #include "balance.h"
 #include "fakes.h"
 
-#include <catch2/catch.hpp>
+#include "catch.h"
 
 using namespace fresco;
 using namespace fresco::optimize;

@@ -2,7 +2,7 @@
 
 #include <fresco/error.h>
 
-#include <catch2/catch.hpp>
+#include "catch.h"
 
 using namespace fresco;
 using namespace fresco::optimize;

@@ -2,7 +2,7 @@
 #include "initial_texture.h"
 #include "noise_picture.h"
 
-#include <catch2/catch.hpp>
+#include "catch.h"
 
 #include <fresco/error.h>
 #include <fresco/images/recolor.h>

@@ -1,6 +1,6 @@
 #include "levels.h"
 
-#include <catch2/catch.hpp>
+#include "catch.h"
 
 #include <fresco/numerics/noise.h>
 

@@ -3,7 +3,7 @@
 #include "level_rules.h"
 #include "part.h"
 
-#include <catch2/catch.hpp>
+#include "catch.h"
 
 #include <fresco/error.h>
 

@@ -2,7 +2,7 @@
 #include "style_pictures.h"
 #include "value_space.h"
 
-#include <catch2/catch.hpp>
+#include "catch.h"
 
 #include <fresco/error.h>
 

@@ -1,7 +1,7 @@
 #include "prefetch.h"
 #include "schedule.h"
 
-#include <catch2/catch.hpp>
+#include "catch.h"
 
 #include <atomic>
 #include <cmath>

@@ -1,6 +1,6 @@
 #include "shown_texture.h"
 
-#include <catch2/catch.hpp>
+#include "catch.h"
 
 using namespace fresco;
 using namespace fresco::optimize;

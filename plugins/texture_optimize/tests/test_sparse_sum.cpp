@@ -1,6 +1,6 @@
 #include "sparse_sum.h"
 
-#include <catch2/catch.hpp>
+#include "catch.h"
 
 #include <ATen/ops/empty.h>
 

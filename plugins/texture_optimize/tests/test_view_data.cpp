@@ -2,7 +2,7 @@
 #include "level_rules.h"
 #include "view_data.h"
 
-#include <catch2/catch.hpp>
+#include "catch.h"
 
 using namespace fakes;
 using namespace fresco::optimize;

@@ -1,10 +1,9 @@
+#include "catch.h"
 #include "compose.h"
 #include "two_chart_wall.h"
 
 #include <fresco/random.h>
 #include <fresco/texturing/charts.h>
-
-#include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "catch.h"
 #include "patches.h"
 #include "stored_png.h"
 #include "two_chart_wall.h"
@@ -12,8 +13,6 @@
 #include <fresco/stage.h>
 #include <fresco/testing.h>
 #include <fresco/texture.h>
-
-#include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <array>

@@ -1,10 +1,9 @@
+#include "catch.h"
 #include "checkpoint.h"
 
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 #include <fstream>
 #include <span>

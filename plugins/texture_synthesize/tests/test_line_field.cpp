@@ -1,9 +1,8 @@
+#include "catch.h"
 #include "line_field.h"
 #include "samples.h"
 
 #include <fresco/texturing/texel_faces.h>
-
-#include <catch2/catch.hpp>
 
 using namespace studio;
 

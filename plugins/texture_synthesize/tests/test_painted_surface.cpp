@@ -1,7 +1,6 @@
+#include "catch.h"
 #include "samples.h"
 #include "two_chart_wall.h"
-
-#include <catch2/catch.hpp>
 
 using namespace samples;
 

@@ -1,9 +1,8 @@
+#include "catch.h"
 #include "samples.h"
 #include "two_chart_wall.h"
 
 #include <fresco/error.h>
-
-#include <catch2/catch.hpp>
 
 #include <map>
 #include <set>

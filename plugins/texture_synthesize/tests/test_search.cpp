@@ -1,9 +1,8 @@
+#include "catch.h"
 #include "search.h"
 
 #include <fresco/processor.h>
 #include <fresco/random.h>
-
-#include <catch2/catch.hpp>
 
 #include <cmath>
 #include <functional>

@@ -1,10 +1,9 @@
+#include "catch.h"
 #include "checkpoint.h"
 #include "samples.h"
 
 #include <fresco/error.h>
 #include <fresco/texturing/texel_faces.h>
-
-#include <catch2/catch.hpp>
 
 using namespace studio;
 

@@ -1,11 +1,10 @@
+#include "catch.h"
 #include "samples.h"
 #include "style_picture.h"
 
 #include <fresco/error.h>
 #include <fresco/images/lab.h>
 #include <fresco/images/stroke_width.h>
-
-#include <catch2/catch.hpp>
 
 using namespace samples;
 

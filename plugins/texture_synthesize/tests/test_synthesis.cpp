@@ -1,11 +1,10 @@
+#include "catch.h"
 #include "plain_synthesis.h"
 #include "samples.h"
 
 #include "synthesis.h"
 
 #include <fresco/images/stroke_width.h>
-
-#include <catch2/catch.hpp>
 
 using namespace samples;
 

@@ -1,9 +1,8 @@
+#include "catch.h"
 #include "finder_cases.h"
 #include "raster_finder.h"
 
 #include <fresco/processor.h>
-
-#include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <array>

@@ -41,8 +41,8 @@ struct RegisteredArtifact
 
 namespace detail
 {
-/// The first registration of a name counts.
-const ArtifactType& register_artifact_type(ArtifactType type);
+/// The first registration of a name counts. A pointer: GCC takes a reference for one to the argument.
+const ArtifactType* register_artifact_type(ArtifactType type);
 /// Throws Error unless the program wrote the files of the form.
 void check_exchange_files(const std::vector<ExchangeForm>& forms, const Exchange& from);
 
@@ -58,7 +58,7 @@ std::shared_ptr<const Artifact> taken_from_exchange(const Exchange& from)
 }  // namespace detail
 
 template <class T>
-const ArtifactType& RegisteredArtifact<T>::type = detail::register_artifact_type(
+const ArtifactType& RegisteredArtifact<T>::type = *detail::register_artifact_type(
     {std::string(T::artifact_name), T::artifact_version, has_preview<T>, T::exchange_forms(),
      [](const ArtifactFolder& folder) -> std::shared_ptr<const Artifact> { return T::load(folder); },
      detail::taken_from_exchange<T>});

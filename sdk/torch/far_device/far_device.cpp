@@ -338,6 +338,7 @@ class Guard final : public c10::impl::DeviceGuardImplInterface
     void setDevice(c10::Device) const override {}
     void uncheckedSetDevice(c10::Device) const noexcept override {}
     c10::Stream getStream(c10::Device) const noexcept override { return stream(current()); }
+    c10::Stream getDefaultStream(c10::Device) const override { return stream(0); }
     c10::Stream getStreamFromGlobalPool(c10::Device, bool) const override { return stream(1); }
     c10::Stream exchangeStream(c10::Stream next) const noexcept override
     {

@@ -5,7 +5,7 @@
 #include <ATen/ATen.h>
 #include <torch/csrc/autograd/autograd.h>
 
-#include <catch2/catch.hpp>
+#include "catch.h"
 
 using fresco::testing::far_device;
 using fresco::testing::far_traffic;

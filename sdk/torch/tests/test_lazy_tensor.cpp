@@ -14,7 +14,7 @@
 #include <unistd.h>
 
 // Last: libtorch's headers bring a macro CHECK of their own.
-#include <catch2/catch.hpp>
+#include "catch.h"
 
 using namespace fresco;
 

@@ -1,4 +1,4 @@
-#include <catch2/catch.hpp>
+#include "catch.h"
 
 #include <fresco/testing.h>
 #include <fresco/torch/style_layers.h>

@@ -1,6 +1,6 @@
 #include "random_tensor.h"
 
-#include <catch2/catch.hpp>
+#include "catch.h"
 
 #include <fresco/torch/features.h>
 #include <fresco/torch/loss.h>

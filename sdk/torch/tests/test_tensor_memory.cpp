@@ -8,7 +8,7 @@
 #include <vector>
 
 // Last: libtorch's headers bring a macro CHECK of their own.
-#include <catch2/catch.hpp>
+#include "catch.h"
 
 using namespace fresco;
 

@@ -1,10 +1,10 @@
 #pragma once
 
+#include "catch.h"
+
 #include <fresco/files_io.h>
 #include <fresco/testing.h>
 #include <fresco/weights/state_dict.h>
-
-#include <catch2/catch.hpp>
 
 #include <cstdlib>
 #include <string>

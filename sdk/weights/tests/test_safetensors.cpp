@@ -1,3 +1,4 @@
+#include "catch.h"
 #include "made_weights.h"
 
 #include <fresco/error.h>
@@ -5,8 +6,6 @@
 #include <fresco/testing.h>
 #include <fresco/weights/state_dict.h>
 #include <fresco/weights/write_safetensors.h>
-
-#include <catch2/catch.hpp>
 
 #include <cstring>
 #include <string>

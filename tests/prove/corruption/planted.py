@@ -16,9 +16,10 @@ import socket
 import subprocess
 import sys
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
-from corruption import PIPELINE, Site, expected
-from workplace import Budget, Workplace, arguments, skip, some_of
+sys.path[:0] = [str(folder) for folder in pathlib.Path(__file__).resolve().parents[1:3]]
+from corruption import Site, expected
+from skipping import skip
+from workplace import Budget, Workplace, arguments, some_of
 
 # A path in a call, and the folder that it is relative to, as strace -y shows it.
 PATHS = re.compile(r'(?:(?:AT_FDCWD|\d+)<((?:[^<>\\]|\\.)*)>, )?"((?:[^"\\]|\\.)*)"')
@@ -106,6 +107,7 @@ class Garden:
                                   stdin=subprocess.DEVNULL, capture_output=True, text=True)
             if "PTRACE" in done.stderr or "Operation not permitted" in done.stderr:
                 skip(f"planted: strace cannot trace here: {done.stderr.strip()}")
+                sys.exit(0)
             if done.returncode != 0:
                 sys.exit(f"{' '.join(words)} ended with {done.returncode}: {done.stderr}")
             for line in record.read_text(errors="replace").splitlines():
@@ -158,7 +160,7 @@ def main():
     given = arguments(__doc__)
     random.seed(given.seed)
     if not shutil.which("strace"):
-        skip("planted: strace is not installed")
+        return skip("planted: strace is not installed")
     with Workplace(given.fresco, [given.plugins / "good/test_stages.so"]) as place:
         garden = Garden(place)
         paths = garden.paths()

@@ -1,11 +1,11 @@
+#include "catch.h"
+
 #include <fresco/dataset/dataset_files.h>
 
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/npy.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 #include <cmath>
 #include <limits>

@@ -1,9 +1,9 @@
+#include "catch.h"
+
 #include <fresco/dataset/manifest.h>
 
 #include <fresco/error.h>
 #include <fresco/value.h>
-
-#include <catch2/catch.hpp>
 
 #include <functional>
 

@@ -1,8 +1,8 @@
+#include "catch.h"
+
 #include <fresco/evaluation/posed_pictures.h>
 #include <fresco/files_io.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 using namespace fresco;
 using namespace fresco::evaluation;

@@ -1,7 +1,7 @@
+#include "catch.h"
+
 #include <fresco/evaluation/statistics.h>
 #include <fresco/random.h>
-
-#include <catch2/catch.hpp>
 
 #include <cmath>
 #include <vector>

@@ -101,15 +101,14 @@ struct FacingAreas
         return axis;
     }
 
-    /// Of directions all over half a sphere, and of `first`, the one that most area faces along among those that `allowed`
+    /// Of directions all over half a sphere, and of `direction`, the one that most area faces along among those that `allowed`
     /// accepts; refined. Nothing where it accepts none.
     template <class Allowed>
-    std::optional<Vec3d> best(std::optional<Vec3d> first, const Allowed& allowed) const
+    std::optional<Vec3d> best(std::optional<Vec3d> direction, const Allowed& allowed) const
     {
         constexpr int count = 2000;
         constexpr double golden_angle = 2.399963;
-        std::optional<Vec3d> result = first;
-        double most = first ? along(*first) : -1;
+        double most = direction ? along(*direction) : -1;
         for (int i = 0; i < count; ++i)
         {
             const double z = 1 - (i + 0.5) / count;
@@ -120,10 +119,10 @@ struct FacingAreas
             if (const double area_along = along(axis); area_along > most)
             {
                 most = area_along;
-                result = axis;
+                direction = axis;
             }
         }
-        return result ? std::optional(refined(*result)) : std::nullopt;
+        return direction ? std::optional(refined(*direction)) : std::nullopt;
     }
 };
 

@@ -1,12 +1,11 @@
 #pragma once
 
 #include "atlas_check.h"
+#include "catch.h"
 #include "known_meshes.h"
 
 #include <fresco/geometry/topology.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 /// The mesh that an atlas stage makes of this one.
 inline std::shared_ptr<fresco::Mesh> made_atlas(const char* plugin_file, const char* type, const fresco::Mesh& mesh,

@@ -1,13 +1,12 @@
 #pragma once
 
+#include "catch.h"
 #include "known_meshes.h"
 #include "shapes.h"
 
 #include <fresco/error.h>
 #include <fresco/geometry/topology.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -1,8 +1,7 @@
+#include "catch.h"
 #include "shapes.h"
 
 #include <fresco/geometry/atlas_figures.h>
-
-#include <catch2/catch.hpp>
 
 #include <cmath>
 #include <set>

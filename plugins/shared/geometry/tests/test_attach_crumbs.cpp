@@ -1,10 +1,9 @@
+#include "catch.h"
 #include "flat_charts_check.h"
 #include "shapes.h"
 
 #include <fresco/geometry/flatten.h>
 #include <fresco/numerics/disjoint_sets.h>
-
-#include <catch2/catch.hpp>
 
 #include <cmath>
 #include <set>

@@ -1,7 +1,7 @@
+#include "catch.h"
+
 #include <fresco/geometry/closest_triangle.h>
 #include <fresco/random.h>
-
-#include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -1,9 +1,8 @@
+#include "catch.h"
 #include "shapes.h"
 
 #include <fresco/geometry/disk.h>
 #include <fresco/numerics/disjoint_sets.h>
-
-#include <catch2/catch.hpp>
 
 #include <numeric>
 #include <set>

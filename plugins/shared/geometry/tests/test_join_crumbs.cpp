@@ -1,9 +1,8 @@
+#include "catch.h"
 #include "flat_charts_check.h"
 #include "shapes.h"
 
 #include <fresco/geometry/flatten.h>
-
-#include <catch2/catch.hpp>
 
 #include <numeric>
 

@@ -1,10 +1,9 @@
+#include "catch.h"
 #include "flat_charts_check.h"
 #include "shapes.h"
 
 #include <fresco/geometry/map_charts.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 #include <atomic>
 #include <limits>

@@ -1,8 +1,7 @@
+#include "catch.h"
 #include "nearest_pairs.h"
 
 #include <fresco/random.h>
-
-#include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -1,8 +1,7 @@
+#include "catch.h"
 #include "shapes.h"
 
 #include <fresco/geometry/flatten.h>
-
-#include <catch2/catch.hpp>
 
 using namespace fresco::geometry;
 using fresco::Vec2d;

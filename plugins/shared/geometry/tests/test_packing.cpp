@@ -1,12 +1,11 @@
 #include "atlas_check.h"
+#include "catch.h"
 #include "shapes.h"
 
 #include <fresco/error.h>
 #include <fresco/geometry/atlas.h>
 #include <fresco/geometry/bitmap.h>
 #include <fresco/random.h>
-
-#include <catch2/catch.hpp>
 
 using namespace fresco::geometry;
 using fresco::Vec2d;

@@ -1,9 +1,8 @@
+#include "catch.h"
 #include "relaxation.h"
 #include "shapes.h"
 
 #include <fresco/geometry/overlap.h>
-
-#include <catch2/catch.hpp>
 
 #include <numeric>
 

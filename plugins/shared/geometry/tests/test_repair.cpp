@@ -1,9 +1,9 @@
+#include "catch.h"
+
 #include <fresco/geometry/repair.h>
 
 #include <fresco/geometry/topology.h>
 #include <fresco/random.h>
-
-#include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -1,8 +1,7 @@
+#include "catch.h"
 #include "shapes.h"
 
 #include <fresco/geometry/topology.h>
-
-#include <catch2/catch.hpp>
 
 using namespace fresco::geometry;
 

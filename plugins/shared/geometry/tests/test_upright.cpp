@@ -1,7 +1,7 @@
+#include "catch.h"
+
 #include <fresco/cameras_up.h>
 #include <fresco/geometry/upright.h>
-
-#include <catch2/catch.hpp>
 
 #include <cmath>
 #include <numbers>

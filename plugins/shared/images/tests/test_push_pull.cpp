@@ -1,6 +1,6 @@
-#include <fresco/images/push_pull.h>
+#include "catch.h"
 
-#include <catch2/catch.hpp>
+#include <fresco/images/push_pull.h>
 
 #include <vector>
 

@@ -1,4 +1,4 @@
-#include <catch2/catch.hpp>
+#include "catch.h"
 
 #include <far_device.h>
 #include <fresco/layered_texture/layered_texture.h>

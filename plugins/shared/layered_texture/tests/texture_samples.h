@@ -8,7 +8,7 @@
 #include <ATen/Parallel.h>
 #include <ATen/ops/equal.h>
 
-#include <catch2/catch.hpp>
+#include "catch.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include <catch2/catch.hpp>
+#include "catch.h"
 
 #include <fresco/numerics/radix_sort.h>
 #include <fresco/random.h>

@@ -1,6 +1,6 @@
-#include <fresco/numerics/rotations.h>
+#include "catch.h"
 
-#include <catch2/catch.hpp>
+#include <fresco/numerics/rotations.h>
 
 #include <cmath>
 #include <numbers>

@@ -1,7 +1,7 @@
+#include "catch.h"
+
 #include <fresco/numerics/solve_symmetric.h>
 #include <fresco/random.h>
-
-#include <catch2/catch.hpp>
 
 #include <cmath>
 #include <vector>

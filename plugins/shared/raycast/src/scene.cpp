@@ -3,7 +3,7 @@
 #include <fresco/error.h>
 #include <fresco/raycast/surface.h>
 
-#include <embree3/rtcore.h>
+#include FRESCO_EMBREE_HEADER
 
 #include <algorithm>
 #include <cmath>
@@ -142,6 +142,22 @@ Hit refine(const Mesh& mesh, Vec3d origin, Vec3d direction, std::uint32_t triang
     return hit;
 }
 
+/// Rays from one origin through neighboring pixels.
+void intersect(RTCScene scene, const int* valid, RTCRayHit16& rays)
+{
+#if RTC_VERSION_MAJOR == 3
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    rtcIntersect16(valid, scene, &context, &rays);
+#else
+    RTCIntersectArguments arguments;
+    rtcInitIntersectArguments(&arguments);
+    arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
+    rtcIntersect16(valid, scene, &rays, &arguments);
+#endif
+}
+
 /// Embree's answer for a packet of rays from one origin.
 class Packet
 {
@@ -170,13 +186,7 @@ class Packet
         }
     }
 
-    void intersect(RTCScene scene)
-    {
-        RTCIntersectContext context;
-        rtcInitIntersectContext(&context);
-        context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-        rtcIntersect16(valid_.data(), scene, &context, &rays_);
-    }
+    void intersect(RTCScene scene) { fresco::raycast::intersect(scene, valid_.data(), rays_); }
 
     std::uint32_t triangle(std::size_t i) const { return missed(i) ? Hit::none : rays_.hit.primID[i]; }
     bool missed(std::size_t i) const { return rays_.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID; }

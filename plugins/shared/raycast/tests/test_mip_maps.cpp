@@ -1,8 +1,8 @@
+#include "catch.h"
+
 #include <fresco/random.h>
 #include <fresco/raycast/mip_maps.h>
 #include <fresco/raycast/surface.h>
-
-#include <catch2/catch.hpp>
 
 #include <cmath>
 #include <utility>

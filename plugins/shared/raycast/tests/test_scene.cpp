@@ -1,6 +1,6 @@
-#include <fresco/raycast/surface.h>
+#include "catch.h"
 
-#include <catch2/catch.hpp>
+#include <fresco/raycast/surface.h>
 
 #include <cmath>
 

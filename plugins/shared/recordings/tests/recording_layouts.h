@@ -1,11 +1,11 @@
 #pragma once
 
+#include "catch.h"
+
 #include <fresco/files_io.h>
 #include <fresco/frames.h>
 #include <fresco/image_io.h>
 #include <fresco/value.h>
-
-#include <catch2/catch.hpp>
 
 #include <array>
 #include <cmath>

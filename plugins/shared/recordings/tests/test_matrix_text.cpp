@@ -1,7 +1,7 @@
+#include "catch.h"
+
 #include <fresco/error.h>
 #include <fresco/recordings/matrix_text.h>
-
-#include <catch2/catch.hpp>
 
 #include <cmath>
 

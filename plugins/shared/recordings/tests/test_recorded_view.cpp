@@ -1,10 +1,9 @@
+#include "catch.h"
 #include "raw_images.h"
 #include "recording_checks.h"
 
 #include <fresco/recordings/recorded_view.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 namespace fs = std::filesystem;
 using Catch::Contains;

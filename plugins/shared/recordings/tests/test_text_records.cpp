@@ -1,7 +1,7 @@
+#include "catch.h"
+
 #include <fresco/error.h>
 #include <fresco/recordings/text_records.h>
-
-#include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <cmath>

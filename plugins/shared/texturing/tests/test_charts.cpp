@@ -1,10 +1,9 @@
+#include "catch.h"
 #include "two_chart_wall.h"
 
 #include <fresco/random.h>
 #include <fresco/testing.h>
 #include <fresco/texturing/seam_links.h>
-
-#include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <array>

@@ -1,9 +1,9 @@
+#include "catch.h"
+
 #include <fresco/error.h>
 #include <fresco/random.h>
 #include <fresco/testing.h>
 #include <fresco/texturing/gutter.h>
-
-#include <catch2/catch.hpp>
 
 using namespace fresco;
 using namespace fresco::texturing;

@@ -1,8 +1,7 @@
 #include "../src/nearest_point.h"
+#include "catch.h"
 
 #include <fresco/random.h>
-
-#include <catch2/catch.hpp>
 
 #include <cmath>
 

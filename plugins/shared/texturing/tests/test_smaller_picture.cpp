@@ -1,11 +1,11 @@
+#include "catch.h"
+
 #include <fresco/error.h>
 #include <fresco/random.h>
 #include <fresco/testing.h>
 #include <fresco/texturing/exported_file.h>
 #include <fresco/texturing/linear_light.h>
 #include <fresco/texturing/smaller_picture.h>
-
-#include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
-#include <fresco/texturing/welded_mesh.h>
+#include "catch.h"
 
-#include <catch2/catch.hpp>
+#include <fresco/texturing/welded_mesh.h>
 
 using namespace fresco;
 using namespace fresco::texturing;

@@ -1,13 +1,12 @@
 #pragma once
 
+#include "catch.h"
 #include "plain_uv_map.h"
 #include "view_cases.h"
 
 #include <fresco/error.h>
 #include <fresco/testing.h>
 #include <fresco/uv_mapping/uv_mapper.h>
-
-#include <catch2/catch.hpp>
 
 #include <cmath>
 #include <numeric>

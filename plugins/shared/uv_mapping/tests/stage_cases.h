@@ -1,5 +1,6 @@
 #pragma once
 
+#include "catch.h"
 #include "view_cases.h"
 
 #include <fresco/files_io.h>
@@ -8,8 +9,6 @@
 #include <fresco/packed_uv_map.h>
 #include <fresco/testing.h>
 #include <fresco/uv_maps.h>
-
-#include <catch2/catch.hpp>
 
 /// \file What every stage that makes uv maps must pass. A test includes this once and defines its type, `uvmaps.…`:
 extern const char* const stage_type;

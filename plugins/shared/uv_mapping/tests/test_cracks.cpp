@@ -1,6 +1,6 @@
-#include <fresco/uv_mapping/cracks.h>
+#include "catch.h"
 
-#include <catch2/catch.hpp>
+#include <fresco/uv_mapping/cracks.h>
 
 #include <limits>
 

@@ -1,6 +1,6 @@
-#include <fresco/uv_mapping/sensor_depth.h>
+#include "catch.h"
 
-#include <catch2/catch.hpp>
+#include <fresco/uv_mapping/sensor_depth.h>
 
 #include <cmath>
 

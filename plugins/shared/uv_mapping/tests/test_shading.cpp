@@ -1,3 +1,4 @@
+#include "catch.h"
 #include "shading_kernel.h"
 #include "view_cases.h"
 
@@ -5,8 +6,6 @@
 #include <fresco/uv_mapping/cracks.h>
 #include <fresco/uv_mapping/into_camera.h>
 #include <fresco/uv_mapping/shading.h>
-
-#include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <cmath>

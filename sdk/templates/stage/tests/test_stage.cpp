@@ -1,9 +1,8 @@
+#include "catch.h"
 #include "my_plugin.h"
 
 #include <fresco/error.h>
 #include <fresco/testing.h>
-
-#include <catch2/catch.hpp>
 
 #include <memory>
 

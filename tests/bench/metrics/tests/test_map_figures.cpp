@@ -1,6 +1,5 @@
+#include "catch.h"
 #include "map_figures.h"
-
-#include <catch2/catch.hpp>
 
 #include <stdexcept>
 

@@ -1,7 +1,6 @@
+#include "catch.h"
 #include "shapes.h"
 #include "surface_figures.h"
-
-#include <catch2/catch.hpp>
 
 #include <fresco/random.h>
 

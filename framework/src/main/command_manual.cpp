@@ -1,0 +1,77 @@
+#include "main/commands.h"
+
+#include "base/machine.h"
+
+#include <cstdio>
+#include <string>
+
+/// \file The manual page for `man fresco`, from the declarations that `--help` shows. The build writes it for the installation.
+
+namespace fresco::host
+{
+namespace
+{
+
+/// Text for troff: no character of it is a request or an escape.
+std::string troff(const std::string& text)
+{
+    std::string result;
+    bool line_begins = true;
+    for (const char letter : text)
+    {
+        if (line_begins && (letter == '.' || letter == '\''))
+            result += "\\&";
+        line_begins = letter == '\n';
+        result += letter == '\\' ? std::string("\\e") : letter == '-' ? std::string("\\-") : std::string(1, letter);
+    }
+    return result;
+}
+
+std::string entry(const std::string& term, const std::string& text)
+{
+    return ".TP\n\\fB" + troff(term) + "\\fR\n" + troff(text) + "\n";
+}
+
+/// The command's own section, then those of the commands below it.
+std::string sections(const CLI::App& command, const std::string& name)
+{
+    const CLI::Formatter formatter;
+    std::string usage = name;
+    std::string options;
+    for (const CLI::Option* option : command.get_options([](const CLI::Option* each) { return !each->get_group().empty(); }))
+    {
+        if (option->check_lname("help"))
+            continue;
+        if (option->get_positional())
+            usage += " " + formatter.make_option_name(option, true);
+        options += entry(formatter.make_option_name(option, option->get_positional()) + formatter.make_option_opts(option),
+                         option->get_description());
+    }
+    const auto below = command.get_subcommands([](const CLI::App* each) { return !each->get_group().empty(); });
+    std::string result;
+    if (below.empty())
+        result = ".SS " + troff(usage) + "\n" + troff(command.get_description()) + "\n" + options;
+    for (const CLI::App* each : below)
+        result += sections(*each, name + " " + each->get_name());
+    return result;
+}
+
+std::string manual(const CLI::App& app)
+{
+    return ".TH FRESCO 1 \"\" \"fresco " + program_version() +
+           "\" \"User Commands\"\n.SH NAME\nfresco \\- paint scanned rooms\n" +
+           ".SH SYNOPSIS\n.B fresco\n.I COMMAND\n[\\fIOPTIONS\\fR]\n.SH DESCRIPTION\n" + troff(app.get_description()) +
+           "\n.PP\n" + troff("fresco COMMAND --help prints what is said of a command below.") + "\n.SH COMMANDS\n" +
+           sections(app, app.get_name()) + ".SH EXIT STATUS\n" + troff(app.get_footer()) + "\n";
+}
+
+}  // namespace
+
+void add_manual_command(CLI::App& app)
+{
+    app.add_subcommand("internal-manual", "Print the manual page; the build calls this")
+        ->group("")
+        ->callback([&app] { std::fputs(manual(app).c_str(), stdout); });
+}
+
+}  // namespace fresco::host

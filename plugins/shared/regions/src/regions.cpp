@@ -109,7 +109,7 @@ void report_regions(const Regions& regions, const Mesh& mesh, RunContext& run)
     for (std::size_t f = 0; f < mesh.triangles.size(); ++f)
     {
         const auto& [a, b, c] = mesh.triangles[f];
-        const auto edge = [&](std::uint32_t v) { return vec_cast<double>(mesh.positions[v] - mesh.positions[a]); };
+        const auto edge = [&, a = a](std::uint32_t v) { return vec_cast<double>(mesh.positions[v] - mesh.positions[a]); };
         const double area = length(cross(edge(b), edge(c))) / 2;
         areas[regions.label_of_face[f]] += area;
         total += area;

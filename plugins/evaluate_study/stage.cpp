@@ -161,8 +161,6 @@ class EvaluateStudy final : public Stage
 
     void run(RunContext& run) override
     {
-        if (!path->path.ends_with(".html"))
-            throw Error("path \"" + path->path + "\" does not end in .html");
         Files result;
         const Study study = key->empty() ? written_study(result, run) : study_of_key(run);
         if (!results->empty())

@@ -54,8 +54,6 @@ class ExportGltf final : public Stage
     void check_inputs() const
     {
         exported.check();
-        if (!path->path.ends_with(".glb"))
-            throw Error("path \"" + path->path + "\" does not end in .glb");
     }
 
     void run(RunContext& run) override

@@ -43,8 +43,6 @@ class ExportPage final : public Stage
     void run(RunContext& run) override
     {
         check_textured_mesh(*textured_mesh, "the mesh on port 'textured_mesh'");
-        if (!path->path.ends_with(".html"))
-            throw Error("path \"" + path->path + "\" does not end in .html");
         const PictureEncoding::Encoded image = picture.encoded(*textured_mesh, ".jpg", run);
         const bool has_cameras = up.frames().has_value() && !up.frames()->frames.empty();
         const Value data = Value::Map{{"room", page_room(textured_mesh->mesh, image.bytes)},

@@ -37,8 +37,6 @@ class ExportUsdz final : public Stage
     void run(RunContext& run) override
     {
         check_textured_mesh(*textured_mesh, "the mesh on port 'textured_mesh'");
-        if (!path->path.ends_with(".usdz"))
-            throw Error("path \"" + path->path + "\" does not end in .usdz");
         const WeldedMesh welded = weld(up.standing(textured_mesh->mesh, {0, 1, 0}, run));
         const PictureOptions::Encoded image = picture.encoded(*textured_mesh, picture.extension(), run);
         const std::string_view bytes(reinterpret_cast<const char*>(image.bytes.data()), image.bytes.size());

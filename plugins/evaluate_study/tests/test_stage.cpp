@@ -198,7 +198,7 @@ TEST_CASE("too few pairs are reported, and a canceled run stops")
     CHECK_THAT(run.messages[0], Contains("warning: only 3 pairs for 2 questions"));
     CHECK_THROWS_WITH(pictures.run_stage(Value::Map{}, run), Contains("two methods or more, found none"));
     options.set("path", "study.htm");
-    CHECK_THROWS_WITH(pictures.run_stage(options, run), Contains("does not end in .html"));
+    CHECK_THROWS_WITH(pictures.run_stage(options, run), Contains("ending in .html"));
     run.cancel_after(2);
     CHECK_THROWS_AS(pictures.run_stage(pictures.below(), run), Canceled);
 }

@@ -120,8 +120,10 @@ class Slurm:
             host=host, folder=self.folder, controller_port=free_port(), node_port=free_port(), array_size=array_size, job_count=job_count,
             kill_wait=kill_wait, node_timeout=node_timeout))
         (self.folder / "gres.conf").write_text(GPUS)
-        # Newer ones look for control groups although nothing here uses them.
-        (self.folder / "cgroup.conf").write_text("CgroupPlugin=disabled\n")
+        # From 23.02 on, Slurm insists on control groups, which nothing here uses; before, it does not know this word.
+        version = subprocess.run(["slurmctld", "-V"], capture_output=True, text=True).stdout.split()[-1]
+        if int(version.split(".")[0]) >= 23:
+            (self.folder / "cgroup.conf").write_text("CgroupPlugin=disabled\n")
         key = self.folder / "munge.key"
         key.write_bytes(os.urandom(1024))
         key.chmod(0o400)

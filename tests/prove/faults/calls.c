@@ -341,15 +341,20 @@ int link(const char* from, const char* to)
     return linkat(AT_FDCWD, from, AT_FDCWD, to, 0);
 }
 
-int symlink(const char* target, const char* path)
+int symlinkat(const char* target, int folder, const char* path)
 {
     if (chosen(kind_link))
         return -1;
     char whole[PATH_MAX];
-    const int result = (int)syscall(SYS_symlinkat, target, AT_FDCWD, path);
-    if (result == 0 && absolute(AT_FDCWD, path, whole))
+    const int result = (int)syscall(SYS_symlinkat, target, folder, path);
+    if (result == 0 && absolute(folder, path, whole))
         record(change_symlink, inode_of(whole), 0, whole, target, NULL, 0);
     return result;
+}
+
+int symlink(const char* target, const char* path)
+{
+    return symlinkat(target, AT_FDCWD, path);
 }
 
 int unlinkat(int folder, const char* path, int flags)

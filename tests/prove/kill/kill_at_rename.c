@@ -1,6 +1,7 @@
 /* Loaded before the C library (LD_PRELOAD): where KILL_AT_RENAME is "before NAME" or "after NAME", the process that gives a file the
  * name NAME kills its parent and itself with SIGKILL just then. */
 #define _DEFAULT_SOURCE
+#include <fcntl.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -26,4 +27,9 @@ int renameat(int from_folder, const char* from, int to_folder, const char* to)
     const int result = (int)syscall(SYS_renameat, from_folder, from, to_folder, to);
     kill_at("after", to);
     return result;
+}
+
+int rename(const char* from, const char* to)
+{
+    return renameat(AT_FDCWD, from, AT_FDCWD, to);
 }

@@ -106,7 +106,7 @@ TEST_CASE("In an image, contents count whatever the stamp says")
        });
 }
 
-TEST_CASE("A stamp of another version of fresco is none")
+TEST_CASE("A stamp written by another version of fresco does not count")
 {
     const TemporaryFolder folder;
     const fs::path input = folder.path() / "input";

@@ -3,7 +3,7 @@
 source "$(dirname "$0")/../program_test.sh"
 fresco=$1 source=$2
 
-cp -r "$source/sdk/examples/commands" "$work/examples"
+cp -rL "$source/sdk/examples/commands" "$work/examples"
 cd "$work"
 small=(--set scan.frames_count=4 --set scan.color_width_px=160 --set scan.color_height_px=120 --set scan.edge_m=0.15
        --set atlas.size_px=256 --set 'uvmaps.heights_px=[120]')

@@ -4,7 +4,7 @@ source "$(dirname "$0")/../program_test.sh"
 write_uv_maps=$1 source=$2
 "$write_uv_maps" "$work"
 if python=$(python_with numpy, zstandard); then
-    "$python" "$source/tests/packed_uv_maps/compare.py" "$source/sdk/docs/read_uv_maps.py" "$work"
+    "$python" "$source/tests/packed_uv_maps/compare.py" "$source/sdk/python/fresco/uv_maps.py" "$work"
     exit
 fi
 skip "packed uv maps read with NumPy: no python3 with numpy and zstandard is at hand"

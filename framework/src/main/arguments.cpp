@@ -1,6 +1,7 @@
 #include "base/text_layout.h"
 #include "main/commands.h"
 #include "pipeline/problems.h"
+#include "pipeline/yaml_document.h"
 #include "pipeline/yaml_text.h"
 
 #include "plugins/plugin_search.h"
@@ -18,6 +19,14 @@ namespace
 std::string empty_path_problem(const std::string& text)
 {
     return text.empty() ? "the path is empty" : "";
+}
+
+/// As far as a pipeline file may be long, and a byte more, for which it is refused.
+std::optional<std::string> standard_input()
+{
+    std::string text(yaml_size_limit + 1, '\0');
+    text.resize(std::fread(text.data(), 1, text.size(), stdin));
+    return text;
 }
 
 /// Results name each other by their paths, in JSON.
@@ -48,7 +57,9 @@ std::string writing_problem(const std::string& option, const std::filesystem::pa
 
 void PipelineArguments::add_to(CLI::App& command)
 {
-    command.add_option("pipeline", file, "Pipeline file (YAML)")->required();
+    command.add_option("pipeline", file, "Pipeline file (YAML); '-' reads standard input")
+        ->required()
+        ->each([this](const std::string& word) { given_text = word == "-" ? standard_input() : std::nullopt; });
     command.add_option("--set", sets, "NAME=VALUE sets a var, STAGE.OPTION=VALUE an option; may be repeated")
         ->allow_extra_args(false)
         ->check(
@@ -66,6 +77,8 @@ PipelineRequest PipelineArguments::request() const
     request.working_directory = std::filesystem::current_path();
     request.until = until;
     request.preview = preview;
+    if (given_text)
+        request.texts.push_back({request.working_directory / file, *given_text});
     for (const auto& text : sets)
     {
         const auto equals = text.find('=');

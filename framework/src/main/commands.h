@@ -8,6 +8,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -37,7 +38,8 @@ std::filesystem::path installed_schema();
 /// What every command takes that works on a pipeline file.
 struct PipelineArguments
 {
-    std::string file;
+    std::string file;  ///< "-": `given_text` is the pipeline, its relative paths those of the working directory.
+    std::optional<std::string> given_text;  ///< What standard input held.
     std::vector<std::string> sets;
     std::string until;
     bool preview = false;

@@ -27,7 +27,7 @@ struct UvMap
 /// The uv maps of many frames at several heights. Only the index is in memory; load() reads one map.
 /// On disk: `uvmaps.json` (frame names, cameras, heights, counts, atlas, texture size, bits) and, for view i (six digits) and
 /// height h,
-/// `<i>_<h>.uvmap`, one packed map (packed_uv_map.h; sdk/docs/uv_maps.md says what each byte is, sdk/docs/read_uv_maps.py reads
+/// `<i>_<h>.uvmap`, one packed map (packed_uv_map.h; sdk/docs/uv_maps.md says what each byte is, sdk/python/fresco/uv_maps.py reads
 /// it with NumPy).
 class UvMaps : public Artifact
 {

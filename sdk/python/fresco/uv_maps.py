@@ -1,18 +1,22 @@
 #!/usr/bin/env python3
-"""Reads the packed uv maps of a store with NumPy and zstandard, as uv_maps.md beside this file describes them.
+"""Reads the packed uv maps of a store, as sdk/docs/uv_maps.md describes them. Needs only NumPy and zstandard.
 
-    read_uv_maps.py FILE.uvmap OUT.npz      the map's uv, depth, cosine and valid as arrays
+    uv_maps.py FILE.uvmap OUT.npz      the map's uv, depth, cosine and valid as arrays
 """
+from __future__ import annotations
+
 import pathlib
 import struct
 import sys
 import zlib
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import zstandard
 
 
-def read_uv_map(path):
+def read_uv_map(path: str | pathlib.Path) -> dict[str, npt.NDArray[Any]]:
     """A dict of uv (float32 H x W x 2), depth (meters) and cosine (float32 H x W) and valid (bool H x W)."""
     file = pathlib.Path(path).read_bytes()
     magic, form, width, height, valid_pixels, *rest = struct.unpack_from("<8s4I4Bf14I", file)
@@ -21,7 +25,7 @@ def read_uv_map(path):
         raise ValueError(f"{path}: no packed uv map of form 2, or a damaged one")
     at = 88
 
-    def part():
+    def part() -> npt.NDArray[np.uint8]:
         nonlocal at
         begin, at = at, at + next(sizes)
         packed = file[begin:at]
@@ -31,7 +35,7 @@ def read_uv_map(path):
     if valid.sum() != valid_pixels:
         raise ValueError(f"{path}: the mask has not the {valid_pixels} valid pixels that are listed")
 
-    def steps(bits):
+    def steps(bits: int) -> npt.NDArray[np.float32]:
         low, extra, large = part(), part(), part()
         number = low.astype(np.int64)
         if large.size:

@@ -13,11 +13,12 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import zstandard
 
 
 def read_uv_map(path: str | pathlib.Path) -> dict[str, npt.NDArray[Any]]:
     """A dict of uv (float32 H x W x 2), depth (meters) and cosine (float32 H x W) and valid (bool H x W)."""
+    import zstandard  # Blender's Python lacks it, and needs no uv maps.
+
     file = pathlib.Path(path).read_bytes()
     magic, form, width, height, valid_pixels, *rest = struct.unpack_from("<8s4I4Bf14I", file)
     bits, per_meter, sizes, checksum = rest[:4], np.float32(rest[4]), iter(rest[5:18]), rest[18]

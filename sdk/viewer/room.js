@@ -133,7 +133,7 @@ const hints = {
     orbit: ["Drag: turn · right button: move · wheel: zoom", "One finger: turn · two fingers: move, zoom"],
 };
 
-/// Fills the box. Gives {walk, orbit, standAt, mix, position}: walk() begins where the recorder stood, or else in the widest place; standAt
+/// Fills the box. Gives {walk, orbit, standAt, mix, position}, and for a headset {renderer, scene, ground, worldOf, here, resize}: walk() begins where the recorder stood, or else in the widest place; standAt
 /// begins at a pose. Both stay inside. `mixture`: what texture.mix shows; `cameras`: where the recorder stood, {position, forward, up, looking};
 /// `up`: what a stage found. Each of them may be missing.
 async function showRoom(place, room, { mixture, cameras, up } = {}) {
@@ -255,5 +255,9 @@ async function showRoom(place, room, { mixture, cameras, up } = {}) {
     resize();
     walk();
     place.dataset.ready = "yes";
-    return { walk, orbit, standAt, mix, position: () => camera.position.toArray() };
+    const here = () => {
+        const [east, north] = ground.axes.map(axis => camera.position.dot(axis));
+        return { east, north, yaw };
+    };
+    return { walk, orbit, standAt, mix, position: () => camera.position.toArray(), renderer, scene, ground, worldOf, here, resize };
 }

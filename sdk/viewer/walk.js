@@ -3,9 +3,9 @@
 const cell_m = 0.08;
 const reach_m = 0.22;  // What the eye keeps from walls.
 
-/// A view of the room from above as a grid: walls at the height of the eye, and what there is to stand above. `triangles(visit)` calls
+/// A view of the room from above as a grid: walls from `below` meters under the eye on, and what there is to stand above. `triangles(visit)` calls
 /// visit(a, b, c) with points [east, north, up], which are others at the next call; `low`, `high`: the box to look at, [east, north].
-function planOf(triangles, low, high, eye) {
+function planOf(triangles, low, high, eye, below = 0.35) {
     const [columns, rows] = [0, 1].map(axis => 1 + Math.floor((high[axis] - low[axis]) / cell_m));
     const wall = new Uint8Array(columns * rows), ground = new Uint8Array(columns * rows);
     const mark = (grid, east, north) => {
@@ -23,7 +23,7 @@ function planOf(triangles, low, high, eye) {
                 const u = steps ? i / steps : 0, v = steps ? j / steps : 0;
                 const at = axis => a[axis] + u * (b[axis] - a[axis]) + v * (c[axis] - a[axis]);
                 if (at(2) < eye + 0.15)
-                    mark(at(2) < eye - 0.35 ? ground : wall, at(0), at(1));
+                    mark(at(2) < eye - below ? ground : wall, at(0), at(1));
             }
     });
     return { low, columns, rows, walls: distancesTo(wall, columns, rows), grounds: distancesTo(ground, columns, rows) };

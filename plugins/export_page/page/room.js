@@ -17,6 +17,7 @@ showRoom(place, room, { cameras, up }).then(viewer => {
         });
     tell();
     place.querySelector("canvas").focus();
+    offerVr(document.getElementById("vr"), shown, text => { place.querySelector(".hint").textContent = text; });
 }).catch(error => {
     const message = document.createElement("p");
     message.className = "message";

@@ -37,7 +37,7 @@ lines=$(grep -c ', valid$' "$work/log") || true
 ls -l "$work/out" "$work/out/obj"
 
 cp "$source"/tests/gltf_validator/* "$work/"
-(cd "$work" && npm install --no-audit --no-fund --silent && node validate.mjs out/*.glb)
+(cd "$work" && npm install --no-audit --no-fund --loglevel=error && node validate.mjs out/*.glb)
 
 (cd "$work/out" && "$fresco" describe packed.glb) >"$work/origin"
 for line in 'export.gltf' '  input  *textured_mesh  *texture.bake' '  option  *compression  *meshopt' '  option  *edge_m  *0.08'; do
@@ -46,13 +46,13 @@ done
 ! grep -q "$work" "$work/origin" || fail "the GLB tells where it was made"
 
 python3 "$source/tests/exports/usdz.py" "$work"/out/*.usdz
-(cd "$work" && npm pack --silent tinyusdz@0.9.0-rc10 >/dev/null && tar -xzf tinyusdz-*.tgz)
+(cd "$work" && npm pack --loglevel=error tinyusdz@0.9.0-rc10 >/dev/null && tar -xzf tinyusdz-*.tgz)
 node "$source/tests/exports/usdz.mjs" "$work/package" "$work/out/obj/room.obj" "$work/out/unlit.usdz" "$work/out/lit.usdz"
 
 chromium=$(command -v chromium || command -v chromium-browser || command -v google-chrome || true)
 if [ -n "$chromium" ]; then
     timeout 300 node "$source/tests/exports/page.mjs" "$chromium" "$work/out/room.html" "$work/out/bare.html" ${FRESCO_REPORT_SHOTS:+"$FRESCO_REPORT_SHOTS"}
-    (cd "$work" && npm pack --silent iwer@2.5.0 >/dev/null && mkdir headset && tar -xzf iwer-*.tgz -C headset)
+    (cd "$work" && npm pack --loglevel=error iwer@2.5.0 >/dev/null && mkdir headset && tar -xzf iwer-*.tgz -C headset)
     timeout 300 node "$source/tests/exports/vr.mjs" "$chromium" "$work/out/room.html" "$work/headset/package/build/iwer.min.js" ${FRESCO_REPORT_SHOTS:+"$FRESCO_REPORT_SHOTS"}
 else
     skip "the pages of the room in a browser: there is no chromium"

@@ -45,13 +45,10 @@ const colors = await browser.evaluate(`(() => {
     [copy.width, copy.height] = [64, 32];
     const context = copy.getContext("2d");
     context.drawImage(canvas, 0, 0, 64, 32);
-    return [0, 32].map(left => {
-        const { data } = context.getImageData(left, 0, 32, 32);
-        let part = 0;
-        for (let i = 0; i < data.length; i += 4)
-            part += Math.abs(data[i] - 0x20) + Math.abs(data[i + 1] - 0x24) + Math.abs(data[i + 2] - 0x2a) > 12;
-        return part / 1024;
-    });
+    const { data } = context.getImageData(0, 0, 64, 32), parts = [0, 0];
+    for (let i = 0; i < data.length; i += 4)
+        parts[Number(i / 4 % 64 >= 32)] += (Math.abs(data[i] - 0x20) + Math.abs(data[i + 1] - 0x24) + Math.abs(data[i + 2] - 0x2a) > 12) / 1024;
+    return parts;
 })()`);
 assert(colors.every(part => part > 0.5), `the eyes see the room in ${colors} of their pictures`);
 
@@ -59,7 +56,7 @@ assert(colors.every(part => part > 0.5), `the eyes see the room in ${colors} of 
 let moves = 0, refused = 0, far = 0;
 for (let i = 0; i < 24; ++i) {
     const [hand, press, release] = i % 2 ? ["right", `updateAxes("thumbstick", 0, -1)`, `updateAxes("thumbstick", 0, 0)`] : ["left", `updateButtonValue("trigger", 1)`, `updateButtonValue("trigger", 0)`];
-    const yaw = i * 2.399963, pitch = -0.9 + 0.07 * i;
+    const yaw = i * 2.399963, pitch = -1.3 + 0.04 * i;
     const before = await head();
     await browser.evaluate(`(async () => {
         const hand = device.controllers.${hand};

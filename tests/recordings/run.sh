@@ -3,7 +3,7 @@
 source "$(dirname "$0")/../program_test.sh"
 fresco=$1 source=$2
 cd "$work"
-python=$(python_with numpy) || { skip "one's own recording: no python3 with numpy is at hand"; exit 0; }
+python=$(python_with numpy, zstandard) || { skip "one's own recording: there is no python3 with numpy and zstandard"; exit 0; }
 
 cat >made.yaml <<'YAML'
 version: 1
@@ -88,4 +88,52 @@ refused() { # STAGE TEXT
 }
 refused listed 'mine/frames.json: frame 7: "color_camera": the pose'
 refused plain 'mine/poses.txt:8: '
+
+# What a network reconstructs from a video: another scale, camera_from_world, depth in smaller float32 pictures. Its mesh is that of the room.
+cat >video.yaml <<'YAML'
+version: 1
+base: made.yaml
+stages:
+  atlas: {type: atlas.project, input: scan.mesh, size_px: 256, gutter_px: 2}
+  uvmaps: {type: uvmaps.raster, input: {mesh: atlas, frames: scan.frames}, heights_px: [60]}
+YAML
+"$fresco" run video.yaml --store store --out made >log 2>&1 || { cat log; fail "video.yaml failed"; }
+PYTHONPATH=$source/sdk/python "$python" - video <<'PY'
+import pathlib, shutil, sys
+import fresco
+import numpy as np
+video = pathlib.Path(sys.argv[1])
+video.mkdir()
+made, scale = fresco.open_results("made"), 0.37
+frames, maps = made.read("scan", "frames"), made.read("uvmaps")
+views = [maps[i, 60] for i in range(len(frames))]
+for i, frame in enumerate(frames):
+    shutil.copy(made.path("scan", "frames") / frame["color_picture"]["ref"].removeprefix("own:"), video / f"{i:03}.jpg")
+cameras = [frame["color_camera"] for frame in frames]
+from_world = np.array([np.linalg.inv(camera["world_from_camera"])[:3] for camera in cameras])
+from_world[:, :, 3] /= scale
+half = np.diag([0.5, 0.5, 1])
+np.savez("predictions.npz", extrinsic=from_world.astype(np.float32), intrinsic=np.array([half @ camera["K"] for camera in cameras], np.float32),
+         depth=np.array([view["depth"] / scale for view in views], np.float32)[..., None],
+         depth_conf=np.array([1 + view["valid"] * view["cosine"] for view in views], np.float32))
+PY
+"$python" "$source/sdk/examples/recordings/list_reconstruction.py" predictions.npz video 0.37
+cat >fused.yaml <<'YAML'
+version: 1
+stages:
+  listed: {type: scan.frames, path: video}
+  surface: {type: mesh.fuse, input: {frames: listed}, voxel_m: 0.05}
+YAML
+"$fresco" run fused.yaml --store store --out fused >log 2>&1 || { cat log; fail "the reconstruction cannot be fused"; }
+PYTHONPATH=$source/sdk/python "$python" - <<'PY'
+import fresco
+import numpy as np
+room, fused = fresco.open_results("made").read("scan", "mesh")["positions"], fresco.open_results("fused").read("surface")["positions"]
+assert len(fused) > 1000, len(fused)
+for corner in (np.min, np.max):
+    assert np.abs(corner(room, 0) - corner(fused, 0)).max() < 0.25, (corner(room, 0), corner(fused, 0))
+# Every tenth vertex lies on the room.
+far = [np.linalg.norm(room - point, axis=1).min() for point in fused[::10]]
+assert np.quantile(far, 0.9) < 0.1, np.quantile(far, [0.5, 0.9, 1])
+PY
 echo "recordings: done"

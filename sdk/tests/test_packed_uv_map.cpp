@@ -2,7 +2,7 @@
 #include "uv_map_samples.h"
 
 #include <fresco/error.h>
-#include <fresco/packed_uv_map.h>
+#include <fresco/uv_maps.h>
 
 #include <algorithm>
 #include <cstring>

@@ -1,6 +1,6 @@
 #include "catch.h"
 
-#include <fresco/raster.h>
+#include <fresco/image.h>
 
 #include <algorithm>
 #include <cmath>
